@@ -25,23 +25,23 @@ def read_links(build):
     return linked
 
 
-def above(links, folder, path=()):
+def all_dependencies(links, folder, path=()):
     """All direct and indirect dependencies of a folder's library."""
     if folder in path:
         sys.exit("libraries link in a circle: " + " -> ".join((*path, folder)))
-    below = links[folder]
-    return below.union(*(above(links, b, (*path, folder)) for b in below))
+    linked = links[folder]
+    return linked.union(*(all_dependencies(links, b, (*path, folder)) for b in linked))
 
 
 def draw(links):
     """Draws an arrow for each link that no longer path implies."""
-    reach = {folder: above(links, folder) for folder in links}
+    reachable = {folder: all_dependencies(links, folder) for folder in links}
     lines = ["graph BT"]
     for folder in links:
-        for below in sorted(links[folder]):
-            if not any(below in reach[other] for other in links[folder]):
+        for linked in sorted(links[folder]):
+            if not any(linked in reachable[other] for other in links[folder]):
                 lines.append("  {} --> {}".format(*(f.removeprefix("renderer/")
-                                                    for f in (folder, below))))
+                                                    for f in (folder, linked))))
     return "\n".join(lines) + "\n"
 
 
@@ -58,8 +58,8 @@ def main(build, action=""):
         README.write_text(text[:begin] + graph + text[end:])
         return
     for folder in links:
-        for below in above(links, folder) - ALLOWED[folder]:
-            sys.exit(f"{folder} may not stand on {below}")
+        for linked in all_dependencies(links, folder) - ALLOWED[folder]:
+            sys.exit(f"{folder} may not stand on {linked}")
     if text[begin:end] != graph:
         sys.exit(f"the graph in {README.relative_to(ROOT)} is not CMake's; --write renews it")
 

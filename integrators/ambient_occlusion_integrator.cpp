@@ -1,6 +1,6 @@
 // `ambient_occlusion`: how much of the hemisphere above the first surface is open, 0 to 1.
+#include "integrators/ambient_visibility.h"
 #include "integrators/integrator_kinds.h"
-#include "integrators/openness.h"
 #include "integrators/path_media.h"
 #include "samplers/pixel_samples.h"
 
@@ -29,7 +29,7 @@ class AmbientOcclusionIntegrator final : public Integrator {
       const ShadedPoint point = shade(scene, ray, hit, samples.get(surface_dim::kTexture));
       value.alpha = 1.0f;
       fill_first_hit(batch, hit, point, ray.time, point.bsdf().albedo(), &value.first_hit);
-      value.radiance = Rgb(openness(scene, point, ray.time, samples, &value.rays));
+      value.radiance = Rgb(ambient_visibility(scene, point, ray.time, samples, &value.rays));
     }
   }
 

@@ -46,7 +46,7 @@ class DebugIntegrator final : public Integrator {
 
   void estimate(const SampleBatch& batch, PixelSamples& samples,
                 std::span<SampleValue> values) const override {
-    if (batch.nothing_ahead) return;
+    if (batch.all_rays_miss) return;
     for (size_t i = 0; i < batch.rays.size(); ++i) {
       samples.start_sample(int(i));
       values[i] = SampleValue{};

@@ -36,26 +36,26 @@ struct IntegratorSettings {
   // Mirrors and smooth glass are seen through. 0: no limit.
   float clamp_indirect = 0.0f;
   // Light samples at surfaces that are visible, also in mirrors and through smooth glass; other
-  // surfaces take one. At most PixelSamples::kBesideSlots + 1. 0: BSDF sampling only, an
+  // surfaces take one. At most PixelSamples::kAuxiliarySlots + 1. 0: BSDF sampling only, an
   // independent estimator for the tests.
   int light_samples = 1;
 };
 
 // Statistics of paths in glass, summed over all samples.
 struct OpticsCounters {
-  uint64_t rays_ended_at_walls = 0;  // after kMostWalls in a row
-  uint64_t solids_forgotten = 0;     // faces met inside Interior::kMost solids
+  uint64_t rays_ended_at_panes = 0;  // after kMaxWalls in a row
+  uint64_t dropped_solids = 0;       // faces met inside Interior::kLimit solids
   // Samples of lights that only light sampling finds, and how many of these are blocked only by
   // smooth solid glass. One sample in 16 is examined.
   uint64_t point_light_samples = 0, blocked_by_glass = 0;
 
   void merge(const OpticsCounters& o) {
-    rays_ended_at_walls += o.rays_ended_at_walls;
-    solids_forgotten += o.solids_forgotten;
+    rays_ended_at_panes += o.rays_ended_at_panes;
+    dropped_solids += o.dropped_solids;
     point_light_samples += o.point_light_samples;
     blocked_by_glass += o.blocked_by_glass;
   }
-  double blocked_share() const {
+  double blocked_fraction() const {
     return point_light_samples > 0 ? double(blocked_by_glass) / double(point_light_samples) : 0.0;
   }
 };
@@ -65,7 +65,7 @@ struct SampleBatch {
   const Scene& scene;
   const Camera& camera;
   std::span<const Ray> rays;
-  bool nothing_ahead = false;    // none of the rays is known to hit a surface
+  bool all_rays_miss = false;    // none of the rays is known to hit a surface
   bool surface_aovs = false;     // fill SampleValue::first_hit
   bool hit_id = false;           // fill first_hit.id only
   const AovSet* aovs = nullptr;  // the requested AOVs; null: none
@@ -76,7 +76,7 @@ struct SampleBatch {
   // to SampleValue::radiance.
   const LightGroups* light_groups = nullptr;
   LightGroupValues* light_values = nullptr;
-  // Radiance by light-path layer; indexed by PathLayers::place_of.
+  // Radiance by light-path layer; indexed by PathLayers::index_of.
   const PathLayers* path_layers = nullptr;
   LightGroupValues* layer_values = nullptr;
   // Guides light samples; null: none.
@@ -113,8 +113,8 @@ struct IntegratorEntry {
   std::string_view name;
   std::string_view summary;
   std::unique_ptr<Integrator> (*create)(const IntegratorSettings&);
-  bool shows_uv = false;            // shows texture coordinates even if no material reads them
-  bool tells_lights_apart = false;  // fills SampleBatch::light_values, layer_values, features
+  bool shows_uv = false;               // shows texture coordinates even if no material reads them
+  bool supports_light_groups = false;  // fills SampleBatch::light_values, layer_values, features
 };
 std::span<const IntegratorEntry> integrator_table();
 

@@ -6,7 +6,7 @@
 
 namespace emberline {
 
-void PathBatch::find_background(const LaneList& missed, Rgb* radiance) const {
+void PathBatch::eval_background(const LaneList& missed, Rgb* radiance) const {
   Vec3f directions[kRayBatch];
   for (int i = 0; i < missed.size(); ++i) {
     directions[i] = batch.rays[size_t(missed[i])].direction;
@@ -14,7 +14,7 @@ void PathBatch::find_background(const LaneList& missed, Rgb* radiance) const {
   lights.environment()->radiance({directions, size_t(missed.size())}, radiance);
 }
 
-void PathBatch::find_environment(const LaneList& missed, const LastVertex* const* from,
+void PathBatch::eval_environment(const LaneList& missed, const LastVertex* const* from,
                                  Rgb* radiance, float* pdf) {
   Vec3f directions[kRayBatch];
   const auto count = size_t(missed.size());

@@ -92,15 +92,15 @@ struct PathBatch {
     Connection& c = connections[lane];
     Path& path = paths[lane];
     path.rays.shadow++;
-    const float through = transmittance(scene, c.light, c.from, c.target, path.ray.time, key);
-    c.scattered *= through;
-    return through != 0.0f;
+    const float visibility = transmittance(scene, c.light, c.from, c.target, path.ray.time, key);
+    c.scattered *= visibility;
+    return visibility != 0.0f;
   }
 
-  void find_background(const LaneList& missed, Rgb* radiance) const;
+  void eval_background(const LaneList& missed, Rgb* radiance) const;
   // Environment radiance along the paths' rays, and the pdf with which an environment sample at the
   // ray's vertex `from` would take the ray's direction.
-  void find_environment(const LaneList& missed, const LastVertex* const* from, Rgb* radiance,
+  void eval_environment(const LaneList& missed, const LastVertex* const* from, Rgb* radiance,
                         float* pdf);
 
   const IntegratorSettings& settings;
@@ -114,7 +114,7 @@ struct PathBatch {
   LaneList alive;
   LaneArray<Path> paths;
   LaneArray<ShadedPoint> points;
-  LaneArray<TexelPlaces> texels;
+  LaneArray<TexelPositions> texels;
   LaneArray<SurfaceBsdf> bsdfs;
   LaneArray<Connection> connections;
 };

@@ -12,14 +12,14 @@ void PathGlass::skip_hidden_faces(LaneList* missed) {
   const bool any_touch = b_.scene.solids()->touching_faces() > 0;
   b_.alive.filter([&](int lane) {
     const bool is_solid = b_.points[lane].surface.material->is_solid();
-    if (!(is_solid || any_touch) || find_seen_face(lane)) return true;
+    if (!(is_solid || any_touch) || find_visible_face(lane)) return true;
     missed->add(lane);
     return false;
   });
 }
 
 // Replaces the hit by another face.
-void PathGlass::find_face(const Ray& ray, const SurfaceHit& face, float offset, int lane) {
+void PathGlass::replace_hit(const Ray& ray, const SurfaceHit& face, float offset, int lane) {
   SurfaceHit& hit = b_.paths[lane].hit;
   hit = {hit.t, face.u, face.v, face.instance, face.primitive};
   find_surface(b_.scene, ray, hit, &b_.points[lane]);
@@ -27,7 +27,7 @@ void PathGlass::find_face(const Ray& ray, const SurfaceHit& face, float offset, 
 }
 
 // Follows the ray through hidden faces of solids to a visible surface. False: there is none.
-bool PathGlass::find_seen_face(int lane) {
+bool PathGlass::find_visible_face(int lane) {
   Path& path = b_.paths[lane];
   ShadedPoint& point = b_.points[lane];
   Ray ray = path.ray;
@@ -35,16 +35,16 @@ bool PathGlass::find_seen_face(int lane) {
     if (faces == 0 && b_.scene.has_coverage()) b_.samples.resume_sample(lane);
     const SolidCrossing crossing(b_.scene, point.surface, path.hit, ray,
                                  coverage_key(b_.scene, b_.samples));
-    if (is_seen(crossing, ray, lane)) return true;
-    if (faces == kMostWalls) {
-      if (b_.batch.optics) b_.batch.optics->rays_ended_at_walls++;
+    if (resolve_crossing(crossing, ray, lane)) return true;
+    if (faces == kMaxWalls) {
+      if (b_.batch.optics) b_.batch.optics->rays_ended_at_panes++;
       path.throughput = Rgb(0.0f);
       return false;
     }
     if (!next_face(&ray, lane)) return false;
   }
   // A face of a solid may coincide with this surface.
-  if (b_.scene.solids()->may_touch(path.hit.instance, path.hit.primitive)) {
+  if (b_.scene.solids()->may_coincide(path.hit.instance, path.hit.primitive)) {
     point.surface.offset *= SolidCrossing::kReach;
   }
   return true;
@@ -52,21 +52,21 @@ bool PathGlass::find_seen_face(int lane) {
 
 // Whether the path sees the faces that it crosses, or a surface that lies in them. If so, the hit
 // becomes the face or surface that scatters.
-bool PathGlass::is_seen(const SolidCrossing& crossing, const Ray& ray, int lane) {
+bool PathGlass::resolve_crossing(const SolidCrossing& crossing, const Ray& ray, int lane) {
   const SurfaceHit& hit = b_.paths[lane].hit;
   Interior& near = near_[lane];
   b_.points[lane].surface.offset = crossing.offset();
   // A back face met outside of all solids means that the camera is inside an open one.
-  if (crossing.back() && near.empty()) near.enter(b_.scene, hit.instance);
+  if (crossing.is_exit() && near.empty()) near.enter(b_.scene, hit.instance);
   if (const SurfaceHit* surface = crossing.surface()) {
-    find_face(ray, *surface, crossing.offset(), lane);
+    replace_hit(ray, *surface, crossing.offset(), lane);
     return true;
   }
   Interior& far = far_.emplace(lane) = near;
-  if (!crossing.cross(b_.scene, &far) && b_.batch.optics) b_.batch.optics->solids_forgotten++;
+  if (!crossing.cross(b_.scene, &far) && b_.batch.optics) b_.batch.optics->dropped_solids++;
   if (is_hidden(b_.scene, crossing, near, far, hit.instance)) return false;
-  const SurfaceHit& seen = crossing.seen_face(b_.scene, near, far);
-  if (seen.instance != hit.instance) find_face(ray, seen, crossing.offset(), lane);
+  const SurfaceHit& seen = crossing.visible_face(b_.scene, near, far);
+  if (seen.instance != hit.instance) replace_hit(ray, seen, crossing.offset(), lane);
   return true;
 }
 
@@ -74,9 +74,9 @@ bool PathGlass::is_seen(const SolidCrossing& crossing, const Ray& ray, int lane)
 bool PathGlass::next_face(Ray* ray, int lane) {
   Path& path = b_.paths[lane];
   ShadedPoint& point = b_.points[lane];
-  if (far_[lane].solid() != near_[lane].solid()) {
+  if (far_[lane].medium() != near_[lane].medium()) {
     absorb(lane);
-    states_[lane].absorbed_to = way_so_far(lane);
+    states_[lane].absorbed_distance = distance_from_last_vertex(lane);
   }
   near_[lane] = far_[lane];
   ray->origin = point.spawn_origin(ray->direction);
@@ -87,24 +87,24 @@ bool PathGlass::next_face(Ray* ray, int lane) {
   return true;
 }
 
-void PathGlass::find_indices(int lane) {
+void PathGlass::update_ior(int lane) {
   ShadedPoint& point = b_.points[lane];
   PathWavelength& wavelength = states_[lane].wavelength;
   if (!point.surface.material->is_solid()) {
-    wavelength.bends = false;
+    wavelength.is_dispersive = false;
     return;
   }
   b_.samples.resume_sample(lane);
   if (is_flat_solid(b_.scene, b_.paths[lane].hit)) {
-    wavelength.bends = false;
-    make_wall(near_[lane], point);
+    wavelength.is_dispersive = false;
+    make_thin_walled(near_[lane], point);
   } else {
     set_relative_ior(near_[lane], far_[lane], b_.samples, wavelength, point);
   }
 }
 
 // Tinted panes count by luminance, since alpha is a single value.
-void PathGlass::show_nothing_behind(LaneList* missed) {
+void PathGlass::hide_background(LaneList* missed) {
   if (b_.lights.environment() && !b_.settings.transparent) return;
   missed->filter([this](int lane) {
     if (b_.paths[lane].events > 0) return true;
@@ -114,36 +114,37 @@ void PathGlass::show_nothing_behind(LaneList* missed) {
 }
 
 bool PathGlass::arrives(int lane, CoverageKey key) {
-  const bool crosses = may_cross_faces(lane);
-  const bool arrives = crosses ? crosses_faces(lane, key) : b_.is_visible(lane, key);
+  const bool crosses = may_cross_clear_faces(lane);
+  const bool arrives = crosses ? trace_clear_faces(lane, key) : b_.is_visible(lane, key);
   count_light_sample(lane, key, arrives);
   if (!crosses && arrives) {
     Connection& c = b_.connections[lane];
-    c.scattered *= absorption(b_.scene, states_[lane].to_light->solid(), c.light.distance);
+    c.scattered *=
+        absorption(b_.scene, states_[lane].connection_interior->medium(), c.light.distance);
   }
   return arrives;
 }
 
-// Whether walls or hidden faces may lie between the vertex and the light. crosses_faces() decides
-// coverage at random, is_visible() takes its expectation.
-bool PathGlass::may_cross_faces(int lane) {
+// Whether walls or hidden faces may lie between the vertex and the light. trace_clear_faces()
+// decides coverage at random, is_visible() takes its expectation.
+bool PathGlass::may_cross_clear_faces(int lane) {
   const Solids* solids = b_.scene.solids();
-  const bool inside = !states_[lane].to_light->empty();
+  const bool inside = !states_[lane].connection_interior->empty();
   return b_.scene.has_smooth_walls() ||
-         (inside && (!b_.scene.has_coverage() || solids->any_are_near())) ||
-         (solids && solids->any_let_through());
+         (inside && (!b_.scene.has_coverage() || solids->has_near_solids())) ||
+         (solids && solids->has_straight_transmission());
 }
 
-bool PathGlass::crosses_faces(int lane, CoverageKey key) {
+bool PathGlass::trace_clear_faces(int lane, CoverageKey key) {
   Connection& c = b_.connections[lane];
   Path& path = b_.paths[lane];
-  Interior interior = *states_[lane].to_light;
-  float travelled;
+  Interior interior = *states_[lane].connection_interior;
+  float medium_start;
   c.scattered *=
-      through_clear_faces(b_.scene, c.from, c.light, c.target, path.ray.time, key, &interior,
-                          &travelled, b_.samples, &path.rays, b_.batch.optics);
+      clear_transmittance(b_.scene, c.from, c.light, c.target, path.ray.time, key, &interior,
+                          &medium_start, b_.samples, &path.rays, b_.batch.optics);
   if (is_black(c.scattered)) return false;
-  c.scattered *= absorption(b_.scene, interior.solid(), c.light.distance - travelled);
+  c.scattered *= absorption(b_.scene, interior.medium(), c.light.distance - medium_start);
   return true;
 }
 
@@ -156,7 +157,7 @@ void PathGlass::count_light_sample(int lane, CoverageKey key, bool arrives) {
   if (hash32(std::bit_cast<uint32_t>(c.from.x + c.from.y)) >> 28 != 0) return;
   optics->point_light_samples++;
   const float time = b_.paths[lane].ray.time;
-  if (!arrives && blocked_by_glass_alone(b_.scene, c.from, c.light, c.target, time, key)) {
+  if (!arrives && is_blocked_only_by_glass(b_.scene, c.from, c.light, c.target, time, key)) {
     optics->blocked_by_glass++;
   }
 }

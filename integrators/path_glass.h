@@ -15,22 +15,22 @@ namespace emberline {
 // For scenes whose materials transmit no light.
 class NoGlass {
  public:
-  static constexpr bool kPresent = false;
+  static constexpr bool kEnabled = false;
   explicit NoGlass(PathBatch& batch) : b_(batch) {}
   static void begin(int) {}
   static void skip_hidden_faces(LaneList*) {}
-  static void find_indices(int) {}
+  static void update_ior(int) {}
   static void absorb(int) {}
   static bool transmits(const SurfaceBsdf&) { return false; }
   static bool is_clear_wall(int) { return false; }
-  const LastVertex& scattered_at(int lane) { return b_.paths[lane].last; }
-  float distance_from(int lane) { return b_.paths[lane].hit.t; }
-  static void show_nothing_behind(LaneList*) {}
+  const LastVertex& scattering_vertex(int lane) { return b_.paths[lane].last; }
+  float distance_from_vertex(int lane) { return b_.paths[lane].hit.t; }
+  static void hide_background(LaneList*) {}
   static void connect(int, const Vec3f&) {}
   bool arrives(int lane, CoverageKey key) { return b_.is_visible(lane, key); }
   static void scatter(int, const BsdfSample&) {}
-  static bool goes_straight(int, const BsdfSample&) { return false; }
-  static bool pass_wall(int) { return false; }
+  static bool is_straight_passage(int, const BsdfSample&) { return false; }
+  static bool count_wall(int) { return false; }
   static void leave(int) {}
 
  private:
@@ -39,7 +39,7 @@ class NoGlass {
 
 class PathGlass {
  public:
-  static constexpr bool kPresent = true;
+  static constexpr bool kEnabled = true;
   explicit PathGlass(PathBatch& batch) : b_(batch) {}
 
   void begin(int lane) {
@@ -53,12 +53,12 @@ class PathGlass {
   void skip_hidden_faces(LaneList* missed);
 
   // Sets the surface's index of refraction, or turns a face of a flat solid into a thin wall.
-  void find_indices(int lane);
+  void update_ior(int lane);
 
   void absorb(int lane) {
-    if (!near_[lane].solid()) return;
-    const float distance = way_so_far(lane) - states_[lane].absorbed_to;
-    b_.paths[lane].throughput *= absorption(b_.scene, near_[lane].solid(), distance);
+    if (!near_[lane].medium()) return;
+    const float distance = distance_from_last_vertex(lane) - states_[lane].absorbed_distance;
+    b_.paths[lane].throughput *= absorption(b_.scene, near_[lane].medium(), distance);
   }
 
   static bool transmits(const SurfaceBsdf& bsdf) { return bsdf.transmits_non_delta(); }
@@ -67,24 +67,25 @@ class PathGlass {
 
   // The vertex where the ray was scattered; its light samples may find the same light as the ray.
   // The ray may have passed smooth thin walls since, which light samples also see through.
-  const LastVertex& scattered_at(int lane) { return states_[lane].vertex; }
+  const LastVertex& scattering_vertex(int lane) { return states_[lane].vertex; }
   // Distance from that vertex to the hit.
-  float distance_from(int lane) {
+  float distance_from_vertex(int lane) {
     if (states_[lane].walls == 0) return b_.paths[lane].hit.t;
     return (b_.points[lane].surface.position - states_[lane].vertex.query.point).length();
   }
 
   // If the camera does not see the environment, sets the alpha of camera paths that leave the scene
   // through panes to what the panes block, and removes these paths from the list.
-  void show_nothing_behind(LaneList* missed);
+  void hide_background(LaneList* missed);
 
   // A light sample leaves the vertex along wi, in local space.
   void connect(int lane, const Vec3f& wi) {
     State& state = states_[lane];
     const bool passes = wi.z < 0.0f && b_.points[lane].surface.material->is_solid();
-    state.to_light = passes ? &far_[lane] : &near_[lane];
+    state.connection_interior = passes ? &far_[lane] : &near_[lane];
     const PathWavelength& wavelength = state.wavelength;
-    if (wavelength.bends && wi.z < 0.0f) b_.connections[lane].scattered *= wavelength.weight;
+    if (wavelength.is_dispersive && wi.z < 0.0f)
+      b_.connections[lane].scattered *= wavelength.weight;
   }
   // Whether the connection's light reaches the vertex; multiplies it by the transmittance.
   bool arrives(int lane, CoverageKey key);
@@ -96,22 +97,22 @@ class PathGlass {
     if (!next.transmitted) return;
     if (b_.points[lane].surface.material->is_solid()) near_[lane] = far_[lane];
     PathWavelength& wavelength = states_[lane].wavelength;
-    if (wavelength.bends) path.throughput *= std::exchange(wavelength.weight, Rgb(1.0f));
+    if (wavelength.is_dispersive) path.throughput *= std::exchange(wavelength.weight, Rgb(1.0f));
   }
-  bool goes_straight(int lane, const BsdfSample& next) {
+  bool is_straight_passage(int lane, const BsdfSample& next) {
     return next.delta && next.transmitted && b_.points[lane].material.bsdf.thin_walled;
   }
   // The path passes a wall straight on. False: it has passed too many.
-  bool pass_wall(int lane) {
-    states_[lane].absorbed_to = 0.0f;
-    if (++states_[lane].walls <= kMostWalls) return true;
-    if (b_.batch.optics) b_.batch.optics->rays_ended_at_walls++;
+  bool count_wall(int lane) {
+    states_[lane].absorbed_distance = 0.0f;
+    if (++states_[lane].walls <= kMaxWalls) return true;
+    if (b_.batch.optics) b_.batch.optics->rays_ended_at_panes++;
     return false;
   }
   // The path leaves a vertex that scattered it.
   void leave(int lane) {
     State& state = states_[lane];
-    state.absorbed_to = 0.0f;
+    state.absorbed_distance = 0.0f;
     state.vertex = b_.paths[lane].last;
     state.walls = 0;
   }
@@ -122,23 +123,23 @@ class PathGlass {
     uint32_t walls = 0;  // passed since then
     PathWavelength wavelength;
     // Ray distance of the last hidden face where the solid changed; absorption is applied up to it.
-    float absorbed_to = 0.0f;
-    const Interior* to_light = nullptr;  // the solids at the start of the connection
+    float absorbed_distance = 0.0f;
+    const Interior* connection_interior = nullptr;  // the solids at the start of the connection
   };
 
   // Measured between surface points: hit.t starts at the offset origin, which matters in thin
   // slabs.
-  float way_so_far(int lane) {
+  float distance_from_last_vertex(int lane) {
     if (b_.depth == 0) return b_.paths[lane].hit.t;
     return (b_.points[lane].surface.position - b_.paths[lane].last.query.point).length();
   }
-  void find_face(const Ray& ray, const SurfaceHit& face, float offset, int lane);
-  bool find_seen_face(int lane);
-  bool is_seen(const SolidCrossing& crossing, const Ray& ray, int lane);
+  void replace_hit(const Ray& ray, const SurfaceHit& face, float offset, int lane);
+  bool find_visible_face(int lane);
+  bool resolve_crossing(const SolidCrossing& crossing, const Ray& ray, int lane);
   bool next_face(Ray* ray, int lane);
 
-  bool may_cross_faces(int lane);
-  bool crosses_faces(int lane, CoverageKey key);
+  bool may_cross_clear_faces(int lane);
+  bool trace_clear_faces(int lane, CoverageKey key);
   void count_light_sample(int lane, CoverageKey key, bool arrives);
 
   PathBatch& b_;

@@ -20,8 +20,8 @@ class PathIntegrator final : public Integrator {
   // without recorders do not pay for recorders.
   void estimate(const SampleBatch& batch, PixelSamples& samples,
                 std::span<SampleValue> values) const override {
-    const bool glass = batch.scene.passes_light();
-    if (AllRecorders::wanted(batch)) {
+    const bool glass = batch.scene.is_transmissive();
+    if (AllRecorders::is_enabled(batch)) {
       if (glass) {
         PathLoop<PathGlass, AllRecorders>(settings_, batch, samples, values).trace();
       } else {

@@ -38,7 +38,7 @@ class PathLoop : private PathBatch {
       values[size_t(lane)].radiance = paths[lane].radiance;
       values[size_t(lane)].rays = paths[lane].rays;
     }
-    recorders_.ended(hit);
+    recorders_.paths_ended(hit);
   }
 
  private:
@@ -59,7 +59,7 @@ class PathLoop : private PathBatch {
     return std::clamp(scale * root, kMinSurvival, 1.0f);
   }
   // Balance heuristic. For n samples of a technique, pass n times its pdf.
-  static float balance(float pdf, float other_pdf) { return pdf / (pdf + other_pdf); }
+  static float balance_heuristic(float pdf, float other_pdf) { return pdf / (pdf + other_pdf); }
 
   // ---- intersect
 
@@ -67,7 +67,7 @@ class PathLoop : private PathBatch {
     LaneList missed;
     int before = -1;
     for (int lane = 0; lane < int(batch.rays.size()); ++lane) {
-      if (batch.nothing_ahead || !find_first_hit(lane)) {
+      if (batch.all_rays_miss || !find_first_hit(lane)) {
         missed.add(lane);
         continue;
       }
@@ -78,7 +78,7 @@ class PathLoop : private PathBatch {
       alive.add(lane);
     }
     recorders_.camera_missed(missed);
-    if (lights.environment() && !settings.transparent) see_background(missed);
+    if (lights.environment() && !settings.transparent) add_background(missed);
   }
 
   bool find_first_hit(int lane) {
@@ -92,9 +92,9 @@ class PathLoop : private PathBatch {
     return true;
   }
 
-  void see_background(const LaneList& missed) {
+  void add_background(const LaneList& missed) {
     Rgb radiance[kRayBatch];
-    find_background(missed, radiance);
+    eval_background(missed, radiance);
     for (int i = 0; i < missed.size(); ++i) {
       values[size_t(missed[i])].radiance = radiance[i];
       values[size_t(missed[i])].alpha = 1.0f;
@@ -110,7 +110,7 @@ class PathLoop : private PathBatch {
       path.rays.scatter++;
       samples.resume_sample(lane);
       if (intersect(path.ray, &path.hit)) {
-        if (!survives_hit(&path)) return false;
+        if (!survives_hit_roulette(&path)) return false;
         prefetch_hit(lane, &before);
         return true;
       }
@@ -122,7 +122,7 @@ class PathLoop : private PathBatch {
 
   // The second part of the roulette, with the random number that let the ray be traced. Emissive
   // surfaces are always shaded.
-  bool survives_hit(Path* path) {
+  bool survives_hit_roulette(Path* path) {
     if (path->survival == path->ray_survival) return true;
     const Material& material = scene.material_of(path->hit.instance);
     if (material.is_emissive() || material.unlit()) return true;
@@ -140,7 +140,7 @@ class PathLoop : private PathBatch {
     LaneList missed;
     glass_.skip_hidden_faces(&missed);
     if (!missed.empty()) leave_scene(&missed);
-    recorders_.met_surfaces();
+    recorders_.surfaces_hit();
   }
 
   // Evaluates the materials and BSDFs of the surface points.
@@ -152,7 +152,7 @@ class PathLoop : private PathBatch {
     }
     for (const int lane : alive) {
       find_material(texels[lane], &points[lane]);
-      glass_.find_indices(lane);
+      glass_.update_ior(lane);
     }
     for (const int lane : alive) {
       bsdfs.emplace_result(lane, [&] { return points[lane].bsdf(); });
@@ -182,21 +182,21 @@ class PathLoop : private PathBatch {
     const ShadedPoint& point = points[lane];
     Rgb emission = point.material.emission;
     if (is_black(emission)) return emission;
-    if (point.surface.material->emission_changes()) {
-      emission *= point.surface.material->emission_share(path.ray.time);
+    if (point.surface.material->is_emission_animated()) {
+      emission *= point.surface.material->emission_scale(path.ray.time);
     }
-    const LastVertex& from = glass_.scattered_at(lane);
+    const LastVertex& from = glass_.scattering_vertex(lane);
     if (from.light_samples == 0 || is_black(emission)) return emission;
     const uint32_t emitter = scene.emitter_index(path.hit.instance, path.hit.primitive);
     if (emitter == Scene::kNoEmitter) return emission;
-    const float distance = glass_.distance_from(lane);
+    const float distance = glass_.distance_from_vertex(lane);
     const float light_pdf = lights.pdf_triangle(from.query, emitter, distance, batch.guide);
-    return emission * balance(from.bsdf_pdf, float(from.light_samples) * light_pdf);
+    return emission * balance_heuristic(from.bsdf_pdf, float(from.light_samples) * light_pdf);
   }
 
   void leave_scene(LaneList* missed) {
     for (const int lane : *missed) recorders_.missed(lane);
-    glass_.show_nothing_behind(missed);
+    glass_.hide_background(missed);
     if (lights.environment() && !missed->empty()) add_environment(*missed);
   }
 
@@ -205,15 +205,15 @@ class PathLoop : private PathBatch {
     Rgb radiance[kRayBatch];
     float pdf[kRayBatch];
     for (int i = 0; i < missed.size(); ++i) {
-      from[i] = &glass_.scattered_at(missed[i]);
+      from[i] = &glass_.scattering_vertex(missed[i]);
     }
-    find_environment(missed, from, radiance, pdf);
+    eval_environment(missed, from, radiance, pdf);
     for (int i = 0; i < missed.size(); ++i) {
       Rgb light = radiance[i];
       if (from[i]->light_samples > 0) {
         const float light_pdf = float(from[i]->light_samples) * pdf[i] *
                                 lights.environment_probability(from[i]->query, batch.guide);
-        light *= balance(from[i]->bsdf_pdf, light_pdf);
+        light *= balance_heuristic(from[i]->bsdf_pdf, light_pdf);
       }
       add_light(missed[i], recorders_.environment(missed[i], radiance[i], light));
     }
@@ -230,7 +230,7 @@ class PathLoop : private PathBatch {
       path.last.light_samples = 0;
       if (!bsdfs[lane].has_non_delta()) continue;
       path.last.light_samples = path.bounces == Bounces::kNone ? settings.light_samples : 1;
-      if (!Glass::kPresent || may_scatter(path)) sampled.add(lane);
+      if (!Glass::kEnabled || may_scatter(path)) sampled.add(lane);
     }
     for (int i = 0; !sampled.empty(); ++i) {
       connect_lanes(sampled, i);
@@ -246,7 +246,7 @@ class PathLoop : private PathBatch {
     for (int k = 0; k < lanes.size(); ++k) {
       samples.resume_sample(lanes[k]);
       const auto number = [&](int dimension) {
-        return i == 0 ? samples.get(dimension) : samples.beside(i - 1, dimension);
+        return i == 0 ? samples.get(dimension) : samples.get_auxiliary(i - 1, dimension);
       };
       requests[k] = {paths[lanes[k]].last.query,
                      number(surface_dim::kLightPick),
@@ -278,7 +278,8 @@ class PathLoop : private PathBatch {
     samples.resume_sample(lane);
     const CoverageKey key = coverage_key(scene, samples);
     if (!glass_.arrives(lane, key)) return;
-    // balance / (n pdf) = 1 / (n pdf + other); only light sampling finds point-like lights.
+    // balance_heuristic / (n pdf) = 1 / (n pdf + other); only light sampling finds point-like
+    // lights.
     const float light_pdf = float(paths[lane].last.light_samples) * c.light.pdf;
     const Rgb light =
         c.scattered * c.radiance / (c.light.delta ? light_pdf : light_pdf + c.bsdf_pdf);
@@ -289,7 +290,7 @@ class PathLoop : private PathBatch {
 
   BsdfSample sample_bsdf(int lane) {
     const SurfaceBsdf& bsdf = bsdfs[lane];
-    if (Glass::kPresent && !may_scatter(paths[lane])) return straight_on(bsdf);
+    if (Glass::kEnabled && !may_scatter(paths[lane])) return straight_sample(bsdf);
     return bsdf.sample(samples.get(surface_dim::kLobe),
                        {samples.get(surface_dim::kBsdfX), samples.get(surface_dim::kBsdfY)});
   }
@@ -305,10 +306,10 @@ class PathLoop : private PathBatch {
     if (next.delta) path.last.light_samples = 0;
     path.last.bsdf_pdf = next.pdf;
     glass_.scatter(lane, next);
-    return survives(&path) && leave(lane, next);
+    return survives_roulette(&path) && leave(lane, next);
   }
 
-  bool survives(Path* path) {
+  bool survives_roulette(Path* path) {
     if (path->events + 1 < kRouletteDepth) return true;
     const float root = std::sqrt(max_component(path->throughput) * path->eta_scale);
     path->survival = survival(kRouletteScale, root);
@@ -323,8 +324,8 @@ class PathLoop : private PathBatch {
     const ShadedPoint& point = points[lane];
     recorders_.scattered(lane, next);
     Vec3f direction = path.ray.direction;
-    if (glass_.goes_straight(lane, next)) {
-      if (!glass_.pass_wall(lane)) return false;
+    if (glass_.is_straight_passage(lane, next)) {
+      if (!glass_.count_wall(lane)) return false;
     } else {
       direction = point.frame.shading.to_world(next.wi);
       path.events++;

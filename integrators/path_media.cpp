@@ -7,20 +7,20 @@ namespace emberline {
 
 void set_relative_ior(const Interior& near, const Interior& far, PixelSamples& samples,
                       PathWavelength& wavelength, ShadedPoint& point) {
-  wavelength.bends = false;
+  wavelength.is_dispersive = false;
   const bool back = point.frame.back_facing;
-  const Material* const inner = (back ? near : far).solid();
-  const Material* const outer = (back ? far : near).solid();
+  const Material* const inner = (back ? near : far).medium();
+  const Material* const outer = (back ? far : near).medium();
   if (!inner) return;
-  wavelength.bends = inner->dispersion() > 0.0f || (outer && outer->dispersion() > 0.0f);
-  if (wavelength.bends && wavelength.nanometres == 0.0f) {
+  wavelength.is_dispersive = inner->dispersion() > 0.0f || (outer && outer->dispersion() > 0.0f);
+  if (wavelength.is_dispersive && wavelength.nanometres == 0.0f) {
     const SampledWavelength sampled = sample_wavelength(samples.extra());
     wavelength = {sampled.nanometres, sampled.weight, true};
   }
-  const auto ior_of = [&](const Material& solid) {
-    return solid.dispersion() > 0.0f
-               ? ior_at(solid.ior(), solid.dispersion(), wavelength.nanometres)
-               : solid.ior();
+  const auto ior_of = [&](const Material& medium) {
+    return medium.dispersion() > 0.0f
+               ? ior_at(medium.ior(), medium.dispersion(), wavelength.nanometres)
+               : medium.ior();
   };
   BsdfParameters& bsdf = point.material.bsdf;
   bsdf.ior = ior_of(*inner);
@@ -34,12 +34,12 @@ void set_relative_ior(const Interior& near, const Interior& far, PixelSamples& s
   }
 }
 
-void make_wall(const Interior& around, ShadedPoint& point) {
+void make_thin_walled(const Interior& around, ShadedPoint& point) {
   BsdfParameters& bsdf = point.material.bsdf;
   bsdf.thin_walled = true;
   bsdf.inside = false;
   bsdf.ior = point.surface.material->ior();
-  const Material* const outer = around.solid();
+  const Material* const outer = around.medium();
   if (!outer || !(bsdf.ior > 0.0f) || !(outer->ior() > 0.0f)) return;
   bsdf.ior = std::max(bsdf.ior / outer->ior(), outer->ior() / bsdf.ior);
 }
@@ -48,16 +48,18 @@ namespace {
 
 // The remaining ray towards a light. As in Scene::visible, it is aimed anew from each origin, and t
 // = 1 is exactly the target.
-class WayToLight {
+class ShadowRay {
  public:
-  WayToLight(const LightSample& light, const Vec3f& target, float time)
+  ShadowRay(const LightSample& light, const Vec3f& target, float time)
       : light_(light), target_(target), time_(time) {}
   Ray from(const Vec3f& origin) const {
     return light_.distance == kInfinity ? Ray{origin, light_.direction, kInfinity, time_}
                                         : Ray{origin, target_ - origin, 1.0f, time_};
   }
   // Whether the ray has reached or passed the light.
-  bool ended(const Ray& ray) const { return !(dot(ray.direction, light_.direction) > 0.0f); }
+  bool is_past_light(const Ray& ray) const {
+    return !(dot(ray.direction, light_.direction) > 0.0f);
+  }
 
  private:
   const LightSample& light_;
@@ -66,29 +68,31 @@ class WayToLight {
 };
 
 // Straight-through transmittance of the hit surface; the connection continues at `*beyond`.
-Rgb through_wall(const Scene& scene, const Vec3f& direction, float time, const SurfaceHit& hit,
-                 const Interior& around, float u_texture, Vec3f* beyond) {
+Rgb wall_transmittance(const Scene& scene, const Vec3f& direction, float time,
+                       const SurfaceHit& hit, const Interior& around, float u_texture,
+                       Vec3f* next_origin) {
   ShadedPoint point = shade(scene, Ray{Vec3f(0.0f), direction, kInfinity, time}, hit, u_texture);
-  if (is_flat_solid(scene, hit)) make_wall(around, point);
-  *beyond = point.spawn_origin(direction);
-  return point.bsdf().straight_through();
+  if (is_flat_solid(scene, hit)) make_thin_walled(around, point);
+  *next_origin = point.spawn_origin(direction);
+  return point.bsdf().straight_transmittance();
 }
 
 // Takes a connection through hidden faces of solids.
-class HiddenFaces {
+class HiddenFaceWalk {
  public:
-  HiddenFaces(const Scene& scene, const Vec3f& from, Interior* interior, float* travelled)
-      : scene_(scene), start_(from), interior_(interior), travelled_(travelled) {
-    *travelled = 0.0f;
+  HiddenFaceWalk(const Scene& scene, const Vec3f& from, Interior* interior, float* medium_start)
+      : scene_(scene), start_(from), interior_(interior), medium_start_(medium_start) {
+    *medium_start = 0.0f;
   }
   // Whether a face of a solid can be hidden.
   bool may_be_hidden(const SurfaceHit& hit) const {
-    return scene_.solids() && (!interior_->empty() || scene_.solids()->lets_through(hit.instance));
+    return scene_.solids() &&
+           (!interior_->empty() || scene_.solids()->transmits_straight(hit.instance));
   }
   // Whether the face is hidden; if so, the connection continues at `*beyond`, and `*through` is
   // attenuated.
   bool cross(const Ray& ray, const Vec3f& direction, const SurfaceHit& hit,
-             CoverageKey coverage_key, Rgb* through, Vec3f* beyond) {
+             CoverageKey coverage_key, Rgb* transmittance, Vec3f* next_origin) {
     SurfaceInteraction surface;
     scene_.interaction(hit, ray.time, &surface);
     const SolidCrossing crossing(scene_, surface, hit, ray, coverage_key);
@@ -97,13 +101,13 @@ class HiddenFaces {
     if (crossing.surface() || !is_hidden(scene_, crossing, *interior_, far, hit.instance)) {
       return false;
     }
-    if (far.solid() != interior_->solid()) {
+    if (far.medium() != interior_->medium()) {
       const float here = (surface.position - start_).length();
-      *through *= absorption(scene_, interior_->solid(), here - *travelled_);
-      *travelled_ = here;
+      *transmittance *= absorption(scene_, interior_->medium(), here - *medium_start_);
+      *medium_start_ = here;
     }
     *interior_ = far;
-    *beyond =
+    *next_origin =
         offset_ray_origin(surface.position, surface.geometric_normal, crossing.offset(), direction);
     return true;
   }
@@ -112,49 +116,52 @@ class HiddenFaces {
   const Scene& scene_;
   const Vec3f start_;
   Interior* const interior_;
-  float* const travelled_;
+  float* const medium_start_;
 };
 
 }  // namespace
 
-Rgb through_clear_faces(const Scene& scene, Vec3f from, const LightSample& light,
+Rgb clear_transmittance(const Scene& scene, Vec3f from, const LightSample& light,
                         const Vec3f& target, float time, CoverageKey coverage_key,
-                        Interior* interior, float* travelled, PixelSamples& samples,
+                        Interior* interior, float* medium_start, PixelSamples& samples,
                         SampleRays* rays, OpticsCounters* counters) {
-  const WayToLight way(light, target, time);
-  HiddenFaces hidden(scene, from, interior, travelled);
-  Rgb through(1.0f);
-  for (uint32_t faces = 0; faces <= kMostWalls; ++faces) {
-    const Ray ray = way.from(from);
-    if (way.ended(ray)) return through;
+  const ShadowRay shadow_ray(light, target, time);
+  HiddenFaceWalk hidden(scene, from, interior, medium_start);
+  Rgb transmittance(1.0f);
+  for (uint32_t faces = 0; faces <= kMaxWalls; ++faces) {
+    const Ray ray = shadow_ray.from(from);
+    if (shadow_ray.is_past_light(ray)) return transmittance;
     SurfaceHit hit;
     rays->shadow++;
     // One coverage key for the whole connection, since no part of it is traced twice.
     if (!scene.intersect(ray, coverage_key, &hit)) {
-      return scene.behind_flush_emitter(from, light, time, coverage_key) ? Rgb(0.0f) : through;
+      return scene.is_behind_flush_emitter(from, light, time, coverage_key) ? Rgb(0.0f)
+                                                                            : transmittance;
     }
     const Material& material = scene.material_of(hit.instance);
     if (is_smooth_wall(scene, hit)) {
-      through *= through_wall(scene, light.direction, time, hit, *interior, samples.extra(), &from);
-      if (is_black(through)) return through;
+      transmittance *=
+          wall_transmittance(scene, light.direction, time, hit, *interior, samples.extra(), &from);
+      if (is_black(transmittance)) return transmittance;
     } else if (!material.is_solid() || !hidden.may_be_hidden(hit) ||
-               !hidden.cross(ray, light.direction, hit, coverage_key, &through, &from)) {
+               !hidden.cross(ray, light.direction, hit, coverage_key, &transmittance, &from)) {
       return Rgb(0.0f);
     }
   }
-  if (counters) counters->rays_ended_at_walls++;
+  if (counters) counters->rays_ended_at_panes++;
   return Rgb(0.0f);
 }
 
-bool blocked_by_glass_alone(const Scene& scene, Vec3f from, const LightSample& light,
-                            const Vec3f& target, float time, CoverageKey coverage_key) {
-  constexpr int kMostFaces = 64;  // a light behind more faces counts as blocked by other things
-  const WayToLight way(light, target, time);
+bool is_blocked_only_by_glass(const Scene& scene, Vec3f from, const LightSample& light,
+                              const Vec3f& target, float time, CoverageKey coverage_key) {
+  constexpr int kMaxFaces = 64;  // a light behind more faces counts as blocked by other things
+  const ShadowRay shadow_ray(light, target, time);
   bool met_solid = false;
-  for (int faces = 0; faces < kMostFaces; ++faces) {
-    const Ray ray = way.from(from);
+  for (int faces = 0; faces < kMaxFaces; ++faces) {
+    const Ray ray = shadow_ray.from(from);
     SurfaceHit hit;
-    if (way.ended(ray) || !scene.intersect(ray, coverage_key, &hit)) return met_solid;
+    if (shadow_ray.is_past_light(ray) || !scene.intersect(ray, coverage_key, &hit))
+      return met_solid;
     const Material& material = scene.material_of(hit.instance);
     if (!material.is_smooth_solid() && !material.is_smooth_wall()) return false;
     met_solid = met_solid || material.is_smooth_solid();

@@ -16,9 +16,9 @@ inline CoverageKey coverage_key(const Scene& scene, PixelSamples& samples) {
 // Dispersion of a path. It gets one wavelength at the first face that disperses, and is weighted by
 // the colour of that wavelength once it has been refracted.
 struct PathWavelength {
-  float nanometres = 0.0f;  // 0: none yet
-  Rgb weight = Rgb(1.0f);   // not applied yet
-  bool bends = false;       // the current face disperses
+  float nanometres = 0.0f;     // 0: none yet
+  Rgb weight = Rgb(1.0f);      // not applied yet
+  bool is_dispersive = false;  // the current face disperses
 };
 
 // Sets the relative index of refraction of a solid's face, with the indices of both sides at the
@@ -36,14 +36,14 @@ inline bool is_smooth_wall(const Scene& scene, const SurfaceHit& hit) {
   return material.is_smooth_wall() || (material.is_smooth_solid() && is_flat_solid(scene, hit));
 }
 // Turns a face of a flat solid into a thin wall.
-void make_wall(const Interior& around, ShadedPoint& point);
+void make_thin_walled(const Interior& around, ShadedPoint& point);
 
 // The deterministic BSDF sample of a path that may not scatter: straight through.
-inline BsdfSample straight_on(const SurfaceBsdf& bsdf) {
-  BsdfSample on;
-  on.weight = bsdf.straight_through();
-  on.delta = on.transmitted = on.valid = true;
-  return on;
+inline BsdfSample straight_sample(const SurfaceBsdf& bsdf) {
+  BsdfSample sample;
+  sample.weight = bsdf.straight_transmittance();
+  sample.delta = sample.transmitted = sample.valid = true;
+  return sample;
 }
 
 // Whether the path goes straight through a face without seeing it: the same solid fills both sides,
@@ -51,8 +51,8 @@ inline BsdfSample straight_on(const SurfaceBsdf& bsdf) {
 // since light sampling does not know what surrounds them.
 inline bool is_hidden(const Scene& scene, const SolidCrossing& crossing, const Interior& near,
                       const Interior& far, uint32_t instance) {
-  const Material* const a = near.solid();
-  const Material* const b = far.solid();
+  const Material* const a = near.medium();
+  const Material* const b = far.medium();
   if (a != b) {
     const float ior_a = a ? a->ior() : 1.0f, ior_b = b ? b->ior() : 1.0f;
     if (ior_a != ior_b || !(ior_a > 0.0f) || !scene.solids()->is_clear(instance)) return false;
@@ -65,30 +65,30 @@ inline bool is_hidden(const Scene& scene, const SolidCrossing& crossing, const I
 
 // Absorption of a solid over an internal distance; 1 for null. A light at infinity counts as beyond
 // the scene, whose size bounds the path through any solid.
-inline Rgb absorption(const Scene& scene, const Material* solid, float distance) {
-  if (!solid) return Rgb(1.0f);
-  const float within = std::min(distance, 2.0f * scene.radius());
-  return beer_transmittance(solid->attenuation(), float(double(within) / scene.scale()));
+inline Rgb absorption(const Scene& scene, const Material* medium, float distance) {
+  if (!medium) return Rgb(1.0f);
+  const float limited_distance = std::min(distance, 2.0f * scene.radius());
+  return beer_transmittance(medium->attenuation(), float(double(limited_distance) / scene.scale()));
 }
 
 // Limit on consecutive smooth thin walls or hidden faces that a sampled ray or a connection passes;
 // equal for both, since they find the same light. A guard against scenes that consist of walls; the
 // report counts the rays that end here (OpticsCounters).
-inline constexpr uint32_t kMostWalls = 10'000;
+inline constexpr uint32_t kMaxWalls = 10'000;
 
 // Transmittance towards a sampled light: that of smooth thin walls in between, 0 if anything else
 // except hidden faces of solids is in between. `target` is the end of the connection, unused for
 // lights at infinity. `interior` is the interior at `from` and, on return, at the end of the
-// connection; `*travelled` is the distance from `from` at which that last interior begins. The
+// connection; `*medium_start` is the distance from `from` at which that last interior begins. The
 // caller applies the absorption from there on.
-Rgb through_clear_faces(const Scene& scene, Vec3f from, const LightSample& light,
+Rgb clear_transmittance(const Scene& scene, Vec3f from, const LightSample& light,
                         const Vec3f& target, float time, CoverageKey coverage_key,
-                        Interior* interior, float* travelled, PixelSamples& samples,
+                        Interior* interior, float* medium_start, PixelSamples& samples,
                         SampleRays* rays, OpticsCounters* counters);
 
 // Whether smooth glass of any shape, and nothing else, blocks a light that only light sampling
 // finds. For statistics.
-bool blocked_by_glass_alone(const Scene& scene, Vec3f from, const LightSample& light,
-                            const Vec3f& target, float time, CoverageKey coverage_key);
+bool is_blocked_only_by_glass(const Scene& scene, Vec3f from, const LightSample& light,
+                              const Vec3f& target, float time, CoverageKey coverage_key);
 
 }  // namespace emberline

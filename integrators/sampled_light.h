@@ -6,18 +6,18 @@
 
 namespace emberline {
 
-// Radiance of a point sampled on a triangle, before emission_share().
+// Radiance of a point sampled on a triangle, before emission_scale().
 [[gnu::always_inline]] inline Rgb triangle_radiance(const Scene& scene, const LightSample& light,
                                                     const EmissiveTriangle& triangle,
                                                     const Material& material, float time,
                                                     PixelSamples& samples) {
-  if (material.emits_evenly()) return material.emission();
+  if (material.has_uniform_emission()) return material.emission();
   const SurfaceAttributes attributes = scene.emitter_attributes(triangle, time, light.barycentric);
   // A separate random number: the emitter's texel must not depend on this vertex's texel.
   const float u_texture = material.needs_uv() ? samples.extra() : 0.0f;
   Rgb radiance = material.emission(attributes, u_texture);
   if (material.layers().clearcoat > 0.0f) {
-    TexelPlaces texels;
+    TexelPositions texels;
     material.find_texels(attributes, u_texture, &texels);
     MaterialLayers layers;
     material.evaluate_layers(texels, layers);
@@ -47,7 +47,7 @@ inline Rgb emitted_radiance(const Scene& scene, const LightSample& light, const 
                               from - light.position);
   const Material& material = scene.material_of(triangle.instance);
   const Rgb radiance = triangle_radiance(scene, light, triangle, material, time, samples);
-  return material.emission_changes() ? radiance * material.emission_share(time) : radiance;
+  return material.is_emission_animated() ? radiance * material.emission_scale(time) : radiance;
 }
 
 // Transmittance towards a sampled light; 0 if a surface blocks it. `target` is what
@@ -57,9 +57,9 @@ inline float transmittance(const Scene& scene, const LightSample& light, const V
   if (light.distance == kInfinity) {
     return scene.transmittance_to_infinity(from, light.direction, time, key);
   }
-  const float through = scene.transmittance(from, target, time, key);
-  if (through == 0.0f || scene.behind_flush_emitter(from, light, time, key)) return 0.0f;
-  return through;
+  const float visibility = scene.transmittance(from, target, time, key);
+  if (visibility == 0.0f || scene.is_behind_flush_emitter(from, light, time, key)) return 0.0f;
+  return visibility;
 }
 
 }  // namespace emberline

@@ -2,7 +2,7 @@
 
 namespace emberline {
 
-[[gnu::noinline]] void find_layers(const TexelPlaces& texels, ShadedPoint* point) {
+[[gnu::noinline]] void find_layers(const TexelPositions& texels, ShadedPoint* point) {
   ShadedPoint& p = *point;
   MaterialLayers layers;
   p.surface.material->evaluate_layers(texels, layers);

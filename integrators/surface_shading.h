@@ -40,15 +40,15 @@ inline void find_surface(const Scene& scene, const Ray& ray, const SurfaceHit& h
 }
 
 // `u_texture` drives the one-texel texture lookups of this point.
-inline void find_texels(float u_texture, const ShadedPoint& p, TexelPlaces* texels) {
+inline void find_texels(float u_texture, const ShadedPoint& p, TexelPositions* texels) {
   if (!p.surface.material->needs_uv()) return;
   p.surface.material->find_texels(p.surface.attributes, u_texture, texels);
 }
 
 // The layers of a material that has some, with directions in local shading space.
-void find_layers(const TexelPlaces& texels, ShadedPoint* point);
+void find_layers(const TexelPositions& texels, ShadedPoint* point);
 
-inline void find_material(const TexelPlaces& texels, ShadedPoint* point) {
+inline void find_material(const TexelPositions& texels, ShadedPoint* point) {
   ShadedPoint& p = *point;
   p.surface.material->evaluate(p.surface.attributes, texels, p.material);
   Vec3f normal = p.surface.shading_normal;
@@ -66,7 +66,7 @@ inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& h
                          float u_texture) {
   ShadedPoint p;
   find_surface(scene, ray, hit, &p);
-  TexelPlaces texels;
+  TexelPositions texels;
   find_texels(u_texture, p, &texels);
   find_material(texels, &p);
   return p;
@@ -86,15 +86,15 @@ inline void fill_first_hit(const SampleBatch& batch, const SurfaceHit& hit,
   out->roughness = point.material.bsdf.roughness;
   out->metallic = point.material.bsdf.metallic;
   out->material = point.surface.material_index + 1;
-  const Vec3d place = to_double(point.surface.position) / batch.scene.scale();
-  out->position = to_float(place + batch.scene.origin());
+  const Vec3d scaled_position = to_double(point.surface.position) / batch.scene.scale();
+  out->position = to_float(scaled_position + batch.scene.origin());
   if (batch.scene.has_uv(point.surface.instance)) {
     const Vec2f& uv = point.surface.attributes.uv[0];
     out->uv = {uv.x, 1.0f - uv.y};
   }
   if (batch.velocity_frames == 0.0) return;
-  const Scene::Way way = batch.scene.way_of(hit);
-  out->velocity = batch.camera.velocity(way.from, way.to, batch.velocity_frames);
+  const Scene::Motion motion = batch.scene.motion_of(hit);
+  out->velocity = batch.camera.velocity(motion.from, motion.to, batch.velocity_frames);
 }
 
 }  // namespace emberline

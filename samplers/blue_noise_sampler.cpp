@@ -40,13 +40,13 @@ constexpr uint32_t spread_bits(uint32_t x) {
 }
 
 // Permutes each base-4 digit of a pixel's Z-curve position by a hash of the digits above it.
-uint32_t shuffled_place(uint32_t place, uint32_t digits, uint32_t key) {
+uint32_t shuffle_morton_digits(uint32_t morton_index, uint32_t digits, uint32_t key) {
   uint32_t shuffled = 0;
   for (uint32_t i = 0; i < digits; ++i) {
     // Identifies the square and its level.
-    const uint32_t square = uint32_t(uint64_t(place) >> (2 * i + 2)) | 1u << (2 * (15 - i));
+    const uint32_t square = uint32_t(uint64_t(morton_index) >> (2 * i + 2)) | 1u << (2 * (15 - i));
     const uint32_t pick = (hash32(key ^ hash32(square)) >> 16) * 24 >> 16;
-    const uint32_t digit = (place >> (2 * i)) & 3u;
+    const uint32_t digit = (morton_index >> (2 * i)) & 3u;
     shuffled |= ((kOrders[pick] >> (2 * digit)) & 3u) << (2 * i);
   }
   return shuffled;
@@ -67,14 +67,16 @@ void BlueNoiseSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t first
   assert(count >= 1 && first_sample % kSampleLanes + uint32_t(count) <= kSampleLanes);
   const PixelKey tile{pixel.x >> tile_digits_, pixel.y >> tile_digits_, pixel.seed};
   const uint32_t in_tile = (1u << tile_digits_) - 1;
-  const uint32_t place = spread_bits(pixel.x & in_tile) | spread_bits(pixel.y & in_tile) << 1;
+  const uint32_t morton_index = spread_bits(pixel.x & in_tile) | spread_bits(pixel.y & in_tile)
+                                                                     << 1;
   for_each_run(streams_, {samples_, samples_}, first_sample, count, [&](const SampleRun& run) {
     const uint32_t slot_hash = hash_combine(run_hash(tile, run, kBlueNoiseSalt), slot);
     for (int d = 0; d < dimensions; d += 2) {
       const uint32_t key = hash_combine(slot_hash, uint32_t(d));
-      const uint32_t piece = shuffled_place(place, tile_digits_, key) * samples_;
+      const uint32_t first_index =
+          shuffle_morton_digits(morton_index, tile_digits_, key) * samples_;
       uint32_t within[kSampleLanes];
-      const uint32_t order_key = hash_combine(key, place);
+      const uint32_t order_key = hash_combine(key, morton_index);
       if (slot == 0 && d == camera_dim::kPixelX) {
         for (int i = 0; i < run.count; ++i) {
           within[i] =
@@ -87,7 +89,7 @@ void BlueNoiseSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t first
       float* x = out.values[d] + run.lane;
       float* y = out.values[d + 1] + run.lane;
       for (int i = 0; i < run.count; ++i) {
-        const uint32_t index = piece + within[i];
+        const uint32_t index = first_index + within[i];
         x[i] = owen_sobol::reversed_to_unit_float(owen_sobol::permute(index, seed_x));
         y[i] = owen_sobol::reversed_to_unit_float(
             owen_sobol::permute(owen_sobol::pascal(index), seed_y));

@@ -35,7 +35,7 @@ void HierarchicalSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t fi
                                int count, SlotBlock& out, int dimensions) const {
   assert(count >= 1 && first_sample % kSampleLanes + uint32_t(count) <= kSampleLanes);
   if (slot != 0 || dimensions > kTreeDimensions) {
-    rest_.fill(pixel, slot, first_sample, count, out, dimensions);
+    fallback_.fill(pixel, slot, first_sample, count, out, dimensions);
   }
   if (slot != 0) return;
   for_each_run(streams_, {kTreeSize, kTreeSize}, first_sample, count, [&](const SampleRun& run) {

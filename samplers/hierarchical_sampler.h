@@ -32,7 +32,7 @@ class HierarchicalSampler final : public Sampler {
  public:
   // With two streams, each has a separate tree.
   explicit HierarchicalSampler(const SamplerSettings& settings)
-      : streams_(settings.streams), rest_(settings) {}
+      : streams_(settings.streams), fallback_(settings) {}
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;
   StreamIndex stream_of(uint32_t sample) const override { return stream_index(streams_, sample); }
@@ -46,7 +46,7 @@ class HierarchicalSampler final : public Sampler {
 
  private:
   StreamCount streams_;
-  SobolSampler rest_;
+  SobolSampler fallback_;
 };
 
 }  // namespace emberline

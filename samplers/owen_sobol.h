@@ -5,7 +5,8 @@
 // rev(permute(rev(u))). Inner reversals cancel, so each number of a point costs one reversal:
 //     u0 = rev(permute(i, seed0)),  u1 = rev(permute(pascal(i), seed1)).
 // Example without seeds: i = 6 = 110b has u0 = .011b = 3/8; pascal(6) = 101b, so u1 = .101b = 5/8.
-// All functions are pure and, except for ordered(), branch-free, so that loops over them vectorise.
+// All functions are pure and, except for apply_order(), branch-free, so that loops over them
+// vectorise.
 #pragma once
 
 #include <array>
@@ -59,8 +60,8 @@ constexpr uint32_t pascal_below_8(uint32_t i) {
 }
 
 // Index orders for pairs of dimensions that must be jointly stratified. All pairs share one
-// sequence; a pair with an order takes point ordered(i) for sample i. An order is a matrix over the
-// index's bits in which a bit flips itself and lower bits, so that aligned blocks of 2^m stay
+// sequence; a pair with an order takes point apply_order(i) for sample i. An order is a matrix over
+// the index's bits in which a bit flips itself and lower bits, so that aligned blocks of 2^m stay
 // together and each pair remains a (0,2)-sequence. The first kSearchedColumns columns come from
 // tests/bench/pair_orders.cpp: from 64 samples on, any two pairs are also stratified jointly. With
 // 16 samples or fewer, some numbers share leading digits with others that are rarely used together
@@ -90,16 +91,16 @@ inline constexpr std::array<OrderColumns, kOrders> kOrderColumns = [] {
   }
   return columns;
 }();
-constexpr uint32_t ordered(uint32_t i, Order order) {
+constexpr uint32_t apply_order(uint32_t i, Order order) {
   const OrderColumns& columns = kOrderColumns[size_t(order)];
   uint32_t x = 0;
   for (; i != 0; i &= i - 1) x ^= columns[size_t(std::countr_zero(i))];
   return x;
 }
-// ordered() for 0..7; element i is in bits [4i, 4i + 3).
-constexpr uint32_t ordered_8(Order order) {
+// apply_order() for 0..7; element i is in bits [4i, 4i + 3).
+constexpr uint32_t apply_order_to_8(Order order) {
   uint32_t elements = 0;
-  for (uint32_t i = 0; i < 8; ++i) elements |= ordered(i, order) << (4 * i);
+  for (uint32_t i = 0; i < 8; ++i) elements |= apply_order(i, order) << (4 * i);
   return elements;
 }
 

@@ -18,7 +18,7 @@ namespace emberline {
 class PixelSamples {
  public:
   // Number of extra slots outside the path's own, for work that is repeated within one event.
-  static constexpr int kBesideSlots = 15;
+  static constexpr int kAuxiliarySlots = 15;
 
   // `camera_dimensions`: number of dimensions of slot 0 that the camera uses.
   explicit PixelSamples(const Sampler& sampler, int camera_dimensions = kSlotDimensions)
@@ -74,14 +74,14 @@ class PixelSamples {
 
   float get(int dimension) const { return current_->values[dimension][lane_]; }
 
-  // A number from one of the kBesideSlots extra slots, independent of the sample's current slot.
-  float beside(int slot, int dimension) {
-    assert(slot >= 0 && slot < kBesideSlots);
-    if (!(filled_beside_ & (1u << slot))) {
-      fill_slot(kFirstBesideSlot + uint32_t(slot), &beside_[size_t(slot)]);
-      filled_beside_ |= 1u << slot;
+  // A number from one of the kAuxiliarySlots extra slots, independent of the sample's current slot.
+  float get_auxiliary(int slot, int dimension) {
+    assert(slot >= 0 && slot < kAuxiliarySlots);
+    if (!(filled_auxiliary_ & (1u << slot))) {
+      fill_slot(kFirstAuxiliarySlot + uint32_t(slot), &auxiliary_[size_t(slot)]);
+      filled_auxiliary_ |= 1u << slot;
     }
-    return beside_[size_t(slot)].values[dimension][lane_];
+    return auxiliary_[size_t(slot)].values[dimension][lane_];
   }
 
   // An independent number outside the dimension plan, for decisions whose count depends on the
@@ -102,7 +102,7 @@ class PixelSamples {
   void start(int count, bool scattered) {
     count_ = count;
     scattered_ = scattered;
-    filled_ = filled_beside_ = 0;
+    filled_ = filled_auxiliary_ = 0;
     hashed_ = streams_hashed_ = false;
   }
   void choose(int index) {
@@ -162,7 +162,7 @@ class PixelSamples {
     streams_hashed_ = true;
   }
 
-  static constexpr uint32_t kFirstBesideSlot = 1u << 24;  // beyond any path's slots
+  static constexpr uint32_t kFirstAuxiliarySlot = 1u << 24;  // beyond any path's slots
   static constexpr uint32_t kCachedSlots = 8;
 
   const Sampler& sampler_;
@@ -183,8 +183,8 @@ class PixelSamples {
   uint32_t filled_ = 0;
   const SlotBlock* current_ = nullptr;
   std::array<SlotBlock, kCachedSlots + 1> blocks_;
-  uint32_t filled_beside_ = 0;
-  std::array<SlotBlock, kBesideSlots> beside_;
+  uint32_t filled_auxiliary_ = 0;
+  std::array<SlotBlock, kAuxiliarySlots> auxiliary_;
 };
 
 }  // namespace emberline

@@ -100,12 +100,12 @@ using Tables = std::array<Table, kTables>;
 
 // Built once for all samplers and seeds; random shifts tell pixels apart.
 const Tables& tables() {
-  static const auto made = [] {
+  static const auto instance = [] {
     auto result = std::make_unique<Tables>();
     for (uint32_t t = 0; t < kTables; ++t) (*result)[t] = make_table(hash64(kPoissonDiskSalt + t));
     return result;
   }();
-  return *made;
+  return *instance;
 }
 
 // One pair's numbers for a run; `key` selects its symmetry and shift.
@@ -124,7 +124,7 @@ void fill_pair(const Table& table, uint32_t key, const SampleRun& run, float* x,
 }  // namespace
 
 PoissonDiskSampler::PoissonDiskSampler(const SamplerSettings& settings)
-    : streams_(settings.streams), rest_(settings) {
+    : streams_(settings.streams), fallback_(settings) {
   tables();  // build them before the first pixel
 }
 
@@ -133,7 +133,7 @@ void PoissonDiskSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t fir
   assert(count >= 1 && first_sample % kSampleLanes + uint32_t(count) <= kSampleLanes);
   const bool has_tables = slot < kTableSlots;
   if (!has_tables || dimensions > 2 * kTablePairs) {
-    rest_.fill(pixel, slot, first_sample, count, out, dimensions);
+    fallback_.fill(pixel, slot, first_sample, count, out, dimensions);
   }
   if (!has_tables) return;
   for_each_run(streams_, {kTableSize, kTableSize}, first_sample, count, [&](const SampleRun& run) {

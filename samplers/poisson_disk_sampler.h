@@ -35,7 +35,7 @@ class PoissonDiskSampler final : public Sampler {
 
  private:
   StreamCount streams_;
-  SobolSampler rest_;
+  SobolSampler fallback_;
 };
 
 }  // namespace emberline

@@ -31,7 +31,7 @@ enum : int {
   kLensX = 2,
   kLensY = 3,
   kTime = 4,
-  kSpare = 5,
+  kUnused = 5,
   kTexture = 6,
   kEnvironment = 7
 };

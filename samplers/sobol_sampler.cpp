@@ -32,10 +32,10 @@ constexpr std::optional<Order> order_of(uint32_t slot, int pair) {
   }
   return std::nullopt;
 }
-// ordered_8() of each order.
+// apply_order_to_8() of each order.
 constexpr std::array<uint32_t, owen_sobol::kOrders> kOrdered8 = [] {
   std::array<uint32_t, owen_sobol::kOrders> result{};
-  for (size_t o = 0; o < result.size(); ++o) result[o] = owen_sobol::ordered_8(Order(o));
+  for (size_t o = 0; o < result.size(); ++o) result[o] = owen_sobol::apply_order_to_8(Order(o));
   return result;
 }();
 
@@ -100,7 +100,7 @@ BlockPlan<kBlocks, kPairs> plan_blocks(const Block (&blocks)[kBlocks], uint32_t 
     const std::optional<Order> order = order_of(slot, p);
     if (!order) continue;
     for (int b = 0; b < kBlocks; ++b) {
-      plan.base[b * kPairs + p] = owen_sobol::ordered(first_index[b * kPairs + p], *order);
+      plan.base[b * kPairs + p] = owen_sobol::apply_order(first_index[b * kPairs + p], *order);
       plan.order[b * kPairs + p] = kOrdered8[size_t(*order)];
     }
   }
@@ -201,7 +201,7 @@ struct ScatteredLanes {
   alignas(64) uint32_t in_block[kSampleLanes];  // index within the block's eight samples
 };
 
-// ordered() for the first index of each lane's block.
+// apply_order() for the first index of each lane's block.
 void order_blocks(const ScatteredLanes& lanes, Order order, uint32_t (&base)[kSampleLanes]) {
   const owen_sobol::OrderColumns& columns = owen_sobol::kOrderColumns[size_t(order)];
   uint32_t bits = 0;
@@ -292,7 +292,7 @@ ScatteredLanes lanes_of(std::span<const SampleAddress> samples, uint32_t seed,
   return lanes;
 }
 
-bool asks_for_time(uint32_t slot, int dimensions) {
+bool needs_time(uint32_t slot, int dimensions) {
   return slot == 0 && dimensions > camera_dim::kTime;
 }
 
@@ -303,7 +303,7 @@ void SobolSampler::fill_scattered(std::span<const SampleAddress> samples, uint32
                                   int dimensions) const {
   assert(first_lane >= 0 && size_t(first_lane) + samples.size() <= size_t(kSampleLanes));
   fill_scattered_pairs(samples, seed, slot, first_lane, out, dimensions);
-  if (!asks_for_time(slot, dimensions)) return;
+  if (!needs_time(slot, dimensions)) return;
   fill_time(lanes_of(samples, seed, streams_), int(samples.size()),
             out.values[camera_dim::kTime] + first_lane);
 }
@@ -348,7 +348,7 @@ void SobolSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sam
   } else {
     fill_pairs<kSlotDimensions / 2>(block, slot, first_sample, count, out);
   }
-  if (!asks_for_time(slot, dimensions)) return;
+  if (!needs_time(slot, dimensions)) return;
   SampleAddress samples[kSampleLanes];
   for (int i = 0; i < count; ++i) samples[i] = {pixel.x, pixel.y, first_sample + uint32_t(i)};
   fill_time(lanes_of({samples, size_t(count)}, pixel.seed, streams_), count,

@@ -15,8 +15,8 @@ constexpr uint32_t kStratifiedSalt = 0x57a71f1eu;
 constexpr int kPlanarDimensions = 4;  // the first two pairs
 
 // A double holds the sum of a cell index (24 bits) and a position within the cell.
-double place_in_cell(uint32_t bits) { return double(bits >> 4) * 0x1p-28; }
-float below_one(double u) { return std::min(float(u), kOneMinusEpsilon); }
+double position_in_cell(uint32_t bits) { return double(bits >> 4) * 0x1p-28; }
+float clamp_below_one(double u) { return std::min(float(u), kOneMinusEpsilon); }
 
 // One dimension's jitter for the samples of a run.
 struct Jitter {
@@ -37,18 +37,20 @@ void fill_plane(const JitterGrid& grid, const uint32_t* cell, const Jitter& jitt
     const bool wide = cell[i] < grid.wide_cells;
     const uint32_t columns = wide ? grid.columns + 1 : grid.columns;
     const double width = wide ? per_wide_column : per_column;
-    const uint32_t among = wide ? cell[i] : cell[i] - grid.wide_cells;
+    const uint32_t index_in_rows = wide ? cell[i] : cell[i] - grid.wide_cells;
     // Half a cell beyond the quotient's jump, so that rounding cannot change the result.
-    const uint32_t column = among - uint32_t(int32_t((among + 0.5) * width)) * columns;
-    x[i] = below_one((column + place_in_cell(jitter_x.bits[i])) * width);
-    y[i] = below_one(((cell[i] - column) + columns * place_in_cell(jitter_y.bits[i])) * per_cell);
+    const uint32_t column =
+        index_in_rows - uint32_t(int32_t((index_in_rows + 0.5) * width)) * columns;
+    x[i] = clamp_below_one((column + position_in_cell(jitter_x.bits[i])) * width);
+    y[i] = clamp_below_one(((cell[i] - column) + columns * position_in_cell(jitter_y.bits[i])) *
+                           per_cell);
   }
 }
 
 void fill_line(uint32_t cells, const uint32_t* cell, const Jitter& jitter, int count, float* x) {
   const double per_cell = 1.0 / cells;
   for (int i = 0; i < count; ++i) {
-    x[i] = below_one((cell[i] + place_in_cell(jitter.bits[i])) * per_cell);
+    x[i] = clamp_below_one((cell[i] + position_in_cell(jitter.bits[i])) * per_cell);
   }
 }
 

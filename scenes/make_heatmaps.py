@@ -59,8 +59,8 @@ def make_figure(emberline, scene, rows, out):
             stack = [density, picture, *stack]
             pastes += ["--paste", f"+0+{top}", "--paste", f"+{left}+{top}"]
             top += height
-        all_of_it = f"{left + right}x{top}"
-        run("oiiotool", *stack, "--create", all_of_it, 3, f"--fill:color={BACKGROUND}", all_of_it, *pastes, *JPEG, out)
+        canvas_size = f"{left + right}x{top}"
+        run("oiiotool", *stack, "--create", canvas_size, 3, f"--fill:color={BACKGROUND}", canvas_size, *pastes, *JPEG, out)
 
 
 def make_heatmaps(emberline, threads, out):
@@ -123,8 +123,8 @@ def make_layers(emberline, threads, out):
         frame = pathlib.Path(folder) / "frame.exr"
         run(emberline, "render", HERE / "glass_metal.glb", "-o", frame, "--size", "320x180", "--spp", "256", "--quiet", "--aov",
             ",".join([*light, "albedo", "N", "Z", "id"]), *threads)
-        shown = ["--colorconvert", "linear", "sRGB"]
-        panels = {"": shown, **{f"{layer}.": shown for layer in [*light, "albedo"]},
+        to_srgb = ["--colorconvert", "linear", "sRGB"]
+        panels = {"": to_srgb, **{f"{layer}.": to_srgb for layer in [*light, "albedo"]},
                   "N.": ["--addc", "1", "--mulc", ".5"], "Z": ["--subc", DEPTHS[0], "--divc", DEPTHS[1]],
                   "id": ["--mulc", 2**32 - 1, "--divc", OBJECTS, "--colormap", "turbo"]}  # read as a fraction of 2^32 - 1
         names = []
@@ -151,7 +151,7 @@ def main():
     shared = [*OPTIONS, "--size", options.size, *threads]
     figures = {f"figure_1_{scene}": lambda out, scene=scene: make_figure(options.emberline, scene, [shared], out)
                for scene in SCENES}
-    blurs = [BLUR + how + threads for how in (SHUTTER + ["--plain"], LENS + ["--plain"], SHUTTER + LENS)]
+    blurs = [BLUR + blur_options + threads for blur_options in (SHUTTER + ["--plain"], LENS + ["--plain"], SHUTTER + LENS)]
     figures["blur"] = lambda out: make_figure(options.emberline, "moving_blade", blurs, out)
     figures["heatmaps"] = lambda out: make_heatmaps(options.emberline, options.threads, out)
     figures["clamped"] = lambda out: make_clamped(options.emberline, threads, out)

@@ -48,10 +48,10 @@ def main():
     unknown = [n for n in options.names if n not in FILES and f"{n}.glb" not in FILES and f"{n}.hdr" not in FILES]
     if unknown:
         parser.error(f"unknown: {', '.join(unknown)}; there are: {', '.join(FILES)}")
-    wanted = [f for f in FILES if not options.names or f in options.names or f.rsplit(".", 1)[0] in options.names]
+    selected = [f for f in FILES if not options.names or f in options.names or f.rsplit(".", 1)[0] in options.names]
 
     different = 0
-    for file in wanted:
+    for file in selected:
         data = FILES[file]()
         if options.check:
             committed = HERE / file
@@ -63,7 +63,7 @@ def main():
             (options.out / file).write_bytes(data)
             print(f"{options.out / file}: {len(data)} bytes", flush=True)
     if different:
-        print(f"{different} of {len(wanted)} differ from what make_scenes.py writes", file=sys.stderr)
+        print(f"{different} of {len(selected)} differ from what make_scenes.py writes", file=sys.stderr)
     return 1 if different else 0
 
 

@@ -16,12 +16,12 @@ template <class... Recorders>
 class RecorderList : Recorders... {
  public:
   explicit RecorderList(PathBatch& batch) : Recorders(batch)... {}
-  static bool wanted(const SampleBatch& batch) { return (Recorders::wanted(batch) || ...); }
+  static bool is_enabled(const SampleBatch& batch) { return (Recorders::is_enabled(batch) || ...); }
 
   void begin(int lane) { (Recorders::begin(lane), ...); }
   void camera_missed(const LaneList& missed) { (Recorders::camera_missed(missed), ...); }
   void background(int lane, const Rgb& radiance) { (Recorders::background(lane, radiance), ...); }
-  void met_surfaces() { (Recorders::met_surfaces(), ...); }
+  void surfaces_hit() { (Recorders::surfaces_hit(), ...); }
   void shaded(int lane) { (Recorders::shaded(lane), ...); }
   Rgb emitted(int lane, Rgb light) {
     ((light = Recorders::emitted(lane, light)), ...);
@@ -37,7 +37,7 @@ class RecorderList : Recorders... {
   }
   void scattered(int lane, const BsdfSample& next) { (Recorders::scattered(lane, next), ...); }
   void missed(int lane) { (Recorders::missed(lane), ...); }
-  void ended(const LaneList& hit) { (Recorders::ended(hit), ...); }
+  void paths_ended(const LaneList& hit) { (Recorders::paths_ended(hit), ...); }
 };
 
 // The clamp comes first, so that the others record the remaining light.

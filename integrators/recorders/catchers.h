@@ -12,45 +12,45 @@ namespace emberline {
 class CatcherRecorder : public Recorder {
  public:
   explicit CatcherRecorder(PathBatch& batch) : Recorder(batch) {}
-  static bool wanted(const SampleBatch& batch) {
+  static bool is_enabled(const SampleBatch& batch) {
     return batch.roles || !batch.catcher_samples.empty();
   }
 
   void camera_missed(const LaneList& missed) {
-    if (!roles_ || caught_.empty()) return;
-    for (const int lane : missed) caught_[size_t(lane)].background = 1.0f;
+    if (!roles_ || catcher_samples_.empty()) return;
+    for (const int lane : missed) catcher_samples_[size_t(lane)].background = 1.0f;
   }
-  void met_surfaces() {
-    if (roles_) b_.alive.filter([this](int lane) { return goes_on(lane); });
+  void surfaces_hit() {
+    if (roles_) b_.alive.filter([this](int lane) { return continues_path(lane); });
   }
   void missed(int lane) {
-    if (!caught_.empty() && b_.paths[lane].events == 0) {
-      caught_[size_t(lane)].background = luminance(b_.paths[lane].throughput);
+    if (!catcher_samples_.empty() && b_.paths[lane].events == 0) {
+      catcher_samples_[size_t(lane)].background = luminance(b_.paths[lane].throughput);
     }
   }
   // Samples lights at catchers after the paths have ended, with the random numbers of the catchers'
   // own light samples, so that catchers do not change the random numbers of paths.
-  void ended(const LaneList&) {
+  void paths_ended(const LaneList&) {
     if (lanes_.empty() || b_.lights.empty()) return;
-    for (const int lane : lanes_) catch_light(lane);
+    for (const int lane : lanes_) sample_catcher_light(lane);
   }
 
  private:
-  struct Catch {
+  struct CatcherHit {
     Ray ray;
     SurfaceHit hit;
     uint32_t slot;  // slot of the surface's random numbers
     float weight;   // transmittance of the panes in front of it
   };
-  bool goes_on(int lane);
-  void catch_light(int lane);
+  bool continues_path(int lane);
+  void sample_catcher_light(int lane);
   void connect(int lane, const SurfaceInteraction& surface, const LightSample& light, float weight);
 
   const SurfaceRoles* const roles_ = b_.batch.roles;  // null: none
   // Empty: light on catchers is not recorded.
-  const std::span<CatcherSample> caught_ = b_.batch.catcher_samples;
+  const std::span<CatcherSample> catcher_samples_ = b_.batch.catcher_samples;
   LaneList lanes_;
-  LaneArray<Catch> catches_;
+  LaneArray<CatcherHit> catcher_hits_;
 };
 
 }  // namespace emberline

@@ -13,23 +13,23 @@ namespace emberline {
 class FeatureRecorder : public Recorder {
  public:
   explicit FeatureRecorder(PathBatch& batch) : Recorder(batch) {}
-  static bool wanted(const SampleBatch& batch) { return !batch.features.empty(); }
+  static bool is_enabled(const SampleBatch& batch) { return !batch.features.empty(); }
 
   void begin(int lane) {
     if (!features_.empty()) states_.emplace(lane);
   }
   void background(int lane, const Rgb& radiance) {
-    if (!features_.empty()) features_[size_t(lane)] = {.albedo = at_most_1(radiance)};
+    if (!features_.empty()) features_[size_t(lane)] = {.albedo = clamp_to_one(radiance)};
   }
   void shaded(int lane) {
-    if (!features_.empty()) see_surface(lane);
+    if (!features_.empty()) record_surface(lane);
   }
   Rgb environment(int lane, const Rgb& radiance, const Rgb& light) {
     if (!features_.empty()) leave(lane, b_.paths[lane].throughput * radiance);
     return light;
   }
   Rgb connected(int lane, const Rgb& light) {
-    if (!features_.empty() && states_[lane].seen == Seen::kThere) {
+    if (!features_.empty() && states_[lane].stage == Stage::kAtSurface) {
       features_[size_t(lane)].visibility = 1.0f;
     }
     return light;
@@ -39,44 +39,45 @@ class FeatureRecorder : public Recorder {
   }
 
  private:
-  enum class Seen : uint8_t { kOnTheWay, kThere, kPast };
+  enum class Stage : uint8_t { kSpecularPath, kAtSurface, kDone };
   struct State {
-    Seen seen = Seen::kOnTheWay;
-    float length = 0.0f;       // of the path so far
-    float axial_share = 0.0f;  // depth over distance, along the camera ray
+    Stage stage = Stage::kSpecularPath;
+    float length = 0.0f;              // of the path so far
+    float depth_per_distance = 0.0f;  // depth over distance, along the camera ray
   };
 
-  static Rgb at_most_1(const Rgb& colour) {
+  static Rgb clamp_to_one(const Rgb& colour) {
     return {std::min(colour.x, 1.0f), std::min(colour.y, 1.0f), std::min(colour.z, 1.0f)};
   }
   void leave(int lane, const Rgb& light) {
-    if (states_[lane].seen == Seen::kOnTheWay) background(lane, light);
+    if (states_[lane].stage == Stage::kSpecularPath) background(lane, light);
   }
   // A path that ends before it meets a non-specular surface keeps the features of its last surface.
-  void see_surface(int lane) {
+  void record_surface(int lane) {
     State& state = states_[lane];
-    if (state.seen == Seen::kOnTheWay) {
-      show(b_.paths[lane], b_.points[lane], b_.bsdfs[lane], &state, &features_[size_t(lane)]);
+    if (state.stage == Stage::kSpecularPath) {
+      set_features(b_.paths[lane], b_.points[lane], b_.bsdfs[lane], &state,
+                   &features_[size_t(lane)]);
     } else {
-      state.seen = Seen::kPast;
+      state.stage = Stage::kDone;
     }
   }
-  void show(const Path& path, const ShadedPoint& point, const SurfaceBsdf& bsdf, State* state,
-            DenoiserFeatures* features) {
+  void set_features(const Path& path, const ShadedPoint& point, const SurfaceBsdf& bsdf,
+                    State* state, DenoiserFeatures* features) {
     const float length = path.hit.t;
     if (state->length == 0.0f) {
       const float depth = b_.batch.camera.axial_depth(point.surface.position, path.ray.time);
-      state->axial_share = depth / length;
+      state->depth_per_distance = depth / length;
     }
     state->length += length;
     const bool unlit = point.surface.material->unlit();
     const Rgb albedo = unlit ? Rgb(0.0f) : bsdf.albedo();
-    features->albedo = at_most_1(path.throughput * (albedo + point.material.emission));
+    features->albedo = clamp_to_one(path.throughput * (albedo + point.material.emission));
     features->normal = point.frame.shading.normal;
-    constexpr float kMost = DenoiserFeatures::kMostNearness;
-    const float nearness = float(b_.scene.scale()) / (state->axial_share * state->length);
-    features->nearness = nearness < kMost ? std::max(nearness, 0.0f) : kMost;
-    if (unlit || bsdf.has_non_delta()) state->seen = Seen::kThere;
+    constexpr float kLimit = DenoiserFeatures::kMaxNearness;
+    const float nearness = float(b_.scene.scale()) / (state->depth_per_distance * state->length);
+    features->nearness = nearness < kLimit ? std::max(nearness, 0.0f) : kLimit;
+    if (unlit || bsdf.has_non_delta()) state->stage = Stage::kAtSurface;
   }
 
   const std::span<DenoiserFeatures> features_ = b_.batch.features;  // empty: not recorded

@@ -8,7 +8,7 @@ namespace emberline {
 class FirstHitRecorder : public Recorder {
  public:
   explicit FirstHitRecorder(PathBatch& batch) : Recorder(batch) {}
-  static bool wanted(const SampleBatch& batch) { return batch.surface_aovs || batch.hit_id; }
+  static bool is_enabled(const SampleBatch& batch) { return batch.surface_aovs || batch.hit_id; }
 
   void shaded(int lane) {
     if (b_.depth > 0) return;

@@ -9,7 +9,7 @@ namespace emberline {
 struct NoRecorder {
   explicit NoRecorder(PathBatch& /*batch*/) {}
   // Whether the batch asks for the recorder's output.
-  static bool wanted(const SampleBatch&) { return false; }
+  static bool is_enabled(const SampleBatch&) { return false; }
 
   // The camera ray has hit a surface.
   static void begin(int /*lane*/) {}
@@ -17,7 +17,7 @@ struct NoRecorder {
   static void camera_missed(const LaneList& /*missed*/) {}
   static void background(int /*lane*/, const Rgb& /*radiance*/) {}
   // All rays of PathBatch::alive have hit surfaces. The hook may end paths.
-  static void met_surfaces() {}
+  static void surfaces_hit() {}
   // The surface's material and BSDF are known.
   static void shaded(int /*lane*/) {}
 
@@ -35,7 +35,7 @@ struct NoRecorder {
   static void missed(int /*lane*/) {}
   // All paths have ended and the sample values are set. `hit`: paths whose camera ray hit a
   // surface.
-  static void ended(const LaneList& /*hit*/) {}
+  static void paths_ended(const LaneList& /*hit*/) {}
 };
 
 // Base of recorders, which hide the hooks that they implement.

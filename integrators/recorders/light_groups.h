@@ -32,7 +32,7 @@ class BatchLightGroups {
 class LightGroupRecorder : public Recorder {
  public:
   explicit LightGroupRecorder(PathBatch& batch) : Recorder(batch) {}
-  static bool wanted(const SampleBatch& batch) { return batch.light_values; }
+  static bool is_enabled(const SampleBatch& batch) { return batch.light_values; }
 
   void background(int lane, const Rgb& radiance) {
     if (values_) values_->add(lane, groups_.of_environment(), Rgb(1.0f), radiance);

@@ -1,25 +1,25 @@
 #include "integrators/recorders/occlusion.h"
 
-#include "integrators/openness.h"
+#include "integrators/ambient_visibility.h"
 #include "renderer/film/channels.h"
 
 namespace emberline {
 
-bool OcclusionRecorder::wanted(const SampleBatch& batch) {
+bool OcclusionRecorder::is_enabled(const SampleBatch& batch) {
   static const Aov ao = find_named(aov_table(), "`aov`", "channel", "ao").value;
   return batch.aovs && batch.aovs->contains(ao);
 }
 
-void OcclusionRecorder::ended(const LaneList&) {
+void OcclusionRecorder::paths_ended(const LaneList&) {
   constexpr uint32_t kOcclusionSlot = 1u
                                       << 25;  // beyond the slots of paths and their light samples
-  for (const int lane : seen_) {
+  for (const int lane : lanes_) {
     b_.samples.resume_sample(lane);
     b_.samples.start_slot(kOcclusionSlot);
     FirstHit& hit = b_.values[size_t(lane)].first_hit;
     hit.hit = true;
     const float time = b_.batch.rays[size_t(lane)].time;
-    hit.openness = openness(b_.scene, points_[lane], time, b_.samples, nullptr);
+    hit.ambient_visibility = ambient_visibility(b_.scene, points_[lane], time, b_.samples, nullptr);
   }
 }
 

@@ -7,21 +7,22 @@ namespace emberline {
 
 class OcclusionRecorder : public Recorder {
  public:
-  explicit OcclusionRecorder(PathBatch& batch) : Recorder(batch), on_(wanted(batch.batch)) {}
-  static bool wanted(const SampleBatch& batch);
+  explicit OcclusionRecorder(PathBatch& batch)
+      : Recorder(batch), is_enabled_(is_enabled(batch.batch)) {}
+  static bool is_enabled(const SampleBatch& batch);
 
   void shaded(int lane) {
-    if (!on_ || b_.depth > 0) return;
-    seen_.add(lane);
+    if (!is_enabled_ || b_.depth > 0) return;
+    lanes_.add(lane);
     points_.emplace(lane) = b_.points[lane];
   }
   // Runs after the paths, with random numbers that no path uses, so that no other channel changes.
   // The ray is not counted, since the cost of a pixel steers adaptive sampling.
-  void ended(const LaneList&);
+  void paths_ended(const LaneList&);
 
  private:
-  const bool on_;
-  LaneList seen_;
+  const bool is_enabled_;
+  LaneList lanes_;
   LaneArray<ShadedPoint> points_;
 };
 

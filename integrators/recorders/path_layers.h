@@ -12,21 +12,21 @@ namespace emberline {
 class PathLayerRecorder : public Recorder {
  public:
   explicit PathLayerRecorder(PathBatch& batch) : Recorder(batch) {}
-  static bool wanted(const SampleBatch& batch) { return batch.layer_values; }
+  static bool is_enabled(const SampleBatch& batch) { return batch.layer_values; }
 
   void begin(int lane) {
-    if (values_) first_.emplace(lane);
+    if (values_) first_events_.emplace(lane);
   }
   void background(int lane, const Rgb& radiance) {
     if (!values_) return;
-    values_->add(lane, layers_->place_of(PathLayer::kEnvironment), Rgb(1.0f), radiance);
+    values_->add(lane, layers_->index_of(PathLayer::kEnvironment), Rgb(1.0f), radiance);
   }
   Rgb emitted(int lane, const Rgb& light) {
-    if (values_) add(lane, first_[lane], PathLayer::kEmission, light);
+    if (values_) add(lane, first_events_[lane], PathLayer::kEmission, light);
     return light;
   }
   Rgb environment(int lane, const Rgb&, const Rgb& light) {
-    if (values_) add(lane, first_[lane], PathLayer::kEnvironment, light);
+    if (values_) add(lane, first_events_[lane], PathLayer::kEnvironment, light);
     return light;
   }
   Rgb connected(int lane, const Rgb& light) {
@@ -35,11 +35,11 @@ class PathLayerRecorder : public Recorder {
   }
   void scattered(int lane, const BsdfSample& next) {
     if (!values_) return;
-    Event& first = first_[lane];
+    Event& first = first_events_[lane];
     if (first.kind == Kind::kNone) {
       first = event_along(lane, next.wi, next.transmitted, next.delta);
     } else if (!(next.delta && next.transmitted && b_.points[lane].material.bsdf.thin_walled)) {
-      first.again = true;
+      first.is_scattered_again = true;
     }
   }
 
@@ -48,8 +48,8 @@ class PathLayerRecorder : public Recorder {
   enum class Kind : uint8_t { kNone, kReflected, kTransmitted };
   struct Event {
     Kind kind = Kind::kNone;
-    bool again = false;       // scattered once more since then
-    Rgb diffuse = Rgb(0.0f);  // diffuse share of the reflection
+    bool is_scattered_again = false;  // scattered once more since then
+    Rgb diffuse = Rgb(0.0f);          // diffuse share of the reflection
   };
 
   // The event at the path's vertex if the path leaves along wi, in local space.
@@ -64,13 +64,13 @@ class PathLayerRecorder : public Recorder {
     return event;
   }
   void add_connection(int lane, const Rgb& light) {
-    Event first = first_[lane];
+    Event first = first_events_[lane];
     if (first.kind == Kind::kNone) {
       const Vec3f& direction = b_.connections[lane].light.direction;
       const Vec3f wi = b_.points[lane].frame.shading.to_local(direction);
       first = event_along(lane, wi, wi.z < 0.0f, false);
     } else {
-      first.again = true;
+      first.is_scattered_again = true;
     }
     add(lane, first, PathLayer::kEmission, light);
   }
@@ -79,16 +79,16 @@ class PathLayerRecorder : public Recorder {
     if (first.kind == Kind::kNone) return add_to(lane, unscattered, light);
     if (first.kind == Kind::kTransmitted) return add_to(lane, PathLayer::kTransmission, light);
     const Rgb diffuse = light * first.diffuse;
-    add_to(lane, first.again ? PathLayer::kIndirect : PathLayer::kDirect, diffuse);
+    add_to(lane, first.is_scattered_again ? PathLayer::kIndirect : PathLayer::kDirect, diffuse);
     add_to(lane, PathLayer::kReflection, light - diffuse);
   }
   void add_to(int lane, PathLayer layer, const Rgb& light) {
-    values_->add(lane, layers_->place_of(layer), b_.paths[lane].throughput, light);
+    values_->add(lane, layers_->index_of(layer), b_.paths[lane].throughput, light);
   }
 
   const PathLayers* const layers_ = b_.batch.path_layers;
   LightGroupValues* const values_ = b_.batch.layer_values;  // null: not recorded
-  LaneArray<Event> first_;
+  LaneArray<Event> first_events_;
 };
 
 }  // namespace emberline

@@ -26,10 +26,10 @@ namespace {
 namespace ocio = OCIO_NAMESPACE;
 
 // The largest finite half: display transforms index tables by half.
-constexpr float kLargestHalf = 65504.0f;
+constexpr float kMaxHalf = 65504.0f;
 
 // Studio configs have a few megabytes, archives with their tables about a hundred.
-constexpr uint64_t kLargestConfig = uint64_t(256) << 20;
+constexpr uint64_t kMaxConfigBytes = uint64_t(256) << 20;
 
 // Names for "linear light, Rec. 709 primaries, D65" in the ACES configs of OpenColorIO 2 and of
 // OpenColorIO 1 (ACES 1.0.3 to 1.2), in Blender's config and in older studio configs.
@@ -130,12 +130,12 @@ std::string find_name(const std::string& kind, const std::string& owner, const s
                    names.empty() ? "(none)" : fmt::format("{}", fmt::join(names, ", ")));
 }
 
-struct Source {
+struct InputSpace {
   std::string space;     // the config's space in which pixels enter it
   bool to_aces = false;  // pixels are converted to ACES2065-1 first
 };
 
-Source find_source(const ocio::ConstConfigRcPtr& config, const std::string& place) {
+InputSpace find_input_space(const ocio::ConstConfigRcPtr& config, const std::string& place) {
   for (const char* name : kLinearRec709Names) {
     if (const ocio::ConstColorSpaceRcPtr space = config->getColorSpace(name)) {
       return {space->getName(), false};
@@ -156,14 +156,14 @@ Source find_source(const ocio::ConstConfigRcPtr& config, const std::string& plac
 }
 
 // The current config and its name in messages.
-struct UsedConfig {
+struct CurrentConfig {
   ocio::ConstConfigRcPtr config;
   std::string place;
   bool built_in = false;
   std::vector<std::string> tables = {};  // files that it refers to
 };
 
-UsedConfig used_config() {
+CurrentConfig current_config() {
   // OpenColorIO logs through our log; its errors are exceptions.
   static std::once_flag logging;
   std::call_once(logging, [] {
@@ -176,14 +176,14 @@ UsedConfig used_config() {
   // OpenColorIO's own reader would block on a pipe, read a device forever, and leak on a directory.
   if (!std::string_view(variable).starts_with("ocio://")) {  // a config built into the library
     const InputFile file(variable, "$OCIO");
-    if (file.size() > kLargestConfig) {
+    if (file.size() > kMaxConfigBytes) {
       throw InputError(variable, "is too large for an OpenColorIO config: {} (named by $OCIO)",
                        readable_bytes(file.size()));
     }
     check_ocio_aliases(file.read_text(), variable);
   }
   try {
-    UsedConfig used{ocio::Config::CreateFromFile(variable), variable};
+    CurrentConfig used{ocio::Config::CreateFromFile(variable), variable};
     used.tables = check_ocio_config(used.config, variable);
     return used;
   } catch (const ocio::Exception& error) {
@@ -191,12 +191,12 @@ UsedConfig used_config() {
   }
 }
 
-void put_first(std::vector<std::string>& names, const std::string& first) {
+void move_to_front(std::vector<std::string>& names, const std::string& first) {
   const auto found = std::ranges::find(names, first);
   if (found != names.end()) std::rotate(names.begin(), found, found + 1);
 }
 
-std::vector<std::string> list_of(int count, const auto& name_of) {
+std::vector<std::string> collect_names(int count, const auto& name_of) {
   std::vector<std::string> names;
   for (int i = 0; i < count; ++i) names.emplace_back(name_of(i));
   return names;
@@ -205,40 +205,40 @@ std::vector<std::string> list_of(int count, const auto& name_of) {
 std::vector<std::string> views_of(const ocio::ConstConfigRcPtr& config,
                                   const std::string& display) {
   const char* const of = display.c_str();
-  return list_of(config->getNumViews(of), [&](int i) { return config->getView(of, i); });
+  return collect_names(config->getNumViews(of), [&](int i) { return config->getView(of, i); });
 }
 
 std::vector<std::string> displays_of(const ocio::ConstConfigRcPtr& config) {
-  return list_of(config->getNumDisplays(), [&](int i) { return config->getDisplay(i); });
+  return collect_names(config->getNumDisplays(), [&](int i) { return config->getDisplay(i); });
 }
 
 std::vector<std::string> looks_of(const ocio::ConstConfigRcPtr& config) {
-  return list_of(config->getNumLooks(), [&](int i) { return config->getLookNameByIndex(i); });
+  return collect_names(config->getNumLooks(), [&](int i) { return config->getLookNameByIndex(i); });
 }
 
-float bounded(float value) {
-  return std::isnan(value) ? 0.0f : std::clamp(value, -kLargestHalf, kLargestHalf);
+float clamp_to_half(float value) {
+  return std::isnan(value) ? 0.0f : std::clamp(value, -kMaxHalf, kMaxHalf);
 }
 
 }  // namespace
 
 DisplayNames display_names() {
-  const ocio::ConstConfigRcPtr config = used_config().config;
+  const ocio::ConstConfigRcPtr config = current_config().config;
   DisplayNames names;
   std::vector<std::string> displays = displays_of(config);
-  put_first(displays, config->getDefaultDisplay());
+  move_to_front(displays, config->getDefaultDisplay());
   for (const std::string& display : displays) {
     std::vector<std::string> views = views_of(config, display);
-    put_first(views, config->getDefaultView(display.c_str()));
+    move_to_front(views, config->getDefaultView(display.c_str()));
     names.displays.push_back({display, std::move(views)});
   }
   names.looks = looks_of(config);
   return names;
 }
 
-std::vector<std::string> display_tables() {
+std::vector<std::string> ocio_table_files() {
   try {
-    return used_config().tables;
+    return current_config().tables;
   } catch (const InputError&) {
     return {};  // code that needs the config reports the error
   }
@@ -257,16 +257,16 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace
   if (!std::isfinite(settings.exposure)) throw UsageError("`exposure`: not a finite number");
   // OpenColorIO 2.1 keeps what it reads of the environment in one string shared by all threads, and
   // a window makes transforms for the screen and for files concurrently.
-  static std::mutex one_at_a_time;
-  const std::lock_guard lock(one_at_a_time);
+  static std::mutex ocio_mutex;
+  const std::lock_guard lock(ocio_mutex);
 
   auto impl = std::make_unique<Impl>();
   impl->scale = std::exp2(settings.exposure);
   impl->to_rec709 = from_working_space(from);
 
-  const auto [config, place, built_in, tables] = used_config();
+  const auto [config, place, built_in, tables] = current_config();
   try {
-    const Source source = find_source(config, place);
+    const InputSpace source = find_input_space(config, place);
 
     const std::string display = find_name("display", place, settings.display, displays_of(config),
                                           config->getDefaultDisplay());
@@ -292,8 +292,9 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace
 
     const char* const view_space =
         config->getDisplayViewColorSpaceName(display.c_str(), view.c_str());
-    const ocio::ConstColorSpaceRcPtr shown = config->getColorSpace(view_space ? view_space : "");
-    const bool raw = shown && shown->isData();
+    const ocio::ConstColorSpaceRcPtr view_color_space =
+        config->getColorSpace(view_space ? view_space : "");
+    const bool raw = view_color_space && view_color_space->isData();
     if (source.to_aces && !raw) {
       impl->to_aces = config->getProcessor(rec709_to_aces())
                           ->getOptimizedCPUProcessor(ocio::OPTIMIZATION_LOSSLESS);
@@ -319,7 +320,7 @@ DisplayTransform::~DisplayTransform() = default;
 void DisplayTransform::apply(float* rgb, size_t pixel_count) const {
   if (pixel_count == 0) return;
   const size_t count = 3 * pixel_count;
-  for (size_t i = 0; i < count; ++i) rgb[i] = bounded(rgb[i] * impl_->scale);
+  for (size_t i = 0; i < count; ++i) rgb[i] = clamp_to_half(rgb[i] * impl_->scale);
   if (const ColourMatrix* matrix = impl_->to_rec709.get()) {
     for (float* p = rgb; p != rgb + count; p += 3) {
       const Rgb c = *matrix * Rgb(p[0], p[1], p[2]);
@@ -329,7 +330,7 @@ void DisplayTransform::apply(float* rgb, size_t pixel_count) const {
   ocio::PackedImageDesc image(rgb, long(pixel_count), 1, 3);
   if (impl_->to_aces) impl_->to_aces->apply(image);
   impl_->to_display->apply(image);
-  for (size_t i = 0; i < count; ++i) rgb[i] = bounded(rgb[i]);
+  for (size_t i = 0; i < count; ++i) rgb[i] = clamp_to_half(rgb[i]);
 }
 
 bool DisplayTransform::mixes_channels() const {

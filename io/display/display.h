@@ -36,7 +36,7 @@ struct DisplayNames {
 DisplayNames display_names();
 
 // The existing files that the config of $OCIO names; none without a config or if it is damaged.
-std::vector<std::string> display_tables();
+std::vector<std::string> ocio_table_files();
 
 // The transform from linear Rec. 709 to a display.
 //

@@ -18,17 +18,17 @@ namespace {
 namespace ocio = OCIO_NAMESPACE;
 
 // A hundred times what real configs expand to.
-constexpr double kMostTransforms = 1e5;
+constexpr double kMaxTransforms = 1e5;
 // Bounds the recursion.
-constexpr int kDeepest = 200;
+constexpr int kMaxDepth = 200;
 // Studio tables have about ten megabytes.
-constexpr uint64_t kLargestTable = uint64_t(64) << 20;
+constexpr uint64_t kMaxTableBytes = uint64_t(64) << 20;
 // Each alias can triple the size of the parsed config; studio configs have none.
-constexpr int kMostAliases = 16;
+constexpr int kMaxAliases = 16;
 
-class ConfigWalk {
+class ConfigChecker {
  public:
-  ConfigWalk(const ocio::ConstConfigRcPtr& config, const std::string& place)
+  ConfigChecker(const ocio::ConstConfigRcPtr& config, const std::string& place)
       : config_(config), place_(place) {}
 
   std::vector<std::string> files() {
@@ -42,54 +42,56 @@ class ConfigWalk {
       view_transform(config_->getViewTransformNameByIndex(i));
     }
     for (int i = 0; i < config_->getNumNamedTransforms(ocio::NAMEDTRANSFORM_ALL); ++i) {
-      named(config_->getNamedTransformNameByIndex(ocio::NAMEDTRANSFORM_ALL, i));
+      named_transform(config_->getNamedTransformNameByIndex(ocio::NAMEDTRANSFORM_ALL, i));
     }
     return std::move(files_);
   }
 
  private:
   // The number of transforms that `name` expands to, counted once per name.
-  double once(const std::string& name, const std::function<double()>& count) {
-    const auto [entry, fresh] = counts_.try_emplace(name, -1.0);
-    if (!fresh && entry->second < 0) throw InputError(place_, name + " refers back to itself");
-    if (!fresh) return entry->second;
-    if (++depth_ > kDeepest) {
-      throw InputError(place_, "{} is nested more than {} levels deep", name, kDeepest);
+  double count_once(const std::string& name, const std::function<double()>& count) {
+    const auto [entry, is_new] = counts_.try_emplace(name, -1.0);
+    if (!is_new && entry->second < 0) throw InputError(place_, name + " refers back to itself");
+    if (!is_new) return entry->second;
+    if (++depth_ > kMaxDepth) {
+      throw InputError(place_, "{} is nested more than {} levels deep", name, kMaxDepth);
     }
     const double total = count();
     --depth_;
-    if (total > kMostTransforms) {
-      throw InputError(place_, "{} expands to more than {} transforms", name, int(kMostTransforms));
+    if (total > kMaxTransforms) {
+      throw InputError(place_, "{} expands to more than {} transforms", name, int(kMaxTransforms));
     }
     return counts_[name] = total;
   }
 
   // Counts the transforms of both directions.
   template <typename Thing, typename Direction>
-  double both(const std::string& name, const Thing& thing, Direction there, Direction back) {
-    return once(name, [&] {
+  double count_both_directions(const std::string& name, const Thing& thing, Direction there,
+                               Direction back) {
+    return count_once(name, [&] {
       return transform(thing.getTransform(there)) + transform(thing.getTransform(back));
     });
   }
 
   double space(const std::string& name) {
     const ocio::ConstColorSpaceRcPtr found = config_->getColorSpace(name.c_str());
-    if (!found) return named(name);
-    return both("the colour space \"" + std::string(found->getName()) + "\"", *found,
-                ocio::COLORSPACE_DIR_TO_REFERENCE, ocio::COLORSPACE_DIR_FROM_REFERENCE);
+    if (!found) return named_transform(name);
+    return count_both_directions("the colour space \"" + std::string(found->getName()) + "\"",
+                                 *found, ocio::COLORSPACE_DIR_TO_REFERENCE,
+                                 ocio::COLORSPACE_DIR_FROM_REFERENCE);
   }
 
-  double named(const std::string& name) {
+  double named_transform(const std::string& name) {
     const ocio::ConstNamedTransformRcPtr found = config_->getNamedTransform(name.c_str());
     if (!found) return 0;
-    return both("the named transform \"" + std::string(found->getName()) + "\"", *found,
-                ocio::TRANSFORM_DIR_FORWARD, ocio::TRANSFORM_DIR_INVERSE);
+    return count_both_directions("the named transform \"" + std::string(found->getName()) + "\"",
+                                 *found, ocio::TRANSFORM_DIR_FORWARD, ocio::TRANSFORM_DIR_INVERSE);
   }
 
   double look(const std::string& name) {
     const ocio::ConstLookRcPtr found = config_->getLook(name.c_str());
     if (!found) return 0;
-    return once("the look \"" + name + "\"", [&] {
+    return count_once("the look \"" + name + "\"", [&] {
       return transform(found->getTransform()) + transform(found->getInverseTransform()) +
              space(found->getProcessSpace());
     });
@@ -113,12 +115,13 @@ class ConfigWalk {
   double view_transform(const std::string& name) {
     const ocio::ConstViewTransformRcPtr found = config_->getViewTransform(name.c_str());
     if (!found) return 0;
-    return both("the view transform \"" + name + "\"", *found, ocio::VIEWTRANSFORM_DIR_TO_REFERENCE,
-                ocio::VIEWTRANSFORM_DIR_FROM_REFERENCE);
+    return count_both_directions("the view transform \"" + name + "\"", *found,
+                                 ocio::VIEWTRANSFORM_DIR_TO_REFERENCE,
+                                 ocio::VIEWTRANSFORM_DIR_FROM_REFERENCE);
   }
 
   double view(const char* display, const char* name) {
-    return once("the view \"" + std::string(display) + " / " + name + "\"", [&] {
+    return count_once("the view \"" + std::string(display) + " / " + name + "\"", [&] {
       const auto text = [](const char* c) { return std::string(c ? c : ""); };
       const std::string shown = text(config_->getDisplayViewColorSpaceName(display, name));
       return space(shown == "<USE_DISPLAY_NAME>" ? display : shown) +
@@ -135,8 +138,8 @@ class ConfigWalk {
         total += transform(group->getTransform(i));
       return total;
     }
-    if (const auto between = ocio::DynamicPtrCast<const ocio::ColorSpaceTransform>(one)) {
-      return 1 + space(between->getSrc()) + space(between->getDst());
+    if (const auto conversion = ocio::DynamicPtrCast<const ocio::ColorSpaceTransform>(one)) {
+      return 1 + space(conversion->getSrc()) + space(conversion->getDst());
     }
     if (const auto look = ocio::DynamicPtrCast<const ocio::LookTransform>(one)) {
       return 1 + space(look->getSrc()) + space(look->getDst()) + looks(look->getLooks());
@@ -160,7 +163,7 @@ class ConfigWalk {
     }
     if (std::ranges::find(files_, path) != files_.end()) return;
     const InputFile file(path, "the OpenColorIO config " + place_);
-    if (file.size() > kLargestTable) {
+    if (file.size() > kMaxTableBytes) {
       throw InputError(place_, "{} is too large for a colour lookup table: {}", path,
                        readable_bytes(file.size()));
     }
@@ -180,10 +183,10 @@ class ConfigWalk {
     if (first == std::string_view::npos || head[first] != '<') return;
     std::string text = file.read_text();
     std::erase(text, '\0');  // of UTF-16
-    for (const char* unwanted : {"<Reference", "<!DOCTYPE"}) {
-      if (text.find(unwanted) == std::string::npos) continue;
+    for (const char* unsupported : {"<Reference", "<!DOCTYPE"}) {
+      if (text.find(unsupported) == std::string::npos) continue;
       throw InputError(place_, "{}: \"{}\" is not supported; name the lookup tables in the config",
-                       path, unwanted);
+                       path, unsupported);
     }
   }
 
@@ -195,7 +198,7 @@ class ConfigWalk {
 };
 
 // Removes comments, except those with a quote: they may be part of a string.
-std::string without_comments(const std::string& text) {
+std::string strip_comments(const std::string& text) {
   std::string result;
   for (size_t i = 0; i < text.size();) {
     const size_t end = std::min(text.find_first_of("\r\n", i), text.size());
@@ -231,7 +234,7 @@ std::vector<std::string> yaml_names(const std::string& text, char indicator) {
 
 std::vector<std::string> check_ocio_config(const ocio::ConstConfigRcPtr& config,
                                            const std::string& place) {
-  return ConfigWalk(config, place).files();
+  return ConfigChecker(config, place).files();
 }
 
 void check_ocio_aliases(const std::string& text, const std::string& place) {
@@ -239,13 +242,13 @@ void check_ocio_aliases(const std::string& text, const std::string& place) {
   if (!is_archive && text.find('\0') != std::string::npos) {
     throw InputError(place, "the OpenColorIO config is not UTF-8 text");
   }
-  const std::string yaml = without_comments(text);
+  const std::string yaml = strip_comments(text);
   const std::vector<std::string> anchors = yaml_names(yaml, '&'), aliases = yaml_names(yaml, '*');
   const std::set<std::string> known(anchors.begin(), anchors.end());
   const auto is_alias = [&](const std::string& name) { return known.contains(name); };
-  if (std::ranges::count_if(aliases, is_alias) > kMostAliases) {
+  if (std::ranges::count_if(aliases, is_alias) > kMaxAliases) {
     throw InputError(place, "has more than {} YAML aliases (*name); replace them with their values",
-                     kMostAliases);
+                     kMaxAliases);
   }
 }
 

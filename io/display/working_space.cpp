@@ -15,7 +15,7 @@ constexpr NamedValue<WorkingSpace> kWorkingSpaces[] = {
      WorkingSpace::kAcesCg},
 };
 
-ToWorkingSpace matrix_of(ocio::TransformDirection direction) {
+ToWorkingSpace acescg_matrix(ocio::TransformDirection direction) {
   try {
     const ocio::BuiltinTransformRcPtr transform = ocio::BuiltinTransform::Create();
     transform->setStyle("UTILITY - ACES-AP1_to_LINEAR-REC709_BFD");
@@ -39,13 +39,13 @@ std::span<const NamedValue<WorkingSpace>> working_space_table() { return kWorkin
 
 ToWorkingSpace to_working_space(WorkingSpace space) {
   if (space == WorkingSpace::kRec709) return nullptr;
-  static const ToWorkingSpace kMatrix = matrix_of(ocio::TRANSFORM_DIR_INVERSE);
+  static const ToWorkingSpace kMatrix = acescg_matrix(ocio::TRANSFORM_DIR_INVERSE);
   return kMatrix;
 }
 
 ToWorkingSpace from_working_space(WorkingSpace space) {
   if (space == WorkingSpace::kRec709) return nullptr;
-  static const ToWorkingSpace kMatrix = matrix_of(ocio::TRANSFORM_DIR_FORWARD);
+  static const ToWorkingSpace kMatrix = acescg_matrix(ocio::TRANSFORM_DIR_FORWARD);
   return kMatrix;
 }
 

@@ -22,7 +22,7 @@ ToWorkingSpace from_working_space(WorkingSpace space);
 using Chromaticities = std::array<float, 8>;
 Chromaticities chromaticities_of(WorkingSpace space);
 // The working space with these primaries; kRec709 if there is none.
-WorkingSpace space_of(const Chromaticities& chromaticities);
+WorkingSpace working_space_of(const Chromaticities& chromaticities);
 // Converts linear colours of any primaries to Rec. 709, white adapted by Bradford's transform
 // (ICC.1, annex E). Null if they are Rec. 709 already. Throws InputError at `place` if the
 // primaries are degenerate.

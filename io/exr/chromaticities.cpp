@@ -9,10 +9,10 @@
 namespace emberline {
 namespace {
 
-constexpr float kSame = 1e-4f;  // headers hold four digits
+constexpr float kTolerance = 1e-4f;  // headers hold four digits
 
-bool same(const Chromaticities& a, const Chromaticities& b) {
-  const auto near = [](float u, float v) { return std::abs(u - v) < kSame; };
+bool nearly_equal(const Chromaticities& a, const Chromaticities& b) {
+  const auto near = [](float u, float v) { return std::abs(u - v) < kTolerance; };
   return std::ranges::equal(a, b, near);
 }
 
@@ -34,8 +34,8 @@ Imath::M33d to_adapted_cones(const Chromaticities& c, const std::string& place) 
   }
   const Imath::V3d white = xyz(c, 3) * cones;
   const bool near = std::ranges::all_of(c, [](float v) { return std::abs(v) < 10.0f; });
-  const bool spans = near && std::abs(to_cones.determinant()) > 1e-4;
-  if (!spans || !(std::min({white.x, white.y, white.z}) > 1e-3)) {
+  const bool is_independent = near && std::abs(to_cones.determinant()) > 1e-4;
+  if (!is_independent || !(std::min({white.x, white.y, white.z}) > 1e-3)) {
     throw InputError(place, "its chromaticities do not define a colour space");
   }
   const Imath::V3d amounts = white * to_cones.inverse();  // of each primary in white
@@ -58,14 +58,14 @@ Chromaticities chromaticities_of(WorkingSpace space) {
   return {0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f};
 }
 
-WorkingSpace space_of(const Chromaticities& chromaticities) {
-  const bool acescg = same(chromaticities, chromaticities_of(WorkingSpace::kAcesCg));
+WorkingSpace working_space_of(const Chromaticities& chromaticities) {
+  const bool acescg = nearly_equal(chromaticities, chromaticities_of(WorkingSpace::kAcesCg));
   return acescg ? WorkingSpace::kAcesCg : WorkingSpace::kRec709;
 }
 
 ToWorkingSpace to_rec709(const Chromaticities& chromaticities, const std::string& place) {
   const Chromaticities rec709 = chromaticities_of(WorkingSpace::kRec709);
-  if (same(chromaticities, rec709)) return nullptr;
+  if (nearly_equal(chromaticities, rec709)) return nullptr;
   const Imath::M33d m =
       to_adapted_cones(chromaticities, place) * to_adapted_cones(rec709, place).inverse();
   const auto weights = [&](int c) { return Vec3f(float(m[0][c]), float(m[1][c]), float(m[2][c])); };

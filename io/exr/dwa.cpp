@@ -53,8 +53,8 @@ void encode_dwa_tile(int width, int height, std::span<const EncodedPlane> planes
   Imf::TiledOutputFile file(stream, header, 0);
   file.setFrameBuffer(buffer);
   // After the header and the offset table: the tile's coordinates and level, its size, its data.
-  constexpr size_t kStart = 5 * sizeof(int32_t);
-  const size_t begin = size_t(stream.tellp()) + kStart;
+  constexpr size_t kChunkHeaderBytes = 5 * sizeof(int32_t);
+  const size_t begin = size_t(stream.tellp()) + kChunkHeaderBytes;
   file.writeTile(0, 0);
   code.assign(stream.bytes().begin() + ptrdiff_t(begin), stream.bytes().end());
 }

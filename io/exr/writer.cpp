@@ -48,10 +48,10 @@ constexpr NamedValue<ExrParts> kParts[] = {
 };
 
 // The message of this thread's last OpenEXR error, which OpenEXR passes only to a callback.
-thread_local std::string last_message;
+thread_local std::string last_error_message;
 
-void keep_message(exr_const_context_t, exr_result_t, const char* message) {
-  last_message = message ? message : "";
+void store_error_message(exr_const_context_t, exr_result_t, const char* message) {
+  last_error_message = message ? message : "";
 }
 
 exr_pixel_type_t pixel_type(ChannelType type) {
@@ -67,8 +67,8 @@ uint32_t rounded_uint(float value) {
 }
 
 uint16_t half_bits(float value) {
-  constexpr float kMost = 65504.0f;
-  return Imath::half(std::clamp(value, -kMost, kMost)).bits();
+  constexpr float kMaxHalf = 65504.0f;
+  return Imath::half(std::clamp(value, -kMaxHalf, kMaxHalf)).bits();
 }
 
 // Converts one channel of interleaved floats to a plane of file values.
@@ -90,14 +90,14 @@ void convert_channel(const float* pixels, size_t count, size_t stride, ChannelTy
   }
 }
 
-bool ends_as_colour(const std::string& channel) {
+bool has_colour_suffix(const std::string& channel) {
   return channel.ends_with(".R") || channel.ends_with(".G") || channel.ends_with(".B") ||
          channel.ends_with(".A") || layer_of(channel) == "RGBA";
 }
 
 // Lossy compression treats these names as colours; it takes Y for a luminance.
-bool would_blur(const std::string& channel) {
-  return ends_as_colour(channel) || channel.ends_with(".Y");
+bool is_treated_as_colour(const std::string& channel) {
+  return has_colour_suffix(channel) || channel.ends_with(".Y");
 }
 
 }  // namespace
@@ -113,7 +113,7 @@ std::string layer_of(const std::string& channel) {
 
 bool is_colour(const std::string& channel) {
   const std::string layer = layer_of(channel);
-  return ends_as_colour(channel) && !layer.starts_with("Crypto") && !layer.starts_with("half") &&
+  return has_colour_suffix(channel) && !layer.starts_with("Crypto") && !layer.starts_with("half") &&
          layer != "variance";
 }
 
@@ -154,7 +154,7 @@ struct ExrWriter::Impl {
 
   // The last step of encoding a tile. A reader takes a chunk as long as the pixels for raw pixels,
   // but OpenEXR (3.1) falls back to raw pixels only if the code is longer.
-  static exr_result_t keep_chunk(exr_encode_pipeline_t* pipeline) {
+  static exr_result_t store_chunk(exr_encode_pipeline_t* pipeline) {
     const bool shorter = pipeline->compressed_bytes < pipeline->packed_bytes;
     const auto* bytes = static_cast<const uint8_t*>(shorter ? pipeline->compressed_buffer
                                                             : pipeline->packed_buffer);
@@ -172,7 +172,7 @@ struct ExrWriter::Impl {
 
   void check(exr_result_t result) {
     if (result == EXR_ERR_SUCCESS) return;
-    fail(last_message.empty() ? exr_get_default_error_message(result) : last_message);
+    fail(last_error_message.empty() ? exr_get_default_error_message(result) : last_error_message);
   }
 
   void throw_if_failed() {
@@ -208,7 +208,7 @@ struct ExrWriter::Impl {
 
   // Writes zeros for the tiles that were never written.
   void fill_missing_tiles();
-  void write_tables();
+  void write_offset_tables();
 
   const ExrHeader header;
   std::vector<Part> parts;
@@ -230,19 +230,18 @@ void ExrWriter::Impl::make_parts() {
     part->channels.push_back(&channel);
   }
   for (Part& part : parts) {
-    const bool colours_alone =
-        std::ranges::all_of(part.channels, [](const PictureChannel* channel) {
-          return is_colour(channel->name) || !would_blur(channel->name);
-        });
+    const bool only_colours = std::ranges::all_of(part.channels, [](const PictureChannel* channel) {
+      return is_colour(channel->name) || !is_treated_as_colour(channel->name);
+    });
     part.compression =
-        is_lossy(header.compression) && !colours_alone ? ExrCompression::kZip : header.compression;
+        is_lossy(header.compression) && !only_colours ? ExrCompression::kZip : header.compression;
     part.tiles.resize(written.size());
   }
 }
 
 exr_context_t ExrWriter::Impl::begin_context(std::string* bytes) {
   exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
-  settings.error_handler_fn = keep_message;
+  settings.error_handler_fn = store_error_message;
   settings.write_fn = write_bytes;
   settings.user_data = bytes;
   exr_context_t context = nullptr;
@@ -389,7 +388,7 @@ std::vector<uint8_t> ExrWriter::Impl::encode_lossless(int part, int tile_x, int 
   check(exr_encoding_choose_default_routines(context, 0, &pipeline));
   std::vector<uint8_t> bytes;
   pipeline.encoding_user_data = &bytes;
-  pipeline.write_fn = keep_chunk;
+  pipeline.write_fn = store_chunk;
   check(exr_encoding_run(context, 0, &pipeline));
   return bytes;
 }
@@ -402,8 +401,8 @@ uint64_t ExrWriter::Impl::put_chunk(int part, int tile_x, int tile_y,
                                     std::vector<uint8_t>& bytes) {
   static_assert(std::endian::native == std::endian::little);
   const std::array<int32_t, 6> start = {part, tile_x, tile_y, 0, 0, int32_t(chunk.size())};
-  const size_t left_out = parts.size() == 1 ? 1 : 0, words = start.size() - left_out;
-  const auto* const first = reinterpret_cast<const uint8_t*>(&start[left_out]);
+  const size_t omitted_words = parts.size() == 1 ? 1 : 0, words = start.size() - omitted_words;
+  const auto* const first = reinterpret_cast<const uint8_t*>(&start[omitted_words]);
   const size_t size = words * sizeof(int32_t) + chunk.size();
   bytes.insert(bytes.end(), first, first + words * sizeof(int32_t));
   bytes.insert(bytes.end(), chunk.begin(), chunk.end());
@@ -452,7 +451,7 @@ void ExrWriter::Impl::fill_missing_tiles() {
 }
 
 // Writes the tile offsets, part after part.
-void ExrWriter::Impl::write_tables() {
+void ExrWriter::Impl::write_offset_tables() {
   uint64_t at = header_bytes.size();
   for (const Part& part : parts) {
     const size_t bytes = part.tiles.size() * sizeof(uint64_t);
@@ -491,7 +490,7 @@ void ExrWriter::write(std::span<const float> pixels) {
   for (int y = 0; y < impl_->tiles_y; ++y) {
     for (int x = 0; x < impl_->tiles_x; ++x) {
       const Rect rect = impl_->tile_rect(x, y);
-      write_tile(rect, take_rect(pixels, impl_->header.data_window, rect));
+      write_tile(rect, extract_rect(pixels, impl_->header.data_window, rect));
     }
   }
 }
@@ -518,14 +517,14 @@ void ExrWriter::finish() {
   Impl& self = *impl_;
   self.throw_if_failed();
   self.fill_missing_tiles();
-  self.write_tables();
+  self.write_offset_tables();
   self.file.commit();
 }
 
 std::optional<uint32_t> smpte_time_code(int64_t frame, double fps) {
-  constexpr int64_t kMostRate = 40, kDay = 24 * 60 * 60;
+  constexpr int64_t kMaxRate = 40, kDay = 24 * 60 * 60;
   const double rounded = std::ceil(fps);
-  if (!(rounded >= 1.0) || rounded > double(kMostRate)) return std::nullopt;
+  if (!(rounded >= 1.0) || rounded > double(kMaxRate)) return std::nullopt;
   const auto rate = int64_t(rounded);
   if (frame < 0 || frame >= kDay * rate) return std::nullopt;
   const int64_t seconds = frame / rate;

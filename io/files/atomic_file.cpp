@@ -37,7 +37,7 @@ UnfinishedFile g_unfinished[kUnfinishedSlots];
 static_assert(std::atomic<int>::is_always_lock_free);
 
 // The slot, or -1 if there is none. Only the slot's owner and the signal handler read its name.
-int remember_unfinished(const std::string& name) noexcept {
+int register_unfinished(const std::string& name) noexcept {
   if (name.size() >= PATH_MAX) return -1;
   for (size_t i = 0; i < kUnfinishedSlots; ++i) {
     UnfinishedFile& slot = g_unfinished[i];
@@ -51,7 +51,7 @@ int remember_unfinished(const std::string& name) noexcept {
   return -1;
 }
 
-void forget_unfinished(int slot) noexcept {
+void unregister_unfinished(int slot) noexcept {
   if (slot >= 0) g_unfinished[slot].state = UnfinishedFile::kFree;
 }
 
@@ -71,42 +71,42 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder;
 }
 
-// g_creating counts the threads that have created a temporary file without a slot yet. Once
-// g_ending is set, no file may be created.
-std::atomic<int> g_creating{0};
-std::atomic<bool> g_ending{false};
+// g_creation_count counts the threads that have created a temporary file without a slot yet. Once
+// g_is_terminating is set, no file may be created.
+std::atomic<int> g_creation_count{0};
+std::atomic<bool> g_is_terminating{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 // Guards the creation of a file until it has its slot, so that a signal handler cannot end the
 // process in between and leave the file behind. Signals are blocked on this thread because the
 // handler waits for it.
-class CreatingFile {
+class CreationGuard {
  public:
-  CreatingFile() {
+  CreationGuard() {
     sigset_t all;
     sigfillset(&all);
-    pthread_sigmask(SIG_BLOCK, &all, &before_);
-    ++g_creating;
-    if (!g_ending) return;
-    --g_creating;
+    pthread_sigmask(SIG_BLOCK, &all, &old_signal_mask_);
+    ++g_creation_count;
+    if (!g_is_terminating) return;
+    --g_creation_count;
     while (true) ::pause();
   }
-  ~CreatingFile() {
-    --g_creating;
-    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  ~CreationGuard() {
+    --g_creation_count;
+    pthread_sigmask(SIG_SETMASK, &old_signal_mask_, nullptr);
   }
-  CreatingFile(const CreatingFile&) = delete;
-  CreatingFile& operator=(const CreatingFile&) = delete;
+  CreationGuard(const CreationGuard&) = delete;
+  CreationGuard& operator=(const CreationGuard&) = delete;
 
  private:
-  sigset_t before_;
+  sigset_t old_signal_mask_;
 };
 
 // The file that `path` names after symbolic links. If it does not exist, resolves its folder now,
 // because links to that may change while a frame renders.
 std::string resolve_links(const std::string& path) {
   if (const std::optional<std::string> file = real_path(path)) return *file;
-  const std::filesystem::path end = without_links(path);
+  const std::filesystem::path end = follow_links(path);
   const std::optional<std::string> folder = real_path(folder_of(end.string()));
   const std::filesystem::path name = end.filename();
   return folder && !name.empty() ? (std::filesystem::path(*folder) / name).string() : path;
@@ -128,7 +128,7 @@ bool is_number(std::string_view text) {
 }
 
 // Whether `path` still names the open file.
-bool is_name_of(const std::string& path, int descriptor) {
+bool names_open_file(const std::string& path, int descriptor) {
   struct stat named = {}, opened = {};
   return ::lstat(path.c_str(), &named) == 0 && ::fstat(descriptor, &opened) == 0 &&
          named.st_dev == opened.st_dev && named.st_ino == opened.st_ino;
@@ -136,7 +136,7 @@ bool is_name_of(const std::string& path, int descriptor) {
 
 // Creates and locks a file beside `target`. The lock tells other runs that it is in use. The
 // process id keeps two renders into one folder apart; a number is added if the name is taken.
-Descriptor open_beside(const std::string& target, mode_t mode, std::string* temporary) {
+Descriptor create_temporary(const std::string& target, mode_t mode, std::string* temporary) {
   const std::string stem = temporary_stem(target) + std::to_string(getpid());
   for (int attempt = 0; attempt < 1000; ++attempt) {
     *temporary = attempt == 0 ? stem : stem + "-" + std::to_string(attempt);
@@ -163,7 +163,7 @@ void remove_if_stale(const std::string& path) {
   struct stat status = {};
   if (::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) && status.st_nlink == 1 &&
       status.st_uid == ::geteuid() && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0 &&
-      is_name_of(path, descriptor)) {
+      names_open_file(path, descriptor)) {
     ::unlink(path.c_str());
   }
 }
@@ -179,36 +179,36 @@ void remove_stale_files(const std::string& target) {
     if (!name.starts_with(begin)) continue;
     const std::string_view rest = std::string_view(name).substr(begin.size());
     const size_t dash = rest.find('-');
-    const bool ours = is_number(rest.substr(0, dash)) &&
-                      (dash == std::string_view::npos || is_number(rest.substr(dash + 1)));
+    const bool is_temporary = is_number(rest.substr(0, dash)) &&
+                              (dash == std::string_view::npos || is_number(rest.substr(dash + 1)));
     std::error_code ignored;
-    if (ours && std::filesystem::is_regular_file(entry->symlink_status(ignored))) {
+    if (is_temporary && std::filesystem::is_regular_file(entry->symlink_status(ignored))) {
       remove_if_stale(entry->path().string());
     }
   }
 }
 
-constexpr int kNoDescriptor = -1, kDescriptorOfAnother = -2;
+constexpr int kNoDescriptor = -1, kForeignDescriptor = -2;
 
 // The descriptor's number if `folder` is "/proc/<process>[/task/<thread>]/fd".
-int descriptor_in(const std::filesystem::path& folder, const std::string& name) {
+int parse_descriptor_path(const std::filesystem::path& folder, const std::string& name) {
   const std::vector<std::string> parts(folder.begin(), folder.end());
   if (parts.size() < 4 || parts[1] != "proc" || parts.back() != "fd") return kNoDescriptor;
   if (!is_number(name) && name != "0") return kNoDescriptor;
-  if (parts[2] != std::to_string(::getpid())) return kDescriptorOfAnother;
+  if (parts[2] != std::to_string(::getpid())) return kForeignDescriptor;
   return std::atoi(name.c_str());
 }
 
 // The descriptor behind a name such as /dev/stdout: a number of this process, or a constant above.
 // Such a file is never replaced, since other writers would continue with the unlinked file.
-int descriptor_of(const std::string& path) {
+int find_descriptor(const std::string& path) {
   std::error_code error;
   std::filesystem::path at = std::filesystem::absolute(path, error);
   for (int links = 0; links < 40 && !error; ++links) {
     const std::string name = at.filename().string();
     const std::filesystem::path folder = std::filesystem::canonical(at.parent_path(), error);
     if (error) break;
-    const int descriptor = descriptor_in(folder, name);
+    const int descriptor = parse_descriptor_path(folder, name);
     if (descriptor != kNoDescriptor) return descriptor;
     if (!std::filesystem::is_symlink(std::filesystem::symlink_status(at, error))) break;
     at = at.parent_path() / std::filesystem::read_symlink(at, error);
@@ -223,13 +223,13 @@ bool is_pipe_or_device(const std::filesystem::path& path) {
   return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
 }
 
-std::filesystem::path without_links(std::filesystem::path path) {
-  constexpr int kMostLinks = 40;  // the kernel's limit
+std::filesystem::path follow_links(std::filesystem::path path) {
+  constexpr int kMaxLinks = 40;  // the kernel's limit
   std::error_code error;
   const auto is_link = [&] {
     return std::filesystem::is_symlink(std::filesystem::symlink_status(path, error));
   };
-  for (int i = 0; i < kMostLinks && is_link(); ++i) {
+  for (int i = 0; i < kMaxLinks && is_link(); ++i) {
     path = path.parent_path() / std::filesystem::read_symlink(path, error);
   }
   return path;
@@ -240,7 +240,7 @@ AtomicFile::AtomicFile(const std::string& path) : AtomicFile(path, resolve_links
 AtomicFile::AtomicFile(const std::string& path, std::string target)
     : path_(path), target_(std::move(target)) {
   if (path.empty()) throw RenderError("cannot write: the output path is empty");
-  if (descriptor_of(path) != kNoDescriptor)
+  if (find_descriptor(path) != kNoDescriptor)
     fail(path_, "it is an open file descriptor; name a file", 0);
   struct stat status = {};
   const bool exists = ::stat(target_.c_str(), &status) == 0;
@@ -255,10 +255,10 @@ AtomicFile::AtomicFile(const std::string& path, std::string target)
   remove_stale_files(target_);
   int error = 0;
   {
-    const CreatingFile creating;
-    descriptor_ = open_beside(target_, 0666, &temporary_);
+    const CreationGuard creating;
+    descriptor_ = create_temporary(target_, 0666, &temporary_);
     error = errno;
-    if (descriptor_ >= 0) unfinished_slot_ = remember_unfinished(temporary_);
+    if (descriptor_ >= 0) unfinished_slot_ = register_unfinished(temporary_);
   }
   if (descriptor_ < 0) {
     temporary_.clear();
@@ -278,7 +278,7 @@ void AtomicFile::discard() noexcept {
   // Unlinked while still locked, so no other run can remove it or take its name.
   if (!temporary_.empty()) {
     ::unlink(temporary_.c_str());
-    forget_unfinished(unfinished_slot_);
+    unregister_unfinished(unfinished_slot_);
     temporary_.clear();
   }
   descriptor_ = Descriptor();
@@ -292,7 +292,7 @@ void AtomicFile::write_at(const void* bytes, size_t count, uint64_t offset) {
   if (const int error = try_write_at(bytes, count, offset)) fail(path_, "writing failed", error);
 }
 
-Descriptor AtomicFile::commit_locked(bool fresh) {
+Descriptor AtomicFile::commit_locked(bool must_be_new) {
   // EINVAL: the file system cannot flush; no data is lost.
   int error = ::fsync(descriptor_) != 0 && errno != EINVAL ? errno : 0;
   // Some network file systems report a full disk only on close. The duplicate descriptor keeps the
@@ -300,7 +300,7 @@ Descriptor AtomicFile::commit_locked(bool fresh) {
   Descriptor locked(::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0));
   if (::close(descriptor_.release()) != 0 && error == 0) error = errno;
   bool linked = false;
-  if (error == 0 && fresh) {
+  if (error == 0 && must_be_new) {
     linked = ::link(temporary_.c_str(), target_.c_str()) == 0;
     // Some network file systems have no hard links; then it is renamed.
     if (!linked && errno == EEXIST) error = errno;
@@ -311,7 +311,7 @@ Descriptor AtomicFile::commit_locked(bool fresh) {
     discard();
     fail(path_, "the file could not be completed", error);
   }
-  forget_unfinished(unfinished_slot_);
+  unregister_unfinished(unfinished_slot_);
   temporary_.clear();
 
   // The new name survives a power cut only once the folder is flushed. The file is complete either
@@ -325,15 +325,16 @@ void AtomicFile::commit() { commit_locked(); }
 
 void remove_unfinished_files() noexcept {
   constexpr timespec kPause = {0, 100'000};
-  g_ending = true;
-  for (int i = 0; i < 1000 && g_creating > 0; ++i) ::nanosleep(&kPause, nullptr);  // at most 0.1 s
+  g_is_terminating = true;
+  for (int i = 0; i < 1000 && g_creation_count > 0; ++i)
+    ::nanosleep(&kPause, nullptr);  // at most 0.1 s
   for (UnfinishedFile& slot : g_unfinished) {
     if (slot.state == UnfinishedFile::kReadable) ::unlink(slot.name);
   }
 }
 
 void check_writable(const std::string& path) {
-  if (const int descriptor = descriptor_of(path); descriptor >= 0) {
+  if (const int descriptor = find_descriptor(path); descriptor >= 0) {
     const int flags = ::fcntl(descriptor, F_GETFL);
     if (flags < 0) fail(path, "it is not open", errno);
     if ((flags & O_ACCMODE) == O_RDONLY) fail(path, "it is open for reading only", 0);
@@ -345,13 +346,13 @@ void check_writable(const std::string& path) {
 }
 
 void write_file_atomically(const std::string& path, std::string_view bytes) {
-  if (is_pipe_or_device(path) || descriptor_of(path) >= 0) return GrowingFile(path).append(bytes);
+  if (is_pipe_or_device(path) || find_descriptor(path) >= 0) return GrowingFile(path).append(bytes);
   AtomicFile file(path);
   file.write_at(bytes.data(), bytes.size(), 0);
   file.commit();
 }
 
-bool FolderLock::take(const std::string& folder) {
+bool FolderLock::try_lock(const std::string& folder) {
   descriptor_ = Descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   return ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
 }
@@ -373,7 +374,7 @@ LockedFile::LockedFile(const std::string& path)
   const bool regular = ::fstat(descriptor_, &status) == 0 && S_ISREG(status.st_mode);
   const bool taken = ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
   // Another run may have replaced the file after it was opened.
-  const bool named = is_named();
+  const bool named = owns_path();
   if (!regular || taken || !named) {
     fail(path_, regular ? "another run is using it" : "it is not a regular file", 0);
   }
@@ -381,7 +382,7 @@ LockedFile::LockedFile(const std::string& path)
   remove_stale_files(target_);
 }
 
-void LockedFile::cut(uint64_t size) {
+void LockedFile::truncate(uint64_t size) {
   if (::ftruncate(descriptor_, off_t(size)) != 0) fail(path_, "it could not be truncated", errno);
   size_ = size;
 }
@@ -403,20 +404,20 @@ void LockedFile::replace(const std::function<void(AtomicFile& file)>& write) {
   AtomicFile file(path_, target_);
   write(file);
   struct stat status = {};
-  const bool there = ::lstat(target_.c_str(), &status) == 0;
-  if (there && !is_named()) fail(path_, "another file has replaced it", 0);
-  descriptor_ = file.commit_locked(!there);
+  const bool target_exists = ::lstat(target_.c_str(), &status) == 0;
+  if (target_exists && !owns_path()) fail(path_, "another file has replaced it", 0);
+  descriptor_ = file.commit_locked(!target_exists);
   if (::fstat(descriptor_, &status) == 0) size_ = uint64_t(status.st_size);
 }
 
-bool LockedFile::is_named() const noexcept { return is_name_of(target_, descriptor_); }
+bool LockedFile::owns_path() const noexcept { return names_open_file(target_, descriptor_); }
 
 void LockedFile::remove() noexcept {
-  if (is_named()) ::unlink(target_.c_str());
+  if (owns_path()) ::unlink(target_.c_str());
 }
 
 void LockedFile::rename_to(const std::string& path) {
-  if (!is_named()) fail(path, path_ + " was removed or replaced", 0);
+  if (!owns_path()) fail(path, path_ + " was removed or replaced", 0);
   std::string target = resolve_links(path);
   if (::rename(target_.c_str(), target.c_str()) != 0) {
     fail(path, "the file could not be completed", errno);
@@ -471,8 +472,8 @@ std::shared_ptr<const std::byte> ScratchFile::map(uint64_t offset, uint64_t coun
 }
 
 GrowingFile::GrowingFile(const std::string& path) : path_(path) {
-  const int own = descriptor_of(path);
-  if (own == kDescriptorOfAnother && !is_pipe_or_device(path)) {
+  const int own = find_descriptor(path);
+  if (own == kForeignDescriptor && !is_pipe_or_device(path)) {
     fail(path_, "another process has it open; name a file", 0);
   }
   constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC | O_NONBLOCK;

@@ -38,9 +38,9 @@ class AtomicFile {
 
   // Flushes the file, renames it and flushes the folder. If it throws, the temporary file is gone.
   void commit();
-  // As commit(), but keeps the lock until the returned descriptor is closed. With `fresh`, throws
-  // if the target exists.
-  Descriptor commit_locked(bool fresh = false);
+  // As commit(), but keeps the lock until the returned descriptor is closed. With `must_be_new`,
+  // throws if the target exists.
+  Descriptor commit_locked(bool must_be_new = false);
 
   const std::string& path() const { return path_; }  // as given by the caller
 
@@ -61,7 +61,7 @@ class AtomicFile {
 bool is_pipe_or_device(const std::filesystem::path& path);
 
 // Follows a chain of symbolic links; the last name need not exist.
-std::filesystem::path without_links(std::filesystem::path path);
+std::filesystem::path follow_links(std::filesystem::path path);
 
 // Throws if AtomicFile's constructor would throw for this path, and leaves nothing behind. Callers
 // use it to fail before hours of rendering rather than after them.
@@ -79,7 +79,7 @@ void write_file_atomically(const std::string& path, std::string_view bytes);
 class FolderLock {
  public:
   // Call once. False if another run holds the lock; always true on a file system without locks.
-  bool take(const std::string& folder);
+  bool try_lock(const std::string& folder);
 
  private:
   Descriptor descriptor_;
@@ -95,7 +95,7 @@ class LockedFile {
   explicit LockedFile(const std::string& path);
 
   // Truncates the file to `size` bytes.
-  void cut(uint64_t size);
+  void truncate(uint64_t size);
   // Appends at the end. If it fails, the file is unchanged.
   void append(std::string_view bytes);
   void sync();  // flushes to the disk
@@ -103,7 +103,7 @@ class LockedFile {
   // taken this one's name.
   void replace(const std::function<void(AtomicFile& file)>& write);
   // Whether the path still names this file, which may have been removed or replaced.
-  bool is_named() const noexcept;
+  bool owns_path() const noexcept;
   // Unlinks the file if the path still names it.
   void remove() noexcept;
   // Renames it within its folder, replacing a file there. Throws if it has lost its own name.

@@ -17,7 +17,7 @@ namespace emberline {
 namespace {
 
 // Hashes the bytes as 8-byte words; the last is padded with zeros.
-uint64_t add_words(uint64_t hash, const void* bytes, size_t size) {
+uint64_t hash_words(uint64_t hash, const void* bytes, size_t size) {
   const auto* next = static_cast<const uint8_t*>(bytes);
   for (size_t i = 0; i < size; i += 8) {
     uint64_t word = 0;
@@ -28,15 +28,15 @@ uint64_t add_words(uint64_t hash, const void* bytes, size_t size) {
 }
 
 // Equals fingerprint() of the contents, but reads them in parts.
-uint64_t of_file(const InputFile& file, uint64_t seed, const LoadProgress& progress) {
-  constexpr uint64_t kPart = uint64_t(1) << 20;  // whole words
-  std::vector<uint8_t> part(std::min(kPart, file.size()));
+uint64_t hash_file(const InputFile& file, uint64_t seed, const LoadProgress& progress) {
+  constexpr uint64_t kPartBytes = uint64_t(1) << 20;  // whole words
+  std::vector<uint8_t> part(std::min(kPartBytes, file.size()));
   uint64_t hash = hash_combine64(seed, file.size());
-  for (uint64_t at = 0; at < file.size(); at += kPart) {
-    const uint64_t size = std::min(kPart, file.size() - at);
+  for (uint64_t at = 0; at < file.size(); at += kPartBytes) {
+    const uint64_t size = std::min(kPartBytes, file.size() - at);
     progress.check();  // a sparse file can have any size
     file.read(at, size, part.data());
-    hash = add_words(hash, part.data(), size);
+    hash = hash_words(hash, part.data(), size);
   }
   return hash;
 }
@@ -44,7 +44,7 @@ uint64_t of_file(const InputFile& file, uint64_t seed, const LoadProgress& progr
 }  // namespace
 
 uint64_t fingerprint(std::string_view bytes, uint64_t seed) {
-  return add_words(hash_combine64(seed, bytes.size()), bytes.data(), bytes.size());
+  return hash_words(hash_combine64(seed, bytes.size()), bytes.data(), bytes.size());
 }
 
 uint64_t fingerprint(std::span<const float> values, uint64_t seed) {
@@ -55,7 +55,7 @@ uint64_t fingerprint(std::span<const float> values, uint64_t seed) {
 std::string hexadecimal(uint64_t value) { return fmt::format("{:016x}", value); }
 
 uint64_t file_fingerprint(const std::string& path, const LoadProgress& progress) {
-  return of_file(InputFile(path), 0, progress);
+  return hash_file(InputFile(path), 0, progress);
 }
 
 uint64_t scene_fingerprint(const std::string& path, const std::string& resource_root,
@@ -67,8 +67,8 @@ uint64_t scene_fingerprint(const std::string& path, const std::string& resource_
       const nlohmann::json* uri = find_member(item, "uri");
       if (!uri || is_data_uri(uri->get_ref<const std::string&>())) continue;
       try {
-        hash = of_file(document.open_resource(uri->get_ref<const std::string&>(), path), hash,
-                       progress);
+        hash = hash_file(document.open_resource(uri->get_ref<const std::string&>(), path), hash,
+                         progress);
       } catch (const InputError&) {
         progress.check();
         hash = hash_combine64(hash, 0);

@@ -16,11 +16,11 @@ std::string hexadecimal(uint64_t value);  // 16 digits
 
 // Hashes the whole file. Throws InputError, and Cancelled if `progress` is cancelled.
 uint64_t file_fingerprint(const std::string& path,
-                          const LoadProgress& progress = LoadProgress::unwatched());
+                          const LoadProgress& progress = LoadProgress::none());
 
 // Hashes a .gltf or .glb file and every buffer and image file that it names; a missing one counts
 // too (--lenient). `resource_root` as in GltfOptions. Throws InputError for an unreadable scene.
 uint64_t scene_fingerprint(const std::string& path, const std::string& resource_root = {},
-                           LoadProgress& progress = LoadProgress::unwatched());
+                           LoadProgress& progress = LoadProgress::none());
 
 }  // namespace emberline

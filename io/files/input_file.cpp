@@ -15,7 +15,7 @@ namespace emberline {
 namespace {
 
 // A few milliseconds of reading; a load can be cancelled between two parts.
-constexpr uint64_t kPart = uint64_t(8) << 20;
+constexpr uint64_t kPartBytes = uint64_t(8) << 20;
 
 std::string system_message(int error) { return std::generic_category().message(error); }
 
@@ -37,7 +37,7 @@ FileState state_of(const struct stat& status) {
   return {uint64_t(status.st_size), int64_t(modified.tv_sec) * 1'000'000'000 + modified.tv_nsec};
 }
 
-const char* kind_of(mode_t mode) {
+const char* describe_kind(mode_t mode) {
   if (S_ISDIR(mode)) return "is a directory, not a file";
   if (S_ISFIFO(mode)) return "is a pipe, not a regular file";
   if (S_ISSOCK(mode)) return "is a socket, not a regular file";
@@ -54,25 +54,29 @@ InputFile::InputFile(const std::filesystem::path& path, const std::string& place
     const int error = errno;
     throw InputError(place_,
                      error == ENOENT || error == ENOTDIR
-                         ? "file not found" + about()
-                         : "cannot access the file" + about() + ": " + system_message(error));
+                         ? "file not found" + name_suffix()
+                         : "cannot access the file" + name_suffix() + ": " + system_message(error));
   }
-  if (!S_ISREG(status.st_mode)) throw InputError(place_, kind_of(status.st_mode) + about());
+  if (!S_ISREG(status.st_mode))
+    throw InputError(place_, describe_kind(status.st_mode) + name_suffix());
   descriptor_ = open_to_read(path);
   if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0) {
-    throw InputError(place_, "cannot open the file{}: {}", about(), system_message(errno));
+    throw InputError(place_, "cannot open the file{}: {}", name_suffix(), system_message(errno));
   }
-  if (!S_ISREG(status.st_mode)) throw InputError(place_, kind_of(status.st_mode) + about());
+  if (!S_ISREG(status.st_mode))
+    throw InputError(place_, describe_kind(status.st_mode) + name_suffix());
   identity_ = identity_of(status);
   state_ = state_of(status);
 }
 
-std::optional<InputFile> InputFile::open_if_there(const std::filesystem::path& path) {
+std::optional<InputFile> InputFile::try_open(const std::filesystem::path& path) {
   if (!file_identity(path)) return std::nullopt;
   return InputFile(path);
 }
 
-std::string InputFile::about() const { return name_ == place_ ? "" : ": " + shortened(name_); }
+std::string InputFile::name_suffix() const {
+  return name_ == place_ ? "" : ": " + shortened(name_);
+}
 
 int64_t InputFile::try_read(uint64_t offset, uint64_t count, void* bytes) const noexcept {
   return descriptor_.read_at(bytes, count, offset);
@@ -83,12 +87,12 @@ void InputFile::read(uint64_t offset, uint64_t count, void* bytes,
   auto* next = static_cast<uint8_t*>(bytes);
   while (count > 0) {
     progress.check();
-    const uint64_t part = std::min(count, kPart);
+    const uint64_t part = std::min(count, kPartBytes);
     const int64_t got = try_read(offset, part, next);
     if (got < 0)
-      throw InputError(place_, "cannot read the file{}: {}", about(), system_message(errno));
+      throw InputError(place_, "cannot read the file{}: {}", name_suffix(), system_message(errno));
     if (uint64_t(got) < part) {
-      throw InputError(place_, "the file has become shorter while it was read" + about());
+      throw InputError(place_, "the file has become shorter while it was read" + name_suffix());
     }
     next += part;
     offset += part;
@@ -109,11 +113,11 @@ std::string InputFile::read_text() const {
 }
 
 std::optional<FileIdentity> file_identity(const std::filesystem::path& path) {
-  const std::optional<NamedFile> file = file_now(path);
+  const std::optional<NamedFile> file = stat_file(path);
   return file ? std::optional(file->identity) : std::nullopt;
 }
 
-std::optional<NamedFile> file_now(const std::filesystem::path& path) {
+std::optional<NamedFile> stat_file(const std::filesystem::path& path) {
   struct stat status = {};
   if (::stat(path.c_str(), &status) != 0) return std::nullopt;
   return NamedFile{path.string(), identity_of(status), path.string(), state_of(status)};

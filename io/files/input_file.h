@@ -23,25 +23,25 @@ class InputFile {
   explicit InputFile(const std::filesystem::path& path) : InputFile(path, path.string()) {}
   InputFile(const std::filesystem::path& path, const std::string& place);
   // Returns nothing if the file does not exist; throws for every other failure.
-  static std::optional<InputFile> open_if_there(const std::filesystem::path& path);
+  static std::optional<InputFile> try_open(const std::filesystem::path& path);
 
   uint64_t size() const { return state_.size; }  // in bytes, at the time of opening
   const std::string& place() const { return place_; }
   // The file's identity and state at the time of opening, under the name by which it was requested.
-  NamedFile named(const std::string& name) const { return {name, identity_, name_, state_}; }
+  NamedFile named_file(const std::string& name) const { return {name, identity_, name_, state_}; }
 
   // Reads `count` bytes from `offset`; the range must lie inside the file. Throws InputError, also
   // if the file has shrunk since; throws Cancelled within some megabytes of a cancel.
   void read(uint64_t offset, uint64_t count, void* bytes,
-            const LoadProgress& progress = LoadProgress::unwatched()) const;
+            const LoadProgress& progress = LoadProgress::none()) const;
   // Reads up to `count` bytes and returns how many; -1 on an I/O error. May start past the end.
   int64_t try_read(uint64_t offset, uint64_t count, void* bytes) const noexcept;
   // Reads the whole file.
-  std::vector<uint8_t> read_all(const LoadProgress& progress = LoadProgress::unwatched()) const;
+  std::vector<uint8_t> read_all(const LoadProgress& progress = LoadProgress::none()) const;
   std::string read_text() const;
 
  private:
-  std::string about() const;  // ": name", or empty if the place already names the file
+  std::string name_suffix() const;  // ": name", or empty if the place already names the file
 
   Descriptor descriptor_;
   std::string name_, place_;
@@ -52,7 +52,7 @@ class InputFile {
 // Identity of the file or folder at this path; nothing if the path does not exist.
 std::optional<FileIdentity> file_identity(const std::filesystem::path& path);
 // The file's identity and its current state.
-std::optional<NamedFile> file_now(const std::filesystem::path& path);
+std::optional<NamedFile> stat_file(const std::filesystem::path& path);
 
 // The first 64 KiB of a file that the kernel generates ("/proc/self/status") and that reports no
 // size. Empty if it does not exist.

@@ -51,23 +51,23 @@ OwnedFolder::OwnedFolder(const std::string& path, OwnedFolderKind kind)
     if (!existed) lock();
     check_writable(this->path(kind_.marker));
   } catch (...) {
-    remove_empty();
+    remove_empty_folders();
     throw;
   }
 }
 
 void OwnedFolder::lock() {
-  if (lock_.take(path_)) return;
-  made_.clear();  // the other run uses these folders now
+  if (lock_.try_lock(path_)) return;
+  created_folders_.clear();  // the other run uses these folders now
   throw UsageError(kind_.option + " " + path_ +
                    ": another run is writing into it; wait until it ends, or name another folder");
 }
 
-OwnedFolder::~OwnedFolder() { remove_empty(); }
+OwnedFolder::~OwnedFolder() { remove_empty_folders(); }
 
-void OwnedFolder::remove_empty() {
+void OwnedFolder::remove_empty_folders() {
   std::error_code ignored;  // folders that are not empty stay
-  for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) {
+  for (auto folder = created_folders_.rbegin(); folder != created_folders_.rend(); ++folder) {
     fs::remove(*folder, ignored);
   }
 }
@@ -82,7 +82,7 @@ void OwnedFolder::make_folder(const std::string& folder, bool with_parents) {
     make_folder(parent, true);
   }
   std::error_code error;
-  if (fs::create_directory(folder, error)) made_.push_back(folder);
+  if (fs::create_directory(folder, error)) created_folders_.push_back(folder);
   if (!is_folder(folder)) {
     throw RenderError("{} {}: cannot create the folder: {}", kind_.option, folder,
                       error ? error.message() : "a file has that name");
@@ -118,7 +118,7 @@ void OwnedFolder::check_empty() const {
 }
 
 // Accepts "name" and "subfolder/name", without a path out of the folder.
-bool OwnedFolder::may_be_own(const std::string& name) const {
+bool OwnedFolder::is_permitted_name(const std::string& name) const {
   const size_t slash = name.find('/');
   const std::string file = slash == std::string::npos ? name : name.substr(slash + 1);
   const bool in_folder =
@@ -132,11 +132,12 @@ void OwnedFolder::read_marker() {
   const std::string file = path(kind_.marker);
   const nlohmann::json json = read_json(file);
   const JsonReader root(json, file);
-  root[kVersionMember].whole(kMarkerVersion, kMarkerVersion);
+  root[kVersionMember].whole_number(kMarkerVersion, kMarkerVersion);
   const JsonReader names = root["files"];
   for (size_t i = 0; i < names.size(); ++i) {
     const std::string name = names[i].text();
-    if (may_be_own(name) && type_of(path(name)) == fs::file_type::regular) files_.insert(name);
+    if (is_permitted_name(name) && type_of(path(name)) == fs::file_type::regular)
+      files_.insert(name);
   }
 }
 

@@ -45,18 +45,18 @@ class OwnedFolder {
   void remove(const std::string& name);
 
  private:
-  bool may_be_own(const std::string& name) const;
+  bool is_permitted_name(const std::string& name) const;
   void check_subfolders() const;
   void check_empty() const;
   void read_marker();
   void lock();
   void make_folder(const std::string& folder, bool with_parents);
-  void remove_empty();
+  void remove_empty_folders();
 
   std::string path_;
   OwnedFolderKind kind_;
   std::set<std::string> files_;
-  std::vector<std::string> made_;  // folders, in order of creation
+  std::vector<std::string> created_folders_;  // folders, in order of creation
   FolderLock lock_;
 };
 

@@ -30,11 +30,11 @@ struct RecordEntry {
   uint64_t offset = 0;  // offset of the packed bytes
 };
 
-std::string record_file_head(std::string_view head);
+std::string pack_file_head(std::string_view head);
 // Whether the file exists and starts with this format's magic number.
 bool is_record_file(const std::string& path);
 // Thread-safe. Packs some hundred megabytes a second.
-std::string packed_record(uint32_t kind, uint64_t number, std::span<const std::byte> bytes);
+std::string pack_record(uint32_t kind, uint64_t number, std::span<const std::byte> bytes);
 
 // Reads an existing file. Reading is thread-safe.
 class RecordFile {
@@ -52,7 +52,7 @@ class RecordFile {
   // Throws InputError if the record is damaged or unpacks to more than `most` bytes.
   std::vector<std::byte> read(const RecordEntry& record, uint64_t most) const;
   // Verifies the checksum of the packed bytes without unpacking them.
-  bool is_whole(const RecordEntry& record) const;
+  bool is_intact(const RecordEntry& record) const;
 
  private:
   InputFile file_;

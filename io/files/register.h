@@ -37,25 +37,27 @@ class FileRegister {
   void write_below(const std::string& option, const std::filesystem::path& folder);
 
  private:
-  struct Place {
+  struct ResolvedPath {
     std::filesystem::path path;                // resolved as far as it exists
     std::optional<FileIdentity> file, folder;  // if they exist
 
-    std::string key() const;         // equal for two names of one file
-    std::string folder_key() const;  // key of the folder that holds this file
-    std::string inner_key() const;   // of a folder: the folder_key() of its files
+    std::string key() const;            // equal for two names of one file
+    std::string folder_key() const;     // key of the folder that holds this file
+    std::string key_as_folder() const;  // of a folder: the folder_key() of its files
   };
   struct Input {
-    Place place;
+    ResolvedPath place;
     std::string what;
   };
   struct Output {
-    std::string option, given;
-    Place place;
+    std::string option, given_path;
+    ResolvedPath place;
     std::function<bool(const std::string& name)> names;  // names of files in a folder
 
-    bool names_file(const Place& other) const { return names(other.path.filename().string()); }
-    bool is_above(const Place& other) const;
+    bool names_file(const ResolvedPath& other) const {
+      return names(other.path.filename().string());
+    }
+    bool is_ancestor_of(const ResolvedPath& other) const;
   };
   // Cached lookup of a folder's name: an animation writes thousands of files into one.
   struct Folder {
@@ -63,14 +65,14 @@ class FileRegister {
     std::optional<FileIdentity> identity;
   };
 
-  [[noreturn]] static void refuse_twice(const Output& output, const Output& other);
-  Place place_of(const std::filesystem::path& path);
+  [[noreturn]] static void throw_duplicate(const Output& output, const Output& other);
+  ResolvedPath resolve_path(const std::filesystem::path& path);
   void add(Input input);
   // The output that writes this file, or null.
-  const Output* writer_of(const Place& place) const;
+  const Output* find_writer(const ResolvedPath& place) const;
   // Throws if `covers` is true of an input.
   void check_inputs(const Output& output,
-                    const std::function<bool(const Place& place)>& covers) const;
+                    const std::function<bool(const ResolvedPath& place)>& covers) const;
 
   std::unordered_map<std::string, Folder> known_folders_;
   std::vector<Input> inputs_;

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "io/gltf/animation/animated_values.h"
 #include "io/gltf/animation/animation.h"
-#include "io/gltf/animation/changes.h"
 #include "io/gltf/document/document.h"
 #include "io/gltf/document/extensions.h"
 #include "io/gltf/document/tiny_gltf_renamed.h"
@@ -31,7 +31,7 @@ void report_faults(const GltfDocument& document, CoverageReport& coverage) {
 
 // Converts internal exceptions to the InputError that the user sees.
 template <class Read>
-auto reading(const std::string& path, const Read& read) try {
+auto convert_exceptions(const std::string& path, const Read& read) try {
   return read();
 } catch (const std::bad_alloc&) {
   throw InputError(path, "there is not enough memory to load it");
@@ -40,8 +40,8 @@ auto reading(const std::string& path, const Read& read) try {
   throw InputError(path, std::string("unexpected structure: ") + error.what());
 }
 
-GltfDocument open_checked(const std::string& path, const GltfOptions& options,
-                          LoadProgress& progress) {
+GltfDocument open_and_check(const std::string& path, const GltfOptions& options,
+                            LoadProgress& progress) {
   progress.begin(LoadStage::kReading);
   GltfDocument document = open_gltf_document(path, options.resource_root, progress);
   load_gltf_buffers(document);
@@ -54,14 +54,14 @@ GltfDocument open_checked(const std::string& path, const GltfOptions& options,
 }
 
 // Attaches the caller's progress to the document during a call.
-class Watched {
+class ScopedProgress {
  public:
-  Watched(GltfDocument& document, LoadProgress& progress) : document_(document) {
+  ScopedProgress(GltfDocument& document, LoadProgress& progress) : document_(document) {
     document.progress = &progress;
   }
-  ~Watched() { document_.progress = &LoadProgress::unwatched(); }
-  Watched(const Watched&) = delete;
-  Watched& operator=(const Watched&) = delete;
+  ~ScopedProgress() { document_.progress = &LoadProgress::none(); }
+  ScopedProgress(const ScopedProgress&) = delete;
+  ScopedProgress& operator=(const ScopedProgress&) = delete;
 
  private:
   GltfDocument& document_;
@@ -72,56 +72,57 @@ class Watched {
 struct GltfFile::State {
   State(const std::string& path, const GltfOptions& loading, LoadProgress& progress);
 
-  void choose(const GltfOptions& when);
+  void select_animation(const GltfOptions& pose_options);
   SceneDescription read(std::span<const uint64_t> held);
 
   const GltfOptions options;
   GltfDocument document;
   std::vector<AnimationDescription> animations;
   size_t faults = 0;  // faults of the file without animations
-  size_t faults_of_choice = 0;
+  size_t selection_faults = 0;
   // The chosen animations, and whether they pose the scene; everything below depends on it.
-  std::optional<std::pair<std::string, bool>> choice;
+  std::optional<std::pair<std::string, bool>> selection;
   GltfAnimation animation;
-  nlohmann::json unwritten = nlohmann::json::object();  // original members that pointers write to
-  MemoryReservation unwritten_memory;
-  GltfRest rest;
+  nlohmann::json original_members =
+      nlohmann::json::object();  // original members that pointers write to
+  MemoryReservation original_members_memory;
+  GltfCache cache;
 };
 
 GltfFile::State::State(const std::string& path, const GltfOptions& loading, LoadProgress& progress)
-    : options(loading), document(open_checked(path, loading, progress)) {
-  const Watched watched(document, progress);
+    : options(loading), document(open_and_check(path, loading, progress)) {
+  const ScopedProgress scoped_progress(document, progress);
   animations = describe_animations(document);
   faults = document.faults->count();
 }
 
 // Discards what was read for other animations.
-void GltfFile::State::choose(const GltfOptions& when) {
-  const std::pair wanted(when.animation, when.time.has_value());
-  if (choice != wanted) {
+void GltfFile::State::select_animation(const GltfOptions& pose_options) {
+  const std::pair wanted(pose_options.animation, pose_options.time.has_value());
+  if (selection != wanted) {
     document.faults->forget(faults);
-    choice.reset();
-    document.json->update(unwritten);
-    unwritten = nlohmann::json::object();
+    selection.reset();
+    document.json->update(original_members);
+    original_members = nlohmann::json::object();
     document.model.reset();
-    rest.meshes.clear();
-    rest.instancing.clear();
-    rest.memory = MemoryReservation(document.progress->budget(), MemoryPart::kGeometry);
-    animation = read_animation(document, when, animations);
+    cache.meshes.clear();
+    cache.instancing.clear();
+    cache.memory = MemoryReservation(document.progress->budget(), MemoryPart::kGeometry);
+    animation = read_animation(document, pose_options, animations);
     if (!animation.pointers.empty()) {
-      unwritten_memory = MemoryReservation(document.progress->budget(), MemoryPart::kFile,
-                                           document.json_memory.bytes(), document.file);
+      original_members_memory = MemoryReservation(document.progress->budget(), MemoryPart::kFile,
+                                                  document.json_memory.bytes(), document.file);
     }
     for (const PointerTrack& track : animation.pointers) {
       const std::string path = track.pointer.substr(1);
       const std::string member = path.substr(0, path.find('/'));
-      if (!unwritten.contains(member)) unwritten[member] = document.json->at(member);
+      if (!original_members.contains(member)) original_members[member] = document.json->at(member);
     }
-    faults_of_choice = document.faults->count();
-    choice = wanted;
+    selection_faults = document.faults->count();
+    selection = wanted;
   }
-  document.faults->forget(faults_of_choice);
-  set_time(document, when, animation);
+  document.faults->forget(selection_faults);
+  set_time(document, pose_options, animation);
   write_values_at(animation, std::max(animation.open, std::min(animation.time, animation.close)),
                   *document.json);
 }
@@ -129,14 +130,15 @@ void GltfFile::State::choose(const GltfOptions& when) {
 SceneDescription GltfFile::State::read(std::span<const uint64_t> held) {
   MemoryBudget& memory = *document.progress->budget();
   SceneDescription scene;
-  const GltfChanges changes(document, animation, scene.coverage);
+  const GltfAnimatedValues changes(document, animation, scene.coverage);
   scene.file = document.file;
   scene.animations = animations;
   scene.generator = document.model->asset.generator;
   report_extensions(document, scene.coverage);
   report_unknown_members(document, scene.coverage);
   if (animation.at_rest && !animations.empty()) {
-    report_ignored(document.file, spelled("animations (not played; choose one with `animation`)"),
+    report_ignored(document.file,
+                   spell_setting_names("animations (not played; choose one with `animation`)"),
                    scene.coverage);
   }
   memory.reserve(MemoryPart::kGeometry,
@@ -147,15 +149,15 @@ SceneDescription GltfFile::State::read(std::span<const uint64_t> held) {
   scene.variants = read_variants(document);
   scene.variants_read = options.variants;
   scene.tangents_read = options.tangents;
-  load_scene_graph(document, animation, changes, held, rest, scene);
+  load_scene_graph(document, animation, changes, held, cache, scene);
   if (options.nodes) scene.nodes = read_nodes(document);
   const uint64_t before = memory.reserved(MemoryPart::kTextures);
-  load_images(document, options, rest.images, rest.textures, scene);
-  rest.image_bytes += memory.reserved(MemoryPart::kTextures) - before;
+  load_images(document, options, cache.images, cache.textures, scene);
+  cache.image_bytes += memory.reserved(MemoryPart::kTextures) - before;
   report_clamped_values(document, animation);
   report_faults(document, scene.coverage);
   scene.files = document.files();
-  if (!rest.deforms) {
+  if (!cache.deforms) {
     for (const auto& buffer : document.buffers) {
       if (buffer) buffer->forget();
     }
@@ -164,15 +166,16 @@ SceneDescription GltfFile::State::read(std::span<const uint64_t> held) {
 }
 
 GltfFile::GltfFile(const std::string& path, const GltfOptions& options, LoadProgress& progress)
-    : state_(reading(path, [&] { return std::make_unique<State>(path, options, progress); })) {}
+    : state_(convert_exceptions(
+          path, [&] { return std::make_unique<State>(path, options, progress); })) {}
 
 GltfFile::~GltfFile() = default;
 
-SceneDescription GltfFile::pose(const GltfOptions& when, std::span<const uint64_t> held,
+SceneDescription GltfFile::pose(const GltfOptions& pose_options, std::span<const uint64_t> held,
                                 LoadProgress& progress) {
-  return reading(state_->document.file, [&] {
-    const Watched watched(state_->document, progress);
-    state_->choose(when);
+  return convert_exceptions(state_->document.file, [&] {
+    const ScopedProgress scoped_progress(state_->document, progress);
+    state_->select_animation(pose_options);
     // Parsed again if animation pointers may have changed the JSON.
     if (!state_->document.model || !state_->animation.pointers.empty()) {
       parse_gltf_model(state_->document);
@@ -181,9 +184,9 @@ SceneDescription GltfFile::pose(const GltfOptions& when, std::span<const uint64_
   });
 }
 
-uint64_t GltfFile::image_bytes() const { return state_->rest.image_bytes; }
-uint64_t GltfFile::resting_bytes() const { return state_->rest.resting_bytes; }
-uint64_t GltfFile::read_bytes() const { return state_->rest.read_bytes; }
+uint64_t GltfFile::image_bytes() const { return state_->cache.image_bytes; }
+uint64_t GltfFile::static_bytes() const { return state_->cache.static_bytes; }
+uint64_t GltfFile::new_static_bytes() const { return state_->cache.new_static_bytes; }
 
 SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
                            LoadProgress& progress) {

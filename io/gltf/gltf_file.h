@@ -38,8 +38,8 @@ struct GltfOptions {
   };
   std::optional<Shutter> shutter = {};
   // For an instant with motion vectors: seconds after `time` of the second positions
-  // (LaterInstance).
-  std::optional<double> later = {};
+  // (NextFrameInstance).
+  std::optional<double> next_frame = {};
 };
 
 // Reads `path`. Throws InputError (file, JSON pointer, what to do) if something that the image
@@ -53,7 +53,7 @@ struct GltfOptions {
 // are in the result and warned of once. Decodes images in parallel (TBB). Thread-safe, but not
 // reentrant with log hooks.
 SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
-                           LoadProgress& progress = LoadProgress::unwatched());
+                           LoadProgress& progress = LoadProgress::none());
 
 // An open file, for posing its scene at several times. Whatever does not depend on time is read,
 // checked and decoded once and kept: the document, images, and meshes without their arrays. Buffers
@@ -62,21 +62,21 @@ class GltfFile {
  public:
   // Ignores `animation`, `time` and `shutter`. Throws as load_gltf does.
   GltfFile(const std::string& path, const GltfOptions& options,
-           LoadProgress& progress = LoadProgress::unwatched());
+           LoadProgress& progress = LoadProgress::none());
   ~GltfFile();
   GltfFile(const GltfFile&) = delete;
   GltfFile& operator=(const GltfFile&) = delete;
 
-  // Like load_gltf for the animation, time and shutter of `when`. In addition, resting meshes have
-  // keys, and those whose keys are in `held` (ascending) come without arrays. Keys are valid for
-  // one animation. Throws as load_gltf does; later poses still work.
-  SceneDescription pose(const GltfOptions& when, std::span<const uint64_t> held = {},
-                        LoadProgress& progress = LoadProgress::unwatched());
+  // Like load_gltf for the animation, time and shutter of `pose_options`. In addition, resting
+  // meshes have keys, and those whose keys are in `held` (ascending) come without arrays. Keys are
+  // valid for one animation. Throws as load_gltf does; later poses still work.
+  SceneDescription pose(const GltfOptions& pose_options, std::span<const uint64_t> held = {},
+                        LoadProgress& progress = LoadProgress::none());
 
   // Reserved memory, which the caller must return to the budget.
-  uint64_t image_bytes() const;    // all images so far
-  uint64_t resting_bytes() const;  // meshes with keys in the latest pose
-  uint64_t read_bytes() const;     // those of them that were not held
+  uint64_t image_bytes() const;       // all images so far
+  uint64_t static_bytes() const;      // meshes with keys in the latest pose
+  uint64_t new_static_bytes() const;  // those of them that were not held
 
  private:
   struct State;

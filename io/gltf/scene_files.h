@@ -14,6 +14,6 @@ namespace emberline {
 // GltfOptions. Throws InputError for an unreadable scene.
 std::vector<std::filesystem::path> scene_files(const std::string& path,
                                                const std::string& resource_root = {},
-                                               LoadProgress& progress = LoadProgress::unwatched());
+                                               LoadProgress& progress = LoadProgress::none());
 
 }  // namespace emberline

@@ -23,7 +23,7 @@ struct ByteSource {
 };
 
 // Reads the file on demand.
-inline ByteSource source_of(InputFile file) {
+inline ByteSource make_byte_source(InputFile file) {
   const auto shared = std::make_shared<const InputFile>(std::move(file));
   return {shared->size(), [shared](uint64_t offset, size_t count, void* bytes) {
             return size_t(std::max<int64_t>(0, shared->try_read(offset, count, bytes)));
@@ -39,9 +39,9 @@ class ByteCursor {
 
   uint64_t offset() const { return offset_; }
   bool at_end() const { return offset_ >= size_; }
-  bool is_behind_end() const { return offset_ > size_; }
+  bool is_past_end() const { return offset_ > size_; }
   void skip(uint64_t count) { offset_ += std::min(count, size_ + 1); }
-  void go_to(uint64_t offset) { offset_ = offset; }
+  void seek(uint64_t offset) { offset_ = offset; }
   // Reads up to `count` bytes and returns how many.
   size_t take(void* bytes, size_t count) {
     auto* to = static_cast<uint8_t*>(bytes);
@@ -49,7 +49,7 @@ class ByteCursor {
     while (left > 0) {
       if (offset_ < begin_ || offset_ >= begin_ + buffer_.size()) {
         begin_ = offset_;
-        buffer_.resize(std::min<uint64_t>(kBytesAtOnce, at_end() ? 0 : size_ - offset_));
+        buffer_.resize(std::min<uint64_t>(kBufferBytes, at_end() ? 0 : size_ - offset_));
         buffer_.resize(source_.read(begin_, buffer_.size(), buffer_.data()));
         if (buffer_.empty()) break;
       }
@@ -76,22 +76,22 @@ class ByteCursor {
     for (int i = 0; i < bytes; ++i) number = number << 8 | byte();
     return number;
   }
-  std::string until_zero() {
+  std::string read_c_string() {
     std::string text;
     for (uint8_t c = byte(); c != 0; c = byte()) text += char(c);
     return text;
   }
   // Skips `text` if it comes next.
-  bool take_if(std::string_view text) {
+  bool consume_if(std::string_view text) {
     const uint64_t before = offset_;
     const bool there =
         std::ranges::all_of(text, [&](char c) { return !at_end() && byte() == uint8_t(c); });
-    if (!there) go_to(before);
+    if (!there) seek(before);
     return there;
   }
 
  private:
-  static constexpr size_t kBytesAtOnce = size_t(64) << 10;
+  static constexpr size_t kBufferBytes = size_t(64) << 10;
 
   const ByteSource& source_;
   const uint64_t size_;

@@ -19,10 +19,10 @@ namespace {
 using Names = std::vector<std::string>;
 
 // Names listed in a message: an EXR may have thousands.
-constexpr size_t kMostListed = 12;
+constexpr size_t kMaxListed = 12;
 
-std::string list_of(const Names& names) {
-  const size_t shown = std::min(names.size(), kMostListed);
+std::string join_names(const Names& names) {
+  const size_t shown = std::min(names.size(), kMaxListed);
   std::string text = fmt::format("{}", fmt::join(std::span(names).first(shown), ", "));
   if (shown < names.size()) text += fmt::format(" and {} more", names.size() - shown);
   return text;
@@ -36,7 +36,7 @@ std::string_view layer_prefix(const std::string& channel) {
 
 // Whether the channel, without its layer, has this name or its initial, ignoring case: OpenEXR
 // files say R, Nuke's say red.
-bool is_named(std::string_view leaf, std::string_view name) {
+bool matches_name(std::string_view leaf, std::string_view name) {
   const std::string text = lower_case(std::string(leaf));
   return text == name || text == name.substr(0, 1);
 }
@@ -76,7 +76,7 @@ std::vector<Layer> layers_of(const ImagePart& part) {
     const std::string_view leaf = std::string_view(part.channels[c]).substr(prefix.size());
     for (size_t i = 0; i < kNames.size(); ++i) {
       int& channel = layers[entry->second].rgba[i];
-      if (channel < 0 && is_named(leaf, kNames[i])) channel = int(c);
+      if (channel < 0 && matches_name(leaf, kNames[i])) channel = int(c);
     }
   }
   return layers;
@@ -93,7 +93,7 @@ std::vector<Layer> rgb_layers(const std::vector<ImagePart>& parts) {
 }
 
 // Lists the channels of a layer that differ only in case: "R, r".
-std::string repeated_in_cases(const Layer& layer) {
+std::string case_duplicates(const Layer& layer) {
   const Names& channels = layer.part->channels;
   Names found;
   for (const int c : {layer.rgba[0], layer.rgba[1], layer.rgba[2]}) {
@@ -103,7 +103,7 @@ std::string repeated_in_cases(const Layer& layer) {
         found.insert(found.end(), {name, other});
     }
   }
-  return list_of(found);
+  return join_names(found);
 }
 
 ColourChannels channels_of(const Layer& layer, const std::string& place) {
@@ -115,7 +115,7 @@ ColourChannels channels_of(const Layer& layer, const std::string& place) {
                      layer.name());
   }
   if (green != red + 1 || blue != red + 2) {
-    if (const std::string twice = repeated_in_cases(layer); !twice.empty()) {
+    if (const std::string twice = case_duplicates(layer); !twice.empty()) {
       throw InputError(place, "it has {} in upper and in lower case; keep only one of them", twice);
     }
     throw InputError(place, "the channels R, G and B are not adjacent");
@@ -136,7 +136,7 @@ int find_grey(const Names& channels) {
   for (size_t c = 0; c < channels.size(); ++c) {
     const std::string name = lower_case(channels[c]);
     if (name == "x") return -1;
-    if (name == "y" || (channels.size() == 1 && is_named(name, "red"))) y = int(c);
+    if (name == "y" || (channels.size() == 1 && matches_name(name, "red"))) y = int(c);
   }
   return y;
 }
@@ -165,7 +165,7 @@ ColourChannels find_colour(const Names& channels, const std::vector<ImagePart>& 
     Names names;
     std::ranges::transform(layers, std::back_inserter(names), &Layer::name);
     throw InputError(place, "{} layers have R, G and B; save one of them as a separate file: {}",
-                     names.size(), list_of(names));
+                     names.size(), join_names(names));
   }
   if (is_luminance_chroma(channels)) {
     throw InputError(place, "luminance-chroma EXR is not supported; save it as RGB");
@@ -174,10 +174,10 @@ ColourChannels find_colour(const Names& channels, const std::vector<ImagePart>& 
   if (grey < 0) {
     throw InputError(
         place, "it has neither channels R, G and B nor a single channel Y; its channels are {}",
-        list_of(all_names(all)));
+        join_names(all_names(all)));
   }
   const size_t next = size_t(grey) + 1;
-  return {grey, 1, next < channels.size() && is_named(channels[next], "alpha")};
+  return {grey, 1, next < channels.size() && matches_name(channels[next], "alpha")};
 }
 
 bool is_cube_map(const std::vector<ImagePart>& parts, int channel) {

@@ -9,10 +9,10 @@
 namespace emberline {
 namespace {
 
-constexpr size_t kMostExrHeader = size_t(16) << 20, kMostHdrHeader = size_t(64) << 10;
+constexpr size_t kMaxExrHeaderBytes = size_t(16) << 20, kMaxHdrHeaderBytes = size_t(64) << 10;
 // Attributes are looked up linearly; the largest real headers have some hundreds.
-constexpr int kMostExrAttributes = 4000;
-constexpr int64_t kLargestTile = 4096;
+constexpr int kMaxExrAttributes = 4000;
+constexpr int64_t kMaxTileSide = 4096;
 
 // Reads a header whose length is not known in advance.
 class HeaderReader {
@@ -21,9 +21,9 @@ class HeaderReader {
       : cursor_(source), most_(most), format_(format), place_(place) {}
 
   uint64_t offset() const { return cursor_.offset(); }
-  void skip(uint64_t count) { go_to(offset() + count); }
-  void go_to(uint64_t offset) {
-    cursor_.go_to(offset);
+  void skip(uint64_t count) { seek(offset() + count); }
+  void seek(uint64_t offset) {
+    cursor_.seek(offset);
     if (offset > most_) {
       throw InputError(place_, std::string("the image does not decode: the header of the ") +
                                    format_ + " is longer than " + std::to_string(most_) + " bytes");
@@ -32,7 +32,7 @@ class HeaderReader {
   uint8_t byte() {
     uint8_t value = 0;
     if (cursor_.take(&value, 1) == 0) throw_truncated(format_, place_);
-    go_to(offset());
+    seek(offset());
     return value;
   }
   uint32_t word() {  // little-endian
@@ -77,8 +77,8 @@ std::optional<HdrAxis> read_hdr_axis(std::string_view& text) {
 // Checks the size of an attribute whose type OpenEXR knows. OpenEXR reads such a value by its type
 // and ignores the stated size, so a wrong size would make it read the rest of the header
 // differently from this reader. Counts the channels of a channel list.
-void check_exr_value(HeaderReader& reader, std::string_view type, uint32_t length,
-                     int64_t* channels, const std::string& place) {
+void check_exr_attribute(HeaderReader& reader, std::string_view type, uint32_t length,
+                         int64_t* channels, const std::string& place) {
   struct Fixed {
     std::string_view type;
     uint32_t length;
@@ -110,30 +110,30 @@ void check_exr_value(HeaderReader& reader, std::string_view type, uint32_t lengt
       {"v3i", 12},
   }};
   const uint64_t end = reader.offset() + length;
-  bool sound = true;
+  bool is_valid = true;
   if (type == "chlist") {
     while (!reader.until('\0').empty()) {
       reader.skip(16);
       ++*channels;
     }
-    sound = reader.offset() == end;
+    is_valid = reader.offset() == end;
   } else if (type == "stringvector") {
     while (reader.offset() < end) reader.skip(reader.word());
-    sound = reader.offset() == end;
+    is_valid = reader.offset() == end;
   } else if (type == "preview") {
     const double width = reader.word(), height = reader.word();
-    sound = length == 8 + 4 * width * height;
+    is_valid = length == 8 + 4 * width * height;
   } else if (const auto known = std::ranges::find(kFixed, type, &Fixed::type);
              known != kFixed.end()) {
-    sound = length == known->length;
+    is_valid = length == known->length;
   }
-  if (sound) return;
+  if (is_valid) return;
   throw InputError(place, "the image does not decode: the EXR's header has a value of type " +
                               std::string(type) + " with a wrong size");
 }
 
 // Rows per block, by ImfCompression.h: none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA, DWAB.
-uint64_t rows_coded_together(uint8_t compression) {
+uint64_t rows_per_block(uint8_t compression) {
   constexpr std::array<uint64_t, 10> kRows = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
   return compression < kRows.size() ? kRows[compression] : 256;
 }
@@ -144,23 +144,23 @@ uint64_t rows_coded_together(uint8_t compression) {
   throw InputError(place, "the image does not decode: the {} is truncated", format);
 }
 
-void check_bears_out(const ImageHeader& header, double needed, uint64_t bytes,
-                     const std::string& place) {
+void check_pixels_fit(const ImageHeader& header, double needed, uint64_t bytes,
+                      const std::string& place) {
   if (needed <= double(bytes)) return;
   throw InputError(place, "the image does not decode: {} x {} pixels do not fit into {} bytes",
                    header.width, header.height, bytes);
 }
 
-void check_bears_out_any_code(const ImageHeader& header, uint64_t bytes, const std::string& place) {
+void check_pixels_plausible(const ImageHeader& header, uint64_t bytes, const std::string& place) {
   constexpr int64_t kFreePixels = int64_t(1) << 26, kPixelsPerByte = 16384;
   const double pixels = double(header.width) * double(header.height);
-  check_bears_out(header, (pixels - double(kFreePixels)) / double(kPixelsPerByte), bytes, place);
+  check_pixels_fit(header, (pixels - double(kFreePixels)) / double(kPixelsPerByte), bytes, place);
 }
 
 void check_tile(const ImageHeader& header, int64_t width, int64_t height,
                 const std::string& place) {
-  if (width <= std::max(header.width, kLargestTile) &&
-      height <= std::max(header.height, kLargestTile)) {
+  if (width <= std::max(header.width, kMaxTileSide) &&
+      height <= std::max(header.height, kMaxTileSide)) {
     return;
   }
   throw InputError(place,
@@ -172,7 +172,7 @@ void check_tile(const ImageHeader& header, int64_t width, int64_t height,
 // up to an empty name. A multi-part file has one header per part, up to an empty one.
 ImageHeader read_exr_header(const ByteSource& source, const std::string& place) {
   constexpr uint32_t kDeep = 0x800, kMultiPart = 0x1000;
-  HeaderReader reader(source, kMostExrHeader, "EXR", place);
+  HeaderReader reader(source, kMaxExrHeaderBytes, "EXR", place);
   reader.skip(4);
   const uint32_t flags = reader.word();
   if (flags & kDeep) throw InputError(place, "deep EXR is not supported; flatten it");
@@ -182,16 +182,16 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
     uint8_t compression = 0;
     int attributes = 0;
     for (std::string name = reader.until('\0'); !name.empty(); name = reader.until('\0')) {
-      if (++attributes > kMostExrAttributes) {
+      if (++attributes > kMaxExrAttributes) {
         throw InputError(place, "the image does not decode: the EXR's header has more than " +
-                                    std::to_string(kMostExrAttributes) + " values");
+                                    std::to_string(kMaxExrAttributes) + " values");
       }
       const std::string type = reader.until('\0');
       const uint32_t length = reader.word();
       const uint64_t value = reader.offset(), next = value + length;
       if (next > source.size) throw_truncated("EXR", place);
-      check_exr_value(reader, type, length, &channels, place);
-      reader.go_to(value);
+      check_exr_attribute(reader, type, length, &channels, place);
+      reader.seek(value);
       if (name == "dataWindow" && length == 16) {
         const auto x0 = int32_t(reader.word()), y0 = int32_t(reader.word());
         const auto x1 = int32_t(reader.word()), y1 = int32_t(reader.word());
@@ -203,7 +203,7 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
         tile_width = reader.word();
         tile_height = reader.word();
       }
-      reader.go_to(next);
+      reader.seek(next);
     }
     if (attributes == 0 && (flags & kMultiPart)) break;
     // Each tile, or block of at most 256 rows, takes eight bytes in the offset table and eight
@@ -215,11 +215,11 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
       ImageHeader part;
       part.width = width;
       part.height = height;
-      check_bears_out(part, 16.0 * double(across) * double(down), source.size, place);
+      check_pixels_fit(part, 16.0 * double(across) * double(down), source.size, place);
       check_tile(part, tile_width, tile_height, place);
       // Decoded pixels plus a buffer for their code; decoders read all channels, wanted or not.
       const uint64_t pixels = tile_width > 0 ? uint64_t(tile_width) * uint64_t(tile_height)
-                                             : uint64_t(width) * rows_coded_together(compression);
+                                             : uint64_t(width) * rows_per_block(compression);
       part.tile_bytes = 2 * pixels * uint64_t(channels) * sizeof(float);
       if (header.width == 0) header = part;
       header.tile_bytes = std::max(header.tile_bytes, part.tile_bytes);
@@ -231,7 +231,7 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
 
 // G. Ward, "Real Pixels" (Graphics Gems II, 1991): text lines, an empty line, the resolution.
 ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) {
-  HeaderReader reader(source, kMostHdrHeader, "HDR", place);
+  HeaderReader reader(source, kMaxHdrHeaderBytes, "HDR", place);
   for (std::string line = reader.until('\n'); !line.empty(); line = reader.until('\n')) {
     if (line.starts_with("FORMAT=") && line.find("rgbe") == std::string::npos) {
       throw InputError(place, "the image does not decode: the HDR's pixels are not RGBE");
@@ -250,10 +250,10 @@ ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) 
   header.height = (rows ? first : second)->size;
   const bool mirrored = second->sign == '-', upwards = first->sign == '+';
   header.orientation = columns ? 5 : upwards ? (mirrored ? 3 : 4) : (mirrored ? 2 : 1);
-  header.pixels_at = reader.offset();
+  header.pixel_offset = reader.offset();
   // A row is flat, or has four bytes followed by runs of at most 127 for each of the four channels.
   const int64_t row = std::min(4 * header.width, 4 + 8 * ((header.width + 126) / 127));
-  check_bears_out(header, double(row) * double(header.height), source.size, place);
+  check_pixels_fit(header, double(row) * double(header.height), source.size, place);
   return header;
 }
 

@@ -15,8 +15,8 @@ using Bytes = std::span<const uint8_t>;
 // DEFLATE's best ratio: 258 bytes from two bits (RFC 1951; zlib's technical notes).
 constexpr int kDeflateRatio = 1032;
 // Every scan of a progressive JPEG visits all pixels. Encoders write about ten scans.
-constexpr int kMostScans = 500, kScansOfAnySize = 20;
-constexpr int64_t kMostScannedBlocks = int64_t(1) << 26;
+constexpr int kMaxScans = 500, kUncheckedScans = 20;
+constexpr int64_t kMaxScannedBlocks = int64_t(1) << 26;
 
 bool starts_with(Bytes bytes, std::string_view magic, size_t offset = 0) {
   return bytes.size() >= offset + magic.size() &&
@@ -31,7 +31,7 @@ void append(std::vector<uint8_t>& out, Bytes bytes) {
 
 // Chunks are length, type, data, CRC (PNG specification, 5.3). Keeps those that affect samples.
 CleanImage clean_png(Bytes bytes, const std::string& place) {
-  constexpr std::array<std::string_view, 5> kKept = {"IHDR", "PLTE", "tRNS", "IDAT", "IEND"};
+  constexpr std::array<std::string_view, 5> kKeptChunks = {"IHDR", "PLTE", "tRNS", "IDAT", "IEND"};
   constexpr std::array<int, 7> kSamples = {1, 0, 3, 1, 2, 0, 4};  // by colour type
   CleanImage clean;
   clean.bytes.reserve(bytes.size());
@@ -43,7 +43,7 @@ CleanImage clean_png(Bytes bytes, const std::string& place) {
     const Bytes chunk = bytes.subspan(offset, size_t(length) + 12);
     offset += chunk.size();
     const auto is = [&](std::string_view type) { return starts_with(chunk, type, 4); };
-    if (!std::ranges::any_of(kKept, is)) continue;
+    if (!std::ranges::any_of(kKeptChunks, is)) continue;
     append(clean.bytes, chunk);
     if (is("IHDR") && length >= 13 && row_bits == 0) {
       const int depth = chunk[16], colour = chunk[17];
@@ -57,8 +57,8 @@ CleanImage clean_png(Bytes bytes, const std::string& place) {
     if (is("IDAT")) compressed += int64_t(length);
     if (!is("IEND")) continue;
     const int64_t row = row_bits / 8 + 1;
-    check_bears_out(clean.header, double(row) * double(clean.header.height) / kDeflateRatio,
-                    uint64_t(compressed) + kDeflateRatio, place);
+    check_pixels_fit(clean.header, double(row) * double(clean.header.height) / kDeflateRatio,
+                     uint64_t(compressed) + kDeflateRatio, place);
     return clean;
   }
   throw_truncated("PNG", place);
@@ -78,13 +78,13 @@ size_t end_of_scan(Bytes bytes, size_t offset) {
 }
 
 // Baseline, extended and progressive frames, Huffman or arithmetic: C0 to CF except the tables.
-bool begins_frame(uint8_t marker) {
+bool is_frame_marker(uint8_t marker) {
   return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
 }
 
 // Reads a frame header: size, components, and the minimum number of bits in its blocks.
 void read_frame_header(Bytes segment, ImageHeader* header, size_t* components_out,
-                       int64_t* least_bits) {
+                       int64_t* min_bits) {
   if (segment.size() < 10) return;
   const size_t components = *components_out = segment[9];
   header->height = big_endian(segment, 5, 2);
@@ -94,7 +94,7 @@ void read_frame_header(Bytes segment, ImageHeader* header, size_t* components_ou
     across = std::max<int64_t>(across, 8 * (segment[11 + 3 * c] >> 4));
     down = std::max<int64_t>(down, 8 * (segment[11 + 3 * c] & 15));
   }
-  *least_bits = (header->width / across) * (header->height / down);
+  *min_bits = (header->width / across) * (header->height / down);
   // A progressive decoder keeps all coefficients: 16 bits per component.
   const uint8_t marker = segment[1];
   const bool progressive = marker == 0xc2 || marker == 0xc6 || marker == 0xca || marker == 0xce;
@@ -105,11 +105,11 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
   CleanImage clean;
   clean.bytes.reserve(bytes.size());
   append(clean.bytes, bytes.first(2));
-  int64_t least_bits = 0;
+  int64_t min_bits = 0;
   size_t components = 0;
   int scans = 0;
   size_t offset = 2;
-  clean.cut_short = true;
+  clean.truncated = true;
   while (offset + 4 <= bytes.size() || (offset + 2 <= bytes.size() && bytes[offset + 1] == 0xd9)) {
     if (bytes[offset] != 0xff) {
       ++offset;  // decoders skip bytes between segments
@@ -122,7 +122,7 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
     }
     if (marker == 0xd9) {
       append(clean.bytes, bytes.subspan(offset, 2));
-      clean.cut_short = false;
+      clean.truncated = false;
       break;
     }
     const size_t length = big_endian(bytes, offset + 2, 2) + size_t(2);
@@ -135,8 +135,8 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
                           (marker == 0xee && starts_with(segment, "Adobe", 4))
                     : marker < 0xf0;  // above are JPG extensions and comments
     if (!kept) continue;
-    if (begins_frame(marker) && clean.header.width == 0) {
-      read_frame_header(segment, &clean.header, &components, &least_bits);
+    if (is_frame_marker(marker) && clean.header.width == 0) {
+      read_frame_header(segment, &clean.header, &components, &min_bits);
     }
     append(clean.bytes, segment);
     if (marker != 0xda) continue;
@@ -145,7 +145,7 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
       clean.header.decoder_bytes_per_pixel = 2 * int(components);
     }
     const int64_t blocks = clean.header.width * clean.header.height / 64;
-    if (++scans > kMostScans || (scans > kScansOfAnySize && scans * blocks > kMostScannedBlocks)) {
+    if (++scans > kMaxScans || (scans > kUncheckedScans && scans * blocks > kMaxScannedBlocks)) {
       throw InputError(place, "the image does not decode: the JPEG has more than {} scans",
                        scans - 1);
     }
@@ -154,31 +154,31 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
     offset = end;
   }
   if (scans == 0) throw_truncated("JPEG", place);
-  check_bears_out(clean.header, double(least_bits) / 8, bytes.size(), place);
-  if (clean.cut_short) append(clean.bytes, std::array<uint8_t, 2>{0xff, 0xd9});
+  check_pixels_fit(clean.header, double(min_bits) / 8, bytes.size(), place);
+  if (clean.truncated) append(clean.bytes, std::array<uint8_t, 2>{0xff, 0xd9});
   return clean;
 }
 
 // RIFF chunks (RFC 9649, 2.3). A still image is VP8 or VP8L, after VP8X and ALPH if it has alpha.
 CleanImage clean_webp(Bytes bytes, const std::string& place) {
-  constexpr std::array<std::string_view, 4> kKept = {"VP8X", "ALPH", "VP8 ", "VP8L"};
+  constexpr std::array<std::string_view, 4> kKeptChunks = {"VP8X", "ALPH", "VP8 ", "VP8L"};
   constexpr uint8_t kAlphaFlag = 0x10, kAnimationFlag = 0x02;
   CleanImage clean;
   clean.bytes.reserve(bytes.size());
   append(clean.bytes, bytes.first(12));
   // Besides the result, the reader keeps the decoded picture, and VP8L a second copy.
   clean.header.decoder_bytes_per_pixel = 8;
-  const uint64_t announced = uint64_t(little_endian(bytes, 4, 4)) + 8;
-  if (announced > bytes.size()) throw_truncated("WebP", place);
+  const uint64_t stated_size = uint64_t(little_endian(bytes, 4, 4)) + 8;
+  if (stated_size > bytes.size()) throw_truncated("WebP", place);
   bool has_picture = false;
-  for (size_t offset = 12; announced >= offset + 8 && !has_picture;) {
+  for (size_t offset = 12; stated_size >= offset + 8 && !has_picture;) {
     const uint64_t length = little_endian(bytes, offset + 4, 4), padded = length + (length & 1);
-    if (length > announced - offset - 8) throw_truncated("WebP", place);
-    const size_t size = size_t(std::min(padded + 8, announced - offset));
+    if (length > stated_size - offset - 8) throw_truncated("WebP", place);
+    const size_t size = size_t(std::min(padded + 8, stated_size - offset));
     const Bytes chunk = bytes.subspan(offset, size);
     offset += size;
     const auto is = [&](std::string_view type) { return starts_with(chunk, type); };
-    if (!std::ranges::any_of(kKept, is)) continue;
+    if (!std::ranges::any_of(kKeptChunks, is)) continue;
     const size_t at = clean.bytes.size();
     append(clean.bytes, chunk);
     if (is("VP8X") && length >= 10) {
@@ -200,7 +200,7 @@ CleanImage clean_webp(Bytes bytes, const std::string& place) {
     }
   }
   if (!has_picture) throw_truncated("WebP", place);
-  check_bears_out_any_code(clean.header, bytes.size(), place);
+  check_pixels_plausible(clean.header, bytes.size(), place);
   const uint32_t size = uint32_t(clean.bytes.size() - 8);
   for (size_t i = 0; i < 4; ++i) clean.bytes[4 + i] = uint8_t(size >> (8 * i));
   return clean;
@@ -222,7 +222,7 @@ ImageFormat sniff_image_format(Bytes bytes) {
   return ImageFormat::kNone;
 }
 
-std::string_view name_of(ImageFormat format) {
+std::string_view format_name(ImageFormat format) {
   constexpr std::array<std::string_view, 8> kNames = {"none", "PNG", "JPEG", "WebP",
                                                       "EXR",  "HDR", "TIFF", "KTX 2"};
   return kNames[size_t(format)];
@@ -236,7 +236,7 @@ CleanImage clean_image(ImageFormat format, Bytes bytes, const std::string& place
 
 // TIFF 6.0, section 2: 12 bytes per entry, in ascending order, then the next directory's offset.
 void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
-  constexpr std::array<uint32_t, 7> kDropped = {
+  constexpr std::array<uint32_t, 7> kDroppedTags = {
       700,    // XMP
       33723,  // IPTC
       34377,  // Photoshop's
@@ -268,10 +268,10 @@ void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
     if (tag == 257) header.height = value;
     if (tag == 322) tile_width = value;
     if (tag == 323) tile_height = value;
-    if (std::ranges::find(kDropped, tag) != kDropped.end()) continue;
+    if (std::ranges::find(kDroppedTags, tag) != kDroppedTags.end()) continue;
     std::memmove(entries + kept++ * kEntry, entries + i * kEntry, kEntry);
   }
-  check_bears_out_any_code(header, bytes.size(), place);
+  check_pixels_plausible(header, bytes.size(), place);
   check_tile(header, tile_width, tile_height, place);
   // Ends the list of directories: other pages are not read.
   const size_t end = directory + 2 + kept * kEntry;

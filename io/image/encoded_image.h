@@ -19,7 +19,7 @@ enum class ImageFormat : uint8_t { kNone, kPng, kJpeg, kWebp, kExr, kHdr, kTiff,
 
 // Decides by the first 12 bytes; suffixes and media types are less reliable.
 ImageFormat sniff_image_format(std::span<const uint8_t> bytes);
-std::string_view name_of(ImageFormat format);  // "PNG"
+std::string_view format_name(ImageFormat format);  // "PNG"
 
 // What the header states, before decoding.
 struct ImageHeader {
@@ -30,14 +30,14 @@ struct ImageHeader {
   // As in TIFF and EXIF: 1 rows from the top, 2 mirrored, 3 rotated by 180 degrees, 4 rows from the
   // bottom; 5 to 8 have columns instead of rows.
   int orientation = 1;
-  uint64_t pixels_at = 0;  // HDR: offset of the rows
+  uint64_t pixel_offset = 0;  // HDR: offset of the rows
 };
 
 // PNG, JPEG and WebP: the header, and the stream reduced to what the pixels need.
 struct CleanImage {
   ImageHeader header;
   std::vector<uint8_t> bytes;
-  bool cut_short = false;  // a JPEG without an end; truncated files of other formats are refused
+  bool truncated = false;  // a JPEG without an end; truncated files of other formats are refused
 };
 CleanImage clean_image(ImageFormat format, std::span<const uint8_t> bytes,
                        const std::string& place);
@@ -54,13 +54,13 @@ ImageHeader read_hdr_header(const ByteSource& source, const std::string& place);
 [[noreturn]] void throw_truncated(const char* format, const std::string& place);
 
 // Throws if `bytes` bytes cannot hold the pixels: a large size costs nothing to claim.
-void check_bears_out(const ImageHeader& header, double needed, uint64_t bytes,
-                     const std::string& place);
+void check_pixels_fit(const ImageHeader& header, double needed, uint64_t bytes,
+                      const std::string& place);
 
 // The same for formats without a maximum compression ratio (lossless WebP, TIFF, KTX 2), where an
 // image of one colour is tiny at any size. Accepts up to 8192 x 8192 pixels at any ratio; larger
 // images need a plausible ratio.
-void check_bears_out_any_code(const ImageHeader& header, uint64_t bytes, const std::string& place);
+void check_pixels_plausible(const ImageHeader& header, uint64_t bytes, const std::string& place);
 
 // Throws for tiles larger than 4096, since a tile is decoded whole even if the image is smaller.
 void check_tile(const ImageHeader& header, int64_t width, int64_t height, const std::string& place);

@@ -8,15 +8,15 @@ namespace emberline {
 namespace {
 
 // Widths for which rows may be run-length encoded; a coded row starts with its width.
-constexpr int kLeastCoded = 8, kMostCoded = 0x7fff;
+constexpr int kMinCodedWidth = 8, kMaxCodedWidth = 0x7fff;
 
-constexpr const char* kEndsEarly = "it is truncated";
+constexpr const char* kTruncated = "it is truncated";
 
 class HdrDecoder final : public ImageDecoder {
  public:
   HdrDecoder(const ByteSource& source, const ImageHeader& header)
       : cursor_(source), row_(4 * size_t(header.width)) {
-    cursor_.go_to(header.pixels_at);
+    cursor_.seek(header.pixel_offset);
     set_layout(int(header.width), int(header.height), {"R", "G", "B"}, SampleType::kFloat);
   }
 
@@ -43,27 +43,27 @@ class HdrDecoder final : public ImageDecoder {
 
   // Returns null, or the error.
   const char* read_row() {
-    if (!take(row_.data(), 4)) return kEndsEarly;
-    const bool coded = layout_.width >= kLeastCoded && layout_.width <= kMostCoded &&
+    if (!take(row_.data(), 4)) return kTruncated;
+    const bool coded = layout_.width >= kMinCodedWidth && layout_.width <= kMaxCodedWidth &&
                        row_[0] == 2 && row_[1] == 2 && row_[2] < 128;
-    if (!coded) return take(row_.data() + 4, row_.size() - 4) ? nullptr : kEndsEarly;
+    if (!coded) return take(row_.data() + 4, row_.size() - 4) ? nullptr : kTruncated;
     if ((row_[2] << 8 | row_[3]) != layout_.width) return "a row has the wrong width";
     for (size_t channel = 0; channel < 4; ++channel) {
-      if (const char* error = read_coded(channel)) return error;
+      if (const char* error = read_channel(channel)) return error;
     }
     return nullptr;
   }
 
   // Reads one byte of each pixel: runs of equal bytes, and literal bytes.
-  const char* read_coded(size_t channel) {
+  const char* read_channel(size_t channel) {
     uint8_t values[128];
     for (size_t at = channel; at < row_.size();) {
       uint8_t count = 0;
-      if (!take(&count, 1)) return kEndsEarly;
+      if (!take(&count, 1)) return kTruncated;
       const bool run = count > 128;
       const size_t length = run ? count - 128u : count;
       if (length == 0 || length > (row_.size() - at + 3) / 4) return "a run extends beyond its row";
-      if (!take(values, run ? 1 : length)) return kEndsEarly;
+      if (!take(values, run ? 1 : length)) return kTruncated;
       for (size_t i = 0; i < length; ++i, at += 4) row_[at] = values[run ? 0 : i];
     }
     return nullptr;

@@ -21,11 +21,11 @@ namespace emberline {
 namespace {
 
 // Limit on stated sizes, our choice. The largest panoramas in use are 32k wide.
-constexpr int64_t kLargestSide = 65536;
+constexpr int64_t kMaxSide = 65536;
 // Limit on the data window's position; keeps sums far from overflow.
-constexpr int64_t kFarthestCorner = int64_t(1) << 24;
+constexpr int64_t kMaxWindowOffset = int64_t(1) << 24;
 
-constexpr const char* kDoesNotDecode = "the image does not decode: ";
+constexpr const char* kDecodeError = "the image does not decode: ";
 
 constexpr std::array kTextureFormats = {ImageFormat::kPng, ImageFormat::kJpeg, ImageFormat::kWebp,
                                         ImageFormat::kExr, ImageFormat::kHdr,  ImageFormat::kKtx2};
@@ -37,25 +37,25 @@ constexpr std::array kPictureFormats = {ImageFormat::kExr,  ImageFormat::kHdr,  
 using Bytes = std::span<const uint8_t>;
 using Formats = std::span<const ImageFormat>;
 
-std::unique_ptr<ImageDecoder> open_other(ImageFormat format, const ByteSource& source,
-                                         std::string& error) {
+std::unique_ptr<ImageDecoder> open_with_library(ImageFormat format, const ByteSource& source,
+                                                std::string& error) {
   const char* const reader = format == ImageFormat::kWebp  ? "webp"
                              : format == ImageFormat::kExr ? "openexr"
                                                            : "tiff";
   return image_library().open(reader, source, error);
 }
 
-ImageFormat expect_format(Bytes bytes, Formats allowed, const std::string& place) {
+ImageFormat detect_format(Bytes bytes, Formats allowed, const std::string& place) {
   const ImageFormat format = sniff_image_format(bytes);
   if (std::ranges::find(allowed, format) != allowed.end()) return format;
   std::string names;
   for (size_t i = 0; i < allowed.size(); ++i) {
     names += i == 0 ? "" : i + 1 < allowed.size() ? ", " : " or ";
-    names += name_of(allowed[i]);
+    names += format_name(allowed[i]);
   }
   throw InputError(place, (format == ImageFormat::kNone
                                ? "the image is not "
-                               : "the image is " + std::string(name_of(format)) + ", not ") +
+                               : "the image is " + std::string(format_name(format)) + ", not ") +
                               names);
 }
 
@@ -74,16 +74,16 @@ size_t bytes_of(SampleType type) {
   return type == SampleType::kUint16 || type == SampleType::kHalf ? 2 : 4;
 }
 
-void check_sides(int64_t width, int64_t height, const std::string& place) {
+void check_size(int64_t width, int64_t height, const std::string& place) {
   const std::string size = std::to_string(width) + " x " + std::to_string(height);
   if (width < 1 || height < 1) throw InputError(place, "the image is empty ({})", size);
-  if (width > kLargestSide || height > kLargestSide) {
+  if (width > kMaxSide || height > kMaxSide) {
     throw InputError(place, "the image is too large ({}; at most {} pixels a side)", size,
-                     kLargestSide);
+                     kMaxSide);
   }
 }
 
-ByteSource source_of(Bytes memory) {
+ByteSource make_byte_source(Bytes memory) {
   return {memory.size(), [memory](uint64_t offset, size_t count, void* bytes) {
             if (offset >= memory.size()) return size_t(0);
             const size_t got = std::min(count, memory.size() - size_t(offset));
@@ -108,9 +108,9 @@ class OpenImage {
     std::array<uint8_t, 12> magic = {};
     const int64_t got = file.try_read(0, magic.size(), magic.data());
     if (got <= 0) throw InputError(place_, "the image is empty");
-    const ImageFormat format = expect_format(Bytes(magic).first(size_t(got)), allowed, place_);
+    const ImageFormat format = detect_format(Bytes(magic).first(size_t(got)), allowed, place_);
     if (format == ImageFormat::kExr || format == ImageFormat::kHdr) {
-      open_in_place(format, source_of(std::move(file)));
+      open_in_place(format, make_byte_source(std::move(file)));
     } else {
       const MemoryReservation encoded(progress.budget(), MemoryPart::kFile, file.size(), place_);
       open_bytes(file.read_all(progress), allowed);
@@ -119,15 +119,15 @@ class OpenImage {
 
   const ImageLayout& layout() const { return layout_; }
   std::string attribute(const char* name) const { return decoder_->attribute(name); }
-  bool cut_short() const { return cut_short_; }
+  bool truncated() const { return truncated_; }
   const std::string& place() const { return place_; }
 
   // The pixels' position in the frame.
   Rect data_window() const {
     const ImageLayout& s = layout_;
     const int64_t x = int64_t(s.x) - s.full_x, y = int64_t(s.y) - s.full_y;
-    check_sides(s.full_width, s.full_height, place_);
-    if (std::max(std::abs(x), std::abs(y)) > kFarthestCorner) {
+    check_size(s.full_width, s.full_height, place_);
+    if (std::max(std::abs(x), std::abs(y)) > kMaxWindowOffset) {
       throw InputError(place_, "its data window lies far outside its display window");
     }
     return {int(x), int(y), int(x) + s.width, int(y) + s.height};
@@ -141,26 +141,26 @@ class OpenImage {
     const std::string error =
         decoder_->read({0, begin, s.width, end}, 0, s.channels(), SampleType::kFloat,
                        reinterpret_cast<std::byte*>(values), row);
-    if (!error.empty()) throw InputError(place_, kDoesNotDecode + error);
+    if (!error.empty()) throw InputError(place_, kDecodeError + error);
   }
 
   // Reads channels from `first`, interleaved, rows from the top, data window only. Memory grows
   // with the rows: clearing gigabytes takes seconds, and the load must stay cancellable.
   template <typename Value>
   void read(int first, int channels, SampleType type, std::vector<Value>& values) {
-    constexpr size_t kPart = size_t(4) << 20;  // cancellation is checked between parts
+    constexpr size_t kPartBytes = size_t(4) << 20;  // cancellation is checked between parts
     const ImageLayout& s = layout_;
     const size_t pixel = size_t(channels) * bytes_of(type), row = size_t(s.width) * pixel;
     progress_.budget()->reserve(MemoryPart::kTextures, size_t(s.height) * row, place_);
     values.reserve(size_t(s.height) * row / sizeof(Value));
-    const auto parts = [&](size_t bytes) { return std::max(size_t(1), kPart / bytes); };
+    const auto parts = [&](size_t bytes) { return std::max(size_t(1), kPartBytes / bytes); };
     size_t across = size_t(s.width), down = parts(row);
     if (s.tile_width > 0) {
       down = size_t(s.tile_height);
       across = parts(size_t(s.tile_width) * down * pixel) * size_t(s.tile_width);
     }
     for (size_t y = 0; y < size_t(s.height); y += down) {
-      grow(values, std::min(y + down, size_t(s.height)) * row / sizeof(Value));
+      resize_in_steps(values, std::min(y + down, size_t(s.height)) * row / sizeof(Value));
       auto* const texels = reinterpret_cast<std::byte*>(values.data());
       for (size_t x = 0; x < size_t(s.width); x += across) {
         progress_.check();
@@ -168,17 +168,17 @@ class OpenImage {
                            int(std::min(y + down, size_t(s.height)))};
         const std::string error =
             decoder_->read(part, first, first + channels, type, texels + y * row + x * pixel, row);
-        if (!error.empty()) throw InputError(place_, kDoesNotDecode + error);
+        if (!error.empty()) throw InputError(place_, kDecodeError + error);
       }
     }
     decoder_.reset();
-    turn_upright(reinterpret_cast<std::byte*>(values.data()), pixel);
+    apply_orientation(reinterpret_cast<std::byte*>(values.data()), pixel);
   }
 
  private:
   // Resizes in steps within the reserved memory, because the system clears it page by page.
   template <typename Value>
-  void grow(std::vector<Value>& values, size_t size) const {
+  void resize_in_steps(std::vector<Value>& values, size_t size) const {
     constexpr size_t kStep = (size_t(64) << 20) / sizeof(Value);
     while (values.size() < size) {
       progress_.check();
@@ -188,11 +188,11 @@ class OpenImage {
 
   void open_bytes(Bytes bytes, Formats allowed) {
     if (bytes.empty()) throw InputError(place_, "the image is empty");
-    const ImageFormat format = expect_format(bytes, allowed, place_);
+    const ImageFormat format = detect_format(bytes, allowed, place_);
     if (format == ImageFormat::kExr || format == ImageFormat::kHdr) {
-      return open_in_place(format, source_of(bytes));
+      return open_in_place(format, make_byte_source(bytes));
     }
-    clean_.add(bytes.size(), place_);
+    input_memory_.add(bytes.size(), place_);
     if (format == ImageFormat::kTiff) {
       bytes_.assign(bytes.begin(), bytes.end());
       clean_tiff(bytes_, place_);
@@ -203,9 +203,9 @@ class OpenImage {
       CleanImage clean = clean_image(format, bytes, place_);
       bytes_ = std::move(clean.bytes);
       header_ = clean.header;
-      cut_short_ = clean.cut_short;
+      truncated_ = clean.truncated;
     }
-    source_ = source_of(Bytes(bytes_));
+    source_ = make_byte_source(Bytes(bytes_));
     open(format);
   }
 
@@ -221,41 +221,41 @@ class OpenImage {
 
   void open(ImageFormat format) {
     // A TIFF's size is known only to its decoder.
-    if (format != ImageFormat::kTiff) check_sides(header_.width, header_.height, place_);
-    decoding_.add(uint64_t(header_.width) * uint64_t(header_.height) *
-                          uint64_t(header_.decoder_bytes_per_pixel) +
-                      header_.tile_bytes,
-                  place_);
+    if (format != ImageFormat::kTiff) check_size(header_.width, header_.height, place_);
+    decoder_memory_.add(uint64_t(header_.width) * uint64_t(header_.height) *
+                                uint64_t(header_.decoder_bytes_per_pixel) +
+                            header_.tile_bytes,
+                        place_);
     std::string error;
     decoder_ = format == ImageFormat::kPng    ? open_png(bytes_, error)
                : format == ImageFormat::kJpeg ? open_jpeg(bytes_, error)
                : format == ImageFormat::kKtx2 ? open_ktx2(bytes_, place_)
                : format == ImageFormat::kHdr  ? open_hdr(source_, header_)
-                                              : open_other(format, source_, error);
-    if (!decoder_) throw InputError(place_, kDoesNotDecode + error);
+                                              : open_with_library(format, source_, error);
+    if (!decoder_) throw InputError(place_, kDecodeError + error);
     layout_ = decoder_->layout();
-    if (layout_.chromaticities) layout_.view.space = space_of(*layout_.chromaticities);
+    if (layout_.chromaticities) layout_.view.space = working_space_of(*layout_.chromaticities);
     const ImageLayout& s = layout_;
-    check_sides(s.width, s.height, place_);
+    check_size(s.width, s.height, place_);
     // The decoder must see the checked size; it may parse an ambiguous header differently.
     if (format != ImageFormat::kTiff && (s.width != header_.width || s.height != header_.height)) {
-      throw InputError(place_, std::string(kDoesNotDecode) + "its header is ambiguous");
+      throw InputError(place_, std::string(kDecodeError) + "its header is ambiguous");
     }
-    if (s.depth > 1 || s.channels() < 1 || s.channels() > kMostChannels || s.deep) {
+    if (s.depth > 1 || s.channels() < 1 || s.channels() > kMaxChannels || s.deep) {
       throw InputError(place_, "the image is not a flat picture with 1 to {} channels",
-                       kMostChannels);
+                       kMaxChannels);
     }
     if (format == ImageFormat::kTiff) {
       header_.orientation = s.orientation;
       // Strips and tiles may be as large as the image.
       const uint64_t tile =
           uint64_t(s.tile_width) * uint64_t(s.tile_height) * uint64_t(s.channels()) * sizeof(float);
-      decoding_.add(std::max(s.bytes, tile), place_);
+      decoder_memory_.add(std::max(s.bytes, tile), place_);
     }
   }
 
   // Undoes the orientation of stored rows.
-  void turn_upright(std::byte* texels, size_t pixel) const {
+  void apply_orientation(std::byte* texels, size_t pixel) const {
     const ImageLayout& s = layout_;
     const size_t width = size_t(s.width), height = size_t(s.height), row = width * pixel;
     const int turn = header_.orientation;
@@ -275,10 +275,10 @@ class OpenImage {
 
   const std::string place_;
   const LoadProgress& progress_;
-  MemoryReservation clean_{progress_.budget(), MemoryPart::kFile};
-  MemoryReservation decoding_{progress_.budget(), MemoryPart::kTextures};
+  MemoryReservation input_memory_{progress_.budget(), MemoryPart::kFile};
+  MemoryReservation decoder_memory_{progress_.budget(), MemoryPart::kTextures};
   ImageHeader header_;
-  bool cut_short_ = false;
+  bool truncated_ = false;
   std::vector<uint8_t> bytes_;  // the decoder's input, unless it reads the original bytes
   ByteSource source_;
   std::unique_ptr<ImageDecoder> decoder_;  // after its input: it must be destroyed first
@@ -314,7 +314,7 @@ void read_frame(OpenImage& input, int first, Image& image) {
 DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& place, bool lenient,
                           const LoadProgress& progress) try {
   OpenImage input(encoded, kTextureFormats, place, progress);
-  if (input.cut_short() && !lenient) {
+  if (input.truncated() && !lenient) {
     throw InputError(place, "the JPEG is truncated; `lenient` accepts it");
   }
   const ImageLayout layout = input.layout();
@@ -333,7 +333,7 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
       colour.has_alpha || (layout.alpha_channel == image->channels - 1 && image->channels % 2 == 0);
   if (has_alpha && layout.premultiplied) unpremultiply(*image);
   const uint64_t repaired = repair_texels(*image, TexelRange::kFinite);
-  return {std::move(image), repaired, input.cut_short(), std::move(transfer)};
+  return {std::move(image), repaired, input.truncated(), std::move(transfer)};
 } catch (const std::bad_alloc&) {
   throw InputError(place, "not enough memory to decode the image");
 }
@@ -384,7 +384,7 @@ int FloatImage::find_channel(const std::string& name) const {
 namespace {
 
 // The image's description without values.
-FloatImage described(OpenImage& input) {
+FloatImage image_description(OpenImage& input) {
   const ImageLayout& layout = input.layout();
   FloatImage image;
   image.width = layout.width;
@@ -421,9 +421,9 @@ void convert_stored(const ImageLayout& layout, std::vector<float>& values) {
 
 FloatImage read_float_image(const std::string& path, const LoadProgress& progress) try {
   OpenImage input(path, kPictureFormats, progress);
-  if (input.cut_short()) throw InputError(path, "the JPEG is truncated");
+  if (input.truncated()) throw InputError(path, "the JPEG is truncated");
   const ImageLayout layout = input.layout();
-  FloatImage image = described(input);
+  FloatImage image = image_description(input);
   input.read(0, layout.channels(), SampleType::kFloat, image.values);
   convert_stored(layout, image.values);
   return image;
@@ -433,7 +433,7 @@ FloatImage read_float_image(const std::string& path, const LoadProgress& progres
 
 struct FloatImageRows::Impl {
   Impl(const std::string& path, const LoadProgress& progress)
-      : input(path, kRowFormats, progress), image(described(input)) {}
+      : input(path, kRowFormats, progress), image(image_description(input)) {}
 
   OpenImage input;
   FloatImage image;
@@ -450,8 +450,8 @@ bool FloatImageRows::is_counter(size_t channel) const {
   return impl_->input.layout().channel_types[channel] == SampleType::kUint32;
 }
 
-const std::vector<std::pair<std::string, std::string>>& FloatImageRows::texts() const {
-  return impl_->input.layout().texts;
+const std::vector<std::pair<std::string, std::string>>& FloatImageRows::text_attributes() const {
+  return impl_->input.layout().text_attributes;
 }
 
 const ExrView& FloatImageRows::view() const { return impl_->input.layout().view; }

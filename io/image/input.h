@@ -19,12 +19,12 @@
 namespace emberline {
 
 // Limit for every image read or written by the library.
-inline constexpr int kMostChannels = 4096;
+inline constexpr int kMaxChannels = 4096;
 
 struct DecodedImage {
   std::shared_ptr<const Image> image;
   uint64_t non_finite = 0;  // NaN and infinite texels, set to 0
-  bool cut_short = false;   // a truncated JPEG: grey after its end
+  bool truncated = false;   // a truncated JPEG: grey after its end
   std::string transfer;     // the transfer function that a KTX 2 states: "sRGB" or "linear"
 };
 
@@ -34,16 +34,15 @@ struct DecodedImage {
 // truncated JPEG unless `lenient`.
 DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& place,
                           bool lenient = false,
-                          const LoadProgress& progress = LoadProgress::unwatched());
+                          const LoadProgress& progress = LoadProgress::none());
 
 // Reads a latitude-longitude environment map (.hdr, .exr; the channels of find_colour(); half if
 // the file is half, else float) as linear Rec. 709. Its pixels must fill its frame. An EXR with
 // other primaries is converted; colours outside Rec. 709 are then negative. NaN, infinite and
 // negative texels become 0, and finite ones beyond the type's range are clamped; all are counted in
 // `*repaired`. Throws InputError.
-std::shared_ptr<const Image> read_environment(
-    const std::string& path, uint64_t* repaired,
-    const LoadProgress& progress = LoadProgress::unwatched());
+std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t* repaired,
+                                              const LoadProgress& progress = LoadProgress::none());
 
 // A float image with named channels, for `compare`, `heatmap` and tests: EXR, HDR, PNG, JPEG, WebP,
 // TIFF. Integer formats are converted from sRGB to linear. Holds the data window only.
@@ -67,7 +66,7 @@ class FloatImageRows {
  public:
   // Throws InputError if the file is not an EXR.
   explicit FloatImageRows(const std::string& path,
-                          const LoadProgress& progress = LoadProgress::unwatched());
+                          const LoadProgress& progress = LoadProgress::none());
   ~FloatImageRows();
   FloatImageRows(const FloatImageRows&) = delete;
   FloatImageRows& operator=(const FloatImageRows&) = delete;
@@ -76,7 +75,7 @@ class FloatImageRows {
   const FloatImage& image() const;
   bool is_counter(size_t channel) const;  // stored as integers
   // The header's text attributes that begin with "emberline" or "cryptomatte/".
-  const std::vector<std::pair<std::string, std::string>>& texts() const;
+  const std::vector<std::pair<std::string, std::string>>& text_attributes() const;
   const ExrView& view() const;
   int tile_size() const;     // the tiles' height; 64 for an image in rows
   int rows_at_once() const;  // read() takes a multiple of these rows, or all that remain
@@ -89,6 +88,6 @@ class FloatImageRows {
 };
 
 FloatImage read_float_image(const std::string& path,
-                            const LoadProgress& progress = LoadProgress::unwatched());
+                            const LoadProgress& progress = LoadProgress::none());
 
 }  // namespace emberline

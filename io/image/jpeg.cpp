@@ -7,7 +7,7 @@
 #include <jpeglib.h>
 
 #include "io/image/codecs.h"
-#include "io/image/picture_mark.h"
+#include "io/image/file_completeness.h"
 
 namespace emberline {
 namespace {
@@ -122,19 +122,19 @@ struct JpegEncoder {
   }
 
   bool write(const ByteImage& picture) {
-    const size_t channels = size_t(picture.channels), kept = channels == 1 ? 1 : 3;
+    const size_t channels = size_t(picture.channels), written_channels = channels == 1 ? 1 : 3;
     const size_t pixels = size_t(picture.width);
-    line.resize(pixels * kept);
+    line.resize(pixels * written_channels);
     if (setjmp(failure.jump)) return false;
     jpeg_create_compress(&info);
     jpeg_mem_dest(&info, &bytes, &count);
     info.image_width = JDIMENSION(picture.width);
     info.image_height = JDIMENSION(picture.height);
-    info.input_components = int(kept);
-    info.in_color_space = kept == 1 ? JCS_GRAYSCALE : JCS_RGB;
+    info.input_components = int(written_channels);
+    info.in_color_space = written_channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
     jpeg_set_defaults(&info);
     jpeg_set_quality(&info, 95, TRUE);
-    for (size_t c = 0; c < kept; ++c) {
+    for (size_t c = 0; c < written_channels; ++c) {
       info.comp_info[c].h_samp_factor = info.comp_info[c].v_samp_factor = 1;
     }
     jpeg_start_compress(&info, TRUE);
@@ -145,7 +145,8 @@ struct JpegEncoder {
     for (size_t y = 0; y < size_t(picture.height); ++y) {
       const uint8_t* const source = picture.values.data() + y * pixels * channels;
       for (size_t x = 0; x < pixels; ++x) {
-        for (size_t c = 0; c < kept; ++c) line[x * kept + c] = source[x * channels + c];
+        for (size_t c = 0; c < written_channels; ++c)
+          line[x * written_channels + c] = source[x * channels + c];
       }
       JSAMPROW row = line.data();
       jpeg_write_scanlines(&info, &row, 1);

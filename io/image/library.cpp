@@ -24,13 +24,13 @@ uint64_t image_library_bytes() { return 0; }
 
 namespace {
 
-constexpr const char* kName = "libemberline_images.so";
+constexpr const char* kLibraryName = "libemberline_images.so";
 
 std::atomic<uint64_t> g_bytes{0};
 
 // Rejects a truncated library file, which would crash the program when mapped. An intact file
 // contains its section headers, which come last (ELF-64).
-void check_whole(const std::string& path) {
+void check_complete(const std::string& path) {
   const InputFile file(path);
   uint8_t header[64] = {};
   const auto number = [&](size_t offset, size_t count) {
@@ -45,26 +45,26 @@ void check_whole(const std::string& path) {
 
 // Checks the address space in advance: when memory is short, the constructors of OpenImageIO's
 // dependencies abort the program or hang.
-void check_room() {
-  constexpr size_t kRoom = size_t(700) << 20;
+void check_address_space() {
+  constexpr size_t kRequiredBytes = size_t(700) << 20;
   rlimit space = {}, data = {};
   ::getrlimit(RLIMIT_AS, &space);
   ::getrlimit(RLIMIT_DATA, &data);
   if (space.rlim_cur == RLIM_INFINITY && data.rlim_cur == RLIM_INFINITY) return;
-  void* const room = ::mmap(nullptr, kRoom, PROT_READ | PROT_WRITE,
+  void* const room = ::mmap(nullptr, kRequiredBytes, PROT_READ | PROT_WRITE,
                             MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (room == MAP_FAILED) {
     throw RenderError(
         "no images can be read or written: their library needs 700 MiB of address space, more than "
         "this shell's limits leave (ulimit -v, ulimit -d)");
   }
-  ::munmap(room, kRoom);
+  ::munmap(room, kRequiredBytes);
 }
 
 // Looks beside the binary that contains this code, then in the program's ../lib; empty if found in
 // neither. A library for one CPU architecture lies up to three folders deeper
 // (renderer/arches.cmake).
-std::string own_copy() {
+std::string find_bundled_library() {
   namespace fs = std::filesystem;
   std::error_code error;
   Dl_info here = {};
@@ -77,22 +77,23 @@ std::string own_copy() {
     folders.insert(folders.end() - 1, folder);
   }
   for (const fs::path& path : folders) {
-    if (path.is_absolute() && fs::exists(path / kName, error)) return (path / kName).string();
+    if (path.is_absolute() && fs::exists(path / kLibraryName, error))
+      return (path / kLibraryName).string();
   }
   return {};
 }
 
 // Loads our own copy, or else one on the system's search path.
-void* load() {
-  const std::string own = own_copy();
-  if (!own.empty()) check_whole(own);
-  check_room();
-  return ::dlopen(own.empty() ? kName : own.c_str(), RTLD_LAZY | RTLD_LOCAL);
+void* open_shared_library() {
+  const std::string own = find_bundled_library();
+  if (!own.empty()) check_complete(own);
+  check_address_space();
+  return ::dlopen(own.empty() ? kLibraryName : own.c_str(), RTLD_LAZY | RTLD_LOCAL);
 }
 
-const ImageLibrary& find() {
+const ImageLibrary& load_image_library() {
   const uint64_t before = statm_bytes(StatmField::kResident);
-  void* const library = load();
+  void* const library = open_shared_library();
   if (!library) throw RenderError(std::string("no images can be read or written: ") + ::dlerror());
   const auto entry = reinterpret_cast<decltype(&emberline_image_library)>(
       ::dlsym(library, "emberline_image_library"));
@@ -108,7 +109,7 @@ const ImageLibrary& find() {
 uint64_t image_library_bytes() { return g_bytes; }
 
 const ImageLibrary& image_library() {
-  static const ImageLibrary& library = find();
+  static const ImageLibrary& library = load_image_library();
   return library;
 }
 

@@ -39,7 +39,8 @@ struct ImageLayout {
   bool premultiplied = false;  // even if unassociated alpha was requested
   int orientation = 1;         // as in EXIF and TIFF
   uint64_t bytes = 0;          // of the stored pixels
-  std::vector<std::pair<std::string, std::string>> texts = {};  // EXR: our text attributes
+  std::vector<std::pair<std::string, std::string>> text_attributes =
+      {};                                             // EXR: our text attributes
   std::vector<ImagePart> parts = {};                  // EXR: all parts, including unread ones
   ExrView view = {};                                  // EXR: all except its space
   std::optional<Chromaticities> chromaticities = {};  // EXR: as stated in its header
@@ -103,7 +104,7 @@ class ImageLibrary {
   virtual std::string encode_dwa(int width, int height, std::span<const EncodedPlane> planes,
                                  bool wide, std::vector<uint8_t>& code) const = 0;
   // Encodes equal-sized three-channel pictures as an animation. Returns "" or the error.
-  virtual std::string encode_gif(std::span<const ByteImage> pictures, double picture_s,
+  virtual std::string encode_gif(std::span<const ByteImage> pictures, double frame_s,
                                  std::vector<unsigned char>& encoded) const = 0;
 };
 

@@ -29,7 +29,7 @@ std::string library_message(std::string text) {
 
 // Runs `work` and turns exceptions, except bad_alloc, into an error string.
 template <typename Work>
-std::string caught(const Work& work) {
+std::string catch_errors(const Work& work) {
   try {
     return work();
   } catch (const std::bad_alloc&) {
@@ -72,7 +72,7 @@ class SourceProxy final : public oiio::Filesystem::IOProxy {
   }
   // Called in order, on one thread.
   size_t read(void* bytes, size_t count) override {
-    cursor_.go_to(uint64_t(m_pos));
+    cursor_.seek(uint64_t(m_pos));
     const size_t got = cursor_.take(bytes, count);
     m_pos += int64_t(got);
     return got;
@@ -95,7 +95,7 @@ class Decoder final : public ImageDecoder {
     }
     oiio::ImageSpec hints, opened;
     hints["oiio:UnassociatedAlpha"] = 1;
-    const std::string error = caught([&] {
+    const std::string error = catch_errors([&] {
       return input_->open("image." + format, opened, hints) ? ""
                                                             : library_message(input_->geterror());
     });
@@ -125,7 +125,8 @@ class Decoder final : public ImageDecoder {
       const bool ours = name.starts_with("emberline") || name.starts_with("cryptomatte/");
       if (attribute.type() != oiio::TypeDesc::STRING || !ours) continue;
       // get_string() truncates long text.
-      layout_.texts.emplace_back(name, *static_cast<const char* const*>(attribute.data()));
+      layout_.text_attributes.emplace_back(name,
+                                           *static_cast<const char* const*>(attribute.data()));
     }
     layout_.view = view_of(s);
     constexpr oiio::TypeDesc kChromaticities(oiio::TypeDesc::FLOAT, 8);
@@ -138,7 +139,7 @@ class Decoder final : public ImageDecoder {
       layout_.channel_types.push_back(sample_type(s.channelformat(c)));
     }
     parts_ = {{s, 0, 0}};
-    return format == "openexr" ? caught([&] { return join_parts(); }) : "";
+    return format == "openexr" ? catch_errors([&] { return join_parts(); }) : "";
   }
   ~Decoder() override {
     if (input_) input_->close();
@@ -149,7 +150,7 @@ class Decoder final : public ImageDecoder {
   }
   std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
                    size_t row) override {
-    return caught([&] { return read_pixels(pixels, first, last, type, out, row); });
+    return catch_errors([&] { return read_pixels(pixels, first, last, type, out, row); });
   }
 
  private:
@@ -169,22 +170,22 @@ class Decoder final : public ImageDecoder {
 
   // Joins later parts that have the first part's pixels and tiles, and new channel names.
   std::string join_parts() {
-    constexpr int kMostParts = 4096;
+    constexpr int kMaxParts = 4096;
     const oiio::ImageSpec first = parts_.front().spec;  // a copy, since the vector may reallocate
     layout_.parts = {image_part(first, 0)};
-    for (int i = 1; i < kMostParts && input_->seek_subimage(i, 0); ++i) {
+    for (int i = 1; i < kMaxParts && input_->seek_subimage(i, 0); ++i) {
       const oiio::ImageSpec s = input_->spec();
       const auto place = [](const oiio::ImageSpec& spec) {
         return std::array{spec.x,          spec.y,           spec.width,      spec.height,
                           spec.full_x,     spec.full_y,      spec.full_width, spec.full_height,
                           spec.tile_width, spec.tile_height, spec.depth,      int(spec.deep)};
       };
-      const bool alike =
+      const bool matches_first =
           place(s) == place(first) && s.nchannels > 0 &&
           std::ranges::none_of(s.channelnames, [&](const std::string& name) {
             return std::ranges::find(layout_.channel_names, name) != layout_.channel_names.end();
           });
-      const bool is_read = alike && parts_.back().first + s.nchannels <= kMostChannels;
+      const bool is_read = matches_first && parts_.back().first + s.nchannels <= kMaxChannels;
       layout_.parts.push_back(image_part(s, is_read ? layout_.channels() : -1));
       if (!is_read) continue;
       parts_.push_back({s, i, layout_.channels()});
@@ -219,29 +220,29 @@ class Decoder final : public ImageDecoder {
 
   std::string read_pixels(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
                           size_t row) const {
-    const oiio::TypeDesc as = oiio_type(type);
+    const oiio::TypeDesc target_type = oiio_type(type);
     const auto stride = oiio::stride_t(row),
-               pixel = oiio::stride_t(size_t(last - first) * as.size());
+               pixel = oiio::stride_t(size_t(last - first) * target_type.size());
     for (const Part& part : parts_) {
       const oiio::ImageSpec& s = part.spec;
       const int begin = std::max(first, part.first);
       const int end = std::min(last, part.first + s.nchannels);
       if (begin >= end) continue;
-      std::byte* const to = out + size_t(begin - first) * as.size();
+      std::byte* const to = out + size_t(begin - first) * target_type.size();
       const int y0 = s.y + pixels.y0, y1 = s.y + pixels.y1;
       const bool done =
           layout_.tile_width > 0
               ? input_->read_tiles(part.subimage, 0, s.x + pixels.x0, s.x + pixels.x1, y0, y1, s.z,
-                                   s.z + 1, begin - part.first, end - part.first, as, to, pixel,
-                                   stride)
+                                   s.z + 1, begin - part.first, end - part.first, target_type, to,
+                                   pixel, stride)
               : input_->read_scanlines(part.subimage, 0, y0, y1, s.z, begin - part.first,
-                                       end - part.first, as, to, pixel, stride);
+                                       end - part.first, target_type, to, pixel, stride);
       if (!done) return library_message(input_->geterror());
     }
     return "";
   }
 
-  static constexpr int kMostChannels = 4096;  // the limit in image/input.cpp
+  static constexpr int kMaxChannels = 4096;  // the limit in image/input.cpp
 
   std::vector<Part> parts_;
   std::unique_ptr<SourceProxy> proxy_;
@@ -257,19 +258,19 @@ class OpenImageIo final : public ImageLibrary {
 
   std::string encode_dwa(int width, int height, std::span<const EncodedPlane> planes, bool wide,
                          std::vector<uint8_t>& code) const override {
-    return caught([&] {
+    return catch_errors([&] {
       encode_dwa_tile(width, height, planes, wide, code);
       return "";
     });
   }
 
-  std::string encode_gif(std::span<const ByteImage> pictures, double picture_s,
+  std::string encode_gif(std::span<const ByteImage> pictures, double frame_s,
                          std::vector<unsigned char>& encoded) const override {
     oiio::Filesystem::IOVecOutput sink(encoded);
     const std::unique_ptr<oiio::ImageOutput> output = oiio::ImageOutput::create("gif");
     if (!output) return "OpenImageIO has no gif writer";
     // GIF durations are in hundredths of a second.
-    const int rate[2] = {100, std::max(1, int(picture_s * 100 + 0.5))};
+    const int rate[2] = {100, std::max(1, int(frame_s * 100 + 0.5))};
     bool done = output->set_ioproxy(&sink);
     for (const ByteImage& picture : pictures) {
       oiio::ImageSpec spec(picture.width, picture.height, 3, oiio::TypeDesc::UINT8);

@@ -7,7 +7,7 @@
 #include <new>
 
 #include "io/image/codecs.h"
-#include "io/image/picture_mark.h"
+#include "io/image/file_completeness.h"
 
 namespace emberline {
 namespace {
@@ -20,13 +20,13 @@ struct PngFailure {
   char message[200] = "";
 };
 
-[[noreturn]] void png_failed(png_structp png, png_const_charp message) {
+[[noreturn]] void on_png_error(png_structp png, png_const_charp message) {
   auto& failure = *static_cast<PngFailure*>(png_get_error_ptr(png));
   std::snprintf(failure.message, sizeof failure.message, "%s", message);
   png_longjmp(png, 1);
 }
 
-void png_ignored(png_structp, png_const_charp) {}
+void on_png_warning(png_structp, png_const_charp) {}
 
 class PngDecoder final : public ImageDecoder {
  public:
@@ -37,7 +37,7 @@ class PngDecoder final : public ImageDecoder {
 
   std::string open(Bytes bytes) {
     unread_ = bytes;
-    png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, &failure_, png_failed, png_ignored);
+    png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, &failure_, on_png_error, on_png_warning);
     info_ = png_ ? png_create_info_struct(png_) : nullptr;
     if (!info_) throw std::bad_alloc();
     if (!read_header()) return failure_.message;
@@ -54,11 +54,11 @@ class PngDecoder final : public ImageDecoder {
                    std::byte* out, size_t row) override {
     assert(first == 0 && last == layout_.channels());
     const size_t stored = png_get_rowbytes(png_, info_);
-    if (is_interlaced() && whole_.empty()) {
-      whole_.resize(stored * size_t(layout_.height));
+    if (is_interlaced() && interlaced_image_.empty()) {
+      interlaced_image_.resize(stored * size_t(layout_.height));
       rows_.resize(size_t(layout_.height));
-      for (size_t y = 0; y < rows_.size(); ++y) rows_[y] = whole_.data() + y * stored;
-      if (!read_whole()) return failure_.message;
+      for (size_t y = 0; y < rows_.size(); ++y) rows_[y] = interlaced_image_.data() + y * stored;
+      if (!read_interlaced()) return failure_.message;
     }
     const bool converts = type != layout_.type;
     if (converts && !is_interlaced()) line_.resize(stored);
@@ -95,7 +95,7 @@ class PngDecoder final : public ImageDecoder {
     png_read_update_info(png_, info_);
     return true;
   }
-  bool read_whole() {
+  bool read_interlaced() {
     if (setjmp(png_jmpbuf(png_))) return false;
     png_read_image(png_, rows_.data());
     return true;
@@ -126,7 +126,7 @@ class PngDecoder final : public ImageDecoder {
   png_structp png_ = nullptr;
   png_infop info_ = nullptr;
   int passes_ = 1;
-  std::vector<uint8_t> line_, whole_;  // a row to convert; an interlaced image
+  std::vector<uint8_t> line_, interlaced_image_;  // a row to convert; an interlaced image
   std::vector<png_bytep> rows_;
 };
 
@@ -175,7 +175,7 @@ std::unique_ptr<ImageDecoder> open_png(Bytes bytes, std::string& error) {
 std::string encode_png(const ByteImage& picture, std::vector<unsigned char>& encoded) {
   PngFailure failure;
   png_structp png =
-      png_create_write_struct(PNG_LIBPNG_VER_STRING, &failure, png_failed, png_ignored);
+      png_create_write_struct(PNG_LIBPNG_VER_STRING, &failure, on_png_error, on_png_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
   const bool done = info && write_png(png, info, picture, encoded);
   png_destroy_write_struct(&png, &info);

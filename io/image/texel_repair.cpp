@@ -61,7 +61,7 @@ void unpremultiply_all(Image& image, float scale) {
 template <class T>
 void convert_all(Image& image, const ColourMatrix& matrix) {
   T* texels = reinterpret_cast<T*>(image.texels.data());
-  const auto most = float(std::numeric_limits<T>::max());
+  const auto max_value = float(std::numeric_limits<T>::max());
   parallel_ranges(image.texels.size() / sizeof(T) / 3, size_t(1) << 14,
                   [&](size_t begin, size_t end) {
                     for (T* texel = texels + 3 * begin; texel != texels + 3 * end; texel += 3) {
@@ -70,7 +70,7 @@ void convert_all(Image& image, const ColourMatrix& matrix) {
                       const float rounding = -1e-3f * max_component(from);
                       for (int c = 0; c < 3; ++c) {
                         const float value = to[c] < 0.0f && to[c] > rounding ? 0.0f : to[c];
-                        texel[c] = T(std::clamp(value, -most, most));
+                        texel[c] = T(std::clamp(value, -max_value, max_value));
                       }
                     }
                   });

@@ -15,7 +15,7 @@ namespace {
 
 // Interval of checking the resident share. Two threads of random lookups can map some tens of
 // megabytes in this time.
-constexpr std::chrono::milliseconds kBetweenLooks(10);
+constexpr std::chrono::milliseconds kCheckInterval(10);
 
 // Resident pages of mapped files in this process.
 uint64_t mapped_file_bytes() { return statm_bytes(StatmField::kShared); }
@@ -25,11 +25,11 @@ uint64_t mapped_file_bytes() { return statm_bytes(StatmField::kShared); }
 // The file, and the thread that limits its resident pages. Images share ownership of it.
 class TextureFile : public std::enable_shared_from_this<TextureFile> {
  public:
-  explicit TextureFile(uint64_t limit) : limit_(limit), others_(mapped_file_bytes()) {}
+  explicit TextureFile(uint64_t limit) : limit_(limit), unrelated_bytes_(mapped_file_bytes()) {}
   ~TextureFile() {
     {
       const std::lock_guard lock(mutex_);
-      ends_ = true;
+      is_stopping_ = true;
     }
     wake_.notify_all();
     if (thread_.joinable()) thread_.join();
@@ -38,7 +38,7 @@ class TextureFile : public std::enable_shared_from_this<TextureFile> {
   TextureFile& operator=(const TextureFile&) = delete;
 
   // Not thread-safe.
-  void take(Image& image) {
+  void store_image(Image& image) {
     const uint64_t size = image.byte_count(), page = uint64_t(sysconf(_SC_PAGESIZE));
     write_tiled(image);
     const auto mapped = std::make_shared<const MappedTexels>(file_.map(end_, size), size);
@@ -47,7 +47,7 @@ class TextureFile : public std::enable_shared_from_this<TextureFile> {
       const std::lock_guard lock(mutex_);
       maps_.push_back(mapped);
     }
-    if (!thread_.joinable()) thread_ = std::thread([this] { watch(); });
+    if (!thread_.joinable()) thread_ = std::thread([this] { limit_resident_pages(); });
     image.mapped = {shared_from_this(), mapped.get()};
     image.texels = std::vector<std::byte>();  // {} would keep the capacity
   }
@@ -69,21 +69,21 @@ class TextureFile : public std::enable_shared_from_this<TextureFile> {
     }
   }
 
-  void watch() {
+  void limit_resident_pages() {
     std::unique_lock lock(mutex_);
-    while (!wake_.wait_for(lock, kBetweenLooks, [this] { return ends_; })) {
-      if (mapped_file_bytes() < others_ + limit_) continue;
-      for (const auto& mapped : maps_) mapped->let_go();
+    while (!wake_.wait_for(lock, kCheckInterval, [this] { return is_stopping_; })) {
+      if (mapped_file_bytes() < unrelated_bytes_ + limit_) continue;
+      for (const auto& mapped : maps_) mapped->release_pages();
     }
   }
 
   const uint64_t limit_;
-  const uint64_t others_;  // mapped files not ours
+  const uint64_t unrelated_bytes_;  // mapped files not ours
   ScratchFile file_ = ScratchFile::temporary("hold textures in a temporary file");
   uint64_t end_ = 0;
   std::mutex mutex_;
   std::condition_variable wake_;
-  bool ends_ = false;
+  bool is_stopping_ = false;
   std::vector<std::shared_ptr<const MappedTexels>> maps_;
   std::thread thread_;
 };
@@ -92,14 +92,15 @@ void TextureStore::add(const std::shared_ptr<Image>& image, const LoadProgress& 
   if (!progress.texture_bytes()) return;
   const std::lock_guard lock(mutex_);
   bytes_ += image->byte_count();
-  waiting_.push_back(image);
+  in_memory_.push_back(image);
   if (bytes_ <= *progress.texture_bytes()) return;
   if (!file_) file_ = std::make_shared<TextureFile>(*progress.texture_bytes());
-  while (!waiting_.empty()) {
+  while (!in_memory_.empty()) {
     progress.check();
-    file_->take(*waiting_.back());  // throws if the disk is full; the next image tries again
-    progress.budget()->give_back(MemoryPart::kTextures, waiting_.back()->byte_count());
-    waiting_.pop_back();
+    file_->store_image(
+        *in_memory_.back());  // throws if the disk is full; the next image tries again
+    progress.budget()->release(MemoryPart::kTextures, in_memory_.back()->byte_count());
+    in_memory_.pop_back();
   }
 }
 

@@ -26,13 +26,13 @@ class TextureStore {
   // Thread-safe. Throws RenderError if the temporary folder fails.
   void add(const std::shared_ptr<Image>& image, const LoadProgress& progress);
   // Call when all images of this load have been added: they stay where they are.
-  void end_load() { waiting_.clear(); }
+  void finish_load() { in_memory_.clear(); }
 
  private:
   std::mutex mutex_;
-  uint64_t bytes_ = 0;                           // total of all images
-  std::vector<std::shared_ptr<Image>> waiting_;  // images of this load that are still in memory
-  std::shared_ptr<TextureFile> file_;            // null while everything fits
+  uint64_t bytes_ = 0;                             // total of all images
+  std::vector<std::shared_ptr<Image>> in_memory_;  // images of this load that are still in memory
+  std::shared_ptr<TextureFile> file_;              // null while everything fits
 };
 
 }  // namespace emberline

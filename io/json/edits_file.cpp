@@ -21,16 +21,16 @@ using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 using namespace edit_limits;
-constexpr double kMostOfLens = 1e9;  // of f-numbers and their inverses: scenes come in any size
+constexpr double kMaxFStop = 1e9;  // of f-numbers and their inverses: scenes come in any size
 
 // Limit of seconds, frames and frames per second, the same as on the command line.
-constexpr double kMostOfTime = 1e6;
+constexpr double kMaxTime = 1e6;
 
 struct Range {
-  double least = 0.0, most = 0.0;
+  double minimum = 0.0, maximum = 0.0;
 };
-constexpr Range kLight = {0.0, kBrightest}, kPosition = {-kFarthest, kFarthest},
-                kLength = {1.0 / kFarthest, kFarthest};
+constexpr Range kLight = {0.0, kMaxRadiance}, kPosition = {-kMaxDistance, kMaxDistance},
+                kLength = {1.0 / kMaxDistance, kMaxDistance};
 
 struct KindName {
   std::string_view name;
@@ -55,15 +55,15 @@ void members(CameraEdit& edit, const auto& member) {
   member("mirrored", edit.mirrored);
   member("fov_y", edit.fov_y_degrees, Range{0.05, 179.9});
   member("orthographic_height", edit.orthographic_height, kLength);
-  member("f_stop", edit.f_stop, Range{1.0 / kMostOfLens, kMostOfLens});
+  member("f_stop", edit.f_stop, Range{1.0 / kMaxFStop, kMaxFStop});
   member("focus_distance", edit.focus_distance, kLength);
 }
 
 void members(AnimationEdit& edit, const auto& member) {
-  constexpr Range kFrames = {-kMostOfTime, kMostOfTime};
+  constexpr Range kFrames = {-kMaxTime, kMaxTime};
   member("name", edit.name);
   member("time", edit.time, kFrames);
-  member("fps", edit.fps, Range{1e-3, kMostOfTime});
+  member("fps", edit.fps, Range{1e-3, kMaxTime});
   member("shutter_open", edit.shutter_open, kFrames);
   member("shutter_close", edit.shutter_close, kFrames);
 }
@@ -71,7 +71,7 @@ void members(AnimationEdit& edit, const auto& member) {
 void members(EnvironmentEdit& edit, const auto& member) {
   member("file", edit.file);
   member("strength", edit.strength, kLight);
-  member("rotation", edit.rotation_degrees, Range{-kMostTurns, kMostTurns});
+  member("rotation", edit.rotation_degrees, Range{-kMaxDegrees, kMaxDegrees});
 }
 
 void members(LightEdit& edit, const auto& member) {
@@ -85,7 +85,7 @@ void members(LightEdit& edit, const auto& member) {
 void members(MaterialEdit& edit, const auto& member) {
   members(edit.target, member);
   for (const MaterialParameter& p : material_parameters()) {
-    const Range range = {p.least, p.most};
+    const Range range = {p.minimum, p.maximum};
     if (p.color) {
       member(p.name, edit.*p.edited_color, range);
     } else {
@@ -94,15 +94,21 @@ void members(MaterialEdit& edit, const auto& member) {
   }
 }
 
-int index(const JsonReader& entry) { return int(entry.whole(0, std::numeric_limits<int>::max())); }
+int index(const JsonReader& entry) {
+  return int(entry.whole_number(0, std::numeric_limits<int>::max()));
+}
 
 void read(const JsonReader& entry, std::string& text, Range) { text = entry.text(); }
 void read(const JsonReader& entry, bool& value, Range) { value = entry.boolean(); }
 void read(const JsonReader& entry, int& value, Range) { value = index(entry); }
-void read(const JsonReader& entry, double& v, Range r) { v = entry.number(r.least, r.most); }
-void read(const JsonReader& entry, float& v, Range r) { v = float(entry.number(r.least, r.most)); }
-void read(const JsonReader& entry, Vec3d& v, Range r) { v = entry.vector(r.least, r.most); }
-void read(const JsonReader& entry, Rgb& v, Range r) { v = to_float(entry.vector(r.least, r.most)); }
+void read(const JsonReader& entry, double& v, Range r) { v = entry.number(r.minimum, r.maximum); }
+void read(const JsonReader& entry, float& v, Range r) {
+  v = float(entry.number(r.minimum, r.maximum));
+}
+void read(const JsonReader& entry, Vec3d& v, Range r) { v = entry.vector(r.minimum, r.maximum); }
+void read(const JsonReader& entry, Rgb& v, Range r) {
+  v = to_float(entry.vector(r.minimum, r.maximum));
+}
 void read(const JsonReader& entry, EditTarget& target, Range);
 
 void read(const JsonReader& entry, EditedLight& value, Range) {
@@ -155,7 +161,7 @@ CameraEdit read_camera(const JsonReader& entry) {
   if (entry.has("up") && !edit.look_from) {
     throw InputError(entry.place(), "\"up\" requires \"look_from\" and \"look_at\"");
   }
-  if (!(edit.up.length2() > 0)) entry["up"].expected("a direction");
+  if (!(edit.up.length2() > 0)) entry["up"].throw_expected("a direction");
   if (entry.has("mirrored") && !edit.look_from) {
     throw InputError(entry["mirrored"].place(), "it requires \"look_from\" and \"look_at\"");
   }
@@ -239,50 +245,50 @@ Json number(float value) {
   return float(shortest) == value ? shortest : double(value);
 }
 
-Json value_of(const std::string& text) { return text.empty() ? Json() : Json(text); }
-Json value_of(bool value) { return value; }
-Json value_of(int index) { return index < 0 ? Json() : Json(index); }
-Json value_of(double value) { return value; }
-Json value_of(float value) { return number(value); }
-Json value_of(const Vec3d& v) { return {v.x, v.y, v.z}; }
-Json value_of(const Rgb& c) { return {number(c.x), number(c.y), number(c.z)}; }
-Json value_of(EditedLight kind) { return std::ranges::find(kKinds, kind, &KindName::kind)->name; }
-Json value_of(const EditTarget& target);
+Json value_json(const std::string& text) { return text.empty() ? Json() : Json(text); }
+Json value_json(bool value) { return value; }
+Json value_json(int index) { return index < 0 ? Json() : Json(index); }
+Json value_json(double value) { return value; }
+Json value_json(float value) { return number(value); }
+Json value_json(const Vec3d& v) { return {v.x, v.y, v.z}; }
+Json value_json(const Rgb& c) { return {number(c.x), number(c.y), number(c.z)}; }
+Json value_json(EditedLight kind) { return std::ranges::find(kKinds, kind, &KindName::kind)->name; }
+Json value_json(const EditTarget& target);
 template <typename Value>
-Json value_of(const std::optional<Value>& value) {
-  return value ? value_of(*value) : Json();
+Json value_json(const std::optional<Value>& value) {
+  return value ? value_json(*value) : Json();
 }
 
 // Takes a copy, since members() needs a mutable edit.
 template <typename Edit>
-Json object_of(Edit edit) {
+Json object_json(Edit edit) {
   Json object = Json::object();
   members(edit, [&](std::string_view name, const auto& value, Range = {}) {
-    Json member = value_of(value);
+    Json member = value_json(value);
     if (!member.is_null()) object[std::string(name)] = std::move(member);
   });
   return object;
 }
 
-Json value_of(const EditTarget& target) { return object_of(target); }
+Json value_json(const EditTarget& target) { return object_json(target); }
 
 Json camera_json(const CameraEdit& edit) {
-  Json object = object_of(edit);
+  Json object = object_json(edit);
   if (!edit.look_from) object.erase("up");
   if (!edit.mirrored) object.erase("mirrored");
   return object;
 }
 
 Json environment_json(const EnvironmentEdit& edit, const std::string& path) {
-  Json object = object_of(edit);
+  Json object = object_json(edit);
   if (const fs::path file = edit.file; file.is_relative() && !file.empty()) {
     object["file"] = fs::proximate(file, fs::absolute(path).parent_path()).generic_string();
   }
   return object;
 }
 
-SceneEdits edits_of(const nlohmann::json& document, const std::string& path,
-                    const LoadProgress* progress) {
+SceneEdits convert_edits(const nlohmann::json& document, const std::string& path,
+                         const LoadProgress* progress) {
   const JsonReader root(document, path);
   check_version(root);  // before the members, which may differ in another version
   root.object(
@@ -310,16 +316,17 @@ SceneEdits edits_of(const nlohmann::json& document, const std::string& path,
 }  // namespace
 
 SceneEdits read_edits(const std::string& path, const LoadProgress& progress) {
-  return edits_of(read_json(path, progress), path, &progress);
+  return convert_edits(read_json(path, progress), path, &progress);
 }
 
 SceneEdits parse_edits(std::string_view text, const std::string& name,
                        const LoadProgress& progress) {
-  return edits_of(parse_json(text, name, DuplicateMembers::kRefused, progress), name, &progress);
+  return convert_edits(parse_json(text, name, DuplicateMembers::kReject, progress), name,
+                       &progress);
 }
 
-SceneEdits edits_of_document(const nlohmann::json& document, const std::string& name) {
-  return edits_of(document, name, nullptr);
+SceneEdits edits_from_json(const nlohmann::json& document, const std::string& name) {
+  return convert_edits(document, name, nullptr);
 }
 
 void write_edits(const std::string& path, const SceneEdits& edits) {
@@ -328,12 +335,12 @@ void write_edits(const std::string& path, const SceneEdits& edits) {
     if (!value.empty()) object[name] = std::move(value);
   };
   put("camera", camera_json(edits.camera));
-  put("animation", object_of(edits.animation));
-  if (edits.variant) put("variant", object_of(*edits.variant));
+  put("animation", object_json(edits.animation));
+  if (edits.variant) put("variant", object_json(*edits.variant));
   put("environment", environment_json(edits.environment, path));
   Json lights = Json::array(), materials = Json::array();
-  for (const LightEdit& edit : edits.lights) lights.push_back(object_of(edit));
-  for (const MaterialEdit& edit : edits.materials) materials.push_back(object_of(edit));
+  for (const LightEdit& edit : edits.lights) lights.push_back(object_json(edit));
+  for (const MaterialEdit& edit : edits.materials) materials.push_back(object_json(edit));
   put("lights", std::move(lights));
   put("materials", std::move(materials));
   write_file_atomically(path, object.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");

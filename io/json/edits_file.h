@@ -47,16 +47,15 @@ inline constexpr int kEditsVersion = 1;
 // Throws InputError (file, JSON pointer, what was expected) for a missing file, invalid JSON,
 // another version, or a member that is unknown, duplicated or out of range. Also reads the
 // environment file; a relative path is resolved against the edits' folder.
-SceneEdits read_edits(const std::string& path,
-                      const LoadProgress& progress = LoadProgress::unwatched());
+SceneEdits read_edits(const std::string& path, const LoadProgress& progress = LoadProgress::none());
 
 // Parses `text`, named `name` in messages. Relative environment files are in the current folder.
 SceneEdits parse_edits(std::string_view text, const std::string& name,
-                       const LoadProgress& progress = LoadProgress::unwatched());
+                       const LoadProgress& progress = LoadProgress::none());
 
 // As parse_edits, but for a parsed document and without reading the environment file, which a
 // session reads itself. A relative path is resolved against the current folder.
-SceneEdits edits_of_document(const nlohmann::json& document, const std::string& name);
+SceneEdits edits_from_json(const nlohmann::json& document, const std::string& name);
 
 // Reading the file back gives the same edits, bit for bit. A relative environment path is written
 // relative to the folder of `path`. Throws RenderError.

@@ -14,11 +14,11 @@ namespace {
 using nlohmann::json;
 
 // glTF's own nesting stops near ten; extras may go deeper.
-constexpr size_t kDeepestJson = 256;
+constexpr size_t kMaxJsonDepth = 256;
 
-constexpr size_t kLargestSidecar = size_t(16) << 20;
+constexpr size_t kMaxSidecarBytes = size_t(16) << 20;
 
-constexpr const char* kTwice = "the member appears twice in one object";
+constexpr const char* kDuplicateMessage = "the member appears twice in one object";
 
 // Upper bounds on a document's memory with libstdc++ and a 64-bit malloc. A growing array holds its
 // elements in the old and in the doubled storage, and nlohmann's destructor copies them into a list
@@ -42,14 +42,16 @@ class DocumentBuilder final : public json::json_sax_t {
         progress_(progress),
         memory_(progress.budget(), MemoryPart::kFile) {}
 
-  bool null() override { return leaf(nullptr); }
-  bool boolean(bool value) override { return leaf(value); }
-  bool number_integer(json::number_integer_t value) override { return leaf(value); }
-  bool number_unsigned(json::number_unsigned_t value) override { return leaf(value); }
-  bool number_float(json::number_float_t value, const std::string&) override { return leaf(value); }
+  bool null() override { return add_leaf(nullptr); }
+  bool boolean(bool value) override { return add_leaf(value); }
+  bool number_integer(json::number_integer_t value) override { return add_leaf(value); }
+  bool number_unsigned(json::number_unsigned_t value) override { return add_leaf(value); }
+  bool number_float(json::number_float_t value, const std::string&) override {
+    return add_leaf(value);
+  }
   bool string(std::string& value) override {
     count(kStringBytes + value.size());
-    return leaf(value);
+    return add_leaf(value);
   }
   bool binary(json::binary_t&) override { return false; }  // JSON has none
   bool start_object(std::size_t) override { return open(json::object()); }
@@ -76,13 +78,13 @@ class DocumentBuilder final : public json::json_sax_t {
   json take() {
     if (duplicates_found_ > 0) {
       const size_t others = duplicates_found_ - 1;
-      log_warning(first_duplicate_ + ": " + kTwice + "; the last one is used" +
+      log_warning(first_duplicate_ + ": " + kDuplicateMessage + "; the last one is used" +
                   (others ? ", also for " + std::to_string(others) + " more" : ""));
     }
     return std::move(root_);
   }
   MemoryReservation take_memory() {
-    memory_.add(counted_, file_);
+    memory_.add(unreserved_bytes_, file_);
     return std::move(memory_);
   }
 
@@ -121,19 +123,19 @@ class DocumentBuilder final : public json::json_sax_t {
   }
 
   bool duplicate() {
-    if (duplicates_ == DuplicateMembers::kRefused) {
-      throw InputError(place(), kTwice);
+    if (duplicates_ == DuplicateMembers::kReject) {
+      throw InputError(place(), kDuplicateMessage);
     }
     if (++duplicates_found_ == 1) first_duplicate_ = place();
     return true;
   }
 
   void count(uint64_t bytes) {
-    counted_ += bytes;
-    if (counted_ < kBytesBetweenChecks) return;
+    unreserved_bytes_ += bytes;
+    if (unreserved_bytes_ < kBytesBetweenChecks) return;
     progress_.check();
-    memory_.add(counted_, file_);
-    counted_ = 0;
+    memory_.add(unreserved_bytes_, file_);
+    unreserved_bytes_ = 0;
   }
   json* put(json&& value) {
     count(kElementBytes);
@@ -143,13 +145,13 @@ class DocumentBuilder final : public json::json_sax_t {
     level.value->push_back(std::move(value));
     return &level.value->back();
   }
-  bool leaf(json&& value) {
+  bool add_leaf(json&& value) {
     put(std::move(value));
     return true;
   }
   bool open(json&& value) {
-    if (levels_.size() >= kDeepestJson) {
-      throw InputError(place(), "JSON nested deeper than {} levels", kDeepestJson);
+    if (levels_.size() >= kMaxJsonDepth) {
+      throw InputError(place(), "JSON nested deeper than {} levels", kMaxJsonDepth);
     }
     count(kContainerBytes);
     levels_.push_back({put(std::move(value))});
@@ -164,7 +166,7 @@ class DocumentBuilder final : public json::json_sax_t {
   const DuplicateMembers duplicates_;
   const LoadProgress& progress_;
   MemoryReservation memory_;
-  uint64_t counted_ = 0;  // not reserved yet
+  uint64_t unreserved_bytes_ = 0;  // not reserved yet
   json root_;
   std::vector<Level> levels_;
   size_t duplicates_found_ = 0;
@@ -183,10 +185,10 @@ json parse_json(std::string_view text, const std::string& file, DuplicateMembers
 
 json read_json(const std::string& path, const LoadProgress& progress) {
   const InputFile file(path);
-  if (file.size() > kLargestSidecar) {
-    throw InputError(path, "has more than {} MiB", kLargestSidecar >> 20);
+  if (file.size() > kMaxSidecarBytes) {
+    throw InputError(path, "has more than {} MiB", kMaxSidecarBytes >> 20);
   }
-  return parse_json(file.read_text(), path, DuplicateMembers::kRefused, progress);
+  return parse_json(file.read_text(), path, DuplicateMembers::kReject, progress);
 }
 
 }  // namespace emberline

@@ -36,14 +36,14 @@ class JsonReader {
   size_t size() const;                       // length of an array
   JsonReader operator[](size_t element) const;
 
-  bool null() const;
-  double number(double least, double most) const;
-  uint64_t whole(uint64_t least, uint64_t most) const;
+  bool is_null() const;
+  double number(double minimum, double maximum) const;
+  uint64_t whole_number(uint64_t minimum, uint64_t maximum) const;
   bool boolean() const;
   std::string text() const;
-  Vec3d vector(double least, double most) const;
+  Vec3d vector(double minimum, double maximum) const;
 
-  [[noreturn]] void expected(const std::string& what) const;
+  [[noreturn]] void throw_expected(const std::string& what) const;
 
  private:
   JsonReader(const nlohmann::json& value, const std::string& file, std::string pointer)

@@ -37,15 +37,15 @@ class SchemaChecker {
   void check(Schema schema) {
     // First of all, so that an index into something that is not an array reports that cause.
     for (const Property& property : schema) {
-      if (property.on_fault != OnFault::kSeparate || property.needed || !root_.is_object())
+      if (property.on_fault != OnFault::kPerElement || property.essential || !root_.is_object())
         continue;
       const auto member = root_.find(property.name);
       if (member == root_.end() || member->is_array()) continue;
-      const Step step(pointer_, property.name);
+      const PointerScope step(pointer_, property.name);
       try {
         fail_type("an array", *member);
       } catch (const InputError& error) {
-        faults_.note(pointer_.to_string(), error);
+        faults_.note_broken(pointer_.to_string(), error);
         *member = json::array();
       }
     }
@@ -55,14 +55,14 @@ class SchemaChecker {
 
  private:
   // Appends a name to the JSON pointer while it exists.
-  class Step {
+  class PointerScope {
    public:
-    Step(json::json_pointer& pointer, std::string name) : pointer_(pointer) {
+    PointerScope(json::json_pointer& pointer, std::string name) : pointer_(pointer) {
       pointer_.push_back(std::move(name));
     }
-    ~Step() { pointer_.pop_back(); }
-    Step(const Step&) = delete;
-    Step& operator=(const Step&) = delete;
+    ~PointerScope() { pointer_.pop_back(); }
+    PointerScope(const PointerScope&) = delete;
+    PointerScope& operator=(const PointerScope&) = delete;
 
    private:
     json::json_pointer& pointer_;
@@ -82,9 +82,9 @@ class SchemaChecker {
   }
 
   [[noreturn]] void fail_type(const std::string& expected, const json& found) const {
-    const bool shows = found.is_number() || found.is_string() || found.is_boolean();
+    const bool is_scalar = found.is_number() || found.is_string() || found.is_boolean();
     fail("expected " + expected + ", found " +
-         (shows ? shortened(found.dump(-1, ' ', true)) : std::string(found.type_name())));
+         (is_scalar ? shortened(found.dump(-1, ' ', true)) : std::string(found.type_name())));
   }
 
   // Recursion is bounded by the nesting of the tables.
@@ -93,37 +93,37 @@ class SchemaChecker {
     for (const Property& property : schema) {
       const auto member = value.find(property.name);
       if (member == value.end()) {
-        if (property.required) miss_member(value, property);
+        if (property.required) handle_missing_member(value, property);
         continue;
       }
-      const Step step(pointer_, property.name);
+      const PointerScope step(pointer_, property.name);
       check_member(value, member, property);
     }
   }
 
-  void miss_member(json& object, const Property& property) {
+  void handle_missing_member(json& object, const Property& property) {
     const auto fail_missing = [&] {
       fail(std::string("the required member \"") + property.name + "\" is missing");
     };
-    if (property.on_fault != OnFault::kLeftOut) fail_missing();
+    if (property.on_fault != OnFault::kDefaulted) fail_missing();
     try {
       fail_missing();
     } catch (const InputError& error) {
-      const Step step(pointer_, property.name);
-      faults_.leave_out(pointer_.to_string(), error);
+      const PointerScope step(pointer_, property.name);
+      faults_.note_defaulted(pointer_.to_string(), error);
       object[property.name] = 1;
     }
   }
 
   void check_member(json& object, json::iterator member, const Property& property) {
     const bool is_absent = member->is_null() && !pointer_.parent_pointer().empty();
-    const bool does_without =
-        property.on_fault == OnFault::kLeftOut || (!property.required && (optional_ || is_absent));
-    if (!does_without) return check_property(*member, property);
+    const bool is_defaultable = property.on_fault == OnFault::kDefaulted ||
+                                (!property.required && (optional_ || is_absent));
+    if (!is_defaultable) return check_property(*member, property);
     try {
       check_property(*member, property);
     } catch (const InputError& error) {
-      faults_.leave_out(pointer_.to_string(), error);
+      faults_.note_defaulted(pointer_.to_string(), error);
       if (property.required) {
         *member = 1;
       } else {
@@ -138,29 +138,29 @@ class SchemaChecker {
       if (value.is_array() && value.empty() && required_.empty()) return;
       fail_type("an object", value);
     }
-    constexpr size_t kMostFound = 100;
+    constexpr size_t kMaxFound = 100;
     for (const auto& [name, ignored] : value.items()) {
-      if (found_.size() < kMostFound) found_.insert(name);
+      if (found_.size() < kMaxFound) found_.insert(name);
     }
     for (const Property& property : schema) {
       const auto member = value.find(property.name);
       if (member == value.end()) continue;
-      const Step step(pointer_, property.name);
+      const PointerScope step(pointer_, property.name);
       check_extension(value, member, property);
     }
   }
 
   void check_extension(json& extensions, json::iterator member, const Property& property) {
     const bool optional = !required_.contains(property.name) &&
-                          (!property.needed || is_null_extension(*member, property.schema));
-    const bool before = std::exchange(optional_, optional);
+                          (!property.essential || is_null_extension(*member, property.schema));
+    const bool was_optional = std::exchange(optional_, optional);
     try {
       check_property(*member, property);
-      optional_ = before;
+      optional_ = was_optional;
     } catch (const InputError& error) {
-      optional_ = before;
+      optional_ = was_optional;
       if (!optional) throw;
-      faults_.leave_out(pointer_.to_string(), error);
+      faults_.note_defaulted(pointer_.to_string(), error);
       extensions.erase(member);
     }
   }
@@ -170,7 +170,7 @@ class SchemaChecker {
     if (!value.is_array()) fail_type("an array", value);
     size_t i = 0;
     for (json& element : value) {
-      const Step step(pointer_, std::to_string(i++));
+      const PointerScope step(pointer_, std::to_string(i++));
       check_element(element);
     }
   }
@@ -178,11 +178,11 @@ class SchemaChecker {
   // Checks one element. If elements are separate, a broken one is noted and becomes null.
   template <class Check>
   void check_element(json& element, const Property& property, const Check& check) {
-    if (property.on_fault != OnFault::kSeparate) return check();
+    if (property.on_fault != OnFault::kPerElement) return check();
     try {
       check();
     } catch (const InputError& error) {
-      faults_.note(pointer_.to_string(), error);
+      faults_.note_broken(pointer_.to_string(), error);
       element = nullptr;
     }
   }
@@ -214,7 +214,7 @@ class SchemaChecker {
            " " + pointer.back());
     }
     if (value.is_number_float()) value = int64_t(number);
-    if (property.follows) {
+    if (property.propagates_fault) {
       faults_.require(property.target + ("/" + std::to_string(value.get<int64_t>())));
     }
   }
@@ -230,7 +230,7 @@ class SchemaChecker {
   void check_index_map(json& value, const Property& property) {
     if (!value.is_object()) fail_type("an object", value);
     for (auto& [name, element] : value.items()) {
-      const Step step(pointer_, name);
+      const PointerScope step(pointer_, name);
       check_element(element, property, [&, &e = element] { check_index(e, property); });
     }
   }

@@ -29,9 +29,9 @@ using Schema = std::span<const Property>;
 // Effect of a fault in a member. In any case, a faulty optional member is removed if it is null or
 // inside an optional extension.
 enum class OnFault : uint8_t {
-  kSpoils,    // the object that has the member is unusable
-  kLeftOut,   // the member is removed, or set to 1 if it is required
-  kSeparate,  // arrays and maps: only the faulty element is broken; it becomes null
+  kInvalidatesParent,  // the object that has the member is unusable
+  kDefaulted,          // the member is removed, or set to 1 if it is required
+  kPerElement,         // arrays and maps: only the faulty element is broken; it becomes null
 };
 
 struct Property {
@@ -43,10 +43,10 @@ struct Property {
   size_t count = 0;
   const char* target = nullptr;
   Schema schema;
-  OnFault on_fault = OnFault::kSpoils;
-  bool follows = false;  // an index: if its target is broken, so is this object
+  OnFault on_fault = OnFault::kInvalidatesParent;
+  bool propagates_fault = false;  // an index: if its target is broken, so is this object
   // An extension's fault is an error, even if it is optional; a separate array must be an array.
-  bool needed = false;
+  bool essential = false;
 };
 
 constexpr double kLargestInteger = 0x1p53;  // larger JSON numbers are not exact
@@ -70,11 +70,11 @@ constexpr Property plain(const char* name, Kind kind) {
 }
 constexpr Property boolean(const char* name) { return plain(name, Kind::kBoolean); }
 constexpr Property string(const char* name) { return plain(name, Kind::kString); }
-constexpr Property to(const char* name, Kind kind, const char* target) {
+constexpr Property reference(const char* name, Kind kind, const char* target) {
   return {name, kind, false, 0, 0, 0, target, {}};
 }
 constexpr Property index(const char* name, const char* target) {
-  return to(name, Kind::kIndex, target);
+  return reference(name, Kind::kIndex, target);
 }
 constexpr Property object(const char* name, Schema schema) {
   return {name, Kind::kObject, false, 0, 0, 0, nullptr, schema};
@@ -86,22 +86,22 @@ constexpr Property required(Property property) {
   property.required = true;
   return property;
 }
-constexpr Property spare(Property property) {
-  property.on_fault = OnFault::kLeftOut;
+constexpr Property defaultable(Property property) {
+  property.on_fault = OnFault::kDefaulted;
   return property;
 }
-constexpr Property separate(Property property) {
-  property.on_fault = OnFault::kSeparate;
+constexpr Property per_element(Property property) {
+  property.on_fault = OnFault::kPerElement;
   return property;
 }
-constexpr Property following(Property property) {
-  property.follows = true;
+constexpr Property propagating(Property property) {
+  property.propagates_fault = true;
   return property;
 }
-constexpr Property needed(Property property) {
-  property.needed = true;
+constexpr Property essential(Property property) {
+  property.essential = true;
   return property;
 }
-constexpr Property name() { return spare(string("name")); }
+constexpr Property name() { return defaultable(string("name")); }
 
 }  // namespace emberline::schema

@@ -26,14 +26,14 @@ double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-std::string words(int error) { return std::generic_category().message(error); }
+std::string error_text(int error) { return std::generic_category().message(error); }
 
-struct Answer {
+struct LookupResult {
   AddressList list;
   std::string fault;  // the error, if `list` is null
 };
 
-Answer look_up(const std::string& host, uint16_t port, int flags) {
+LookupResult resolve_host(const std::string& host, uint16_t port, int flags) {
   addrinfo hints = {};
   hints.ai_family = AF_UNSPEC;
   hints.ai_socktype = SOCK_STREAM;
@@ -41,21 +41,21 @@ Answer look_up(const std::string& host, uint16_t port, int flags) {
   addrinfo* list = nullptr;
   const int error = getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &list);
   const std::string fault = error == 0            ? ""
-                            : error == EAI_SYSTEM ? words(errno)
+                            : error == EAI_SYSTEM ? error_text(errno)
                                                   : gai_strerror(error);
   return {AddressList(list, freeaddrinfo), fault};
 }
 
 // A name lookup cannot be cancelled and may take half a minute, so it runs on a detached thread
 // that owns all its data and is abandoned on timeout.
-Answer look_up_name(const std::string& host, uint16_t port, double until,
-                    const TcpClient::KeepWaiting& keep_waiting) {
-  std::packaged_task<Answer()> task([host, port] { return look_up(host, port, 0); });
-  std::future<Answer> answer = task.get_future();
+LookupResult resolve_host_name(const std::string& host, uint16_t port, double deadline,
+                               const TcpClient::KeepWaiting& keep_waiting) {
+  std::packaged_task<LookupResult()> task([host, port] { return resolve_host(host, port, 0); });
+  std::future<LookupResult> answer = task.get_future();
   std::thread(std::move(task)).detach();
   const double began = now();
   while (answer.wait_for(std::chrono::milliseconds(kPollMs)) != std::future_status::ready) {
-    if (now() > until || !keep_waiting(now() - began)) {
+    if (now() > deadline || !keep_waiting(now() - began)) {
       return {AddressList(nullptr, freeaddrinfo), "no answer in time"};
     }
   }
@@ -63,10 +63,10 @@ Answer look_up_name(const std::string& host, uint16_t port, double until,
 }
 
 // Throws RenderError.
-AddressList addresses(const std::string& host, uint16_t port, double until,
+AddressList addresses(const std::string& host, uint16_t port, double deadline,
                       const TcpClient::KeepWaiting& keep_waiting) {
-  Answer answer = look_up(host, port, AI_NUMERICHOST);  // no lookup over the network
-  if (!answer.list) answer = look_up_name(host, port, until, keep_waiting);
+  LookupResult answer = resolve_host(host, port, AI_NUMERICHOST);  // no lookup over the network
+  if (!answer.list) answer = resolve_host_name(host, port, deadline, keep_waiting);
   if (!answer.list) throw RenderError("cannot find the host: " + answer.fault);
   return std::move(answer.list);
 }
@@ -76,15 +76,15 @@ AddressList addresses(const std::string& host, uint16_t port, double until,
 TcpClient::TcpClient(const std::string& host, uint16_t port, double timeout_s,
                      KeepWaiting keep_waiting)
     : keep_waiting_(std::move(keep_waiting)) {
-  const double until = now() + timeout_s;
-  const AddressList list = addresses(host, port, until, keep_waiting_);
+  const double deadline = now() + timeout_s;
+  const AddressList list = addresses(host, port, deadline, keep_waiting_);
   for (const addrinfo* address = list.get(); address; address = address->ai_next) {
-    if (connect_to(address, until)) return;
+    if (connect_to(address, deadline)) return;
   }
-  throw RenderError("cannot connect: " + words(last_error_));
+  throw RenderError("cannot connect: " + error_text(last_error_));
 }
 
-bool TcpClient::connect_to(const void* address, double until) {
+bool TcpClient::connect_to(const void* address, double deadline) {
   const auto& a = *static_cast<const addrinfo*>(address);
   socket_ =
       Descriptor(socket(a.ai_family, a.ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, a.ai_protocol));
@@ -92,7 +92,7 @@ bool TcpClient::connect_to(const void* address, double until) {
   if (socket_ >= 0 && connect(socket_, a.ai_addr, a.ai_addrlen) != 0) last_error_ = errno;
   if (last_error_ == EINPROGRESS) {
     socklen_t size = sizeof last_error_;
-    if (wait_for(POLLOUT, until) == 0) {
+    if (wait_for(POLLOUT, deadline) == 0) {
       last_error_ = ETIMEDOUT;
     } else {
       getsockopt(socket_, SOL_SOCKET, SO_ERROR, &last_error_, &size);
@@ -102,10 +102,10 @@ bool TcpClient::connect_to(const void* address, double until) {
 }
 
 // The poll events that arrived (of `events`, or an error); 0 if the wait ended without any.
-short TcpClient::wait_for(short events, double until) const {
+short TcpClient::wait_for(short events, double deadline) const {
   const double began = now();
   pollfd ready = {socket_, events, 0};
-  for (double time = began; time <= until && keep_waiting_(time - began); time = now()) {
+  for (double time = began; time <= deadline && keep_waiting_(time - began); time = now()) {
     if (poll(&ready, 1, kPollMs) > 0) return ready.revents;
   }
   return 0;
@@ -118,7 +118,7 @@ void TcpClient::send(std::span<const std::byte> bytes) {
     if (ready & POLLRDHUP) throw RenderError("it closed the connection");
     const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (sent > 0) bytes = bytes.subspan(size_t(sent));
-    if (sent < 0 && errno != EAGAIN && errno != EINTR) throw RenderError(words(errno));
+    if (sent < 0 && errno != EAGAIN && errno != EINTR) throw RenderError(error_text(errno));
   }
 }
 

@@ -27,8 +27,8 @@ class TcpClient {
   void send(std::span<const std::byte> bytes);
 
  private:
-  bool connect_to(const void* address, double until);
-  short wait_for(short events, double until) const;
+  bool connect_to(const void* address, double deadline);
+  short wait_for(short events, double deadline) const;
 
   KeepWaiting keep_waiting_;
   Descriptor socket_;

@@ -47,8 +47,8 @@ bool is_ipv6(std::string_view text) {
 }
 
 bool is_host_name(std::string_view text) {
-  constexpr size_t kMostBytes = 253;  // RFC 1035, 2.3.4, without the length bytes
-  return !text.empty() && text.size() <= kMostBytes &&
+  constexpr size_t kMaxBytes = 253;  // RFC 1035, 2.3.4, without the length bytes
+  return !text.empty() && text.size() <= kMaxBytes &&
          std::ranges::all_of(text, [](unsigned char c) {
            return std::isalnum(c) || c == '-' || c == '.' || c == '_';
          });
@@ -97,26 +97,26 @@ std::string TevAddress::url() const {
 bool is_tev_url(std::string_view text) { return begins_with(text, "tev:"); }
 
 TevAddress parse_tev_url(std::string_view url) {
-  const auto refuse = [url](std::string_view why) -> UsageError {
+  const auto invalid_url = [url](std::string_view why) -> UsageError {
     return UsageError(
         "`display`: '{}' {}; valid is tev://HOST:PORT, where HOST is a name, an IPv4 address or an "
         "[IPv6 address] and PORT is 1 to {} [{}]",
         shortened(url), why, std::numeric_limits<uint16_t>::max(), TevAddress::kDefaultPort);
   };
-  if (!begins_with(url, kScheme)) throw refuse("is not a viewer address");
+  if (!begins_with(url, kScheme)) throw invalid_url("is not a viewer address");
   const std::string_view place = url.substr(kScheme.size());
   const bool brackets = place.starts_with('[');
   const size_t host_end = brackets ? place.find(']') : std::min(place.find(':'), place.size());
-  if (host_end == std::string_view::npos) throw refuse("has no closing bracket");
+  if (host_end == std::string_view::npos) throw invalid_url("has no closing bracket");
   const std::string_view host = place.substr(brackets, host_end - brackets);
   const std::string_view rest = place.substr(host_end + brackets);
-  if (host.empty()) throw refuse("has no host");
-  if (brackets ? !is_ipv6(host) : !is_host_name(host)) throw refuse("has no valid host");
+  if (host.empty()) throw invalid_url("has no host");
+  if (brackets ? !is_ipv6(host) : !is_host_name(host)) throw invalid_url("has no valid host");
   TevAddress address{.host = std::string(host)};
   if (rest.empty()) return address;
   const std::optional<uint16_t> port =
       rest.starts_with(':') ? parse_port(rest.substr(1)) : std::nullopt;
-  if (!port) throw refuse("has no valid port");
+  if (!port) throw invalid_url("has no valid port");
   address.port = *port;
   return address;
 }

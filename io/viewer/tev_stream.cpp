@@ -16,7 +16,7 @@ namespace {
 constexpr double kConnectSeconds = 5.0;
 
 // Splits larger rectangles, so that pieces show soon and fit tev's initial 1 MiB packet buffer.
-constexpr int kPiece = 128;  // pixels a side: 256 KiB
+constexpr int kPacketSide = 128;  // pixels a side: 256 KiB
 
 double thread_cpu_seconds() {
   timespec t = {};
@@ -46,10 +46,10 @@ TevStream::~TevStream() {
   end();
 }
 
-void TevStream::finish(const Patience& patience) {
+void TevStream::finish(const Timeouts& timeouts) {
   {
     const std::lock_guard lock(mutex_);
-    patience_ = patience;
+    timeouts_ = timeouts;
   }
   end();
 }
@@ -84,43 +84,43 @@ void TevStream::add_picture(const Rect& crop, int tile_size, std::vector<float> 
   wake_.notify_all();
 }
 
-void TevStream::put(Part part) {
+void TevStream::put(QueuedTile part) {
   const Key key = {part.rect.x0, part.rect.y0, part.rect.x1, part.rect.y1};
   const uint64_t bytes = uint64_t(part.rect.area()) * 4 * sizeof(float);
-  const auto [place, added] = waiting_.insert_or_assign(key, std::move(part));
+  const auto [place, added] = queued_.insert_or_assign(key, std::move(part));
   if (!added) return;
   order_.push_back(place->first);
-  waiting_bytes_ += bytes;
-  most_bytes_ = std::max(most_bytes_, waiting_bytes_);
+  queued_bytes_ += bytes;
+  peak_bytes_ = std::max(peak_bytes_, queued_bytes_);
 }
 
 // Waits for the next part; false when there will be none.
-bool TevStream::take(Part& part) {
+bool TevStream::take(QueuedTile& part) {
   std::unique_lock lock(mutex_);
   wake_.wait(lock, [this] { return ended_ || !order_.empty(); });
   if (abandoned_ || order_.empty()) return false;
-  auto node = waiting_.extract(order_.front());
+  auto node = queued_.extract(order_.front());
   order_.pop_front();
   part = std::move(node.mapped());
-  waiting_bytes_ -= uint64_t(part.rect.area()) * 4 * sizeof(float);
+  queued_bytes_ -= uint64_t(part.rect.area()) * 4 * sizeof(float);
   return true;
 }
 
-bool TevStream::patient(double waited_s) const {
+bool TevStream::keep_waiting(double waited_s) const {
   const std::lock_guard lock(mutex_);
   if (!ended_) return true;
   const double since_end =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - ended_at_).count();
-  return !abandoned_ && since_end < patience_.whole_s &&
-         std::min(waited_s, since_end) < patience_.stalled_s;
+  return !abandoned_ && since_end < timeouts_.total_s &&
+         std::min(waited_s, since_end) < timeouts_.stalled_s;
 }
 
 void TevStream::send_all() {
   TcpClient viewer(address_.host, address_.port, kConnectSeconds,
-                   [this](double waited_s) { return patient(waited_s); });
+                   [this](double waited_s) { return keep_waiting(waited_s); });
   viewer.send(tev_create_image(image_.name, image_.width, image_.height));
-  for (Part part; take(part);) {
-    for_each_tile(part.rect, kPiece, [&](const Rect& piece) {
+  for (QueuedTile part; take(part);) {
+    for_each_tile(part.rect, kPacketSide, [&](const Rect& piece) {
       viewer.send(tev_update_image(image_.name, piece, *part.rgba, part.layout));
     });
     cpu_s_.store(thread_cpu_seconds(), std::memory_order_relaxed);
@@ -138,7 +138,7 @@ void TevStream::run() {
   bool rendering = false;
   {
     const std::lock_guard lock(mutex_);
-    waiting_.clear();
+    queued_.clear();
     order_.clear();
     if (abandoned_) return;
     rendering = !ended_;
@@ -149,9 +149,9 @@ void TevStream::run() {
                                     : "it does not show the whole picture"));
 }
 
-uint64_t TevStream::most_bytes() const {
+uint64_t TevStream::peak_bytes() const {
   const std::lock_guard lock(mutex_);
-  return most_bytes_;
+  return peak_bytes_;
 }
 
 }  // namespace emberline

@@ -29,9 +29,9 @@ class TevStream {
     int width = 0, height = 0;  // of the whole frame
   };
   // How long finish() waits.
-  struct Patience {
+  struct Timeouts {
     double stalled_s = 1.0;  // without progress
-    double whole_s = 10.0;
+    double total_s = 10.0;
   };
 
   // Returns at once. Once connected, the viewer shows an empty image.
@@ -48,25 +48,25 @@ class TevStream {
   // Adds all of `crop` in tiles of `tile_size` from its corner.
   void add_picture(const Rect& crop, int tile_size, std::vector<float> rgba);
 
-  // Waits until all is sent; warns if `patience` runs out first. Add nothing afterwards.
-  void finish(const Patience& patience);
+  // Waits until all is sent; warns if `timeouts` runs out first. Add nothing afterwards.
+  void finish(const Timeouts& timeouts);
 
-  uint64_t most_bytes() const;  // largest amount that ever waited
+  uint64_t peak_bytes() const;  // largest amount that ever waited
   // CPU time of the sending thread so far.
   double cpu_seconds() const { return cpu_s_.load(std::memory_order_relaxed); }
 
  private:
   using Key = std::array<int, 4>;
-  struct Part {
+  struct QueuedTile {
     Rect rect, layout;  // in frame coordinates; `rgba` covers `layout`
     std::shared_ptr<const std::vector<float>> rgba;
   };
 
-  void put(Part part);  // with the mutex locked
-  bool take(Part& part);
+  void put(QueuedTile part);  // with the mutex locked
+  bool take(QueuedTile& part);
   void run();
   void send_all();
-  bool patient(double waited_s) const;
+  bool keep_waiting(double waited_s) const;
   void end();
 
   const TevAddress address_;
@@ -76,12 +76,12 @@ class TevStream {
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::map<Key, Part> waiting_;
-  std::deque<Key> order_;  // keys of `waiting_`
-  uint64_t waiting_bytes_ = 0, most_bytes_ = 0;
+  std::map<Key, QueuedTile> queued_;
+  std::deque<Key> order_;  // keys of `queued_`
+  uint64_t queued_bytes_ = 0, peak_bytes_ = 0;
   bool ended_ = false;      // nothing more will be added
   bool abandoned_ = false;  // unsent tiles are dropped
-  Patience patience_;
+  Timeouts timeouts_;
   std::chrono::steady_clock::time_point ended_at_;
   std::thread thread_;
 };

@@ -27,9 +27,9 @@ struct Settings::State {
 };
 
 struct Scene::State {
-  State(const std::string& path, const Settings& given, const Resources& resources,
+  State(const std::string& path, const Settings& initial_settings, const Resources& resources,
         const std::stop_token& stop, bool poses);
-  void pose(const FrameSettings& wanted, const std::stop_token& stop);
+  void pose(const FrameSettings& pose_settings, const std::stop_token& stop);
   void edit(std::string_view json, const Environment& environment);
 
   Resources resources;
@@ -57,19 +57,19 @@ struct StudyRequest::State {
 struct Access {
   using SceneState = Scene::State;
   using Record = RenderedPicture::Record;
-  static std::shared_ptr<const Record>& of(RenderedPicture& picture) { return picture.record_; }
-  static const Record* of(const RenderedPicture& picture) { return picture.record_.get(); }
-  static const StudyOptions& of(const StudyRequest& request) { return request.state_->options; }
-  static const FrameSettings& of(const Settings& settings) { return settings.state_->settings; }
-  static FrameSettings& of(Settings& settings) { return settings.state_->settings; }
-  static const SceneState& of(const Scene& scene) { return *scene.state_; }
+  static std::shared_ptr<const Record>& impl(RenderedPicture& picture) { return picture.record_; }
+  static const Record* impl(const RenderedPicture& picture) { return picture.record_.get(); }
+  static const StudyOptions& impl(const StudyRequest& request) { return request.state_->options; }
+  static const FrameSettings& impl(const Settings& settings) { return settings.state_->settings; }
+  static FrameSettings& impl(Settings& settings) { return settings.state_->settings; }
+  static const SceneState& impl(const Scene& scene) { return *scene.state_; }
 };
 
 int arena_threads(const Resources& resources);
 
 // Runs `work` and maps its errors to those of this interface.
 template <typename Work>
-decltype(auto) translated(const Work& work) {
+decltype(auto) translate_errors(const Work& work) {
   try {
     return work();
   } catch (const emberline::UsageError& error) {
@@ -87,8 +87,8 @@ decltype(auto) translated(const Work& work) {
 
 // Throws the internal UsageError for values that the command's options reject.
 void check_resources(const Resources& resources);
-// Throws it for an invalid picture, which the caller may have filled in. `place` is for the
+// Throws it for an invalid picture, which the caller may have filled in. `context` is for the
 // message.
-void check_picture(const std::string& place, const Picture& picture);
+void check_picture(const std::string& context, const Picture& picture);
 
 }  // namespace emberline::api

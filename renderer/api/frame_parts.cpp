@@ -6,7 +6,7 @@
 
 namespace emberline::api {
 
-bool is_of_scene(SettingGroup group) {
+bool is_load_setting(SettingGroup group) {
   return group == SettingGroup::kLoading || group == SettingGroup::kEdits ||
          group == SettingGroup::kLight;
 }
@@ -14,7 +14,7 @@ bool is_of_scene(SettingGroup group) {
 namespace {
 
 // Throws UsageError for frame settings that conflict with the scene's.
-void check_suits(const FrameSettings& settings, const Access::SceneState& scene) {
+void check_matches_scene(const FrameSettings& settings, const Access::SceneState& scene) {
   const SceneBuildOptions& built = scene.build;
   const auto check_same = [](bool same, const char* name) {
     if (!same) throw emberline::UsageError("`{}`: the scene was loaded with another value", name);
@@ -31,8 +31,8 @@ void check_suits(const FrameSettings& settings, const Access::SceneState& scene)
   }
   const FrameSettings posed = scene.open->posed(settings);
   const bool animated = !scene.open->editable().original().animations.empty();
-  if (animated && chosen_time(posed) && load_options(posed).later &&
-      !load_options(scene.open->settings()).later) {
+  if (animated && pose_time(posed) && load_options(posed).next_frame &&
+      !load_options(scene.open->settings()).next_frame) {
     throw emberline::UsageError(
         "`aov` velocity: the scene was loaded without its positions one frame later; load it with "
         "this setting");
@@ -54,10 +54,11 @@ Camera camera_of(const Access::SceneState& state, const FrameSettings& settings)
     const double aspect = double(settings.width) / settings.height;
     views.cameras.push_back(framing_camera(state.bounds, aspect));
   }
-  FrameSettings still = settings;
-  still.turntable.reset();
-  const CameraDescription camera = choose_camera(still, views, state.open->editable().edits());
-  return create_camera(settings, turned(camera, state.open->posed(settings), state.bounds),
+  FrameSettings without_turntable = settings;
+  without_turntable.turntable.reset();
+  const CameraDescription camera =
+      choose_camera(without_turntable, views, state.open->editable().edits());
+  return create_camera(settings, apply_turntable(camera, state.open->posed(settings), state.bounds),
                        state.open->scene());
 }
 
@@ -66,7 +67,7 @@ Camera camera_of(const Access::SceneState& state, const FrameSettings& settings)
 RenderOptions options_of(const Access::SceneState& scene, const FrameSettings& settings) {
   RenderOptions options;
   for (const Setting& row : setting_table()) {
-    const std::string text = row.text(is_of_scene(row.group) ? scene.settings : settings);
+    const std::string text = row.text(is_load_setting(row.group) ? scene.settings : settings);
     if (!text.empty()) row.read(options, text);
   }
   options.scene = scene.settings.scene;
@@ -75,11 +76,11 @@ RenderOptions options_of(const Access::SceneState& scene, const FrameSettings& s
     options.variant.clear();
   }
   options.outputs = {"picture.exr"};
-  check_suits(settings, scene);
+  check_matches_scene(settings, scene);
   return options;
 }
 
-std::string own_pose(const Access::SceneState& scene, const RenderOptions& options) {
+std::string pose_override(const Access::SceneState& scene, const RenderOptions& options) {
   const auto text_of = [](const FrameSettings& settings) {
     std::string text;
     for (const std::string_view name : {"animation", "time", "frame", "fps", "shutter"}) {
@@ -104,10 +105,10 @@ FrameParts::FrameParts(const Access::SceneState& scene, const FrameSettings& set
     apply(editable.edits(), edited);
     mattes.emplace(edited, parse_cryptomattes(settings.cryptomattes));
   }
-  of_scene = {.light_groups = lights ? &*lights : nullptr,
-              .cryptomattes = mattes ? &*mattes : nullptr,
-              .roles = scene.open->parts().roles};
-  layers = scene_layers(of_scene, camera, scene.open->scene().origin());
+  scene_parts = {.light_groups = lights ? &*lights : nullptr,
+                 .cryptomattes = mattes ? &*mattes : nullptr,
+                 .roles = scene.open->parts().roles};
+  layers = scene_layers(scene_parts, camera, scene.open->scene().origin());
 }
 
 }  // namespace emberline::api

@@ -13,14 +13,14 @@
 namespace emberline::api {
 
 // Whether the group's settings only affect how a scene is loaded.
-bool is_of_scene(SettingGroup group);
+bool is_load_setting(SettingGroup group);
 
 // Returns the command's options for an EXR, which has the channels of a picture. Loading settings
 // come from the scene. Throws UsageError for settings that conflict with the scene's.
 RenderOptions options_of(const Access::SceneState& scene, const FrameSettings& settings);
 // A text for the scene's pose if it differs from the one that the options and their edits give;
 // otherwise empty.
-std::string own_pose(const Access::SceneState& scene, const RenderOptions& options);
+std::string pose_override(const Access::SceneState& scene, const RenderOptions& options);
 
 struct FrameParts {
   // Throws what choosing the camera and applying the scene's edits throw.
@@ -30,7 +30,7 @@ struct FrameParts {
   Camera camera;
   std::optional<LightGroups> lights;
   std::optional<CryptomatteIds> mattes;
-  SceneParts of_scene;  // the above, and the scene's roles
+  SceneParts scene_parts;  // the above, and the scene's roles
   SceneLayers layers;
 };
 

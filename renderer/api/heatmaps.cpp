@@ -20,11 +20,11 @@ HeatmapStyle style_of(const HeatmapLook& look) {
   style.logarithmic = look.log;
   style.plain = look.plain;
   if (!look.range) return style;
-  const auto [least, most] = *look.range;
-  if (!is_heatmap_range(least, most)) {
-    throw emberline::UsageError("`range`: {}, {} is not a valid range", least, most);
+  const auto [minimum, maximum] = *look.range;
+  if (!is_valid_heatmap_range(minimum, maximum)) {
+    throw emberline::UsageError("`range`: {}, {} is not a valid range", minimum, maximum);
   }
-  style.range = ValueRange{least, most};
+  style.range = ValueRange{minimum, maximum};
   return style;
 }
 
@@ -42,19 +42,19 @@ std::vector<HeatmapKind> heatmap_kinds() {
 }
 
 std::vector<float> heatmap_values(const Picture& picture, const std::string& of) {
-  return translated([&] {
+  return translate_errors([&] {
     check_picture("the picture", picture);
     return plane_of(find_heatmap_quantity(of, "of"), picture).values;
   });
 }
 
 DisplayedPicture heatmap(const Picture& picture, const std::string& of, const HeatmapLook& look) {
-  return translated([&] {
+  return translate_errors([&] {
     check_picture("the picture", picture);
     const HeatmapQuantity& quantity = find_heatmap_quantity(of, "of");
     const HeatmapStyle style = style_of(look);
-    const HeatmapQuantity* const asked[] = {&quantity};
-    check_heatmap_style(style, asked);
+    const HeatmapQuantity* const quantities[] = {&quantity};
+    check_heatmap_style(style, quantities);
     BytePicture drawn = draw_quantity(quantity, plane_of(quantity, picture), style);
     return DisplayedPicture{drawn.width, drawn.height, std::move(drawn.values)};
   });

@@ -19,11 +19,12 @@ nlohmann::json head_of(const std::string& checkpoint) {
   return parse_json(RecordFile(checkpoint).head(), checkpoint);
 }
 
-RenderedPicture merged(const std::vector<std::string>& checkpoints, const MergeRules& rules,
-                       const Resources& resources, const std::stop_token& stop) {
+RenderedPicture merge_checkpoints(const std::vector<std::string>& checkpoints,
+                                  const MergeRules& rules, const Resources& resources,
+                                  const std::stop_token& stop) {
   check_resources(resources);
   if (checkpoints.empty()) throw emberline::UsageError("merge needs at least one checkpoint");
-  allow_many_files();  // every part stays open
+  raise_open_file_limit();  // every part stays open
   const LoadLimits limits =
       limits_of({resources.memory_bytes, resources.load_timeout_s}, checkpoints.front());
   FrameMerge frame(checkpoints, rules.allow_holes, rules.strict, *limits.memory, stop);
@@ -63,10 +64,10 @@ std::vector<MatteNames> names_of(const SceneLayers& layers) {
 }
 
 StoredFrame stored_frame(const std::string& checkpoint) {
-  return translated([&] {
+  return translate_errors([&] {
     StoredFrame stored;
     const nlohmann::json head = head_of(checkpoint);
-    FrameSettings& settings = Access::of(stored.settings);
+    FrameSettings& settings = Access::impl(stored.settings);
     settings = stored_settings(head, checkpoint);
     stored.scene = std::exchange(settings.scene, {});
     stored.mattes = names_of(scene_layers_of(head, checkpoint));
@@ -76,9 +77,9 @@ StoredFrame stored_frame(const std::string& checkpoint) {
 
 RenderedPicture merge(const std::vector<std::string>& checkpoints, const MergeRules& rules,
                       const Resources& resources, const std::stop_token& stop) {
-  return translated([&] {
+  return translate_errors([&] {
     try {
-      return merged(checkpoints, rules, resources, stop);
+      return merge_checkpoints(checkpoints, rules, resources, stop);
     } catch (const Cancelled&) {
       throw Stopped("the merge was stopped");
     }

@@ -35,9 +35,9 @@ Picture PictureSink::finish(const std::stop_token& stop) {
 }
 
 uint64_t PictureSink::bytes(const OutputSettings& settings, const SceneLayers& layers) {
-  const std::vector<PictureChannel> of_tile = tile_channels(settings, layers.lights);
-  size_t count = of_tile.size();
-  if (settings.denoise) count += finished_channels(of_tile, true).size();
+  const std::vector<PictureChannel> channels = tile_channels(settings, layers.lights);
+  size_t count = channels.size();
+  if (settings.denoise) count += finished_channels(channels, true).size();
   return bytes_of(uint64_t(settings.crop.area()), count * sizeof(float));
 }
 

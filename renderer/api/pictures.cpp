@@ -8,9 +8,9 @@
 #include "io/display/display.h"
 #include "io/display/working_space.h"
 #include "io/exr/writer.h"
+#include "io/image/file_completeness.h"
 #include "io/image/input.h"
 #include "io/image/output.h"
-#include "io/image/picture_mark.h"
 #include "renderer/api/frame_parts.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/shortened.h"
@@ -33,12 +33,12 @@ size_t channel(const std::string& path, const Picture& picture, const std::strin
 // Returns the named channels, interleaved.
 std::vector<float> values_of(const std::string& path, const Picture& picture,
                              std::span<const std::string> names) {
-  std::vector<size_t> places;
-  for (const std::string& name : names) places.push_back(channel(path, picture, name));
+  std::vector<size_t> offsets;
+  for (const std::string& name : names) offsets.push_back(channel(path, picture, name));
   std::vector<float> values;
   values.reserve(picture.values.size() / picture.channels.size() * names.size());
   for (size_t i = 0; i < picture.values.size(); i += picture.channels.size()) {
-    for (const size_t place : places) values.push_back(picture.values[i + place]);
+    for (const size_t offset : offsets) values.push_back(picture.values[i + offset]);
   }
   return values;
 }
@@ -62,22 +62,22 @@ void write_exr(const std::string& path, const Picture& picture) {
 }
 
 // What to display: the layer with R, G and B, whether to include alpha, and the colour space.
-struct Shown {
+struct DisplayLayer {
   std::string layer = {};
   bool alpha = false;
   WorkingSpace space = WorkingSpace::kRec709;
 };
 
 void write_displayed(const std::string& path, const Picture& picture, double exposure,
-                     const Shown& shown) {
+                     const DisplayLayer& display_layer) {
   const std::string suffix = lower_suffix(path);
   if (suffix != ".png" && suffix != ".jpg" && suffix != ".jpeg") {
     throw emberline::UsageError(
         "\"{}\": unknown format; valid suffixes are .exr, .png, .jpg, .jpeg", printable(path));
   }
   std::vector<std::string> names;
-  for (const char* c : {"R", "G", "B"}) names.push_back(shown.layer + c);
-  if (shown.alpha) names.push_back("A");
+  for (const char* c : {"R", "G", "B"}) names.push_back(display_layer.layer + c);
+  if (display_layer.alpha) names.push_back("A");
   const std::vector<float> values = values_of(path, picture, names);
   std::vector<float> rgba(values.size() / names.size() * 4, 1.0f);
   for (size_t i = 0; i < rgba.size() / 4; ++i) {
@@ -85,14 +85,14 @@ void write_displayed(const std::string& path, const Picture& picture, double exp
   }
   const DisplaySettings display{.display = {}, .view = {}, .look = {}, .exposure = float(exposure)};
   write_display_image(path, {0, 0, picture.width, picture.height},
-                      std::make_shared<const DisplayTransform>(display, shown.space), shown.alpha,
-                      rgba);
+                      std::make_shared<const DisplayTransform>(display, display_layer.space),
+                      display_layer.alpha, rgba);
 }
 
 // Writes the same file as the command.
 void write_frame_exr(const std::string& path, const Picture& picture, OutputSettings output,
                      const SceneLayers& layers) {
-  output.clamps = false;  // the picture does not store the clamped share
+  output.is_clamped = false;  // the picture does not store the clamped share
   if (output.width != picture.frame_width || output.height != picture.frame_height ||
       output.crop != pixels_of(picture)) {
     throw emberline::UsageError(
@@ -118,16 +118,16 @@ void make_rec709(WorkingSpace space, Picture& picture) {
   const size_t stride = picture.channels.size();
   for (const std::string& red : picture.channels) {
     if (!is_colour(red) || !red.ends_with('R')) continue;
-    std::array<size_t, 3> places;
+    std::array<size_t, 3> offsets;
     for (size_t c = 0; c < 3; ++c) {
       const std::string name = red.substr(0, red.size() - 1) + "RGB"[c];
-      places[c] = size_t(std::ranges::find(picture.channels, name) - picture.channels.begin());
+      offsets[c] = size_t(std::ranges::find(picture.channels, name) - picture.channels.begin());
     }
-    if (std::ranges::max(places) >= stride) continue;
+    if (std::ranges::max(offsets) >= stride) continue;
     for (size_t i = 0; i < picture.values.size(); i += stride) {
       float* const pixel = &picture.values[i];
-      const Rgb rgb = *to_rec709 * Rgb(pixel[places[0]], pixel[places[1]], pixel[places[2]]);
-      for (int c = 0; c < 3; ++c) pixel[places[size_t(c)]] = rgb[c];
+      const Rgb rgb = *to_rec709 * Rgb(pixel[offsets[0]], pixel[offsets[1]], pixel[offsets[2]]);
+      for (int c = 0; c < 3; ++c) pixel[offsets[size_t(c)]] = rgb[c];
     }
   }
 }
@@ -154,32 +154,33 @@ Pair pair_of(const float* image, const float* reference, int width, int height, 
 }  // namespace
 
 void check_picture(const std::string& path, const Picture& picture) {
-  const auto wrong = [&](const std::string& what) {
+  const auto throw_invalid = [&](const std::string& what) {
     throw emberline::UsageError(path + ": the picture has " + what);
   };
-  if (picture.width <= 0 || picture.height <= 0) wrong("no pixels");
+  if (picture.width <= 0 || picture.height <= 0) throw_invalid("no pixels");
   const size_t pixels = size_t(picture.width) * size_t(picture.height);
-  if (picture.channels.size() > size_t(kMostChannels)) {
-    wrong("more than " + std::to_string(kMostChannels) + " channels, which is not supported");
+  if (picture.channels.size() > size_t(kMaxChannels)) {
+    throw_invalid("more than " + std::to_string(kMaxChannels) +
+                  " channels, which is not supported");
   }
   if (picture.channels.empty() || picture.values.size() % pixels != 0 ||
       picture.values.size() / pixels != picture.channels.size()) {
-    wrong("a number of values that does not match its size and channels");
+    throw_invalid("a number of values that does not match its size and channels");
   }
   std::set<std::string_view> names;
   for (const std::string& name : picture.channels) {
     // OpenEXR limits names to 255 bytes.
     if (name.empty() || name.size() > 255 || name.find('\0') != std::string::npos) {
-      wrong("a channel with an invalid name: \"" + printable(shortened(name)) + "\"");
+      throw_invalid("a channel with an invalid name: \"" + printable(shortened(name)) + "\"");
     }
-    if (!names.insert(name).second) wrong("two channels called " + printable(name));
+    if (!names.insert(name).second) throw_invalid("two channels called " + printable(name));
   }
 }
 
 RenderedPicture::RenderedPicture(Picture picture) : Picture(std::move(picture)) {}
 
 std::vector<float> RenderedPicture::rec709() const {
-  return translated([&] {
+  return translate_errors([&] {
     check_picture("rec709", *this);
     Picture rgb;
     rgb.channels = {"R", "G", "B"};
@@ -192,20 +193,21 @@ std::vector<float> RenderedPicture::rec709() const {
 RenderedPicture rendered_picture(Picture picture, const OutputSettings& output,
                                  const SceneLayers& layers, const RenderCounters& counters,
                                  std::optional<double> error_estimate, bool complete) {
-  warn_of_optics(counters.optics);
+  warn_about_optics(counters.optics);
   picture.samples = counters.samples;
   picture.rays = counters.rays.total();
   picture.non_finite_samples = counters.non_finite_samples;
   picture.error_estimate = error_estimate;
   picture.complete = complete;
   RenderedPicture rendered(std::move(picture));
-  Access::of(rendered) = std::shared_ptr<const Access::Record>(new Access::Record{output, layers});
+  Access::impl(rendered) =
+      std::shared_ptr<const Access::Record>(new Access::Record{output, layers});
   return rendered;
 }
 
 Picture read_picture(const std::string& path, const Resources& resources,
                      const std::stop_token& stop) {
-  return translated([&] {
+  return translate_errors([&] {
     check_resources(resources);
     LoadProgress progress({}, stop,
                           limits_of({resources.memory_bytes, resources.load_timeout_s}, path));
@@ -227,7 +229,7 @@ Picture read_picture(const std::string& path, const Resources& resources,
 }
 
 void write_picture(const std::string& path, const Picture& picture, double exposure) {
-  translated([&] {
+  translate_errors([&] {
     check_picture(path, picture);
     check_exposure(exposure);
     if (lower_suffix(path) == ".exr") {
@@ -239,9 +241,9 @@ void write_picture(const std::string& path, const Picture& picture, double expos
 }
 
 void write_picture(const std::string& path, const RenderedPicture& picture, double exposure) {
-  const Access::Record* const record = Access::of(picture);
+  const Access::Record* const record = Access::impl(picture);
   if (!record) return write_picture(path, static_cast<const Picture&>(picture), exposure);
-  translated([&] {
+  translate_errors([&] {
     check_picture(path, picture);
     check_exposure(exposure);
     const OutputSettings& output = record->output;
@@ -257,7 +259,7 @@ void write_picture(const std::string& path, const RenderedPicture& picture, doub
 
 void write_picture(const std::string& path, const uint8_t* values, int width, int height,
                    int channels) {
-  translated([&] {
+  translate_errors([&] {
     if (width <= 0 || height <= 0)
       throw emberline::UsageError(path + ": the picture has no pixels");
     if (channels != 1 && channels != 3 && channels != 4) {
@@ -270,7 +272,7 @@ void write_picture(const std::string& path, const uint8_t* values, int width, in
 
 Comparison compare(const float* image, const float* reference, int width, int height,
                    double exposure) {
-  return translated([&] {
+  return translate_errors([&] {
     const Pair pair = pair_of(image, reference, width, height, exposure);
     const ErrorMetrics m = compare_images(pair.image, pair.reference, {float(exposure)});
     return Comparison{
@@ -281,7 +283,7 @@ Comparison compare(const float* image, const float* reference, int width, int he
 
 std::vector<float> flip(const float* image, const float* reference, int width, int height,
                         double exposure) {
-  return translated([&] {
+  return translate_errors([&] {
     const Pair pair = pair_of(image, reference, width, height, exposure);
     const std::vector<uint8_t> masked = non_finite_pixels(pair.image, pair.reference);
     std::vector<float> map = flip_map(to_display(pair.image, float(exposure), masked),

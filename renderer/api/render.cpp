@@ -25,17 +25,18 @@ namespace emberline::api {
 namespace {
 
 // Requests a stop when the caller does or the time limit is reached.
-class EndOfFrame {
+class FrameStop {
  public:
-  EndOfFrame(const std::stop_token& stop, const std::stop_token& give_up,
-             std::optional<double> limit_s)
+  FrameStop(const std::stop_token& stop, const std::stop_token& give_up,
+            std::optional<double> limit_s)
       : by_caller_(stop, [this] { request_.request(PixelStop::kUser); }),
-        given_up_(give_up, [this] { request_.request(PixelStop::kUser); }) {
+        by_abandonment_(give_up, [this] { request_.request(PixelStop::kUser); }) {
     if (!limit_s) return;
-    clock_ = std::jthread([this, limit_s](const std::stop_token& over) {
+    clock_ = std::jthread([this, limit_s](const std::stop_token& thread_stop) {
       std::unique_lock lock(mutex_);
-      wake_.wait_for(lock, over, std::chrono::duration<double>(*limit_s), [] { return false; });
-      if (!over.stop_requested()) request_.request(PixelStop::kTimeLimit);
+      wake_.wait_for(lock, thread_stop, std::chrono::duration<double>(*limit_s),
+                     [] { return false; });
+      if (!thread_stop.stop_requested()) request_.request(PixelStop::kTimeLimit);
     });
   }
   std::stop_token token() const { return request_.token(); }
@@ -43,18 +44,18 @@ class EndOfFrame {
 
  private:
   StopRequest request_;
-  std::stop_callback<std::function<void()>> by_caller_, given_up_;
+  std::stop_callback<std::function<void()>> by_caller_, by_abandonment_;
   std::mutex mutex_;
   std::condition_variable_any wake_;
   std::jthread clock_;
 };
 
 // Collects a frame's tiles, reports progress and saves checkpoints.
-class WatchedSink final : public PictureSink {
+class ProgressSink final : public PictureSink {
  public:
-  WatchedSink(const OutputSettings& settings, const SceneLayers& layers, const EndOfFrame& end,
-              RenderJob& job, FrameCheckpoint& checkpoint,
-              const std::function<void(const Progress&)>& watch)
+  ProgressSink(const OutputSettings& settings, const SceneLayers& layers, const FrameStop& end,
+               RenderJob& job, FrameCheckpoint& checkpoint,
+               const std::function<void(const Progress&)>& watch)
       : PictureSink(settings, layers),
         width_(settings.crop.width()),
         height_(settings.crop.height()),
@@ -65,7 +66,7 @@ class WatchedSink final : public PictureSink {
 
   void tile_finished(const FilmTile& tile) override {
     PictureSink::tile_finished(tile);
-    if (!watch_ || !job_.by_tiles()) return;
+    if (!watch_ || !job_.is_tiled()) return;
     const std::lock_guard lock(mutex_);
     watch_({samples_, std::nullopt, nullptr, width_, height_});
   }
@@ -76,7 +77,7 @@ class WatchedSink final : public PictureSink {
   void samples_loaded(uint64_t count) override { samples_ += count; }
   void samples_finished(uint64_t count) override { samples_ += count; }
   void picture_changed(const JobProgress& now, const LivePicture& picture) override {
-    if (checkpoint_.wanted()) checkpoint_.save(job_);
+    if (checkpoint_.is_due()) checkpoint_.save(job_);
     if (!watch_) return;
     rgba_.resize(4 * size_t(width_) * size_t(height_));
     picture.resolve(rgba_);
@@ -87,13 +88,13 @@ class WatchedSink final : public PictureSink {
       throw;
     }
   }
-  void cut_short() override { checkpoint_.save(job_); }
-  bool picture_wanted() const override { return checkpoint_.wanted(); }
+  void interrupted() override { checkpoint_.save(job_); }
+  bool needs_picture() const override { return checkpoint_.is_due(); }
   PixelStop stop_cause() const override { return end_.cause(); }
 
  private:
   const int width_, height_;
-  const EndOfFrame& end_;
+  const FrameStop& end_;
   RenderJob& job_;
   FrameCheckpoint& checkpoint_;
   const std::function<void(const Progress&)>& watch_;
@@ -104,9 +105,9 @@ class WatchedSink final : public PictureSink {
 
 // Reserves a frame's memory until it is a picture. Exceeding the budget is an InputError, since the
 // caller set the limit.
-MemoryReservation reserved(const RenderOptions& options, const OutputSettings& output,
-                           const SceneLayers& layers, const RenderPlan& plan, int threads,
-                           const LoadLimits& limits) {
+MemoryReservation reserve_memory(const RenderOptions& options, const OutputSettings& output,
+                                 const SceneLayers& layers, const RenderPlan& plan, int threads,
+                                 const LoadLimits& limits) {
   MemoryReservation memory(limits.memory, MemoryPart::kFilm);
   RenderOptions lossless = options;  // no file is encoded
   lossless.exr_compression = ExrCompression::kZip;
@@ -125,64 +126,64 @@ MemoryReservation reserved(const RenderOptions& options, const OutputSettings& o
 // Reads the scene's files again for their fingerprints. Throws what reading, Checkpoint and
 // `give_up` throw.
 void open_checkpoint(const RenderOptions& options, const RenderPlan& plan,
-                     const SceneLayers& layers, const Access::SceneState& scene, uint64_t most,
+                     const SceneLayers& layers, const Access::SceneState& scene, uint64_t max_bytes,
                      const std::stop_token& give_up, RenderJob& job, FrameCheckpoint& checkpoint) {
   if (options.checkpoint.empty()) return;
   LoadProgress progress({}, give_up, scene.limits);
   nlohmann::json inputs = scene.files.fingerprints(options, progress);
   if (scene.edited && !scene.edited->empty()) inputs["the program's edits"] = *scene.edited;
-  if (const std::string pose = own_pose(scene, options); !pose.empty()) {
+  if (const std::string pose = pose_override(scene, options); !pose.empty()) {
     inputs["the program's pose"] = pose;
   }
-  checkpoint.open(checkpoint_head(options, plan, layers, inputs), false, {}, most, job);
+  checkpoint.open(checkpoint_head(options, plan, layers, inputs), false, {}, max_bytes, job);
 }
 
-struct Watch {
+struct RenderCallbacks {
   const std::stop_token& stop;
   const std::function<void(const Progress&)>& watch;
   const std::stop_token& give_up;
 };
 
 // Returns the picture of a rendered job. Throws Stopped if the frame was given up.
-Picture picture_of(RenderJob& job, WatchedSink& sink, const std::stop_token& give_up) {
-  const auto check_going = [&] {
+Picture picture_of(RenderJob& job, ProgressSink& sink, const std::stop_token& give_up) {
+  const auto check_abandoned = [&] {
     if (give_up.stop_requested()) throw Stopped("the frame was abandoned");
   };
-  check_going();
+  check_abandoned();
   job.deliver(sink);
   Picture picture = sink.finish(give_up);
-  check_going();
+  check_abandoned();
   return picture;
 }
 
 // `options` come from options_of() for this scene.
 RenderedPicture render_picture(const Access::SceneState& state, const RenderOptions& options,
-                               const Resources& resources, const Watch& watch) {
-  const RenderPlan plan(options, {.extending = !options.extended.empty()});
+                               const Resources& resources, const RenderCallbacks& watch) {
+  const RenderPlan plan(options, {.is_extension = !options.extended.empty()});
   OutputSettings output = output_settings(options, plan.crop);
   if (is_part(options)) output.denoise = false;  // a part lacks neighbouring pixels
   const FrameParts parts(state, options);
   const int threads = arena_threads(resources);
   const MemoryReservation memory =
-      reserved(options, output, parts.layers, plan, threads, state.limits);
-  const EndOfFrame end(watch.stop, watch.give_up, options.time_limit_s);
+      reserve_memory(options, output, parts.layers, plan, threads, state.limits);
+  const FrameStop end(watch.stop, watch.give_up, options.time_limit_s);
   tbb::task_arena arena(threads);
   const std::unique_ptr<RenderJob> prepared = arena.execute(
-      [&] { return plan.prepare(*state.open, parts.camera, parts.of_scene, end.token()); });
+      [&] { return plan.prepare(*state.open, parts.camera, parts.scene_parts, end.token()); });
   RenderJob& job = *prepared;
   FrameCheckpoint checkpoint(options);
   open_checkpoint(options, plan, parts.layers, state, 2 * memory.bytes(), watch.give_up, job,
                   checkpoint);
-  WatchedSink sink(output, parts.layers, end, job, checkpoint, watch.watch);
+  ProgressSink sink(output, parts.layers, end, job, checkpoint, watch.watch);
   RenderResult result;
   Picture picture;
   arena.execute([&] {
     result = job.render(sink, end.token());
-    checkpoint.rendered(result.counters.stopped, end.cause(), job);
+    checkpoint.save_if_retained(result.counters.stopped, end.cause(), job);
     try {
       picture = picture_of(job, sink, watch.give_up);
     } catch (...) {
-      checkpoint.not_written(result.counters.stopped, job);
+      checkpoint.save_if_unwritten(result.counters.stopped, job);
       throw;
     }
   });
@@ -195,11 +196,13 @@ RenderedPicture render_picture(const Access::SceneState& state, const RenderOpti
 }
 
 // Rejects settings that extend() does not accept.
-void check_is_more(const FrameSettings& more) {
-  constexpr std::string_view kMore[] = {"spp", "noise-threshold", "max-spp", "time-limit"};
+void check_extend_settings(const FrameSettings& more) {
+  constexpr std::string_view kExtendSettings[] = {"spp", "noise-threshold", "max-spp",
+                                                  "time-limit"};
   const FrameSettings none;
   for (const Setting& row : setting_table()) {
-    if (row.text(more) == row.text(none) || std::ranges::find(kMore, row.name) != std::end(kMore)) {
+    if (row.text(more) == row.text(none) ||
+        std::ranges::find(kExtendSettings, row.name) != std::end(kExtendSettings)) {
       continue;
     }
     throw emberline::UsageError(
@@ -221,14 +224,14 @@ RenderedPicture render(const RenderFiles& files, const Scene& scene, const Setti
                        const Resources& resources, const std::stop_token& stop,
                        const std::function<void(const Progress&)>& watch,
                        const std::stop_token& give_up) {
-  return translated([&] {
+  return translate_errors([&] {
     check_resources(resources);
     if (!(files.interval_s > 0)) {
       throw emberline::UsageError("`checkpoint-interval`: {} is not a number of seconds",
                                   files.interval_s);
     }
-    const Access::SceneState& state = Access::of(scene);
-    RenderOptions options = options_of(state, Access::of(settings));
+    const Access::SceneState& state = Access::impl(scene);
+    RenderOptions options = options_of(state, Access::impl(settings));
     options.checkpoint = files.checkpoint;
     options.resume = files.resume;
     options.resumable = files.keep;
@@ -241,12 +244,12 @@ RenderedPicture extend(const std::string& checkpoint, const Scene& scene, const 
                        const Resources& resources, const std::stop_token& stop,
                        const std::function<void(const Progress&)>& watch,
                        const std::stop_token& give_up) {
-  return translated([&] {
+  return translate_errors([&] {
     check_resources(resources);
-    check_is_more(Access::of(more));
+    check_extend_settings(Access::impl(more));
     FrameSettings settings = settings_in(checkpoint);
-    extend_settings(Access::of(more), checkpoint, settings);
-    const Access::SceneState& state = Access::of(scene);
+    extend_settings(Access::impl(more), checkpoint, settings);
+    const Access::SceneState& state = Access::impl(scene);
     RenderOptions options = options_of(state, settings);
     options.extended = checkpoint;
     options.checkpoint = checkpoint + ".next";
@@ -256,9 +259,9 @@ RenderedPicture extend(const std::string& checkpoint, const Scene& scene, const 
 }
 
 std::vector<MatteNames> matte_names(const Scene& scene, const Settings& settings) {
-  return translated([&] {
-    const Access::SceneState& state = Access::of(scene);
-    const RenderOptions options = options_of(state, Access::of(settings));
+  return translate_errors([&] {
+    const Access::SceneState& state = Access::impl(scene);
+    const RenderOptions options = options_of(state, Access::impl(settings));
     return names_of(FrameParts(state, options).layers);
   });
 }

@@ -56,20 +56,20 @@ std::string fingerprint_of(std::string_view json, const SceneEdits& edits) {
 
 }  // namespace
 
-Scene::State::State(const std::string& path, const Settings& given, const Resources& with,
-                    const std::stop_token& stop, bool poses)
-    : resources(with), settings(Access::of(given)) {
+Scene::State::State(const std::string& path, const Settings& initial_settings,
+                    const Resources& given_resources, const std::stop_token& stop, bool poses)
+    : resources(given_resources), settings(Access::impl(initial_settings)) {
   check_resources(resources);
   settings.scene = path;
   limits = limits_of({resources.memory_bytes, resources.load_timeout_s}, path);
   build = RenderPlan(settings).build;
   build.editable = true;
   LoadProgress progress({}, stop, limits);
-  FrameSettings read_as = settings;
-  read_as.light_groups = false;  // depend on edits, so each frame has its own
+  FrameSettings load_settings = settings;
+  load_settings.light_groups = false;  // depend on edits, so each frame has its own
   files = LoadedFiles(settings, progress);
   tbb::task_arena(arena_threads(resources)).execute([&] {
-    ReadScene read(read_as, load_edits(settings, progress),
+    ReadScene read(load_settings, load_edits(settings, progress),
                    {.build = build, .edits = true, .poses = poses}, progress);
     const SceneEdits edits = read.edits();
     animation = edits.animation;
@@ -80,26 +80,26 @@ Scene::State::State(const std::string& path, const Settings& given, const Resour
   });
 }
 
-void Scene::State::pose(const FrameSettings& wanted, const std::stop_token& stop) {
-  FrameSettings at = settings;
-  at.animation = wanted.animation;
-  at.time = wanted.time;
-  at.frame = wanted.frame;
-  at.fps = wanted.fps;
-  at.shutter = wanted.shutter;
-  at.aovs = wanted.aovs;
-  FrameSettings read_as = at;
-  read_as.variant.clear();  // included in the edits
-  read_as.light_groups = false;
+void Scene::State::pose(const FrameSettings& pose_settings, const std::stop_token& stop) {
+  FrameSettings new_settings = settings;
+  new_settings.animation = pose_settings.animation;
+  new_settings.time = pose_settings.time;
+  new_settings.frame = pose_settings.frame;
+  new_settings.fps = pose_settings.fps;
+  new_settings.shutter = pose_settings.shutter;
+  new_settings.aovs = pose_settings.aovs;
+  FrameSettings load_settings = new_settings;
+  load_settings.variant.clear();  // included in the edits
+  load_settings.light_groups = false;
   SceneEdits edits = open->editable().edits();
   edits.animation = {};
   LoadProgress progress({}, stop, limits);
   tbb::task_arena(arena_threads(resources)).execute([&] {
-    ReadScene read = open->read(read_as, edits, progress);
+    ReadScene read = open->read(load_settings, edits, progress);
     const WorldBounds posed = framed_bounds(read.description());
     open->pose(std::move(read), progress);
     bounds = posed;
-    settings = at;
+    settings = new_settings;
   });
 }
 
@@ -123,31 +123,31 @@ void Scene::State::edit(std::string_view json, const Environment& environment) {
 Scene::Scene(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Scene::Scene(const std::string& path, const Settings& settings, const Resources& resources,
              const std::stop_token& stop)
-    : Scene(translated(
+    : Scene(translate_errors(
           [&] { return std::make_unique<State>(path, settings, resources, stop, false); })) {}
 Scene Scene::animated(const std::string& path, const Settings& settings, const Resources& resources,
                       const std::stop_token& stop) {
-  return Scene(
-      translated([&] { return std::make_unique<State>(path, settings, resources, stop, true); }));
+  return Scene(translate_errors(
+      [&] { return std::make_unique<State>(path, settings, resources, stop, true); }));
 }
 Scene::Scene(Scene&& other) noexcept = default;
 Scene& Scene::operator=(Scene&& other) noexcept = default;
 Scene::~Scene() = default;
 
 void Scene::pose(const Settings& settings, const std::stop_token& stop) {
-  translated([&] {
+  translate_errors([&] {
     if (!state_->open->can_pose()) {
       throw emberline::UsageError(
           "pose: the scene has no animations, or was not loaded as animated");
     }
-    state_->pose(Access::of(settings), stop);
+    state_->pose(Access::impl(settings), stop);
   });
 }
 
 void Scene::edit(std::string_view json) { edit(json, {}); }
 
 void Scene::edit(std::string_view json, const Environment& environment) {
-  translated([&] { state_->edit(json, environment); });
+  translate_errors([&] { state_->edit(json, environment); });
 }
 
 std::vector<std::string> Scene::lights() const {

@@ -18,21 +18,21 @@ std::string version() { return kEmberlineVersion; }
 
 // Requests at most the machine's concurrency, because TBB warns on stderr about more.
 int arena_threads(const Resources& resources) {
-  const int most = tbb::info::default_concurrency();
-  return resources.threads > 0 ? std::min(resources.threads, most) : most;
+  const int max_threads = tbb::info::default_concurrency();
+  return resources.threads > 0 ? std::min(resources.threads, max_threads) : max_threads;
 }
 
 void check_resources(const Resources& resources) {
-  if (resources.threads < 0 || resources.threads > kMostThreads) {
+  if (resources.threads < 0 || resources.threads > kMaxThreads) {
     throw emberline::UsageError("threads: {} is neither 0 (all processors) nor from 1 to {}",
-                                resources.threads, kMostThreads);
+                                resources.threads, kMaxThreads);
   }
   if (resources.memory_bytes == 0)
     throw emberline::UsageError("`memory-limit`: 0 is not a valid size");
   const double seconds = resources.load_timeout_s.value_or(1.0);
-  if (!(seconds >= kLeastLoadTimeout && seconds <= kMostLoadTimeout)) {
+  if (!(seconds >= kMinLoadTimeout && seconds <= kMaxLoadTimeout)) {
     throw emberline::UsageError("`load-timeout`: {} is not a number from {} to {}", seconds,
-                                kLeastLoadTimeout, kMostLoadTimeout);
+                                kMinLoadTimeout, kMaxLoadTimeout);
   }
 }
 
@@ -46,21 +46,21 @@ Settings& Settings::operator=(Settings other) noexcept {
 Settings::~Settings() = default;
 
 Settings& Settings::set(std::string_view name, std::string_view text) {
-  translated([&] {
+  translate_errors([&] {
     find_named(setting_table(), "settings", "setting", name).read(state_->settings, text);
   });
   return *this;
 }
 
 std::string Settings::get(std::string_view name) const {
-  return translated([&] {
+  return translate_errors([&] {
     return find_named(setting_table(), "settings", "setting", name).text(state_->settings);
   });
 }
 
 Settings& Settings::read(const std::string& path) {
   FrameSettings read = state_->settings;
-  translated([&] { read_settings(path, read); });
+  translate_errors([&] { read_settings(path, read); });
   state_->settings = std::move(read);
   return *this;
 }
@@ -71,17 +71,17 @@ std::vector<Settings::Help> Settings::help() {
     const RulesHelp& rules = rules_of(row);
     const std::string fallback = default_of(row, FrameSettings());
     const std::string help = row.help.full + (fallback.empty() ? "" : " [" + fallback + "]");
-    all.push_back({row.name, row.type, spelled(help + as_sentences(rules.rules)),
-                   spelled(rules.values), is_of_scene(row.group)});
+    all.push_back({row.name, row.type, spell_setting_names(help + as_sentences(rules.rules)),
+                   spell_setting_names(rules.values), is_load_setting(row.group)});
   }
   return all;
 }
 
 void spell_settings(SettingSpelling spelling) {
-  constexpr emberline::SpellSetting kPlain = [](std::string_view name) {
+  constexpr emberline::SettingFormatter kPlain = [](std::string_view name) {
     return std::string(name);
   };
-  constexpr emberline::SpellSetting kUnderscores = [](std::string_view name) {
+  constexpr emberline::SettingFormatter kUnderscores = [](std::string_view name) {
     std::string argument(name);
     std::ranges::replace(argument, '-', '_');
     return argument;

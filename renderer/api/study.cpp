@@ -56,7 +56,7 @@ constexpr StudyOption kOptions[] = {
 
 StudyOptions options_of(const std::string& scene, const FrameSettings& settings,
                         const StudyRequest& request, const Resources& resources) {
-  StudyOptions options = Access::of(request);
+  StudyOptions options = Access::impl(request);
   if (options.folder.empty()) {
     throw emberline::UsageError("a study needs a folder for its results");
   }
@@ -88,18 +88,18 @@ StudyTable table_of(const StudyResults& results) {
   for (const StudyRun& run : results.runs) {
     const StudyRow row = row_of(results.methods[run.method], run);
     if (run.checkpoints.empty()) table.rows.push_back(row);
-    for (const StudyCheckpoint& at : run.checkpoints) {
-      StudyRow& reached = table.rows.emplace_back(row);
-      reached.budget = at.budget;
-      reached.samples = at.samples;
-      reached.mean_samples = at.mean_samples;
-      reached.wall_s = at.wall_s;
-      reached.cpu_s = at.cpu_s;
-      reached.estimate = at.estimate;
+    for (const StudyCheckpoint& checkpoint : run.checkpoints) {
+      StudyRow& measured_row = table.rows.emplace_back(row);
+      measured_row.budget = checkpoint.budget;
+      measured_row.samples = checkpoint.samples;
+      measured_row.mean_samples = checkpoint.mean_samples;
+      measured_row.wall_s = checkpoint.wall_s;
+      measured_row.cpu_s = checkpoint.cpu_s;
+      measured_row.estimate = checkpoint.estimate;
       for (const StudyMetricEntry& metric : study_metric_table()) {
-        reached.errors.emplace_back(metric.name, at.error.*metric.value);
+        measured_row.errors.emplace_back(metric.name, checkpoint.error.*metric.value);
       }
-      reached.errors.emplace_back("signed_bias", at.error.signed_bias);
+      measured_row.errors.emplace_back("signed_bias", checkpoint.error.signed_bias);
     }
   }
   return table;
@@ -120,7 +120,7 @@ StudyRequest& StudyRequest::operator=(StudyRequest other) noexcept {
 StudyRequest::~StudyRequest() = default;
 
 StudyRequest& StudyRequest::set(std::string_view name, std::string_view text) {
-  translated([&] {
+  translate_errors([&] {
     const StudyOption& option = find_named(kOptions, "study", "option", name);
     try {
       option.read(state_->options, std::string(text));
@@ -134,12 +134,12 @@ StudyRequest& StudyRequest::set(std::string_view name, std::string_view text) {
 StudyTable study(const std::string& scene, const Settings& settings, const StudyRequest& request,
                  const Resources& resources, const std::stop_token& stop,
                  const std::function<void(uint64_t)>& on_samples) {
-  return translated([&] {
+  return translate_errors([&] {
     check_resources(resources);
-    const StudyOptions options = options_of(scene, Access::of(settings), request, resources);
+    const StudyOptions options = options_of(scene, Access::impl(settings), request, resources);
     const StudyOutcome outcome =
-        make_study(options, "`folder`",
-                   [&](uint64_t, const RenderStudy& render) { render(on_samples, stop); });
+        execute_study(options, "`folder`",
+                      [&](uint64_t, const RenderStudy& render) { render(on_samples, stop); });
     if (!outcome.results) {
       throw Stopped(
           "the study was stopped before its reference was finished; the same call continues it");

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "io/files/atomic_file.h"
-#include "renderer/app/frame_watcher.h"
+#include "renderer/app/frame_sink.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -33,22 +33,22 @@ void summarize(const RenderOptions& options, const RenderReport& report,
                const std::vector<std::string>& written) {
   const RenderCounters& c = report.counters;
   const double seconds = report.times.render_s;
-  const uint64_t samples = c.samples - report.earlier_samples;
-  const double share = c.samples > 0 ? double(samples) / double(c.samples) : 1.0;
-  const auto millions_a_second = [&](double count) {
+  const uint64_t samples = c.samples - report.resumed_samples;
+  const double fraction = c.samples > 0 ? double(samples) / double(c.samples) : 1.0;
+  const auto millions_per_second = [&](double count) {
     return seconds > 0 ? count / seconds * 1e-6 : 0.0;
   };
   log_info(fmt::format("{} {} samples in {} ({:.2f} M samples/s, {:.2f} M rays/s), {:.0f} MiB",
                        c.stopped ? "stopped after" : "rendered", samples, readable_seconds(seconds),
-                       millions_a_second(double(samples)),
-                       millions_a_second(share * double(c.rays.total())),
+                       millions_per_second(double(samples)),
+                       millions_per_second(fraction * double(c.rays.total())),
                        double(peak_rss_bytes()) / 1048576));
   if (samples < c.samples) {
     log_info(fmt::format("resumed from {} samples in the checkpoint", c.samples - samples));
   }
   if (c.clamped.clamps()) {
-    log_info(
-        fmt::format("--clamp-indirect removed {:.3g} % of the light", 100.0 * c.clamped.share()));
+    log_info(fmt::format("--clamp-indirect removed {:.3g} % of the light",
+                         100.0 * c.clamped.fraction()));
   }
   if (report.denoise) log_info(describe(*report.denoise));
   for (const std::string& path : written) log_info("wrote " + path);
@@ -63,7 +63,7 @@ PrepareOptions prepare_options(const RenderOptions& options, const AovSet& aovs)
   return {.aovs = aovs,
           .explained = options.explained,
           .keep_tree = !options.trees.empty(),
-          .extending = !options.extended.empty()};
+          .is_extension = !options.extended.empty()};
 }
 
 }  // namespace
@@ -102,42 +102,42 @@ void CommandFrame::open_outputs() {
   if (checkpoint.empty()) return;
   AtomicFile file(checkpoint);  // throws now what the first write would throw
   check_checkpoint(checkpoint, options_.resume);
-  if (options_.resume || is_own_checkpoint(options_)) return;
+  if (options_.resume || is_default_checkpoint(options_)) return;
   nlohmann::json head = checkpoint_head(options_, plan_, {}, {});
   head.erase("inputs");  // not read yet
-  check_begins_anew(checkpoint, head);
+  check_overwrite(checkpoint, head);
 }
 
 // The reference's memory is charged to the frame, not to the scene.
 void CommandFrame::open_snapshots() {
   LoadLimits limits = run_.limits;
-  limits.memory = run_.limits.memory->rest();
+  limits.memory = run_.limits.memory->child_budget();
   LoadProgress progress({}, {}, limits);
   snapshots_.emplace(options_, plan_.crop, progress);
   reference_memory_ = MemoryReservation(run_.limits.memory, MemoryPart::kTextures,
-                                        limits.memory->took(), options_.reference);
+                                        limits.memory->newly_reserved(), options_.reference);
 }
 
 void CommandFrame::load() {
   const Stopwatch load;
-  read_.emplace(run_.scene.load(options_, plan_.build, progress_));
+  read_pose_.emplace(run_.scene.load(options_, plan_.build, progress_));
   run_.scene.register_inputs(files_);
   if (run_.names) run_.scene.register_inputs(*run_.names);
-  run_.scene_is_read();
+  run_.on_scene_read();
   report_.times.load_s = load.seconds();
 }
 
 void CommandFrame::build() {
   const Stopwatch build;
-  const bool builds = read_->read.has_value();
-  const PosedScene& posed = run_.scene.build(*std::exchange(read_, std::nullopt), progress_);
+  const bool needs_build = read_pose_->read.has_value();
+  const PosedScene& posed = run_.scene.build(*std::exchange(read_pose_, std::nullopt), progress_);
   const Scene& scene = posed.open->scene();
   camera_ = create_camera(options_, posed.camera_of(options_), scene);
   report_.times.build_s = build.seconds();
   posed.report(report_);
   report_.budget = run_.limits.memory;
-  if (builds) {
-    check_growth(run_.memory_before, *run_.limits.memory, options_.scene);
+  if (needs_build) {
+    check_memory_growth(run_.memory_before, *run_.limits.memory, options_.scene);
     log_verbose(fmt::format("loaded in {}, built in {}: {} triangles, {} instances",
                             readable_seconds(report_.times.load_s),
                             readable_seconds(report_.times.build_s), scene.triangle_count(),
@@ -160,25 +160,26 @@ void CommandFrame::add_light_groups(const LightGroups& groups) {
   reserve_lights(options_, output_settings_, plan_, layers_.lights, run_.workers->count(), memory_);
 }
 
-void CommandFrame::note_picture(const JobProgress& now, const LivePicture& picture) {
+void CommandFrame::on_picture_changed(const JobProgress& now, const LivePicture& picture) {
   const double elapsed = clock_->seconds();
   std::vector<PassReport>& passes = report_.passes;
   // A driver estimates the error when it plans the next pass, so this estimate belongs to the pass
   // that has just ended.
   if (!passes.empty()) passes.back().error_estimate = now.error_estimate;
   if (now.pass_finished) passes.push_back({elapsed, now.samples, std::nullopt});
-  if (snapshots_) clock_->exclude_time([&] { snapshots_->look(now, picture, elapsed); });
-  if (viewer_) viewer_->look(picture, elapsed);
-  if (checkpoint_.wanted()) checkpoint_.save(*job_);
+  if (snapshots_) clock_->exclude_time([&] { snapshots_->update(now, picture, elapsed); });
+  if (viewer_) viewer_->update(picture, elapsed);
+  if (checkpoint_.is_due()) checkpoint_.save(*job_);
 }
 
 void CommandFrame::resume() {
   if (checkpoint_path(options_).empty()) return;
   LoadProgress progress({}, {}, run_.limits);  // timed separately: the scene is loaded
   const nlohmann::json& inputs = run_.scene.inputs(options_, progress);
-  checkpoint_.open(checkpoint_head(options_, plan_, layers_, inputs), is_own_checkpoint(options_),
-                   take_checkpoint_request, 2 * memory_.bytes(), *job_);
-  report_.earlier_samples = job_->counters().samples;
+  checkpoint_.open(checkpoint_head(options_, plan_, layers_, inputs),
+                   is_default_checkpoint(options_), take_checkpoint_request, 2 * memory_.bytes(),
+                   *job_);
+  report_.resumed_samples = job_->counters().samples;
 }
 
 // A resumable frame stops early enough to be saved. It then counts as unfinished, so that a
@@ -194,7 +195,7 @@ std::optional<double> CommandFrame::allotted_seconds() const {
 }
 
 void CommandFrame::render() {
-  if (run_.place) log_info(run_.place->text());
+  if (run_.frame_position) log_info(run_.frame_position->text());
   run_.save_settings();
   if (options_.viewer) viewer_.emplace(options_, plan_.crop, run_.workers->count());
   report_.display = outputs_->display_description();
@@ -203,17 +204,18 @@ void CommandFrame::render() {
   run_.arena->execute([&] {
     ProgressDisplay progress(
         uint64_t(double(plan_.crop.area()) * plan_.samples_per_pixel * part_of_frame()), stop_,
-        options_.time_limit_s, allotted_seconds(), run_.place ? run_.place->text() : "",
+        options_.time_limit_s, allotted_seconds(),
+        run_.frame_position ? run_.frame_position->text() : "",
         run_.progress_file ? &*run_.progress_file : nullptr);
-    progress.add_earlier(report_.earlier_samples, 0);
-    Watcher watcher(*this, &progress);
-    result_ = job_->render(watcher, stop_.token());
-    report_.earlier_samples += watcher.earlier_samples();
+    progress.add_resumed(report_.resumed_samples, 0);
+    FrameSink sink(*this, &progress);
+    result_ = job_->render(sink, stop_.token());
+    report_.resumed_samples += sink.resumed_samples();
   });
   report_.counters = result_.counters;
-  checkpoint_.rendered(report_.counters.stopped, stop_.cause(), *job_);
+  checkpoint_.save_if_retained(report_.counters.stopped, stop_.cause(), *job_);
   report_.times.render_s = clock_->seconds();
-  report_.times.snapshots_s = clock_->left_out_seconds();
+  report_.times.snapshots_s = clock_->excluded_seconds();
   report_.times.render_cpu_s = clock_->cpu_seconds();
   if (report_.passes.empty() || report_.passes.back().samples < report_.counters.samples) {
     report_.passes.push_back({report_.times.render_s, report_.counters.samples, std::nullopt});
@@ -224,47 +226,49 @@ void CommandFrame::render() {
 // partial picture is still denoised.
 void CommandFrame::denoise() {
   std::stop_source end;
-  std::optional<std::jthread> watch;
+  std::optional<std::jthread> watcher_thread;
   if (!stop_signalled()) {
-    watch.emplace([&end](const std::stop_token& over) {
+    watcher_thread.emplace([&end](const std::stop_token& thread_stop) {
       std::mutex mutex;
       std::condition_variable_any wake;
       std::unique_lock lock(mutex);
-      while (!over.stop_requested() && !stop_signalled()) {
-        wake.wait_for(lock, over, std::chrono::milliseconds(20), [] { return false; });
+      while (!thread_stop.stop_requested() && !stop_signalled()) {
+        wake.wait_for(lock, thread_stop, std::chrono::milliseconds(20), [] { return false; });
       }
       if (stop_signalled()) end.request_stop();
     });
   }
   run_.arena->execute([&] { report_.denoise = outputs_->finish_spooled(end.get_token()); });
-  half_denoised_ = report_.denoise && report_.denoise->stopped;
-  if (half_denoised_) stop_.request(PixelStop::kUser);
+  denoising_stopped_ = report_.denoise && report_.denoise->stopped;
+  if (denoising_stopped_) stop_.request(PixelStop::kUser);
 }
 
 void CommandFrame::write() {
   const Stopwatch write;
   outputs_->rendering_ended();
-  Watcher watcher(*this, nullptr);
+  FrameSink sink(*this, nullptr);
   // An extended frame's complete picture is not replaced by an incomplete one.
   const auto may_write = [&] { return options_.extended.empty() || !unfinished(); };
   if (may_write()) {
     try {
-      run_.arena->execute([&] { job_->deliver(watcher); });
+      run_.arena->execute([&] { job_->deliver(sink); });
       denoise();
     } catch (...) {
-      checkpoint_.not_written(report_.counters.stopped, *job_);
+      checkpoint_.save_if_unwritten(report_.counters.stopped, *job_);
       throw;
     }
   }
-  report_.complete = result_.complete && !half_denoised_;
+  report_.complete = result_.complete && !denoising_stopped_;
   if (may_write()) {
-    outputs_->finish({report_.complete, report_.counters.samples, report_.counters.clamped.share()},
-                     attempts_);
+    outputs_->finish(
+        {report_.complete, report_.counters.samples, report_.counters.clamped.fraction()},
+        attempts_);
   }
   write_refinement(options_, *job_, attempts_);
   report_.cryptomattes = outputs_->cryptomattes();
   if (viewer_) viewer_->finish(stop_.cause());
-  report_.estimator = plan_.even ? "none" : std::string(plan_.driver_settings.adaptive.estimator);
+  report_.estimator =
+      plan_.is_uniform ? "none" : std::string(plan_.driver_settings.adaptive.estimator);
   report_.error_estimate = job_->error_estimate();
   report_.passes.back().error_estimate = report_.error_estimate;
   report_.times.write_s = write.seconds();
@@ -280,7 +284,7 @@ std::vector<std::string> CommandFrame::failed_outputs() const {
   std::vector<std::string> failed = attempts_.failed();
   failed.insert(failed.end(), snapshot_attempts_.failed().begin(),
                 snapshot_attempts_.failed().end());
-  if (keeps_checkpoint(options_) && !report_.checkpoint.error.empty()) {
+  if (retains_checkpoint(options_) && !report_.checkpoint.error.empty()) {
     failed.push_back(report_.checkpoint.file);
   }
   return failed;
@@ -289,7 +293,7 @@ std::vector<std::string> CommandFrame::failed_outputs() const {
 void CommandFrame::end_checkpoint() {
   if (!checkpoint_.is_open()) return;
   const bool stopped = report_.counters.stopped;
-  const bool written = failed_outputs().empty() && !half_denoised_;
+  const bool written = failed_outputs().empty() && !denoising_stopped_;
   report_.checkpoint = checkpoint_.finish(stopped, written, *job_);
   checkpoint_.log_failure(report_.checkpoint);
   if (!report_.checkpoint.error.empty()) return;
@@ -309,8 +313,8 @@ int CommandFrame::exit_code() const {
   if (!unfinished()) return kExitDone;
   // A caller that resumes must learn that the frame is unfinished. Otherwise a frame that reaches
   // its time limit is done.
-  const bool goes_on = options_.resume || is_part(options_) || half_denoised_;
-  return goes_on || stop_.cause() == PixelStop::kUser ? kExitStopped : kExitDone;
+  const bool is_resumable = options_.resume || is_part(options_) || denoising_stopped_;
+  return is_resumable || stop_.cause() == PixelStop::kUser ? kExitStopped : kExitDone;
 }
 
 int CommandFrame::report() {
@@ -320,8 +324,8 @@ int CommandFrame::report() {
   report_.exit_code = exit_code();
   report_.times.wall_s = run_.wall.seconds();
   report_.times.cpu_s = process_cpu_seconds() - run_.cpu_before_s;
-  warn_of_non_finite(report_.counters, options_.seed);
-  warn_of_optics(report_.counters.optics);
+  warn_about_non_finite(report_.counters, options_.seed);
+  warn_about_optics(report_.counters.optics);
   report_.warnings = warnings_so_far();
   write_reports();
   summarize(options_, report_, attempts_.written());

@@ -41,15 +41,15 @@ class CommandFrame {
   const RenderReport& result() const { return report_; }  // after report()
 
  private:
-  class Watcher;
+  class FrameSink;
 
   void open_outputs();
   void open_snapshots();
   void denoise();
   // Rendering or denoising was stopped.
-  bool unfinished() const { return report_.counters.stopped || half_denoised_; }
+  bool unfinished() const { return report_.counters.stopped || denoising_stopped_; }
   void add_light_groups(const LightGroups& groups);
-  void note_picture(const JobProgress& now, const LivePicture& picture);
+  void on_picture_changed(const JobProgress& now, const LivePicture& picture);
   int exit_code() const;
   double part_of_frame() const { return 1.0 / plan_.driver_settings.part.count; }
   std::vector<std::string> failed_outputs() const;
@@ -67,14 +67,14 @@ class CommandFrame {
   MemoryReservation memory_;            // film and outputs
   MemoryReservation reference_memory_;  // --reference
   StopRequest stop_;
-  bool half_denoised_ = false;  // a signal stopped denoising
+  bool denoising_stopped_ = false;  // a signal stopped denoising
   std::optional<SnapshotRecorder> snapshots_;
   std::optional<FrameOutputs> outputs_;
   std::optional<ReportPictures> pictures_;
   Camera camera_;
   SceneLayers layers_;
-  std::optional<ReadPose> read_;    // from load() to build()
-  std::unique_ptr<RenderJob> job_;  // from build() on
+  std::optional<ReadPose> read_pose_;  // from load() to build()
+  std::unique_ptr<RenderJob> job_;     // from build() on
   RenderResult result_;
   std::optional<RemoteViewer> viewer_;
   FrameCheckpoint checkpoint_;

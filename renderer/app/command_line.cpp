@@ -31,15 +31,16 @@ namespace {
 
 // An empty value (`--env "$UNSET"`) would later look like an absent option. Lists and named choices
 // are exempt: their own check reports the valid values.
-void refuse_empty_values(const CLI::App& app) {
+void reject_empty_values(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     const std::string type = option->get_type_name(), name = option->get_name(false, true);
-    const bool looked_up =
+    const bool is_named_choice =
         type == "LIST" || option->get_description().find("\n  ") != std::string::npos;
-    if (looked_up || std::ranges::find(option->results(), "") == option->results().end()) continue;
+    if (is_named_choice || std::ranges::find(option->results(), "") == option->results().end())
+      continue;
     throw UsageError("{} needs a value, and the one given is empty: {} {}", name, name, type);
   }
-  for (const CLI::App* sub : app.get_subcommands()) refuse_empty_values(*sub);
+  for (const CLI::App* sub : app.get_subcommands()) reject_empty_values(*sub);
 }
 
 // The options of every subcommand; only those of the chosen one are filled.
@@ -132,12 +133,12 @@ std::set<std::string, std::less<>>& option_names() {
   return names;
 }
 
-std::string spelled_as_option(std::string_view name) {
+std::string format_as_option(std::string_view name) {
   return option_names().contains(name) ? fmt::format("--{}", name) : "";
 }
 
 // From here on, messages and help texts name settings as command-line options.
-void spell_as_options(const std::vector<CLI::App*>& commands) {
+void use_option_names(const std::vector<CLI::App*>& commands) {
   std::vector<CLI::Option*> options;
   for (CLI::App* command : commands) {
     for (CLI::Option* option : command->get_options()) options.push_back(option);
@@ -145,11 +146,11 @@ void spell_as_options(const std::vector<CLI::App*>& commands) {
   for (const CLI::Option* option : options) {
     for (const std::string& name : option->get_lnames()) option_names().insert(name);
   }
-  spell_settings(spelled_as_option);
+  spell_settings(format_as_option);
   for (CLI::Option* option : options) {
-    option->description(spelled(option->get_description()));
-    option->option_text(spelled(option->get_option_text()));
-    option->default_str(spelled(option->get_default_str()));
+    option->description(spell_setting_names(option->get_description()));
+    option->option_text(spell_setting_names(option->get_option_text()));
+    option->default_str(spell_setting_names(option->get_default_str()));
   }
 }
 
@@ -198,11 +199,11 @@ const CLI::App& chosen_command(const CLI::App& root) {
 }
 
 CommandHelp help_of(const CLI::App& app) {
-  std::string above;
+  std::string parent_names;
   for (const CLI::App* parent = app.get_parent(); parent; parent = parent->get_parent()) {
-    above = parent->get_name() + " " + above;
+    parent_names = parent->get_name() + " " + parent_names;
   }
-  return command_help(app, above);
+  return command_help(app, parent_names);
 }
 
 }  // namespace
@@ -236,9 +237,9 @@ int run_command_line(int argc, char** argv) {
     for (CLI::App* each : all) add_common_options(*each, quiet, verbose);
     commands.insert(commands.end(), all.begin(), all.end());
   }
-  CLI::Option* explained = root.get_subcommand("help")->get_option("command");
-  explained->description(explained->get_description() + command_lines());
-  spell_as_options(commands);
+  CLI::Option* command_argument = root.get_subcommand("help")->get_option("command");
+  command_argument->description(command_argument->get_description() + command_lines());
+  use_option_names(commands);
 
   try {
     root.parse(argc, argv);
@@ -251,11 +252,11 @@ int run_command_line(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     throw_usage(root, error);
   }
-  for (const CLI::App* app : root.get_subcommands()) refuse_empty_values(*app);
+  for (const CLI::App* app : root.get_subcommands()) reject_empty_values(*app);
   set_log_level(quiet ? LogLevel::kQuiet : verbose ? LogLevel::kVerbose : LogLevel::kNormal);
   options.render.command_line = options.view.render.command_line =
       options.study.frame.command_line = options.merge.frame.command_line =
-          options.extend.more.command_line = shell_command(argc, argv);
+          options.extend.overrides.command_line = shell_command(argc, argv);
 
   if (version) {
     print_versions();

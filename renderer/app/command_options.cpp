@@ -169,7 +169,7 @@ const SettingChoice kPictureFormats[] = {
 
 // Frame options that the window and a session share.
 void add_live_options(CLI::App* app, RenderOptions& o,
-                      std::initializer_list<std::string_view> left_out) {
+                      std::initializer_list<std::string_view> excluded) {
   std::vector<SettingChoice> drivers = find_setting("driver")->choices;
   drivers.insert(drivers.begin(), {kLiveDriver,
                                    "bisection until every pixel has a sample, then adaptive; takes "
@@ -179,7 +179,7 @@ void add_live_options(CLI::App* app, RenderOptions& o,
   driver.brief = "rendering order: live, bucket, bisection or adaptive";
   add_name(app, "--driver", o.driver, "driver", driver, drivers);
   add_settings(app, o, {kEdits, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
-               left_out);
+               excluded);
   add_machine_options(app, o);
   add_flag(app, "--light-groups", o.light_groups,
            {.section = H::kLight,

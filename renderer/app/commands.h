@@ -99,9 +99,10 @@ int run_denoise(const DenoiseOptions& options);
 
 // `emberline extend`: continues a finished frame to more samples or a lower noise threshold.
 struct ExtendOptions {
-  std::string frame;   // a picture that was rendered with --resumable, or its checkpoint
-  std::string scene;   // where the scene is now; empty: unchanged
-  RenderOptions more;  // samples, threshold, outputs, threads and limits; the rest is `frame`'s
+  std::string frame;  // a picture that was rendered with --resumable, or its checkpoint
+  std::string scene;  // where the scene is now; empty: unchanged
+  RenderOptions
+      overrides;  // samples, threshold, outputs, threads and limits; the rest is `frame`'s
 };
 
 // Renders the missing samples, then replaces picture and checkpoint. Returns and throws as

@@ -63,10 +63,10 @@ void print_table(const CompareOptions& options, const RgbImage& image,
   for (const MetricRow& row : kMetrics) {
     line(row.key, fmt::format("{:.6g}", metrics.*row.value), row.meaning);
   }
-  const double share = 100.0 / (double(image.width) * double(image.height));
-  line(
-      "different_pixels", std::to_string(metrics.different_pixels),
-      fmt::format("pixels whose bits differ ({:.4g} %)", double(metrics.different_pixels) * share));
+  const double percent_per_pixel = 100.0 / (double(image.width) * double(image.height));
+  line("different_pixels", std::to_string(metrics.different_pixels),
+       fmt::format("pixels whose bits differ ({:.4g} %)",
+                   double(metrics.different_pixels) * percent_per_pixel));
   line("non_finite", std::to_string(metrics.non_finite),
        metrics.non_finite == 0 ? "pixels with a NaN or infinity"
                                : "pixels with a NaN or infinity, left out of the metrics above");

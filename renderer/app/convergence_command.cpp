@@ -30,15 +30,15 @@ std::string table(const Curves& curves) {
       fmt::format("{:<14}{:<20}{:>8}{:>10}", "sampler", "integrand", "order", "expected");
   const auto out = std::back_inserter(text);
   const std::vector<uint32_t>& counts = curves.front().counts;
-  const size_t shown[] = {0, counts.size() / 2, counts.size() - 1};
-  for (const size_t n : shown) {
+  const size_t column_indices[] = {0, counts.size() / 2, counts.size() - 1};
+  for (const size_t n : column_indices) {
     fmt::format_to(out, "{:>14}", fmt::format("at N = {}", counts[n]));
   }
   text += "\n";
   for (const ConvergenceCurve& curve : curves) {
     fmt::format_to(out, "{:<14}{:<20}{:>8.2f}{:>10}", curve.sampler, curve.integrand, curve.order,
                    curve.expected ? fmt::format("{:.2f}", *curve.expected) : "-");
-    for (const size_t n : shown) fmt::format_to(out, "{:>14.3e}", curve.variance[n]);
+    for (const size_t n : column_indices) fmt::format_to(out, "{:>14.3e}", curve.variance[n]);
     text += "\n";
   }
   return text;

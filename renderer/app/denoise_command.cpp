@@ -29,7 +29,7 @@ class InputRows {
     const std::vector<std::string>& names = file_.image().channel_names;
     for (size_t c = 0; c < names.size(); ++c) {
       if (names[c].starts_with("denoised.")) continue;
-      kept_.push_back(c);
+      channel_indices_.push_back(c);
       channels_.push_back(names[c]);
     }
   }
@@ -38,7 +38,7 @@ class InputRows {
   const std::vector<std::string>& channels() const { return channels_; }
 
   // Stores the channels as the frame's header says they were stored.
-  static void store_as_before(ExrHeader& header) {
+  static void restore_storage(ExrHeader& header) {
     std::vector<std::string> half;
     for (const auto& [name, text] : header.attributes) {
       const auto choose = [&text](const auto& table, auto& choice) {
@@ -63,12 +63,12 @@ class InputRows {
 
   void read(int rows, std::vector<float>& pixels) {
     const size_t all = file_.image().channel_names.size();
-    if (kept_.size() == all) return file_.read(rows, pixels);
-    file_.read(rows, read_);
-    pixels.resize(read_.size() / all * kept_.size());
+    if (channel_indices_.size() == all) return file_.read(rows, pixels);
+    file_.read(rows, file_pixels_);
+    pixels.resize(file_pixels_.size() / all * channel_indices_.size());
     float* next = pixels.data();
-    for (size_t i = 0; i < read_.size(); i += all) {
-      for (const size_t c : kept_) *next++ = read_[i + c];
+    for (size_t i = 0; i < file_pixels_.size(); i += all) {
+      for (const size_t c : channel_indices_) *next++ = file_pixels_[i + c];
     }
   }
 
@@ -80,43 +80,44 @@ class InputRows {
                         .tile_size = file_.tile_size(),
                         .channels = {},
                         .view = file_.view(),
-                        .attributes = file_.texts()};
-    for (const size_t c : kept_) {
+                        .attributes = file_.text_attributes()};
+    for (const size_t c : channel_indices_) {
       header.channels.push_back(
           {image.channel_names[c], file_.is_counter(c) ? ChannelType::kUint : ChannelType::kFloat});
     }
     for (const std::string& name : denoise_results(channels_)) header.channels.push_back({name});
-    store_as_before(header);
+    restore_storage(header);
     return header;
   }
 
  private:
   FloatImageRows file_;
-  std::vector<size_t> kept_;
+  std::vector<size_t> channel_indices_;
   std::vector<std::string> channels_;
-  std::vector<float> read_;
+  std::vector<float> file_pixels_;
 };
 
 void check_channels(const std::string& path, const std::vector<std::string>& channels) {
   const std::vector<std::string> missing = missing_denoise_channels(channels);
   if (missing.empty()) return;
-  constexpr size_t kMostNamed = 6;
-  const auto named = std::span(missing).first(std::min(kMostNamed, missing.size()));
+  constexpr size_t kMaxListed = 6;
+  const auto named = std::span(missing).first(std::min(kMaxListed, missing.size()));
   throw InputError(path, "it has no channels {}{}; render it with --aov denoising",
-                   fmt::join(named, ", "), missing.size() > kMostNamed ? " and more" : "");
+                   fmt::join(named, ", "), missing.size() > kMaxListed ? " and more" : "");
 }
 
 // The result has one picture's channels; those of other parts would be lost.
 void check_parts(const std::string& path, const std::vector<ImagePart>& parts) {
-  const auto apart = std::ranges::find(parts, -1, &ImagePart::first);
-  if (apart == parts.end()) return;
+  const auto mismatched = std::ranges::find(parts, -1, &ImagePart::first);
+  if (mismatched == parts.end()) return;
   throw InputError(path, "its part {} differs from the first in size, or repeats its channel names",
-                   apart->name);
+                   mismatched->name);
 }
 
-bool says(const FloatImageRows& file, const char* name) {
-  return std::ranges::find(file.texts(), std::pair<std::string, std::string>(name, "yes")) !=
-         file.texts().end();
+bool is_marked(const FloatImageRows& file, const char* name) {
+  return std::ranges::find(file.text_attributes(),
+                           std::pair<std::string, std::string>(name, "yes")) !=
+         file.text_attributes().end();
 }
 
 // The output files, opened before denoising and written during it.
@@ -134,7 +135,7 @@ class Results {
       }
       images_.push_back(
           std::make_unique<DisplayImageWriter>(path, rows.file().image().data_window, transform,
-                                               says(rows.file(), "emberline:transparent")));
+                                               is_marked(rows.file(), "emberline:transparent")));
     }
   }
 

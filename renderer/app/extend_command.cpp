@@ -21,9 +21,9 @@ int run_extend(const ExtendOptions& options) {
   const RecordFile file(checkpoint);
   const nlohmann::json head = parse_json(file.head(), checkpoint);
 
-  RenderOptions render = options.more;
+  RenderOptions render = options.overrides;
   static_cast<FrameSettings&>(render) = stored_settings(head, checkpoint);
-  extend_settings(options.more, checkpoint, render);
+  extend_settings(options.overrides, checkpoint, render);
   if (!options.scene.empty()) render.scene = options.scene;
   if (render.outputs.empty()) {
     if (!checkpoint.ends_with(kCheckpointSuffix)) {

@@ -24,7 +24,7 @@ struct FrameSpan {
   int64_t count() const { return std::abs(int64_t(last) - first) / step + 1; }
 };
 
-[[noreturn]] void refuse_frames(std::string_view text, std::string_view why) {
+[[noreturn]] void throw_invalid_frames(std::string_view text, std::string_view why) {
   throw UsageError(fmt::format("--frames: '{}' {}", shortened(text), why));
 }
 
@@ -43,14 +43,14 @@ FrameSpan parse_span(std::string_view item) {
   const std::string_view range = item.substr(0, x);
   if (x != std::string_view::npos) {
     const auto step = frame_number(item.substr(x + 1));
-    if (!step || *step < 1) refuse_frames(item, kValid);
+    if (!step || *step < 1) throw_invalid_frames(item, kValid);
     span.step = *step;
   }
   const size_t dash = range.find('-', 1);  // the first may be a sign
   const auto first = frame_number(range.substr(0, dash));
   const auto last = dash == std::string_view::npos ? first : frame_number(range.substr(dash + 1));
   if (!first || !last || (dash == std::string_view::npos && x != std::string_view::npos)) {
-    refuse_frames(item, kValid);
+    throw_invalid_frames(item, kValid);
   }
   span.first = *first;
   span.last = *last;
@@ -79,7 +79,7 @@ void check_names(const RenderOptions& options, std::span<const int> frames) {
   size_t count = 0;
   visit_outputs(options, [&](const char* option, const std::string& path) {
     ++count;
-    if (is_numbered(path)) return;
+    if (has_frame_number(path)) return;
     std::filesystem::path example = path;
     example.replace_extension(".####" + example.extension().string());
     throw UsageError(
@@ -91,9 +91,9 @@ void check_names(const RenderOptions& options, std::span<const int> frames) {
   std::unordered_set<std::string> names;
   for (const int frame : frames) {
     visit_outputs(options, [&](const char* option, const std::string& path) {
-      if (names.insert(numbered(path, frame)).second) return;
+      if (names.insert(expand_frame_number(path, frame)).second) return;
       throw UsageError("{} {}: for frame {} this is {}, which is already an output", option, path,
-                       frame, numbered(path, frame));
+                       frame, expand_frame_number(path, frame));
     });
   }
 }
@@ -102,26 +102,26 @@ void check_names(const RenderOptions& options, std::span<const int> frames) {
 
 std::vector<int> parse_frames(std::string_view text) {
   std::vector<int> frames;
-  std::unordered_set<int> taken;
+  std::unordered_set<int> listed;
   int64_t count = 0;  // repeats included: a short text may repeat a long range
   for (size_t begin = 0; begin <= text.size();) {
     const size_t end = std::min(text.find(',', begin), text.size());
     const FrameSpan span = parse_span(trimmed(text.substr(begin, end - begin)));
     begin = end + 1;
     count += span.count();
-    if (count > int64_t(kMostFrames)) {
-      refuse_frames(text, fmt::format("has more than {} frames", kMostFrames));
+    if (count > int64_t(kMaxFrames)) {
+      throw_invalid_frames(text, fmt::format("has more than {} frames", kMaxFrames));
     }
     const int64_t step = span.last < span.first ? -span.step : span.step;
     for (int64_t i = 0; i < span.count(); ++i) {
       const auto frame = int(span.first + i * step);
-      if (taken.insert(frame).second) frames.push_back(frame);
+      if (listed.insert(frame).second) frames.push_back(frame);
     }
   }
   return frames;
 }
 
-std::string frames_text(std::span<const int> frames) {
+std::string format_frames(std::span<const int> frames) {
   std::string text;
   for (size_t i = 0, end = 0; i < frames.size(); i = end) {
     end = i + 1;
@@ -135,9 +135,9 @@ std::string frames_text(std::span<const int> frames) {
   return text;
 }
 
-bool is_numbered(std::string_view name) { return name.find('#') != std::string_view::npos; }
+bool has_frame_number(std::string_view name) { return name.find('#') != std::string_view::npos; }
 
-std::string numbered(std::string_view name, int frame) {
+std::string expand_frame_number(std::string_view name, int frame) {
   std::string result;
   while (!name.empty()) {
     const size_t begin = std::min(name.find('#'), name.size());
@@ -149,7 +149,7 @@ std::string numbered(std::string_view name, int frame) {
   return result;
 }
 
-std::vector<int> frames_of(const RenderOptions& options) {
+std::vector<int> requested_frames(const RenderOptions& options) {
   std::vector<int> frames = options.frames;
   if (frames.empty() && options.turntable && !options.turntable->frame && !options.frame) {
     for (uint32_t i = 1; i <= options.turntable->count; ++i) frames.push_back(int(i));
@@ -163,26 +163,27 @@ void check_output_folders(const RenderOptions& options, int first) {
   if (!options.save_settings.empty()) check_writable(options.save_settings);
   visit_outputs(options, [&](std::string_view option, const std::string& path) {
     const std::string folder = std::filesystem::path(path).parent_path().string();
-    if (is_numbered(folder)) return;  // each frame has its own
+    if (has_frame_number(folder)) return;  // each frame has its own
     // The folder of snapshots may exist already; with --skip-existing, so may all files of the
     // range.
-    const bool may_be_there = options.skip_existing || option == "--snapshots";
-    const int mode = may_be_there ? F_OK : W_OK | X_OK;
+    const bool may_exist = options.skip_existing || option == "--snapshots";
+    const int mode = may_exist ? F_OK : W_OK | X_OK;
     if (::access(folder.empty() ? "." : folder.c_str(), mode) == 0) return;
-    check_writable(numbered(path, first));
+    check_writable(expand_frame_number(path, first));
   });
 }
 
 RenderOptions options_of_frame(const RenderOptions& options, int frame) {
-  RenderOptions own = options;
-  own.frames.clear();
-  own.command_line += fmt::format(" --frames {}", frame);  // the last --frames wins
-  visit_outputs(own, [&](const char*, std::string& path) { path = numbered(path, frame); });
-  own.reference = numbered(own.reference, frame);
-  if (own.turntable) own.turntable->frame = frame;
+  RenderOptions adjusted = options;
+  adjusted.frames.clear();
+  adjusted.command_line += fmt::format(" --frames {}", frame);  // the last --frames wins
+  visit_outputs(adjusted,
+                [&](const char*, std::string& path) { path = expand_frame_number(path, frame); });
+  adjusted.reference = expand_frame_number(adjusted.reference, frame);
+  if (adjusted.turntable) adjusted.turntable->frame = frame;
   // A turntable shows the scene at rest, unless an animation is requested.
-  if (!own.turntable || !own.animation.empty()) own.frame = frame;
-  return own;
+  if (!adjusted.turntable || !adjusted.animation.empty()) adjusted.frame = frame;
+  return adjusted;
 }
 
 }  // namespace emberline

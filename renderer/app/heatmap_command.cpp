@@ -12,8 +12,8 @@ namespace emberline {
 int run_heatmap(const HeatmapOptions& options) {
   const WorkerThreads workers(0);
   const HeatmapQuantity& quantity = find_heatmap_quantity(options.quantity, "--of");
-  const HeatmapQuantity* const asked[] = {&quantity};
-  check_heatmap_style(options.style, asked);
+  const HeatmapQuantity* const quantities[] = {&quantity};
+  check_heatmap_style(options.style, quantities);
   check_heatmap_format("-o", options.output, {});
   FileRegister files;
   files.read(options.image, "it is the picture itself");

@@ -10,7 +10,7 @@
 namespace emberline {
 namespace {
 
-const CommandHelp* find_below(const CommandHelp& command, const std::string& word) {
+const CommandHelp* find_subcommand(const CommandHelp& command, const std::string& word) {
   const auto found =
       std::ranges::find(command.commands, command.name + " " + word, &CommandHelp::name);
   return found == command.commands.end() ? nullptr : &*found;
@@ -27,8 +27,8 @@ int run_help(const HelpOptions& options) {
   const CommandHelp root = command_help(*options.root);
   const CommandHelp* command = &root;
   for (size_t i = 0; i < words.size(); ++i) {
-    if (const CommandHelp* below = find_below(*command, words[i])) {
-      command = below;
+    if (const CommandHelp* subcommand = find_subcommand(*command, words[i])) {
+      command = subcommand;
       continue;
     }
     if (command->is_root()) {

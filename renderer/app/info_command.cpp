@@ -117,12 +117,12 @@ Json describe(const SceneDescription& scene) {
   return json;
 }
 
-std::string plain(const Json& name) { return printable(name.get<std::string>()); }
+std::string printable_text(const Json& name) { return printable(name.get<std::string>()); }
 
 void append_list(std::string& text, const char* title, const Json& names) {
   if (names.empty()) return;
   text += title + std::string("\n");
-  for (const Json& name : names) text += "  " + plain(name) + "\n";
+  for (const Json& name : names) text += "  " + printable_text(name) + "\n";
 }
 
 void append_animations(std::string& text, const Json& animations) {
@@ -133,24 +133,24 @@ void append_animations(std::string& text, const Json& animations) {
       {"without_effect", "channels without effect"}};
   size_t index = 0;
   for (const Json& animation : animations) {
-    text += fmt::format("animation {} '{}' {:.6g} s", index++, plain(animation["name"]),
+    text += fmt::format("animation {} '{}' {:.6g} s", index++, printable_text(animation["name"]),
                         animation["duration_s"].get<double>());
     for (const auto& [member, what] : kCounts) {
       const auto count = animation[member].get<size_t>();
       if (count > 0) text += fmt::format(", {} {}", count, what);
     }
-    if (animation.contains("fault")) text += "; unusable: " + plain(animation["fault"]);
+    if (animation.contains("fault")) text += "; unusable: " + printable_text(animation["fault"]);
     text += "\n";
   }
 }
 
-std::string as_text(const Json& j) {
+std::string format_info(const Json& j) {
   std::string text;
   const auto print = [&text](fmt::string_view format, const auto&... values) {
     fmt::vformat_to(std::back_inserter(text), format, fmt::make_format_args(values...));
   };
-  print("{}", plain(j["file"]));
-  const std::string generator = plain(j["generator"]);
+  print("{}", printable_text(j["file"]));
+  const std::string generator = printable_text(j["generator"]);
   print("{}\n", generator.empty() ? "" : "  (" + generator + ")");
   print("meshes {}, instances {}, triangles {} ({} placed), materials {}\n",
         j["meshes"].get<size_t>(), j["instances"].get<size_t>(),
@@ -163,17 +163,19 @@ std::string as_text(const Json& j) {
   }
   for (const Json& image : j["images"]) {
     print("image {} x {} x {} {}  {}\n", image["width"].get<int>(), image["height"].get<int>(),
-          image["channels"].get<int>(), plain(image["type"]), plain(image["name"]));
+          image["channels"].get<int>(), printable_text(image["type"]),
+          printable_text(image["name"]));
   }
-  for (const Json& variant : j["variants"]) print("variant '{}'\n", plain(variant["name"]));
+  for (const Json& variant : j["variants"])
+    print("variant '{}'\n", printable_text(variant["name"]));
   for (const Json& camera : j["cameras"]) {
-    print("camera '{}' {}", plain(camera["name"]), plain(camera["type"]));
-    const bool is_known = !camera.contains("node") || camera["node"] == camera["name"];
-    print("{}\n", is_known ? "" : ", node '" + plain(camera["node"]) + "'");
-    if (camera.contains("fault")) print("  {}\n", plain(camera["fault"]));
+    print("camera '{}' {}", printable_text(camera["name"]), printable_text(camera["type"]));
+    const bool is_same_name = !camera.contains("node") || camera["node"] == camera["name"];
+    print("{}\n", is_same_name ? "" : ", node '" + printable_text(camera["node"]) + "'");
+    if (camera.contains("fault")) print("  {}\n", printable_text(camera["fault"]));
   }
   for (const Json& light : j["lights"]) {
-    print("light '{}' {}", plain(light["name"]), plain(light["type"]));
+    print("light '{}' {}", printable_text(light["name"]), printable_text(light["type"]));
     if (light.contains("range")) print(", range {:.6g} m", light["range"].get<double>());
     text += "\n";
   }
@@ -204,7 +206,7 @@ int run_info(const InfoOptions& options) {
   build_options.bvh = false;
   json["features"] = build_scene(std::move(scene), build_options, progress)->features();
   print_result(options.json ? json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"
-                            : as_text(json));
+                            : format_info(json));
   return kExitDone;
 }
 

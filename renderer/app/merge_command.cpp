@@ -18,7 +18,7 @@ namespace emberline {
 namespace {
 
 // The frame's settings with this run's outputs.
-RenderOptions options_of(const MergeOptions& merge, const FrameMerge& frame) {
+RenderOptions merged_options(const MergeOptions& merge, const FrameMerge& frame) {
   RenderOptions options = merge.frame;
   static_cast<FrameSettings&>(options) = frame.settings();
   for (const HeatmapRequest& heatmap : heatmap_requests(options)) {
@@ -36,17 +36,17 @@ int run_merge(const MergeOptions& merge) {
   if (merge.frame.outputs.empty())
     throw UsageError("merge needs an output: -o FILE.exr (or .png, .jpg)");
   const Stopwatch clock;
-  allow_many_files();  // every part stays open
+  raise_open_file_limit();  // every part stays open
   const WorkerThreads workers(merge.frame.threads);
   const LoadLimits limits = limits_of(merge.frame.limits, merge.parts.front());
   FrameMerge frame(merge.parts, merge.allow_holes, merge.strict, *limits.memory);
-  RenderOptions options = options_of(merge, frame);
+  RenderOptions options = merged_options(merge, frame);
   const Rect& crop = frame.first().plan().crop;
   FileRegister files;
   for (const std::string& part : merge.parts) files.read(part, "it is one of the parts");
   check_output_paths(options, crop, files);
   for (const std::string& path : options.reports) check_writable(path);
-  options.scene = text_in(frame.first().head(), "files", "scene");
+  options.scene = find_text(frame.first().head(), "files", "scene");
 
   const StopRequest stop;
   const OutputSettings settings = output_settings(options, crop);
@@ -68,17 +68,17 @@ int run_merge(const MergeOptions& merge) {
   report.threads = workers.count();
   report.budget = limits.memory;
   report.error_estimate = frame.error_estimate();
-  if (!frame.first().plan().even) report.estimator = options.estimator;
+  if (!frame.first().plan().is_uniform) report.estimator = options.estimator;
   report.passes.push_back({0, report.counters.samples, report.error_estimate});
   for (const auto& part : frame.frames()) {
-    report.parts.push_back({part->path(), text_in(part->head(), "machine", "host"),
-                            text_in(part->head(), "machine", "instruction sets")});
+    report.parts.push_back({part->path(), find_text(part->head(), "machine", "host"),
+                            find_text(part->head(), "machine", "instruction sets")});
   }
   WriteAttempts attempts;
-  outputs.finish({frame.complete(), report.counters.samples, report.counters.clamped.share()},
+  outputs.finish({frame.complete(), report.counters.samples, report.counters.clamped.fraction()},
                  attempts);
-  warn_of_non_finite(report.counters, options.seed);
-  warn_of_optics(report.counters.optics);
+  warn_about_non_finite(report.counters, options.seed);
+  warn_about_optics(report.counters.optics);
   report.failed_outputs = attempts.failed();
   report.exit_code = attempts.failed().empty() ? kExitDone : kExitRenderFailed;
   report.warnings = warnings_so_far();

@@ -37,9 +37,9 @@ int terminal_columns() {
 // "[====    ] text" in at most `columns`, because a line that wraps could not be overwritten. A
 // narrow terminal loses the bar first, then the end of the text.
 std::string bar_line(double fraction, std::string text, int columns) {
-  constexpr int kFullWidth = 30, kLeastWidth = 5;
+  constexpr int kFullWidth = 30, kMinWidth = 5;
   const int width = std::min(kFullWidth, columns - 1 - int(text.size()) - 3);
-  if (width < kLeastWidth) return text.substr(0, size_t(std::max(0, columns - 1)));
+  if (width < kMinWidth) return text.substr(0, size_t(std::max(0, columns - 1)));
   std::string bar(size_t(fraction * width), '=');
   bar.resize(size_t(width), ' ');
   return "[" + bar + "] " + text;
@@ -58,27 +58,27 @@ ProgressDisplay::ProgressDisplay(uint64_t samples_total, StopRequest& stop,
       label_(label.empty() ? "" : std::move(label) + "  "),
       file_(file),
       start_(std::chrono::steady_clock::now()),
-      shown_(log_level() != LogLevel::kQuiet),
-      terminal_(is_capable_terminal()) {
-  if (shown_ && terminal_) {
-    set_log_interrupt([] { std::fputs("\r\033[K", stderr); }, nullptr);
+      is_visible_(log_level() != LogLevel::kQuiet),
+      is_terminal_(is_capable_terminal()) {
+  if (is_visible_ && is_terminal_) {
+    set_log_hooks([] { std::fputs("\r\033[K", stderr); }, nullptr);
   }
-  thread_ = std::jthread([this](const std::stop_token& over) { run(over); });
-  if (file_) file_->watch([this] { return now(); });
+  thread_ = std::jthread([this](const std::stop_token& thread_stop) { run(thread_stop); });
+  if (file_) file_->set_source([this] { return now(); });
 }
 
 ProgressDisplay::~ProgressDisplay() {
-  if (file_) file_->watch(nullptr);
+  if (file_) file_->set_source(nullptr);
   thread_.request_stop();
   thread_.join();
-  set_log_interrupt(nullptr, nullptr);
-  if (shown_ && terminal_) {
+  set_log_hooks(nullptr, nullptr);
+  if (is_visible_ && is_terminal_) {
     std::fputs("\r\033[K", stderr);
     std::fflush(stderr);
   }
 }
 
-void ProgressDisplay::stop_if_asked() {
+void ProgressDisplay::check_stop() {
   if (stop_signalled() && stop_.request(PixelStop::kUser)) {
     log_info("stopping and writing the picture so far; interrupt again to end at once");
   }
@@ -91,29 +91,29 @@ void ProgressDisplay::stop_if_asked() {
   }
 }
 
-void ProgressDisplay::run(const std::stop_token& over) {
+void ProgressDisplay::run(const std::stop_token& thread_stop) {
   // 20 ms makes a stop feel immediate and costs nothing.
-  constexpr auto kPoll = std::chrono::milliseconds(20);
-  constexpr double kLongestWait = 1e9;  // seconds; more would overflow the clock
+  constexpr auto kPollInterval = std::chrono::milliseconds(20);
+  constexpr double kMaxWait = 1e9;  // seconds; more would overflow the clock
   const auto limit =
-      start_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                   Seconds(std::min({time_limit_s_.value_or(kLongestWait),
-                                     allotted_s_.value_or(kLongestWait), kLongestWait})));
-  const auto next_look = [&] {
-    const auto poll = std::chrono::steady_clock::now() + kPoll;
+      start_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(Seconds(std::min(
+                   {time_limit_s_.value_or(kMaxWait), allotted_s_.value_or(kMaxWait), kMaxWait})));
+  const auto next_poll = [&] {
+    const auto poll = std::chrono::steady_clock::now() + kPollInterval;
     return stop_.cause() == PixelStop::kNone ? std::min(poll, limit) : poll;
   };
   int polls = 0;
   std::unique_lock lock(mutex_);
-  while (!wake_.wait_until(lock, over, next_look(), [&] { return over.stop_requested(); })) {
-    stop_if_asked();
-    if (shown_ && ++polls % 5 == 0) draw();
+  while (!wake_.wait_until(lock, thread_stop, next_poll(),
+                           [&] { return thread_stop.stop_requested(); })) {
+    check_stop();
+    if (is_visible_ && ++polls % 5 == 0) draw();
   }
 }
 
 double ProgressDisplay::fraction(uint64_t done) const {
   if (total_ > 0) return double(done) / double(total_);
-  return std::min(1.0, share_.load(std::memory_order_relaxed));
+  return std::min(1.0, fraction_.load(std::memory_order_relaxed));
 }
 
 RenderProgress ProgressDisplay::now() const {
@@ -122,17 +122,17 @@ RenderProgress ProgressDisplay::now() const {
   if (total_ > 0) now.samples = std::min(now.samples, total_);
   now.elapsed_s = Seconds(std::chrono::steady_clock::now() - start_).count();
   now.done = fraction(now.samples);
-  const double before = total_ > 0
-                            ? double(earlier_.load(std::memory_order_relaxed)) / double(total_)
-                            : earlier_share_.load(std::memory_order_relaxed);
-  if (now.done > before && now.done < 1) {
-    now.left_s = now.elapsed_s * (1 - now.done) / (now.done - before);
+  const double resumed_fraction =
+      total_ > 0 ? double(resumed_samples_.load(std::memory_order_relaxed)) / double(total_)
+                 : resumed_fraction_.load(std::memory_order_relaxed);
+  if (now.done > resumed_fraction && now.done < 1) {
+    now.left_s = now.elapsed_s * (1 - now.done) / (now.done - resumed_fraction);
   }
   return now;
 }
 
 std::string ProgressDisplay::line(const RenderProgress& now) const {
-  const uint64_t earlier = std::min(now.samples, earlier_.load(std::memory_order_relaxed));
+  const uint64_t earlier = std::min(now.samples, resumed_samples_.load(std::memory_order_relaxed));
   const double rate = now.elapsed_s > 0 ? double(now.samples - earlier) / now.elapsed_s : 0.0;
   if (total_ == 0 && now.done == 0) {  // no known total: a noise threshold ends the frame
     return fmt::format("{}{:.1f} M samples  {}  ({:.2f} M samples/s)", label_,
@@ -146,7 +146,7 @@ std::string ProgressDisplay::line(const RenderProgress& now) const {
 
 void ProgressDisplay::draw() {
   const RenderProgress now = this->now();
-  if (terminal_) {
+  if (is_terminal_) {
     std::fprintf(stderr, "\r%s\033[K", bar_line(now.done, line(now), terminal_columns()).c_str());
     std::fflush(stderr);
     return;
@@ -154,9 +154,9 @@ void ProgressDisplay::draw() {
   // Piped into a log: a line for every tenth of the frame (every ten seconds if the total is not
   // known), and at least one a minute.
   const int tenth = now.done > 0 || total_ > 0 ? int(10 * now.done) : int(now.elapsed_s / 10.0);
-  if (tenth > last_tenth_ || now.elapsed_s > last_line_ + 60.0) {
+  if (tenth > last_tenth_ || now.elapsed_s > last_line_s_ + 60.0) {
     last_tenth_ = tenth;
-    last_line_ = now.elapsed_s;
+    last_line_s_ = now.elapsed_s;
     log_info("rendering " + line(now));
   }
 }

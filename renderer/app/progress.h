@@ -31,38 +31,38 @@ class ProgressDisplay {
   // Called from any thread.
   void add(uint64_t samples) { done_.fetch_add(samples, std::memory_order_relaxed); }
   // For frames without a known number of samples: adds a finished fraction of the whole work.
-  void add_share(double share) { share_.fetch_add(share, std::memory_order_relaxed); }
+  void add_fraction(double delta) { fraction_.fetch_add(delta, std::memory_order_relaxed); }
   // Adds the work of an earlier run, which counts as done but not towards the rate or the time
   // left.
-  void add_earlier(uint64_t samples, double share) {
-    earlier_.fetch_add(samples, std::memory_order_relaxed);
-    earlier_share_.fetch_add(share, std::memory_order_relaxed);
+  void add_resumed(uint64_t samples, double delta) {
+    resumed_samples_.fetch_add(samples, std::memory_order_relaxed);
+    resumed_fraction_.fetch_add(delta, std::memory_order_relaxed);
     add(samples);
-    add_share(share);
+    add_fraction(delta);
   }
   RenderProgress now() const;
 
  private:
-  void run(const std::stop_token& over);
-  void stop_if_asked();
+  void run(const std::stop_token& thread_stop);
+  void check_stop();
   void draw();
   double fraction(uint64_t done) const;  // of the whole; 0 if unknown
   std::string line(const RenderProgress& now) const;
 
   const uint64_t total_;
   std::atomic<uint64_t> done_{0};
-  std::atomic<double> share_{0.0};
-  std::atomic<uint64_t> earlier_{0};
-  std::atomic<double> earlier_share_{0.0};
+  std::atomic<double> fraction_{0.0};
+  std::atomic<uint64_t> resumed_samples_{0};
+  std::atomic<double> resumed_fraction_{0.0};
   StopRequest& stop_;
   const std::optional<double> time_limit_s_, allotted_s_;
   const std::string label_;  // followed by blanks
   ProgressFile* const file_;
   const std::chrono::steady_clock::time_point start_;
-  bool shown_;
-  bool terminal_;
+  bool is_visible_;
+  bool is_terminal_;
   int last_tenth_ = 0;
-  double last_line_ = 0.0;  // seconds
+  double last_line_s_ = 0.0;  // seconds
   std::mutex mutex_;
   std::condition_variable_any wake_;
   std::jthread thread_;

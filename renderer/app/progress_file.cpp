@@ -16,10 +16,10 @@
 
 namespace emberline {
 
-bool is_other_file(const std::string& path) {
+bool is_foreign_file(const std::string& path) {
   constexpr std::string_view kBegin = "{\n  \"state\": \"";
   try {
-    const auto file = InputFile::open_if_there(path);
+    const auto file = InputFile::try_open(path);
     std::string begin(kBegin.size(), '\0');
     return file && file->try_read(0, begin.size(), begin.data()) > 0 && begin != kBegin;
   } catch (const InputError&) {  // not a regular file, or unreadable
@@ -35,38 +35,39 @@ ProgressFile::~ProgressFile() {
   if (thread_.joinable()) finish(kExitRenderFailed);
 }
 
-void ProgressFile::watch(std::function<RenderProgress()> source) {
+void ProgressFile::set_source(std::function<RenderProgress()> source) {
   const std::lock_guard lock(mutex_);
-  if (source_) last_ = source_();
+  if (source_) current_ = source_();
   source_ = std::move(source);
 }
 
-std::string FramePlace::text() const {
+std::string FramePosition::text() const {
   return fmt::format("frame {} ({} of {})", frame, index, count);
 }
 
-void ProgressFile::begin_frame(const FramePlace& place) {
+void ProgressFile::begin_frame(const FramePosition& frame_position) {
   const std::lock_guard lock(mutex_);
-  if (place_) {
-    earlier_.done += 1;
-    earlier_.samples += last_.samples;
-    earlier_.elapsed_s += last_.elapsed_s;
+  if (position_) {
+    earlier_frames_.done += 1;
+    earlier_frames_.samples += current_.samples;
+    earlier_frames_.elapsed_s += current_.elapsed_s;
   }
-  last_ = {};
-  place_ = place;
+  current_ = {};
+  position_ = frame_position;
 }
 
-RenderProgress ProgressFile::whole() const {
-  if (!place_) return last_;
-  RenderProgress whole;
-  const double behind = double(place_->index - 1) + std::clamp(last_.done, 0.0, 1.0);
-  const double rendered = earlier_.done + std::clamp(last_.done, 0.0, 1.0);
-  const double left = double(place_->count) - behind;
-  whole.done = behind / double(place_->count);
-  whole.samples = earlier_.samples + last_.samples;
-  whole.elapsed_s = earlier_.elapsed_s + last_.elapsed_s;
-  if (rendered > 0 && !ending_) whole.left_s = whole.elapsed_s * left / rendered;
-  return whole;
+RenderProgress ProgressFile::range_progress() const {
+  if (!position_) return current_;
+  RenderProgress range_progress;
+  const double finished_frames = double(position_->index - 1) + std::clamp(current_.done, 0.0, 1.0);
+  const double rendered = earlier_frames_.done + std::clamp(current_.done, 0.0, 1.0);
+  const double left = double(position_->count) - finished_frames;
+  range_progress.done = finished_frames / double(position_->count);
+  range_progress.samples = earlier_frames_.samples + current_.samples;
+  range_progress.elapsed_s = earlier_frames_.elapsed_s + current_.elapsed_s;
+  if (rendered > 0 && !is_finishing_)
+    range_progress.left_s = range_progress.elapsed_s * left / rendered;
+  return range_progress;
 }
 
 void ProgressFile::finish(int exit_code) {
@@ -74,14 +75,14 @@ void ProgressFile::finish(int exit_code) {
     const std::lock_guard lock(mutex_);
     state_ = exit_code == kExitDone ? "done" : exit_code == kExitStopped ? "stopped" : "failed";
     if (exit_code == kExitDone) {
-      if (place_) place_->index = place_->count;
-      last_.done = 1;
-      last_.left_s = 0;
+      if (position_) position_->index = position_->count;
+      current_.done = 1;
+      current_.left_s = 0;
     } else {
-      last_.left_s.reset();
+      current_.left_s.reset();
     }
     source_ = nullptr;
-    ending_ = true;
+    is_finishing_ = true;
   }
   wake_.notify_all();
   thread_.join();
@@ -91,18 +92,18 @@ void ProgressFile::run() {
   constexpr auto kInterval = std::chrono::seconds(2);
   std::unique_lock lock(mutex_);
   for (bool last = false; !last;) {
-    last = ending_;
+    last = is_finishing_;
     const std::string text = this->text();
     lock.unlock();
     write(text);
     lock.lock();
-    if (!last) wake_.wait_for(lock, kInterval, [&] { return ending_; });
+    if (!last) wake_.wait_for(lock, kInterval, [&] { return is_finishing_; });
   }
 }
 
 std::string ProgressFile::text() {
-  if (source_) last_ = source_();
-  const RenderProgress now = whole();
+  if (source_) current_ = source_();
+  const RenderProgress now = range_progress();
   nlohmann::ordered_json json = {
       {"state", state_},
       {"done", std::clamp(now.done, 0.0, 1.0)},
@@ -113,11 +114,11 @@ std::string ProgressFile::text() {
       {"pid", getpid()},
       {"written", fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr)))}};
   if (now.left_s) json["left_s"] = *now.left_s;
-  if (place_) {
-    json["frame"] = {{"number", place_->frame},
-                     {"index", place_->index},
-                     {"count", place_->count},
-                     {"done", std::clamp(last_.done, 0.0, 1.0)}};
+  if (position_) {
+    json["frame"] = {{"number", position_->frame},
+                     {"index", position_->index},
+                     {"count", position_->count},
+                     {"done", std::clamp(current_.done, 0.0, 1.0)}};
   }
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }

@@ -20,7 +20,7 @@ struct RenderProgress {
 };
 
 // The position of a frame in a range.
-struct FramePlace {
+struct FramePosition {
   int frame = 0;                // its number
   size_t index = 1, count = 1;  // `index` starts at 1
 
@@ -28,7 +28,7 @@ struct FramePlace {
 };
 
 // Whether `path` is a regular file that was not written by a ProgressFile.
-bool is_other_file(const std::string& path);
+bool is_foreign_file(const std::string& path);
 
 // A JSON file that a thread of its own writes every two seconds, so that a slow disk delays nothing
 // else: {"state", "done", "samples", "elapsed_s", "left_s", "host", "pid", "written"}. `state` is
@@ -42,27 +42,27 @@ class ProgressFile {
   ~ProgressFile();
 
   // From now on calls `source` on this object's thread. Null keeps the last values.
-  void watch(std::function<RenderProgress()> source);
+  void set_source(std::function<RenderProgress()> source);
   // From now on progress is reported for this frame of a range.
-  void begin_frame(const FramePlace& place);
+  void begin_frame(const FramePosition& frame_position);
   // Writes the final state for an exit code of `emberline`.
   void finish(int exit_code);
 
  private:
   void run();
   std::string text();  // expects mutex_ to be held
-  RenderProgress whole() const;
+  RenderProgress range_progress() const;
   void write(const std::string& text);
 
   const std::string path_;
   std::mutex mutex_;
   std::condition_variable wake_;
   std::function<RenderProgress()> source_;
-  RenderProgress last_;     // of the current frame
-  RenderProgress earlier_;  // of the range's earlier frames: `done` counts the rendered ones
-  std::optional<FramePlace> place_;
+  RenderProgress current_;         // of the current frame
+  RenderProgress earlier_frames_;  // of the range's earlier frames: `done` counts the rendered ones
+  std::optional<FramePosition> position_;
   const char* state_ = "running";
-  bool ending_ = false;
+  bool is_finishing_ = false;
   bool warned_ = false;  // used by the thread only
   std::thread thread_;
 };

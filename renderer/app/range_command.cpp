@@ -26,11 +26,11 @@
 namespace emberline {
 namespace {
 
-enum class FrameFate : uint8_t { kDone, kSkipped, kStopped, kFailed };
+enum class FrameStatus : uint8_t { kDone, kSkipped, kStopped, kFailed };
 
 struct FrameOutcome {
   int frame = 0;
-  FrameFate fate = FrameFate::kDone;
+  FrameStatus status = FrameStatus::kDone;
   int exit_code = 0;
   std::string error;                 // empty unless an error ended the frame
   std::vector<std::string> outputs;  // pictures
@@ -41,11 +41,11 @@ struct FrameOutcome {
 
 struct RangeReport {
   std::vector<FrameOutcome> frames;  // the frames that were reached, in order
-  std::vector<int> left;             // the others
+  std::vector<int> remaining;        // the others
   double wall_s = 0, cpu_s = 0;
   int exit_code = 0;
 
-  std::vector<int> of_fate(FrameFate fate) const;
+  std::vector<int> frames_with_status(FrameStatus status) const;
 };
 
 using Json = nlohmann::ordered_json;
@@ -53,19 +53,19 @@ using Json = nlohmann::ordered_json;
 struct OutcomeEntry {
   const char* name;
   const char* text;  // follows the number of frames
-  FrameFate fate;
+  FrameStatus status;
 };
-constexpr OutcomeEntry kOutcomes[] = {{"done", "rendered", FrameFate::kDone},
-                                      {"skipped", "skipped", FrameFate::kSkipped},
-                                      {"stopped", "stopped", FrameFate::kStopped},
-                                      {"failed", "failed", FrameFate::kFailed}};
+constexpr OutcomeEntry kOutcomes[] = {{"done", "rendered", FrameStatus::kDone},
+                                      {"skipped", "skipped", FrameStatus::kSkipped},
+                                      {"stopped", "stopped", FrameStatus::kStopped},
+                                      {"failed", "failed", FrameStatus::kFailed}};
 
 Json outcome_json(const FrameOutcome& o) {
   Json json = {{"frame", o.frame},
-               {"state", kOutcomes[size_t(o.fate)].name},
+               {"state", kOutcomes[size_t(o.status)].name},
                {"exit_code", o.exit_code},
                {"output", o.outputs}};
-  if (o.fate == FrameFate::kSkipped) return json;
+  if (o.status == FrameStatus::kSkipped) return json;
   if (!o.error.empty()) {
     json["error"] = o.error;
     return json;
@@ -79,10 +79,10 @@ Json outcome_json(const FrameOutcome& o) {
   return json;
 }
 
-std::vector<int> RangeReport::of_fate(FrameFate fate) const {
+std::vector<int> RangeReport::frames_with_status(FrameStatus status) const {
   std::vector<int> list;
   for (const FrameOutcome& outcome : frames) {
-    if (outcome.fate == fate) list.push_back(outcome.frame);
+    if (outcome.status == status) list.push_back(outcome.frame);
   }
   return list;
 }
@@ -91,15 +91,16 @@ std::vector<int> RangeReport::of_fate(FrameFate fate) const {
 std::string describe(const RangeReport& report) {
   std::string text;
   for (const OutcomeEntry& entry : kOutcomes) {
-    const std::vector<int> list = report.of_fate(entry.fate);
+    const std::vector<int> list = report.frames_with_status(entry.status);
     if (list.empty()) continue;
     text += fmt::format("{}{} {}", text.empty() ? "frames: " : ", ", list.size(), entry.text);
-    const bool named = entry.fate == FrameFate::kStopped || entry.fate == FrameFate::kFailed;
-    if (named) text += fmt::format(" ({})", shortened(frames_text(list)));
+    const bool lists_frames =
+        entry.status == FrameStatus::kStopped || entry.status == FrameStatus::kFailed;
+    if (lists_frames) text += fmt::format(" ({})", shortened(format_frames(list)));
   }
-  if (report.left.empty()) return text;
-  return text + fmt::format("{}{} left: {}", text.empty() ? "frames: " : ", ", report.left.size(),
-                            shortened(frames_text(report.left)));
+  if (report.remaining.empty()) return text;
+  return text + fmt::format("{}{} left: {}", text.empty() ? "frames: " : ", ",
+                            report.remaining.size(), shortened(format_frames(report.remaining)));
 }
 
 // --range-report: {"frames": [{"frame", "state", ...}], "done", "skipped", "stopped", "failed",
@@ -108,8 +109,8 @@ std::string describe(const RangeReport& report) {
 std::string range_report_json(const RenderOptions& options, const RangeReport& report) {
   Json json;
   for (const OutcomeEntry& entry : kOutcomes)
-    json[entry.name] = frames_text(report.of_fate(entry.fate));
-  json["left"] = frames_text(report.left);
+    json[entry.name] = format_frames(report.frames_with_status(entry.status));
+  json["left"] = format_frames(report.remaining);
   json["exit_code"] = report.exit_code;
   json["time"] = {{"wall_s", report.wall_s}, {"cpu_s", report.cpu_s}};
   Json& frames = json["frames"] = Json::array();
@@ -142,7 +143,7 @@ class RangeRun {
     register_run_outputs(options_, files);
     for (const int number : frames_) {
       const RenderOptions frame = options_of_frame(options_, number);
-      if (is_numbered(options_.reference)) {
+      if (has_frame_number(options_.reference)) {
         files.read(frame.reference, "it is the file of --reference");
       }
       register_frame_outputs(frame, files);
@@ -153,15 +154,15 @@ class RangeRun {
 
   void render() {
     size_t next = 0;
-    while (next < frames_.size() && !ends()) {
-      run_.place = FramePlace{frames_[next], next + 1, frames_.size()};
+    while (next < frames_.size() && !should_stop()) {
+      run_.frame_position = FramePosition{frames_[next], next + 1, frames_.size()};
       std::optional<FrameOutcome> outcome = render(options_of_frame(options_, frames_[next]));
       if (!outcome) break;
       outcome->frame = frames_[next++];
       report_.frames.push_back(*std::move(outcome));
       run_.next_frame();
     }
-    report_.left.assign(frames_.begin() + std::ptrdiff_t(next), frames_.end());
+    report_.remaining.assign(frames_.begin() + std::ptrdiff_t(next), frames_.end());
   }
 
   int report() {
@@ -184,9 +185,9 @@ class RangeRun {
   }
 
  private:
-  bool ends() const {
+  bool should_stop() const {
     if (stopped_ || report_.frames.empty()) return stopped_;
-    return options_.stop_on_error && report_.frames.back().fate == FrameFate::kFailed;
+    return options_.stop_on_error && report_.frames.back().status == FrameStatus::kFailed;
   }
 
   // Returns nothing if a stop signal arrived before the frame began.
@@ -194,33 +195,33 @@ class RangeRun {
     FrameOutcome outcome;
     outcome.outputs = options.outputs;
     if (options.skip_existing && is_finished(options)) {
-      log_info(run_.place->text() + " is skipped: all its outputs exist");
-      outcome.fate = FrameFate::kSkipped;
+      log_info(run_.frame_position->text() + " is skipped: all its outputs exist");
+      outcome.status = FrameStatus::kSkipped;
       return outcome;
     }
     try {
       const std::optional<RenderReport> report = render_frame(run_, options);
       stopped_ = stop_signalled();
       if (!report) return std::nullopt;
-      take(*report, outcome);
+      record_report(*report, outcome);
     } catch (const UnusableScene&) {
       throw;
     } catch (const std::exception& error) {
       // A usage error before any frame has rendered affects all frames.
       const Failure failure = failure_of(error);
       if (!rendered_ && failure.exit_code == kExitUsage) throw;
-      fail(failure, outcome);
+      record_failure(failure, outcome);
       stopped_ = stop_signalled();
     }
     return outcome;
   }
 
-  void take(const RenderReport& report, FrameOutcome& outcome) {
+  void record_report(const RenderReport& report, FrameOutcome& outcome) {
     rendered_ = true;
     outcome.exit_code = report.exit_code;
-    outcome.fate = report.exit_code == kExitDone      ? FrameFate::kDone
-                   : report.exit_code == kExitStopped ? FrameFate::kStopped
-                                                      : FrameFate::kFailed;
+    outcome.status = report.exit_code == kExitDone      ? FrameStatus::kDone
+                     : report.exit_code == kExitStopped ? FrameStatus::kStopped
+                                                        : FrameStatus::kFailed;
     outcome.failed_outputs = report.failed_outputs;
     outcome.times = report.times;
     outcome.samples = report.counters.samples;
@@ -228,9 +229,9 @@ class RangeRun {
     if (report.stop_cause == PixelStop::kUser) stopped_ = true;
   }
 
-  void fail(const Failure& failure, FrameOutcome& outcome) const {
-    log_error(fmt::format("frame {}: {}", run_.place->frame, failure.message));
-    outcome.fate = FrameFate::kFailed;
+  void record_failure(const Failure& failure, FrameOutcome& outcome) const {
+    log_error(fmt::format("frame {}: {}", run_.frame_position->frame, failure.message));
+    outcome.status = FrameStatus::kFailed;
     outcome.exit_code = failure.exit_code;
     outcome.error = failure.message;
   }

@@ -38,7 +38,7 @@ int run_render(const RenderOptions& options) {
     throw UsageError("render needs an output: -o FILE.exr (or .png, .jpg)");
   }
   check_options(options);
-  const std::vector<int> frames = frames_of(options);
+  const std::vector<int> frames = requested_frames(options);
   if (options.replay) {
     return replay(frames.empty() ? options : options_of_frame(options, frames.front()));
   }

@@ -18,7 +18,7 @@ namespace {
 
 // Turns the exceptions of a step that opens the scene into UnusableScene.
 template <typename Step>
-auto first_time(const Step& step) {
+auto convert_open_errors(const Step& step) {
   try {
     return step();
   } catch (const std::exception& error) {
@@ -30,7 +30,7 @@ auto first_time(const Step& step) {
 }  // namespace
 
 CameraDescription PosedScene::camera_of(const FrameSettings& settings) const {
-  return turned(pose.camera, open->posed(settings), pose.bounds);
+  return apply_turntable(pose.camera, open->posed(settings), pose.bounds);
 }
 
 void PosedScene::report(RenderReport& report) const {
@@ -43,25 +43,26 @@ void PosedScene::report(RenderReport& report) const {
 
 ReadPose RunScene::load(const RenderOptions& options, const SceneBuildOptions& build,
                         LoadProgress& progress) {
-  const std::optional<double> time = chosen_time(options);
+  const std::optional<double> time = pose_time(options);
   if (posed_ && (!posed_->open->can_pose() || time == posed_->pose.time)) {
     return {posed_->pose, std::nullopt};
   }
-  ReadScene read = posed_ ? posed_->open->read(options, edits_, progress) : first_time([&] {
-    return open(options, {.build = build, .poses = frames_ && time}, progress);
-  });
-  RenderOptions still = options;
-  still.turntable.reset();
-  ScenePose pose{time, choose_camera(still, read.description(), read.edits()), {}};
+  ReadScene read =
+      posed_ ? posed_->open->read(options, edits_, progress) : convert_open_errors([&] {
+        return open(options, {.build = build, .poses = has_many_frames_ && time}, progress);
+      });
+  RenderOptions without_turntable = options;
+  without_turntable.turntable.reset();
+  ScenePose pose{time, choose_camera(without_turntable, read.description(), read.edits()), {}};
   if (options.turntable) pose.bounds = framed_bounds(read.description());
   return {std::move(pose), std::move(read)};
 }
 
-ReadScene RunScene::open(const RenderOptions& options, const OpenOptions& asked,
+ReadScene RunScene::open(const RenderOptions& options, const OpenOptions& open_options,
                          LoadProgress& progress) {
   loaded_ = LoadedFiles(options, progress);
   edits_ = load_edits(options, progress);
-  ReadScene read(options, edits_, asked, progress);
+  ReadScene read(options, edits_, open_options, progress);
   files_ = read.description().files;
   loaded_.add(files_);
   return read;
@@ -73,7 +74,7 @@ const PosedScene& RunScene::build(ReadPose frame, LoadProgress& progress) {
     posed_->open->pose(*std::move(frame.read), progress);
     posed_->pose = std::move(frame.pose);
   } else {
-    posed_ = first_time([&] {
+    posed_ = convert_open_errors([&] {
       return PosedScene{(*std::move(frame.read)).build(progress), std::move(frame.pose)};
     });
   }
@@ -103,7 +104,7 @@ RenderRun::RenderRun(const RenderOptions& options)
 
 void RenderRun::begin() {
   // Do not overwrite an existing file before the scene is read: the scene may use it.
-  if (progress_file || !is_other_file(options_.progress_file)) begin_progress();
+  if (progress_file || !is_foreign_file(options_.progress_file)) begin_progress();
   if (workers) return;
   workers.emplace(options_.threads);
   // Needs an arena of its own: the limit of WorkerThreads cannot give more threads than the machine
@@ -114,10 +115,10 @@ void RenderRun::begin() {
 void RenderRun::begin_progress() {
   if (options_.progress_file.empty() || options_.replay) return;
   if (!progress_file) progress_file.emplace(options_.progress_file);
-  if (place) progress_file->begin_frame(*place);
+  if (frame_position) progress_file->begin_frame(*frame_position);
 }
 
-void RenderRun::scene_is_read() {
+void RenderRun::on_scene_read() {
   names.reset();
   if (!progress_file) begin_progress();
 }
@@ -133,7 +134,7 @@ void RenderRun::next_frame() {
   first = false;
   wall = Stopwatch();
   cpu_before_s = process_cpu_seconds();
-  if (const PosedScene* posed = scene.posed()) forget_warnings(posed->warnings);
+  if (const PosedScene* posed = scene.posed()) truncate_warnings(posed->warnings);
 }
 
 void RenderRun::end(int exit_code) {

@@ -58,7 +58,7 @@ struct PosedScene {
 class RunScene {
  public:
   // `frames`: more than one frame will be loaded.
-  explicit RunScene(bool frames) : frames_(frames) {}
+  explicit RunScene(bool frames) : has_many_frames_(frames) {}
 
   // Reads the frame's scene. If the run's scene is already open, reads only what the animation
   // changes. Throws UnusableScene if the first call fails.
@@ -75,9 +75,10 @@ class RunScene {
   void register_inputs(FileRegister& files) const;
 
  private:
-  ReadScene open(const RenderOptions& options, const OpenOptions& asked, LoadProgress& progress);
+  ReadScene open(const RenderOptions& options, const OpenOptions& open_options,
+                 LoadProgress& progress);
 
-  const bool frames_;
+  const bool has_many_frames_;
   std::optional<PosedScene> posed_;
   SceneEdits edits_;
   LoadedFiles loaded_;
@@ -95,7 +96,7 @@ class RenderRun {
   // first call starts the threads and the progress file.
   void begin();
   // From then on the scene's files are known and registered, so the progress file may be written.
-  void scene_is_read();
+  void on_scene_read();
   // Saves the settings once, when the first frame begins to render.
   void save_settings();
   // Restarts the clocks and drops the last frame's warnings.
@@ -108,7 +109,7 @@ class RenderRun {
   bool first = true;        // the first frame's times include the run's setup
   Stopwatch wall;           // since the frame began
   double cpu_before_s = 0;  // processor time at the frame's begin; 0 for the first
-  std::optional<FramePlace> place;
+  std::optional<FramePosition> frame_position;
   // The names of all frames of a range, until the scene is read.
   std::optional<FileRegister> names;
   std::optional<ProgressFile> progress_file;

@@ -36,16 +36,16 @@ HostSettings settings_of(const SessionOptions& options) {
 }
 
 // Parses the host's settings as options that override those of the command line.
-HostSettings with_texts(SessionOptions options, const HostTexts& texts) {
+HostSettings parse_host_settings(SessionOptions options, const HostTexts& texts) {
   CLI::App app("", "emberline session");
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   app.set_help_flag("");
   add_session_options(&app, options);
   std::vector<std::string> arguments;
   for (const auto& [name, text] : texts) {
-    const bool plain =
+    const bool is_valid_name =
         std::ranges::all_of(name, [](unsigned char c) { return c == '-' || std::islower(c); });
-    if (!plain || name.empty()) throw UsageError("unknown setting '{}'", shortened(name));
+    if (!is_valid_name || name.empty()) throw UsageError("unknown setting '{}'", shortened(name));
     const CLI::Option* const option = app.get_option_no_throw("--" + name);
     const bool is_switch = option && option->get_items_expected_max() == 0;
     if (is_switch && text != "yes" && text != "no") {
@@ -64,8 +64,8 @@ HostSettings with_texts(SessionOptions options, const HostTexts& texts) {
 }  // namespace
 
 int run_session(const SessionOptions& options) {
-  run_session_host([&](const HostTexts& texts) { return with_texts(options, texts); }, STDIN_FILENO,
-                   STDOUT_FILENO);
+  run_session_host([&](const HostTexts& texts) { return parse_host_settings(options, texts); },
+                   STDIN_FILENO, STDOUT_FILENO);
   return kExitDone;
 }
 

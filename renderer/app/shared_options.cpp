@@ -112,18 +112,18 @@ void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings)
 
 void add_settings(CLI::App* app, FrameSettings& settings,
                   std::initializer_list<SettingGroup> groups,
-                  std::initializer_list<std::string_view> left_out) {
+                  std::initializer_list<std::string_view> excluded) {
   for (const Setting& setting : setting_table()) {
-    const bool wanted = std::ranges::find(groups, setting.group) != groups.end() &&
-                        std::ranges::find(left_out, setting.name) == left_out.end();
-    if (wanted) add_setting(app, setting, settings);
+    const bool is_included = std::ranges::find(groups, setting.group) != groups.end() &&
+                             std::ranges::find(excluded, setting.name) == excluded.end();
+    if (is_included) add_setting(app, setting, settings);
   }
 }
 
 void add_settings_file(CLI::App* app, RenderOptions& o) {
   CLI::Option* added =
       app->add_option_function<std::string>("--settings", [&o](const std::string& path) {
-        if (path.empty()) return;  // refuse_empty_values() reports it later
+        if (path.empty()) return;  // reject_empty_values() reports it later
         read_settings(path, o);
         o.settings_file = path;
       });
@@ -150,7 +150,7 @@ void add_limits(CLI::App* app, LimitOptions& o) {
                     "is the same.",
             .fallback = "all textures are in memory",
             .example = "--texture-memory 2G"});
-  add_number(app, "--load-timeout", o.load_timeout_s, kLeastLoadTimeout, kMostLoadTimeout,
+  add_number(app, "--load-timeout", o.load_timeout_s, kMinLoadTimeout, kMaxLoadTimeout,
              {.section = H::kLimits,
               .full = "Give up if loading and building the scene takes longer than this many "
                       "seconds.",
@@ -166,7 +166,7 @@ void add_checkpoint_interval(CLI::App* app, RenderOptions& o) {
 }
 
 void add_threads(CLI::App* app, int& threads) {
-  add_number(app, "--threads", threads, 1, kMostThreads,
+  add_number(app, "--threads", threads, 1, kMaxThreads,
              {.section = H::kLimits,
               .brief = "worker threads [one per processor]",
               .full = "Use this many worker threads.",
@@ -180,19 +180,19 @@ void add_machine_options(CLI::App* app, RenderOptions& o) {
   add_limits(app, o.limits);
 }
 
-void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed) {
+void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* required_option) {
   const auto read_colours = [&style](const std::string& name) {
     style.colours = parse_colour_map(name);
     return true;
   };
   const auto read_range = [&style](const std::string& text) {
     std::array<double, 2> v;
-    if (!parse_numbers(text, ',', v) || !is_heatmap_range(v[0], v[1])) return false;
+    if (!parse_numbers(text, ',', v) || !is_valid_heatmap_range(v[0], v[1])) return false;
     style.range = ValueRange{v[0], v[1]};
     return true;
   };
   // `heatmap` shows all of its few options in --help; other commands leave these out.
-  const auto brief = [&](const char* text) { return needed ? "" : text; };
+  const auto brief = [&](const char* text) { return required_option ? "" : text; };
   const OptionText colours = {.section = H::kOutput,
                               .brief = brief("colours: grey, viridis, inferno, magma or turbo"),
                               .full = "Choose the colours of heatmaps.",
@@ -218,7 +218,7 @@ void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed) 
                  {.section = H::kOutput,
                  .brief = brief("leave out the legend"),
                  .full = "Leave out the legend of heatmaps."})}) {
-    if (needed) option->needs(needed);
+    if (required_option) option->needs(required_option);
   }
 }
 

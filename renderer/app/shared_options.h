@@ -92,11 +92,11 @@ CLI::Option* add_name(CLI::App* app, const std::string& option, std::string& tar
 void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>& bytes,
               const OptionText& help);
 
-// Adds the settings of these groups except those in `left_out`, whose names have another meaning
+// Adds the settings of these groups except those in `excluded`, whose names have another meaning
 // for the command.
 void add_settings(CLI::App* app, FrameSettings& settings,
                   std::initializer_list<SettingGroup> groups,
-                  std::initializer_list<std::string_view> left_out = {});
+                  std::initializer_list<std::string_view> excluded = {});
 void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings);
 // --settings is read before all other settings, which override the file's.
 void add_settings_file(CLI::App* app, RenderOptions& options);
@@ -107,8 +107,8 @@ void add_threads(CLI::App* app, int& threads);
 // add_threads() and add_limits().
 void add_machine_options(CLI::App* app, RenderOptions& options);
 
-// Options for a heatmap's style. If `needed` is not null, each of them requires it.
-void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed);
+// Options for a heatmap's style. If `required_option` is not null, each of them requires it.
+void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* required_option);
 void add_heatmaps(CLI::App* app, RenderOptions& options);
 void add_grading(CLI::App* app, DisplaySettings& options);
 // add_grading() and --display.

@@ -10,7 +10,7 @@
 namespace emberline {
 namespace {
 
-bool can_be_shown(std::string_view text) {
+bool is_printable(std::string_view text) {
   while (!text.empty()) {
     const size_t length = utf8_length(text);
     if (length == 0 || is_control(text.substr(0, length))) return false;
@@ -19,7 +19,7 @@ bool can_be_shown(std::string_view text) {
   return true;
 }
 
-bool means_nothing(unsigned char c) {
+bool is_shell_safe(unsigned char c) {
   return std::isalnum(c) || c >= 0x80 ||
          std::string_view("-_=+,./:@%").find(char(c)) != std::string_view::npos;
 }
@@ -49,8 +49,8 @@ std::string quoted_bytes(std::string_view argument) {
 }  // namespace
 
 std::string shell_quoted(std::string_view argument) {
-  if (!can_be_shown(argument)) return quoted_bytes(argument);
-  if (!argument.empty() && std::ranges::all_of(argument, means_nothing)) {
+  if (!is_printable(argument)) return quoted_bytes(argument);
+  if (!argument.empty() && std::ranges::all_of(argument, is_shell_safe)) {
     return std::string(argument);
   }
   std::string text = "'";

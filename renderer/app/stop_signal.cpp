@@ -13,21 +13,21 @@ namespace {
 
 // The handler runs on any thread while others read, so these are atomics; they must be lock-free,
 // because a signal handler may not lock.
-std::atomic<int> g_signals{0};
-std::atomic<int> g_graceful{0};
-std::atomic<int> g_checkpoints{0};
+std::atomic<int> g_signal_count{0};
+std::atomic<int> g_is_graceful{0};
+std::atomic<int> g_checkpoint_requested{0};
 static_assert(std::atomic<int>::is_always_lock_free);
 
 void on_signal(int signal) {
-  const int count = ++g_signals;
+  const int count = ++g_signal_count;
   // SIGXCPU (ulimit -t) repeats every second, so a second one does not mean that the user is
   // impatient.
-  if (g_graceful != 0 && (count == 1 || signal == SIGXCPU)) return;
+  if (g_is_graceful != 0 && (count == 1 || signal == SIGXCPU)) return;
   remove_unfinished_files();
   _exit(kExitStopped);
 }
 
-void on_checkpoint_signal(int) { g_checkpoints = 1; }
+void on_checkpoint_signal(int) { g_checkpoint_requested = 1; }
 
 void set_action(int signal, void (*handler)(int)) {
   struct sigaction action = {};
@@ -49,12 +49,12 @@ void install_stop_handlers() {
   for (const int signal : {SIGPIPE, SIGXFSZ}) set_action(signal, SIG_IGN);
 }
 
-bool stop_signalled() { return g_signals > 0; }
+bool stop_signalled() { return g_signal_count > 0; }
 
-bool take_checkpoint_request() { return g_checkpoints.exchange(0) != 0; }
+bool take_checkpoint_request() { return g_checkpoint_requested.exchange(0) != 0; }
 
-GracefulStop::GracefulStop() { g_graceful = 1; }
+GracefulStop::GracefulStop() { g_is_graceful = 1; }
 
-GracefulStop::~GracefulStop() { g_graceful = 0; }
+GracefulStop::~GracefulStop() { g_is_graceful = 0; }
 
 }  // namespace emberline

@@ -14,7 +14,7 @@
 namespace emberline {
 namespace {
 
-void watch(uint64_t samples, const RenderStudy& render) {
+void run_with_progress(uint64_t samples, const RenderStudy& render) {
   StopRequest stop;
   const GracefulStop graceful;
   ProgressDisplay progress(samples, stop);
@@ -23,19 +23,19 @@ void watch(uint64_t samples, const RenderStudy& render) {
 
 }  // namespace
 
-int run_study(const StudyOptions& given) {
-  if (given.convergence != given.frame.scene.empty()) {
-    throw UsageError(given.convergence ? "study --convergence takes no scene"
-                                       : "study needs a scene: study SCENE -o DIR");
+int run_study(const StudyOptions& requested) {
+  if (requested.convergence != requested.frame.scene.empty()) {
+    throw UsageError(requested.convergence ? "study --convergence takes no scene"
+                                           : "study needs a scene: study SCENE -o DIR");
   }
-  if (given.folder.empty() && !given.convergence) {
+  if (requested.folder.empty() && !requested.convergence) {
     throw UsageError("study needs a folder for its results: -o DIR");
   }
-  const WorkerThreads workers(given.frame.threads);
-  if (given.convergence) return run_convergence(given);
-  StudyOptions options = given;
+  const WorkerThreads workers(requested.frame.threads);
+  if (requested.convergence) return run_convergence(requested);
+  StudyOptions options = requested;
   options.frame.threads = workers.count();
-  const StudyOutcome outcome = make_study(options, "-o", watch);
+  const StudyOutcome outcome = execute_study(options, "-o", run_with_progress);
   if (!outcome.results) {
     log_info("stopped before the reference was finished; the same command continues");
     return kExitStopped;

@@ -89,7 +89,7 @@ void add_farm_verb(CLI::App* app, FarmOptions& o, FarmVerb verb, const char* nam
 }
 
 // Shows the options of these sections in --help-all alone.
-void leave_out_of_help(CLI::App* app, std::initializer_list<HelpSection> sections) {
+void hide_from_help(CLI::App* app, std::initializer_list<HelpSection> sections) {
   for (CLI::Option* option : app->get_options()) {
     for (const HelpSection section : sections) {
       if (option->get_group() == title_of(section)) option->option_text("");
@@ -97,8 +97,8 @@ void leave_out_of_help(CLI::App* app, std::initializer_list<HelpSection> section
   }
 }
 
-OptionText study_list(const char* brief, const char* full, const std::string& fallback,
-                      const char* example = "") {
+OptionText study_option(const char* brief, const char* full, const std::string& fallback,
+                        const char* example = "") {
   return {
       .section = H::kStudy, .brief = brief, .full = full, .fallback = fallback, .example = example};
 }
@@ -110,38 +110,39 @@ void add_study_methods(CLI::App* app, StudyOptions& o) {
     describe(list, help, table_lines(find_setting(setting)->choices));
   };
   add("--drivers", o.drivers,
-      study_list("drivers to compare", "Compare these drivers, a comma-separated list.",
-                 "bucket,bisection,adaptive"),
+      study_option("drivers to compare", "Compare these drivers, a comma-separated list.",
+                   "bucket,bisection,adaptive"),
       "driver");
   add("--estimators", o.estimators,
-      study_list("error estimators of the adaptive driver",
-                 "Compare these estimators of the adaptive driver, a comma-separated list of "
-                 "ESTIMATOR[/ALLOCATION][/unbiased].",
-                 o.estimators, "--estimators nested,kajiya"),
+      study_option("error estimators of the adaptive driver",
+                   "Compare these estimators of the adaptive driver, a comma-separated list of "
+                   "ESTIMATOR[/ALLOCATION][/unbiased].",
+                   o.estimators, "--estimators nested,kajiya"),
       "estimator");
   CLI::Option* samplers = app->add_option("--samplers", o.samplers)->type_name("LIST");
   describe(samplers,
-           study_list("samplers to compare", "Compare these samplers, a comma-separated list.",
-                      "sobol; all with --convergence"),
+           study_option("samplers to compare", "Compare these samplers, a comma-separated list.",
+                        "sobol; all with --convergence"),
            table_lines(find_setting("sampler")->choices));
-  add_text(app, "--spp", o.spp, "LIST",
-           study_list("sample counts to measure",
-                      "Measure at these samples per pixel (on average), a comma-separated list in "
-                      "ascending order.",
-                      "1,2,4,8,16,32,64", "--spp 4,16,64"));
+  add_text(
+      app, "--spp", o.spp, "LIST",
+      study_option("sample counts to measure",
+                   "Measure at these samples per pixel (on average), a comma-separated list in "
+                   "ascending order.",
+                   "1,2,4,8,16,32,64", "--spp 4,16,64"));
   add_text(app, "--seconds", o.seconds, "LIST",
-           study_list("times to measure at, instead of sample counts",
-                      "Measure after these seconds of rendering instead of at sample counts, a "
-                      "comma-separated list in ascending order.",
-                      "", "--seconds 1,2,4,8"));
-  add_number(app, "--seeds", o.seeds, 1u, kMostStudySeeds,
-             study_list("runs of each method, each with another seed",
-                        "Run each method this many times, with seeds from `seed` on. With "
-                        "--convergence, measure this many pixels.",
-                        "5; 2000 with --convergence"));
+           study_option("times to measure at, instead of sample counts",
+                        "Measure after these seconds of rendering instead of at sample counts, a "
+                        "comma-separated list in ascending order.",
+                        "", "--seconds 1,2,4,8"));
+  add_number(app, "--seeds", o.seeds, 1u, kMaxStudySeeds,
+             study_option("runs of each method, each with another seed",
+                          "Run each method this many times, with seeds from `seed` on. With "
+                          "--convergence, measure this many pixels.",
+                          "5; 2000 with --convergence"));
   add_text(app, "--baseline", o.baseline, "NAME",
-           study_list("method that the others are compared with",
-                      "Compare the other methods with this one.", "bucket, or the first"));
+           study_option("method that the others are compared with",
+                        "Compare the other methods with this one.", "bucket, or the first"));
 }
 
 void add_study_choices(CLI::App* app, StudyOptions& o) {
@@ -272,9 +273,9 @@ void add_extend_options(CLI::App* app, ExtendOptions& o) {
             .full = "Read the scene from this file.",
             .fallback = "the file that the frame was rendered from"});
   for (const char* name : {"spp", "noise-threshold", "max-spp", "time-limit"}) {
-    add_setting(app, *find_setting(name), o.more);
+    add_setting(app, *find_setting(name), o.overrides);
   }
-  add_outputs(app, o.more,
+  add_outputs(app, o.overrides,
               {.section = H::kOutput,
                .brief = "picture to write: .exr, .png or .jpg",
                .full = "Write the picture to this file: .exr, .png or .jpg. May be given more than "
@@ -283,8 +284,8 @@ void add_extend_options(CLI::App* app, ExtendOptions& o) {
               {.section = H::kOutput,
                .brief = "report of the render: .html or .json",
                .full = "Write a report of the render: .html or .json."});
-  add_checkpoint_interval(app, o.more);
-  add_machine_options(app, o.more);
+  add_checkpoint_interval(app, o.overrides);
+  add_machine_options(app, o.overrides);
   app->footer(
       "emberline render scene.glb -o frame.exr --spp 64 --resumable\n"
       "emberline extend frame.exr --spp 256");
@@ -336,7 +337,7 @@ void add_farm_options(CLI::App* app, FarmOptions& o) {
   add_settings(app, o.frame,
                {kEdits, kChannels, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
                {"time-limit"});
-  leave_out_of_help(app, {H::kView, H::kLight, H::kScene});
+  hide_from_help(app, {H::kView, H::kLight, H::kScene});
   app->require_subcommand(0, 1);
   add_farm_verb(app, o, FarmVerb::kStatus, "status",
                 "Show the progress of the parts and failures.");

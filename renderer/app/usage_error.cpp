@@ -15,10 +15,10 @@
 namespace emberline {
 namespace {
 
-std::vector<std::string> option_names(const CLI::App& app, bool short_ones) {
+std::vector<std::string> option_names(const CLI::App& app, bool include_short) {
   std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options()) {
-    if (short_ones) {
+    if (include_short) {
       for (const std::string& name : option->get_snames()) names.push_back("-" + name);
     }
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
@@ -27,9 +27,10 @@ std::vector<std::string> option_names(const CLI::App& app, bool short_ones) {
 }
 
 // "emberline farm status"
-std::string name_with_parents(const CLI::App& app) {
-  const std::string above = app.get_parent() ? name_with_parents(*app.get_parent()) + " " : "";
-  return above + app.get_name();
+std::string full_command_name(const CLI::App& app) {
+  const std::string parent_names =
+      app.get_parent() ? full_command_name(*app.get_parent()) + " " : "";
+  return parent_names + app.get_name();
 }
 
 }  // namespace
@@ -53,7 +54,7 @@ void throw_usage(const CLI::App& root, const CLI::ParseError& error) {
     const std::string unknown = app->remaining().front();
     if (unknown.starts_with("-") && unknown != "-") {
       throw_unknown_option(unknown.substr(0, unknown.find('=')),
-                           option_names(*app, !unknown.starts_with("--")), name_with_parents(*app));
+                           option_names(*app, !unknown.starts_with("--")), full_command_name(*app));
     }
     if (app != &root) throw UsageError("unexpected argument '{}'", shortened(unknown));
     std::vector<std::string> commands;
@@ -69,7 +70,7 @@ void throw_usage(const CLI::App& root, const CLI::ParseError& error) {
                          : "");
   }
   if (dynamic_cast<const CLI::RequiredError*>(&error) && app != &root) {
-    const std::string name = name_with_parents(*app);
+    const std::string name = full_command_name(*app);
     throw UsageError("{}: missing argument: {}; see {} --help", name.substr(name.find(' ') + 1),
                      what, name);
   }

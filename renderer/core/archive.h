@@ -1,7 +1,7 @@
 // Saves and loads state with one function for both directions:
 //
 //   void Planner::archive(Archive& archive) {
-//     archive.number(round_, 0, kMostRounds);
+//     archive.number(round_, 0, kMaxRounds);
 //     archive.array(targets_, pixels);
 //   }
 //   std::vector<std::byte> bytes;
@@ -35,20 +35,20 @@ class Archive {
 
   bool loading() const { return to_ == nullptr; }
 
-  // An integer, an enum or a bool within [least, most].
+  // An integer, an enum or a bool within [minimum, maximum].
   template <typename T>
   requires std::is_integral_v<T> || std::is_enum_v<T>
-  void number(T& value, T least, T most) {
-    using Raw = decltype(wide(value));
-    Raw raw = wide(value);
+  void number(T& value, T minimum, T maximum) {
+    using Raw = decltype(widen(value));
+    Raw raw = widen(value);
     bytes(&raw, sizeof raw);
-    check(raw >= wide(least) && raw <= wide(most));
+    check(raw >= widen(minimum) && raw <= widen(maximum));
     value = T(raw);
   }
-  // A number within [least, most], or NaN if `may_be_nan`.
-  void number(double& value, double least, double most, bool may_be_nan = false) {
+  // A number within [minimum, maximum], or NaN if `may_be_nan`.
+  void number(double& value, double minimum, double maximum, bool may_be_nan = false) {
     bytes(&value, sizeof value);
-    check((value >= least && value <= most) || (may_be_nan && std::isnan(value)));
+    check((value >= minimum && value <= maximum) || (may_be_nan && std::isnan(value)));
   }
   // Exactly values.size() elements, without a stored count.
   template <typename T>
@@ -62,12 +62,12 @@ class Archive {
     list(values, size);
     check(values.empty() || values.size() == size);
   }
-  // Like array(), but with any number of elements up to `most`.
+  // Like array(), but with any number of elements up to `maximum`.
   template <typename T>
   requires std::is_trivially_copyable_v<T>
-  void list(std::vector<T>& values, size_t most) {
+  void list(std::vector<T>& values, size_t maximum) {
     size_t count = values.size();
-    number(count, size_t(0), most);
+    number(count, size_t(0), maximum);
     if (loading()) {
       check(count <= from_.size() / sizeof(T));
       values.resize(count);
@@ -79,7 +79,7 @@ class Archive {
   }
 
   void check(bool accepted) const {
-    if (loading() && !accepted) refuse();
+    if (loading() && !accepted) throw_damaged();
   }
   // Saving truncates the buffer to what was written; loading checks that nothing is left over.
   void end() const {
@@ -89,14 +89,14 @@ class Archive {
 
  private:
   template <typename T>
-  static auto wide(T value) {
+  static auto widen(T value) {
     if constexpr (std::is_enum_v<T>) {
-      return wide(std::underlying_type_t<T>(value));
+      return widen(std::underlying_type_t<T>(value));
     } else {
       return std::conditional_t<std::is_signed_v<T>, int64_t, uint64_t>(value);
     }
   }
-  [[noreturn]] static void refuse() {
+  [[noreturn]] static void throw_damaged() {
     throw InputError("state of a frame", "it is damaged or belongs to another frame");
   }
   // Large arrays (a film) are copied by all threads.

@@ -9,10 +9,10 @@ namespace emberline {
 // The sRGB transfer function (IEC 61966-2-1) from linear light to [0, 1], clipped; NaN gives 0. It
 // is accurate to 1e-6 and has no branch, so that loops over pixels vectorise.
 inline float display_value(float linear) {
-  constexpr float kStraight = 0.0031308f;  // below this the curve is linear
+  constexpr float kLinearLimit = 0.0031308f;  // below this the curve is linear
   const float x = linear > 0.0f ? std::min(linear, 1.0f) : 0.0f;
   // The curve as a function of t = 1 - x^(1/4), which is nearly straight: 1 + t q(t), exact at
-  // white. q interpolates at the Chebyshev nodes of [0, 1 - kStraight^(1/4)]; the error is 3e-7.
+  // white. q interpolates at the Chebyshev nodes of [0, 1 - kLinearLimit^(1/4)]; the error is 3e-7.
   const float t = 1.0f - std::sqrt(std::sqrt(x));
   float q = 0.0528659709f;
   q = q * t - 0.0934508964f;
@@ -22,21 +22,20 @@ inline float display_value(float linear) {
   q = q * t + 0.064457804f;
   q = q * t + 0.586135924f;
   q = q * t - 1.75833344f;
-  return x < kStraight ? 12.92f * x : 1.0f + t * q;
+  return x < kLinearLimit ? 12.92f * x : 1.0f + t * q;
 }
 
-inline constexpr float kLeastDisplaySlope = 0.02f;
+inline constexpr float kMinDisplaySlope = 0.02f;
 
 // The squared slope of display_value() over mean +- deviation, which tells clipped white apart from
-// noise near white. It is at least least_slope^2, so that every pixel counts, but never so large
+// noise near white. It is at least min_slope^2, so that every pixel counts, but never so large
 // that the squared error exceeds 1/4, the largest variance of a value in [0, 1]. The deviation is
 // clamped to [1e-3, 1e15]: below, the difference of two floats loses its precision; above, the
 // weight becomes 0.
-inline float display_error_weight(float mean, float deviation,
-                                  float least_slope = kLeastDisplaySlope) {
+inline float display_error_weight(float mean, float deviation, float min_slope = kMinDisplaySlope) {
   const float d = std::min(std::max(deviation, 1e-3f), 1e15f);
   const float slope = (display_value(mean + d) - display_value(mean - d)) / (2 * d);
-  return std::max(slope * slope, std::min(least_slope * least_slope, 0.25f / (d * d)));
+  return std::max(slope * slope, std::min(min_slope * min_slope, 0.25f / (d * d)));
 }
 
 }  // namespace emberline

@@ -30,7 +30,7 @@ enum ExitCode : int {
 class EmberlineError : public std::runtime_error {
  public:
   EmberlineError(int exit_code, const std::string& message)
-      : std::runtime_error(spelled(fitting(message))), exit_code_(exit_code) {}
+      : std::runtime_error(spell_setting_names(truncate_middle(message))), exit_code_(exit_code) {}
   int exit_code() const { return exit_code_; }
 
  private:

@@ -24,7 +24,7 @@ constexpr StageInfo kStages[] = {
 };
 
 // Smaller changes of the fraction are not reported.
-constexpr double kLeastStep = 1.0 / 256.0;
+constexpr double kMinStep = 1.0 / 256.0;
 
 const StageInfo& info(LoadStage stage) { return kStages[size_t(stage)]; }
 
@@ -49,12 +49,12 @@ LoadProgress::LoadProgress(Report report, std::stop_token stop, LoadLimits limit
       limits_(std::move(limits)),
       deadline_(deadline(limits_.timeout_s)) {}
 
-LoadProgress& LoadProgress::unwatched() {
-  static LoadProgress nobody{Report()};
-  return nobody;
+LoadProgress& LoadProgress::none() {
+  static LoadProgress instance{Report()};
+  return instance;
 }
 
-void LoadProgress::throw_end() const {
+void LoadProgress::throw_stop_reason() const {
   if (stop_.stop_requested()) throw Cancelled();
   throw LimitError(limits_.scene, "loading took longer than " +
                                       readable_seconds(*limits_.timeout_s) + " (`load-timeout`)");
@@ -67,7 +67,7 @@ void LoadProgress::begin(LoadStage stage, uint64_t items) {
   stage_ = stage;
   items_ = items;
   done_ = 0;
-  report_share(0.0);
+  report_stage_fraction(0.0);
 }
 
 void LoadProgress::advance(uint64_t items) {
@@ -75,15 +75,15 @@ void LoadProgress::advance(uint64_t items) {
   {
     const std::lock_guard lock(mutex_);
     done_ += items;
-    report_share(items_ > 0 ? double(done_) / double(items_) : 0.0);
+    report_stage_fraction(items_ > 0 ? double(done_) / double(items_) : 0.0);
   }
   check();
 }
 
-void LoadProgress::partly(uint64_t items, double share) noexcept {
+void LoadProgress::report_partial(uint64_t items, double share) noexcept {
   if (!watched_) return;
   const std::lock_guard lock(mutex_);
-  if (items_ > 0) report_share((double(done_) + double(items) * share) / double(items_));
+  if (items_ > 0) report_stage_fraction((double(done_) + double(items) * share) / double(items_));
 }
 
 void LoadProgress::finish() {
@@ -91,17 +91,17 @@ void LoadProgress::finish() {
   const std::lock_guard lock(mutex_);
   stage_ = LoadStage::kLights;
   items_ = 0;
-  report_share(1.0);
+  report_stage_fraction(1.0);
 }
 
-void LoadProgress::report_share(double share) {
+void LoadProgress::report_stage_fraction(double share) {
   if (!report_) return;
   const StageInfo& stage = info(stage_);
   const double start = start_of(stage_);
   const double fraction =
       std::max(fraction_, start + (stage.end - start) * std::clamp(share, 0.0, 1.0));
-  const bool ends = fraction == 1.0 && fraction_ < 1.0;
-  if (stage_ == reported_ && !ends && fraction < fraction_ + kLeastStep) return;
+  const bool is_complete = fraction == 1.0 && fraction_ < 1.0;
+  if (stage_ == reported_ && !is_complete && fraction < fraction_ + kMinStep) return;
   reported_ = stage_;
   fraction_ = fraction;
   std::string text = stage.name;

@@ -52,16 +52,16 @@ class LoadProgress {
   LoadProgress& operator=(const LoadProgress&) = delete;
 
   // No callback, no cancellation, no limits.
-  static LoadProgress& unwatched();
+  static LoadProgress& none();
 
   // ---- for loading code; thread-safe -----------------------------------------------------------
 
   bool watched() const { return watched_; }
   // Whether check() would throw.
-  bool ends() const { return watched_ && (stop_.stop_requested() || late()); }
+  bool should_stop() const { return watched_ && (stop_.stop_requested() || timed_out()); }
   // Throws Cancelled if cancelled, InputError on timeout. So do begin() and advance().
   void check() const {
-    if (ends()) throw_end();
+    if (should_stop()) throw_stop_reason();
   }
   const std::shared_ptr<MemoryBudget>& budget() const { return limits_.memory; }
   const std::optional<uint64_t>& texture_bytes() const { return limits_.texture_bytes; }
@@ -69,15 +69,15 @@ class LoadProgress {
   void begin(LoadStage stage, uint64_t items = 0);
   void advance(uint64_t items = 1);
   // Reports that `share` of the next `items` is done. Does not throw, for use in callbacks.
-  void partly(uint64_t items, double share) noexcept;
+  void report_partial(uint64_t items, double share) noexcept;
   void finish();
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  bool late() const { return deadline_ && Clock::now() > *deadline_; }
-  [[noreturn]] void throw_end() const;
-  void report_share(double share);  // requires mutex_
+  bool timed_out() const { return deadline_ && Clock::now() > *deadline_; }
+  [[noreturn]] void throw_stop_reason() const;
+  void report_stage_fraction(double share);  // requires mutex_
 
   const bool watched_;
   const Report report_;

@@ -18,7 +18,7 @@ namespace {
 
 std::atomic<LogLevel> g_level{LogLevel::kNormal};
 
-constexpr size_t kMostWarningsShown = 100;
+constexpr size_t kMaxPrintedWarnings = 100;
 
 struct LogState {
   std::mutex mutex;
@@ -41,10 +41,10 @@ LogState& state() {
   return s;
 }
 
-void write(LogKind kind, std::string_view prefix, std::string_view whole) {
+void write(LogKind kind, std::string_view prefix, std::string_view text) {
   LogState& s = state();
   const std::lock_guard lock(s.mutex);
-  const std::string message = spelled(fitting(whole));
+  const std::string message = spell_setting_names(truncate_middle(text));
   if (s.sink) return s.sink(kind, message);
   if (s.before) s.before();
   s.logger->log(spdlog::level::info, "{}{}", prefix, printable(message));
@@ -65,8 +65,8 @@ void set_log_sink(std::function<void(LogKind, std::string_view)> sink) {
 
 void log_error(std::string_view message) { write(LogKind::kError, "emberline: error: ", message); }
 
-void log_warning(std::string_view whole) {
-  const std::string message = spelled(fitting(whole));
+void log_warning(std::string_view text) {
+  const std::string message = spell_setting_names(truncate_middle(text));
   size_t count = 0;
   {
     LogState& s = state();
@@ -76,10 +76,11 @@ void log_warning(std::string_view whole) {
     s.warnings.push_back(message);
     count = s.warnings.size();
   }
-  if (g_level == LogLevel::kQuiet || count > kMostWarningsShown + 1) return;
-  const bool shown = count <= kMostWarningsShown;
-  write(LogKind::kWarning, "emberline: warning: ",
-        shown ? std::string_view(message) : "there are more warnings; `report` lists them all");
+  if (g_level == LogLevel::kQuiet || count > kMaxPrintedWarnings + 1) return;
+  const bool is_printed = count <= kMaxPrintedWarnings;
+  write(
+      LogKind::kWarning, "emberline: warning: ",
+      is_printed ? std::string_view(message) : "there are more warnings; `report` lists them all");
 }
 
 void log_info(std::string_view message) {
@@ -96,13 +97,13 @@ std::vector<std::string> warnings_so_far() {
   return s.warnings;
 }
 
-void forget_warnings(size_t count) {
+void truncate_warnings(size_t count) {
   LogState& s = state();
   const std::lock_guard lock(s.mutex);
   for (; s.warnings.size() > count; s.warnings.pop_back()) s.warned.erase(s.warnings.back());
 }
 
-void set_log_interrupt(std::function<void()> before, std::function<void()> after) {
+void set_log_hooks(std::function<void()> before, std::function<void()> after) {
   LogState& s = state();
   const std::lock_guard lock(s.mutex);
   s.before = std::move(before);

@@ -33,9 +33,9 @@ void set_log_sink(std::function<void(LogKind kind, std::string_view message)> si
 std::vector<std::string> warnings_so_far();
 
 // Forgets all but the first `count` warnings between frames, so that they are shown again.
-void forget_warnings(size_t count);
+void truncate_warnings(size_t count);
 
 // Called before and after each message, to clear and redraw a progress line. Null: none.
-void set_log_interrupt(std::function<void()> before, std::function<void()> after);
+void set_log_hooks(std::function<void()> before, std::function<void()> after);
 
 }  // namespace emberline

@@ -33,21 +33,22 @@ class MappedTexels {
 
   const std::byte* data() const { return texels_.get(); }
   // Prefetches the page of this byte and its surroundings. Does not wait.
-  void ask_for(size_t byte) const {
-    if (!asked_[byte / kPart].load(std::memory_order_relaxed)) ask_for_part(byte / kPart);
+  void prefetch(size_t byte) const {
+    if (!prefetched_[byte / kPrefetchBytes].load(std::memory_order_relaxed))
+      prefetch_part(byte / kPrefetchBytes);
   }
   // Releases the process's pages of the texels.
-  void let_go() const;
+  void release_pages() const;
 
  private:
   // Bytes prefetched by one request.
-  static constexpr size_t kPart = size_t(1) << 16;
+  static constexpr size_t kPrefetchBytes = size_t(1) << 16;
 
-  void ask_for_part(size_t part) const;
+  void prefetch_part(size_t part) const;
 
   std::shared_ptr<const std::byte> texels_;
   size_t size_;
-  std::unique_ptr<std::atomic<bool>[]> asked_;  // per part, since the last let_go()
+  std::unique_ptr<std::atomic<bool>[]> prefetched_;  // per part, since the last release_pages()
 };
 
 }  // namespace emberline

@@ -21,11 +21,11 @@ const std::shared_ptr<MemoryBudget>& MemoryBudget::unlimited() {
   return budget;
 }
 
-std::shared_ptr<MemoryBudget> MemoryBudget::rest() const {
-  auto rest = std::make_shared<MemoryBudget>(limit_);
-  rest->before_ = reserved();
-  rest->reserved_ = rest->before_;
-  return rest;
+std::shared_ptr<MemoryBudget> MemoryBudget::child_budget() const {
+  auto child_budget = std::make_shared<MemoryBudget>(limit_);
+  child_budget->inherited_ = reserved();
+  child_budget->reserved_ = child_budget->inherited_;
+  return child_budget;
 }
 
 bool MemoryBudget::try_reserve(MemoryPart part, uint64_t bytes) noexcept {
@@ -43,16 +43,16 @@ bool MemoryBudget::try_reserve(MemoryPart part, uint64_t bytes) noexcept {
 }
 
 void MemoryBudget::reserve(MemoryPart part, uint64_t bytes, const std::string& place) {
-  if (!try_reserve(part, bytes)) throw LimitError(place, refusal(part, bytes));
+  if (!try_reserve(part, bytes)) throw LimitError(place, limit_message(part, bytes));
 }
 
-void MemoryBudget::give_back(MemoryPart part, uint64_t bytes) noexcept {
+void MemoryBudget::release(MemoryPart part, uint64_t bytes) noexcept {
   if (limit_ == kUnlimited) return;
   parts_[size_t(part)].fetch_sub(bytes, std::memory_order_relaxed);
   reserved_.fetch_sub(bytes, std::memory_order_relaxed);
 }
 
-std::string MemoryBudget::refusal(MemoryPart part, uint64_t bytes) const {
+std::string MemoryBudget::limit_message(MemoryPart part, uint64_t bytes) const {
   return fmt::format(
       "needs {} of memory ({}), but only {} of the limit of {} are left; raise `memory-limit`",
       readable_bytes(bytes), name_of(part), readable_bytes(limit_ - std::min(limit_, reserved())),
@@ -75,7 +75,7 @@ void MemoryReservation::add(uint64_t bytes, const std::string& place) {
 }
 
 void MemoryReservation::release() noexcept {
-  if (budget_) budget_->give_back(part_, std::exchange(bytes_, 0));
+  if (budget_) budget_->release(part_, std::exchange(bytes_, 0));
 }
 
 uint64_t bytes_of(uint64_t count, uint64_t size) {

@@ -35,14 +35,14 @@ class MemoryBudget {
   void reserve(MemoryPart part, uint64_t bytes, const std::string& place);
   // Returns false instead of throwing, for use in callbacks.
   bool try_reserve(MemoryPart part, uint64_t bytes) noexcept;
-  void give_back(MemoryPart part, uint64_t bytes) noexcept;
+  void release(MemoryPart part, uint64_t bytes) noexcept;
   // The message of reserve() without the place.
-  std::string refusal(MemoryPart part, uint64_t bytes) const;
+  std::string limit_message(MemoryPart part, uint64_t bytes) const;
 
   // A separate budget with the same limit that starts with this one's reservations. A load uses it,
-  // and reserves its took() here on success.
-  std::shared_ptr<MemoryBudget> rest() const;
-  uint64_t took() const { return reserved() - before_; }
+  // and reserves its newly_reserved() here on success.
+  std::shared_ptr<MemoryBudget> child_budget() const;
+  uint64_t newly_reserved() const { return reserved() - inherited_; }
 
   uint64_t limit() const { return limit_; }
   uint64_t reserved() const { return reserved_.load(std::memory_order_relaxed); }
@@ -53,7 +53,7 @@ class MemoryBudget {
 
  private:
   const uint64_t limit_;
-  uint64_t before_ = 0;
+  uint64_t inherited_ = 0;
   std::atomic<uint64_t> reserved_{0}, peak_{0};
   std::array<std::atomic<uint64_t>, kMemoryParts> parts_{};
 };

@@ -26,12 +26,12 @@ inline std::optional<size_t> parse_index(std::string_view text, size_t end) {
 // "0 'a', 1 'b'", for messages; a long list is cut.
 template <class Named>
 std::string numbered_names(const std::vector<Named>& list) {
-  constexpr size_t kMost = 100;
+  constexpr size_t kMaxListed = 100;
   std::string text;
-  for (size_t i = 0; i < std::min(list.size(), kMost); ++i) {
+  for (size_t i = 0; i < std::min(list.size(), kMaxListed); ++i) {
     text += fmt::format("{}{} '{}'", i ? ", " : "", i, shortened(list[i].name));
   }
-  return list.size() > kMost ? text + " and more" : text;
+  return list.size() > kMaxListed ? text + " and more" : text;
 }
 
 template <class Named>
@@ -42,13 +42,13 @@ std::string list_names(const std::vector<Named>& list) {
 // The index in `list` of the entry with this name or index. Throws UsageError that names the
 // setting `what` and lists the entries.
 template <class Named>
-size_t find_name_or_index(const char* what, const std::string& wanted,
+size_t find_name_or_index(const char* what, const std::string& name_or_index,
                           const std::vector<Named>& list) {
-  const auto named = std::ranges::find(list, wanted, &Named::name);
+  const auto named = std::ranges::find(list, name_or_index, &Named::name);
   if (named != list.end()) return size_t(named - list.begin());
-  if (const std::optional<size_t> index = parse_index(wanted, list.size())) return *index;
+  if (const std::optional<size_t> index = parse_index(name_or_index, list.size())) return *index;
   throw UsageError(
-      fmt::format("`{0}`: no {0} '{1}'; {2}", what, shortened(wanted), list_names(list)));
+      fmt::format("`{0}`: no {0} '{1}'; {2}", what, shortened(name_or_index), list_names(list)));
 }
 
 }  // namespace emberline

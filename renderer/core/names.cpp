@@ -28,15 +28,15 @@ size_t edit_distance(std::string_view a, std::string_view b) {
 
 namespace {
 
-constexpr size_t kLongestWord = 64;  // only the beginning of longer names is compared
+constexpr size_t kMaxComparedLength = 64;  // only the beginning of longer names is compared
 
 // The beginning of a name, without dashes.
-std::string_view compared(std::string_view name) {
-  return name.substr(std::min(name.find_first_not_of('-'), name.size()), kLongestWord);
+std::string_view comparable_part(std::string_view name) {
+  return name.substr(std::min(name.find_first_not_of('-'), name.size()), kMaxComparedLength);
 }
 
 // Length of the longest run of letters that both words have.
-size_t common_run(std::string_view a, std::string_view b) {
+size_t longest_common_run(std::string_view a, std::string_view b) {
   std::vector<size_t> row(b.size() + 1);
   size_t longest = 0;
   for (const char letter : a) {
@@ -50,31 +50,33 @@ size_t common_run(std::string_view a, std::string_view b) {
 
 // 0 for equal words, 1 for words without a common letter.
 double dissimilarity(std::string_view a, std::string_view b) {
-  constexpr size_t kLeastPart = 3;  // letters; shorter parts are chance
+  constexpr size_t kMinCommonRun = 3;  // letters; shorter parts are chance
   const double longest = double(std::max<size_t>({a.size(), b.size(), 1}));
   const double edits = double(edit_distance(a, b));
   // Our choice: edits around a common part weigh a third of others.
-  const size_t run = common_run(a, b), shorter = std::min(a.size(), b.size());
-  if (run >= kLeastPart && 4 * run >= 3 * shorter) return edits / 3 / longest;
+  const size_t run = longest_common_run(a, b), shorter = std::min(a.size(), b.size());
+  if (run >= kMinCommonRun && 4 * run >= 3 * shorter) return edits / 3 / longest;
   return edits / longest;
 }
 
 }  // namespace
 
-std::vector<size_t> nearest_of(std::string_view name, std::span<const std::string_view> valid) {
-  constexpr size_t kMost = 3;
+std::vector<size_t> nearest_indices(std::string_view name,
+                                    std::span<const std::string_view> valid) {
+  constexpr size_t kMaxSuggestions = 3;
   std::vector<std::pair<double, size_t>> ranked;
   for (size_t i = 0; i < valid.size(); ++i) {
-    ranked.emplace_back(dissimilarity(compared(name), compared(valid[i])), i);
+    ranked.emplace_back(dissimilarity(comparable_part(name), comparable_part(valid[i])), i);
   }
   std::ranges::sort(ranked);
   std::vector<size_t> nearest;
-  for (size_t i = 0; i < std::min(kMost, ranked.size()); ++i) nearest.push_back(ranked[i].second);
+  for (size_t i = 0; i < std::min(kMaxSuggestions, ranked.size()); ++i)
+    nearest.push_back(ranked[i].second);
   return nearest;
 }
 
 std::string nearest_names(std::string_view name, std::span<const std::string_view> valid) {
-  const std::vector<size_t> nearest = nearest_of(name, valid);
+  const std::vector<size_t> nearest = nearest_indices(name, valid);
   std::string text;
   for (size_t i = 0; i < nearest.size(); ++i) {
     const char* separator = i == 0 ? "" : i + 1 < nearest.size() ? ", " : " or ";
@@ -85,7 +87,7 @@ std::string nearest_names(std::string_view name, std::span<const std::string_vie
 
 std::string unknown_name_message(std::string_view kind, std::string_view name,
                                  std::span<const std::string_view> valid) {
-  if (valid.size() > kFewNames) {
+  if (valid.size() > kMaxListedNames) {
     const std::string nearest = nearest_names(name, valid);
     return fmt::format("unknown {} '{}'{}", kind, shortened(name),
                        nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest));
@@ -93,7 +95,7 @@ std::string unknown_name_message(std::string_view kind, std::string_view name,
   std::string_view nearest;
   size_t nearest_distance = 0;
   for (const std::string_view candidate : valid) {
-    if (name.size() > kLongestWord) break;
+    if (name.size() > kMaxComparedLength) break;
     const size_t distance = edit_distance(name, candidate);
     if (3 * distance <= candidate.size() && (nearest.empty() || distance < nearest_distance)) {
       nearest = candidate;

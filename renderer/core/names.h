@@ -32,17 +32,17 @@ std::string_view name_of(std::span<const NamedValue<T>> table, T value) {
 size_t edit_distance(std::string_view a, std::string_view b);
 
 // Longer lists of names are cut to the nearest in messages.
-inline constexpr size_t kFewNames = 12;
+inline constexpr size_t kMaxListedNames = 12;
 
 // The positions of the three names that are most similar to `name`, nearest first. A name that
 // contains the other is similar, too.
-std::vector<size_t> nearest_of(std::string_view name, std::span<const std::string_view> valid);
+std::vector<size_t> nearest_indices(std::string_view name, std::span<const std::string_view> valid);
 // "'spp', 'min-spp' or 'max-spp'"; empty if there are none.
 std::string nearest_names(std::string_view name, std::span<const std::string_view> valid);
 
 // "unknown sampler 'sobel' (did you mean 'sobol'?); valid names are sobol, independent". Here a
-// name is suggested only if at most a third of its letters differ. With more than kFewNames names:
-// "unknown setting 'sp' (did you mean 'spp', 'min-spp' or 'max-spp'?)".
+// name is suggested only if at most a third of its letters differ. With more than kMaxListedNames
+// names: "unknown setting 'sp' (did you mean 'spp', 'min-spp' or 'max-spp'?)".
 std::string unknown_name_message(std::string_view kind, std::string_view name,
                                  std::span<const std::string_view> valid);
 

@@ -10,7 +10,7 @@ namespace emberline {
 namespace {
 
 template <typename T>
-std::optional<T> from_whole_text(std::string_view text) {
+std::optional<T> parse_entire_text(std::string_view text) {
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   T value{};
   const char* const end = text.data() + text.size();
@@ -22,11 +22,13 @@ std::optional<T> from_whole_text(std::string_view text) {
 }  // namespace
 
 std::optional<double> parse_real(std::string_view text) {
-  const std::optional<double> value = from_whole_text<double>(text);
+  const std::optional<double> value = parse_entire_text<double>(text);
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
-std::optional<int64_t> parse_whole(std::string_view text) { return from_whole_text<int64_t>(text); }
+std::optional<int64_t> parse_integer(std::string_view text) {
+  return parse_entire_text<int64_t>(text);
+}
 
 std::optional<uint64_t> parse_size(std::string_view text) {
   constexpr std::string_view kUnits = "KMGT";

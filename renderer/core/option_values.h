@@ -19,12 +19,12 @@ namespace emberline {
 // A finite decimal number in the C locale, without surrounding characters.
 std::optional<double> parse_real(std::string_view text);
 // An integer without a fraction or exponent: "64", not "64.0" or "1e3".
-std::optional<int64_t> parse_whole(std::string_view text);
+std::optional<int64_t> parse_integer(std::string_view text);
 
 template <typename T>
 std::optional<T> parse_number(std::string_view text) {
   if constexpr (std::is_integral_v<T>) {
-    const std::optional<int64_t> value = parse_whole(text);
+    const std::optional<int64_t> value = parse_integer(text);
     if (!value || !std::in_range<T>(*value)) return std::nullopt;
     return T(*value);
   } else {

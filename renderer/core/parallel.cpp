@@ -49,7 +49,7 @@ struct LoopOrder {
 
 }  // namespace
 
-void run(size_t count, size_t grain, Split split,
+void run(size_t count, size_t grain, Partitioner partitioner,
          void (*call)(const void* body, size_t begin, size_t end), const void* body) {
   LoopOrder order;
   const tbb::blocked_range<size_t> all(0, count, grain);
@@ -57,7 +57,7 @@ void run(size_t count, size_t grain, Split split,
     const LoopOrder::Call ordered(order);
     call(body, range.begin(), range.end());
   };
-  if (split == Split::kToTheGrain) {
+  if (partitioner == Partitioner::kSimple) {
     tbb::parallel_for(all, part, tbb::simple_partitioner());
   } else {
     tbb::parallel_for(all, part);

@@ -9,9 +9,9 @@
 
 namespace emberline::parallel_detail {
 
-enum class Split { kAsTbbLikes, kToTheGrain };
+enum class Partitioner { kAuto, kSimple };
 
-void run(size_t count, size_t grain, Split split,
+void run(size_t count, size_t grain, Partitioner partitioner,
          void (*call)(const void* body, size_t begin, size_t end), const void* body);
 
 }  // namespace emberline::parallel_detail
@@ -25,7 +25,7 @@ void parallel_ranges(size_t count, size_t grain, const Body& body) {
   const auto call = [](const void* erased, size_t begin, size_t end) {
     (*static_cast<const Body*>(erased))(begin, end);
   };
-  parallel_detail::run(count, grain, parallel_detail::Split::kAsTbbLikes, call, &body);
+  parallel_detail::run(count, grain, parallel_detail::Partitioner::kAuto, call, &body);
 }
 
 // Calls body(i) for each i < count, in parts chosen by TBB.
@@ -46,7 +46,7 @@ void parallel_tasks(size_t count, const Body& body) {
   const auto call = [](const void* erased, size_t begin, size_t) {
     (*static_cast<const Body*>(erased))(begin);
   };
-  parallel_detail::run(count, 1, parallel_detail::Split::kToTheGrain, call, &body);
+  parallel_detail::run(count, 1, parallel_detail::Partitioner::kSimple, call, &body);
 }
 
 }  // namespace emberline

@@ -15,7 +15,7 @@ inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // The largest coordinate of an origin or an unnormalised direction. Embree accepts up to 1.84e18
 // (FLT_LARGE in kernels/common/ray.h, 3.13 and 4) and aborts beyond that where its assertions are
 // compiled in, as in Debian. Squares overflow float beyond 1.8e19.
-inline constexpr double kFarthestOrigin = 1e18;
+inline constexpr double kMaxOrigin = 1e18;
 
 // Points origin + t * direction for t in [0, t_max], in the scene's internal space (rebased, see
 // scene.h). Origins are already offset from their surface, so there is no t_min.

@@ -12,17 +12,17 @@
 namespace emberline {
 
 template <class Values>
-std::vector<typename Values::value_type> take_rect(const Values& values, const Rect& frame,
-                                                   const Rect& part) {
+std::vector<typename Values::value_type> extract_rect(const Values& values, const Rect& frame,
+                                                      const Rect& part) {
   const size_t count = values.size() / size_t(frame.area());
   const size_t row = size_t(part.width()) * count;
-  std::vector<typename Values::value_type> taken;
-  taken.reserve(row * size_t(part.height()));
+  std::vector<typename Values::value_type> extracted;
+  extracted.reserve(row * size_t(part.height()));
   for (int y = part.y0; y < part.y1; ++y) {
     const auto* const first = values.data() + frame.index_of(part.x0, y) * count;
-    taken.insert(taken.end(), first, first + row);
+    extracted.insert(extracted.end(), first, first + row);
   }
-  return taken;
+  return extracted;
 }
 
 // Thread-safe for disjoint parts.

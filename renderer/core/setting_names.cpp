@@ -8,7 +8,7 @@ namespace {
 
 std::string bare(std::string_view name) { return std::string(name); }
 
-std::atomic<SpellSetting> g_spell = bare;
+std::atomic<SettingFormatter> g_setting_formatter = bare;
 
 bool may_be_setting(std::string_view name) {
   return !name.empty() && std::ranges::all_of(name, [](char c) {
@@ -18,16 +18,16 @@ bool may_be_setting(std::string_view name) {
 
 }  // namespace
 
-void spell_settings(SpellSetting spell) { g_spell = spell; }
+void spell_settings(SettingFormatter formatter) { g_setting_formatter = formatter; }
 
-std::string spelled(std::string_view text) {
+std::string spell_setting_names(std::string_view text) {
   std::string result;
   for (;;) {
     const size_t begin = text.find('`');
     const size_t end = begin == text.npos ? begin : text.find('`', begin + 1);
     if (end == text.npos) return result.append(text);
     const std::string_view name = text.substr(begin + 1, end - begin - 1);
-    const std::string spelling = may_be_setting(name) ? g_spell.load()(name) : "";
+    const std::string spelling = may_be_setting(name) ? g_setting_formatter.load()(name) : "";
     result += text.substr(0, begin);
     // A closing backtick may also open the next name.
     result += spelling.empty() ? text.substr(begin, end - begin) : std::string_view(spelling);

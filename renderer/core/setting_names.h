@@ -10,11 +10,11 @@ namespace emberline {
 
 // Returns the replacement for the backticks and the name, or an empty string to keep both if this
 // is not a setting.
-using SpellSetting = std::string (*)(std::string_view name);
+using SettingFormatter = std::string (*)(std::string_view name);
 
 // Process-wide; call it before the first message. The default is the bare name.
-void spell_settings(SpellSetting spell);
+void spell_settings(SettingFormatter formatter);
 
-std::string spelled(std::string_view text);
+std::string spell_setting_names(std::string_view text);
 
 }  // namespace emberline

@@ -8,18 +8,18 @@ namespace emberline {
 
 // Cuts a text for use within a message.
 inline std::string shortened(std::string_view text) {
-  constexpr size_t kLongest = 80;
-  std::string cut(text.substr(0, kLongest));
+  constexpr size_t kMaxLength = 80;
+  std::string cut(text.substr(0, kMaxLength));
   if (cut.size() < text.size()) cut += "...";
   return cut;
 }
 
 // Cuts an overlong message in the middle: its beginning says where, its end what to do.
-inline std::string fitting(std::string_view message) {
-  constexpr size_t kBeginning = 1500, kEnd = 500;
-  if (message.size() <= kBeginning + kEnd) return std::string(message);
-  std::string cut(message.substr(0, kBeginning));
-  return (cut += "...").append(message.substr(message.size() - kEnd));
+inline std::string truncate_middle(std::string_view message) {
+  constexpr size_t kHeadLength = 1500, kTailLength = 500;
+  if (message.size() <= kHeadLength + kTailLength) return std::string(message);
+  std::string cut(message.substr(0, kHeadLength));
+  return (cut += "...").append(message.substr(message.size() - kTailLength));
 }
 
 }  // namespace emberline

@@ -17,23 +17,24 @@ struct TimeCurve {
 
   // Binary search, logarithmic in the number of keys.
   Value at(float time) const {
-    const auto behind = size_t(std::upper_bound(times.begin(), times.end(), time) - times.begin());
-    if (behind == 0) return values.front();
-    if (behind == times.size()) return values.back();
-    const Value& before = values[behind - 1];
-    const float since = time - times[behind - 1];
-    return before + (values[behind] - before) * (since / (times[behind] - times[behind - 1]));
+    const auto next = size_t(std::upper_bound(times.begin(), times.end(), time) - times.begin());
+    if (next == 0) return values.front();
+    if (next == times.size()) return values.back();
+    const Value& before = values[next - 1];
+    const float elapsed = time - times[next - 1];
+    return before + (values[next] - before) * (elapsed / (times[next] - times[next - 1]));
   }
 };
 
 // Visibility over time; each change toggles it.
-struct ShownTimes {
-  bool at_opening = true;
-  std::vector<float> changes;  // non-decreasing times
+struct VisibilityTimes {
+  bool visible_at_open = true;
+  std::vector<float> toggle_times;  // non-decreasing times
 
   bool at(float time) const {
-    const auto passed = std::upper_bound(changes.begin(), changes.end(), time) - changes.begin();
-    return at_opening != (passed % 2 == 1);
+    const auto toggle_count =
+        std::upper_bound(toggle_times.begin(), toggle_times.end(), time) - toggle_times.begin();
+    return visible_at_open != (toggle_count % 2 == 1);
   }
 };
 

@@ -14,7 +14,7 @@ namespace emberline {
 // Larger arrays get huge pages.
 constexpr size_t kLarge = size_t(8) << 20;
 
-void prefer_huge_pages([[maybe_unused]] void* data, [[maybe_unused]] size_t bytes) {
+void advise_huge_pages([[maybe_unused]] void* data, [[maybe_unused]] size_t bytes) {
 #if defined(__linux__)
   constexpr uintptr_t kPage = 4096;
   if (bytes < kLarge) return;
@@ -25,8 +25,8 @@ void prefer_huge_pages([[maybe_unused]] void* data, [[maybe_unused]] size_t byte
 #endif
 }
 
-void take_huge_pages(void* zeroes, size_t bytes) {
-  prefer_huge_pages(zeroes, bytes);
+void commit_huge_pages(void* zeroes, size_t bytes) {
+  advise_huge_pages(zeroes, bytes);
   if (bytes < kLarge) return;
   constexpr size_t kHugePage = size_t(2) << 20;
   volatile char* const data = static_cast<char*>(zeroes);

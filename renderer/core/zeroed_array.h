@@ -14,12 +14,12 @@ namespace emberline {
 
 // Requests pages of 2 MiB instead of 4 KiB for a large array. A bisection frame of 1280 x 720
 // touches 16,000 small pages in its first pass, a sixth of that pass's time.
-void prefer_huge_pages(void* data, size_t bytes);
+void advise_huge_pages(void* data, size_t bytes);
 
 // Requests huge pages for memory that is already zero, and touches all of them. Otherwise they are
 // cleared one by one as samples arrive, which delays a first pass of bisection
 // (tests/bench/results, "Many threads").
-void take_huge_pages(void* zeroes, size_t bytes);
+void commit_huge_pages(void* zeroes, size_t bytes);
 
 // Sets all bytes to zero, with all threads if the array is large.
 void clear_bytes(void* data, size_t bytes);
@@ -36,7 +36,7 @@ class ZeroedArray {
       capacity_ = 0;
       data_.reset(static_cast<T*>(std::calloc(size, sizeof(T))));
       if (!data_) throw std::bad_alloc();
-      take_huge_pages(data_.get(), size * sizeof(T));
+      commit_huge_pages(data_.get(), size * sizeof(T));
       capacity_ = size;
     } else if (size > 0) {
       clear_bytes(data_.get(), size * sizeof(T));

@@ -18,11 +18,11 @@ struct Segment {
 // A time that rounds to a key's float counts as the key: frame 1 of 24 per second lies slightly
 // before its float, and a step must already have happened there.
 Segment find_segment(const std::vector<float>& times, double time) {
-  const auto behind = std::upper_bound(times.begin(), times.end(), float(time));
-  if (behind == times.begin()) return {};
-  const auto key = behind - 1;
-  if (behind == times.end()) return {size_t(key - times.begin())};
-  const double duration = double(*behind) - double(*key);
+  const auto next = std::upper_bound(times.begin(), times.end(), float(time));
+  if (next == times.begin()) return {};
+  const auto key = next - 1;
+  if (next == times.end()) return {size_t(key - times.begin())};
+  const double duration = double(*next) - double(*key);
   const double share = std::max(0.0, (time - double(*key)) / duration);
   return {size_t(key - times.begin()), share, duration};
 }

@@ -7,7 +7,7 @@
 namespace emberline::atmosphere {
 namespace {
 
-constexpr double kFirst = 380, kStep = 20;  // nm
+constexpr double kFirstWavelength = 380, kWavelengthStep = 20;  // nm
 
 // The sun's irradiance outside the atmosphere in W/m^2/nm, after ASTM G-173 (E-490), and the
 // absorption cross-section of ozone at 233 K in 1e-26 m^2, after V. Gorshelev, A. Serdyuchenko et
@@ -24,7 +24,7 @@ constexpr double kOzoneMolecules = 300 * 2.687e20 / 15e3;
 
 // The CIE 1931 observer by the multi-lobe fit of C. Wyman, P.-P. Sloan, P. Shirley, "Simple
 // Analytic Approximations to the CIE XYZ Color Matching Functions" (JCGT 2013).
-Vec3d observer(double nm) {
+Vec3d cie_1931(double nm) {
   const auto lobe = [nm](double mean, double below, double above) {
     const double t = (nm - mean) / (nm < mean ? below : above);
     return std::exp(-0.5 * t * t);
@@ -36,7 +36,7 @@ Vec3d observer(double nm) {
 }
 
 // IEC 61966-2-1, annex F.
-Vec3d rec709(const Vec3d& xyz) {
+Vec3d rec709_of_xyz(const Vec3d& xyz) {
   return {3.2406 * xyz.x - 1.5372 * xyz.y - 0.4986 * xyz.z,
           -0.9689 * xyz.x + 1.8758 * xyz.y + 0.0415 * xyz.z,
           0.0557 * xyz.x - 0.2040 * xyz.y + 1.0570 * xyz.z};
@@ -48,8 +48,9 @@ std::array<Vec3d, kBands> make_colours() {
   std::array<Vec3d, kBands> colours;
   for (size_t b = 0; b < kBands; ++b) {
     Vec3d sum(0.0);
-    for (double nm = 0.5; nm < kStep; ++nm) sum += observer(kFirst + kStep * double(b) + nm);
-    colours[b] = rec709(sum * (kLumensPerWatt * kSun[b]));
+    for (double nm = 0.5; nm < kWavelengthStep; ++nm)
+      sum += cie_1931(kFirstWavelength + kWavelengthStep * double(b) + nm);
+    colours[b] = rec709_of_xyz(sum * (kLumensPerWatt * kSun[b]));
   }
   return colours;
 }
@@ -63,7 +64,7 @@ const Coefficients& coefficients() {
   static const Coefficients kEarth = [] {
     Coefficients c{};
     for (size_t b = 0; b < kBands; ++b) {
-      const double micrometres = (kFirst + kStep * (double(b) + 0.5)) * 1e-3;
+      const double micrometres = (kFirstWavelength + kWavelengthStep * (double(b) + 0.5)) * 1e-3;
       c.rayleigh[b] = float(1.24062e-6 / std::pow(micrometres, 4));
       c.ozone[b] = float(kOzone[b] * 1e-26 * kOzoneMolecules);
     }
@@ -83,15 +84,15 @@ double rayleigh_phase(double cosine) { return 3 / (16 * kPiD) * (1 + cosine * co
 
 // L. Henyey, J. Greenstein, "Diffuse radiation in the galaxy" (1941).
 double haze_phase(double cosine) {
-  constexpr double kForward = 0.76;
-  const double t = 1 + kForward * kForward - 2 * kForward * cosine;
-  return (1 - kForward * kForward) / (4 * kPiD * t * std::sqrt(t));
+  constexpr double kAsymmetry = 0.76;
+  const double t = 1 + kAsymmetry * kAsymmetry - 2 * kAsymmetry * cosine;
+  return (1 - kAsymmetry * kAsymmetry) / (4 * kPiD * t * std::sqrt(t));
 }
 
-Vec3d to_rgb(const Spectrum& share_of_the_sun) {
+Vec3d to_rgb(const Spectrum& relative_to_sun) {
   static const std::array<Vec3d, kBands> kColours = make_colours();
   Vec3d rgb(0.0);
-  for (size_t b = 0; b < kBands; ++b) rgb += kColours[b] * double(share_of_the_sun[b]);
+  for (size_t b = 0; b < kBands; ++b) rgb += kColours[b] * double(relative_to_sun[b]);
   return rgb;
 }
 

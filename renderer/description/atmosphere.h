@@ -8,7 +8,7 @@
 namespace emberline::atmosphere {
 
 // Radii of the earth and of its atmosphere, in metres.
-inline constexpr double kGround = 6360e3, kTop = 6460e3;
+inline constexpr double kGroundRadius = 6360e3, kTopRadius = 6460e3;
 
 // Spectral bands: 16 means over 20 nm, starting at 380 nm.
 inline constexpr size_t kBands = 16;
@@ -33,6 +33,6 @@ double haze_phase(double cosine);
 
 // Luminances of linear Rec. 709, in cd/m^2, for radiances given as fractions of the sun's spectral
 // irradiance outside the atmosphere; negative outside the gamut.
-Vec3d to_rgb(const Spectrum& share_of_the_sun);
+Vec3d to_rgb(const Spectrum& relative_to_sun);
 
 }  // namespace emberline::atmosphere

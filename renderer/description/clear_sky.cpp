@@ -46,18 +46,20 @@ Spectrum transmittance(const Column& column) {
 }
 
 // Distance to the top of the atmosphere, or to the ground, from a radius at a cosine to the zenith.
-double way_to_top(double radius, double cosine) {
+double distance_to_top(double radius, double cosine) {
   const double across = radius * cosine;
-  return -across + std::sqrt(std::max(0.0, across * across + kTop * kTop - radius * radius));
+  return -across +
+         std::sqrt(std::max(0.0, across * across + kTopRadius * kTopRadius - radius * radius));
 }
-double way_to_ground(double radius, double cosine) {  // negative: it does not reach the ground
-  const double across = radius * cosine, d = across * across + kGround * kGround - radius * radius;
+double distance_to_ground(double radius, double cosine) {  // negative: it does not reach the ground
+  const double across = radius * cosine,
+               d = across * across + kGroundRadius * kGroundRadius - radius * radius;
   return cosine < 0 && d >= 0 ? std::max(0.0, -across - std::sqrt(d)) : -1;
 }
 
 // Visits the midpoints of `steps` pieces of a ray that grow with the distance, since air is densest
-// at the start; calls visit(place, radius, metres, density, column up to there). Returns the whole
-// column.
+// at the start; calls visit(position, radius, metres, density, column up to there). Returns the
+// whole column.
 template <typename Visit>
 Column march(const Vec3d& from, const Vec3d& direction, double length, int steps,
              const Visit& visit) {
@@ -65,13 +67,13 @@ Column march(const Vec3d& from, const Vec3d& direction, double length, int steps
   for (int i = 0; i < steps; ++i) {
     const double metres = length * (2 * i + 1) / (double(steps) * steps);
     const double s = (i + 0.5) / steps;
-    const Vec3d place = from + direction * (length * (s * s + 0.25 / (double(steps) * steps)));
-    const double radius = place.length();
-    const Density d = density(radius - kGround);
+    const Vec3d position = from + direction * (length * (s * s + 0.25 / (double(steps) * steps)));
+    const double radius = position.length();
+    const Density d = density(radius - kGroundRadius);
     Column half = column;
     half.add(d, 0.5 * metres);
     column.add(d, metres);
-    visit(place, radius, metres, d, half);
+    visit(position, radius, metres, d, half);
   }
   return column;
 }
@@ -93,14 +95,15 @@ class SkyTable {
     parallel_each(values_.size(), [&](size_t i) {
       const double s = double(i / size_t(angles_)) / (heights_ - 1);
       const double angle = first_ + (last_ - first_) * double(i % size_t(angles_)) / (angles_ - 1);
-      values_[i] = make(kGround + (kTop - kGround) * s * s, angle);
+      values_[i] = make(kGroundRadius + (kTopRadius - kGroundRadius) * s * s, angle);
     });
   }
 
-  // Calls take(value, weight) for the four values around a place.
+  // Calls take(value, weight) for the four values around a position.
   template <typename Take>
   void around(double radius, double angle, const Take& take) const {
-    const double height = std::clamp((radius - kGround) / (kTop - kGround), 0.0, 1.0);
+    const double height =
+        std::clamp((radius - kGroundRadius) / (kTopRadius - kGroundRadius), 0.0, 1.0);
     const double y = std::sqrt(height) * (heights_ - 1);
     const double x = std::clamp((angle - first_) / (last_ - first_), 0.0, 1.0) * (angles_ - 1);
     const int row = std::min(int(y), heights_ - 2), at = std::min(int(x), angles_ - 2);
@@ -120,54 +123,55 @@ class SkyTable {
 
 // A ray from the ground passes 10 degrees around the earth before it leaves the atmosphere; a
 // second ray from there goes equally far, in either direction.
-constexpr double kViewReach = 10.6 * kRadian, kSecondReach = 32 * kRadian;
-constexpr int kViewSteps = 64, kSecondSteps = 24;
+constexpr double kViewReach = 10.6 * kRadian, kSecondOrderReach = 32 * kRadian;
+constexpr int kViewSteps = 64, kSecondOrderSteps = 24;
 
 class Sky {
  public:
   explicit Sky(const SkySettings& settings)
       : settings_(settings),
         elevation_(settings.elevation * kRadian),
-        towards_sun_(64, 257, kPiD / 2 - elevation_, kSecondReach),
-        again_(20, 25, kPiD / 2 - elevation_, kViewReach) {
-    towards_sun_.fill([](double radius, double angle) {
+        sun_columns_(64, 257, kPiD / 2 - elevation_, kSecondOrderReach),
+        multiple_table_(20, 25, kPiD / 2 - elevation_, kViewReach) {
+    sun_columns_.fill([](double radius, double angle) {
       const double cosine = std::cos(angle);
       return march(Vec3d(0, radius, 0), Vec3d(std::sin(angle), cosine, 0),
-                   way_to_top(radius, cosine), 48, [](const auto&...) {});
+                   distance_to_top(radius, cosine), 48, [](const auto&...) {});
     });
-    if (!settings.scattered_again) return;
-    again_.fill(
-        [this](double radius, double angle) { return all_further_scattering(radius, angle); });
+    if (!settings.multiple_scattering) return;
+    multiple_table_.fill(
+        [this](double radius, double angle) { return compute_multiple_scattering(radius, angle); });
   }
 
-  // The sunlight that reaches a place; the sun is a disc that sets.
+  // The sunlight that reaches a position; the sun is a disc that sets.
   Spectrum sunlight(double radius, double angle, const Column& further) const {
-    const double horizon = kPiD / 2 + std::acos(std::min(1.0, kGround / radius));
-    const double seen = std::clamp(0.5 + (horizon - angle) / (2 * kSunRadius), 0.0, 1.0);
-    if (seen <= 0) return {};
+    const double horizon = kPiD / 2 + std::acos(std::min(1.0, kGroundRadius / radius));
+    const double sun_visibility = std::clamp(0.5 + (horizon - angle) / (2 * kSunRadius), 0.0, 1.0);
+    if (sun_visibility <= 0) return {};
     Column column = further;
-    towards_sun_.around(radius, angle,
+    sun_columns_.around(radius, angle,
                         [&](const Column& c, double weight) { column = column + c * weight; });
     Spectrum light = transmittance(column);
-    for (float& l : light) l *= float(seen);
+    for (float& l : light) l *= float(sun_visibility);
     return light;
   }
 
   // Light seen from the ground, without the phase functions of single scattering.
-  struct Seen {
-    Vec3d rayleigh = Vec3d(0.0), haze = Vec3d(0.0), again = Vec3d(0.0);
+  struct ScatteredLight {
+    Vec3d rayleigh = Vec3d(0.0), haze = Vec3d(0.0), multiple = Vec3d(0.0);
   };
   // For a direction above the horizon, `azimuth` from the sun's.
-  Seen look(double elevation, double azimuth) const {
+  ScatteredLight scattered_light(double elevation, double azimuth) const {
     const Coefficients& c = coefficients();
     const Vec3d sun(std::cos(elevation_), std::sin(elevation_), 0);
     const Vec3d direction(std::cos(elevation) * std::cos(azimuth), std::sin(elevation),
                           std::cos(elevation) * std::sin(azimuth));
-    Spectrum rayleigh{}, haze{}, again{};
-    march(Vec3d(0, kGround, 0), direction, way_to_top(kGround, direction.y), kViewSteps,
-          [&](const Vec3d& place, double radius, double metres, const Density& d,
+    Spectrum rayleigh{}, haze{}, multiple{};
+    march(Vec3d(0, kGroundRadius, 0), direction, distance_to_top(kGroundRadius, direction.y),
+          kViewSteps,
+          [&](const Vec3d& position, double radius, double metres, const Density& d,
               const Column& before) {
-            const double angle = std::acos(std::clamp(dot(place, sun) / radius, -1.0, 1.0));
+            const double angle = std::acos(std::clamp(dot(position, sun) / radius, -1.0, 1.0));
             const Spectrum light = sunlight(radius, angle, before);
             const auto air = float(d.rayleigh * metres);
             const float dust = float(d.haze * metres) * c.haze_scattering;
@@ -175,67 +179,69 @@ class Sky {
               rayleigh[b] += c.rayleigh[b] * air * light[b];
               haze[b] += dust * light[b];
             }
-            if (!settings_.scattered_again) return;
+            if (!settings_.multiple_scattering) return;
             Spectrum around{};
-            again_.around(radius, angle, [&](const Spectrum& s, double weight) {
+            multiple_table_.around(radius, angle, [&](const Spectrum& s, double weight) {
               for (size_t b = 0; b < kBands; ++b) around[b] += float(weight) * s[b];
             });
-            const Spectrum kept = transmittance(before);
+            const Spectrum transmitted = transmittance(before);
             for (size_t b = 0; b < kBands; ++b) {
-              again[b] += (c.rayleigh[b] * air + dust) * kept[b] * around[b];
+              multiple[b] += (c.rayleigh[b] * air + dust) * transmitted[b] * around[b];
             }
           });
-    return {to_rgb(rayleigh), to_rgb(haze), to_rgb(again)};
+    return {to_rgb(rayleigh), to_rgb(haze), to_rgb(multiple)};
   }
 
  private:
-  // Hillaire's equations 5 to 10: second-order scattering at a place, and its geometric series. The
-  // sun's irradiance outside the atmosphere is 1.
-  Spectrum all_further_scattering(double radius, double angle) const {
+  // Hillaire's equations 5 to 10: second-order scattering at a position, and its geometric series.
+  // The sun's irradiance outside the atmosphere is 1.
+  Spectrum compute_multiple_scattering(double radius, double angle) const {
     constexpr int kZeniths = 16, kAzimuths = 4;  // half of the sphere, by symmetry
     const Coefficients& c = coefficients();
     const Vec3d from(0, radius, 0), sun(std::sin(angle), std::cos(angle), 0);
-    Spectrum second{}, share{};
+    Spectrum second{}, scattered_fraction{};
     for (int i = 0; i < kZeniths * kAzimuths; ++i) {
       const double y = -1 + (i / kAzimuths + 0.5) * 2 / kZeniths;
       const double azimuth = kPiD * (i % kAzimuths + 0.5) / kAzimuths;
       const double level = std::sqrt(1 - y * y);
       const Vec3d direction(level * std::cos(azimuth), y, level * std::sin(azimuth));
-      const double down = way_to_ground(radius, y);
-      const double length = down >= 0 ? down : way_to_top(radius, y);
-      const auto angle_at = [&](const Vec3d& place, double r) {
-        return std::acos(std::clamp(dot(place, sun) / r, -1.0, 1.0));
+      const double down = distance_to_ground(radius, y);
+      const double length = down >= 0 ? down : distance_to_top(radius, y);
+      const auto angle_at = [&](const Vec3d& position, double r) {
+        return std::acos(std::clamp(dot(position, sun) / r, -1.0, 1.0));
       };
-      const Column whole = march(
-          from, direction, length, kSecondSteps,
-          [&](const Vec3d& place, double r, double metres, const Density& d, const Column& before) {
-            const Spectrum light = sunlight(r, angle_at(place, r), before);
-            const Spectrum kept = transmittance(before);
-            const auto air = float(d.rayleigh * metres);
-            const float dust = float(d.haze * metres) * c.haze_scattering;
-            for (size_t b = 0; b < kBands; ++b) {
-              const float scattered = c.rayleigh[b] * air + dust;
-              second[b] += scattered * light[b] * float(0.25 / kPiD);
-              share[b] += scattered * kept[b];
-            }
-          });
+      const Column whole = march(from, direction, length, kSecondOrderSteps,
+                                 [&](const Vec3d& position, double r, double metres,
+                                     const Density& d, const Column& before) {
+                                   const Spectrum light =
+                                       sunlight(r, angle_at(position, r), before);
+                                   const Spectrum transmitted = transmittance(before);
+                                   const auto air = float(d.rayleigh * metres);
+                                   const float dust = float(d.haze * metres) * c.haze_scattering;
+                                   for (size_t b = 0; b < kBands; ++b) {
+                                     const float scattered = c.rayleigh[b] * air + dust;
+                                     second[b] += scattered * light[b] * float(0.25 / kPiD);
+                                     scattered_fraction[b] += scattered * transmitted[b];
+                                   }
+                                 });
       if (down < 0) continue;
       const Vec3d ground = from + direction * length;
-      const double at = angle_at(ground, kGround), facing = std::max(0.0, std::cos(at));
-      const Spectrum light = sunlight(kGround, at, whole);
+      const double at = angle_at(ground, kGroundRadius), facing = std::max(0.0, std::cos(at));
+      const Spectrum light = sunlight(kGroundRadius, at, whole);
       for (size_t b = 0; b < kBands; ++b) {
         second[b] += light[b] * float(facing * settings_.ground_albedo / kPiD);
       }
     }
-    constexpr float kEach = 1.0f / (kZeniths * kAzimuths);
-    for (size_t b = 0; b < kBands; ++b) second[b] *= kEach / (1 - share[b] * kEach);
+    constexpr float kDirectionWeight = 1.0f / (kZeniths * kAzimuths);
+    for (size_t b = 0; b < kBands; ++b)
+      second[b] *= kDirectionWeight / (1 - scattered_fraction[b] * kDirectionWeight);
     return second;
   }
 
   SkySettings settings_;
   double elevation_;
-  SkyTable<Column> towards_sun_;
-  SkyTable<Spectrum> again_;  // multiply scattered light, taken as isotropic
+  SkyTable<Column> sun_columns_;
+  SkyTable<Spectrum> multiple_table_;  // multiply scattered light, taken as isotropic
 };
 
 // The upper half of the map, interpolated between rays that are denser towards the horizon, with
@@ -243,28 +249,31 @@ class Sky {
 class SkyPainter {
  public:
   SkyPainter(const Sky& sky, const SkySettings& settings)
-      : elevation_(settings.elevation * kRadian), seen_(size_t(kRows) * kColumns) {
-    parallel_each(seen_.size(), [&](size_t i) {
+      : elevation_(settings.elevation * kRadian), rays_(size_t(kRows) * kColumns) {
+    parallel_each(rays_.size(), [&](size_t i) {
       const double s = double(i / kColumns) / (kRows - 1);
-      seen_[i] = sky.look(kPiD / 2 * s * s, kPiD * double(i % kColumns) / (kColumns - 1));
+      rays_[i] =
+          sky.scattered_light(kPiD / 2 * s * s, kPiD * double(i % kColumns) / (kColumns - 1));
     });
   }
 
   // `azimuth`: relative to the sun's, any multiple of a turn. The elevation must not be negative.
   Vec3d radiance(double elevation, double azimuth) const {
-    const double turned = std::abs(std::remainder(azimuth, 2 * kPiD));
+    const double relative_azimuth = std::abs(std::remainder(azimuth, 2 * kPiD));
     const double y = std::sqrt(elevation / (kPiD / 2)) * (kRows - 1);
-    const double x = turned / kPiD * (kColumns - 1);
+    const double x = relative_azimuth / kPiD * (kColumns - 1);
     const int row = std::min(int(y), kRows - 2), at = std::min(int(x), kColumns - 2);
-    const Sky::Seen* upper = &seen_[size_t(row * kColumns + at)];
+    const Sky::ScatteredLight* upper = &rays_[size_t(row * kColumns + at)];
     const double cosine = std::sin(elevation) * std::sin(elevation_) +
-                          std::cos(elevation) * std::cos(elevation_) * std::cos(turned);
+                          std::cos(elevation) * std::cos(elevation_) * std::cos(relative_azimuth);
     const double air = rayleigh_phase(cosine), dust = haze_phase(cosine);
-    const auto total = [&](const Sky::Seen& s) {
-      return s.rayleigh * air + s.haze * dust + s.again;
+    const auto total = [&](const Sky::ScatteredLight& s) {
+      return s.rayleigh * air + s.haze * dust + s.multiple;
     };
-    const auto across = [&](const Sky::Seen* s) { return lerp(total(s[0]), total(s[1]), x - at); };
-    const Vec3d sum = lerp(across(upper), across(upper + kColumns), y - row) / kSkyUnit;
+    const auto across = [&](const Sky::ScatteredLight* s) {
+      return lerp(total(s[0]), total(s[1]), x - at);
+    };
+    const Vec3d sum = lerp(across(upper), across(upper + kColumns), y - row) / kUnitLuminance;
     return {std::max(sum.x, 0.0), std::max(sum.y, 0.0), std::max(sum.z, 0.0)};
   }
 
@@ -273,7 +282,7 @@ class SkyPainter {
   static Vec3d lerp(const Vec3d& a, const Vec3d& b, double t) { return a * (1 - t) + b * t; }
 
   double elevation_;
-  std::vector<Sky::Seen> seen_;
+  std::vector<Sky::ScatteredLight> rays_;
 };
 
 }  // namespace
@@ -285,7 +294,8 @@ EnvironmentDescription clear_sky(const SkySettings& settings) {
   const double elevation = settings.elevation * kRadian, azimuth = settings.azimuth * kRadian;
 
   auto image = std::make_shared<Image>();
-  image->name = spelled(fmt::format("`sun` {},{}", settings.elevation, settings.azimuth));
+  image->name =
+      spell_setting_names(fmt::format("`sun` {},{}", settings.elevation, settings.azimuth));
   image->width = width;
   image->height = height;
   image->channels = 3;
@@ -297,7 +307,7 @@ EnvironmentDescription clear_sky(const SkySettings& settings) {
                 sizeof value);
   };
 
-  std::vector<Vec3d> fallen(size_t(above), Vec3d(0.0));  // on the ground, per row
+  std::vector<Vec3d> row_irradiance(size_t(above), Vec3d(0.0));  // on the ground, per row
   parallel_each(size_t(above), [&](size_t row) {
     const double up = kPiD / 2 - kPiD * (double(row) + 0.5) / height;
     for (int x = 0; x < width; ++x) {
@@ -305,17 +315,17 @@ EnvironmentDescription clear_sky(const SkySettings& settings) {
       const double longitude = (double(x) + 0.5) / width * 2 * kPiD - kPiD;
       const Vec3d radiance = painter.radiance(up, longitude + kPiD / 2 - azimuth);
       put(x, int(row), radiance);
-      fallen[row] += radiance * (std::cos(up) * std::sin(up));
+      row_irradiance[row] += radiance * (std::cos(up) * std::sin(up));
     }
   });
 
   EnvironmentDescription environment;
   environment.file = image->name;
-  const Spectrum direct = sky.sunlight(kGround, kPiD / 2 - std::max(elevation, 0.0), {});
-  const double seen = std::clamp(0.5 + elevation / (2 * kSunRadius), 0.0, 1.0);
-  Vec3d sunlight = to_rgb(direct) / kSkyUnit;
+  const Spectrum direct = sky.sunlight(kGroundRadius, kPiD / 2 - std::max(elevation, 0.0), {});
+  const double sun_visibility = std::clamp(0.5 + elevation / (2 * kSunRadius), 0.0, 1.0);
+  Vec3d sunlight = to_rgb(direct) / kUnitLuminance;
   for (int c = 0; c < 3; ++c) sunlight[c] = std::max(sunlight[c], 0.0);
-  if (seen > 0) {
+  if (sun_visibility > 0) {
     SunDisc sun;
     sun.direction = to_float(Vec3d(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
                                    -std::cos(elevation) * std::cos(azimuth)));
@@ -324,8 +334,8 @@ EnvironmentDescription clear_sky(const SkySettings& settings) {
     environment.sun = std::make_shared<const SunDisc>(sun);
   }
 
-  Vec3d ground = sunlight * (seen * std::max(0.0, std::sin(elevation)));
-  for (const Vec3d& row : fallen) ground += row * (kPiD / height * 2 * kPiD / width);
+  Vec3d ground = sunlight * (sun_visibility * std::max(0.0, std::sin(elevation)));
+  for (const Vec3d& row : row_irradiance) ground += row * (kPiD / height * 2 * kPiD / width);
   ground *= settings.ground_albedo / kPiD;
   for (int y = above; y < height; ++y) {
     for (int x = 0; x < width; ++x) put(x, y, ground);

@@ -12,15 +12,15 @@
 namespace emberline {
 
 // The luminance in cd/m^2 that maps to a radiance of 1: roughly a white surface under a high sun.
-inline constexpr double kSkyUnit = 32768;
+inline constexpr double kUnitLuminance = 32768;
 
 struct SkySettings {
   // The sun's centre in degrees: above the horizon, from -90 to 90; and from -Z over +X, +Z, -X.
   double elevation = 45, azimuth = 0;
   // The ground is grey, fills the lower half of the map and illuminates the air.
   double ground_albedo = 0.3;
-  bool scattered_again = true;  // false: single scattering only
-  int height = 512;             // of the map
+  bool multiple_scattering = true;  // false: single scattering only
+  int height = 512;                 // of the map
 };
 
 // A map of float texels and the sun, unless it has set. Uses all threads.

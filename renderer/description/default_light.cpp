@@ -27,7 +27,7 @@ bool has_light(const SceneDescription& scene) {
   return std::ranges::any_of(scene.instances, [&](const InstanceDescription& placed) {
     const MaterialDescription* material = material_of(scene, placed);
     const MeshDescription& mesh = scene.meshes[size_t(placed.mesh)];
-    return material && emits(*material) && (mesh.held || !mesh.triangles.empty());
+    return material && emits(*material) && (mesh.reused_bounds || !mesh.triangles.empty());
   });
 }
 

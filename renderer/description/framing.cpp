@@ -12,7 +12,7 @@ WorldBounds world_bounds(const SceneDescription& description) {
   std::vector<WorldBounds> local(description.meshes.size());
   for (size_t i = 0; i < local.size(); ++i) {
     const MeshDescription& mesh = description.meshes[i];
-    if (mesh.held) local[i] = *mesh.held;
+    if (mesh.reused_bounds) local[i] = *mesh.reused_bounds;
     for (const Vec3f& p : mesh.positions) local[i].extendBy(to_double(p));
     for (const MeshStep& step : mesh.motion) {
       for (const Vec3f& p : step.positions) local[i].extendBy(to_double(p));

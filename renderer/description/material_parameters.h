@@ -13,8 +13,8 @@ namespace emberline {
 
 // A number or a colour. Values that are absent in an edit stay as in the file.
 struct MaterialParameter {
-  std::string_view name;  // in an edits file
-  double least, most;     // range of an edit, per channel of a colour
+  std::string_view name;    // in an edits file
+  double minimum, maximum;  // range of an edit, per channel of a colour
   std::optional<float> MaterialEdit::*edited_number = nullptr;
   float MaterialDescription::*number = nullptr;
   std::optional<Rgb> MaterialEdit::*edited_color = nullptr;

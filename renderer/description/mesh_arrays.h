@@ -25,7 +25,7 @@ struct MeshArrays {
   std::vector<std::vector<Vec2f>> uv_sets;  // each empty or complete
   std::vector<Vec4f> colors;                // COLOR_0, linear rgba; empty: white
   std::vector<MeshStep> motion = {};        // see Motion in scene_description.h
-  std::vector<Vec3f> later = {};            // positions; see LaterInstance in scene_description.h
+  std::vector<Vec3f> next_frame = {};  // positions; see NextFrameInstance in scene_description.h
   // Number of a mesh that does not deform, in a file that can be posed; it is the same in all
   // poses. 0: none.
   uint64_t key = 0;
@@ -39,7 +39,7 @@ void for_each_vertex_array(Mesh& mesh, const Use& use) {
   use(mesh.tangents);
   for (auto& uv : mesh.uv_sets) use(uv);
   use(mesh.colors);
-  use(mesh.later);
+  use(mesh.next_frame);
   for (auto& step : mesh.motion) {
     use(step.positions);
     use(step.normals);
@@ -48,7 +48,7 @@ void for_each_vertex_array(Mesh& mesh, const Use& use) {
 }
 
 // Bytes used by the arrays.
-inline uint64_t held_bytes(const MeshArrays& mesh) {
+inline uint64_t allocated_bytes(const MeshArrays& mesh) {
   const auto bytes = [](const auto& array) { return array.capacity() * sizeof(array[0]); };
   uint64_t sum = bytes(mesh.triangles) + bytes(mesh.uv_sets) + bytes(mesh.motion);
   for_each_vertex_array(mesh, [&](const auto& array) { sum += bytes(array); });

@@ -82,7 +82,7 @@ struct MaterialDescription {
   float normal_scale = 1.0f;
   Rgb emission = Rgb(0.0f);  // emissiveFactor x KHR_materials_emissive_strength: radiance
   // The factor over time, see Motion; null: constant.
-  std::shared_ptr<const TimeCurve<Rgb>> emission_share = {};
+  std::shared_ptr<const TimeCurve<Rgb>> emission_scale = {};
   TextureRef emission_texture;
   AlphaMode alpha_mode = AlphaMode::kOpaque;
   float alpha_cutoff = 0.5f;
@@ -182,7 +182,7 @@ struct MeshDescription : MeshArrays {
   // True: it may be elsewhere, or be visible more often, at another time.
   bool may_move = false;
   // Extent of a mesh without arrays, because the receiver has them from an earlier pose.
-  std::optional<WorldBounds> held = {};
+  std::optional<WorldBounds> reused_bounds = {};
 };
 
 // KHR_materials_variants: a set of materials that may replace those of the meshes.
@@ -205,8 +205,8 @@ struct InstanceDescription {
   int mesh = -1;
   Mat44d to_world;  // row-vector convention; may mirror (negative determinant); finite
   std::vector<Mat44d> motion = {};
-  std::shared_ptr<const ShownTimes> shown = {};  // null: always
-  int node = -1;                                 // of the file; into SceneDescription::nodes
+  std::shared_ptr<const VisibilityTimes> visibility = {};  // null: always
+  int node = -1;  // of the file; into SceneDescription::nodes
 };
 
 // A node of the file, by its index there.
@@ -219,7 +219,7 @@ struct NodeDescription {
 
 // A moving instance one frame after the rendered instant, to compute its velocity with an instant
 // shutter. Rays do not hit it there. Meshes and cameras have their own `later`.
-struct LaterInstance {
+struct NextFrameInstance {
   uint32_t instance = 0;  // into SceneDescription::instances
   Mat44d to_world;
 };
@@ -243,8 +243,8 @@ struct PunctualLightDescription {
   // See Motion; null: constant.
   std::shared_ptr<const TimeCurve<Rgb>> share = {};
   std::shared_ptr<const TimeCurve<Vec2f>> cones = {};  // inner and outer angle
-  std::shared_ptr<const TimeCurve<float>> range_share = {};
-  std::shared_ptr<const ShownTimes> shown = {};
+  std::shared_ptr<const TimeCurve<float>> range_scale = {};
+  std::shared_ptr<const VisibilityTimes> visibility = {};
 };
 
 // Whether the light is a point light of the scene, in the order of the description.
@@ -265,7 +265,7 @@ struct CameraDescription {
   double focus_distance = 0.0;  // metres along the axis to the plane of focus; > 0 with a lens
   Mat44d to_world;              // looks along -Z, +Y up; its scale is ignored
   std::vector<Mat44d> motion = {};
-  std::optional<Mat44d> later = {};  // see LaterInstance
+  std::optional<Mat44d> next_frame = {};  // see NextFrameInstance
   // Set if the file's camera is invalid; thrown when it is selected.
   std::shared_ptr<const InputError> fault = {};
 };
@@ -343,8 +343,8 @@ struct SceneDescription : SceneLists {
   std::vector<std::shared_ptr<const Image>> images;
   std::vector<MeshDescription> meshes;
   std::vector<InstanceDescription> instances;
-  std::vector<NodeDescription> nodes;          // if requested (GltfOptions::nodes)
-  std::vector<LaterInstance> later_instances;  // those that move, ascending by instance
+  std::vector<NodeDescription> nodes;                   // if requested (GltfOptions::nodes)
+  std::vector<NextFrameInstance> next_frame_instances;  // those that move, ascending by instance
   // For a posed scene: its bounds at rest, so that a view of the whole does not depend on the pose.
   std::optional<WorldBounds> rest_bounds;
   CoverageReport coverage;

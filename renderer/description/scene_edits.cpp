@@ -23,7 +23,7 @@ std::string list_all(const char* what, const std::vector<Named>& list) {
   return fmt::format("the scene's {}s are {}", what, numbered_names(list));
 }
 
-[[noreturn]] void refuse(const std::string& place, const std::string& message) {
+[[noreturn]] void throw_edit_error(const std::string& place, const std::string& message) {
   throw InputError(place.empty() ? "edits" : place, message);
 }
 
@@ -33,13 +33,15 @@ size_t find_target(const EditTarget& target, const char* what, const std::vector
   if (const std::optional<size_t> found = find_entry(target, list)) return *found;
   const std::string listed = list_all(what, list);
   if (target.name.empty()) {
-    refuse(target.place, fmt::format("no {} {}; {}", what, target.index, listed));
+    throw_edit_error(target.place, fmt::format("no {} {}; {}", what, target.index, listed));
   }
   const auto count = std::ranges::count(list, target.name, &Named::name);
   if (count == 0)
-    refuse(target.place, fmt::format("no {} '{}'; {}", what, shortened(target.name), listed));
-  refuse(target.place, fmt::format("{} {}s are called '{}'; choose one with \"index\"; {}", count,
-                                   what, shortened(target.name), listed));
+    throw_edit_error(target.place,
+                     fmt::format("no {} '{}'; {}", what, shortened(target.name), listed));
+  throw_edit_error(target.place,
+                   fmt::format("{} {}s are called '{}'; choose one with \"index\"; {}", count, what,
+                               shortened(target.name), listed));
 }
 
 // Finds a camera by its name, or by its node's name if no camera has the name and one node does.
@@ -91,7 +93,7 @@ class EditApplication {
 
  private:
   void check_targets();
-  void check_fits(const MaterialEdit& edit, const MaterialDescription& material) const;
+  void check_material_edit(const MaterialEdit& edit, const MaterialDescription& material) const;
   void apply_variant();
   void edit_environment();
   void edit_material(size_t edit);
@@ -107,56 +109,60 @@ void EditApplication::check_targets() {
   const auto found = [](const EditTarget& target, const char* what, const auto& list, auto& taken) {
     const size_t index = find_target(target, what, list);
     if (!taken.insert(index).second) {
-      refuse(target.place, fmt::format("a second entry for {} {} '{}'", what, index,
-                                       shortened(list[index].name)));
+      throw_edit_error(target.place, fmt::format("a second entry for {} {} '{}'", what, index,
+                                                 shortened(list[index].name)));
     }
     return index;
   };
   if (edits_.variant) {
     variant_ = int(find_target(*edits_.variant, "variant", scene_.variants));
     if (!scene_.variants_read) {
-      refuse(edits_.variant->place, "the scene was loaded without its variants' materials");
+      throw_edit_error(edits_.variant->place,
+                       "the scene was loaded without its variants' materials");
     }
   }
   const EnvironmentEdit& environment = edits_.environment;
-  const bool lit_around = scene_.environment.has_value() || environment.image;
+  const bool has_environment = scene_.environment.has_value() || environment.image;
   constexpr const char* kNoEnvironment = "the scene has no environment; choose one with \"file\"";
-  if (!lit_around && (environment.strength || environment.rotation_degrees)) {
-    refuse(environment.place, kNoEnvironment);
+  if (!has_environment && (environment.strength || environment.rotation_degrees)) {
+    throw_edit_error(environment.place, kNoEnvironment);
   }
-  std::set<size_t> edited, dimmed, shining;
-  bool around = false;
+  std::set<size_t> edited_materials, edited_lights, edited_emission;
+  bool environment_edited = false;
   for (const MaterialEdit& edit : edits_.materials) {
-    materials_.push_back(found(edit.target, "material", scene_.materials, edited));
-    check_fits(edit, scene_.materials[materials_.back()]);
+    materials_.push_back(found(edit.target, "material", scene_.materials, edited_materials));
+    check_material_edit(edit, scene_.materials[materials_.back()]);
   }
   for (const LightEdit& edit : edits_.lights) {
     if (edit.kind == EditedLight::kPunctual) {
-      lights_.push_back(found(edit.target, "light", scene_.lights, dimmed));
+      lights_.push_back(found(edit.target, "light", scene_.lights, edited_lights));
     } else if (edit.kind == EditedLight::kMaterial) {
-      lights_.push_back(found(edit.target, "material", scene_.materials, shining));
+      lights_.push_back(found(edit.target, "material", scene_.materials, edited_emission));
     } else {
-      if (!lit_around) refuse(edit.target.place, kNoEnvironment);
-      if (around) refuse(edit.target.place, "a second entry for the environment");
-      around = true;
+      if (!has_environment) throw_edit_error(edit.target.place, kNoEnvironment);
+      if (environment_edited)
+        throw_edit_error(edit.target.place, "a second entry for the environment");
+      environment_edited = true;
       lights_.push_back(0);
     }
   }
 }
 
-void EditApplication::check_fits(const MaterialEdit& edit,
-                                 const MaterialDescription& material) const {
+void EditApplication::check_material_edit(const MaterialEdit& edit,
+                                          const MaterialDescription& material) const {
   // The extension keeps materials with an index of 0 unchanged ("Backwards Compatibility Mode").
   if (edit.ior && material.ior == 0.0f) {
-    refuse(edit.target.place, fmt::format("material '{}' reflects everything (index 0, or "
-                                          "specular-glossiness) and has no \"ior\" to edit",
-                                          shortened(material.name)));
+    throw_edit_error(edit.target.place,
+                     fmt::format("material '{}' reflects everything (index 0, or "
+                                 "specular-glossiness) and has no \"ior\" to edit",
+                                 shortened(material.name)));
   }
   if (makes_anisotropic(edit) && !scene_.tangents_read && !has_tangent_space(material)) {
-    refuse(edit.target.place,
-           fmt::format("the scene was loaded without the tangents that \"anisotropy\" of material "
-                       "'{}' needs; open it again with these edits",
-                       shortened(material.name)));
+    throw_edit_error(
+        edit.target.place,
+        fmt::format("the scene was loaded without the tangents that \"anisotropy\" of material "
+                    "'{}' needs; open it again with these edits",
+                    shortened(material.name)));
   }
 }
 
@@ -219,11 +225,11 @@ Mat44d view_matrix(const CameraEdit& edit) {
   return m;
 }
 
-void refuse_if_orthographic(const CameraEdit& edit, const CameraDescription& camera,
-                            const char* member) {
+void require_perspective(const CameraEdit& edit, const CameraDescription& camera,
+                         const char* member) {
   if (!camera.orthographic) return;
-  refuse(edit.place, fmt::format("camera '{}' is orthographic and has no \"{}\"",
-                                 shortened(camera.name), member));
+  throw_edit_error(edit.place, fmt::format("camera '{}' is orthographic and has no \"{}\"",
+                                           shortened(camera.name), member));
 }
 
 void edit_lens(const CameraEdit& edit, CameraDescription& camera) {
@@ -233,11 +239,12 @@ void edit_lens(const CameraEdit& edit, CameraDescription& camera) {
     camera.focus_distance = (*edit.look_at - *edit.look_from).length();
   }
   if (!edit.f_stop) return;
-  refuse_if_orthographic(edit, camera, "f_stop");
+  require_perspective(edit, camera, "f_stop");
   if (!(camera.focus_distance > 0)) {
-    refuse(edit.place,
-           "\"f_stop\" requires \"focus_distance\" or \"look_at\": the lens needs a distance to "
-           "focus on");
+    throw_edit_error(
+        edit.place,
+        "\"f_stop\" requires \"focus_distance\" or \"look_at\": the lens needs a distance to "
+        "focus on");
   }
   camera.lens_radius = lens_radius(*edit.f_stop, camera.fov_y);
 }
@@ -254,7 +261,7 @@ bool need_tangents(const SceneEdits& edits) {
   return std::ranges::any_of(edits.materials, makes_anisotropic);
 }
 
-size_t edited_light(const LightEdit& edit, const SceneDescription& description) {
+size_t edited_light_index(const LightEdit& edit, const SceneDescription& description) {
   if (edit.kind == EditedLight::kPunctual) {
     return find_target(edit.target, "light", description.lights);
   }
@@ -273,7 +280,8 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
   }
   if (edit.look_from && edit.look_at) {
     if (!((*edit.look_from - *edit.look_at).length2() > 0)) {
-      refuse(edit.place, "\"look_from\" and \"look_at\" are the same point; move one of them");
+      throw_edit_error(edit.place,
+                       "\"look_from\" and \"look_at\" are the same point; move one of them");
     }
     camera.name = "edited view";
     if (camera.orthographic) camera.zoom.reset();
@@ -281,12 +289,12 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
     camera.aspect.reset();  // of the frame
     camera.to_world = view_matrix(edit);
     camera.motion.clear();
-    camera.later.reset();
+    camera.next_frame.reset();
     camera.fault.reset();
   }
   if (edit.orthographic_height) make_orthographic(*edit.orthographic_height, camera);
   if (edit.fov_y_degrees) {
-    refuse_if_orthographic(edit, camera, "fov_y");
+    require_perspective(edit, camera, "fov_y");
     camera.fov_y = *edit.fov_y_degrees * kPiD / 180.0;
     camera.zoom.reset();
   }
@@ -294,7 +302,7 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
   return camera;
 }
 
-SceneDescription outline(const SceneDescription& description) {
+SceneDescription copy_without_geometry(const SceneDescription& description) {
   SceneDescription result;
   static_cast<SceneLists&>(result) = description;
   result.generator = description.generator;
@@ -305,10 +313,10 @@ SceneDescription outline(const SceneDescription& description) {
   result.repairs = description.repairs;
   result.meshes.reserve(description.meshes.size());
   for (const MeshDescription& mesh : description.meshes) {
-    MeshDescription& kept = result.meshes.emplace_back();
-    kept.name = mesh.name;
-    kept.material = mesh.material;
-    kept.variant_materials = mesh.variant_materials;
+    MeshDescription& copy = result.meshes.emplace_back();
+    copy.name = mesh.name;
+    copy.material = mesh.material;
+    copy.variant_materials = mesh.variant_materials;
   }
   return result;
 }

@@ -127,9 +127,9 @@ struct MaterialEdit {
 // Limits for values in an edits file, the same as for the command line: squared distances stay
 // finite in float, and so does radiance times a film's sums.
 namespace edit_limits {
-inline constexpr double kFarthest = 1e15;      // metres
-inline constexpr double kBrightest = 1e9;      // radiance, and factors on it
-inline constexpr double kMostTurns = 36000.0;  // degrees
+inline constexpr double kMaxDistance = 1e15;    // metres
+inline constexpr double kMaxRadiance = 1e9;     // radiance, and factors on it
+inline constexpr double kMaxDegrees = 36000.0;  // degrees
 }  // namespace edit_limits
 
 struct SceneEdits {
@@ -181,7 +181,7 @@ bool need_tangents(const SceneEdits& edits);
 
 // The index of the light or material that an edit refers to; 0 for the environment. Throws
 // InputError if it is missing.
-size_t edited_light(const LightEdit& edit, const SceneDescription& description);
+size_t edited_light_index(const LightEdit& edit, const SceneDescription& description);
 
 // The view that `edits` make of `camera`, the view without them. Throws InputError for a missing
 // camera, a field of view or a lens for an orthographic one, a lens without a focus distance, and a
@@ -190,6 +190,6 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
                                 CameraDescription camera);
 
 // A copy without vertices and triangles: enough for apply() and EditableScene.
-SceneDescription outline(const SceneDescription& description);
+SceneDescription copy_without_geometry(const SceneDescription& description);
 
 }  // namespace emberline

@@ -13,11 +13,11 @@ TransformParts::TransformParts(const Mat44d& m) : translation(row(m, 3)) {
   skew_xy = dot(axes[0], y);
   skew_xz = dot(axes[0], z);
   skew_yz = dot(axes[1], z);
-  Mat44d turn;
+  Mat44d rotation_matrix;
   for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) turn[r][c] = axes[r][c];
+    for (int c = 0; c < 3; ++c) rotation_matrix[r][c] = axes[r][c];
   }
-  rotation = Imath::extractQuat(turn);
+  rotation = Imath::extractQuat(rotation_matrix);
 }
 
 Mat44d TransformParts::matrix() const {
@@ -32,15 +32,15 @@ Mat44d TransformParts::matrix() const {
   return m;
 }
 
-TransformParts between(const TransformParts& from, const TransformParts& to, double share) {
-  const auto blend = [share](const auto& a, const auto& b) { return a + (b - a) * share; };
+TransformParts interpolate(const TransformParts& from, const TransformParts& to, double fraction) {
+  const auto blend = [fraction](const auto& a, const auto& b) { return a + (b - a) * fraction; };
   TransformParts parts = from;
   parts.size = blend(from.size, to.size);
   parts.skew_xy = blend(from.skew_xy, to.skew_xy);
   parts.skew_xz = blend(from.skew_xz, to.skew_xz);
   parts.skew_yz = blend(from.skew_yz, to.skew_yz);
   parts.translation = blend(from.translation, to.translation);
-  parts.rotation = Imath::slerpShortestArc(from.rotation, to.rotation, share);
+  parts.rotation = Imath::slerpShortestArc(from.rotation, to.rotation, fraction);
   return parts;
 }
 

@@ -20,6 +20,6 @@ struct TransformParts {
 };
 
 // Interpolates scales, skews and positions linearly, the rotation about one axis (the shorter way).
-TransformParts between(const TransformParts& from, const TransformParts& to, double share);
+TransformParts interpolate(const TransformParts& from, const TransformParts& to, double fraction);
 
 }  // namespace emberline

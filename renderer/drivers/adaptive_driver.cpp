@@ -30,13 +30,13 @@ constexpr uint64_t kPartSamples = 4096;
 // Samples per pixel in the step before the pilot.
 constexpr uint32_t kStepSamples = 4;
 
-// The tree places the first sample of one pixel in kTreePart; the other pixels follow in tiles. By
-// then the tree has found the picture's features, and a query costs as much as a sample of a simple
-// scene.
-constexpr size_t kTreePart = 16;
+// The tree places the first sample of one pixel in kPixelsPerTreePixel; the other pixels follow in
+// tiles. By then the tree has found the picture's features, and a query costs as much as a sample
+// of a simple scene.
+constexpr size_t kPixelsPerTreePixel = 16;
 constexpr size_t kTreePartPixels = 256;
 
-uint32_t least_of(std::span<const uint32_t> counts) {
+uint32_t min_count(std::span<const uint32_t> counts) {
   return counts.empty() ? 0 : *std::ranges::min_element(counts);
 }
 
@@ -44,21 +44,22 @@ class AdaptiveDriver final : public FrameDriver {
  public:
   // `shown`: the picture is shown before the frame is finished. All pixels then get a first sample
   // before others follow, so the picture is complete early.
-  AdaptiveDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings, bool shown)
+  AdaptiveDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings,
+                 bool is_progressive)
       : crop_(crop),
         settings_(settings),
-        shown_(shown),
+        is_progressive_(is_progressive),
         smooth_(settings.reconstruction == Reconstruction::kLinear),
         planner_(settings.adaptive, crop.width(), crop.height(), frame.seed),
         order_(tile_order(crop)),
-        have_(order_.size(), 0),
-        stage_(shown_ ? Stage::kTree : Stage::kPilotStep) {
+        sample_counts_(order_.size(), 0),
+        stage_(is_progressive_ ? Stage::kTree : Stage::kPilotStep) {
     if (settings.adaptive.unbiased) planner_.set_averages(&averages_);
-    if (settings.extending) planner_.skip_pilot();
+    if (settings.is_extension) planner_.skip_pilot();
     if (settings.explained && crop.contains(settings.explained->x, settings.explained->y)) {
       planner_.record(index(settings.explained->x, settings.explained->y));
     }
-    if (!shown_) return;
+    if (!is_progressive_) return;
     RefinementSettings refinement;
     refinement.seed = frame.seed;
     tree_.emplace(crop, refinement);
@@ -66,27 +67,28 @@ class AdaptiveDriver final : public FrameDriver {
 
   std::optional<Round> next(FilmTile& film, const std::stop_token& stop) override {
     if (stage_ == Stage::kTree) {
-      if (const std::optional<Round> round = next_of_tree()) return round;
+      if (const std::optional<Round> round = next_tree_round()) return round;
       stage_ = Stage::kFirst;
-      return bring_all_to(1, true);
+      return make_uniform_round(1, true);
     }
     if (stage_ == Stage::kFirst) {
       if (!settings_.keep_tree && !settings_.explained) tree_.reset();
       stage_ = Stage::kPilotStep;
       ++pass_;
       const std::span<const uint32_t> pilot = planner_.targets();  // equal for all pixels
-      if (!pilot.empty() && pilot[0] >= 2 * kStepSamples) return bring_all_to(kStepSamples, false);
+      if (!pilot.empty() && pilot[0] >= 2 * kStepSamples)
+        return make_uniform_round(kStepSamples, false);
     }
     if (stage_ == Stage::kPilotStep) {
       stage_ = Stage::kPilot;
-      even_ = {};
-      return bring_to(planner_.targets(), true);
+      uniform_targets_ = {};
+      return make_round(planner_.targets(), true);
     }
     stage_ = Stage::kRounds;
-    if (settings_.adaptive.unbiased && !averaged_) {
+    if (settings_.adaptive.unbiased && !is_round_averaged_) {
       averages_.add_round(film, planner_.round_weight());
     }
-    averaged_ = false;
+    is_round_averaged_ = false;
     const bool more = planner_.plan(film, stop);
     if (planner_.interrupted()) return std::nullopt;
     planner_.write_variances(&film);
@@ -95,39 +97,39 @@ class AdaptiveDriver final : public FrameDriver {
       return std::nullopt;
     }
     ++pass_;
-    return bring_to(planner_.targets(), true);
+    return make_round(planner_.targets(), true);
   }
 
   Round round() const override {
     const size_t parts = stage_ == Stage::kTree
-                             ? (wanted_.size() + kTreePartPixels - 1) / kTreePartPixels
+                             ? (tree_pixels_.size() + kTreePartPixels - 1) / kTreePartPixels
                              : std::max<size_t>(1, parts_.size()) - 1;
     return {parts, planner_.round_seed(), pass_, ends_pass_};
   }
 
   void expand(size_t part, std::vector<PixelWork>& list) const override {
     if (stage_ == Stage::kTree) {
-      const size_t end = std::min(wanted_.size(), (part + 1) * kTreePartPixels);
+      const size_t end = std::min(tree_pixels_.size(), (part + 1) * kTreePartPixels);
       for (size_t k = part * kTreePartPixels; k < end; ++k) {
-        list.push_back({wanted_[k].x, wanted_[k].y, 0, 1});
+        list.push_back({tree_pixels_[k].x, tree_pixels_[k].y, 0, 1});
       }
       return;
     }
-    for (size_t k = parts_[turn(part)]; k < parts_[turn(part) + 1]; ++k) {
+    for (size_t k = parts_[part_in_order(part)]; k < parts_[part_in_order(part) + 1]; ++k) {
       const size_t i = order_[k];
-      if (targets_[i] > have_[i]) {
-        list.push_back({x_of(i), y_of(i), have_[i], targets_[i] - have_[i]});
+      if (targets_[i] > sample_counts_[i]) {
+        list.push_back({x_of(i), y_of(i), sample_counts_[i], targets_[i] - sample_counts_[i]});
       }
     }
   }
 
   uint64_t samples(size_t part) const override {
     if (stage_ == Stage::kTree) {
-      return std::min(wanted_.size(), (part + 1) * kTreePartPixels) - part * kTreePartPixels;
+      return std::min(tree_pixels_.size(), (part + 1) * kTreePartPixels) - part * kTreePartPixels;
     }
     uint64_t samples = 0;
-    for (size_t k = parts_[turn(part)]; k < parts_[turn(part) + 1]; ++k) {
-      samples += targets_[order_[k]] - have_[order_[k]];
+    for (size_t k = parts_[part_in_order(part)]; k < parts_[part_in_order(part) + 1]; ++k) {
+      samples += targets_[order_[k]] - sample_counts_[order_[k]];
     }
     return samples;
   }
@@ -135,39 +137,40 @@ class AdaptiveDriver final : public FrameDriver {
   void rendered(const RenderedParts& parts, const FilmTile& film) override {
     if (stage_ != Stage::kTree) {
       parallel_each(parts.end - parts.begin, [&](size_t part) {
-        const size_t t = turn(parts.begin + part);
+        const size_t t = part_in_order(parts.begin + part);
         for (size_t k = parts_[t]; k < parts_[t + 1]; ++k) {
           const size_t i = order_[k];
-          have_[i] = parts.complete ? targets_[i] : film.sample_count(x_of(i), y_of(i));
+          sample_counts_[i] = parts.complete ? targets_[i] : film.sample_count(x_of(i), y_of(i));
         }
       });
       return;
     }
-    const size_t end = std::min(wanted_.size(), parts.end * kTreePartPixels);
+    const size_t end = std::min(tree_pixels_.size(), parts.end * kTreePartPixels);
     for (size_t k = parts.begin * kTreePartPixels; k < end; ++k) {
-      have_[index(wanted_[k].x, wanted_[k].y)] = film.sample_count(wanted_[k].x, wanted_[k].y);
+      sample_counts_[index(tree_pixels_[k].x, tree_pixels_[k].y)] =
+          film.sample_count(tree_pixels_[k].x, tree_pixels_[k].y);
     }
-    if (!parts.complete || end < wanted_.size()) return;
+    if (!parts.complete || end < tree_pixels_.size()) return;
     std::vector<Rgb> values;
-    values.reserve(wanted_.size());
-    for (const Vec2i& pixel : wanted_) values.push_back(film.mean(pixel.x, pixel.y));
+    values.reserve(tree_pixels_.size());
+    for (const Vec2i& pixel : tree_pixels_) values.push_back(film.mean(pixel.x, pixel.y));
     tree_->insert(values);
-    wanted_ = {};
+    tree_pixels_ = {};
   }
 
   bool finished() const override { return stage_ == Stage::kFinished; }
 
-  uint32_t least_samples(const FilmTile&) const override { return least_of(have_); }
+  uint32_t min_samples(const FilmTile&) const override { return min_count(sample_counts_); }
 
   std::optional<double> error_estimate() const override {
     const double estimate = planner_.error_estimate();
     return estimate >= 0 ? std::optional(estimate) : std::nullopt;
   }
 
-  PixelStop stop_so_far(const FilmTile&, int x, int y) const override {
+  PixelStop current_stop(const FilmTile&, int x, int y) const override {
     const size_t i = index(x, y);
-    if (finished() || ended_) return stop_of(i, ended_.value_or(PixelStop::kUser));
-    return planner_.stop_so_far(i, have_[i]);
+    if (finished() || end_stop_) return stop_of(i, end_stop_.value_or(PixelStop::kUser));
+    return planner_.current_stop(i, sample_counts_[i]);
   }
 
   // A mix shows an unbiased frame as the mean of all samples, since averages over rounds do not
@@ -175,54 +178,57 @@ class AdaptiveDriver final : public FrameDriver {
   void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override {
     FrameDriver::resolve(film, rgba, mix);
     if (!mix && !averages_.empty()) {
-      parallel_each(have_.size(), [&](size_t i) {
+      parallel_each(sample_counts_.size(), [&](size_t i) {
         const float alpha = rgba[4 * i + 3];
         averages_.resolve(i, &rgba[4 * i]);
         if (film.has(Sums::kShadow)) rgba[4 * i + 3] = alpha;
       });
     }
-    if (!covered() && tree_->sample_count() > 0) fill_from_tree(film, rgba);
+    if (!is_covered() && tree_->sample_count() > 0) fill_from_tree(film, rgba);
   }
 
-  bool shows_other_means() const override { return !averages_.empty(); }
+  bool overrides_means() const override { return !averages_.empty(); }
 
-  void end(FilmTile& film, PixelStop cut_short) override {
-    ended_ = cut_short;
-    if (!finished() && least_of(have_) > 0) {  // otherwise plan() has just updated the planner
-      planner_.look(film);
+  void end(FilmTile& film, PixelStop unfinished_stop) override {
+    end_stop_ = unfinished_stop;
+    if (!finished() &&
+        min_count(sample_counts_) > 0) {  // otherwise plan() has just updated the planner
+      planner_.update(film);
       planner_.write_variances(&film);
     }
-    parallel_each(have_.size(),
-                  [&](size_t i) { film.set_stop(x_of(i), y_of(i), stop_of(i, cut_short)); });
+    parallel_each(sample_counts_.size(),
+                  [&](size_t i) { film.set_stop(x_of(i), y_of(i), stop_of(i, unfinished_stop)); });
   }
 
   void archive(Archive& archive, const FilmTile& film) override {
-    archive.number(stage_, shown_ ? Stage::kTree : Stage::kPilotStep, Stage::kFinished);
+    archive.number(stage_, is_progressive_ ? Stage::kTree : Stage::kPilotStep, Stage::kFinished);
     archive.number(pass_, 1, std::numeric_limits<int>::max() / 2);
     archive.number(ends_pass_, false, true);
-    archive.number(followed_from_, 0, std::numeric_limits<int>::max());
+    archive.number(recorded_since_, 0, std::numeric_limits<int>::max());
     planner_.archive(archive);
     averages_.archive(archive, film);
     archive_tree(archive);
-    for (size_t i = 0; archive.loading() && i < have_.size(); ++i) {
-      have_[i] = film.sample_count(x_of(i), y_of(i));
+    for (size_t i = 0; archive.loading() && i < sample_counts_.size(); ++i) {
+      sample_counts_[i] = film.sample_count(x_of(i), y_of(i));
     }
-    uint32_t even = even_.empty() ? 0 : even_[0];
-    archive.number(even, 0u, kStepSamples);
+    uint32_t uniform_target = uniform_targets_.empty() ? 0 : uniform_targets_[0];
+    archive.number(uniform_target, 0u, kStepSamples);
     archive.list(parts_, order_.size() + 1);
-    archive.list(turns_, order_.size());
+    archive.list(part_order_, order_.size());
     if (!archive.loading()) return;
-    if (even > 0) even_.assign(order_.size(), even);
-    targets_ = even > 0 ? std::span<const uint32_t>(even_) : planner_.targets();
-    if (parts_.empty()) return archive.check(turns_.empty());
-    for (size_t i = 0; i < have_.size(); ++i) archive.check(have_[i] <= targets_[i]);
+    if (uniform_target > 0) uniform_targets_.assign(order_.size(), uniform_target);
+    targets_ =
+        uniform_target > 0 ? std::span<const uint32_t>(uniform_targets_) : planner_.targets();
+    if (parts_.empty()) return archive.check(part_order_.empty());
+    for (size_t i = 0; i < sample_counts_.size(); ++i)
+      archive.check(sample_counts_[i] <= targets_[i]);
     archive.check(parts_.front() == 0 && parts_.back() == order_.size());
     archive.check(std::ranges::is_sorted(parts_, std::ranges::less_equal()));
-    archive.check(turns_.size() == (shown_ ? parts_.size() - 1 : 0));
-    std::vector<bool> taken(turns_.size());
-    for (const uint32_t turn : turns_) {
-      archive.check(turn < taken.size() && !taken[turn]);
-      taken[turn] = true;
+    archive.check(part_order_.size() == (is_progressive_ ? parts_.size() - 1 : 0));
+    std::vector<bool> is_used(part_order_.size());
+    for (const uint32_t part_in_order : part_order_) {
+      archive.check(part_in_order < is_used.size() && !is_used[part_in_order]);
+      is_used[part_in_order] = true;
     }
   }
 
@@ -230,13 +236,13 @@ class AdaptiveDriver final : public FrameDriver {
     archive(finished, film);
     finished.check(stage_ == Stage::kFinished);
     stage_ = Stage::kRounds;
-    averaged_ = true;
+    is_round_averaged_ = true;
   }
 
   uint64_t bytes() const override {
     return planner_.bytes() + averages_.bytes() +
            (tree_ ? tree_->node_bytes() + tree_->map_bytes() : 0) +
-           (order_.capacity() + have_.capacity()) * sizeof(uint32_t) +
+           (order_.capacity() + sample_counts_.capacity()) * sizeof(uint32_t) +
            gains_.capacity() * sizeof(float);
   }
 
@@ -245,8 +251,8 @@ class AdaptiveDriver final : public FrameDriver {
   std::string explain(const FilmTile& film, int x, int y) const override {
     const size_t i = index(x, y);
     const Rgb mean = film.mean(x, y);
-    std::string text = fmt::format("pixel {},{}: {} sample{}, {}\n", x, y, have_[i],
-                                   have_[i] == 1 ? "" : "s", fate_of(i));
+    std::string text = fmt::format("pixel {},{}: {} sample{}, {}\n", x, y, sample_counts_[i],
+                                   sample_counts_[i] == 1 ? "" : "s", describe_status(i));
     const auto out = std::back_inserter(text);
     fmt::format_to(out, "mean {:.6g} {:.6g} {:.6g}\n", mean.x, mean.y, mean.z);
     if (!planner_.errors().error.empty()) {  // at least one round was planned
@@ -269,11 +275,12 @@ class AdaptiveDriver final : public FrameDriver {
       }
     }
     if (planner_.recorded() != i || planner_.records().empty()) return text;
-    const bool late = followed_from_ > 0;
-    fmt::format_to(
-        out, "rounds{}\n  {:>5} {:>8} {:>10} {:>10} {:>6} {:>8}\n",
-        late ? fmt::format(" since round {}, when they were requested", followed_from_) : "",
-        "round", "samples", "error", "deviation", "cost", "to have");
+    const bool started_late = recorded_since_ > 0;
+    fmt::format_to(out, "rounds{}\n  {:>5} {:>8} {:>10} {:>10} {:>6} {:>8}\n",
+                   started_late
+                       ? fmt::format(" since round {}, when they were requested", recorded_since_)
+                       : "",
+                   "round", "samples", "error", "deviation", "cost", "to have");
     for (const RoundRecord& r : planner_.records()) {
       fmt::format_to(out, "  {:>5} {:>8} {:>10.4g} {:>10.4g} {:>6.3g} {:>8}\n", r.round, r.samples,
                      r.error, r.deviation, r.cost, r.target);
@@ -281,10 +288,10 @@ class AdaptiveDriver final : public FrameDriver {
     return text;
   }
 
-  void follow(int x, int y) override {
-    if (finished() || ended_ || planner_.recorded() == index(x, y)) return;
+  void record_pixel(int x, int y) override {
+    if (finished() || end_stop_ || planner_.recorded() == index(x, y)) return;
     planner_.record(index(x, y));
-    followed_from_ = planner_.round();
+    recorded_since_ = planner_.round();
   }
 
  private:
@@ -302,20 +309,22 @@ class AdaptiveDriver final : public FrameDriver {
   int x_of(size_t i) const { return crop_.x_of(i); }
   int y_of(size_t i) const { return crop_.y_of(i); }
   // Whether every pixel has a sample.
-  bool covered() const { return stage_ > Stage::kFirst; }
+  bool is_covered() const { return stage_ > Stage::kFirst; }
 
-  std::optional<Round> next_of_tree() {
-    const size_t pixels = have_.size(), count = tree_->sample_count(), refined = refined_pixels();
+  std::optional<Round> next_tree_round() {
+    const size_t pixels = sample_counts_.size(), count = tree_->sample_count(),
+                 refined = tree_pixel_count();
     if (tree_->finished() || count >= refined) return std::nullopt;
-    wanted_ = tree_->next_round(refined - count);
-    ends_pass_ = count + wanted_.size() == pixels;
+    tree_pixels_ = tree_->next_round(refined - count);
+    ends_pass_ = count + tree_pixels_.size() == pixels;
     return round();
   }
 
   // How many pixels get their first sample from the tree.
-  size_t refined_pixels() const {
+  size_t tree_pixel_count() const {
     const bool whole = find_estimator(settings_.adaptive.estimator).whole_tree;
-    return whole ? have_.size() : (have_.size() + kTreePart - 1) / kTreePart;
+    return whole ? sample_counts_.size()
+                 : (sample_counts_.size() + kPixelsPerTreePixel - 1) / kPixelsPerTreePixel;
   }
 
   // The tree is a function of its values, so only these are saved and the tree is rebuilt. Its
@@ -326,64 +335,64 @@ class AdaptiveDriver final : public FrameDriver {
       const Rgb& value = tree_->value(uint32_t(leaf));
       rgb.insert(rgb.end(), {value.x, value.y, value.z});
     }
-    bool kept = tree_.has_value(), under_way = !wanted_.empty();
-    archive.number(kept, false, true);
-    archive.list(rgb, tree_ ? 3 * refined_pixels() : 0);
-    archive.number(under_way, false, true);
+    bool has_tree = tree_.has_value(), is_round_active = !tree_pixels_.empty();
+    archive.number(has_tree, false, true);
+    archive.list(rgb, tree_ ? 3 * tree_pixel_count() : 0);
+    archive.number(is_round_active, false, true);
     if (!archive.loading()) return;
-    archive.check(kept ? tree_.has_value() : covered() && !settings_.keep_tree);
-    archive.check(!under_way || stage_ == Stage::kTree);
-    if (!kept) return tree_.reset();
+    archive.check(has_tree ? tree_.has_value() : is_covered() && !settings_.keep_tree);
+    archive.check(!is_round_active || stage_ == Stage::kTree);
+    if (!has_tree) return tree_.reset();
     std::vector<Rgb> values;
     for (size_t i = 0; i + 2 < rgb.size(); i += 3) {
       values.emplace_back(rgb[i], rgb[i + 1], rgb[i + 2]);
     }
     for (size_t have = 0; have < values.size(); have = tree_->sample_count()) {
-      const size_t wanted = tree_->next_round(refined_pixels() - have).size();
+      const size_t wanted = tree_->next_round(tree_pixel_count() - have).size();
       archive.check(wanted > 0 && wanted <= values.size() - have);
       tree_->insert(std::span(values).subspan(have, wanted));
     }
-    if (under_way) wanted_ = tree_->next_round(refined_pixels() - values.size());
+    if (is_round_active) tree_pixels_ = tree_->next_round(tree_pixel_count() - values.size());
   }
 
   // A round that brings each pixel to the samples in `targets`.
-  Round bring_to(std::span<const uint32_t> targets, bool ends_pass) {
+  Round make_round(std::span<const uint32_t> targets, bool ends_pass) {
     targets_ = targets;
-    parts_ = cut_into_parts(order_, have_, targets, kPartSamples);
-    if (shown_) {
-      planner_.expected_gains(have_, targets, &gains_);
-      turns_ = parts_by_gain(parts_, order_, have_, targets, gains_);
+    parts_ = cut_into_parts(order_, sample_counts_, targets, kPartSamples);
+    if (is_progressive_) {
+      planner_.expected_gains(sample_counts_, targets, &gains_);
+      part_order_ = parts_by_gain(parts_, order_, sample_counts_, targets, gains_);
     }
     ends_pass_ = ends_pass;
     return round();
   }
 
-  Round bring_all_to(uint32_t samples, bool ends_pass) {
-    even_.assign(order_.size(), samples);
-    return bring_to(even_, ends_pass);
+  Round make_uniform_round(uint32_t samples, bool ends_pass) {
+    uniform_targets_.assign(order_.size(), samples);
+    return make_round(uniform_targets_, ends_pass);
   }
 
-  size_t turn(size_t part) const { return shown_ ? turns_[part] : part; }
+  size_t part_in_order(size_t part) const { return is_progressive_ ? part_order_[part] : part; }
 
   // Between two rounds, all pixels count as wanting more.
-  PixelStop stop_of(size_t i, PixelStop cut_short) const {
-    if (have_[i] == 0) return PixelStop::kNone;
+  PixelStop stop_of(size_t i, PixelStop unfinished_stop) const {
+    if (sample_counts_[i] == 0) return PixelStop::kNone;
     const bool wants_more =
-        !covered() || planner_.interrupted() || have_[i] < planner_.targets()[i];
-    return !finished() && wants_more ? cut_short : planner_.stop_of(i);
+        !is_covered() || planner_.interrupted() || sample_counts_[i] < planner_.targets()[i];
+    return !finished() && wants_more ? unfinished_stop : planner_.stop_of(i);
   }
 
-  std::string fate_of(size_t i) const {
-    if (finished() || ended_) {
+  std::string describe_status(size_t i) const {
+    if (finished() || end_stop_) {
       return fmt::format("ended by {}",
-                         pixel_stop_name(stop_of(i, ended_.value_or(PixelStop::kUser))));
+                         pixel_stop_name(stop_of(i, end_stop_.value_or(PixelStop::kUser))));
     }
-    if (!covered()) return "unfinished: every pixel gets its first sample";
+    if (!is_covered()) return "unfinished: every pixel gets its first sample";
     const uint32_t target = planner_.targets()[i];
     if (planner_.round() == 0)
       return fmt::format("unfinished: every pixel gets {} samples", target);
-    const PixelStop stop = planner_.stop_so_far(i, have_[i]);
-    if (stop != PixelStop::kGoingOn) {
+    const PixelStop stop = planner_.current_stop(i, sample_counts_[i]);
+    if (stop != PixelStop::kUnfinished) {
       return fmt::format("ended by {} so far; samples for the whole frame may add more",
                          pixel_stop_name(stop));
     }
@@ -393,7 +402,7 @@ class AdaptiveDriver final : public FrameDriver {
   // Fills pixels without samples from the pixels that the tree has sampled, with their values in
   // `rgba`. The film has samples for more pixels than the tree.
   void fill_from_tree(const FilmTile& film, std::span<float> rgba) const {
-    const auto sampled_for = [&](uint32_t leaf) {
+    const auto sampled_value = [&](uint32_t leaf) {
       const Vec2i pixel = tree_->sampled_pixel(leaf);
       return &rgba[4 * index(pixel.x, pixel.y)];
     };
@@ -402,17 +411,17 @@ class AdaptiveDriver final : public FrameDriver {
       std::vector<Rgb> values;
       values.reserve(tree_->sample_count());
       for (uint32_t leaf = 0; leaf < tree_->sample_count(); ++leaf) {
-        const float* value = sampled_for(leaf);
+        const float* value = sampled_value(leaf);
         values.emplace_back(value[0], value[1], value[2]);
       }
-      smooth.resize(have_.size());
+      smooth.resize(sample_counts_.size());
       reconstruct_smooth(*tree_, values, smooth);
     }
     constexpr size_t kGrain = 4096;
-    parallel_ranges(have_.size(), kGrain, [&](size_t begin, size_t end) {
+    parallel_ranges(sample_counts_.size(), kGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) {
         if (film.sums(i).samples() > 0) continue;
-        std::copy_n(sampled_for(tree_->leaf_map()[i]), 4, &rgba[4 * i]);
+        std::copy_n(sampled_value(tree_->leaf_map()[i]), 4, &rgba[4 * i]);
         if (smooth_) std::copy_n(&smooth[i].x, 3, &rgba[4 * i]);
       }
     });
@@ -420,26 +429,26 @@ class AdaptiveDriver final : public FrameDriver {
 
   const Rect crop_;
   const DriverSettings settings_;
-  const bool shown_, smooth_;
+  const bool is_progressive_, smooth_;
   RoundPlanner planner_;
   RoundAverages averages_;
   std::optional<RefinementTree> tree_;  // until every pixel has a sample, unless kept
   std::vector<uint32_t> order_;
-  std::vector<uint32_t> have_;  // samples of each pixel so far
+  std::vector<uint32_t> sample_counts_;  // samples of each pixel so far
   Stage stage_;
   int pass_ = 1;
-  bool ends_pass_ = false;  // whether the current round does
-  bool averaged_ = false;   // averages_ includes the last round
+  bool ends_pass_ = false;          // whether the current round does
+  bool is_round_averaged_ = false;  // averages_ includes the last round
   // The current round: the pixels that the tree wants; or the target count of each pixel, the
   // bounds of the parts in order_, and the order in which the parts are rendered.
-  std::span<const Vec2i> wanted_;
+  std::span<const Vec2i> tree_pixels_;
   std::span<const uint32_t> targets_;
-  std::vector<uint32_t> even_;  // equal targets for all pixels
+  std::vector<uint32_t> uniform_targets_;  // equal targets for all pixels
   std::vector<size_t> parts_;
-  std::vector<uint32_t> turns_;
+  std::vector<uint32_t> part_order_;
   std::vector<float> gains_;
-  std::optional<PixelStop> ended_;  // set by end()
-  int followed_from_ = 0;  // round in which recording of the pixel began; 0: from the start
+  std::optional<PixelStop> end_stop_;  // set by end()
+  int recorded_since_ = 0;  // round in which recording of the pixel began; 0: from the start
 };
 
 }  // namespace
@@ -457,7 +466,7 @@ std::unique_ptr<FrameDriver> adaptive_tile_driver(const Frame& frame, const Rect
 FilmExtras adaptive_film_extras(const DriverSettings& settings) {
   return {.squares = true,
           .rays = true,
-          .sample_variance = RoundPlanner::knows_variances(settings.adaptive)};
+          .sample_variance = RoundPlanner::has_variances(settings.adaptive)};
 }
 
 uint64_t adaptive_bytes_per_pixel(const DriverSettings& settings) {

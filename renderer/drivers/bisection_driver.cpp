@@ -22,7 +22,7 @@ constexpr uint64_t kFirstPassRounds = 100;
 
 // Parts in a round of the first pass: enough for many threads, but fewer if a part would otherwise
 // hold less than two batches of samples.
-constexpr uint64_t kFirstPassParts = 64, kLeastFirstPassParts = 16;
+constexpr uint64_t kFirstPassParts = 64, kMinFirstPassParts = 16;
 constexpr uint64_t kTwoBatches = 32;
 
 PartShape shape_of(const SampleRange& samples, BisectionAxis axis) {
@@ -52,18 +52,18 @@ uint64_t bisection_part_pixels(const SampleRange& samples, uint64_t frame_pixels
       std::bit_floor(std::max<uint64_t>(1, kPartSamples / samples.sample_count));
   if (samples.first_sample > 0) return pixels;
   const uint64_t round = frame_pixels / kFirstPassRounds;
-  const uint64_t most =
-      std::max(round / kFirstPassParts, std::min(kTwoBatches, round / kLeastFirstPassParts));
-  return std::min(pixels, std::bit_floor(std::max<uint64_t>(1, most)));
+  const uint64_t max_pixels =
+      std::max(round / kFirstPassParts, std::min(kTwoBatches, round / kMinFirstPassParts));
+  return std::min(pixels, std::bit_floor(std::max<uint64_t>(1, max_pixels)));
 }
 
 size_t bisection_round_end(const BisectionPass& pass, size_t first, uint64_t frame_pixels) {
   if (pass.samples().first_sample > 0) return pass.parts();
-  const uint64_t most = frame_pixels / kFirstPassRounds;
+  const uint64_t max_pixels = frame_pixels / kFirstPassRounds;
   const size_t last = pass.first_part(pass.step_of(first) + 1);
   uint64_t pixels = pass.pixels(first);
   size_t end = first + 1;
-  while (end < last && pixels + pass.pixels(end) <= most) pixels += pass.pixels(end++);
+  while (end < last && pixels + pass.pixels(end) <= max_pixels) pixels += pass.pixels(end++);
   return end;
 }
 
@@ -85,7 +85,7 @@ class BisectionDriver final : public FrameDriver {
     begin_ = end_;
     if (begin_ == pass().parts.parts()) {
       if (pass_ + 1 == passes_.size()) return std::nullopt;
-      later_.emplace(crop_, passes_[++pass_], axis_);
+      later_pass_.emplace(crop_, passes_[++pass_], axis_);
       begin_ = 0;
     }
     const BisectionPass& parts = pass().parts;
@@ -109,23 +109,25 @@ class BisectionDriver final : public FrameDriver {
   // the parts that were cut short lack any.
   void rendered(const RenderedParts& parts, const FilmTile& film) override {
     const BisectionPass& all = pass().parts;
-    const RenderedParts of_pass{begin_ + parts.begin, begin_ + parts.end, parts.complete, {}};
-    if (pass_ == 0 && extended_ == 0) coverage_ = coverage(all, of_pass, begin_);
-    if (of_pass.end < all.parts()) return;
-    uint32_t least = passes_[pass_].first_sample + passes_[pass_].sample_count;
+    const RenderedParts pass_parts{begin_ + parts.begin, begin_ + parts.end, parts.complete, {}};
+    if (pass_ == 0 && initial_samples_ == 0) coverage_ = coverage(all, pass_parts, begin_);
+    if (pass_parts.end < all.parts()) return;
+    uint32_t minimum = passes_[pass_].first_sample + passes_[pass_].sample_count;
     std::vector<PixelWork> list;
-    for (const size_t part : parts.cut_short) expand(part, list);
-    for (const PixelWork& work : list) least = std::min(least, film.sample_count(work.x, work.y));
-    least_samples_ = least;
+    for (const size_t part : parts.interrupted) expand(part, list);
+    for (const PixelWork& work : list)
+      minimum = std::min(minimum, film.sample_count(work.x, work.y));
+    min_samples_ = minimum;
   }
 
-  bool finished() const override { return least_samples_ == samples_per_pixel_; }
-  uint32_t least_samples(const FilmTile&) const override {
-    return std::max(least_samples_, extended_);
+  bool finished() const override { return min_samples_ == samples_per_pixel_; }
+  uint32_t min_samples(const FilmTile&) const override {
+    return std::max(min_samples_, initial_samples_);
   }
 
-  PixelStop stop_so_far(const FilmTile& film, int x, int y) const override {
-    return film.sample_count(x, y) < samples_per_pixel_ ? PixelStop::kGoingOn : PixelStop::kBudget;
+  PixelStop current_stop(const FilmTile& film, int x, int y) const override {
+    return film.sample_count(x, y) < samples_per_pixel_ ? PixelStop::kUnfinished
+                                                        : PixelStop::kBudget;
   }
 
   void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override {
@@ -133,8 +135,8 @@ class BisectionDriver final : public FrameDriver {
                                                                                            mix);
   }
 
-  void end(FilmTile& film, PixelStop cut_short) override {
-    film.mark_stops(samples_per_pixel_, cut_short);
+  void end(FilmTile& film, PixelStop interrupted) override {
+    film.mark_stops(samples_per_pixel_, interrupted);
   }
 
   DriverFacts facts() const override {
@@ -144,7 +146,7 @@ class BisectionDriver final : public FrameDriver {
 
   void archive(Archive& archive, const FilmTile&) override {
     archive.number(pass_, size_t(0), passes_.size() - 1);
-    if (archive.loading() && pass_ > 0) later_.emplace(crop_, passes_[pass_], axis_);
+    if (archive.loading() && pass_ > 0) later_pass_.emplace(crop_, passes_[pass_], axis_);
     archive.number(end_, size_t(0), pass().parts.parts());
     archive.number(begin_, size_t(0), end_);
     BisectionCoverage& c = coverage_;
@@ -155,13 +157,13 @@ class BisectionDriver final : public FrameDriver {
                                    first_.parts.first_part(c.complete_steps);
     archive.number(c.begun_parts, size_t(0), parts);
     archive.number(c.complete_parts, size_t(0), c.begun_parts);
-    archive.number(least_samples_, 0u, samples_per_pixel_);
-    archive.number(extended_, 0u, samples_per_pixel_);
+    archive.number(min_samples_, 0u, samples_per_pixel_);
+    archive.number(initial_samples_, 0u, samples_per_pixel_);
   }
 
   void extend(Archive&, const FilmTile& film) override {
-    extended_ = std::min(film.least_samples(), samples_per_pixel_);
-    if (extended_ > 0) coverage_ = {first_.steps.size(), 0, 0};
+    initial_samples_ = std::min(film.min_samples(), samples_per_pixel_);
+    if (initial_samples_ > 0) coverage_ = {first_.steps.size(), 0, 0};
   }
 
  private:
@@ -174,7 +176,7 @@ class BisectionDriver final : public FrameDriver {
     std::vector<BisectionStep> steps;
     BisectionPass parts;
   };
-  const Pass& pass() const { return later_ ? *later_ : first_; }
+  const Pass& pass() const { return later_pass_ ? *later_pass_ : first_; }
 
   const Rect crop_;
   const uint32_t seed_, samples_per_pixel_;
@@ -182,12 +184,12 @@ class BisectionDriver final : public FrameDriver {
   const Reconstruction reconstruction_;
   const std::vector<SampleRange> passes_;
   const Pass first_;
-  std::optional<Pass> later_;
-  size_t pass_ = 0;             // index of the current pass
-  size_t begin_ = 0, end_ = 0;  // its parts in the current round
-  BisectionCoverage coverage_;  // of the first pass
-  uint32_t least_samples_ = 0;  // minimum over pixels, of the requested samples
-  uint32_t extended_ = 0;       // samples of every pixel in the frame that is extended
+  std::optional<Pass> later_pass_;
+  size_t pass_ = 0;               // index of the current pass
+  size_t begin_ = 0, end_ = 0;    // its parts in the current round
+  BisectionCoverage coverage_;    // of the first pass
+  uint32_t min_samples_ = 0;      // minimum over pixels, of the requested samples
+  uint32_t initial_samples_ = 0;  // samples of every pixel in the frame that is extended
 };
 
 }  // namespace

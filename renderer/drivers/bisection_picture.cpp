@@ -69,7 +69,7 @@ View view_of(const BisectionPicture& p, const PixelLattice& lattice) {
 
 // The sampled pixels of a first step that was cut short. They form a lattice, since that step is
 // one line or one pixel.
-PixelLattice sampled_of_first_step(const BisectionPicture& p) {
+PixelLattice sampled_lattice(const BisectionPicture& p) {
   PixelLattice lattice;
   const PixelLattice& first = p.steps.front().added;
   for (const int y : first.rows) {
@@ -110,31 +110,31 @@ class RowReader {
     const LineBlend& rows = view.rows[size_t(y)];
     if (rows.lower == rows.upper) {
       // In an early picture, many rows equal the previous one.
-      if (view_ == &view && single_.line == rows.lower) {
-        std::copy_n(single_.values, kChannels * width_, out);
+      if (view_ == &view && last_row_.line == rows.lower) {
+        std::copy_n(last_row_.values, kChannels * width_, out);
       } else {
         expand(view, rows.lower, out);
       }
-      single_ = {rows.lower, out};
+      last_row_ = {rows.lower, out};
       view_ = &view;
       return;
     }
-    const float* lower = held(view, rows.lower, rows.upper);
-    const float* upper = held(view, rows.upper, rows.lower);
+    const float* lower = cached_row(view, rows.lower, rows.upper);
+    const float* upper = cached_row(view, rows.upper, rows.lower);
     for (size_t x = 0; x < width_; ++x) {
       blend(lower + kChannels * x, upper + kChannels * x, rows.weight, out + kChannels * x);
     }
   }
 
   // Call before changing the last row, so that it is not copied from.
-  void forget() { view_ = nullptr; }
+  void invalidate() { view_ = nullptr; }
 
  private:
   struct Source {
     int line = -1;
     const float* values = nullptr;
   };
-  struct Held {
+  struct CachedRow {
     const View* view = nullptr;
     int line = -1;
     std::vector<float> values;
@@ -143,7 +143,7 @@ class RowReader {
   void read(int x, int y, float* out) const {
     const int film_x = film_.rect().x0 + x, film_y = film_.rect().y0 + y;
     if (mix_) {
-      mix_->sums(film_, film_.rect().index_of(film_x, film_y)).relit(*mix_, out);
+      mix_->sums(film_, film_.rect().index_of(film_x, film_y)).relight_pixel(*mix_, out);
     } else {
       film_.rgba(film_x, film_y, out);
     }
@@ -167,11 +167,12 @@ class RowReader {
   }
 
   // An expanded row, cached for the following rows of the picture; does not evict `other`.
-  const float* held(const View& view, int line, int other) {
-    for (const Held& h : held_) {
+  const float* cached_row(const View& view, int line, int other) {
+    for (const CachedRow& h : cached_rows_) {
       if (h.view == &view && h.line == line) return h.values.data();
     }
-    Held& h = held_[held_[0].view == &view && held_[0].line == other ? 1 : 0];
+    CachedRow& h =
+        cached_rows_[cached_rows_[0].view == &view && cached_rows_[0].line == other ? 1 : 0];
     h.view = &view;
     h.line = line;
     h.values.resize(kChannels * width_);
@@ -183,8 +184,8 @@ class RowReader {
   const LightMix* mix_;
   size_t width_;
   const View* view_ = nullptr;
-  Source single_;  // the last copied row, and its destination
-  Held held_[2];
+  Source last_row_;  // the last copied row, and its destination
+  CachedRow cached_rows_[2];
 };
 
 }  // namespace
@@ -194,16 +195,16 @@ void BisectionPicture::resolve(std::span<float> rgba, const LightMix* mix) const
   assert(rgba.size() == kChannels * width * height);
   const size_t done = coverage.complete_steps;
   if (mix && done == steps.size()) return relight(film, *mix, rgba);
-  const PixelLattice coarse_lattice =
-      done > 0 ? steps[done - 1].complete : sampled_of_first_step(*this);
+  const PixelLattice coarse_lattice = done > 0 ? steps[done - 1].complete : sampled_lattice(*this);
   if (coarse_lattice.pixels() == 0) {
     std::ranges::fill(rgba, 0.0f);
     return;
   }
   const View coarse = view_of(*this, coarse_lattice);
-  const bool under_way = done > 0 && done < steps.size() && coverage.begun_parts > 0;
-  const View fine = under_way ? view_of(*this, steps[done].complete) : View{};
-  const std::vector<RowState> states = under_way ? row_states(*this) : std::vector<RowState>{};
+  const bool has_current_step = done > 0 && done < steps.size() && coverage.begun_parts > 0;
+  const View fine = has_current_step ? view_of(*this, steps[done].complete) : View{};
+  const std::vector<RowState> states =
+      has_current_step ? row_states(*this) : std::vector<RowState>{};
   const auto pixel_sampled = [&](size_t x, const LineBlend& rows) {
     const LineBlend& columns = fine.columns[x];
     return sampled(film, columns.lower, rows.lower) && sampled(film, columns.upper, rows.lower) &&
@@ -218,7 +219,7 @@ void BisectionPicture::resolve(std::span<float> rgba, const LightMix* mix) const
     for (size_t y = begin; y < end; ++y) {
       float* out = &rgba[kChannels * width * y];
       const auto state = [&] {
-        if (!under_way) return RowState::kEmpty;
+        if (!has_current_step) return RowState::kEmpty;
         const LineBlend& rows = fine.rows[y];
         return std::max(states[size_t(rows.lower)], states[size_t(rows.upper)]);
       }();
@@ -230,7 +231,7 @@ void BisectionPicture::resolve(std::span<float> rgba, const LightMix* mix) const
       if (state == RowState::kEmpty) continue;
       fine_row.resize(kChannels * width);
       RowReader(film, mix).row(fine, int(y), fine_row.data());
-      from_coarse.forget();
+      from_coarse.invalidate();
       for (size_t x = 0; x < width; ++x) {
         if (!pixel_sampled(x, fine.rows[y])) continue;
         std::copy_n(&fine_row[kChannels * x], kChannels, out + kChannels * x);

@@ -56,10 +56,10 @@ std::vector<BisectionStep> lattice_steps(int width, int height) {
   std::vector<BisectionStep> steps = {{middle, middle}};
   size_t i = 1, j = 1;  // complete levels; the gaps are about width / 2^i and height / 2^j
   while (i < columns.size() || j < rows.size()) {
-    const bool wider = int64_t(width) << j >= int64_t(height) << i;
+    const bool split_columns = int64_t(width) << j >= int64_t(height) << i;
     const PixelLattice& before = steps.back().complete;
     BisectionStep step;
-    if (j == rows.size() || (wider && i < columns.size())) {
+    if (j == rows.size() || (split_columns && i < columns.size())) {
       step.added = {columns[i], before.rows};
       step.complete = {merged(before.columns, columns[i]), before.rows};
       ++i;
@@ -82,7 +82,8 @@ std::vector<int> lines_of_cells(const std::vector<int>& cells, int cell, int siz
   return lines;
 }
 
-BisectionPass::Blocks cut(const PixelLattice& lattice, PartShape shape, uint64_t part_pixels) {
+BisectionPass::Blocks make_blocks(const PixelLattice& lattice, PartShape shape,
+                                  uint64_t part_pixels) {
   const size_t columns = lattice.columns.size(), rows = lattice.rows.size();
   BisectionPass::Blocks blocks;
   if (shape == PartShape::kRow) {
@@ -172,7 +173,7 @@ BisectionPass::BisectionPass(std::span<const BisectionStep> steps, const Rect& c
     : steps_(steps), crop_(crop), samples_(samples), shape_(shape), first_parts_{0} {
   assert(std::has_single_bit(part_pixels));
   for (const BisectionStep& step : steps) {
-    const Blocks& blocks = blocks_.emplace_back(cut(step.added, shape, part_pixels));
+    const Blocks& blocks = blocks_.emplace_back(make_blocks(step.added, shape, part_pixels));
     first_parts_.push_back(first_parts_.back() + blocks.across * blocks.down);
   }
 }

@@ -120,8 +120,8 @@ std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder
   std::vector<Rect> buckets;
   if (crop.empty()) return buckets;
   // A longer list would cost more time and memory than the buckets save.
-  constexpr uint64_t kMostBuckets = 1 << 24;
-  if (bucket_count(crop, bucket_size) > kMostBuckets) {
+  constexpr uint64_t kMaxBuckets = 1 << 24;
+  if (bucket_count(crop, bucket_size) > kMaxBuckets) {
     throw UsageError("`bucket-size`: " + std::to_string(bucket_size) +
                      " would divide the frame into more than 16777216 buckets; make them larger");
   }
@@ -153,11 +153,11 @@ uint64_t bucket_list_bytes(const Rect& crop, int bucket_size) {
   return kBytes * bucket_count(crop, bucket_size);
 }
 
-int tile_of_buckets(int bucket_size, int least) {
+int round_up_to_buckets(int bucket_size, int least) {
   return bucket_size * ((least + bucket_size - 1) / bucket_size);
 }
 
-BucketsAtWork buckets_at_work(const Rect& crop, int bucket_size, int threads) {
+ActiveBuckets active_buckets(const Rect& crop, int bucket_size, int threads) {
   const int64_t columns = (crop.width() - 1) / bucket_size + 1;
   const int64_t rows = (crop.height() - 1) / bucket_size + 1;
   return {.count = std::min<int64_t>(columns * rows, threads),
@@ -165,7 +165,7 @@ BucketsAtWork buckets_at_work(const Rect& crop, int bucket_size, int threads) {
           .height = std::min(crop.height(), bucket_size)};
 }
 
-size_t bucket_number(const Rect& crop, const Rect& bucket, int bucket_size) {
+size_t bucket_index(const Rect& crop, const Rect& bucket, int bucket_size) {
   const auto columns = size_t((crop.width() + bucket_size - 1) / bucket_size);
   return size_t((bucket.y0 - crop.y0) / bucket_size) * columns +
          size_t((bucket.x0 - crop.x0) / bucket_size);

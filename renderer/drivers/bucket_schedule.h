@@ -30,20 +30,20 @@ uint64_t bucket_count(const Rect& crop, int bucket_size);
 uint64_t bucket_list_bytes(const Rect& crop, int bucket_size);
 
 // Side of a tile of whole buckets: the least multiple of the bucket size that is at least `least`.
-int tile_of_buckets(int bucket_size, int least);
+int round_up_to_buckets(int bucket_size, int least);
 
 // Index of a bucket in row-by-row order, whatever the schedule.
-size_t bucket_number(const Rect& crop, const Rect& bucket, int bucket_size);
+size_t bucket_index(const Rect& crop, const Rect& bucket, int bucket_size);
 
 // Buckets that `threads` threads work on at once: their count and largest sides.
-struct BucketsAtWork {
+struct ActiveBuckets {
   int64_t count = 0;
   int width = 0, height = 0;
 
   uint64_t pixels() const { return uint64_t(count) * uint64_t(width) * uint64_t(height); }
 };
-BucketsAtWork buckets_at_work(const Rect& crop, int bucket_size, int threads);
+ActiveBuckets active_buckets(const Rect& crop, int bucket_size, int threads);
 
-inline constexpr int kMostBucketSize = 4096;
+inline constexpr int kMaxBucketSize = 4096;
 
 }  // namespace emberline

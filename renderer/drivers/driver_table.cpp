@@ -11,13 +11,13 @@ namespace {
 
 // Our choice: a frame of 4096 x 4096 pixels has 65536 of these tiles, and buckets of 16 pixels or
 // more are not joined.
-constexpr int kLeastTile = 16;
+constexpr int kMinTileSize = 16;
 
 bool has_threshold(const DriverSettings& settings) { return settings.adaptive.threshold > 0.0f; }
 
 constexpr DriverEntry kDrivers[] = {
     {"bucket", "one bucket after another; each is finished and written before the next",
-     Sharing::kEvenWithoutThreshold, true,
+     SampleDistribution::kUniformWithoutThreshold, true,
      [](const Frame& frame, const Rect& pixels, const DriverSettings& settings) {
        return has_threshold(settings) ? adaptive_tile_driver(frame, pixels, settings)
                                       : uniform_driver(frame, pixels);
@@ -28,11 +28,12 @@ constexpr DriverEntry kDrivers[] = {
      [](const DriverSettings& settings) {
        return has_threshold(settings) ? adaptive_bytes_per_pixel(settings) : 0;
      }},
-    {"bisection", "the whole frame at once, refined pass by pass", Sharing::kEven, false,
-     bisection_driver, [](const DriverSettings&) { return FilmExtras{}; },
+    {"bisection", "the whole frame at once, refined pass by pass", SampleDistribution::kUniform,
+     false, bisection_driver, [](const DriverSettings&) { return FilmExtras{}; },
      [](const DriverSettings&) { return uint64_t(0); }},
-    {"adaptive", "the whole frame, with most samples where the error is largest", Sharing::kByError,
-     false, adaptive_driver, adaptive_film_extras, adaptive_bytes_per_pixel},
+    {"adaptive", "the whole frame, with most samples where the error is largest",
+     SampleDistribution::kByError, false, adaptive_driver, adaptive_film_extras,
+     adaptive_bytes_per_pixel},
 };
 
 }  // namespace
@@ -44,7 +45,7 @@ const DriverEntry& find_driver(std::string_view name) {
 }
 
 int tile_size(const DriverEntry& driver, int bucket_size) {
-  return driver.tiles ? bucket_size : tile_of_buckets(bucket_size, kLeastTile);
+  return driver.tiles ? bucket_size : round_up_to_buckets(bucket_size, kMinTileSize);
 }
 
 FilmExtras film_extras(const DriverEntry& driver, const DriverSettings& settings) {

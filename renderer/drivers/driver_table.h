@@ -27,18 +27,18 @@ struct DriverSettings {
   Reconstruction reconstruction = Reconstruction::kDuplicate;
   AdaptiveSettings adaptive = {};
   std::optional<Vec2i> explained = {};  // the pixel for FrameDriver::explain()
-  bool extending = false;  // extends a finished frame with fewer samples, whose pilot is done
-  bool keep_tree = false;  // for DriverFacts::tree
+  bool is_extension = false;  // extends a finished frame with fewer samples, whose pilot is done
+  bool keep_tree = false;     // for DriverFacts::tree
   int cryptomattes = 0, cryptomatte_levels = 0;  // as in FilmExtras
 };
 
 // How samples are distributed over the pixels.
-enum class Sharing : uint8_t { kEven, kEvenWithoutThreshold, kByError };
+enum class SampleDistribution : uint8_t { kUniform, kUniformWithoutThreshold, kByError };
 
 struct DriverEntry {
   std::string_view name;
   std::string_view summary;
-  Sharing sharing;
+  SampleDistribution distribution;
   bool tiles;  // as in DriverFactory
   std::unique_ptr<FrameDriver> (*create)(const Frame& frame, const Rect& pixels,
                                          const DriverSettings& settings);

@@ -28,25 +28,25 @@ bool comes_before(const NonFiniteSample& a, const NonFiniteSample& b) {
 
 }  // namespace
 
-void warn_of_optics(const OpticsCounters& c) {
-  if (c.rays_ended_at_walls > 0) {
+void warn_about_optics(const OpticsCounters& c) {
+  if (c.rays_ended_at_panes > 0) {
     log_warning(fmt::format(
         "{} rays were stopped after {} panes in a row: the scene behind them is too dark",
-        c.rays_ended_at_walls, kMostWalls));
+        c.rays_ended_at_panes, kMaxWalls));
   }
-  if (c.solids_forgotten > 0) {
+  if (c.dropped_solids > 0) {
     log_warning(
         fmt::format("{} times a path was inside more than {} solids at once: it ignored the "
                     "outermost one, and light bends wrongly there",
-                    c.solids_forgotten, Interior::kMost));
+                    c.dropped_solids, Interior::kLimit));
   }
-  constexpr double kWorthAWord = 1e-3;
-  if (c.blocked_share() >= kWorthAWord) {
+  constexpr double kMinReportedFraction = 1e-3;
+  if (c.blocked_fraction() >= kMinReportedFraction) {
     log_warning(
         fmt::format("only smooth solid glass blocked {} of the light samples of point, spot and "
                     "directional lights: surfaces behind it stay dark. Light them with emissive "
                     "surfaces or an environment, or give the glass a thicknessFactor of 0",
-                    readable_percent(c.blocked_share())));
+                    readable_percent(c.blocked_fraction())));
   }
 }
 
@@ -57,7 +57,7 @@ FilmExtras Frame::with_light_groups(FilmExtras extras) const {
   return extras;
 }
 
-RenderCounters Frame::no_counts() const {
+RenderCounters Frame::empty_counters() const {
   RenderCounters counters;
   if (clamp_indirect > 0.0f) {
     counters.clamped = ClampedLight(clamp_indirect, light_groups ? light_groups->size() : 0);
@@ -67,7 +67,7 @@ RenderCounters Frame::no_counts() const {
 
 void RenderCounters::locate(const NonFiniteSample& sample) {
   located.insert(std::ranges::upper_bound(located, sample, comes_before), sample);
-  if (located.size() > kLocatedLimit) located.pop_back();
+  if (located.size() > kMaxLocated) located.pop_back();
 }
 
 void RenderCounters::merge(const RenderCounters& other) {
@@ -79,20 +79,20 @@ void RenderCounters::merge(const RenderCounters& other) {
   optics.merge(other.optics);
   located.insert(located.end(), other.located.begin(), other.located.end());
   std::ranges::sort(located, comes_before);
-  if (located.size() > kLocatedLimit) located.resize(kLocatedLimit);
+  if (located.size() > kMaxLocated) located.resize(kMaxLocated);
 }
 
 void RenderCounters::archive(Archive& archive) {
-  constexpr uint64_t kMost = UINT64_MAX / 4;  // so that sums of a few counters do not overflow
+  constexpr uint64_t kLimit = UINT64_MAX / 4;  // so that sums of a few counters do not overflow
   for (uint64_t* count : {&rays.camera, &rays.scatter, &rays.shadow, &samples, &non_finite_samples,
-                          &optics.rays_ended_at_walls, &optics.solids_forgotten,
+                          &optics.rays_ended_at_panes, &optics.dropped_solids,
                           &optics.point_light_samples, &optics.blocked_by_glass}) {
-    archive.number(*count, uint64_t(0), kMost);
+    archive.number(*count, uint64_t(0), kLimit);
   }
   archive.number(min_samples, 0u, UINT32_MAX);
   archive.number(max_samples, 0u, UINT32_MAX);
   clamped.archive(archive);
-  archive.list(located, kLocatedLimit);
+  archive.list(located, kMaxLocated);
   archive.check(located.empty() == (non_finite_samples == 0));
 }
 

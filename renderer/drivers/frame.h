@@ -55,7 +55,7 @@ struct RenderCounters {
   OpticsCounters optics;
   bool stopped = false;  // by the stop token, before the work was done
 
-  static constexpr size_t kLocatedLimit = 16;
+  static constexpr size_t kMaxLocated = 16;
   void locate(const NonFiniteSample& sample);
   // Adds everything except min_samples and stopped, which workers do not know.
   void merge(const RenderCounters& other);
@@ -64,7 +64,7 @@ struct RenderCounters {
 };
 
 // Warns if the limits for glass removed light from the picture.
-void warn_of_optics(const OpticsCounters& counters);
+void warn_about_optics(const OpticsCounters& counters);
 
 // Everything that is constant while a frame renders. Referenced objects must outlive it.
 struct Frame {
@@ -105,7 +105,7 @@ struct Frame {
   // Whether samples have a time.
   bool moves() const;
   // The initial counters of a worker or of a loaded state.
-  RenderCounters no_counts() const;
+  RenderCounters empty_counters() const;
   FilmExtras with_light_groups(FilmExtras extras) const;
 };
 

@@ -44,7 +44,7 @@ struct RenderedParts {
   size_t begin = 0, end = 0;
   bool complete = true;  // false: a stop request ended the round. Parts after `end` were not
                          // started; of those before, only the parts below may lack samples.
-  std::span<const size_t> cut_short = {};
+  std::span<const size_t> interrupted = {};
 };
 
 // Additional data of some drivers, valid at a pause or after the last round.
@@ -77,24 +77,24 @@ class FrameDriver {
   // Whether the film has all samples that the driver will request.
   virtual bool finished() const = 0;
   // The smallest number of samples of any pixel.
-  virtual uint32_t least_samples(const FilmTile& film) const = 0;
+  virtual uint32_t min_samples(const FilmTile& film) const = 0;
   // Expected RMS error of the displayed picture at the last decision, if known.
   virtual std::optional<double> error_estimate() const { return std::nullopt; }
-  // Why the pixel gets no more samples, if already decided; otherwise kGoingOn.
-  virtual PixelStop stop_so_far(const FilmTile& film, int x, int y) const = 0;
+  // Why the pixel gets no more samples, if already decided; otherwise kUnfinished.
+  virtual PixelStop current_stop(const FilmTile& film, int x, int y) const = 0;
   // LivePicture::resolve(): shows the film, unless the driver fills in pixels.
   virtual void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const;
   // Whether resolve() shows other values than the film's means for pixels with samples.
-  virtual bool shows_other_means() const { return false; }
+  virtual bool overrides_means() const { return false; }
   virtual DriverFacts facts() const { return {}; }
   // Text for people: what has decided the pixel's number of samples so far. Call at a pause or at
   // the end. Empty: the driver decides nothing for single pixels.
   virtual std::string explain(const FilmTile& /*film*/, int /*x*/, int /*y*/) const { return {}; }
   // Call at a pause: records this pixel from now on for explain(), instead of the settings' pixel.
-  virtual void follow(int /*x*/, int /*y*/) {}
-  // After the last round: writes each pixel's stop reason into the film (`cut_short` for pixels
+  virtual void record_pixel(int /*x*/, int /*y*/) {}
+  // After the last round: writes each pixel's stop reason into the film (`interrupted` for pixels
   // that a stop request ended), and does all other work that visits every pixel once more.
-  virtual void end(FilmTile& film, PixelStop cut_short) = 0;
+  virtual void end(FilmTile& film, PixelStop interrupted) = 0;
 
   // Saves or loads the state between two parts; rendered() must have been called for all samples in
   // the film. A new driver with the same frame, settings and pixels continues to the same bits. The

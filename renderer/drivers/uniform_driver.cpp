@@ -33,16 +33,17 @@ class UniformDriver final : public FrameDriver {
 
   bool finished() const override { return rows_ == pixels_.height(); }
 
-  uint32_t least_samples(const FilmTile& film) const override {
-    return finished() ? samples_per_pixel_ : film.least_samples();
+  uint32_t min_samples(const FilmTile& film) const override {
+    return finished() ? samples_per_pixel_ : film.min_samples();
   }
 
-  PixelStop stop_so_far(const FilmTile& film, int x, int y) const override {
-    return film.sample_count(x, y) < samples_per_pixel_ ? PixelStop::kGoingOn : PixelStop::kBudget;
+  PixelStop current_stop(const FilmTile& film, int x, int y) const override {
+    return film.sample_count(x, y) < samples_per_pixel_ ? PixelStop::kUnfinished
+                                                        : PixelStop::kBudget;
   }
 
-  void end(FilmTile& film, PixelStop cut_short) override {
-    film.mark_stops(samples_per_pixel_, cut_short);
+  void end(FilmTile& film, PixelStop unfinished_stop) override {
+    film.mark_stops(samples_per_pixel_, unfinished_stop);
   }
 
   void archive(Archive& archive, const FilmTile&) override {

@@ -14,17 +14,17 @@ uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras) {
   return pixel.bytes() + 4 * sizeof(float);
 }
 
-uint64_t kept_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs) {
+uint64_t job_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs) {
   if (drivers.tiles) return 0;
   return film_bytes_per_pixel(aovs, drivers.film_extras) + drivers.bytes_per_pixel;
 }
 
 uint64_t tile_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs) {
-  const uint64_t of_driver = drivers.tiles ? drivers.bytes_per_pixel : 0;
-  return film_bytes_per_pixel(aovs, drivers.film_extras) + of_driver;
+  const uint64_t driver_bytes = drivers.tiles ? drivers.bytes_per_pixel : 0;
+  return film_bytes_per_pixel(aovs, drivers.film_extras) + driver_bytes;
 }
 
-uint64_t shown_layer_bytes_per_pixel(size_t layers) {
+uint64_t delivery_bytes_per_pixel(size_t layers) {
   return layers * sizeof(Rgb) + (layers > 0 ? 4 * sizeof(float) : 0);
 }
 

@@ -14,13 +14,13 @@ uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras);
 
 // Upper bound on what render() and deliver() keep per pixel of the crop, excluding the workers'
 // tiles; 0 for tiled drivers. Light groups add 24 bytes each, and 24 more in total.
-uint64_t kept_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
+uint64_t job_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
 // Bytes per pixel of a worker's tile.
 uint64_t tile_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
 
 // Additional bytes of RenderJob::deliver() for a film with pixels without samples: the displayed
 // values of `layers` layers or lights, and a picture to compute them from.
-uint64_t shown_layer_bytes_per_pixel(size_t layers);
+uint64_t delivery_bytes_per_pixel(size_t layers);
 
 // Resets the film to the crop. Throws RenderError if there is not enough memory.
 void reset_film(const Rect& crop, FilmTile* film);

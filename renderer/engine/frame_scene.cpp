@@ -35,10 +35,10 @@ void check_cameras(const SceneDescription& scene, const CameraDescription* chose
 }
 
 // Returns the first match, with a warning if there are several.
-size_t find_camera(const std::string& wanted, const std::vector<CameraDescription>& cameras) {
-  const std::vector<size_t> fits = cameras_called(wanted, cameras);
+size_t find_camera(const std::string& requested, const std::vector<CameraDescription>& cameras) {
+  const std::vector<size_t> matching = matching_cameras(requested, cameras);
   std::string listed;
-  constexpr size_t kMostListed = 100;
+  constexpr size_t kMaxListed = 100;
   const auto list = [&](size_t i) {
     const CameraDescription& camera = cameras[i];
     listed += fmt::format("{}{} '{}'", listed.empty() ? "" : ", ", i, shortened(camera.name));
@@ -46,26 +46,28 @@ size_t find_camera(const std::string& wanted, const std::vector<CameraDescriptio
       listed += fmt::format(" (node '{}')", shortened(camera.node));
     }
   };
-  if (fits.empty()) {
+  if (matching.empty()) {
     std::vector<std::string_view> names;
     for (const CameraDescription& camera : cameras) names.push_back(camera.name);
-    const bool few = cameras.size() <= kFewNames;
+    const bool few = cameras.size() <= kMaxListedNames;
     if (few) {
       for (size_t i = 0; i < cameras.size(); ++i) list(i);
     } else {
-      for (const size_t i : nearest_of(wanted, names)) list(i);
+      for (const size_t i : nearest_indices(requested, names)) list(i);
     }
-    throw UsageError(fmt::format("`camera`: no camera '{}'; the file has {}{}", shortened(wanted),
+    throw UsageError(fmt::format("`camera`: no camera '{}'; the file has {}{}",
+                                 shortened(requested),
                                  few ? "" : fmt::format("{} cameras, such as ", cameras.size()),
                                  cameras.empty() ? "none" : listed));
   }
-  if (fits.size() > 1) {
-    for (size_t i = 0; i < std::min(fits.size(), kMostListed); ++i) list(fits[i]);
+  if (matching.size() > 1) {
+    for (size_t i = 0; i < std::min(matching.size(), kMaxListed); ++i) list(matching[i]);
     log_warning(fmt::format(
         "`camera`: '{}' matches several: {}{}; {} is used (choose another by its index)",
-        shortened(wanted), listed, fits.size() > kMostListed ? " and more" : "", fits.front()));
+        shortened(requested), listed, matching.size() > kMaxListed ? " and more" : "",
+        matching.front()));
   }
-  return fits.front();
+  return matching.front();
 }
 
 CameraDescription choose_view(const FrameSettings& settings, const SceneDescription& scene) {
@@ -83,12 +85,12 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
     check_cameras(scene, &camera);
   }
   if (settings.look_from) {
-    camera.name = spelled("`look-from`");
+    camera.name = spell_setting_names("`look-from`");
     if (settings.fov_y) camera.orthographic = false;
     const Vec3d ahead = *settings.look_from + Vec3d(0, 0, -1);
     camera.to_world = look_at_matrix(*settings.look_from, settings.look_at.value_or(ahead));
     camera.motion.clear();
-    camera.later.reset();
+    camera.next_frame.reset();
     if (settings.camera.empty()) camera.fov_y = 40.0 * kPiD / 180.0;
   }
   if (camera.aspect && !settings.look_from && !settings.panorama &&
@@ -129,21 +131,21 @@ void apply_lens(const FrameSettings& settings, CameraDescription& camera) {
 }
 
 // Applies the settings to a camera of the file or of the edits.
-CameraDescription placed(const FrameSettings& settings, const SceneDescription& scene,
-                         CameraDescription camera) {
+CameraDescription apply_settings(const FrameSettings& settings, const SceneDescription& scene,
+                                 CameraDescription camera) {
   apply_lens(settings, camera);
   camera.panorama = settings.panorama;
   if (!settings.turntable) return camera;
-  return turned(std::move(camera), settings, framed_bounds(scene));
+  return apply_turntable(std::move(camera), settings, framed_bounds(scene));
 }
 
 // Whether positions one frame later are needed, for velocity without a shutter interval.
-bool later_is_wanted(const FrameSettings& settings) {
+bool needs_next_frame(const FrameSettings& settings) {
   return is_instant(settings) && AovSet::parse(settings.aovs).contains(Aov::kVelocity);
 }
 
 // Rotates the camera by `frames` of the `count` frames of a turn.
-Mat44d turned_by(Mat44d m, int64_t frames, int64_t count, const Vec3d& center) {
+Mat44d rotate_about_vertical(Mat44d m, int64_t frames, int64_t count, const Vec3d& center) {
   const int64_t place = (frames % count + count) % count;
   if (place == 0) return m;
   // Quarter turns are exact: frame 10 of 36 is one quarter and angle 0.
@@ -163,7 +165,7 @@ Mat44d turned_by(Mat44d m, int64_t frames, int64_t count, const Vec3d& center) {
 
 }  // namespace
 
-void warn_of_repaired(const std::string& file, uint64_t texels) {
+void warn_about_repaired(const std::string& file, uint64_t texels) {
   if (texels == 0) return;
   log_warning(fmt::format("{}: {} texel values were NaN, infinite or negative and count as black",
                           file, texels));
@@ -172,11 +174,11 @@ void warn_of_repaired(const std::string& file, uint64_t texels) {
 SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progress) {
   if (settings.edits.empty()) return {};
   SceneEdits edits = read_edits(settings.edits, progress);
-  warn_of_repaired(edits.environment.file, edits.environment.repaired_texels);
+  warn_about_repaired(edits.environment.file, edits.environment.repaired_texels);
   return edits;
 }
 
-std::optional<double> chosen_time(const FrameSettings& settings) {
+std::optional<double> pose_time(const FrameSettings& settings) {
   check_rules(settings, "time");
   if (settings.frame) return *settings.frame / settings.fps;
   return settings.time;
@@ -205,14 +207,14 @@ GltfOptions load_options(const FrameSettings& settings) {
                          .variants = !settings.variant.empty(),
                          .resource_root = settings.resource_root,
                          .animation = settings.animation,
-                         .time = chosen_time(settings)};
+                         .time = pose_time(settings)};
   if (settings.shutter) {
     options.shutter = {settings.shutter->open / settings.fps,
                        settings.shutter->close / settings.fps};
   }
   options.nodes =
       !settings.cryptomattes.empty() || !settings.catchers.empty() || !settings.holdouts.empty();
-  if (later_is_wanted(settings)) options.later = 1.0 / settings.fps;
+  if (needs_next_frame(settings)) options.next_frame = 1.0 / settings.fps;
   return options;
 }
 
@@ -226,29 +228,29 @@ void choose_variant(const FrameSettings& settings, const SceneDescription& scene
   edits.variant = EditTarget{scene.variants[index].name, int(index), "`variant`"};
 }
 
-std::vector<size_t> cameras_called(const std::string& wanted,
-                                   const std::vector<CameraDescription>& cameras) {
-  std::vector<size_t> fits;
+std::vector<size_t> matching_cameras(const std::string& requested,
+                                     const std::vector<CameraDescription>& cameras) {
+  std::vector<size_t> matching;
   for (size_t i = 0; i < cameras.size(); ++i) {
-    if (cameras[i].name == wanted) fits.push_back(i);
+    if (cameras[i].name == requested) matching.push_back(i);
   }
   for (size_t i = 0; i < cameras.size(); ++i) {
-    if (cameras[i].node == wanted && cameras[i].name != wanted) fits.push_back(i);
+    if (cameras[i].node == requested && cameras[i].name != requested) matching.push_back(i);
   }
-  if (!fits.empty()) return fits;
-  if (const std::optional<size_t> index = parse_index(wanted, cameras.size())) return {*index};
+  if (!matching.empty()) return matching;
+  if (const std::optional<size_t> index = parse_index(requested, cameras.size())) return {*index};
   return {};
 }
 
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene) {
-  return placed(settings, scene, choose_view(settings, scene));
+  return apply_settings(settings, scene, choose_view(settings, scene));
 }
 
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene,
                                 const SceneEdits& edits) {
   const bool edited = edits.camera != CameraEdit{};
-  const bool asked = !settings.camera.empty() || settings.look_from || settings.fov_y;
-  if (!edited || asked) {
+  const bool view_is_set = !settings.camera.empty() || settings.look_from || settings.fov_y;
+  if (!edited || view_is_set) {
     if (edited) {
       log_info("the view comes from the command line and not from " + edits.camera.place);
     }
@@ -259,20 +261,22 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
       edits, scene,
       scene.cameras.empty() ? framing_camera(framed_bounds(scene), aspect) : scene.cameras.front());
   check_cameras(scene, &camera);
-  return placed(settings, scene, std::move(camera));
+  return apply_settings(settings, scene, std::move(camera));
 }
 
-CameraDescription turned(CameraDescription camera, const FrameSettings& settings,
-                         const WorldBounds& bounds) {
+CameraDescription apply_turntable(CameraDescription camera, const FrameSettings& settings,
+                                  const WorldBounds& bounds) {
   if (!settings.turntable) return camera;
   const Turntable& turn = *settings.turntable;
   const int64_t frame = turn.frame.value_or(1);
   const Vec3d center = bounds.isEmpty() ? Vec3d(0.0) : bounds.center();
-  if (later_is_wanted(settings)) {
-    camera.later = turned_by(camera.later.value_or(camera.to_world), frame, turn.count, center);
+  if (needs_next_frame(settings)) {
+    camera.next_frame = rotate_about_vertical(camera.next_frame.value_or(camera.to_world), frame,
+                                              turn.count, center);
   }
-  camera.to_world = turned_by(camera.to_world, frame - 1, turn.count, center);
-  for (Mat44d& step : camera.motion) step = turned_by(step, frame - 1, turn.count, center);
+  camera.to_world = rotate_about_vertical(camera.to_world, frame - 1, turn.count, center);
+  for (Mat44d& step : camera.motion)
+    step = rotate_about_vertical(step, frame - 1, turn.count, center);
   return camera;
 }
 
@@ -280,7 +284,7 @@ Camera create_camera(const FrameSettings& settings, const CameraDescription& cam
                      const Scene& scene) {
   try {
     return {camera,         settings.width, settings.height,
-            scene.origin(), scene.scale(),  scene.farthest()};
+            scene.origin(), scene.scale(),  scene.max_origin()};
   } catch (const InputError& error) {
     if (settings.look_from || settings.fov_y || settings.f_stop || settings.focus_distance) {
       throw UsageError(error.what());

@@ -20,7 +20,7 @@ SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progres
 
 // The time that the scene is posed for, in seconds; nullopt if no animation is chosen. Throws
 // UsageError if `time` and `frame` are both given.
-std::optional<double> chosen_time(const FrameSettings& settings);
+std::optional<double> pose_time(const FrameSettings& settings);
 
 // Whether the shutter interval is empty.
 bool is_instant(const FrameSettings& settings);
@@ -32,7 +32,7 @@ void apply_animation(const AnimationEdit& edit, FrameSettings& settings);
 GltfOptions load_options(const FrameSettings& settings);
 
 // Warns, once per file, that texels of a picture had to be repaired.
-void warn_of_repaired(const std::string& file, uint64_t texels);
+void warn_about_repaired(const std::string& file, uint64_t texels);
 
 // Replaces the variant of `edits` by the settings' variant, if any. Throws UsageError that lists
 // the file's variants.
@@ -42,8 +42,8 @@ void choose_variant(const FrameSettings& settings, const SceneDescription& scene
 // The camera and lens that the settings choose. Throws UsageError that lists the file's cameras.
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene);
 // The cameras that match --camera: by name, then by node name, else by index.
-std::vector<size_t> cameras_called(const std::string& wanted,
-                                   const std::vector<CameraDescription>& cameras);
+std::vector<size_t> matching_cameras(const std::string& requested,
+                                     const std::vector<CameraDescription>& cameras);
 // The edits' camera, unless the settings choose a view; a lens of the settings applies to either.
 // Throws InputError for edits that do not fit the scene.
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene,
@@ -52,8 +52,8 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
 // Moves the camera to its frame of the turntable: to its right on a circle around the vertical axis
 // through the centre of the bounds. choose_camera() calls it with the scene's bounds. Without a
 // turntable the camera is unchanged.
-CameraDescription turned(CameraDescription camera, const FrameSettings& settings,
-                         const WorldBounds& bounds);
+CameraDescription apply_turntable(CameraDescription camera, const FrameSettings& settings,
+                                  const WorldBounds& bounds);
 
 // Creates the camera for the frame's size. Throws UsageError if the settings' view or lens cannot
 // be rendered, InputError if the file's cannot.

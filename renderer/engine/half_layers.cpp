@@ -29,9 +29,10 @@ std::vector<std::string> parse_half_layers(std::string_view list) {
 }
 
 bool is_half(std::string_view channel, const std::vector<std::string>& layers) {
-  const std::string of = layer_of(std::string(channel));
-  return std::ranges::any_of(
-      layers, [&](const std::string& layer) { return of == layer || of.starts_with(layer + "."); });
+  const std::string layer_name = layer_of(std::string(channel));
+  return std::ranges::any_of(layers, [&](const std::string& layer) {
+    return layer_name == layer || layer_name.starts_with(layer + ".");
+  });
 }
 
 }  // namespace emberline

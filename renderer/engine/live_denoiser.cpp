@@ -38,8 +38,9 @@ void read_pixel(const FilmTile& film, int x, int y, const float* rgba, bool mixe
   if (!variance) return;
   row.variance[to] = luminance(*variance);
   if (!mixed) return;
-  const float shown = luminance(Rgb(rgba[0], rgba[1], rgba[2])), had = luminance(film.mean(x, y));
-  const float factor = had > 0.0f ? shown / had : 1.0f;
+  const float shown_luminance = luminance(Rgb(rgba[0], rgba[1], rgba[2])),
+              film_luminance = luminance(film.mean(x, y));
+  const float factor = film_luminance > 0.0f ? shown_luminance / film_luminance : 1.0f;
   row.variance[to] *= factor * factor;
 }
 
@@ -84,22 +85,23 @@ void LiveDenoiser::denoise_lattice(const Source& source, std::span<const float> 
   const auto width = size_t(rect.width());
   const std::vector<int>&columns = source.lattice->columns, &rows = source.lattice->rows;
   const size_t values = 4 * columns.size() * rows.size();
-  small_.resize(std::max(small_.size(), values));  // never shrinks, since growing clears memory
-  small_denoised_.resize(small_.size());
+  lattice_rgba_.resize(
+      std::max(lattice_rgba_.size(), values));  // never shrinks, since growing clears memory
+  lattice_denoised_.resize(lattice_rgba_.size());
   parallel_each(rows.size(), [&](size_t j) {
     for (size_t i = 0; i < columns.size(); ++i) {
       const size_t from = size_t(rows[j]) * width + size_t(columns[i]);
-      std::copy_n(&rgba[4 * from], 4, &small_[4 * (j * columns.size() + i)]);
+      std::copy_n(&rgba[4 * from], 4, &lattice_rgba_[4 * (j * columns.size() + i)]);
     }
   });
   const auto read = [&](int j, const FeatureRow& row) {
     for (size_t i = 0; i < columns.size(); ++i) {
       read_pixel(source.picture.film(), rect.x0 + columns[i], rect.y0 + rows[size_t(j)],
-                 &small_[4 * (size_t(j) * columns.size() + i)], source.mixed, row, i);
+                 &lattice_rgba_[4 * (size_t(j) * columns.size() + i)], source.mixed, row, i);
     }
   };
-  filter_.filter(int(columns.size()), int(rows.size()), std::span(small_).first(values), read,
-                 FastFilter::levels_for(1.0), std::span(small_denoised_).first(values));
+  filter_.filter(int(columns.size()), int(rows.size()), std::span(lattice_rgba_).first(values),
+                 read, FastFilter::levels_for(1.0), std::span(lattice_denoised_).first(values));
   const std::vector<size_t> column_of = nearest_lines(columns, rect.width());
   const std::vector<size_t> row_of = nearest_lines(rows, rect.height());
   parallel_ranges(row_of.size(), 16, [&](size_t begin, size_t end) {
@@ -109,7 +111,7 @@ void LiveDenoiser::denoise_lattice(const Source& source, std::span<const float> 
         std::copy_n(out - 4 * width, 4 * width, out);
         continue;
       }
-      const float* from = &small_denoised_[4 * row_of[y] * columns.size()];
+      const float* from = &lattice_denoised_[4 * row_of[y] * columns.size()];
       for (size_t x = 0; x < width; ++x) std::copy_n(from + 4 * column_of[x], 4, out + 4 * x);
     }
   });

@@ -37,7 +37,7 @@ class LiveDenoiser {
                        std::span<float> denoised);
 
   FastFilter filter_;
-  std::vector<float> small_, small_denoised_;  // for a lattice
+  std::vector<float> lattice_rgba_, lattice_denoised_;  // for a lattice
 };
 
 }  // namespace emberline

@@ -12,7 +12,7 @@
 namespace emberline {
 namespace {
 
-FilmExtras kept_extras(const RenderPlan& plan) {
+FilmExtras picture_extras(const RenderPlan& plan) {
   return {.sample_variance = film_extras(*plan.driver, plan.driver_settings).sample_variance};
 }
 
@@ -30,8 +30,8 @@ std::vector<float> LivePicture::channels() const {
 }
 
 TilePicture::TilePicture(const RenderPlan& plan, std::vector<float> before)
-    : film_(std::make_unique<FilmTile>(plan.aovs, kept_extras(plan))),
-      averages_(plan.driver_settings.adaptive.unbiased),
+    : film_(std::make_unique<FilmTile>(plan.aovs, picture_extras(plan))),
+      overrides_means_(plan.driver_settings.adaptive.unbiased),
       rgba_(std::move(before)) {
   reset_film(plan.crop, film_.get());
   assert(rgba_.size() == 4 * size_t(plan.crop.area()));
@@ -40,7 +40,7 @@ TilePicture::TilePicture(const RenderPlan& plan, std::vector<float> before)
 TilePicture::~TilePicture() = default;
 
 uint64_t TilePicture::bytes_per_pixel(const RenderPlan& plan) {
-  return film_bytes_per_pixel(plan.aovs, kept_extras(plan)) + 4 * sizeof(float);
+  return film_bytes_per_pixel(plan.aovs, picture_extras(plan)) + 4 * sizeof(float);
 }
 
 Rect TilePicture::add(const FilmTile& tile) {
@@ -50,7 +50,7 @@ Rect TilePicture::add(const FilmTile& tile) {
       film_->copy_pixel(tile, x, y);
       float* shown = &rgba_[4 * film_->rect().index_of(x, y)];
       tile.rgba(x, y, shown);
-      if (averages_) film_->show(x, y, shown);
+      if (overrides_means_) film_->set_override(x, y, shown);
       samples_ += tile.sample_count(x, y);
     }
   }
@@ -62,12 +62,12 @@ void TilePicture::resolve(std::span<float> rgba, const LightMix* mix) const {
   std::ranges::copy(rgba_, rgba.begin());
   if (!mix) return;
   for (size_t i = 0; i < rgba_.size() / 4; ++i) {
-    if (film_->sums(i).samples() > 0) film_->lights(i).relit(*mix, &rgba[4 * i]);
+    if (film_->sums(i).samples() > 0) film_->lights(i).relight_pixel(*mix, &rgba[4 * i]);
   }
 }
 
-PixelStop TilePicture::stop_so_far(int x, int y) const {
-  return film_->sample_count(x, y) > 0 ? film_->stop(x, y) : PixelStop::kGoingOn;
+PixelStop TilePicture::current_stop(int x, int y) const {
+  return film_->sample_count(x, y) > 0 ? film_->stop(x, y) : PixelStop::kUnfinished;
 }
 
 }  // namespace emberline

@@ -26,9 +26,9 @@ class LivePicture {
   // groups, `mix` weights each group (renderer/film/light_mix.h).
   virtual void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const = 0;
   virtual const FilmTile& film() const = 0;
-  // Why the pixel gets no more samples, as far as the driver has decided; otherwise kGoingOn, even
-  // after a stop request.
-  virtual PixelStop stop_so_far(int x, int y) const = 0;
+  // Why the pixel gets no more samples, as far as the driver has decided; otherwise kUnfinished,
+  // even after a stop request.
+  virtual PixelStop current_stop(int x, int y) const = 0;
 
   const Rect& rect() const;
   uint32_t sample_count(int x, int y) const;
@@ -60,11 +60,11 @@ class TilePicture final : public LivePicture {
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
   const FilmTile& film() const override { return *film_; }
   // kNone for a pixel of an added tile if tiles have no `stop` channel.
-  PixelStop stop_so_far(int x, int y) const override;
+  PixelStop current_stop(int x, int y) const override;
 
  private:
   const std::unique_ptr<FilmTile> film_;
-  const bool averages_;  // displayed values may differ from the means of the sums
+  const bool overrides_means_;  // displayed values may differ from the means of the sums
   std::vector<float> rgba_;
   int64_t pixels_ = 0;
   uint64_t samples_ = 0;

@@ -27,7 +27,7 @@ ReadScene::ReadScene(const FrameSettings& settings, SceneEdits edits, const Open
 }
 
 ReadScene::~ReadScene() {
-  if (source_) source_->fail();
+  if (source_) source_->roll_back();
 }
 
 void ReadScene::read(std::span<const uint64_t> held, LoadProgress& progress) {
@@ -40,7 +40,7 @@ void ReadScene::read(std::span<const uint64_t> held, LoadProgress& progress) {
 OpenScene::Parts::Parts(const ReadScene& read) {
   const FrameSettings& settings = read.settings_;
   const SceneDescription& scene = read.description_;
-  if (settings.light_groups) light_groups.emplace(outline(scene));
+  if (settings.light_groups) light_groups.emplace(copy_without_geometry(scene));
   if (!settings.cryptomattes.empty()) {
     cryptomattes.emplace(scene, parse_cryptomattes(settings.cryptomattes));
   }
@@ -61,7 +61,7 @@ std::unique_ptr<OpenScene> ReadScene::build(LoadProgress& progress) && {
   open->coverage_ = description_.coverage;
   open->repairs_ = description_.repairs;
   open->build(*this, progress);
-  std::exchange(source_, nullptr)->stand();
+  std::exchange(source_, nullptr)->commit();
   return open;
 }
 
@@ -103,16 +103,16 @@ bool OpenScene::pose(ReadScene read, LoadProgress& progress) {
   const LoadRepairs repairs = read.description_.repairs;
   const bool reposed = repose(read, progress);
   if (!reposed) {
-    source_->fail();
+    source_->roll_back();
     source_->begin();
     read.read({}, progress);
-    OpenScene anew(options_, read.settings_, source_);
-    anew.build(read, progress);
-    if (editable_) anew.editable_->set(read.edits_);
-    scene_ = std::move(anew.scene_);
-    editable_ = std::move(anew.editable_);
+    OpenScene rebuilt(options_, read.settings_, source_);
+    rebuilt.build(read, progress);
+    if (editable_) rebuilt.editable_->set(read.edits_);
+    scene_ = std::move(rebuilt.scene_);
+    editable_ = std::move(rebuilt.editable_);
   }
-  std::exchange(read.source_, nullptr)->stand();
+  std::exchange(read.source_, nullptr)->commit();
   settings_ = std::move(read.settings_);
   parts_ = std::move(parts);
   coverage_ = std::move(coverage);

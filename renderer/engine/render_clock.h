@@ -20,21 +20,21 @@ class Stopwatch {
 // Wall and CPU time of all threads, excluding exclude_time().
 class RenderClock {
  public:
-  double seconds() const { return wall_.seconds() - left_out_s_; }
+  double seconds() const { return wall_.seconds() - excluded_s_; }
   double cpu_seconds() const { return process_cpu_seconds() - cpu_before_; }
-  double left_out_seconds() const { return left_out_s_; }
+  double excluded_seconds() const { return excluded_s_; }
   template <typename Work>
   void exclude_time(const Work& work) {
     const double wall = wall_.seconds(), cpu = process_cpu_seconds();
     work();
-    left_out_s_ += wall_.seconds() - wall;
+    excluded_s_ += wall_.seconds() - wall;
     cpu_before_ += process_cpu_seconds() - cpu;
   }
 
  private:
   Stopwatch wall_;
   double cpu_before_ = process_cpu_seconds();
-  double left_out_s_ = 0;
+  double excluded_s_ = 0;
 };
 
 }  // namespace emberline

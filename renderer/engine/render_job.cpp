@@ -17,7 +17,7 @@ namespace {
 
 // The contribution of each light group or light-path layer to each pixel of an incomplete picture,
 // ordered by pixel, then by group.
-std::vector<Rgb> shown_groups(const LivePicture& picture, LightMix::Of of, size_t groups) {
+std::vector<Rgb> resolve_groups(const LivePicture& picture, LightMix::Source of, size_t groups) {
   const auto pixels = size_t(picture.film().rect().area());
   std::vector<Rgb> lights(groups * pixels);
   std::vector<float> rgba(4 * pixels);
@@ -32,25 +32,25 @@ std::vector<Rgb> shown_groups(const LivePicture& picture, LightMix::Of of, size_
 }
 
 // The end of the parts before the next pause: all parts, or fewer if a picture is wanted after
-// `samples_wanted` samples.
-size_t pause_after(const FrameDriver& driver, const Round& round, size_t begin,
-                   std::optional<uint64_t> samples_wanted) {
-  if (!samples_wanted) return round.parts;
+// `samples_to_picture` samples.
+size_t end_before_pause(const FrameDriver& driver, const Round& round, size_t begin,
+                        std::optional<uint64_t> samples_to_picture) {
+  if (!samples_to_picture) return round.parts;
   size_t end = begin;
-  for (uint64_t samples = 0; end < round.parts && samples < *samples_wanted; ++end) {
+  for (uint64_t samples = 0; end < round.parts && samples < *samples_to_picture; ++end) {
     samples += driver.samples(end);
   }
   return end;
 }
 
 // Renders the parts of `work`, or fewer if a picture is wanted soon.
-RenderedParts carry_out(RenderLoop& loop, RoundWork& work) {
-  loop.share(work.parts_left(), [&](RenderWorker& worker, const auto& going) {
-    bool took_one = false;
+RenderedParts execute(RenderLoop& loop, RoundWork& work) {
+  loop.run_workers(work.parts_left(), [&](RenderWorker& worker, const auto& should_continue) {
+    bool has_part = false;
     work.take_parts(worker, loop.sink, loop.stop, [&] {
-      if (took_one && loop.sink.picture_wanted()) return false;
-      took_one = true;
-      return going();
+      if (has_part && loop.sink.needs_picture()) return false;
+      has_part = true;
+      return should_continue();
     });
   });
   return work.rendered(loop.stop.stop_requested());
@@ -58,13 +58,13 @@ RenderedParts carry_out(RenderLoop& loop, RoundWork& work) {
 
 }  // namespace
 
-void show_picture(const FrameDriver& driver, FilmTile& film) {
-  if (!driver.shows_other_means()) return;
+void store_driver_picture(const FrameDriver& driver, FilmTile& film) {
+  if (!driver.overrides_means()) return;
   const Rect& pixels = film.rect();
   std::vector<float> shown(4 * size_t(pixels.area()));
   driver.resolve(film, shown, nullptr);
   for (size_t i = 0; i < size_t(pixels.area()); ++i) {
-    film.show(pixels.x_of(i), pixels.y_of(i), &shown[4 * i]);
+    film.set_override(pixels.x_of(i), pixels.y_of(i), &shown[4 * i]);
   }
 }
 
@@ -84,11 +84,11 @@ void RenderJob::begin() {
   film_ = std::make_unique<FilmTile>(frame_.aovs, film_extras());
   reset_film(frame_.crop, film_.get());
   driver_ = drivers_.create(frame_, frame_.crop);
-  counters_ = frame_.no_counts();
+  counters_ = frame_.empty_counters();
 }
 
 void RenderJob::archive(Archive& archive) {
-  TileResult result{driver_->error_estimate(), driver_->least_samples(*film_), counters_};
+  TileResult result{driver_->error_estimate(), driver_->min_samples(*film_), counters_};
   bool finished = driver_->finished();
   result.archive(archive);
   archive.number(finished, false, true);
@@ -124,7 +124,7 @@ void RenderJob::extend(std::span<const std::byte> finished) {
   loading.number(is_finished, false, true);
   loading.check(is_finished);
   film_->archive(loading);
-  film_->show_means();
+  film_->clear_overrides();
   driver_->extend(loading, *film_);
   counters_ = result.counters;
   film_is_ahead_ = true;
@@ -139,12 +139,12 @@ void RenderJob::render_crop(RenderLoop& loop) {
       parts_done_ = 0;
     }
     const Round round = driver_->round();
-    std::optional<uint64_t> wanted = loop.sink.picture_wanted_at();
-    if (wanted) *wanted = std::max(*wanted, counters_.samples + 1) - counters_.samples;
-    const size_t end = pause_after(*driver_, round, parts_done_, wanted);
+    std::optional<uint64_t> picture_at = loop.sink.next_picture_at();
+    if (picture_at) *picture_at = std::max(*picture_at, counters_.samples + 1) - counters_.samples;
+    const size_t end = end_before_pause(*driver_, round, parts_done_, picture_at);
     RoundWork work(*driver_, *film_, parts_done_, end, film_is_ahead_);
-    const RenderedParts parts = carry_out(loop, work);
-    if (!parts.complete) loop.sink.cut_short();
+    const RenderedParts parts = execute(loop, work);
+    if (!parts.complete) loop.sink.interrupted();
     driver_->rendered(parts, *film_);
     if (!parts.complete) break;
     const bool round_done = parts.end == round.parts;
@@ -158,11 +158,11 @@ void RenderJob::render_crop(RenderLoop& loop) {
     progress.error_estimate = driver_->error_estimate();
     loop.sink.picture_changed(progress, *this);
   }
-  counters_.min_samples = driver_->least_samples(*film_);
+  counters_.min_samples = driver_->min_samples(*film_);
   counters_.stopped = !driver_->finished();
 }
 
-uint64_t RenderJob::kept_bytes_per_pixel() const {
+uint64_t RenderJob::job_bytes_per_pixel() const {
   if (drivers_.tiles) return 0;
   return film_bytes_per_pixel(frame_.aovs, film_extras()) + drivers_.bytes_per_pixel;
 }
@@ -178,13 +178,13 @@ SampleReplay RenderJob::replay(int x, int y, uint32_t sample) const {
 }
 
 std::optional<double> RenderJob::error_estimate() const {
-  return driver_ ? driver_->error_estimate() : tiles_error_;
+  return driver_ ? driver_->error_estimate() : tile_error_;
 }
 
-void RenderJob::end(PixelStop cut_short) {
+void RenderJob::end(PixelStop interrupted) {
   if (!driver_) return;
-  driver_->end(*film_, cut_short);
-  show_picture(*driver_, *film_);
+  driver_->end(*film_, interrupted);
+  store_driver_picture(*driver_, *film_);
 }
 
 // Delivers tiles of the bucket driver's size and alignment. Pixels without samples get the
@@ -198,15 +198,16 @@ void RenderJob::deliver(RenderSink& sink) {
   // Computed before the workers start: it uses TBB, and a waiting worker could otherwise start a
   // tile that needs the result.
   std::vector<float> shown;
-  if (film_->least_samples() == 0) {
+  if (film_->min_samples() == 0) {
     shown.resize(4 * size_t(crop.area()));
     resolve(shown);
   }
   const auto groups = size_t(std::max(0, film_->extras().light_groups));
   const auto layers = PathLayers(film_->aovs()).list().size();
   std::vector<Rgb> lights, paths;
-  if (!shown.empty() && groups > 0) lights = shown_groups(*this, LightMix::Of::kLights, groups);
-  if (!shown.empty() && layers > 0) paths = shown_groups(*this, LightMix::Of::kPaths, layers);
+  if (!shown.empty() && groups > 0)
+    lights = resolve_groups(*this, LightMix::Source::kLights, groups);
+  if (!shown.empty() && layers > 0) paths = resolve_groups(*this, LightMix::Source::kPaths, layers);
   std::atomic<size_t> next{0};
   const auto work = [&](size_t /*worker*/) {
     const FlushDenormals flush;                     // as in the render workers
@@ -219,9 +220,11 @@ void RenderJob::deliver(RenderSink& sink) {
           tile.copy_pixel(*film_, x, y);
           if (film_->sample_count(x, y) > 0) continue;
           const size_t pixel = crop.index_of(x, y);
-          tile.show(x, y, &shown[4 * pixel]);
-          if (groups > 0) tile.show_lights(x, y, std::span(lights).subspan(groups * pixel, groups));
-          if (layers > 0) tile.show_layers(x, y, std::span(paths).subspan(layers * pixel, layers));
+          tile.set_override(x, y, &shown[4 * pixel]);
+          if (groups > 0)
+            tile.override_lights(x, y, std::span(lights).subspan(groups * pixel, groups));
+          if (layers > 0)
+            tile.override_layers(x, y, std::span(paths).subspan(layers * pixel, layers));
         }
       }
       sink.tile_finished(tile);

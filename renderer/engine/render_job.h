@@ -27,7 +27,7 @@ class TileOwner;
 // Facts about a finished tile, apart from its film.
 struct TileResult {
   std::optional<double> error = {};  // estimate for the displayed tile
-  uint32_t least_samples = 0;        // minimum over its pixels
+  uint32_t min_samples = 0;          // minimum over its pixels
   RenderCounters counters = {};
 
   void archive(Archive& archive);
@@ -39,7 +39,7 @@ class TileStore {
  public:
   virtual ~TileStore() = default;
   // The state passed to save(), at most `most` bytes; absent: the tile must be rendered.
-  virtual std::optional<std::vector<std::byte>> load(size_t tile, uint64_t most) = 0;
+  virtual std::optional<std::vector<std::byte>> load(size_t tile, uint64_t max_bytes) = 0;
   // `state`: a TileResult, the film and the driver's state.
   virtual void save(size_t tile, std::span<const std::byte> state) = 0;
   // The state of the tile in a finished frame of fewer samples, which this frame extends.
@@ -47,10 +47,10 @@ class TileStore {
     return std::nullopt;
   }
   // Reports that the state from load() or load_finished() is unusable; the tile is then rendered.
-  virtual void unusable(bool /*finished*/) {}
+  virtual void report_unusable(bool /*finished*/) {}
 
   // The largest state that load() accepts for a tile whose film has `film_bytes`.
-  static uint64_t most_of_state(uint64_t film_bytes) { return 4 * film_bytes + (1 << 16); }
+  static uint64_t max_state_bytes(uint64_t film_bytes) { return 4 * film_bytes + (1 << 16); }
 };
 
 struct RenderResult {
@@ -78,11 +78,11 @@ class RenderJob final : public LivePicture {
   ~RenderJob() override;
 
   const Frame& frame() const { return frame_; }
-  bool by_tiles() const { return drivers_.tiles; }
+  bool is_tiled() const { return drivers_.tiles; }
 
   // Call before render() of a tiled job: tiles in `store` are loaded, others are rendered and
   // stored.
-  void keep_tiles(TileStore* store) { store_ = store; }
+  void set_tile_store(TileStore* store) { store_ = store; }
   // Call before render(), save(), load() and extend() of a job with one film. A stop request then
   // waits for the end of a driver decision, which cannot be saved midway.
   void make_resumable();
@@ -91,22 +91,22 @@ class RenderJob final : public LivePicture {
   void load(std::span<const std::byte> state);
   // Extends a finished frame with fewer samples or a higher threshold.
   void extend(std::span<const std::byte> finished);
-  // Call in picture_changed(), in cut_short() or after render(): saves a TileResult, whether the
+  // Call in picture_changed(), in interrupted() or after render(): saves a TileResult, whether the
   // frame is finished, the film, the driver's state and the position in its round.
   void save(std::vector<std::byte>& state);
 
   // Renders on the calling thread's TBB arena. Call once. Returns soon after a stop request. Throws
   // RenderError if the film does not fit into memory, and what the sink throws.
   RenderResult render(RenderSink& sink, std::stop_token stop);
-  // Call after render(): records in a kept film why each pixel stopped, with `cut_short` for pixels
-  // ended by a stop request.
-  void end(PixelStop cut_short);
+  // Call after render(): records in a kept film why each pixel stopped, with `interrupted` for
+  // pixels ended by a stop request.
+  void end(PixelStop interrupted);
   // Call once after render(): calls end() and passes a kept film to the sink as finished tiles.
   void deliver(RenderSink& sink);
 
   // Maximum bytes kept per pixel of the crop, excluding workers' tiles and what deliver() adds for
-  // layers (shown_layer_bytes_per_pixel()); 0 for tiled drivers.
-  uint64_t kept_bytes_per_pixel() const;
+  // layers (delivery_bytes_per_pixel()); 0 for tiled drivers.
+  uint64_t job_bytes_per_pixel() const;
   // Current bytes of film and driver.
   uint64_t film_bytes() const;
 
@@ -122,13 +122,15 @@ class RenderJob final : public LivePicture {
   // Facts of the driver; requires picture().
   DriverFacts facts() const { return driver_->facts(); }
   std::string explain(int x, int y) const { return driver_->explain(*film_, x, y); }
-  void follow(int x, int y) { driver_->follow(x, y); }
+  void record_pixel(int x, int y) { driver_->record_pixel(x, y); }
 
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override {
     driver_->resolve(*film_, rgba, mix);
   }
   const FilmTile& film() const override { return *film_; }
-  PixelStop stop_so_far(int x, int y) const override { return driver_->stop_so_far(*film_, x, y); }
+  PixelStop current_stop(int x, int y) const override {
+    return driver_->current_stop(*film_, x, y);
+  }
 
  private:
   FilmExtras film_extras() const { return frame_.with_light_groups(drivers_.film_extras); }
@@ -151,7 +153,7 @@ class RenderJob final : public LivePicture {
   std::unique_ptr<FilmTile> film_;
   std::unique_ptr<FrameDriver> driver_;
   RenderCounters counters_;
-  std::optional<double> tiles_error_;
+  std::optional<double> tile_error_;
   TileStore* store_ = nullptr;
   bool resumable_ = false;
   // For a frame with one film: finished parts of the current round, and whether pixels of later

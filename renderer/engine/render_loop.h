@@ -32,18 +32,18 @@ class RenderLoop {
              RenderCounters& counters)
       : sink(the_sink), stop(std::move(the_stop)), frame_(frame), counters_(counters) {}
 
-  // Runs work(worker, going) on all threads, but at most `most`. going() is false once one of them
-  // has thrown or a stop is requested. Rethrows.
+  // Runs work(worker, should_continue) on all threads, but at most `most`. should_continue() is
+  // false once one of them has thrown or a stop is requested. Rethrows.
   template <typename Work>
-  void share(size_t most, const Work& work) {
+  void run_workers(size_t max_threads, const Work& work) {
     std::atomic<bool> failed{false};
-    const auto going = [&] {
+    const auto should_continue = [&] {
       return !failed.load(std::memory_order_relaxed) && !stop.stop_requested();
     };
-    parallel_tasks(std::min(most, worker_count()), [&](size_t) {
+    parallel_tasks(std::min(max_threads, worker_count()), [&](size_t) {
       try {
         RenderWorker worker(frame_);
-        work(worker, going);
+        work(worker, should_continue);
         count(worker.take_counters());
       } catch (...) {
         failed = true;  // the others need not finish a failed frame
@@ -67,7 +67,7 @@ class RenderLoop {
 };
 
 // Writes the driver's own picture into the film if it differs from the film's means.
-void show_picture(const FrameDriver& driver, FilmTile& film);
+void store_driver_picture(const FrameDriver& driver, FilmTile& film);
 
 // The parts of one round, which any number of workers take in order.
 class RoundWork {
@@ -82,18 +82,18 @@ class RoundWork {
         end_(end),
         next_(begin) {}
 
-  // Renders parts while any are left and go_on() is true. Called from several threads, each with
-  // its own worker.
-  template <typename GoOn>
+  // Renders parts while any are left and should_continue() is true. Called from several threads,
+  // each with its own worker.
+  template <typename Condition>
   void take_parts(RenderWorker& worker, RenderSink& sink, const std::stop_token& stop,
-                  const GoOn& go_on) {
+                  const Condition& should_continue) {
     std::vector<PixelWork> list;
     worker.set_seed(seed_);
-    while (go_on()) {
+    while (should_continue()) {
       const size_t part = next_.fetch_add(1, std::memory_order_relaxed);
       if (part >= end_) break;
       expand(part, list);
-      if (!worker.render(list, film_, sink, stop)) cut_short(part);
+      if (!worker.render(list, film_, sink, stop)) mark_interrupted(part);
     }
   }
 
@@ -107,7 +107,7 @@ class RoundWork {
 
  private:
   void expand(size_t part, std::vector<PixelWork>& list) const;
-  void cut_short(size_t part);
+  void mark_interrupted(size_t part);
 
   const FrameDriver& driver_;
   FilmTile& film_;
@@ -116,7 +116,7 @@ class RoundWork {
   const size_t begin_, end_;
   std::atomic<size_t> next_;
   std::mutex mutex_;
-  std::vector<size_t> cut_short_;
+  std::vector<size_t> interrupted_;
 };
 
 // Shares the last tiles of a frame: a worker that finds no tile left helps with the rounds of other
@@ -146,7 +146,7 @@ class SharedTiles {
   std::mutex mutex_;
   std::condition_variable changed_;
   int owners_ = 0;
-  std::vector<OpenRound*> open_;
+  std::vector<OpenRound*> open_rounds_;
 };
 
 // Marks a worker as an owner of tiles during its lifetime.
@@ -159,7 +159,7 @@ class TileOwner {
 
   // Renders the round together with helpers, whose counts are added to `counters`. Returns after
   // all helpers have; if one throws, no further part begins and the exception is rethrown.
-  void carry_out(RoundWork& work, RenderWorker& worker, RenderCounters& counters);
+  void execute(RoundWork& work, RenderWorker& worker, RenderCounters& counters);
 
  private:
   SharedTiles& tiles_;

@@ -19,40 +19,40 @@ namespace {
 
 constexpr uint32_t kDefaultSamples = 64;
 // The limit for a pixel that never meets the threshold, if no other limit is given.
-constexpr uint32_t kDefaultMostSamples = 4096;
+constexpr uint32_t kDefaultMaxSamples = 4096;
 
 // Shutter time in frames; 1 if the shutter interval is empty.
 double shutter_frames_of(const FrameSettings& settings) {
   return is_instant(settings) ? 1.0 : settings.shutter->close - settings.shutter->open;
 }
 
-// The requested number of streams, by default `least`.
-StreamCount streams_of(const FrameSettings& o, StreamCount least) {
+// The requested number of streams, by default `fallback`.
+StreamCount streams_of(const FrameSettings& o, StreamCount fallback) {
   if (o.streams) return static_cast<StreamCount>(*o.streams);
-  return aovs_of(o).contains(Aov::kDenoising) ? StreamCount::kTwo : least;
+  return aovs_of(o).contains(Aov::kDenoising) ? StreamCount::kTwo : fallback;
 }
 
 // Shortens the blocks of the two halves for pixels with few samples.
-void part_few_samples(uint32_t samples, RenderPlan& plan) {
-  if (!plan.aovs.contains(Aov::kDenoising) || samples >= kLeastStreamSamples) return;
+void shorten_half_blocks(uint32_t samples, RenderPlan& plan) {
+  if (!plan.aovs.contains(Aov::kDenoising) || samples >= kMinStreamSamples) return;
   plan.half_block = (samples + 1) / 2;
 }
 
-void plan_even(const FrameSettings& o, RenderPlan& plan) {
+void plan_uniform(const FrameSettings& o, RenderPlan& plan) {
   plan.samples_per_pixel = o.spp.value_or(kDefaultSamples);
   if (o.sample_range) {
     plan.first_sample = o.sample_range->first;
     plan.samples_per_pixel = o.sample_range->end - o.sample_range->first;
   }
   plan.streams = streams_of(o, StreamCount::kOne);
-  if (!o.sample_range) part_few_samples(plan.samples_per_pixel, plan);
+  if (!o.sample_range) shorten_half_blocks(plan.samples_per_pixel, plan);
 }
 
 const EstimatorEntry& estimator_of(const FrameSettings& o) {
   return find_estimator(o.estimator.empty() ? kDefaultEstimator : std::string_view(o.estimator));
 }
 
-void plan_by_error(const FrameSettings& o, RenderPlan& plan) {
+void plan_adaptive(const FrameSettings& o, RenderPlan& plan) {
   const EstimatorEntry& estimator = estimator_of(o);
   AdaptiveSettings& a = plan.driver_settings.adaptive;
   a.estimator = estimator.name;
@@ -67,13 +67,13 @@ void plan_by_error(const FrameSettings& o, RenderPlan& plan) {
   } else if (o.unbiased || (a.threshold <= 0.0f && a.max_samples == 0)) {
     a.budget = kDefaultSamples;
   } else if (a.max_samples == 0) {
-    a.max_samples = std::max(kDefaultMostSamples, a.min_samples);
+    a.max_samples = std::max(kDefaultMaxSamples, a.min_samples);
   }
   plan.samples_per_pixel = a.budget;
   // Two-stream estimators handle the halves themselves.
   a.two_halves = plan.streams == StreamCount::kTwo && estimator.streams == StreamCount::kOne;
-  const uint32_t most = a.max_samples > 0 ? a.max_samples : kLeastStreamSamples;
-  part_few_samples(a.budget > 0 ? std::min(a.budget, most) : most, plan);
+  const uint32_t sample_limit = a.max_samples > 0 ? a.max_samples : kMinStreamSamples;
+  shorten_half_blocks(a.budget > 0 ? std::min(a.budget, sample_limit) : sample_limit, plan);
 }
 
 }  // namespace
@@ -83,7 +83,7 @@ RenderPlan::RenderPlan(const FrameSettings& s, const PrepareOptions& options)
       width(s.width),
       height(s.height),
       crop(crop_of(s)),
-      even(shares_evenly(s)),
+      is_uniform(samples_uniformly(s)),
       seed(s.seed),
       aovs(aovs_of(s)),
       shutter_frames(shutter_frames_of(s)),
@@ -100,14 +100,14 @@ RenderPlan::RenderPlan(const FrameSettings& s, const PrepareOptions& options)
   driver_settings.cryptomatte_levels = s.cryptomatte_levels;
   driver_settings.explained = options.explained;
   driver_settings.keep_tree = options.keep_tree;
-  driver_settings.extending = options.extending;
-  even ? plan_even(s, *this) : plan_by_error(s, *this);
+  driver_settings.is_extension = options.is_extension;
+  is_uniform ? plan_uniform(s, *this) : plan_adaptive(s, *this);
   integrator = create_integrator(s.integrator, {.max_depth = s.max_depth,
                                                 .transparent = s.transparent,
                                                 .clamp_indirect = clamp_indirect,
                                                 .light_samples = s.light_samples});
   guides_lights = s.environment_sampling == EnvironmentSampling::kGuided && s.max_depth > 0 &&
-                  find_integrator(s.integrator).tells_lights_apart;
+                  find_integrator(s.integrator).supports_light_groups;
   build.show_backfaces = s.show_backfaces;
   build.isa = s.isa;
   build.unread_uv = find_integrator(s.integrator).shows_uv || aovs.contains(Aov::kUv);
@@ -117,11 +117,11 @@ RenderPlan::RenderPlan(const FrameSettings& s, const PrepareOptions& options)
 
 namespace {
 
-std::shared_ptr<const LightGuide> guide_by_all_light(const Scene& scene) {
+std::shared_ptr<const LightGuide> make_catcher_guide(const Scene& scene) {
   const EnvironmentLight* const light = scene.lights().environment();
   if (!light) return nullptr;
   auto guide = std::make_shared<EnvironmentGuide>(*light);
-  guide->set_regions(SkyRegions::everywhere());
+  guide->set_regions(SkyRegions::single_region());
   return std::make_shared<LightGuide>(LightGuide{.environment = std::move(guide)});
 }
 
@@ -148,7 +148,8 @@ std::unique_ptr<RenderJob> RenderPlan::prepare_stage(const OpenScene& scene, con
   part.shutter_frames = shutter_frames_of(scene.settings());
   part.crop = stage.crop;
   part.samples_per_pixel = stage.samples_per_pixel;
-  part.exact_counts = even || find_driver(stage.driver).sharing == Sharing::kEven;
+  part.exact_counts =
+      is_uniform || find_driver(stage.driver).distribution == SampleDistribution::kUniform;
   return std::make_unique<RenderJob>(std::move(part), driver_factory(stage.driver, settings));
 }
 
@@ -169,7 +170,7 @@ Frame RenderPlan::frame(const Scene& scene, const Camera& camera, const ScenePar
           .half_block = half_block,
           .aovs = aovs,
           .shutter_frames = shutter_frames,
-          .exact_counts = even,
+          .exact_counts = is_uniform,
           .clamp_indirect = clamp_indirect,
           .light_groups = parts.light_groups,
           .cryptomattes = parts.cryptomattes,
@@ -179,7 +180,7 @@ Frame RenderPlan::frame(const Scene& scene, const Camera& camera, const ScenePar
                               : nullptr,
           .camera_solids = CameraSolids::find(scene, camera),
           .guide = guides_lights ? find_light_guide(scene, camera, width, height, stop) : nullptr,
-          .catcher_guide = aovs.contains(Aov::kShadow) ? guide_by_all_light(scene) : nullptr};
+          .catcher_guide = aovs.contains(Aov::kShadow) ? make_catcher_guide(scene) : nullptr};
 }
 
 size_t RenderPlan::buckets() const {
@@ -187,16 +188,17 @@ size_t RenderPlan::buckets() const {
   return bucket_schedule(crop, d.bucket_size, d.bucket_order, seed).size();
 }
 
-bool shares_evenly(const FrameSettings& settings) {
-  const Sharing sharing = find_driver(settings.driver).sharing;
-  return sharing == Sharing::kEven ||
-         (sharing == Sharing::kEvenWithoutThreshold && !settings.noise_threshold);
+bool samples_uniformly(const FrameSettings& settings) {
+  const SampleDistribution distribution = find_driver(settings.driver).distribution;
+  return distribution == SampleDistribution::kUniform ||
+         (distribution == SampleDistribution::kUniformWithoutThreshold &&
+          !settings.noise_threshold);
 }
 
-bool finishes_tiles(const FrameSettings& settings) { return find_driver(settings.driver).tiles; }
+bool is_tiled(const FrameSettings& settings) { return find_driver(settings.driver).tiles; }
 
 std::string_view allocation_of(const FrameSettings& settings) {
-  if (shares_evenly(settings) || estimator_of(settings).batch != 0) return "";
+  if (samples_uniformly(settings) || estimator_of(settings).batch != 0) return "";
   return name_of(error_metric_table(), settings.allocation.value_or(kDefaultAllocation));
 }
 

@@ -31,7 +31,7 @@ struct PrepareOptions {
   bool find_empty_pixels = true;
   std::optional<Vec2i> explained = {};  // the pixel for RenderJob::explain()
   bool keep_tree = false;               // RenderJob::facts() has the refinement tree
-  bool extending = false;               // RenderJob::extend() will be called
+  bool is_extension = false;            // RenderJob::extend() will be called
 };
 
 // A preliminary or partial frame: some pixels, with fewer samples each or another driver.
@@ -74,7 +74,7 @@ struct RenderPlan {
   Rect crop;  // the whole frame by default
   uint32_t first_sample = 0;
   uint32_t samples_per_pixel = 0;  // per pixel, or on average; 0: until the threshold is met
-  bool even = true;                // every pixel gets the same number
+  bool is_uniform = true;          // every pixel gets the same number
   uint32_t seed;
   StreamCount streams = StreamCount::kOne;
   static constexpr uint32_t kStreamBlock = 8;
@@ -91,10 +91,10 @@ struct RenderPlan {
 };
 
 // Whether every pixel gets the same number of samples. Throws UsageError for an unknown driver.
-bool shares_evenly(const FrameSettings& settings);
+bool samples_uniformly(const FrameSettings& settings);
 
 // Whether the driver finishes tile by tile and has no picture of the whole frame before the end.
-bool finishes_tiles(const FrameSettings& settings);
+bool is_tiled(const FrameSettings& settings);
 
 // The error metric by which samples are allocated. Empty if the frame shares evenly or its
 // estimator only decides which pixels are finished.
@@ -108,7 +108,7 @@ AovSet aovs_of(const FrameSettings& settings);
 
 // With fewer samples per pixel, there are no blocks of eight for both streams: the halves are then
 // the first and second half of the samples.
-inline constexpr uint32_t kLeastStreamSamples = 16;
+inline constexpr uint32_t kMinStreamSamples = 16;
 
 // The crop, by default the whole frame.
 Rect crop_of(const FrameSettings& settings);

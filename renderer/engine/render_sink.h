@@ -43,13 +43,13 @@ class RenderSink {
   virtual void picture_changed(const JobProgress& /*progress*/, const LivePicture& /*picture*/) {}
   // A stop request has cut a progressive driver's round short. As picture_changed(), but only for
   // saving the frame.
-  virtual void cut_short() {}
+  virtual void interrupted() {}
   // Asked after each part. If true, a progressive driver pauses after the parts under way (a few
   // milliseconds) instead of after the round. Does not change what is rendered.
-  virtual bool picture_wanted() const { return false; }
+  virtual bool needs_picture() const { return false; }
   // The sample count of the frame at which the next picture is wanted: a progressive driver pauses
   // with the part that reaches it, whatever the number of threads. Asked at pauses.
-  virtual std::optional<uint64_t> picture_wanted_at() const { return std::nullopt; }
+  virtual std::optional<uint64_t> next_picture_at() const { return std::nullopt; }
   // Why a stop was requested; recorded for the pixels that it cut short.
   virtual PixelStop stop_cause() const { return PixelStop::kUser; }
 };

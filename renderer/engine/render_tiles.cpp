@@ -19,7 +19,7 @@ void TileResult::archive(Archive& archive) {
   archive.number(value, -1.0, std::numeric_limits<double>::max());
   archive.check(value == -1.0 || value >= 0.0);
   error = value >= 0.0 ? std::optional(value) : std::nullopt;
-  archive.number(least_samples, 0u, UINT32_MAX);
+  archive.number(min_samples, 0u, UINT32_MAX);
   counters.archive(archive);
 }
 
@@ -42,16 +42,16 @@ void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& wo
     const std::optional<Round> round = driver.next(film, {});
     if (!round) break;
     RoundWork work(driver, film, 0, round->parts, film_is_ahead);
-    owner.carry_out(work, worker, result.counters);
+    owner.execute(work, worker, result.counters);
     const RenderedParts parts = work.rendered(loop.stop.stop_requested());
     driver.rendered(parts, film);
     complete = parts.complete;
   }
   driver.end(film, loop.sink.stop_cause());
-  show_picture(driver, film);
+  store_driver_picture(driver, film);
   result.counters.merge(worker.take_counters());
   result.error = driver.error_estimate();
-  result.least_samples = driver.least_samples(film);
+  result.min_samples = driver.min_samples(film);
 }
 
 // Workers take the next tile from a counter, so that the order holds whatever the threads' speeds.
@@ -62,15 +62,15 @@ void RenderJob::render_tiles(RenderLoop& loop) {
   std::atomic<size_t> next{0};
   std::atomic<bool> all_finished{true};
   std::vector<std::optional<double>> errors(tiles.size());  // summed in this order
-  std::vector<uint32_t> least(tiles.size(), 0);
+  std::vector<uint32_t> tile_min_samples(tiles.size(), 0);
   SharedTiles shared(loop.sink, loop.stop);
-  const auto take_tiles = [&](RenderWorker& worker, const auto& going) {
+  const auto take_tiles = [&](RenderWorker& worker, const auto& should_continue) {
     TileOwner owner(shared);
     FilmTile film(frame_.aovs, film_extras());
-    while (going()) {
+    while (should_continue()) {
       const size_t i = next.fetch_add(1, std::memory_order_relaxed);
       if (i >= tiles.size()) break;
-      TileResult result{.counters = frame_.no_counts()};
+      TileResult result{.counters = frame_.empty_counters()};
       if (!load_tile(loop, tiles[i], film, result)) {
         loop.sink.tile_begun(tiles[i]);
         const std::unique_ptr<FrameDriver> driver = begin_tile(loop, tiles[i], film, result);
@@ -81,18 +81,18 @@ void RenderJob::render_tiles(RenderLoop& loop) {
       }
       loop.count(result.counters);
       errors[i] = result.error;
-      least[i] = result.least_samples;
+      tile_min_samples[i] = result.min_samples;
     }
   };
   // A single row of a tile is worth sharing.
-  loop.share(tiles.size() * size_t(drivers_.tile_size),
-             [&](RenderWorker& worker, const auto& going) {
-               tbb::this_task_arena::isolate([&] { take_tiles(worker, going); });
-               shared.help(worker);
-             });
+  loop.run_workers(tiles.size() * size_t(drivers_.tile_size),
+                   [&](RenderWorker& worker, const auto& should_continue) {
+                     tbb::this_task_arena::isolate([&] { take_tiles(worker, should_continue); });
+                     shared.help(worker);
+                   });
   counters_.stopped = !all_finished || next.load() < tiles.size();
-  counters_.min_samples = tiles.empty() ? 0 : *std::ranges::min_element(least);
-  tiles_error_ = error_of_tiles(tiles, errors);
+  counters_.min_samples = tiles.empty() ? 0 : *std::ranges::min_element(tile_min_samples);
+  tile_error_ = error_of_tiles(tiles, errors);
 }
 
 // The tiles of this part of the frame, in render order.
@@ -113,7 +113,7 @@ void RenderJob::save_tile(FrameDriver& driver, FilmTile& film, TileResult& resul
   result.archive(saving);
   film.archive(saving);
   driver.archive(saving, film);
-  store_->save(bucket_number(frame_.crop, film.rect(), drivers_.tile_size), state);
+  store_->save(bucket_index(frame_.crop, film.rect(), drivers_.tile_size), state);
 }
 
 // Starts from the tile's state in the frame that is extended, if usable.
@@ -122,18 +122,18 @@ std::unique_ptr<FrameDriver> RenderJob::begin_tile(RenderLoop& loop, const Rect&
   film.reset(tile);
   std::unique_ptr<FrameDriver> driver = drivers_.create(frame_, tile);
   if (!store_) return driver;
-  const auto finished = store_->load_finished(bucket_number(frame_.crop, tile, drivers_.tile_size),
-                                              TileStore::most_of_state(film.bytes()));
+  const auto finished = store_->load_finished(bucket_index(frame_.crop, tile, drivers_.tile_size),
+                                              TileStore::max_state_bytes(film.bytes()));
   if (!finished) return driver;
   try {
     Archive loading{std::span<const std::byte>(*finished)};
     result.archive(loading);
     film.archive(loading);
-    film.show_means();
+    film.clear_overrides();
     driver->extend(loading, film);
   } catch (const InputError&) {
-    store_->unusable(true);
-    result = {.counters = frame_.no_counts()};
+    store_->report_unusable(true);
+    result = {.counters = frame_.empty_counters()};
     film.reset(tile);
     return drivers_.create(frame_, tile);
   }
@@ -145,8 +145,8 @@ std::unique_ptr<FrameDriver> RenderJob::begin_tile(RenderLoop& loop, const Rect&
 bool RenderJob::load_tile(RenderLoop& loop, const Rect& tile, FilmTile& film, TileResult& result) {
   if (!store_) return false;
   film.reset(tile);
-  const auto state = store_->load(bucket_number(frame_.crop, tile, drivers_.tile_size),
-                                  TileStore::most_of_state(film.bytes()));
+  const auto state = store_->load(bucket_index(frame_.crop, tile, drivers_.tile_size),
+                                  TileStore::max_state_bytes(film.bytes()));
   if (!state) return false;
   try {
     Archive loading{std::span<const std::byte>(*state)};
@@ -157,8 +157,8 @@ bool RenderJob::load_tile(RenderLoop& loop, const Rect& tile, FilmTile& film, Ti
     loading.check(driver->finished());
     loading.end();
   } catch (const InputError&) {
-    store_->unusable(false);
-    result = {.counters = frame_.no_counts()};
+    store_->report_unusable(false);
+    result = {.counters = frame_.empty_counters()};
     return false;
   }
   loop.sink.tile_loaded(film, result.counters.samples);

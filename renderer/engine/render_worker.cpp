@@ -22,7 +22,7 @@ int camera_dimensions(const Frame& frame) {
 }
 
 // Samples between progress reports: about a millisecond of work.
-constexpr uint64_t kReportedSamples = 2048;
+constexpr uint64_t kSamplesPerReport = 2048;
 
 }  // namespace
 
@@ -30,14 +30,14 @@ RenderWorker::RenderWorker(const Frame& frame)
     : frame_(frame),
       seed_(frame.seed),
       // The first point's weight is 1 only if all points weigh 1.
-      weighted_(frame.exact_counts &&
-                frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
+      has_sample_weights_(frame.exact_counts &&
+                          frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
       samples_(frame.sampler, camera_dimensions(frame)),
-      first_hits_wanted_(frame.aovs.needs(ChannelFeed::kFirstHit)),
-      hit_ids_wanted_(frame.cryptomattes || frame.aovs.needs(ChannelFeed::kHitId)),
-      features_wanted_(frame.aovs.needs(ChannelFeed::kFeatures)),
-      catchers_wanted_(frame.aovs.needs(ChannelFeed::kCatchers)),
-      counters_(frame.no_counts()),
+      needs_first_hits_(frame.aovs.needs(ChannelFeed::kFirstHit)),
+      needs_hit_ids_(frame.cryptomattes || frame.aovs.needs(ChannelFeed::kHitId)),
+      needs_features_(frame.aovs.needs(ChannelFeed::kFeatures)),
+      needs_catchers_(frame.aovs.needs(ChannelFeed::kCatchers)),
+      counters_(frame.empty_counters()),
       light_values_(frame.light_groups ? frame.light_groups->size() : 0),
       path_layers_(frame.aovs),
       layer_values_(path_layers_.size()) {}
@@ -52,7 +52,7 @@ void RenderWorker::begin_batch(int x, int y, uint32_t first_sample, int count) {
 }
 
 // Restarts the samples to read their lens dimensions, which only some frames need.
-void RenderWorker::make_lens_rays(std::span<const Vec2f> film) {
+void RenderWorker::generate_lens_rays(std::span<const Vec2f> film) {
   Vec2f lens[kSampleLanes];
   for (int i = 0; i < count_; ++i) {
     samples_.start_sample(i);
@@ -62,10 +62,10 @@ void RenderWorker::make_lens_rays(std::span<const Vec2f> film) {
 }
 
 // Rays of a frame in which something moves, each at its own time.
-void RenderWorker::make_timed_rays(std::span<const Vec2f> film) {
+void RenderWorker::generate_timed_rays(std::span<const Vec2f> film) {
   const Camera& camera = frame_.camera;
   if (!camera.moves()) {
-    make_rays(film);
+    generate_rays(film);
     for (int i = 0; i < count_; ++i) {
       samples_.start_sample(i);
       rays_[i].time = samples_.get(camera_dim::kTime);
@@ -82,9 +82,9 @@ void RenderWorker::make_timed_rays(std::span<const Vec2f> film) {
   }
 }
 
-void RenderWorker::make_rays(std::span<const Vec2f> film) {
+void RenderWorker::generate_rays(std::span<const Vec2f> film) {
   if (frame_.camera.has_lens()) {
-    make_lens_rays(film);
+    generate_lens_rays(film);
   } else {
     frame_.camera.rays(film, rays_);
   }
@@ -99,18 +99,18 @@ bool RenderWorker::all_empty() const {
 }
 
 // Draws the film position and weight of each sample of the batch.
-void RenderWorker::place_samples(Vec2f* film) {
+void RenderWorker::sample_film_positions(Vec2f* film) {
   for (int i = 0; i < count_; ++i) {
     samples_.start_sample(i);
     const FilterSample offset = frame_.filter.sample(
         {samples_.get(camera_dim::kPixelX), samples_.get(camera_dim::kPixelY)});
     weights_[i] = offset.weight;
-    if (features_wanted_) shares_[i] = frame_.filter.shares(offset.offset);
-    if (weighted_) {
+    if (needs_features_) shares_[i] = frame_.filter.shares(offset.offset);
+    if (has_sample_weights_) {
       const float weight =
           frame_.sampler.integration_weight(addresses_[i].sample, frame_.samples_per_pixel);
       weights_[i] *= weight;
-      for (float& share : shares_[i]) share = features_wanted_ ? share * weight : 0.0f;
+      for (float& share : shares_[i]) share = needs_features_ ? share * weight : 0.0f;
     }
     film[i] = {float(addresses_[i].x) + 0.5f + offset.offset.x,
                float(addresses_[i].y) + 0.5f + offset.offset.y};
@@ -120,19 +120,19 @@ void RenderWorker::place_samples(Vec2f* film) {
 
 void RenderWorker::trace_batch() {
   Vec2f film[kSampleLanes];
-  place_samples(film);
+  sample_film_positions(film);
   const auto count = size_t(count_);
   if (frame_.moves()) [[unlikely]] {
-    make_timed_rays({film, count});
+    generate_timed_rays({film, count});
   } else {
-    make_rays({film, count});
+    generate_rays({film, count});
   }
   const bool velocity = frame_.aovs.contains(Aov::kVelocity);
   SampleBatch batch{frame_.scene, frame_.camera, {rays_, count}};
-  batch.surface_aovs = first_hits_wanted_;
-  batch.hit_id = hit_ids_wanted_;
+  batch.surface_aovs = needs_first_hits_;
+  batch.hit_id = needs_hit_ids_;
   batch.aovs = &frame_.aovs;
-  batch.nothing_ahead = all_empty();
+  batch.all_rays_miss = all_empty();
   batch.guide = frame_.guide.get();
   if (velocity) batch.velocity_frames = frame_.shutter_frames;
   if (frame_.light_groups) {
@@ -146,7 +146,7 @@ void RenderWorker::trace_batch() {
     batch.layer_values = &layer_values_;
   }
   if (counters_.clamped.clamps()) batch.clamped = &counters_.clamped;
-  if (features_wanted_) {
+  if (needs_features_) {
     std::fill_n(features_, count, DenoiserFeatures{});
     batch.features = {features_, count};
   }
@@ -156,7 +156,7 @@ void RenderWorker::trace_batch() {
     frame_.camera_solids->interiors({rays_, count}, {interiors_, count});
     batch.interiors = interiors_;
   }
-  if (catchers_wanted_) [[unlikely]] {
+  if (needs_catchers_) [[unlikely]] {
     std::fill_n(catcher_samples_, count, CatcherSample{});
     batch.catcher_samples = {catcher_samples_, count};
     batch.catcher_guide = frame_.catcher_guide.get();
@@ -184,14 +184,14 @@ void RenderWorker::add(int lane, FilmTile& tile) {
                     .lights = &light_values_,
                     .layers = &layer_values_,
                     .lane = lane};
-  if (features_wanted_) {
+  if (needs_features_) {
     sample.features = &features_[lane];
     sample.shares = &shares_[lane];
   }
-  if (catchers_wanted_) sample.catcher = &catcher_samples_[lane];
-  if (frame_.cryptomattes) sample.ids = frame_.cryptomattes->of_hit(values_[lane].first_hit.id);
+  if (needs_catchers_) sample.catcher = &catcher_samples_[lane];
+  if (frame_.cryptomattes) sample.ids = frame_.cryptomattes->ids_of_hit(values_[lane].first_hit.id);
   if (tile.add(x, y, sample)) {
-    if (counters_.clamped.clamps()) counters_.clamped.keep(values_[lane].radiance);
+    if (counters_.clamped.clamps()) counters_.clamped.add_remaining(values_[lane].radiance);
   } else {
     counters_.non_finite_samples++;
     counters_.locate({x, y, a.sample, seed_});
@@ -221,7 +221,7 @@ void RenderWorker::add_batch(FilmTile& tile) {
   count_ = 0;
 }
 
-void RenderWorker::flush_scattered(FilmTile& tile) {
+void RenderWorker::flush_partial_batch(FilmTile& tile) {
   if (count_ == 0) return;
   samples_.start_batch({addresses_, size_t(count_)}, seed_);
   add_batch(tile);
@@ -238,7 +238,7 @@ bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, Rende
     for (uint32_t sample = end - work.sample_count; sample < end && complete;) {
       const uint32_t in_block = sample % kSampleLanes;
       if (in_block == 0 && end - sample >= uint32_t(kSampleLanes)) {
-        flush_scattered(tile);  // may hold earlier samples of this pixel
+        flush_partial_batch(tile);  // may hold earlier samples of this pixel
         begin_batch(work.x, work.y, sample, kSampleLanes);
         add_batch(tile);
         sample += uint32_t(kSampleLanes);
@@ -247,16 +247,16 @@ bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, Rende
         // memory took 2 % of a FlightHelmet frame with 32 samples per pixel.
         tile.prefetch(work.x, work.y);
         addresses_[count_++] = {uint32_t(work.x), uint32_t(work.y), sample++};
-        if (count_ == kSampleLanes) flush_scattered(tile);
+        if (count_ == kSampleLanes) flush_partial_batch(tile);
       }
       if (count_ == 0) complete = !stop.stop_requested();
     }
-    if (counters_.samples - reported >= kReportedSamples) {
+    if (counters_.samples - reported >= kSamplesPerReport) {
       sink.samples_finished(counters_.samples - reported);
       reported = counters_.samples;
     }
   }
-  if (complete) flush_scattered(tile);
+  if (complete) flush_partial_batch(tile);
   count_ = 0;
   sink.samples_finished(counters_.samples - reported);
   return complete;

@@ -38,26 +38,26 @@ class RenderWorker {
   SampleValue replay(int x, int y, uint32_t sample, Ray* camera_ray);
 
   // Returns the counts since the last call.
-  RenderCounters take_counters() { return std::exchange(counters_, frame_.no_counts()); }
+  RenderCounters take_counters() { return std::exchange(counters_, frame_.empty_counters()); }
 
  private:
   void begin_batch(int x, int y, uint32_t first_sample, int count);
   bool all_empty() const;
-  void place_samples(Vec2f* film);
+  void sample_film_positions(Vec2f* film);
   void trace_batch();
   void add_background_velocity();
-  void make_rays(std::span<const Vec2f> film);
-  void make_lens_rays(std::span<const Vec2f> film);
-  void make_timed_rays(std::span<const Vec2f> film);
+  void generate_rays(std::span<const Vec2f> film);
+  void generate_lens_rays(std::span<const Vec2f> film);
+  void generate_timed_rays(std::span<const Vec2f> film);
   void add(int lane, FilmTile& tile);
   void add_batch(FilmTile& tile);
-  void flush_scattered(FilmTile& tile);
+  void flush_partial_batch(FilmTile& tile);
 
   const Frame& frame_;
   uint32_t seed_;
-  const bool weighted_;  // the sampler's points have unequal weights
+  const bool has_sample_weights_;  // the sampler's points have unequal weights
   PixelSamples samples_;
-  const bool first_hits_wanted_, hit_ids_wanted_, features_wanted_, catchers_wanted_;
+  const bool needs_first_hits_, needs_hit_ids_, needs_features_, needs_catchers_;
   RenderCounters counters_;
   SampleAddress addresses_[kSampleLanes];  // of the current batch
   int count_ = 0;

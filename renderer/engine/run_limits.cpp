@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Reads a number; nullopt for "max" and for a missing file.
-std::optional<uint64_t> number_in(const fs::path& path) {
+std::optional<uint64_t> read_number_from(const fs::path& path) {
   std::istringstream text(read_kernel_text(path.c_str()));
   uint64_t number = 0;
   return text >> number ? std::optional(number) : std::nullopt;
@@ -28,7 +28,7 @@ std::optional<uint64_t> number_in(const fs::path& path) {
 }  // namespace
 
 std::optional<uint64_t> cgroup_memory_limit(std::string_view groups, const fs::path& root) {
-  std::optional<uint64_t> least;
+  std::optional<uint64_t> lowest;
   std::istringstream lines{std::string(groups)};
   for (std::string line; std::getline(lines, line);) {
     // hierarchy:controllers:path; version 2 has no controllers.
@@ -44,27 +44,27 @@ std::optional<uint64_t> cgroup_memory_limit(std::string_view groups, const fs::p
     // folders are skipped, and the root is the container's own group.
     for (fs::path group = fs::path(line.substr(second + 1)).relative_path();;
          group = group.parent_path()) {
-      if (const auto limit = number_in(mount / group / name)) {
-        least = std::min(least.value_or(*limit), *limit);
+      if (const auto limit = read_number_from(mount / group / name)) {
+        lowest = std::min(lowest.value_or(*limit), *limit);
       }
       if (group.empty()) break;
     }
   }
-  return least;
+  return lowest;
 }
 
-LoadLimits limits_of_own_picture(int64_t pixels) {
+LoadLimits read_back_limits(int64_t pixels) {
   // A reference's channels, encoded and decoded, plus codec rows.
-  constexpr uint64_t kBytesPerPixel = 256, kAnySize = uint64_t(64) << 20;
+  constexpr uint64_t kBytesPerPixel = 256, kBaseBytes = uint64_t(64) << 20;
   return {.memory = std::make_shared<MemoryBudget>(
-              kAnySize + bytes_of(uint64_t(std::max<int64_t>(0, pixels)), kBytesPerPixel)),
+              kBaseBytes + bytes_of(uint64_t(std::max<int64_t>(0, pixels)), kBytesPerPixel)),
           .timeout_s = {},
           .scene = {}};
 }
 
-void check_growth(uint64_t before, const MemoryBudget& budget, const std::string& scene) {
-  constexpr uint64_t kThreads = uint64_t(64) << 20;  // Embree's and TBB's
-  const uint64_t now = peak_rss_bytes(), libraries = kThreads + image_library_bytes();
+void check_memory_growth(uint64_t before, const MemoryBudget& budget, const std::string& scene) {
+  constexpr uint64_t kThreadBytes = uint64_t(64) << 20;  // Embree's and TBB's
+  const uint64_t now = peak_rss_bytes(), libraries = kThreadBytes + image_library_bytes();
   if (now < before + libraries) return;
   const uint64_t growth = now - before - libraries;
   if (growth <= budget.limit() || growth - budget.limit() <= budget.limit() / 10) return;
@@ -73,7 +73,7 @@ void check_growth(uint64_t before, const MemoryBudget& budget, const std::string
                    readable_bytes(growth), readable_bytes(budget.limit()));
 }
 
-void allow_many_files() {
+void raise_open_file_limit() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
   limit.rlim_cur = limit.rlim_max;

@@ -13,8 +13,8 @@ namespace emberline {
 
 // Ranges of --threads and --load-timeout; the latter in seconds, from a millisecond to thirty
 // years.
-inline constexpr int kMostThreads = 4096;
-inline constexpr double kLeastLoadTimeout = 0.001, kMostLoadTimeout = 1e9;
+inline constexpr int kMaxThreads = 4096;
+inline constexpr double kMinLoadTimeout = 0.001, kMaxLoadTimeout = 1e9;
 
 struct LimitOptions {
   std::optional<uint64_t> memory_bytes;        // absent: default_memory_limit()
@@ -26,14 +26,14 @@ struct LimitOptions {
 LoadLimits limits_of(const LimitOptions& options, const std::string& scene);
 
 // Limits for reading back a picture of this many pixels, in case another file has replaced it.
-LoadLimits limits_of_own_picture(int64_t pixels);
+LoadLimits read_back_limits(int64_t pixels);
 
 // Checks the memory estimates: throws InputError if the process's peak memory has grown from
 // `before` by more than the limit plus 10 %, not counting its libraries.
-void check_growth(uint64_t before, const MemoryBudget& budget, const std::string& scene);
+void check_memory_growth(uint64_t before, const MemoryBudget& budget, const std::string& scene);
 
 // Raises this process's open-file limit to the system's maximum.
-void allow_many_files();
+void raise_open_file_limit();
 
 // Three quarters of the memory of the machine, or of the limit set by a container, the shell or a
 // Slurm job. Based on total rather than free memory, so that loading does not depend on other

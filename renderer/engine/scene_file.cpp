@@ -39,7 +39,7 @@ void SceneFile::read_environment(const FrameSettings& settings, LoadProgress& pr
     environment.file = settings.environment;
     environment.image =
         emberline::read_environment(settings.environment, &repaired_texels_, progress);
-    warn_of_repaired(settings.environment, repaired_texels_);
+    warn_about_repaired(settings.environment, repaired_texels_);
   }
   environment.strength = settings.environment_strength;
   environment.rotation_degrees = settings.environment_rotation;
@@ -63,12 +63,13 @@ SceneDescription SceneFile::pose(const FrameSettings& settings, std::span<const 
 }
 
 SceneSource::~SceneSource() {
-  const Use before = reserved();
+  const Reservations before = reserved();
   close();
-  Use left = reserved();
-  for (size_t i = 0; i < left.size(); ++i) left[i] += held_[i] + of_pose_[i] - before[i];
-  left[kGeometryPart] += resting_;
-  give_back(left);
+  Reservations left = reserved();
+  for (size_t i = 0; i < left.size(); ++i)
+    left[i] += scene_reservations_[i] + pose_reservations_[i] - before[i];
+  left[kGeometryPart] += reusable_bytes_;
+  release(left);
 }
 
 void SceneSource::open(const FrameSettings& settings, LoadProgress& progress, bool variants,
@@ -76,8 +77,8 @@ void SceneSource::open(const FrameSettings& settings, LoadProgress& progress, bo
   file_ = std::make_unique<SceneFile>(settings, progress, variants, tangents);
 }
 
-SceneSource::Use SceneSource::reserved() const {
-  Use use;
+SceneSource::Reservations SceneSource::reserved() const {
+  Reservations use;
   for (size_t i = 0; i < use.size(); ++i) use[i] = budget_->reserved(kParts[i]);
   return use;
 }
@@ -87,32 +88,32 @@ void SceneSource::begin() {
   images_before_ = file_ ? file_->image_bytes() : 0;
 }
 
-SceneSource::Use SceneSource::take_use() {
-  Use use = reserved();
+SceneSource::Reservations SceneSource::take_reservations() {
+  Reservations use = reserved();
   for (size_t i = 0; i < use.size(); ++i) use[i] -= before_[i];
-  held_[kFilePart] += std::exchange(use[kFilePart], 0);
+  scene_reservations_[kFilePart] += std::exchange(use[kFilePart], 0);
   const uint64_t images = file_ ? file_->image_bytes() - images_before_ : 0;
-  held_[kTexturesPart] += images;
+  scene_reservations_[kTexturesPart] += images;
   use[kTexturesPart] -= images;
   return use;
 }
 
-void SceneSource::give_back(const Use& use) {
-  for (size_t i = 0; i < use.size(); ++i) budget_->give_back(kParts[i], use[i]);
+void SceneSource::release(const Reservations& use) {
+  for (size_t i = 0; i < use.size(); ++i) budget_->release(kParts[i], use[i]);
 }
 
-void SceneSource::fail() { give_back(take_use()); }
+void SceneSource::roll_back() { release(take_reservations()); }
 
-void SceneSource::stand() {
-  Use now = take_use();
-  const uint64_t read = file_ ? file_->gltf().read_bytes() : 0;
-  const uint64_t resting = file_ ? file_->gltf().resting_bytes() : 0;
+void SceneSource::commit() {
+  Reservations now = take_reservations();
+  const uint64_t read = file_ ? file_->gltf().new_static_bytes() : 0;
+  const uint64_t reusable_bytes = file_ ? file_->gltf().static_bytes() : 0;
   now[kGeometryPart] -= read;
   // Meshes that the file retains but this pose does not use.
-  of_pose_[kGeometryPart] += resting_ + read - resting;
-  give_back(of_pose_);
-  of_pose_ = now;
-  resting_ = resting;
+  pose_reservations_[kGeometryPart] += reusable_bytes_ + read - reusable_bytes;
+  release(pose_reservations_);
+  pose_reservations_ = now;
+  reusable_bytes_ = reusable_bytes;
 }
 
 }  // namespace emberline

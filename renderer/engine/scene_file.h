@@ -52,27 +52,28 @@ class SceneSource {
   // Call when no further pose will be read.
   void close() { file_.reset(); }
 
-  // begin() starts reading and building a pose; stand() then releases the previous pose's
-  // reservations, or fail() those made since begin().
+  // begin() starts reading and building a pose; commit() then releases the previous pose's
+  // reservations, or roll_back() those made since begin().
   void begin();
-  void stand();
-  void fail();
+  void commit();
+  void roll_back();
 
  private:
-  using Use = std::array<uint64_t, 4>;
+  using Reservations = std::array<uint64_t, 4>;
 
-  Use reserved() const;
-  // Reservations since begin(), except those that the file keeps, which move to held_.
-  Use take_use();
-  void give_back(const Use& use);
+  Reservations reserved() const;
+  // Reservations since begin(), except those that the file keeps, which move to
+  // scene_reservations_.
+  Reservations take_reservations();
+  void release(const Reservations& use);
 
   const std::shared_ptr<MemoryBudget> budget_;
   std::unique_ptr<SceneFile> file_;
-  Use before_ = {};
+  Reservations before_ = {};
   uint64_t images_before_ = 0;
-  Use held_ = {};         // for as long as the scene is open
-  Use of_pose_ = {};      // for the current pose alone
-  uint64_t resting_ = 0;  // geometry that the next pose may reuse
+  Reservations scene_reservations_ = {};  // for as long as the scene is open
+  Reservations pose_reservations_ = {};   // for the current pose alone
+  uint64_t reusable_bytes_ = 0;           // geometry that the next pose may reuse
 };
 
 }  // namespace emberline

@@ -45,8 +45,8 @@ std::string text_of(const std::optional<T>& value) {
   return value ? text_of(*value) : std::string();
 }
 
-[[noreturn]] inline void refuse(const std::string& name, std::string_view text,
-                                const std::string& what) {
+[[noreturn]] inline void reject_value(const std::string& name, std::string_view text,
+                                      const std::string& what) {
   throw UsageError(fmt::format("`{}`: '{}' is not {}", name, shortened(text), what));
 }
 
@@ -55,20 +55,19 @@ std::string member_text(const FrameSettings& settings) {
   return text_of(settings.*Member);
 }
 
-// A number, or an optional number, in [least, most].
+// A number, or an optional number, in [min, max].
 template <auto Member, typename T>
-Setting number(const std::string& name, SettingGroup group, T least, T most,
-               const OptionText& help) {
+Setting number(const std::string& name, SettingGroup group, T min, T max, const OptionText& help) {
   const auto read = [=](FrameSettings& settings, std::string_view text) {
     const std::optional<T> value = parse_number<T>(text);
-    if (!value || *value < least || *value > most) {
-      refuse(name, text,
-             fmt::format("a {} from {} to {}", std::is_integral_v<T> ? "whole number" : "number",
-                         least, most));
+    if (!value || *value < min || *value > max) {
+      reject_value(name, text,
+                   fmt::format("a {} from {} to {}",
+                               std::is_integral_v<T> ? "whole number" : "number", min, max));
     }
     settings.*Member = *value;
   };
-  return {name, group, fmt::format("{}..{}", least, most), help, read, member_text<Member>};
+  return {name, group, fmt::format("{}..{}", min, max), help, read, member_text<Member>};
 }
 
 template <typename Table>
@@ -115,7 +114,7 @@ Setting word(const std::string& name, SettingGroup group, const std::string& typ
 template <auto Member>
 Setting flag(const std::string& name, SettingGroup group, const OptionText& help) {
   const auto read = [=](FrameSettings& settings, std::string_view text) {
-    if (text != "yes" && text != "no") refuse(name, text, "yes or no");
+    if (text != "yes" && text != "no") reject_value(name, text, "yes or no");
     settings.*Member = text == "yes";
   };
   return {name, group, "", help, read, member_text<Member>};
@@ -129,9 +128,9 @@ Setting numbers(const std::string& name, SettingGroup group, const std::string& 
                 const Make& make) {
   const auto read = [=](FrameSettings& settings, std::string_view text) {
     std::array<T, N> values;
-    if (!parse_numbers(text, separator, values)) refuse(name, text, expected);
+    if (!parse_numbers(text, separator, values)) reject_value(name, text, expected);
     const auto value = make(values);
-    if (!value) refuse(name, text, expected);
+    if (!value) reject_value(name, text, expected);
     settings.*Member = *value;
   };
   return {name, group, type, help, read, member_text<Member>};
@@ -150,10 +149,10 @@ Setting names(const std::string& name, const OptionText& help, const Table& tabl
 }
 
 // Omits the setting's text while it equals the default.
-inline Setting unless_default(Setting setting) {
+inline Setting omit_default(Setting setting) {
   setting.text = [text = setting.text](const FrameSettings& s) {
-    std::string said = text(s);
-    return said == text(FrameSettings()) ? std::string() : said;
+    std::string value_text = text(s);
+    return value_text == text(FrameSettings()) ? std::string() : value_text;
   };
   return setting;
 }

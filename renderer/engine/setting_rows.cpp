@@ -28,20 +28,20 @@ using S = FrameSettings;
 
 // In metres. Beyond any scene, yet squared distances stay finite in double, and only float rounding
 // of the rebased scene limits the picture.
-constexpr double kFarthest = 1e15;
-constexpr double kMostOfLens =
+constexpr double kMaxDistance = 1e15;
+constexpr double kMaxLensScale =
     1e9;  // f-stops, as a ratio either way, since scenes come at any scale
-constexpr float kLeastClamp = 1e-6f, kMostClamp = 1e9f;
-constexpr int kMostLightSamples = PixelSamples::kBesideSlots + 1;
-constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;  // a millisecond to thirty years
-constexpr double kLatest = 1e6;    // seconds, either sign: ten days with a precision of 1e-10 s
-constexpr double kMostOpen = 1e6;  // frames
-constexpr double kLeastFps = 1e-3, kMostFps = 1e6;
-constexpr int kMostPixels = 65536;  // per side
-constexpr uint32_t kMostParts = 65536;
-constexpr int kMostCryptomatteLevels = 64;
-constexpr int kLastOfTurn = 999'999'999;
-constexpr uint32_t kMostOfTurn = 1'000'000;
+constexpr float kMinClamp = 1e-6f, kMaxClamp = 1e9f;
+constexpr int kMaxLightSamples = PixelSamples::kAuxiliarySlots + 1;
+constexpr double kMinTimeLimit = 0.001, kMaxTimeLimit = 1e9;  // a millisecond to thirty years
+constexpr double kMaxTime = 1e6;  // seconds, either sign: ten days with a precision of 1e-10 s
+constexpr double kMaxShutterFrames = 1e6;  // frames
+constexpr double kMinFps = 1e-3, kMaxFps = 1e6;
+constexpr int kMaxPixels = 65536;  // per side
+constexpr uint32_t kMaxParts = 65536;
+constexpr int kMaxCryptomatteLevels = 64;
+constexpr int kMaxTurntableFrame = 999'999'999;
+constexpr uint32_t kMaxTurntableCount = 1'000'000;
 
 constexpr NamedValue<EnvironmentSampling> kEnvironmentSamplings[] = {
     {"guided",
@@ -57,11 +57,11 @@ constexpr NamedValue<bool> kBackfaces[] = {
 template <auto Member>
 Setting point(const std::string& name, const OptionText& help) {
   const std::string expected =
-      fmt::format("X,Y,Z with numbers from -{} to {}", kFarthest, kFarthest);
+      fmt::format("X,Y,Z with numbers from -{} to {}", kMaxDistance, kMaxDistance);
   return numbers<Member, 3, double>(
       name, kView, "X,Y,Z", ',', expected, help,
       [](const std::array<double, 3>& v) -> std::optional<Vec3d> {
-        if (std::ranges::any_of(v, [](double c) { return std::abs(c) > kFarthest; })) return {};
+        if (std::ranges::any_of(v, [](double c) { return std::abs(c) > kMaxDistance; })) return {};
         return Vec3d(v[0], v[1], v[2]);
       });
 }
@@ -70,8 +70,8 @@ Setting size() {
   const auto read = [](FrameSettings& settings, std::string_view text) {
     std::array<int, 2> v;
     if (!parse_numbers(text, 'x', v) ||
-        std::ranges::any_of(v, [](int side) { return side < 1 || side > kMostPixels; })) {
-      refuse("size", text, fmt::format("WxH with 1 to {} pixels each", kMostPixels));
+        std::ranges::any_of(v, [](int side) { return side < 1 || side > kMaxPixels; })) {
+      reject_value("size", text, fmt::format("WxH with 1 to {} pixels each", kMaxPixels));
     }
     settings.width = v[0];
     settings.height = v[1];
@@ -101,14 +101,14 @@ Setting crop() {
 
 Setting part() {
   return numbers<&FrameSettings::part, 2, uint32_t>(
-      "part", kPart, "K/N", '/', fmt::format("K/N with 1 <= K <= N <= {}", kMostParts),
+      "part", kPart, "K/N", '/', fmt::format("K/N with 1 <= K <= N <= {}", kMaxParts),
       {.section = H::kParts,
        .full =
            "Render only every N-th bucket, starting with the K-th. This writes no picture, only "
            "the checkpoint OUTPUT.part-K-of-N.checkpoint; `emberline merge` joins the parts.",
        .example = "--part 3/8"},
       [](const std::array<uint32_t, 2>& v) -> std::optional<FramePart> {
-        if (v[0] < 1 || v[0] > v[1] || v[1] > kMostParts) return {};
+        if (v[0] < 1 || v[0] > v[1] || v[1] > kMaxParts) return {};
         return FramePart{v[0], v[1]};
       });
 }
@@ -133,10 +133,11 @@ Setting turntable() {
     Turntable turn;
     if (single) turn.frame = parse_number<int>(text.substr(0, slash));
     const auto count = parse_number<uint32_t>(single ? text.substr(slash + 1) : text);
-    if (!count || *count < 1 || *count > kMostOfTurn || single != turn.frame.has_value() ||
-        std::abs(turn.frame.value_or(0)) > kLastOfTurn) {
-      refuse("turntable", text,
-             fmt::format("N or K/N with a turn of N frames from 1 to {}", kMostOfTurn));
+    if (!count || *count < 1 || *count > kMaxTurntableCount || single != turn.frame.has_value() ||
+        std::abs(turn.frame.value_or(0)) > kMaxTurntableFrame) {
+      reject_value(
+          "turntable", text,
+          fmt::format("N or K/N with a turn of N frames from 1 to {}", kMaxTurntableCount));
     }
     turn.count = *count;
     settings.turntable = turn;
@@ -156,7 +157,7 @@ Setting turntable() {
 Setting shutter() {
   return numbers<&FrameSettings::shutter, 2, double>(
       "shutter", kLoading, "OPEN,CLOSE", ',',
-      fmt::format("OPEN,CLOSE with -{0} <= OPEN <= CLOSE <= {0}", kMostOpen),
+      fmt::format("OPEN,CLOSE with -{0} <= OPEN <= CLOSE <= {0}", kMaxShutterFrames),
       {.section = H::kScene,
        .brief = "motion blur; 0,0.5 is a shutter of 180 degrees",
        .full = "Open and close the shutter at these times, in frames after the frame's time. "
@@ -164,7 +165,8 @@ Setting shutter() {
                "-0.25,0.25 is the same, centred on the frame's time.",
        .example = "--time 1 --shutter 0,0.5"},
       [](const std::array<double, 2>& v) -> std::optional<Shutter> {
-        if (!(v[0] <= v[1]) || !(v[0] >= -kMostOpen) || !(v[1] <= kMostOpen)) return {};
+        if (!(v[0] <= v[1]) || !(v[0] >= -kMaxShutterFrames) || !(v[1] <= kMaxShutterFrames))
+          return {};
         return Shutter{v[0], v[1]};
       });
 }
@@ -219,8 +221,8 @@ std::vector<Setting> channel_settings() {
            .example = "--cryptomatte object,material"},
           cryptomatte_table(), [](std::string_view list) { parse_cryptomattes(list); }),
       // Meaningless without `cryptomatte`.
-      unless_default(number<&S::cryptomatte_levels>(
-          "cryptomatte-levels", kChannels, 1, kMostCryptomatteLevels,
+      omit_default(number<&S::cryptomatte_levels>(
+          "cryptomatte-levels", kChannels, 1, kMaxCryptomatteLevels,
           {.section = H::kOutput,
            .full = "Store this many ids per pixel in each Cryptomatte layer. The channel "
                    "dropped.NAME counts what does not fit.",
@@ -339,7 +341,7 @@ std::vector<Setting> count_settings() {
                    "depend on the samples. This removes the bias of adaptive "
                    "stopping and leaves more noise."}),
       number<&S::time_limit_s>(
-          "time-limit", kCounts, kLeastTimeLimit, kMostTimeLimit,
+          "time-limit", kCounts, kMinTimeLimit, kMaxTimeLimit,
           {.section = H::kLimits,
            .brief = "stop after this many seconds and write the unfinished picture",
            .full = "Stop rendering after this many seconds and write the unfinished picture.",
@@ -359,14 +361,14 @@ std::vector<Setting> sample_settings() {
                              .full = "Follow light paths for at most this many scattering events. "
                                      "1 is direct light only.",
                              .example = "--max-depth 4"}),
-      unless_default(number<&S::light_samples>(
-          "light-samples", kSample, 1, kMostLightSamples,
+      omit_default(number<&S::light_samples>(
+          "light-samples", kSample, 1, kMaxLightSamples,
           {.section = H::kSamples,
            .full = "Take this many samples of the lights at visible surfaces, also at those that "
                    "are visible in mirrors or through smooth glass.",
            .fallback = "1"})),
       number<&S::clamp_indirect>(
-          "clamp-indirect", kSample, kLeastClamp, kMostClamp,
+          "clamp-indirect", kSample, kMinClamp, kMaxClamp,
           {.section = H::kSamples,
            .brief = "scale brighter indirect light down to this; fewer fireflies",
            .full = "Scale down indirect light that would add more than this to a sample. This "
@@ -385,7 +387,7 @@ std::vector<Setting> sample_settings() {
                         .full = "Set the seed of the random numbers. Another seed gives another "
                                 "pattern of noise."}),
       number<&S::bucket_size>(
-          "bucket-size", kSchedule, 1, kMostBucketSize,
+          "bucket-size", kSchedule, 1, kMaxBucketSize,
           {.section = H::kSamples, .full = "Set the width and height of a bucket in pixels."}),
       choice<&S::bucket_order>(
           "bucket-order", kSchedule, "order",
@@ -430,13 +432,13 @@ std::vector<Setting> view_settings() {
                          .full = "Set the vertical field of view in degrees.",
                          .fallback = "the camera's, or 40",
                          .example = "--fov-y 35"}),
-      number<&S::f_stop>("f-stop", kView, 1.0 / kMostOfLens, kMostOfLens,
+      number<&S::f_stop>("f-stop", kView, 1.0 / kMaxLensScale, kMaxLensScale,
                          {.section = H::kView,
                           .full = "Blur what is out of focus, as a lens with this f-number does on "
                                   "film that is 24 mm high.",
                           .fallback = "a pinhole, with everything in focus",
                           .example = "--f-stop 2.8 --focus-distance 4"}),
-      number<&S::focus_distance>("focus-distance", kView, 1.0 / kFarthest, kFarthest,
+      number<&S::focus_distance>("focus-distance", kView, 1.0 / kMaxDistance, kMaxDistance,
                                  {.section = H::kView,
                                   .full = "Focus at this distance along the view, in metres.",
                                   .fallback = "the distance of `look-at`",
@@ -470,7 +472,7 @@ std::vector<Setting> light_settings() {
            .full = "Rotate the environment about the vertical axis by this many degrees. 90 moves "
                    "what was at +X to -Z.",
            .example = "--env sky.hdr --env-rotation 90"}),
-      unless_default(choice<&S::environment_sampling>(
+      omit_default(choice<&S::environment_sampling>(
           "env-sampling", kSample, "sampling",
           {.section = H::kLight, .full = "Choose where light samples go.", .fallback = "guided"},
           std::span<const NamedValue<EnvironmentSampling>>(kEnvironmentSamplings))),
@@ -480,7 +482,7 @@ std::vector<Setting> light_settings() {
            .brief = "make the background transparent",
            .full = "Hide the environment from the camera, so that the background is transparent. "
                    "It still lights the scene."}),
-      unless_default(choice<&S::working_space>(
+      omit_default(choice<&S::working_space>(
           "working-space", kLight, "space",
           {.section = H::kOutput,
            .full = "Choose the primaries in which the picture is rendered and written.",
@@ -503,25 +505,24 @@ std::vector<Setting> loading_settings() {
                                    "with all of them.",
                            .fallback = "the first if a time is given, else none",
                            .example = "--animation 0 --time 1.5"}),
-      number<&S::time>("time", kLoading, -kLatest, kLatest,
+      number<&S::time>("time", kLoading, -kMaxTime, kMaxTime,
                        {.section = H::kScene,
                         .brief = "seconds into the animation",
                         .full = "Show the scene at this time of the animation, in seconds. Beyond "
                                 "the ends of the animation the scene stands still.",
                         .fallback = "0",
                         .example = "--time 1.5"}),
-      number<&S::frame>("frame", kLoading, -kLatest * kMostFps, kLatest * kMostFps,
+      number<&S::frame>("frame", kLoading, -kMaxTime * kMaxFps, kMaxTime * kMaxFps,
                         {.section = H::kScene,
                          .full = "Show the scene at this frame of the animation. Fractions are "
                                  "allowed.",
                          .example = "--frame 36 --fps 24"}),
       // Meaningless without an animation.
-      unless_default(
-          number<&S::fps>("fps", kLoading, kLeastFps, kMostFps,
-                          {.section = H::kScene,
-                           .full = "Set the frames per second, for `frame`, `frames` and "
-                                   "`shutter`.",
-                           .fallback = "24"})),
+      omit_default(number<&S::fps>("fps", kLoading, kMinFps, kMaxFps,
+                                   {.section = H::kScene,
+                                    .full = "Set the frames per second, for `frame`, `frames` and "
+                                            "`shutter`.",
+                                    .fallback = "24"})),
       shutter(),
       flag<&S::lenient>(
           "lenient", kLoading,
@@ -543,9 +544,9 @@ std::vector<Setting> loading_settings() {
 
 std::vector<Setting> make_table() {
   std::vector<Setting> table;
-  for (const auto& some : {edit_settings, channel_settings, count_settings, sample_settings,
-                           view_settings, light_settings, loading_settings}) {
-    std::ranges::move(some(), std::back_inserter(table));
+  for (const auto& make_rows : {edit_settings, channel_settings, count_settings, sample_settings,
+                                view_settings, light_settings, loading_settings}) {
+    std::ranges::move(make_rows(), std::back_inserter(table));
   }
   return table;
 }

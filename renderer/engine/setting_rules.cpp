@@ -26,23 +26,25 @@ bool is_given(const FrameSettings& settings, std::string_view name) {
   return text_of(settings, name) != text_of(defaults, name);
 }
 
-std::string quoted(const SettingIs& is) { return fmt::format("`{}`", is.name); }
+std::string quoted(const SettingCondition& condition) {
+  return fmt::format("`{}`", condition.name);
+}
 
 // Such as "bucket with `noise-threshold`".
-std::string value_text(const SettingIs& is) {
-  std::string text(is.value);
-  if (!is.with.empty()) text += fmt::format(" with `{}`", is.with);
-  if (!is.without.empty()) text += fmt::format(" without `{}`", is.without);
+std::string value_text(const SettingCondition& condition) {
+  std::string text(condition.value);
+  if (!condition.with.empty()) text += fmt::format(" with `{}`", condition.with);
+  if (!condition.without.empty()) text += fmt::format(" without `{}`", condition.without);
   return text;
 }
 
-std::string text_of(const SettingIs& is) {
-  const std::string value = value_text(is);
-  return value.empty() ? quoted(is) : quoted(is) + " " + value;
+std::string text_of(const SettingCondition& condition) {
+  const std::string value = value_text(condition);
+  return value.empty() ? quoted(condition) : quoted(condition) + " " + value;
 }
 
 // Such as "`env`, `aov` N or P".
-std::string text_of(const AnySetting& list, std::string_view last_comma) {
+std::string text_of(const AnyCondition& list, std::string_view last_comma) {
   std::string text;
   for (size_t i = 0; i < list.size(); ++i) {
     const bool same = i > 0 && list[i].name == list[i - 1].name && !list[i].value.empty();
@@ -52,41 +54,44 @@ std::string text_of(const AnySetting& list, std::string_view last_comma) {
   return text;
 }
 
-const SettingIs* first_of(const AnySetting& list, const SettingHolds& holds) {
+const SettingCondition* first_holding(const AnyCondition& list, const SettingHolds& holds) {
   const auto found = std::ranges::find_if(list, holds);
   return found == list.end() ? nullptr : &*found;
 }
 
-void add(AnySetting& list, const AnySetting& more) {
+void add(AnyCondition& list, const AnyCondition& more) {
   list.insert(list.end(), more.begin(), more.end());
 }
 
-bool mentions(const AnySetting& list, std::string_view name, std::string_view value) {
-  return std::ranges::any_of(
-      list, [&](const SettingIs& is) { return is.name == name && is.value == value; });
+bool mentions(const AnyCondition& list, std::string_view name, std::string_view value) {
+  return std::ranges::any_of(list, [&](const SettingCondition& condition) {
+    return condition.name == name && condition.value == value;
+  });
 }
 
 // The settings that exclude this one, in either direction.
-AnySetting excluded_by(std::span<const SettingRule> rules, std::string_view name,
-                       std::string_view value) {
-  AnySetting excluded;
+AnyCondition find_exclusions(std::span<const SettingRule> rules, std::string_view name,
+                             std::string_view value) {
+  AnyCondition excluded;
   for (const SettingRule& rule : rules) {
     if (!rule.in_help) continue;
     if (mentions(rule.about, name, value)) add(excluded, rule.excludes);
     if (mentions(rule.excludes, name, value)) add(excluded, rule.about);
   }
   // Removes duplicates and groups the values of each setting.
-  AnySetting sorted;
-  for (const SettingIs& is : excluded) {
-    const auto same_name = [&](const SettingIs& other) { return other.name == is.name; };
-    if (mentions(sorted, is.name, is.value)) continue;
+  AnyCondition sorted;
+  for (const SettingCondition& condition : excluded) {
+    const auto same_name = [&](const SettingCondition& other) {
+      return other.name == condition.name;
+    };
+    if (mentions(sorted, condition.name, condition.value)) continue;
     const auto last = std::find_if(sorted.rbegin(), sorted.rend(), same_name);
-    sorted.insert(last == sorted.rend() ? sorted.end() : last.base(), is);
+    sorted.insert(last == sorted.rend() ? sorted.end() : last.base(), condition);
   }
   return sorted;
 }
 
-std::string wrong_crop(const FrameSettings& s) {
+std::string crop_violation(const FrameSettings& s) {
   const Rect& crop = *s.crop;
   if (!crop.empty() && crop.intersect({0, 0, s.width, s.height}) == crop) return "";
   return fmt::format(
@@ -95,10 +100,10 @@ std::string wrong_crop(const FrameSettings& s) {
       crop.x0, crop.y0, crop.x1, crop.y1, s.width, s.height);
 }
 
-std::string wrong_least_samples(const FrameSettings& s) {
-  const auto above = [&](const std::string& what, uint32_t most) {
-    return fmt::format("`min-spp` {} is above {} {}; valid is 1 to {}", *s.min_spp, what, most,
-                       most);
+std::string min_samples_violation(const FrameSettings& s) {
+  const auto above = [&](const std::string& what, uint32_t limit) {
+    return fmt::format("`min-spp` {} is above {} {}; valid is 1 to {}", *s.min_spp, what, limit,
+                       limit);
   };
   if (s.max_spp && *s.min_spp > *s.max_spp) return above("`max-spp`", *s.max_spp);
   if (s.spp && *s.min_spp > *s.spp) return above("the average of `spp`", *s.spp);
@@ -107,8 +112,8 @@ std::string wrong_least_samples(const FrameSettings& s) {
 
 // The rows of `table` for which `fits` is true, as values of a setting.
 template <typename Table, typename Fits>
-AnySetting values_of(std::string_view setting, const Table& table, const Fits& fits) {
-  AnySetting values;
+AnyCondition values_of(std::string_view setting, const Table& table, const Fits& fits) {
+  AnyCondition values;
   for (const auto& entry : table) {
     if (fits(entry)) values.push_back({setting, entry.name});
   }
@@ -116,32 +121,32 @@ AnySetting values_of(std::string_view setting, const Table& table, const Fits& f
 }
 
 // Puts the drivers that share evenly without a threshold last, since their condition needs words.
-AnySetting drivers_of(Sharing sharing, SettingIs by_threshold) {
-  AnySetting drivers =
-      drivers_that([&](const DriverEntry& driver) { return driver.sharing == sharing; });
+AnyCondition drivers_of(SampleDistribution distribution, SettingCondition by_threshold) {
+  AnyCondition drivers =
+      find_drivers([&](const DriverEntry& driver) { return driver.distribution == distribution; });
   for (const DriverEntry& driver : driver_table()) {
-    if (driver.sharing != Sharing::kEvenWithoutThreshold) continue;
+    if (driver.distribution != SampleDistribution::kUniformWithoutThreshold) continue;
     by_threshold.value = driver.name;
     drivers.push_back(by_threshold);
   }
   return drivers;
 }
 
-AnySetting drivers_by_error() {
-  return drivers_of(Sharing::kByError, {.name = "driver", .with = "noise-threshold"});
+AnyCondition adaptive_drivers() {
+  return drivers_of(SampleDistribution::kByError, {.name = "driver", .with = "noise-threshold"});
 }
 
-AnySetting even_drivers() {
-  return drivers_of(Sharing::kEven, {.name = "driver", .without = "noise-threshold"});
+AnyCondition uniform_drivers() {
+  return drivers_of(SampleDistribution::kUniform, {.name = "driver", .without = "noise-threshold"});
 }
 
-AnySetting joined(std::initializer_list<AnySetting> lists) {
-  AnySetting all;
-  for (const AnySetting& list : lists) add(all, list);
+AnyCondition joined(std::initializer_list<AnyCondition> lists) {
+  AnyCondition all;
+  for (const AnyCondition& list : lists) add(all, list);
   return all;
 }
 
-AnySetting denoising() { return {{"denoise"}, {"allocation", "denoised"}, {"aov", "denoising"}}; }
+AnyCondition denoising() { return {{"denoise"}, {"allocation", "denoised"}, {"aov", "denoising"}}; }
 
 std::vector<SettingRule> view_rules() {
   return {
@@ -154,7 +159,7 @@ std::vector<SettingRule> view_rules() {
       {.about = {{"panorama"}},
        .excludes = {{"fov-y"}, {"f-stop"}, {"focus-distance"}},
        .reason = "a panorama shows all directions and has no lens"},
-      {.about = {{"crop"}}, .wrong = wrong_crop},
+      {.about = {{"crop"}}, .violation = crop_violation},
       {.about = {{"time"}}, .excludes = {{"frame"}}, .reason = "both set the time"},
       {.about = {{"sun"}}, .excludes = {{"env"}}, .reason = "each is a complete sky"},
       {.about = {{"env-strength"}, {"env-rotation"}},
@@ -196,7 +201,8 @@ std::vector<SettingRule> channel_rules() {
     SettingRule rule = {.about = {{"half", row.name}},
                         .reason = "otherwise there is no such layer",
                         .in_help = false};
-    rule.needs = {row.setting == "aov" ? SettingIs{"aov", row.name} : SettingIs{row.setting}};
+    rule.needs = {row.setting == "aov" ? SettingCondition{"aov", row.name}
+                                       : SettingCondition{row.setting}};
     if (row.feed == ChannelFeed::kCatchers) rule.needs.push_back({"catcher"});
     if (row.setting == "denoise") rule.needs.push_back({"allocation", "denoised"});
     rules.push_back(std::move(rule));
@@ -204,16 +210,16 @@ std::vector<SettingRule> channel_rules() {
   return rules;
 }
 
-SettingRule rule_of_lights() {
-  const AnySetting of_paths = values_of("aov", channel_table(), [](const ChannelRow& row) {
+SettingRule lighting_rule() {
+  const AnyCondition path_aovs = values_of("aov", channel_table(), [](const ChannelRow& row) {
     return row.feed == ChannelFeed::kPaths;
   });
   return {.about = joined({{{"light-groups"}, {"clamp-indirect"}, {"light-samples"}},
                            {{"catcher"}, {"holdout"}},
                            denoising(),
-                           of_paths}),
+                           path_aovs}),
           .needs = values_of("integrator", integrator_table(),
-                             [](const auto& entry) { return entry.tells_lights_apart; }),
+                             [](const auto& entry) { return entry.supports_light_groups; }),
           .reason = "{} does not compute lighting"};
 }
 
@@ -222,24 +228,26 @@ std::vector<SettingRule> error_rules() {
   const auto estimators = [](const auto& fits) {
     return values_of("estimator", estimator_table(), fits);
   };
-  const AnySetting historical = estimators([](const auto& entry) { return entry.batch > 0; });
+  const AnyCondition historical = estimators([](const auto& entry) { return entry.batch > 0; });
   const std::string others =
       text_of(estimators([](const auto& entry) { return entry.batch == 0; }), " and ");
-  const AnySetting two_streams =
+  const AnyCondition two_streams =
       estimators([](const auto& entry) { return entry.streams == StreamCount::kTwo; });
   return {
       {.about = {{"noise-threshold"}},
-       .needs = drivers_that([](const DriverEntry& d) { return d.sharing != Sharing::kEven; }),
+       .needs = find_drivers(
+           [](const DriverEntry& d) { return d.distribution != SampleDistribution::kUniform; }),
        .reason = "{} gives every pixel `spp` samples"},
       {.about = {{"allocation", "denoised"}},
-       .needs = drivers_that([](const DriverEntry& d) { return d.sharing == Sharing::kByError; }),
+       .needs = find_drivers(
+           [](const DriverEntry& d) { return d.distribution == SampleDistribution::kByError; }),
        .reason = "it needs a driver that knows the neighbouring pixels"},
       {.about = {{"min-spp"},
                  {"max-spp"},
                  {"estimator"},
                  {.name = "allocation", .except = "denoised"},
                  {"unbiased"}},
-       .needs = drivers_by_error(),
+       .needs = adaptive_drivers(),
        .reason = "with these settings, {} gives every pixel `spp` samples"},
       {.about = {{"allocation", "denoised"}},
        .excludes = {{"noise-threshold"}},
@@ -262,7 +270,7 @@ std::vector<SettingRule> error_rules() {
       {.about = {{"unbiased"}},
        .excludes = {{"cryptomatte"}, {"light-groups"}},
        .reason = "it weights whole rounds, which are not stored by object or by light"},
-      {.about = {{"min-spp"}}, .wrong = wrong_least_samples},
+      {.about = {{"min-spp"}}, .violation = min_samples_violation},
       {.about = joined({denoising(), two_streams}),
        .excludes = {{"streams", "1"}},
        .reason = "it compares two sample streams; set `streams` to 2 or leave it out"},
@@ -274,20 +282,20 @@ std::vector<SettingRule> sample_rules() {
   const auto samplers = [](const auto& fits) {
     return values_of("sampler", sampler_table(), fits);
   };
-  AnySetting extensible;
+  AnyCondition extensible;
   for (const std::string_view name : extensible_samplers()) extensible.push_back({"sampler", name});
   return {
       {.about = samplers([](const auto& entry) { return entry.counts != SampleCounts::kAny; }),
-       .needs = even_drivers(),
+       .needs = uniform_drivers(),
        .reason = "adaptive sampling does not know in advance how many samples each pixel gets; it "
                  "supports " +
                  text_of(samplers([](const auto& s) { return s.counts == SampleCounts::kAny; }),
                          " and ")},
       {.about = {{"part"}},
-       .needs = drivers_that([](const DriverEntry& driver) { return driver.tiles; }),
+       .needs = find_drivers([](const DriverEntry& driver) { return driver.tiles; }),
        .reason = "{} renders the whole frame at once"},
       {.about = {{"sample-range"}},
-       .needs = even_drivers(),
+       .needs = uniform_drivers(),
        .reason = "adaptive sampling decides how many samples each pixel gets; give each part "
                  "another `seed` instead"},
       {.about = {{"sample-range"}},
@@ -301,9 +309,9 @@ std::vector<SettingRule> sample_rules() {
 
 std::vector<SettingRule> make_rules() {
   std::vector<SettingRule> all = view_rules();
-  all.push_back(rule_of_lights());
-  for (const std::vector<SettingRule>& some : {channel_rules(), error_rules(), sample_rules()}) {
-    all.insert(all.end(), some.begin(), some.end());
+  all.push_back(lighting_rule());
+  for (const std::vector<SettingRule>& group : {channel_rules(), error_rules(), sample_rules()}) {
+    all.insert(all.end(), group.begin(), group.end());
   }
   return all;
 }
@@ -315,33 +323,33 @@ std::span<const SettingRule> setting_rules() {
   return rules;
 }
 
-AnySetting drivers_that(const std::function<bool(const DriverEntry&)>& fits) {
+AnyCondition find_drivers(const std::function<bool(const DriverEntry&)>& fits) {
   return values_of("driver", driver_table(), fits);
 }
 
-bool setting_holds(const FrameSettings& settings, const SettingIs& is) {
-  if (!is.with.empty() && !is_given(settings, is.with)) return false;
-  if (!is.without.empty() && is_given(settings, is.without)) return false;
-  const std::string text = text_of(settings, is.name);
-  if (!is.except.empty() && text == is.except) return false;
-  if (is.value.empty()) return is_given(settings, is.name);
-  const Setting* const setting = find_setting(is.name);
-  if (!setting || setting->type != "LIST") return text == is.value;
+bool setting_holds(const FrameSettings& settings, const SettingCondition& condition) {
+  if (!condition.with.empty() && !is_given(settings, condition.with)) return false;
+  if (!condition.without.empty() && is_given(settings, condition.without)) return false;
+  const std::string text = text_of(settings, condition.name);
+  if (!condition.except.empty() && text == condition.except) return false;
+  if (condition.value.empty()) return is_given(settings, condition.name);
+  const Setting* const setting = find_setting(condition.name);
+  if (!setting || setting->type != "LIST") return text == condition.value;
   const std::vector<std::string_view> values = split_list(text);
-  return std::ranges::find(values, is.value) != values.end();
+  return std::ranges::find(values, condition.value) != values.end();
 }
 
-std::string broken_rule(const SettingRule& rule, const FrameSettings& settings,
-                        const SettingHolds& holds) {
-  const SettingIs* const subject = first_of(rule.about, holds);
-  if (!subject || first_of(rule.unless, holds)) return "";
-  if (rule.wrong) return rule.wrong(settings);
-  if (!rule.needs.empty() && !first_of(rule.needs, holds)) {
+std::string find_violation(const SettingRule& rule, const FrameSettings& settings,
+                           const SettingHolds& holds) {
+  const SettingCondition* const subject = first_holding(rule.about, holds);
+  if (!subject || first_holding(rule.unless, holds)) return "";
+  if (rule.violation) return rule.violation(settings);
+  if (!rule.needs.empty() && !first_holding(rule.needs, holds)) {
     const std::string value = text_of(settings, rule.needs.front().name);
     return fmt::format("{} requires {}: {}", text_of(*subject), text_of(rule.needs, " or "),
                        fmt::format(fmt::runtime(rule.reason), value));
   }
-  if (const SettingIs* const other = first_of(rule.excludes, holds)) {
+  if (const SettingCondition* const other = first_holding(rule.excludes, holds)) {
     return fmt::format("{} excludes {}: {}", text_of(*subject), text_of(*other), rule.reason);
   }
   return "";
@@ -350,30 +358,34 @@ std::string broken_rule(const SettingRule& rule, const FrameSettings& settings,
 void check_rules(std::span<const SettingRule> rules, const FrameSettings& settings,
                  const SettingHolds& holds) {
   for (const SettingRule& rule : rules) {
-    const std::string wrong = broken_rule(rule, settings, holds);
-    if (!wrong.empty()) throw UsageError(wrong);
+    const std::string violation = find_violation(rule, settings, holds);
+    if (!violation.empty()) throw UsageError(violation);
   }
 }
 
 void check_rules(const FrameSettings& settings) {
-  check_rules(setting_rules(), settings,
-              [&](const SettingIs& is) { return setting_holds(settings, is); });
+  check_rules(setting_rules(), settings, [&](const SettingCondition& condition) {
+    return setting_holds(settings, condition);
+  });
 }
 
 void check_rules(const FrameSettings& settings, std::string_view about) {
-  const auto holds = [&](const SettingIs& is) { return setting_holds(settings, is); };
+  const auto holds = [&](const SettingCondition& condition) {
+    return setting_holds(settings, condition);
+  };
   for (const SettingRule& rule : setting_rules()) {
     if (mentions(rule.about, about, "")) check_rules({&rule, 1}, settings, holds);
   }
 }
 
 bool setting_is_allowed(const FrameSettings& settings, std::string_view name) {
-  const auto holds = [&](const SettingIs& is) {
-    return (is.name == name && is.value.empty()) || setting_holds(settings, is);
+  const auto holds = [&](const SettingCondition& condition) {
+    return (condition.name == name && condition.value.empty()) ||
+           setting_holds(settings, condition);
   };
   return std::ranges::none_of(setting_rules(), [&](const SettingRule& rule) {
-    return !rule.wrong && mentions(rule.about, name, "") &&
-           !broken_rule(rule, settings, holds).empty();
+    return !rule.violation && mentions(rule.about, name, "") &&
+           !find_violation(rule, settings, holds).empty();
   });
 }
 
@@ -384,14 +396,14 @@ std::string rules_of(std::span<const SettingRule> rules, std::string_view name,
     if (!rule.in_help || rule.needs.empty() || !mentions(rule.about, name, value)) continue;
     text += (text.empty() ? "; requires " : ", and ") + text_of(rule.needs, " or ");
   }
-  const AnySetting excluded = excluded_by(rules, name, value);
+  const AnyCondition excluded = find_exclusions(rules, name, value);
   if (!excluded.empty()) text += "; excludes " + text_of(excluded, ", ");
   return text;
 }
 
 namespace {
 
-RulesHelp tell_rules(const Setting& setting) {
+RulesHelp describe_rules(const Setting& setting) {
   RulesHelp help = {rules_of(setting_rules(), setting.name), ""};
   for (const SettingChoice& choice : setting.choices) {
     help.values += fmt::format("\n  {}: {}", choice.name, choice.summary) +
@@ -406,7 +418,7 @@ const RulesHelp& rules_of(const Setting& setting) {
   // Cached: every command of the program needs it.
   static const std::map<std::string, RulesHelp> all = [] {
     std::map<std::string, RulesHelp> texts;
-    for (const Setting& each : setting_table()) texts.emplace(each.name, tell_rules(each));
+    for (const Setting& each : setting_table()) texts.emplace(each.name, describe_rules(each));
     return texts;
   }();
   return all.at(setting.name);

@@ -15,27 +15,27 @@
 namespace emberline {
 
 // A condition: a setting is given, or has a certain value.
-struct SettingIs {
+struct SettingCondition {
   std::string_view name;
   std::string_view value = {};    // value or list entry; empty: any non-default value
   std::string_view except = {};   // any value but this one
   std::string_view with = {};     // and that setting is given
   std::string_view without = {};  // and that setting is not given
 };
-using AnySetting = std::vector<SettingIs>;  // at least one of them holds
+using AnyCondition = std::vector<SettingCondition>;  // at least one of them holds
 
 // Applies if one of `about` and none of `unless` holds. Then one of `needs` and none of `excludes`
 // must hold.
 struct SettingRule {
-  AnySetting about;
-  AnySetting needs = {};
-  AnySetting excludes = {};
-  AnySetting unless = {};
+  AnyCondition about;
+  AnyCondition needs = {};
+  AnyCondition excludes = {};
+  AnyCondition unless = {};
   // Reason for messages. "{}" stands for the value of the first setting in `needs`.
   std::string reason = {};
   // For rules that compare numbers, instead of `needs` and `excludes`: returns an error with the
   // settings' names, or an empty text.
-  std::function<std::string(const FrameSettings&)> wrong = {};
+  std::function<std::string(const FrameSettings&)> violation = {};
   bool in_help = true;  // false: the setting's help already states the rule
 };
 
@@ -43,12 +43,12 @@ struct SettingRule {
 std::span<const SettingRule> setting_rules();
 
 // Evaluates a condition; clients with further options pass their own function.
-using SettingHolds = std::function<bool(const SettingIs&)>;
-bool setting_holds(const FrameSettings& settings, const SettingIs& is);
+using SettingHolds = std::function<bool(const SettingCondition&)>;
+bool setting_holds(const FrameSettings& settings, const SettingCondition& condition);
 
 // Returns an error of one line; empty if the settings obey the rule.
-std::string broken_rule(const SettingRule& rule, const FrameSettings& settings,
-                        const SettingHolds& holds);
+std::string find_violation(const SettingRule& rule, const FrameSettings& settings,
+                           const SettingHolds& holds);
 // Throws UsageError for the first broken rule: the setting, what it requires or excludes, and why.
 void check_rules(std::span<const SettingRule> rules, const FrameSettings& settings,
                  const SettingHolds& holds);
@@ -60,7 +60,7 @@ void check_rules(const FrameSettings& settings, std::string_view about);
 bool setting_is_allowed(const FrameSettings& settings, std::string_view name);
 
 // The drivers of the table for which `fits` is true.
-AnySetting drivers_that(const std::function<bool(const DriverEntry&)>& fits);
+AnyCondition find_drivers(const std::function<bool(const DriverEntry&)>& fits);
 
 // Describes the rules about a setting or one of its values, for example "; requires `env` or
 // `sun`". Empty if there are none.

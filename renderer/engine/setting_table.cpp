@@ -47,9 +47,9 @@ SettingTexts setting_texts(const FrameSettings& settings,
                            std::initializer_list<SettingGroup> groups, bool files) {
   SettingTexts texts;
   for (const Setting& setting : setting_table()) {
-    const bool wanted =
+    const bool in_groups =
         groups.size() == 0 || std::ranges::find(groups, setting.group) != groups.end();
-    if (!wanted || (setting.file && !files)) continue;
+    if (!in_groups || (setting.file && !files)) continue;
     std::string text = setting.text(settings);
     if (!text.empty()) texts.emplace_back(setting.name, std::move(text));
   }

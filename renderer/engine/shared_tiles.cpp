@@ -18,14 +18,14 @@ void RoundWork::expand(size_t part, std::vector<PixelWork>& list) const {
   std::erase_if(list, [](const PixelWork& work) { return work.sample_count == 0; });
 }
 
-void RoundWork::cut_short(size_t part) {
+void RoundWork::mark_interrupted(size_t part) {
   const std::lock_guard lock(mutex_);
-  cut_short_.push_back(part);
+  interrupted_.push_back(part);
 }
 
 RenderedParts RoundWork::rendered(bool stopped) const {
   const size_t begun = std::min(end_, next_.load());
-  return {begin_, begun, cut_short_.empty() && (begun == end_ || !stopped), cut_short_};
+  return {begin_, begun, interrupted_.empty() && (begun == end_ || !stopped), interrupted_};
 }
 
 TileOwner::TileOwner(SharedTiles& tiles) : tiles_(tiles) {
@@ -39,16 +39,16 @@ TileOwner::~TileOwner() {
   tiles_.changed_.notify_all();
 }
 
-void TileOwner::carry_out(RoundWork& work, RenderWorker& worker, RenderCounters& counters) {
+void TileOwner::execute(RoundWork& work, RenderWorker& worker, RenderCounters& counters) {
   SharedTiles::OpenRound round{work};
   {
     const std::lock_guard lock(tiles_.mutex_);
-    tiles_.open_.push_back(&round);
+    tiles_.open_rounds_.push_back(&round);
     tiles_.changed_.notify_all();
   }
   const std::exception_ptr thrown = tiles_.take_parts(work, worker);
   std::unique_lock lock(tiles_.mutex_);
-  std::erase(tiles_.open_, &round);
+  std::erase(tiles_.open_rounds_, &round);
   tiles_.changed_.wait(lock, [&] { return round.helpers == 0; });
   lock.unlock();
   if (thrown || round.thrown) std::rethrow_exception(thrown ? thrown : round.thrown);
@@ -89,8 +89,8 @@ std::exception_ptr SharedTiles::take_parts(RoundWork& work, RenderWorker& worker
 // The open round with the most parts left; null if there are none.
 SharedTiles::OpenRound* SharedTiles::longest_round() const {
   const auto longest = std::ranges::max_element(
-      open_, {}, [](const OpenRound* round) { return round->work.parts_left(); });
-  return longest != open_.end() && (*longest)->work.parts_left() > 0 ? *longest : nullptr;
+      open_rounds_, {}, [](const OpenRound* round) { return round->work.parts_left(); });
+  return longest != open_rounds_.end() && (*longest)->work.parts_left() > 0 ? *longest : nullptr;
 }
 
 }  // namespace emberline

@@ -25,13 +25,14 @@ namespace {
 // Threads besides the workers: the progress display, a viewer's connection, and libraries' threads.
 constexpr int kOtherThreads = 4;
 
-constexpr const char* kWhy = "(check ulimit -u, the container's process limit and free memory)";
+constexpr const char* kThreadLimitHint =
+    "(check ulimit -u, the container's process limit and free memory)";
 
-// Returns how many of `wanted` further threads the system starts, with TBB's stack size.
-int count_startable(int wanted) {
+// Returns how many of `requested` further threads the system starts, with TBB's stack size.
+int count_startable(int requested) {
   std::latch end(1);
   std::vector<pthread_t> threads;
-  threads.reserve(size_t(wanted));
+  threads.reserve(size_t(requested));
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
   pthread_attr_setstacksize(
@@ -41,7 +42,7 @@ int count_startable(int wanted) {
     return nullptr;
   };
   pthread_t thread = {};
-  while (int(threads.size()) < wanted && pthread_create(&thread, &attributes, wait, &end) == 0) {
+  while (int(threads.size()) < requested && pthread_create(&thread, &attributes, wait, &end) == 0) {
     threads.push_back(thread);
   }
   pthread_attr_destroy(&attributes);
@@ -50,9 +51,9 @@ int count_startable(int wanted) {
   return int(threads.size());
 }
 
-int choose_count(int wanted) {
-  int count = wanted;
-  if (wanted == 0) {
+int choose_count(int requested) {
+  int count = requested;
+  if (requested == 0) {
     count = usable_processors();
     if (const auto cpus = slurm_cpus(); cpus && *cpus <= count) {
       log_verbose(fmt::format("`threads` {}: SLURM_CPUS_PER_TASK", *cpus));
@@ -64,19 +65,20 @@ int choose_count(int wanted) {
   if (startable >= count) return count;
   if (startable < 1) {
     throw RenderError(
-        "the system refuses to start the few threads that are needed {}; raise that limit", kWhy);
+        "the system refuses to start the few threads that are needed {}; raise that limit",
+        kThreadLimitHint);
   }
-  if (wanted > 0) {
-    throw RenderError("`threads` {}: the system starts at most {} {}; lower `threads`", wanted,
-                      startable, kWhy);
+  if (requested > 0) {
+    throw RenderError("`threads` {}: the system starts at most {} {}; lower `threads`", requested,
+                      startable, kThreadLimitHint);
   }
   log_warning(
       fmt::format("only {} of {} cores are used: the system refuses to start more threads {}",
-                  startable, count, kWhy));
+                  startable, count, kThreadLimitHint));
   return startable;
 }
 
-std::terminate_handler g_otherwise = nullptr;
+std::terminate_handler g_previous_handler = nullptr;
 
 bool is_refused_thread(const std::exception& error) {
   if (const auto* system = dynamic_cast<const std::system_error*>(&error)) {
@@ -86,7 +88,7 @@ bool is_refused_thread(const std::exception& error) {
          std::string_view::npos;  // from TBB
 }
 
-[[noreturn]] void end_process() {
+[[noreturn]] void on_terminate() {
   try {
     if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
   } catch (const std::exception& error) {
@@ -97,7 +99,7 @@ bool is_refused_thread(const std::exception& error) {
     }
   } catch (...) {
   }
-  if (g_otherwise) g_otherwise();
+  if (g_previous_handler) g_previous_handler();
   std::abort();
 }
 
@@ -116,15 +118,16 @@ int usable_processors() {
   return int(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-void install_refused_thread_handler() { g_otherwise = std::set_terminate(end_process); }
+void install_refused_thread_handler() { g_previous_handler = std::set_terminate(on_terminate); }
 
 std::string message_of(const std::exception& error) {
   if (!is_refused_thread(error)) return error.what();
-  return fmt::format("the system refuses to start more threads {}; lower `threads`", kWhy);
+  return fmt::format("the system refuses to start more threads {}; lower `threads`",
+                     kThreadLimitHint);
 }
 
-WorkerThreads::WorkerThreads(int wanted)
-    : count_(choose_count(wanted)),
+WorkerThreads::WorkerThreads(int requested)
+    : count_(choose_count(requested)),
       limit_(tbb::global_control::max_allowed_parallelism, size_t(count_)) {}
 
 }  // namespace emberline

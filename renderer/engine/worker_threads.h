@@ -14,7 +14,7 @@ class WorkerThreads {
  public:
   // 0: one thread per usable processor, limited by the Slurm job and, with a warning, by what the
   // system lets start. Throws RenderError if a requested number cannot be started.
-  explicit WorkerThreads(int wanted);
+  explicit WorkerThreads(int requested);
 
   int count() const { return count_; }
 

@@ -31,7 +31,7 @@ using Components = std::span<const std::string_view>;
 
 // Adds a member of FirstHit: a number or a vector.
 template <auto kMember>
-void add_of_hit(const FilmSample& sample, double* sums) {
+void add_first_hit(const FilmSample& sample, double* sums) {
   const auto& value = sample.value.first_hit.*kMember;
   if constexpr (std::is_same_v<decltype(value), const float&>) {
     *sums += double(value);
@@ -52,7 +52,7 @@ constexpr ChannelRow of_first_hit(std::string_view name, Components components, 
           .unit = unit,
           .summary = summary,
           .group = group,
-          .add = add_of_hit<kMember>,
+          .add = add_first_hit<kMember>,
           .background = background};
 }
 
@@ -141,10 +141,10 @@ constexpr ChannelRow kRows[] = {
         "depth of the first surface along the viewing axis; 1e10 where nothing is hit",
         kBackgroundDepth),
     of_first_hit<&FirstHit::position>(
-        "P", kXyz, Kind::kMeanOfHits, Use::kNumber, SumGroup::kPlace, "m",
+        "P", kXyz, Kind::kMeanOfHits, Use::kNumber, SumGroup::kPositionUv, "m",
         "position of the first surface in the world; 0 where nothing is hit"),
     of_first_hit<&FirstHit::uv>(
-        "UV", kUv, Kind::kMeanOfHits, Use::kNumber, SumGroup::kPlace, "",
+        "UV", kUv, Kind::kMeanOfHits, Use::kNumber, SumGroup::kPositionUv, "",
         "texture coordinates of the first surface (TEXCOORD_0), U to the right, V upwards"),
     {.name = "velocity",
      .components = kXy,
@@ -255,7 +255,7 @@ constexpr ChannelRow kRows[] = {
      .summary =
          "ambient occlusion: the open part of the hemisphere above the first surface, within "
          "a fifth of the scene's radius; 1 where nothing is hit",
-     .add = add_of_hit<&FirstHit::openness>,
+     .add = add_first_hit<&FirstHit::ambient_visibility>,
      .background = 1.0f},
     // Rows named by the scene; their channels follow those of the film.
     {.name = "light",
@@ -287,7 +287,7 @@ static_assert(is_named(Aov::kVariance, "variance") && is_named(Aov::kVelocity, "
               is_named(Aov::kDirect, "direct") && is_named(Aov::kEnvironment, "environment") &&
               is_named(Aov::kShadow, "shadow") && is_named(Aov::kPart, "part") &&
               is_named(Aov::kRays, "rays"));
-static_assert(std::size(kRows) <= AovSet::kMost);
+static_assert(std::size(kRows) <= AovSet::kMaxAovs);
 
 // "albedo.R", but plain "R" for the picture.
 std::string name_of_component(const ChannelRow& row, std::string_view component) {
@@ -323,7 +323,7 @@ std::string pixel_stop_name(PixelStop stop) {
   constexpr std::string_view kNames[] = {"nothing",   "`spp`",        "`noise-threshold`",
                                          "`max-spp`", "`time-limit`", "the user",
                                          "unfinished"};
-  return spelled(kNames[static_cast<size_t>(stop)]);
+  return spell_setting_names(kNames[static_cast<size_t>(stop)]);
 }
 
 bool AovSet::needs(ChannelFeed feed) const {

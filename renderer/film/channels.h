@@ -82,7 +82,7 @@ enum class ChannelUse : uint8_t {
 
 // Adjacent rows that share a block of sums: a film with one of them keeps the sums of all. A row of
 // kNone has its own block.
-enum class SumGroup : uint8_t { kNone, kSurface, kPlace, kClamped, kShadow };
+enum class SumGroup : uint8_t { kNone, kSurface, kPositionUv, kClamped, kShadow };
 
 std::string_view name_of(ChannelKind kind);  // "mean of hits"
 // Whether a file may store the channel as half floats.
@@ -130,7 +130,7 @@ std::span<const NamedValue<Aov>> aov_table();
 // The rows that a film has in addition to those always present.
 class AovSet {
  public:
-  static constexpr size_t kMost = 64;
+  static constexpr size_t kMaxAovs = 64;
   void insert(Aov aov) { bits_ |= bit(aov); }
   bool contains(Aov aov) const { return (bits_ & bit(aov)) != 0; }
   bool empty() const { return bits_ == 0; }

@@ -12,7 +12,7 @@ namespace emberline {
 namespace {
 
 // Room for more than 2^43 contributions at the limit; the unit is at most 2^-16 of the limit.
-constexpr uint64_t kMostUnits = uint64_t(1) << 60;
+constexpr uint64_t kMaxUnits = uint64_t(1) << 60;
 
 double luminance_of(const std::array<uint64_t, 3>& sum) {
   return 0.2126 * double(sum[0]) + 0.7152 * double(sum[1]) + 0.0722 * double(sum[2]);
@@ -21,7 +21,7 @@ double luminance_of(const std::array<uint64_t, 3>& sum) {
 }  // namespace
 
 ClampedLight::ClampedLight(float limit, int groups)
-    : limit_(limit), per_radiance_(1.0 / unit()), groups_(size_t(groups)) {
+    : limit_(limit), units_per_radiance_(1.0 / unit()), groups_(size_t(groups)) {
   assert(limit > 0.0f && std::isfinite(limit));
 }
 
@@ -30,14 +30,14 @@ double ClampedLight::unit() const { return std::ldexp(1.0, std::ilogb(limit_) - 
 
 void ClampedLight::add(Sum* sum, const Rgb& radiance) const {
   for (size_t c = 0; c < 3; ++c) {
-    const double units = std::round(double(radiance[int(c)]) * per_radiance_);
-    const double room = double(kMostUnits - (*sum)[c]);
+    const double units = std::round(double(radiance[int(c)]) * units_per_radiance_);
+    const double room = double(kMaxUnits - (*sum)[c]);
     (*sum)[c] += uint64_t(std::clamp(units, 0.0, room));
   }
 }
 
-void ClampedLight::take(uint32_t group, const Rgb& radiance) {
-  add(&taken_, radiance);
+void ClampedLight::add_removed(uint32_t group, const Rgb& radiance) {
+  add(&removed_, radiance);
   if (!groups_.empty()) add(&groups_[group], radiance);
 }
 
@@ -49,10 +49,10 @@ void ClampedLight::merge(const ClampedLight& other) {
   }
   assert(limit_ == other.limit_ && groups_.size() == other.groups_.size());
   const auto merge_sum = [](Sum& sum, const Sum& more) {
-    for (size_t c = 0; c < 3; ++c) sum[c] = std::min(sum[c] + more[c], kMostUnits);
+    for (size_t c = 0; c < 3; ++c) sum[c] = std::min(sum[c] + more[c], kMaxUnits);
   };
-  merge_sum(taken_, other.taken_);
-  merge_sum(kept_, other.kept_);
+  merge_sum(removed_, other.removed_);
+  merge_sum(remaining_, other.remaining_);
   for (size_t i = 0; i < groups_.size(); ++i) merge_sum(groups_[i], other.groups_[i]);
 }
 
@@ -67,10 +67,10 @@ void ClampedLight::archive(Archive& archive) {
   same(uint64_t(groups_.size()));
   if (!clamps()) return;
   const auto sum = [&archive](Sum& s) {
-    for (uint64_t& units : s) archive.number(units, uint64_t(0), kMostUnits);
+    for (uint64_t& units : s) archive.number(units, uint64_t(0), kMaxUnits);
   };
-  sum(taken_);
-  sum(kept_);
+  sum(removed_);
+  sum(remaining_);
   for (Sum& group : groups_) sum(group);
 }
 
@@ -83,9 +83,9 @@ Rgb ClampedLight::mean(const Sum& sum, uint64_t samples) const {
   return result;
 }
 
-double ClampedLight::share() const {
-  const double taken = luminance_of(taken_), all = taken + luminance_of(kept_);
-  return all > 0.0 ? taken / all : 0.0;
+double ClampedLight::fraction() const {
+  const double removed = luminance_of(removed_), all = removed + luminance_of(remaining_);
+  return all > 0.0 ? removed / all : 0.0;
 }
 
 }  // namespace emberline

@@ -24,21 +24,23 @@ class ClampedLight {
   bool clamps() const { return limit_ > 0.0f; }
   float limit() const { return limit_; }
 
-  // take() adds the radiance removed from a contribution of a group (ignored if groups are not
-  // counted separately), keep() the final radiance of a sample. Finite.
-  void take(uint32_t group, const Rgb& radiance);
-  void keep(const Rgb& radiance) { add(&kept_, radiance); }
+  // add_removed() adds the radiance removed from a contribution of a group (ignored if groups are
+  // not counted separately), add_remaining() the final radiance of a sample. Finite.
+  void add_removed(uint32_t group, const Rgb& radiance);
+  void add_remaining(const Rgb& radiance) { add(&remaining_, radiance); }
   // `other` is of the same frame.
   void merge(const ClampedLight& other);
   // Loading accepts only the same limit and number of groups.
   void archive(Archive& archive);
 
   // Mean radiance over `samples` that the picture lacks.
-  Rgb taken(uint64_t samples) const { return mean(taken_, samples); }
-  Rgb taken_of_group(size_t group, uint64_t samples) const { return mean(groups_[group], samples); }
+  Rgb removed(uint64_t samples) const { return mean(removed_, samples); }
+  Rgb removed_of_group(size_t group, uint64_t samples) const {
+    return mean(groups_[group], samples);
+  }
   size_t groups() const { return groups_.size(); }
   // Removed share of the luminance before clamping; 0 if there is none.
-  double share() const;
+  double fraction() const;
 
  private:
   using Sum = std::array<uint64_t, 3>;
@@ -47,8 +49,8 @@ class ClampedLight {
   Rgb mean(const Sum& sum, uint64_t samples) const;
 
   float limit_ = 0.0f;
-  double per_radiance_ = 0.0;  // 1 / unit()
-  Sum taken_{}, kept_{};
+  double units_per_radiance_ = 0.0;  // 1 / unit()
+  Sum removed_{}, remaining_{};
   std::vector<Sum> groups_;
 };
 

@@ -48,18 +48,18 @@ void CryptomatteSums::add(float filter_weight, std::span<const uint32_t> ids) {
 void CryptomatteSums::add_to(size_t kind, uint32_t id, double weight) {
   uint32_t* const ids = &ids_[kind * levels_];
   double* const weights = &weights_[kind * (levels_ + 1)];
-  size_t least = 0;
+  size_t smallest = 0;
   for (size_t i = 0; i < levels_; ++i) {
     if (ids[i] == id || ids[i] == 0) {
       ids[i] = id;
       weights[i] += weight;
       return;
     }
-    if (weights[i] <= weights[least]) least = i;
+    if (weights[i] <= weights[smallest]) smallest = i;
   }
-  weights[levels_] += weights[least];
-  ids[least] = id;
-  weights[least] = weight;
+  weights[levels_] += weights[smallest];
+  ids[smallest] = id;
+  weights[smallest] = weight;
 }
 
 void CryptomatteSums::merge(const CryptomatteSums& more) {
@@ -95,7 +95,7 @@ float CryptomatteSums::resolve(size_t kind, double samples, std::span<Rank> rank
   return to_finite_float(std::max(weights[levels_], 0.0) * scale);
 }
 
-bool CryptomatteSums::is_sound() const {
+bool CryptomatteSums::is_valid() const {
   return std::all_of(
              ids_, ids_ + kinds_ * levels_,
              [](uint32_t id) { return id == 0 || std::isnormal(std::bit_cast<float>(id)); }) &&

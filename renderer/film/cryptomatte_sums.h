@@ -52,7 +52,7 @@ class CryptomatteSums {
   // limited to [0, 1], which filters with negative lobes may leave.
   float resolve(size_t kind, double samples, std::span<Rank> ranks) const;
   // Whether ids are valid as floats, which is how files store them, and weights are in range.
-  bool is_sound() const;
+  bool is_valid() const;
 
  private:
   void add_to(size_t kind, uint32_t id, double weight);

@@ -16,8 +16,8 @@ namespace emberline {
 namespace {
 
 bool is_of_lights(Sums block) {
-  return (block >= Sums::kLights && block <= Sums::kLayerRests) || block == Sums::kHalfLights ||
-         block == Sums::kHalfLightRests;
+  return (block >= Sums::kLights && block <= Sums::kLayerRemainders) ||
+         block == Sums::kHalfLights || block == Sums::kHalfLightRemainders;
 }
 
 // The values of a row whose sums are over `count` samples.
@@ -46,7 +46,7 @@ bool is_finite(const FilmSample& sample) {
 void FilmTile::reset(const Rect& rect) {
   rect_ = rect;
   part_ = 0;
-  // relit() reads one float beyond the last light sums.
+  // relight_pixel() reads one float beyond the last light sums.
   const bool light = has(Sums::kLights) || has(Sums::kLayers);
   buffer_.reset(pixels() * layout_.bytes_per_pixel() + (light ? sizeof(float) : 0));
   planes_.clear();
@@ -54,8 +54,8 @@ void FilmTile::reset(const Rect& rect) {
     planes_.push_back(buffer_.begin() + part.offset * pixels());
   }
   sums_ = reinterpret_cast<PixelSums*>(planes_.front());
-  shown_.reset(0);
-  if (takes_sample_variance()) sample_variances_.reset(pixels());
+  overrides_.reset(0);
+  if (stores_sample_variance()) sample_variances_.reset(pixels());
 }
 
 bool FilmTile::add(int x, int y, const FilmSample& sample) {
@@ -90,7 +90,7 @@ void FilmTile::set_sample_variance(size_t i, const Rgb& variance) {
   }
 }
 
-void FilmTile::mark_stops(uint32_t budget, PixelStop cut_short) {
+void FilmTile::mark_stops(uint32_t budget, PixelStop unfinished_stop) {
   if (!has(Sums::kStop)) return;
   constexpr size_t kGrain = 16384;
   parallel_ranges(pixels(), kGrain, [&](size_t begin, size_t end) {
@@ -98,14 +98,14 @@ void FilmTile::mark_stops(uint32_t budget, PixelStop cut_short) {
       const uint32_t samples = sums(i).count[0] + sums(i).count[1];
       *at<PixelStop>(Sums::kStop, i) = samples == 0        ? PixelStop::kNone
                                        : samples == budget ? PixelStop::kBudget
-                                                           : cut_short;
+                                                           : unfinished_stop;
     }
   });
 }
 
-void FilmTile::show(int x, int y, const float* rgba) {
-  if (shown_.empty()) shown_.reset(pixels());
-  ShownValue& value = shown_[index(x, y)];
+void FilmTile::set_override(int x, int y, const float* rgba) {
+  if (overrides_.empty()) overrides_.reset(pixels());
+  ValueOverride& value = overrides_[index(x, y)];
   std::copy_n(rgba, 4, value.rgba);
   value.set = true;
 }
@@ -120,41 +120,44 @@ void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
                 to[p].bytes);
   }
   if (!sample_variances_.empty()) sample_variances_[i] = from.sample_variances_[j];
-  if (!from.shown_.empty() && from.shown_[j].set) show(x, y, from.shown_[j].rgba);
+  if (!from.overrides_.empty() && from.overrides_[j].set)
+    set_override(x, y, from.overrides_[j].rgba);
 }
 
 void FilmTile::add_film(const FilmTile& other) {
   assert(rect_ == other.rect_);
-  if (shown_.empty() && !other.shown_.empty()) shown_.reset(pixels());
+  if (overrides_.empty() && !other.overrides_.empty()) overrides_.reset(pixels());
   for (size_t i = 0; i < pixels(); ++i) {
     const double n = sums(i).samples(), m = other.sums(i).samples();
     if (m == 0) continue;
-    add_means_of(other, i, n / (n + m), m / (n + m));
+    merge_overrides(other, i, n / (n + m), m / (n + m));
     layout_.merge(pixel(i), other.pixel(i));
   }
 }
 
 // Call before the sums are merged. Shown values and sample variances are averaged, weighted by
 // sample counts; for the variances this equals pooling the variances of the means.
-void FilmTile::add_means_of(const FilmTile& other, size_t i, double here, double there) {
+void FilmTile::merge_overrides(const FilmTile& other, size_t i, double own_weight,
+                               double other_weight) {
   if (!sample_variances_.empty()) {
     SampleVariance& variance = sample_variances_[i];
     const SampleVariance& more = other.sample_variances_[i];
-    variance.known = more.known && (variance.known || here == 0);
+    variance.known = more.known && (variance.known || own_weight == 0);
     for (int c = 0; c < 3; ++c) {
-      variance.rgb[c] =
-          to_finite_float(here * double(variance.rgb[c]) + there * double(more.rgb[c]));
+      variance.rgb[c] = to_finite_float(own_weight * double(variance.rgb[c]) +
+                                        other_weight * double(more.rgb[c]));
     }
   }
-  const bool shown_there = !other.shown_.empty() && other.shown_[i].set;
-  if (shown_.empty() || !(shown_[i].set || shown_there)) return;
+  const bool is_other_overridden = !other.overrides_.empty() && other.overrides_[i].set;
+  if (overrides_.empty() || !(overrides_[i].set || is_other_overridden)) return;
   float mine[4], theirs[4];
   put_rgba(i, mine);
   other.put_rgba(i, theirs);
   for (int c = 0; c < 4; ++c) {
-    shown_[i].rgba[c] = to_finite_float(here * double(mine[c]) + there * double(theirs[c]));
+    overrides_[i].rgba[c] =
+        to_finite_float(own_weight * double(mine[c]) + other_weight * double(theirs[c]));
   }
-  shown_[i].set = true;
+  overrides_[i].set = true;
 }
 
 uint32_t FilmTile::sample_count(int x, int y) const {
@@ -162,11 +165,11 @@ uint32_t FilmTile::sample_count(int x, int y) const {
   return sums.count[0] + sums.count[1];
 }
 
-uint32_t FilmTile::least_samples() const {
-  uint32_t least = pixels() == 0 ? 0 : std::numeric_limits<uint32_t>::max();
+uint32_t FilmTile::min_samples() const {
+  uint32_t minimum = pixels() == 0 ? 0 : std::numeric_limits<uint32_t>::max();
   for (size_t i = 0; i < pixels(); ++i)
-    least = std::min(least, sums(i).count[0] + sums(i).count[1]);
-  return least;
+    minimum = std::min(minimum, sums(i).count[0] + sums(i).count[1]);
+  return minimum;
 }
 
 Rgb FilmTile::mean(int x, int y) const {
@@ -193,7 +196,7 @@ std::optional<Rgb> FilmTile::variance(int x, int y) const {
   const PixelSums& sums = this->sums(i);
   const bool two_streams = sums.count[0] > 0 && sums.count[1] > 0;
   const bool spread_is_known = has(Sums::kSquares) && sums.samples() >= 2.0;
-  if (!knows_sample_variance(i) && !two_streams && !spread_is_known) return std::nullopt;
+  if (!has_sample_variance(i) && !two_streams && !spread_is_known) return std::nullopt;
   Rgb result;
   for (int c = 0; c < 3; ++c) result[c] = to_finite_float(variance_of_mean(i, size_t(c)));
   return result;
@@ -202,7 +205,7 @@ std::optional<Rgb> FilmTile::variance(int x, int y) const {
 double FilmTile::variance_of_mean(size_t i, size_t c) const {
   const PixelSums& sums = this->sums(i);
   const double n0 = sums.count[0], n1 = sums.count[1], n = n0 + n1;
-  if (knows_sample_variance(i)) return double(sample_variances_[i].rgb[c]) / n;
+  if (has_sample_variance(i)) return double(sample_variances_[i].rgb[c]) / n;
   if (n0 > 0 && n1 > 0) {
     // Two independent streams: the squared difference of their means estimates the variance of a
     // sample times (1 / n0 + 1 / n1), however correlated the samples within a stream are.
@@ -216,8 +219,8 @@ double FilmTile::variance_of_mean(size_t i, size_t c) const {
 }
 
 void FilmTile::put_rgba(size_t i, float* out) const {
-  if (!shown_.empty() && shown_[i].set) {
-    std::copy_n(shown_[i].rgba, 4, out);
+  if (!overrides_.empty() && overrides_[i].set) {
+    std::copy_n(overrides_[i].rgba, 4, out);
     return;
   }
   const PixelSums& sums = this->sums(i);
@@ -234,12 +237,13 @@ void FilmTile::put_rgba(size_t i, float* out) const {
 void FilmTile::put_layer(size_t i, PathLayer layer, float* rgb) const {
   const PixelSums& sums = this->sums(i);
   const double n = sums.samples();
-  const bool shares = n > 0 && !shown_.empty() && shown_[i].set;
-  const Rgb mean = layers(i).mean(int(layers_.place_of(layer)));
+  const bool is_overridden = n > 0 && !overrides_.empty() && overrides_[i].set;
+  const Rgb mean = layers(i).mean(int(layers_.index_of(layer)));
   for (int c = 0; c < 3; ++c) {
     const double whole = (sums.rgb[0][c] + sums.rgb[1][c]) / n;
-    rgb[c] =
-        shares && whole != 0 ? to_finite_float(mean[c] * (shown_[i].rgba[c] / whole)) : mean[c];
+    rgb[c] = is_overridden && whole != 0
+                 ? to_finite_float(mean[c] * (overrides_[i].rgba[c] / whole))
+                 : mean[c];
   }
 }
 
@@ -283,7 +287,7 @@ void FilmTile::resolve_row(const ChannelRow& row, std::span<float> out, size_t s
 
 uint64_t FilmTile::bytes() const {
   return buffer_.capacity() + sample_variances_.capacity() * sizeof(SampleVariance) +
-         shown_.capacity() * sizeof(ShownValue);
+         overrides_.capacity() * sizeof(ValueOverride);
 }
 
 void FilmTile::archive(Archive& archive) {
@@ -299,16 +303,16 @@ void FilmTile::archive(Archive& archive) {
       archive.values(std::span(sample_variances_.begin(), sample_variances_.size()));
     }
   }
-  bool shown = !shown_.empty();
-  archive.number(shown, false, true);
-  if (archive.loading()) shown_.reset(shown ? pixels() : 0);
-  archive.values(std::span(shown_.begin(), shown_.size()));
+  bool has_overrides = !overrides_.empty();
+  archive.number(has_overrides, false, true);
+  if (archive.loading()) overrides_.reset(has_overrides ? pixels() : 0);
+  archive.values(std::span(overrides_.begin(), overrides_.size()));
   if (archive.loading()) check(archive);
 }
 
 // Validates loaded sums: a checkpoint is untrusted input.
 void FilmTile::check(const Archive& archive) const {
-  for (size_t i = 0; i < pixels(); ++i) archive.check(layout_.is_sound(pixel(i)));
+  for (size_t i = 0; i < pixels(); ++i) archive.check(layout_.is_valid(pixel(i)));
   // The byte of a bool may be neither 0 nor 1 here, and reading such a bool is undefined behaviour.
   const auto is_flag = [](const bool& flag) {
     uint8_t byte;
@@ -321,7 +325,7 @@ void FilmTile::check(const Archive& archive) const {
     archive.check(!variance.known || sums(i).samples() > 0);
     archive.check(all_finite(variance.rgb));
   }
-  for (const ShownValue& value : shown_) {
+  for (const ValueOverride& value : overrides_) {
     archive.check(is_flag(value.set) && all_finite(value.rgba));
   }
 }

@@ -45,7 +45,7 @@ class FilmTile {
   void add_time(int x, int y, double seconds);
   void set_stop(int x, int y, PixelStop stop);
   // Whether set_sample_variance() has an effect.
-  bool takes_sample_variance() const {
+  bool stores_sample_variance() const {
     return extras().sample_variance && aovs().contains(Aov::kVariance);
   }
   // Sets the variance of a sample of pixel i, which has samples; finite. Called by a driver that
@@ -55,11 +55,11 @@ class FilmTile {
   // In a merged frame, the part that the tile came from; the first is 1.
   void set_part(uint32_t part) { part_ = part; }
   // Sets each pixel's stop by its sample count: kBudget for `budget` samples, kNone for 0, else
-  // `cut_short`.
-  void mark_stops(uint32_t budget, PixelStop cut_short);
+  // `unfinished_stop`.
+  void mark_stops(uint32_t budget, PixelStop unfinished_stop);
 
   uint32_t sample_count(int x, int y) const;
-  uint32_t least_samples() const;  // minimum over the pixels
+  uint32_t min_samples() const;  // minimum over the pixels
   uint32_t non_finite(int x, int y) const { return sums(index(x, y)).non_finite; }
   PixelStop stop(int x, int y) const {
     return layout_.has(Sums::kStop) ? *at<PixelStop>(Sums::kStop, index(x, y)) : PixelStop::kNone;
@@ -96,8 +96,8 @@ class FilmTile {
   const HalfSums& halves(size_t i) const { return *at<HalfSums>(Sums::kHalves, i); }
   CryptomatteSums mattes(size_t i) const { return mattes_at(layout_, pixel(i)); }
 
-  // Undoes show().
-  void show_means() { shown_.reset(0); }
+  // Undoes set_override().
+  void clear_overrides() { overrides_.reset(0); }
   // Copies the sums and the shown value of a pixel from a tile with the same channels.
   void copy_pixel(const FilmTile& from, int x, int y);
   // Adds the independent samples of another film with the same pixels, channels and extras. Shown
@@ -105,10 +105,14 @@ class FilmTile {
   void add_film(const FilmTile& other);
   // Overrides the R G B A of a pixel, for one that is filled from its neighbours or averaged
   // differently. Its other channels and its sample count do not change.
-  void show(int x, int y, const float* rgba);
+  void set_override(int x, int y, const float* rgba);
   // Sets the means of the light groups of a pixel without samples.
-  void show_lights(int x, int y, std::span<const Rgb> means) { lights(index(x, y)).show(means); }
-  void show_layers(int x, int y, std::span<const Rgb> means) { layers(index(x, y)).show(means); }
+  void override_lights(int x, int y, std::span<const Rgb> means) {
+    lights(index(x, y)).set_override(means);
+  }
+  void override_layers(int x, int y, std::span<const Rgb> means) {
+    layers(index(x, y)).set_override(means);
+  }
 
   // Channels in film_channels() order, interleaved, rows from rect().y0, with room for `more`
   // values after those of each pixel.
@@ -126,7 +130,7 @@ class FilmTile {
     float rgb[3];
     bool known;
   };
-  struct ShownValue {
+  struct ValueOverride {
     float rgba[4];
     bool set;
   };
@@ -142,12 +146,12 @@ class FilmTile {
   LightGroupSums lights_of(Sums block, size_t i) const {
     return lights_at(layout_, block, pixel(i));
   }
-  bool knows_sample_variance(size_t i) const {
+  bool has_sample_variance(size_t i) const {
     return !sample_variances_.empty() && sample_variances_[i].known;
   }
   void resolve_row(const ChannelRow& row, std::span<float> out, size_t stride) const;
   void check(const Archive& archive) const;
-  void add_means_of(const FilmTile& other, size_t i, double here, double there);
+  void merge_overrides(const FilmTile& other, size_t i, double own_weight, double other_weight);
 
   FilmLayout layout_;
   PathLayers layers_;
@@ -156,8 +160,8 @@ class FilmTile {
   ZeroedArray<std::byte> buffer_;
   std::vector<std::byte*> planes_;                // into the buffer, one per part of the layout
   PixelSums* sums_ = nullptr;                     // the first plane
-  ZeroedArray<SampleVariance> sample_variances_;  // empty unless takes_sample_variance()
-  ZeroedArray<ShownValue> shown_;                 // allocated by the first show()
+  ZeroedArray<SampleVariance> sample_variances_;  // empty unless stores_sample_variance()
+  ZeroedArray<ValueOverride> overrides_;          // allocated by the first set_override()
 };
 
 // Copies the tile's channels into those of a frame that contains it, in the layout of resolve().

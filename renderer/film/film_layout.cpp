@@ -16,7 +16,7 @@ namespace {
 
 using Part = FilmLayout::Part;
 
-// ---- Blocks. merge() adds another film's sums of the pixel; is_sound() says whether samples can
+// ---- Blocks. merge() adds another film's sums of the pixel; is_valid() says whether samples can
 // have produced the sums; add() takes a sample, which counts as black unless it is `finite`.
 
 struct PixelBlock : PixelSums {
@@ -29,10 +29,10 @@ struct PixelBlock : PixelSums {
     non_finite += more.non_finite;
     if (id == 0) id = more.id;
   }
-  bool is_sound() const {
-    constexpr uint32_t kMost = 1u << 25;  // per stream
-    return count[0] <= kMost && count[1] <= kMost && non_finite <= count[0] + count[1] &&
-           all_finite(&rgb[0][0], 6) && std::isfinite(alpha);
+  bool is_valid() const {
+    constexpr uint32_t kMaxSamples = 1u << 25;  // per stream
+    return count[0] <= kMaxSamples && count[1] <= kMaxSamples &&
+           non_finite <= count[0] + count[1] && all_finite(&rgb[0][0], 6) && std::isfinite(alpha);
   }
 };
 
@@ -45,14 +45,14 @@ struct Squares {
   void merge(const Squares& more) {
     for (int c = 0; c < 3; ++c) rgb[c] += more.rgb[c];
   }
-  bool is_sound() const { return all_finite(rgb); }
+  bool is_valid() const { return all_finite(rgb); }
 };
 
 struct Rays {
   uint32_t count;
   void add(const FilmSample& sample, bool) { count += sample.value.rays.total(); }
   void merge(const Rays& more) { count += more.count; }
-  bool is_sound() const { return true; }
+  bool is_valid() const { return true; }
 };
 
 struct Velocities : VelocitySums {
@@ -61,25 +61,25 @@ struct Velocities : VelocitySums {
     if (finite) merge({double(hit.velocity.x), double(hit.velocity.y), 1, hit.hit ? 1u : 0u});
   }
   void merge(const VelocitySums& more) {
-    if (more.of_surfaces > of_surfaces) static_cast<VelocitySums&>(*this) = {0.0, 0.0, 0, 1};
-    if (more.of_surfaces < of_surfaces) return;
+    if (more.surfaces_only > surfaces_only) static_cast<VelocitySums&>(*this) = {0.0, 0.0, 0, 1};
+    if (more.surfaces_only < surfaces_only) return;
     x += more.x;
     y += more.y;
     count += more.count;
   }
-  bool is_sound() const { return std::isfinite(x) && std::isfinite(y) && of_surfaces <= 1; }
+  bool is_valid() const { return std::isfinite(x) && std::isfinite(y) && surfaces_only <= 1; }
 };
 
 struct Seconds {
   float seconds;
   void merge(const Seconds& more) { seconds += more.seconds; }
-  bool is_sound() const { return std::isfinite(seconds); }
+  bool is_valid() const { return std::isfinite(seconds); }
 };
 
 struct Stop {
   PixelStop stop;
   void merge(const Stop& more) { stop = more.stop; }
-  bool is_sound() const { return stop <= PixelStop::kGoingOn; }
+  bool is_valid() const { return stop <= PixelStop::kUnfinished; }
 };
 
 struct Halves : HalfSums {
@@ -99,19 +99,19 @@ struct RowBlock {
   RowBlock(const FilmLayout&, const Part& of, const FilmPixel& at)
       : part(of), sums(sums_at<double>(of, at)), hits(&hits_at(of, at)) {}
   void add(const FilmSample& sample, bool finite) const {
-    if (!finite || (part.of_hits && !sample.value.first_hit.hit)) return;
+    if (!finite || (part.hits_only && !sample.value.first_hit.hit)) return;
     double* to = sums;
     for (const ChannelRow& row : part.rows) {
       row.add(sample, to);
       to += row.sum_count();
     }
-    if (part.of_hits) ++*hits;
+    if (part.hits_only) ++*hits;
   }
   void merge(const RowBlock& more) const {
     for (size_t i = 0; i < part.sums; ++i) sums[i] += more.sums[i];
-    if (part.of_hits) *hits += *more.hits;
+    if (part.hits_only) *hits += *more.hits;
   }
-  bool is_sound() const { return all_finite(sums, part.sums); }
+  bool is_valid() const { return all_finite(sums, part.sums); }
 };
 
 // The counters of a kCount row, or the number of a kFirstHit row.
@@ -130,7 +130,7 @@ struct NumberBlock {
       if (counts() || numbers[i] == 0) numbers[i] += more.numbers[i];
     }
   }
-  static bool is_sound() { return true; }
+  static bool is_valid() { return true; }
 };
 
 // Light by group or by layer; with kSecondHalf, of the second half of the samples only.
@@ -156,10 +156,10 @@ struct MatteBlock : CryptomatteSums {
 };
 
 // Storage that belongs to the preceding block, which adds to it, merges it and checks it.
-struct Rest {
-  Rest(const FilmLayout&, const Part&, const FilmPixel&) {}
-  static void merge(const Rest&) {}
-  static bool is_sound() { return true; }
+struct SecondaryBlock {
+  SecondaryBlock(const FilmLayout&, const Part&, const FilmPixel&) {}
+  static void merge(const SecondaryBlock&) {}
+  static bool is_valid() { return true; }
 };
 
 // ---- The table of blocks.
@@ -170,7 +170,7 @@ struct SumsType {
   SumGroup group;
   void (*add)(const FilmLayout&, const Part&, const FilmPixel&, const FilmSample&, bool finite);
   void (*merge)(const FilmLayout&, const Part&, const FilmPixel& at, const FilmPixel& more);
-  bool (*is_sound)(const FilmLayout&, const Part&, const FilmPixel&);
+  bool (*is_valid)(const FilmLayout&, const Part&, const FilmPixel&);
 };
 
 // A block as an object: constructed as a view if it is one, otherwise the stored object.
@@ -196,8 +196,8 @@ constexpr SumsType type_of_block(size_t (*bytes)(const FilmContents&),
                   const FilmPixel& more) {
     block_at<Block>(layout, part, at).merge(block_at<Block>(layout, part, more));
   };
-  type.is_sound = [](const FilmLayout& layout, const Part& part, const FilmPixel& at) {
-    return block_at<Block>(layout, part, at).is_sound();
+  type.is_valid = [](const FilmLayout& layout, const Part& part, const FilmPixel& at) {
+    return block_at<Block>(layout, part, at).is_valid();
   };
   return type;
 }
@@ -233,22 +233,22 @@ constexpr SumsType kTypes[] = {
     }),
     type_of_block<Rays>([](const FilmContents& c) { return c.extras.rays ? sizeof(Rays) : 0; }),
     with_group<SumGroup::kSurface>(),
-    with_group<SumGroup::kPlace>(),
+    with_group<SumGroup::kPositionUv>(),
     with_channel<Aov::kVelocity, Velocities>(),
     with_group<SumGroup::kClamped>(),
     with_channel<Aov::kTime, Seconds>(),
     with_channel<Aov::kStop, Stop>(),
     type_of_block<LightBlock<&FilmSample::lights>, float>(group_bytes),
-    type_of_block<Rest, float>(group_bytes),
+    type_of_block<SecondaryBlock, float>(group_bytes),
     type_of_block<LightBlock<&FilmSample::layers>, float>(layer_bytes),
-    type_of_block<Rest, float>(layer_bytes),
+    type_of_block<SecondaryBlock, float>(layer_bytes),
     with_group<SumGroup::kShadow>(),
     with_channel<Aov::kDenoising, Halves>(),
     type_of_block<LightBlock<&FilmSample::lights, true>, float>(half_light_bytes),
-    type_of_block<Rest, float>(half_light_bytes),
+    type_of_block<SecondaryBlock, float>(half_light_bytes),
     type_of_block<MatteBlock, uint32_t>(
         [](const FilmContents& c) { return CryptomatteSums::id_bytes(c.extras); }),
-    type_of_block<Rest, double>(
+    type_of_block<SecondaryBlock, double>(
         [](const FilmContents& c) { return CryptomatteSums::weight_bytes(c.extras); }),
 };
 static_assert(std::size(kTypes) == kNamedSums);
@@ -259,9 +259,9 @@ void set_rows(std::span<const ChannelRow> rows, Part& part) {
   part.rows = rows;
   for (const ChannelRow& row : rows) {
     part.sums += row.sum_count();
-    part.of_hits = part.of_hits || row.is_of_hits();
+    part.hits_only = part.hits_only || row.is_of_hits();
   }
-  part.bytes = sizeof(double) * (part.sums + (part.of_hits ? 1 : 0));
+  part.bytes = sizeof(double) * (part.sums + (part.hits_only ? 1 : 0));
 }
 
 Part make_part(Sums block, const FilmContents& contents) {
@@ -277,7 +277,7 @@ Part make_part(Sums block, const FilmContents& contents) {
 
 // The part of a row that shares no sums; 0 bytes if the row has none.
 Part part_of_row(const ChannelRow& row) {
-  Part part{.block = Sums::kOfRow};
+  Part part{.block = Sums::kRow};
   if (row.add && row.group == SumGroup::kNone) set_rows({&row, 1}, part);
   if (row.count) {
     part.rows = {&row, 1};
@@ -287,7 +287,7 @@ Part part_of_row(const ChannelRow& row) {
 }
 
 const SumsType& type_of(const Part& part) {
-  if (part.block != Sums::kOfRow) return kTypes[size_t(part.block)];
+  if (part.block != Sums::kRow) return kTypes[size_t(part.block)];
   return part.sums > 0 ? kSumsOfRow : kNumbersOfRow;
 }
 
@@ -303,12 +303,12 @@ FilmLayout::FilmLayout(const FilmContents& contents) : contents_(contents) {
   for (const size_t alignment : {alignof(double), alignof(float), alignof(PixelStop)}) {
     for (Part& part : parts_) {
       if (type_of(part).alignment != alignment) continue;
-      part.place = size_t(&part - parts_.data());
+      part.index = size_t(&part - parts_.data());
       part.offset = bytes_;
       bytes_ += part.bytes;
     }
   }
-  std::ranges::copy_if(parts_, std::back_inserter(added_), [](const Part& part) {
+  std::ranges::copy_if(parts_, std::back_inserter(sampled_parts_), [](const Part& part) {
     return part.bytes > 0 && type_of(part).add != nullptr;
   });
 }
@@ -326,7 +326,7 @@ FilmLayout::RowSums FilmLayout::sums_of(const ChannelRow& row) const {
 }
 
 void FilmLayout::add(const FilmPixel& at, const FilmSample& sample, bool finite) const {
-  for (const Part& part : added_) type_of(part).add(*this, part, at, sample, finite);
+  for (const Part& part : sampled_parts_) type_of(part).add(*this, part, at, sample, finite);
 }
 
 void FilmLayout::merge(const FilmPixel& at, const FilmPixel& more) const {
@@ -335,27 +335,27 @@ void FilmLayout::merge(const FilmPixel& at, const FilmPixel& more) const {
   }
 }
 
-bool FilmLayout::is_sound(const FilmPixel& at) const {
+bool FilmLayout::is_valid(const FilmPixel& at) const {
   return std::ranges::all_of(parts_, [&](const Part& part) {
-    return part.bytes == 0 || type_of(part).is_sound(*this, part, at);
+    return part.bytes == 0 || type_of(part).is_valid(*this, part, at);
   });
 }
 
 void FilmLayout::prefetch(const FilmPixel& at) const {
-  constexpr size_t kLine = 64;
+  constexpr size_t kCacheLine = 64;
   const auto prefetch_block = [&](const Part& part) {
     const std::byte* const first = sums_at<std::byte>(part, at);
-    for (size_t i = 0; i < part.bytes; i += kLine) __builtin_prefetch(first + i, 1);
+    for (size_t i = 0; i < part.bytes; i += kCacheLine) __builtin_prefetch(first + i, 1);
     __builtin_prefetch(first + part.bytes - 1, 1);
   };
   prefetch_block(part(Sums::kPixel));
-  std::ranges::for_each(added_, prefetch_block);
+  std::ranges::for_each(sampled_parts_, prefetch_block);
 }
 
 LightGroupSums lights_at(const FilmLayout& layout, Sums block, const FilmPixel& at) {
   const FilmLayout::Part& sums = layout.part(block);
-  const FilmLayout::Part& rests = layout.part(Sums(size_t(block) + 1));
-  return {sums_at<float>(sums, at), sums_at<float>(rests, at),
+  const FilmLayout::Part& remainders = layout.part(Sums(size_t(block) + 1));
+  return {sums_at<float>(sums, at), sums_at<float>(remainders, at),
           int(sums.bytes / sizeof(float[3])) - 1};
 }
 

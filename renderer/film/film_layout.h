@@ -32,7 +32,7 @@ struct PixelSums {
 struct VelocitySums {
   double x, y;
   uint32_t count;
-  uint32_t of_surfaces;  // 1 if the sums are over surfaces, else 0
+  uint32_t surfaces_only;  // 1 if the sums are over surfaces, else 0
 };
 
 // The channels and extras of a film.
@@ -47,29 +47,29 @@ enum class Sums : uint8_t {
   kSquares,  // double[3]: of weighted R G B
   kRays,     // uint32_t: rays traced for the pixel
   kSurface,  // the sums of a SumGroup
-  kPlace,
+  kPositionUv,
   kVelocity,  // VelocitySums
   kClamped,
   kSeconds,  // float
   kStop,     // PixelStop
   kLights,   // LightGroupSums, in two blocks
-  kLightRests,
+  kLightRemainders,
   kLayers,  // LightGroupSums of PathLayers
-  kLayerRests,
+  kLayerRemainders,
   kShadow,
   kHalves,      // HalfSums
   kHalfLights,  // LightGroupSums of the second half of the samples
-  kHalfLightRests,
+  kHalfLightRemainders,
   kMattes,  // CryptomatteSums, in two blocks
   kMatteWeights,
-  kOfRow,  // sums or counters (uint32_t) of a row that shares none; any number of blocks
+  kRow,  // sums or counters (uint32_t) of a row that shares none; any number of blocks
 };
-inline constexpr size_t kNamedSums = size_t(Sums::kOfRow);
+inline constexpr size_t kNamedSums = size_t(Sums::kRow);
 
 // A pixel of a film: its index, and the start of each part's plane.
 struct FilmPixel {
   std::byte* const* planes;
-  size_t number;
+  size_t index;
 };
 
 class FilmLayout {
@@ -78,14 +78,14 @@ class FilmLayout {
 
   struct Part {
     Sums block = Sums::kPixel;
-    size_t place = 0;   // index among the parts
+    size_t index = 0;   // index among the parts
     size_t bytes = 0;   // per pixel; 0: the film lacks the part
     size_t offset = 0;  // bytes per pixel of the preceding planes
-    // For a SumGroup and kOfRow: the rows, their number of sums, and whether only samples that hit
+    // For a SumGroup and kRow: the rows, their number of sums, and whether only samples that hit
     // a surface count. If so, the number of those samples (uint32_t) follows the sums.
     std::span<const ChannelRow> rows = {};
     size_t sums = 0;
-    bool of_hits = false;
+    bool hits_only = false;
   };
   const FilmContents& contents() const { return contents_; }
   // In the order of Sums, including parts that the film lacks.
@@ -106,20 +106,20 @@ class FilmLayout {
   // Adds another film's sums of the pixel; both have the same layout.
   void merge(const FilmPixel& at, const FilmPixel& more) const;
   // Whether samples can have produced these sums: finite, and within the limits of the arithmetic.
-  bool is_sound(const FilmPixel& at) const;
+  bool is_valid(const FilmPixel& at) const;
   // Prefetches a pixel's memory ahead of add().
   void prefetch(const FilmPixel& at) const;
 
  private:
   FilmContents contents_;
   std::vector<Part> parts_;
-  std::vector<Part> added_;  // parts that take samples, except PixelSums
+  std::vector<Part> sampled_parts_;  // parts that take samples, except PixelSums
   size_t bytes_ = 0;
 };
 
 template <class T>
 T* sums_at(const FilmLayout::Part& part, const FilmPixel& at) {
-  return reinterpret_cast<T*>(at.planes[part.place] + part.bytes * at.number);
+  return reinterpret_cast<T*>(at.planes[part.index] + part.bytes * at.index);
 }
 // The number of samples in a part that counts only samples that hit a surface.
 inline uint32_t& hits_at(const FilmLayout::Part& part, const FilmPixel& at) {

@@ -129,7 +129,7 @@ std::array<float, 3> PixelFilter::shares_1d(float x) const {
 SampleShares PixelFilter::shares(const Vec2f& offset) const {
   const std::array<float, 3> across = shares_1d(offset.x), down = shares_1d(offset.y);
   SampleShares shares;
-  for (size_t k = 0; k < kSharing; ++k) shares[k] = across[k % 3] * down[k / 3];
+  for (size_t k = 0; k < kSharedPixels; ++k) shares[k] = across[k % 3] * down[k / 3];
   return shares;
 }
 

@@ -11,8 +11,8 @@ namespace emberline {
 // Sums and squares of finite radiance may exceed float, and sums from a foreign checkpoint even
 // double, but what is written must be finite (law 4). NaN becomes 0.
 inline float to_finite_float(double x) {
-  constexpr double kMost = std::numeric_limits<float>::max();
-  return std::isnan(x) ? 0.0f : float(std::clamp(x, -kMost, kMost));
+  constexpr double kMaxFloat = std::numeric_limits<float>::max();
+  return std::isnan(x) ? 0.0f : float(std::clamp(x, -kMaxFloat, kMaxFloat));
 }
 
 template <class Values>

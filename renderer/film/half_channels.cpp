@@ -18,7 +18,7 @@ static_assert(std::size(kNames) == 3 + kFeatureValues);
 double per(uint32_t count) { return count > 0 ? 1.0 / count : 0.0; }
 
 // The shown value minus the mean of the samples.
-std::array<double, 3> shift_of(const FilmTile& tile, size_t i) {
+std::array<double, 3> override_offset(const FilmTile& tile, size_t i) {
   const PixelSums& sums = tile.sums(i);
   float rgba[4];
   tile.rgba(tile.rect().x_of(i), tile.rect().y_of(i), rgba);
@@ -38,7 +38,7 @@ std::vector<PictureChannel> half_channels() {
   for (const std::string half : kHalfNames) {
     for (const char* name : kNames) channels.push_back({half + "." + name});
     channels.push_back({half + ".samples", ChannelType::kUint});
-    for (size_t k = 0; k < kSharing; ++k) {
+    for (size_t k = 0; k < kSharedPixels; ++k) {
       for (const char* c : {"R", "G", "B", "A"}) {
         channels.push_back({fmt::format("{}.shared.{}.{}", half, k, c)});
       }
@@ -49,7 +49,7 @@ std::vector<PictureChannel> half_channels() {
 
 void put_halves(const FilmTile& tile, size_t i, float* values) {
   const PixelSums& sums = tile.sums(i);
-  const std::array<double, 3> shift = shift_of(tile, i);
+  const std::array<double, 3> shift = override_offset(tile, i);
   for (int half = 0; half < 2; ++half) {
     const double scale = per(sums.count[half]);
     for (size_t c = 0; c < 3; ++c) {

@@ -17,12 +17,12 @@ std::array<float, kFeatureValues> values_of(const DenoiserFeatures& features) {
 
 // Adds four values. No lane becomes NaN, since all sums stay finite.
 void add_finite(Color4 more, float* sums) {
-  constexpr float kMost = std::numeric_limits<float>::max();
+  constexpr float kMaxFloat = std::numeric_limits<float>::max();
   Color4 sum;
   std::memcpy(&sum, sums, sizeof sum);
   sum += more;
-  sum = sum > kMost ? splat4(kMost) : sum;
-  sum = sum < -kMost ? splat4(-kMost) : sum;
+  sum = sum > kMaxFloat ? splat4(kMaxFloat) : sum;
+  sum = sum < -kMaxFloat ? splat4(-kMaxFloat) : sum;
   std::memcpy(sums, &sum, sizeof sum);
 }
 
@@ -37,7 +37,7 @@ void HalfSums::add_features(int half, const DenoiserFeatures& more) {
 
 void HalfSums::add_shares(int half, const Rgb& radiance, const SampleShares& shares) {
   const Color4 value = color4(radiance, 1.0f);
-  for (size_t k = 0; k < kSharing; ++k) add_finite(value * shares[k], &shared[half][4 * k]);
+  for (size_t k = 0; k < kSharedPixels; ++k) add_finite(value * shares[k], &shared[half][4 * k]);
 }
 
 void HalfSums::merge(const HalfSums& more) {
@@ -51,7 +51,7 @@ void HalfSums::merge(const HalfSums& more) {
   }
 }
 
-bool HalfSums::is_sound() const {
+bool HalfSums::is_valid() const {
   return all_finite(features[0]) && all_finite(features[1]) && all_finite(shared[0]) &&
          all_finite(shared[1]);
 }

@@ -11,8 +11,8 @@
 
 namespace emberline {
 
-// R G B and the weight, for each of the kSharing pixels.
-inline constexpr size_t kSharedValues = 4 * kSharing;
+// R G B and the weight, for each of the kSharedPixels pixels.
+inline constexpr size_t kSharedValues = 4 * kSharedPixels;
 
 struct HalfSums {
   // Sums over the samples of each half, in the order of DenoiserFeatures.
@@ -24,7 +24,7 @@ struct HalfSums {
   void add_features(int half, const DenoiserFeatures& more);
   void add_shares(int half, const Rgb& radiance, const SampleShares& shares);
   void merge(const HalfSums& more);
-  bool is_sound() const;
+  bool is_valid() const;
 };
 
 }  // namespace emberline

@@ -13,7 +13,7 @@
 namespace emberline {
 namespace {
 
-constexpr float kMost = std::numeric_limits<float>::max();
+constexpr float kMaxFloat = std::numeric_limits<float>::max();
 
 Color4 load4(const float* p) {
   Color4 four;
@@ -33,19 +33,20 @@ void LightGroupSums::add_to(size_t at, Color4 value) {
   // Dekker's for a large and a small number: the pair holds the sum of any two values.
   const Color4 rounded = sum + value;
   const Color4 of_value = rounded - sum;
-  const Color4 left_out = (sum - (rounded - of_value)) + (value - of_value) + load3(&rests_[at]);
-  Color4 total = rounded + left_out;
-  Color4 rest = left_out - (total - rounded);
-  if (!(std::abs(total[0] + total[1] + total[2]) <= kMost)) [[unlikely]] {
+  const Color4 roundoff =
+      (sum - (rounded - of_value)) + (value - of_value) + load3(&remainders_[at]);
+  Color4 total = rounded + roundoff;
+  Color4 remainder = roundoff - (total - rounded);
+  if (!(std::abs(total[0] + total[1] + total[2]) <= kMaxFloat)) [[unlikely]] {
     // Finite samples may add up to more than a float can hold.
     for (int c = 0; c < 3; ++c) {
-      if (std::abs(total[c]) <= kMost) continue;
-      total[c] = std::clamp(rounded[c], -kMost, kMost);
-      rest[c] = 0.0f;
+      if (std::abs(total[c]) <= kMaxFloat) continue;
+      total[c] = std::clamp(rounded[c], -kMaxFloat, kMaxFloat);
+      remainder[c] = 0.0f;
     }
   }
   store3(total, &sums_[at]);
-  store3(rest, &rests_[at]);
+  store3(remainder, &remainders_[at]);
 }
 
 void LightGroupSums::add(float filter_weight, float alpha, const LightGroupValues* values,
@@ -57,7 +58,7 @@ void LightGroupSums::add(float filter_weight, float alpha, const LightGroupValue
   });
 }
 
-void LightGroupSums::show(std::span<const Rgb> means) {
+void LightGroupSums::set_override(std::span<const Rgb> means) {
   assert(means.size() == size_t(groups_) && sums_[0] == 0.0f);
   sums_[0] = 1.0f;
   for (size_t g = 0; g < means.size(); ++g) std::copy_n(&means[g].x, 3, &sums_[3 * (g + 1)]);
@@ -66,29 +67,29 @@ void LightGroupSums::show(std::span<const Rgb> means) {
 void LightGroupSums::merge(const LightGroupSums& more) {
   assert(more.groups_ == groups_);
   for (size_t at = 0; at < size(); at += 3) {
-    add_to(at, load3(&more.rests_[at]));
+    add_to(at, load3(&more.remainders_[at]));
     add_to(at, load3(&more.sums_[at]));
   }
 }
 
-bool LightGroupSums::is_sound() const {
-  return all_finite(sums_, size()) && all_finite(rests_, size()) &&
+bool LightGroupSums::is_valid() const {
+  return all_finite(sums_, size()) && all_finite(remainders_, size()) &&
          (sums_[0] == 0.0f || sums_[0] >= 1.0f);
 }
 
 std::array<double, 3> LightGroupSums::sum(int group) const {
   const size_t at = 3 * (size_t(group) + 1);
-  return {whole(at), whole(at + 1), whole(at + 2)};
+  return {compensated_sum(at), compensated_sum(at + 1), compensated_sum(at + 2)};
 }
 
 Rgb LightGroupSums::mean(int group) const {
-  const double samples = whole(0), scale = samples > 0 ? 1.0 / samples : 0.0;
+  const double samples = compensated_sum(0), scale = samples > 0 ? 1.0 / samples : 0.0;
   const std::array<double, 3> total = sum(group);
   return {to_finite_float(total[0] * scale), to_finite_float(total[1] * scale),
           to_finite_float(total[2] * scale)};
 }
 
-void LightGroupSums::relit(const LightMix& mix, float* rgba) const {
+void LightGroupSums::relight_pixel(const LightMix& mix, float* rgba) const {
   assert(mix.size() == size_t(groups_));
   const float* sums = sums_;
   const float scale = sums[0] > 0.0f ? 1.0f / sums[0] : 0.0f;
@@ -99,7 +100,7 @@ void LightGroupSums::relit(const LightMix& mix, float* rgba) const {
     // The fourth float belongs to the next group and is ignored.
     sum = fma(load4(sums) * splat4(scale), mix.data()[group], sum);
   }
-  for (int c = 0; c < 3; ++c) rgba[c] = std::clamp(sum[c], -kMost, kMost);
+  for (int c = 0; c < 3; ++c) rgba[c] = std::clamp(sum[c], -kMaxFloat, kMaxFloat);
   rgba[3] = alpha;
 }
 

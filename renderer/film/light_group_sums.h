@@ -25,23 +25,23 @@ class LightMix;
 // A view of a pixel's sums, which its film owns.
 class LightGroupSums {
  public:
-  // `sums` and `rests` each point at half of bytes_per_pixel(groups). With -1 groups nothing is
-  // kept; with 0 no light is recorded, but relighting works.
-  LightGroupSums(float* sums, float* rests, int groups)
-      : sums_(sums), rests_(rests), groups_(groups) {}
+  // `sums` and `remainders` each point at half of bytes_per_pixel(groups). With -1 groups nothing
+  // is kept; with 0 no light is recorded, but relighting works.
+  LightGroupSums(float* sums, float* remainders, int groups)
+      : sums_(sums), remainders_(remainders), groups_(groups) {}
   static size_t bytes_per_pixel(int groups) { return 2 * 3 * size_t(groups + 1) * sizeof(float); }
 
   int groups() const { return groups_; }
-  // The sums of the pixel with an index higher by `further` in the same film.
-  LightGroupSums of_pixel(size_t further) const {
-    return {sums_ + further * size(), rests_ + further * size(), groups_};
+  // The sums of the pixel with an index higher by `offset` in the same film.
+  LightGroupSums at_offset(size_t offset) const {
+    return {sums_ + offset * size(), remainders_ + offset * size(), groups_};
   }
 
   // Adds a sample: the lane's values (null: no light) and alpha, times the pixel filter's weight. A
   // pixel's samples have one owner and come in index order.
   void add(float filter_weight, float alpha, const LightGroupValues* values, int lane);
   // Sets the means of a pixel without samples.
-  void show(std::span<const Rgb> means);
+  void set_override(std::span<const Rgb> means);
   // Adds another film's sums of the pixel.
   void merge(const LightGroupSums& more);
 
@@ -50,18 +50,18 @@ class LightGroupSums {
   std::array<double, 3> sum(int group) const;
   // R G B A of the pixel with each group times its weight; see relight() in light_mix.h. Reads one
   // float beyond the pixel's sums.
-  void relit(const LightMix& mix, float* rgba) const;
+  void relight_pixel(const LightMix& mix, float* rgba) const;
   // Whether the sums are finite and the sample count is 0 or at least 1.
-  bool is_sound() const;
+  bool is_valid() const;
 
  private:
   // (samples, alpha, unused), then R G B of each group.
   size_t size() const { return 3 * size_t(groups_ + 1); }
   void add_to(size_t at, Color4 value);
-  double whole(size_t at) const { return double(sums_[at]) + double(rests_[at]); }
+  double compensated_sum(size_t at) const { return double(sums_[at]) + double(remainders_[at]); }
 
   float* sums_;
-  float* rests_;  // the remainders
+  float* remainders_;  // the remainders
   int groups_;
 };
 

@@ -16,7 +16,7 @@
 namespace emberline {
 
 // One bit each in a 64-bit word.
-inline constexpr int kMostLightGroups = 64;
+inline constexpr int kMaxLightGroups = 64;
 
 class LightGroupValues {
  public:

@@ -7,13 +7,13 @@
 
 namespace emberline {
 
-LightMix::LightMix(std::span<const Rgb> weights, Of of) : of_(of) {
+LightMix::LightMix(std::span<const Rgb> weights, Source source) : source_(source) {
   weights_.reserve(weights.size());
   for (const Rgb& weight : weights) weights_.push_back(color4(weight));
 }
 
 LightGroupSums LightMix::sums(const FilmTile& film, size_t pixel) const {
-  return of_ == Of::kLights ? film.lights(pixel) : film.layers(pixel);
+  return source_ == Source::kLights ? film.lights(pixel) : film.layers(pixel);
 }
 
 void relight(const FilmTile& film, const LightMix& mix, std::span<float> rgba) {
@@ -23,7 +23,7 @@ void relight(const FilmTile& film, const LightMix& mix, std::span<float> rgba) {
   const LightGroupSums first = mix.sums(film, 0);
   constexpr size_t kGrain = 4096;  // about 15 us
   parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) first.of_pixel(i).relit(mix, &rgba[4 * i]);
+    for (size_t i = begin; i < end; ++i) first.at_offset(i).relight_pixel(mix, &rgba[4 * i]);
   });
 }
 

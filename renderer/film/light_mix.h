@@ -17,9 +17,9 @@ class LightGroupSums;
 // Weights of the light groups or of the light-path layers.
 class LightMix {
  public:
-  enum class Of { kLights, kPaths };
+  enum class Source { kLights, kPaths };
   // weights[g] is the weight of group g, finite; there is one for each group of the film.
-  explicit LightMix(std::span<const Rgb> weights, Of of = Of::kLights);
+  explicit LightMix(std::span<const Rgb> weights, Source source = Source::kLights);
 
   LightGroupSums sums(const FilmTile& film, size_t pixel) const;
 
@@ -28,13 +28,13 @@ class LightMix {
 
  private:
   std::vector<Color4> weights_;
-  Of of_;
+  Source source_;
 };
 
 // Writes R G B A of every pixel of a film with light groups, interleaved, rows from its top: the
 // weighted sum of the groups' means, and the alpha of the samples; finite, black without samples.
-// Ignores the values of FilmTile::show(). With all weights 1 the result equals the film's own
-// picture to a relative 1e-5, since each group rounds separately. Uses the calling thread's TBB
+// Ignores the values of FilmTile::set_override(). With all weights 1 the result equals the film's
+// own picture to a relative 1e-5, since each group rounds separately. Uses the calling thread's TBB
 // arena; the bits do not depend on it.
 void relight(const FilmTile& film, const LightMix& mix, std::span<float> rgba);
 

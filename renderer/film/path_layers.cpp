@@ -9,11 +9,11 @@ Aov aov_of(PathLayer layer) {
 }
 
 PathLayers::PathLayers(const AovSet& aovs) {
-  places_.fill(kPathLayers);
+  indices_.fill(kPathLayers);
   for (size_t i = 0; i < kPathLayers; ++i) {
     const auto layer = static_cast<PathLayer>(i);
     if (!aovs.contains(aov_of(layer))) continue;
-    places_[i] = uint32_t(list_.size());
+    indices_[i] = uint32_t(list_.size());
     list_.push_back(layer);
   }
 }

@@ -33,11 +33,11 @@ class PathLayers {
   bool empty() const { return list_.empty(); }
   int size() const { return int(list_.size()); }
   // Index in the list; kPathLayers if the film lacks the layer.
-  uint32_t place_of(PathLayer layer) const { return places_[size_t(layer)]; }
+  uint32_t index_of(PathLayer layer) const { return indices_[size_t(layer)]; }
 
  private:
   std::vector<PathLayer> list_;
-  std::array<uint32_t, kPathLayers> places_;
+  std::array<uint32_t, kPathLayers> indices_;
 };
 
 }  // namespace emberline

@@ -8,7 +8,7 @@ namespace emberline {
 
 // Weights for the sample's own pixel and its eight neighbours, row by row from the upper left; see
 // PixelFilter::shares().
-inline constexpr size_t kSharing = 9;
-using SampleShares = std::array<float, kSharing>;
+inline constexpr size_t kSharedPixels = 9;
+using SampleShares = std::array<float, kSharedPixels>;
 
 }  // namespace emberline

@@ -20,9 +20,9 @@ struct FirstHit {
   Vec2f uv = Vec2f(0.0f);        // TEXCOORD_0, V upwards; 0 if absent
   float roughness = 0.0f;        // as in glTF
   float metallic = 0.0f;
-  float openness = 0.0f;  // of the hemisphere above the surface; 0 or 1 per sample
-  uint32_t id = 0;        // 1 + instance index; 0: no hit
-  uint32_t material = 0;  // 1 + material index
+  float ambient_visibility = 0.0f;  // of the hemisphere above the surface; 0 or 1 per sample
+  uint32_t id = 0;                  // 1 + instance index; 0: no hit
+  uint32_t material = 0;            // 1 + material index
   // Pixels per frame, to the right and up; finite. The background's velocity if nothing was hit.
   Vec2f velocity = Vec2f(0.0f);
 };
@@ -63,7 +63,7 @@ struct DenoiserFeatures {
   // 1 if the sampled light is visible from the surface.
   float visibility = 0.0f;
 
-  static constexpr float kMostNearness = 1e6f;
+  static constexpr float kMaxNearness = 1e6f;
 };
 inline constexpr size_t kFeatureValues = 8;  // the values above, in this order
 bool is_finite(const DenoiserFeatures& features);

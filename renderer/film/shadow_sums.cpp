@@ -30,19 +30,19 @@ bool is_finite(const CatcherSample& sample) {
 
 void add_shadow(const FilmSample& sample, double* sums) {
   if (!sample.catcher) return;
-  const CatcherSample& seen = *sample.catcher;
+  const CatcherSample& catcher_sample = *sample.catcher;
   for (int c = 0; c < 3; ++c) {
-    sums[kReceived + size_t(c)] += double(seen.received[c] * sample.filter_weight);
-    sums[kUnshadowed + size_t(c)] += double(seen.unshadowed[c] * sample.filter_weight);
+    sums[kReceived + size_t(c)] += double(catcher_sample.received[c] * sample.filter_weight);
+    sums[kUnshadowed + size_t(c)] += double(catcher_sample.unshadowed[c] * sample.filter_weight);
   }
-  sums[kCatcher] += double(seen.catcher * sample.filter_weight);
-  sums[kHidden] += double(seen.hidden * sample.filter_weight);
-  sums[kBackground] += double(seen.background * sample.filter_weight);
+  sums[kCatcher] += double(catcher_sample.catcher * sample.filter_weight);
+  sums[kHidden] += double(catcher_sample.hidden * sample.filter_weight);
+  sums[kBackground] += double(catcher_sample.background * sample.filter_weight);
 }
 
 void put_shadow(const double* sums, float* rgb) {
-  const double shows = sums[kCatcher] + sums[kBackground];
-  const double share = shows > 0.0 ? std::clamp(sums[kCatcher] / shows, 0.0, 1.0) : 0.0;
+  const double visible = sums[kCatcher] + sums[kBackground];
+  const double share = visible > 0.0 ? std::clamp(sums[kCatcher] / visible, 0.0, 1.0) : 0.0;
   for (size_t c = 0; c < 3; ++c) {
     const double lit = ratio(sums[kReceived + c], sums[kUnshadowed + c]);
     rgb[c] = to_finite_float(1.0 - share * (1.0 - lit));

@@ -13,9 +13,9 @@ namespace emberline {
 namespace {
 
 // A neighbour with less than this share of the pixel's samples may add more noise than it removes.
-constexpr float kFewer = 0.5f;
+constexpr float kMinSampleRatio = 0.5f;
 // The weights' expectation is 1, but negative filter lobes may leave less.
-constexpr float kLeastWeight = 0.25f;
+constexpr float kMinWeight = 0.25f;
 
 constexpr size_t kSums = 3;  // R G B, which replace kSharedValues
 
@@ -25,7 +25,7 @@ std::string shared_name(const std::string& half, const char* channel) {
 
 }  // namespace
 
-std::vector<std::string> with_shared_sums(std::span<const std::string> channels) {
+std::vector<std::string> resolved_channel_names(std::span<const std::string> channels) {
   std::vector<std::string> names;
   for (size_t c = 0; c < channels.size(); ++c) {
     const auto half = std::ranges::find_if(
@@ -40,38 +40,39 @@ std::vector<std::string> with_shared_sums(std::span<const std::string> channels)
   return names;
 }
 
-SharedRows::SharedRows(const Rect& crop, std::span<const std::string> channels, Read read)
+ShareResolver::ShareResolver(const Rect& crop, std::span<const std::string> channels, Read read)
     : crop_(crop), channels_(channels.size()), read_(std::move(read)) {
-  const auto place_of = [&](const std::string& name) {
+  const auto index_of = [&](const std::string& name) {
     return size_t(std::ranges::find(channels, name) - channels.begin());
   };
   for (const std::string half : kHalfNames) {
-    const size_t shared = place_of(shared_name(half, "0.R"));
+    const size_t shared = index_of(shared_name(half, "0.R"));
     if (shared == channels.size()) continue;
-    halves_.push_back({place_of(half + ".R"), place_of(half + ".samples"), shared});
+    halves_.push_back({index_of(half + ".R"), index_of(half + ".samples"), shared});
     assert(halves_.back().own < shared && halves_.back().samples < shared);
     assert(shared + kSharedValues <= channels.size());
   }
 }
 
-void SharedRows::read(const Rect& rows, std::vector<float>& pixels) {
+void ShareResolver::read(const Rect& rows, std::vector<float>& pixels) {
   if (halves_.empty()) return read_(rows, pixels);
-  const Rect around = Rect{rows.x0, rows.y0 - 1, rows.x1, rows.y1 + 1}.intersect(crop_);
-  read_(around, films_);
-  const size_t left = channels_ - halves_.size() * (kSharedValues - kSums);
-  pixels.resize(size_t(rows.area()) * left);
+  const Rect padded_rows = Rect{rows.x0, rows.y0 - 1, rows.x1, rows.y1 + 1}.intersect(crop_);
+  read_(padded_rows, input_rows_);
+  const size_t resolved_channels = channels_ - halves_.size() * (kSharedValues - kSums);
+  pixels.resize(size_t(rows.area()) * resolved_channels);
   parallel_each(size_t(rows.height()), [&](size_t row) {
-    sum_row(around, rows.y0 + int(row), &pixels[row * size_t(rows.width()) * left]);
+    sum_row(padded_rows, rows.y0 + int(row),
+            &pixels[row * size_t(rows.width()) * resolved_channels]);
   });
 }
 
-void SharedRows::sum_row(const Rect& around, int y, float* to) const {
-  const size_t row_stride = size_t(around.width()) * channels_;
-  const float* pixel = &films_[size_t(y - around.y0) * row_stride];
+void ShareResolver::sum_row(const Rect& padded_rows, int y, float* to) const {
+  const size_t row_stride = size_t(padded_rows.width()) * channels_;
+  const float* pixel = &input_rows_[size_t(y - padded_rows.y0) * row_stride];
   for (int x = crop_.x0; x < crop_.x1; ++x, pixel += channels_) {
     const bool inside = x > crop_.x0 && x + 1 < crop_.x1 && y > crop_.y0 && y + 1 < crop_.y1;
     size_t c = 0;
-    for (const HalfPlaces& half : halves_) {
+    for (const HalfChannels& half : halves_) {
       to = std::copy(pixel + c, pixel + half.shared, to);
       put_sums(pixel, row_stride, inside, half, to);
       to += kSums;
@@ -81,32 +82,33 @@ void SharedRows::sum_row(const Rect& around, int y, float* to) const {
   }
 }
 
-void SharedRows::put_sums(const float* pixel, size_t row_stride, bool inside,
-                          const HalfPlaces& half, float* to) const {
+void ShareResolver::put_sums(const float* pixel, size_t row_stride, bool inside,
+                             const HalfChannels& half, float* to) const {
   std::copy_n(pixel + half.own, kSums, to);
   if (!inside) return;
-  const float least = kFewer * pixel[half.samples];
+  const float min_count = kMinSampleRatio * pixel[half.samples];
   float sum[4] = {};
-  for (size_t k = 0; k < kSharing; ++k) {
+  for (size_t k = 0; k < kSharedPixels; ++k) {
     // The neighbour whose k-th share is for this pixel.
     const float* from = pixel + row_stride + channels_ - k / 3 * row_stride - k % 3 * channels_;
     const float count = from[half.samples];
-    if (count < least || count <= 0.0f) return;
+    if (count < min_count || count <= 0.0f) return;
     const float* shared = from + half.shared + 4 * k;
     for (size_t c = 0; c < 4; ++c) sum[c] += shared[c];
   }
-  if (!(sum[3] >= kLeastWeight)) return;
+  if (!(sum[3] >= kMinWeight)) return;
   for (size_t c = 0; c < kSums; ++c) {
     const float value = sum[c] / sum[3];
     if (std::isfinite(value)) to[c] = value;
   }
 }
 
-void sum_shared(const Rect& crop, std::vector<std::string>& channels, std::vector<float>& pixels) {
-  std::vector<std::string> names = with_shared_sums(channels);
+void resolve_shares(const Rect& crop, std::vector<std::string>& channels,
+                    std::vector<float>& pixels) {
+  std::vector<std::string> names = resolved_channel_names(channels);
   if (names == channels) return;
-  SharedRows sums(crop, channels, [&](const Rect& rows, std::vector<float>& part) {
-    part = take_rect(pixels, crop, rows);
+  ShareResolver sums(crop, channels, [&](const Rect& rows, std::vector<float>& part) {
+    part = extract_rect(pixels, crop, rows);
   });
   constexpr int kRows = 64;
   std::vector<float> summed, part;

@@ -16,35 +16,36 @@
 namespace emberline {
 
 // The channel names after summing; channels without shares keep theirs.
-std::vector<std::string> with_shared_sums(std::span<const std::string> channels);
+std::vector<std::string> resolved_channel_names(std::span<const std::string> channels);
 
 // Computes rows of a frame with the sums, from rows of its films.
-class SharedRows {
+class ShareResolver {
  public:
   // Reads rows of the crop with all of `channels`, interleaved. Some rows are read more than once.
   using Read = std::function<void(const Rect& rows, std::vector<float>& pixels)>;
-  SharedRows(const Rect& crop, std::span<const std::string> channels, Read read);
+  ShareResolver(const Rect& crop, std::span<const std::string> channels, Read read);
 
-  // Rows of the crop, with the channels of with_shared_sums(). A pixel at the crop's border, or
-  // with a neighbour that has far fewer samples, gets the mean of its own samples. Uses the calling
-  // thread's TBB arena; one call at a time.
+  // Rows of the crop, with the channels of resolved_channel_names(). A pixel at the crop's border,
+  // or with a neighbour that has far fewer samples, gets the mean of its own samples. Uses the
+  // calling thread's TBB arena; one call at a time.
   void read(const Rect& rows, std::vector<float>& pixels);
 
  private:
-  struct HalfPlaces {
+  struct HalfChannels {
     size_t own, samples, shared;  // indices of channels
   };
-  void sum_row(const Rect& around, int y, float* to) const;
-  void put_sums(const float* pixel, size_t row_stride, bool inside, const HalfPlaces& half,
+  void sum_row(const Rect& padded_rows, int y, float* to) const;
+  void put_sums(const float* pixel, size_t row_stride, bool inside, const HalfChannels& half,
                 float* to) const;
 
   const Rect crop_;
   const size_t channels_;
   const Read read_;
-  std::vector<HalfPlaces> halves_;  // in channel order; empty: nothing to sum
-  std::vector<float> films_;
+  std::vector<HalfChannels> halves_;  // in channel order; empty: nothing to sum
+  std::vector<float> input_rows_;
 };
 
-void sum_shared(const Rect& crop, std::vector<std::string>& channels, std::vector<float>& pixels);
+void resolve_shares(const Rect& crop, std::vector<std::string>& channels,
+                    std::vector<float>& pixels);
 
 }  // namespace emberline

@@ -73,10 +73,10 @@ EmitterBounds swept_bounds(std::span<const EmitterBounds> steps) {
 }
 
 // Steps per segment: a segment turns by less than half a turn, a step by less than an eighth.
-constexpr int kTimesOfSegment = 4;
+constexpr int kStepsPerSegment = 4;
 
 EmitterBounds moving_bounds(const EmissiveTriangle& t, const EmitterMotion& motion) {
-  const int times = kTimesOfSegment * motion.segments(t);
+  const int times = kStepsPerSegment * motion.segments(t);
   std::vector<EmitterBounds> steps;
   for (int i = 0; i <= times; ++i) {
     steps.push_back(triangle_bounds(t, motion.corners(t, float(i) / float(times))));
@@ -112,7 +112,7 @@ EmitterBounds bounds_of(const EmissiveTriangle& triangle, const EmitterMotion* m
 
 EmitterBounds bounds_of(const PointLight& light) {
   if (light.motion.empty()) return point_bounds(light, light);
-  const size_t times = kTimesOfSegment * light.motion.size();
+  const size_t times = kStepsPerSegment * light.motion.size();
   std::vector<EmitterBounds> steps;
   for (size_t i = 0; i <= times; ++i) {
     steps.push_back(point_bounds(light, light.place_at(float(i) / float(times))));

@@ -19,15 +19,15 @@ using sky_tiles::kColumns;
 using sky_tiles::kCount;
 using sky_tiles::kRows;
 
-// Weight of blind samples (by light alone) relative to guided ones: a constant, plus the weight of
-// kBlindPlaces survey points that see everything equally. Chosen by us.
-constexpr double kBlindShare = 0.3, kBlindPlaces = 1.0;
+// Weight of unguided samples (by light alone) relative to guided ones: a constant, plus the weight
+// of kUnguidedPoints survey points that see everything equally. Chosen by us.
+constexpr double kUnguidedShare = 0.3, kUnguidedPoints = 1.0;
 // Fraction of all light; below it, factors would overflow float.
-constexpr double kLeastSeen = 1e-9;
+constexpr double kMinVisibleLight = 1e-9;
 // Lower bound of the mean light left out of the tables, relative to its maximum.
-constexpr double kLeastLeftOut = 1e-3;
+constexpr double kMinResidual = 1e-3;
 // Texels averaged along each side of a tile for its even light, or up to twice as many.
-constexpr int kMeasured = 16;
+constexpr int kTexelsPerSide = 16;
 
 // The last entry that begins at or before `at`, which must be below the end of the last entry.
 template <class Number>
@@ -36,14 +36,14 @@ const Number* entry_at(const Number* first, const Number* last, double at) {
          1;
 }
 
-double below(double limit) { return std::nextafter(limit, 0.0); }
+double next_below(double limit) { return std::nextafter(limit, 0.0); }
 
 float remainder(double at, double from, double to) {
   return std::min(float((at - from) / (to - from)), kOneMinusEpsilon);
 }
 
 // Running sums of probabilities; exactly 1 from the last possible entry on.
-void add_up(const auto& share, int count, float* sums) {
+void build_running_sums(const auto& share, int count, float* sums) {
   double sum = 0;
   int end = 0;  // end of the entries that can be chosen
   for (int i = 0; i < count; ++i) {
@@ -61,13 +61,13 @@ auto* columns_of(auto* rows, int row) { return rows + kRows + 1 + row * (kColumn
 
 EnvironmentGuide::EnvironmentGuide(const EnvironmentLight& light) : light_(light), tiles_(kCount) {
   assert(!light.black());
-  if (light_.image_) place_tiles();
-  measure_even_light();
+  if (light_.image_) assign_texels_to_tiles();
+  measure_residual_light();
   for (int tile = 0; tile < kCount; ++tile) mass_ += mass(tile);
 }
 
 // Assigns texels to tiles, and computes each tile's probability in the tables.
-void EnvironmentGuide::place_tiles() {
+void EnvironmentGuide::assign_texels_to_tiles() {
   const int width = light_.width_, height = light_.height_;
   tile_of_row_.resize(size_t(height));
   tile_of_column_.resize(size_t(width));
@@ -124,11 +124,11 @@ double EnvironmentGuide::column_mass(int row, int first, int end) const {
 }
 
 // Mean texel weight that MIS compensation removes from the tables.
-double EnvironmentGuide::mean_left_out(const Tile& tile) const {
+double EnvironmentGuide::mean_residual(const Tile& tile) const {
   double sum = 0;
   int count = 0;
-  const int row_step = std::max(1, (tile.end_row - tile.first_row) / kMeasured);
-  const int column_step = std::max(1, (tile.end_column - tile.first_column) / kMeasured);
+  const int row_step = std::max(1, (tile.end_row - tile.first_row) / kTexelsPerSide);
+  const int column_step = std::max(1, (tile.end_column - tile.first_column) / kTexelsPerSide);
   // Random offsets, so that regular structures in the map are not missed.
   const auto any = [](int first, int step, int end) {
     return std::min(first + int(hash32(uint32_t(first)) % uint32_t(step)), end - 1);
@@ -145,8 +145,8 @@ double EnvironmentGuide::mean_left_out(const Tile& tile) const {
   return count > 0 ? sum / count : 0;
 }
 
-void EnvironmentGuide::measure_even_light() {
-  even_density_.assign(kCount, 0.0f);
+void EnvironmentGuide::measure_residual_light() {
+  residual_density_.assign(kCount, 0.0f);
   double density = 1;  // per solid angle, of a texel of weight 1
   if (light_.image_) {
     const int middle = light_.height_ / 2;
@@ -158,11 +158,11 @@ void EnvironmentGuide::measure_even_light() {
     if (!(tile.solid_angle > 0)) continue;
     // Texels between the examined ones may be bright even if all examined ones are black.
     const double weight =
-        light_.image_ ? std::max(mean_left_out(tile), kLeastLeftOut * double(light_.threshold_))
+        light_.image_ ? std::max(mean_residual(tile), kMinResidual * double(light_.threshold_))
                       : 1 / (4 * kPiD);
-    const double even = density * weight;
-    tile.even_mass = even * tile.solid_angle;
-    even_density_[t] = float(even);
+    const double residual = density * weight;
+    tile.residual_mass = residual * tile.solid_angle;
+    residual_density_[t] = float(residual);
   }
 }
 
@@ -170,29 +170,30 @@ void EnvironmentGuide::set_regions(SkyRegions regions) {
   regions_ = std::move(regions);
   factors_.resize(size_t(regions_.count()) * kCount);
   sums_.resize(size_t(regions_.count()) * kSums);
-  for (int region = 0; region < regions_.count(); ++region) weigh(region);
-  regions_.forget_what_was_seen();
+  for (int region = 0; region < regions_.count(); ++region) build_region(region);
+  regions_.release_visibility();
 }
 
-void EnvironmentGuide::weigh(int region) {
-  const std::span<const float> seen = regions_.seen(region);
+void EnvironmentGuide::build_region(int region) {
+  const std::span<const float> visibility = regions_.visibility(region);
   double visible = 0;
-  for (int t = 0; t < kCount; ++t) visible += mass(t) * double(seen[size_t(t)]);
+  for (int t = 0; t < kCount; ++t) visible += mass(t) * double(visibility[size_t(t)]);
   // Chosen by light alone if hardly any light was seen.
-  const double doubt = kBlindShare + kBlindPlaces / (1 + double(regions_.places(region)));
-  const double blind = visible > kLeastSeen * mass_ ? doubt * visible / mass_ : 1;
-  const double total = visible + blind * mass_;
+  const double doubt = kUnguidedShare + kUnguidedPoints / (1 + double(regions_.places(region)));
+  const double unguided = visible > kMinVisibleLight * mass_ ? doubt * visible / mass_ : 1;
+  const double total = visible + unguided * mass_;
   float* const factors = &factors_[size_t(region) * kCount];
-  for (int t = 0; t < kCount; ++t) factors[t] = float((double(seen[size_t(t)]) + blind) / total);
+  for (int t = 0; t < kCount; ++t)
+    factors[t] = float((double(visibility[size_t(t)]) + unguided) / total);
   const auto share_of = [&](int tile) { return mass(tile) * double(factors[tile]); };
   float* const rows = &sums_[size_t(region) * kSums];
   double row_shares[kRows] = {};
   for (int row = 0; row < kRows; ++row) {
     for (int c = 0; c < kColumns; ++c) row_shares[row] += share_of(row * kColumns + c);
     const auto columns = [&](int c) { return share_of(row * kColumns + c) / row_shares[row]; };
-    if (row_shares[row] > 0) add_up(columns, kColumns, columns_of(rows, row));
+    if (row_shares[row] > 0) build_running_sums(columns, kColumns, columns_of(rows, row));
   }
-  add_up([&](int row) { return row_shares[row]; }, kRows, rows);
+  build_running_sums([&](int row) { return row_shares[row]; }, kRows, rows);
 }
 
 // Chooses rows by one number and columns by the other, which keeps their stratification; both are
@@ -214,10 +215,10 @@ EnvironmentGuide::RowChoice EnvironmentGuide::choose_row(int tile_index, const V
   const int width = light_.width_;
   const double* const rows = &row_sums_[size_t(tile_index % kColumns) * size_t(light_.height_ + 1)];
   const double begin = rows[tile.first_row], end = rows[tile.end_row];
-  const double at = std::min(begin + double(u.y) * (end - begin), below(end));
+  const double at = std::min(begin + double(u.y) * (end - begin), next_below(end));
   const double* const r = entry_at(rows + tile.first_row, rows + tile.end_row, at);
   const int y = int(r - rows);
-  *row = light_.row_in(y, remainder(at, r[0], r[1]));
+  *row = light_.sample_row(y, remainder(at, r[0], r[1]));
 
   const uint32_t* const sums = sums_of_row(y);
   int first = tile.first_column, last = std::min(tile.end_column, width);
@@ -230,18 +231,18 @@ EnvironmentGuide::RowChoice EnvironmentGuide::choose_row(int tile_index, const V
   }
   __builtin_prefetch(sums + (first + last) / 2);
   return {sums + first, sums + last,
-          std::min(along + double(sums[first]), below(double(sums[last])))};
+          std::min(along + double(sums[first]), next_below(double(sums[last])))};
 }
 
 float EnvironmentGuide::choose_column(const RowChoice& choice) const {
   const uint32_t* const c = entry_at(choice.first, choice.last, choice.along);
   const auto column = size_t(c - light_.column_sums_.data()) % (size_t(light_.width_) + 1);
-  return EnvironmentLight::column_in(int(column),
-                                     remainder(choice.along, double(c[0]), double(c[1])));
+  return EnvironmentLight::sample_column(int(column),
+                                         remainder(choice.along, double(c[0]), double(c[1])));
 }
 
-void EnvironmentGuide::choose_evenly(int tile_index, const Vec2f& u, float* column,
-                                     float* row) const {
+void EnvironmentGuide::choose_uniformly(int tile_index, const Vec2f& u, float* column,
+                                        float* row) const {
   const Tile& tile = tiles_[size_t(tile_index)];
   *column = float(tile.first_column) - 0.5f + u.x * float(tile.end_column - tile.first_column);
   // 1 - y and 1 + y, either of which may be small.
@@ -256,16 +257,16 @@ Vec3f EnvironmentGuide::direction_in(int tile, float u_part, const Vec2f& u) con
   if (double(u_part) * mass(tile) < tiles_[size_t(tile)].table_mass) {
     column[0] = choose_column(choose_row(tile, u, row));
   } else {
-    choose_evenly(tile, u, column, row);
+    choose_uniformly(tile, u, column, row);
   }
-  EnvironmentLight::Places places;
+  EnvironmentLight::BilinearTaps places;
   EnvironmentSample sample;
-  light_.sample_places(1, column, row, &places, &sample);
+  light_.sample_taps(1, column, row, &places, &sample);
   return sample.direction;
 }
 
 // light_density: by the light's own tables.
-float EnvironmentGuide::density(const EnvironmentLight::Places& places, size_t i,
+float EnvironmentGuide::density(const EnvironmentLight::BilinearTaps& places, size_t i,
                                 float light_density, int region) const {
   const float* const factors = &factors_[size_t(region) * kCount];
   const int row0 = tile_of_row_[size_t(places.row0[i])],
@@ -274,14 +275,14 @@ float EnvironmentGuide::density(const EnvironmentLight::Places& places, size_t i
   const int column1 = tile_of_column_[size_t(places.column1[i])];
   const int tile =
       (places.to_row1[i] < 0.5f ? row0 : row1) + (places.to_column1[i] < 0.5f ? column0 : column1);
-  const float even = even_density_[size_t(tile)] * factors[tile];
-  if (row0 == row1 && column0 == column1) return std::fma(light_density, factors[tile], even);
+  const float residual = residual_density_[size_t(tile)] * factors[tile];
+  if (row0 == row1 && column0 == column1) return std::fma(light_density, factors[tile], residual);
   EnvironmentLight::CornerWeights w = light_.weights_at(places, i);
   w.upper0 *= factors[row0 + column0];
   w.upper1 *= factors[row0 + column1];
   w.lower0 *= factors[row1 + column0];
   w.lower1 *= factors[row1 + column1];
-  return even + light_.density_of(w, places, i);
+  return residual + light_.density_of(w, places, i);
 }
 
 void EnvironmentGuide::sample_constant(std::span<const GuidedRequest> requests,
@@ -290,8 +291,8 @@ void EnvironmentGuide::sample_constant(std::span<const GuidedRequest> requests,
     Vec2f u = requests[i].u;
     const int tile = choose_tile(requests[i].region, &u);
     out[i] = {sky_tiles::direction_in(tile, u), light_.constant_};
-    out[i].pdf =
-        even_density_[size_t(tile)] * factors_[size_t(requests[i].region) * kCount + size_t(tile)];
+    out[i].pdf = residual_density_[size_t(tile)] *
+                 factors_[size_t(requests[i].region) * kCount + size_t(tile)];
   }
 }
 
@@ -305,14 +306,14 @@ void EnvironmentGuide::sample_map(std::span<const GuidedRequest> requests,
     if (double(requests[i].u_part) * mass(tile) < tiles_[size_t(tile)].table_mass) {
       choices[i] = choose_row(tile, u, &row[i]);
     } else {
-      choose_evenly(tile, u, &column[i], &row[i]);
+      choose_uniformly(tile, u, &column[i], &row[i]);
     }
   }
   for (size_t i = 0; i < requests.size(); ++i) {
     if (choices[i].first) column[i] = choose_column(choices[i]);
   }
-  EnvironmentLight::Places places;
-  light_.sample_places(requests.size(), column, row, &places, out);
+  EnvironmentLight::BilinearTaps places;
+  light_.sample_taps(requests.size(), column, row, &places, out);
   for (size_t i = 0; i < requests.size(); ++i) {
     out[i].pdf = density(places, i, out[i].pdf, requests[i].region);
   }
@@ -366,7 +367,7 @@ void EnvironmentGuide::sample(std::span<const GuidedRequest> requests,
 void EnvironmentGuide::radiance_and_pdf(std::span<const Vec3f> directions,
                                         std::span<const int> regions, Rgb* radiance,
                                         float* pdf) const {
-  EnvironmentLight::Places places;
+  EnvironmentLight::BilinearTaps places;
   light_.radiance_and_pdf(directions, &places, radiance, pdf);
   for (size_t i = 0; i < directions.size(); ++i) {
     if (regions[i] == SkyRegions::kNone) continue;
@@ -374,7 +375,7 @@ void EnvironmentGuide::radiance_and_pdf(std::span<const Vec3f> directions,
       pdf[i] = density(places, i, pdf[i], regions[i]);
     } else {
       const auto tile = size_t(sky_tiles::tile_of(directions[i]));
-      pdf[i] = even_density_[tile] * factors_[size_t(regions[i]) * kCount + tile];
+      pdf[i] = residual_density_[tile] * factors_[size_t(regions[i]) * kCount + tile];
     }
   }
   if (light_.sun_.share > 0.0f) light_.add_sun(directions, radiance, pdf);
@@ -396,7 +397,7 @@ std::string LightGuide::describe() const {
 
 uint64_t EnvironmentGuide::bytes() const {
   return regions_.bytes() + (row_sums_.size() * sizeof(double)) +
-         (factors_.size() + sums_.size() + even_density_.size()) * sizeof(float) +
+         (factors_.size() + sums_.size() + residual_density_.size()) * sizeof(float) +
          (tile_of_row_.size() + tile_of_column_.size()) * sizeof(int);
 }
 

@@ -36,7 +36,7 @@ class EnvironmentGuide {
 
   // For the survey: a tile's fraction of the light, and a direction in it by the light's density.
   // u_part and u in [0, 1); the tile must have some light. The light's sun is not included.
-  double light_share(int tile) const { return mass(tile) / mass_; }
+  double light_fraction(int tile) const { return mass(tile) / mass_; }
   Vec3f direction_in(int tile, float u_part, const Vec2f& u) const;
 
   // The region whose density applies there; kNone: the light's own.
@@ -58,8 +58,8 @@ class EnvironmentGuide {
     int first_column = 0, end_column = 0;
     double top = 0, bottom = 0;  // y of their upper and lower edge
     double solid_angle = sky_tiles::kSolidAngle;
-    double table_mass = 0;  // probability of the texels by the light's tables
-    double even_mass = 0;   // light that the tables leave out, in the same unit
+    double table_mass = 0;     // probability of the texels by the light's tables
+    double residual_mass = 0;  // light that the tables leave out, in the same unit
   };
   // The choice of a texel of a row, by its running sums in [first, last].
   struct RowChoice {
@@ -68,12 +68,12 @@ class EnvironmentGuide {
     double along = 0;
   };
 
-  void place_tiles();
-  void measure_even_light();
-  double mean_left_out(const Tile& tile) const;
-  void weigh(int region);
+  void assign_texels_to_tiles();
+  void measure_residual_light();
+  double mean_residual(const Tile& tile) const;
+  void build_region(int region);
   double mass(int tile) const {
-    return tiles_[size_t(tile)].table_mass + tiles_[size_t(tile)].even_mass;
+    return tiles_[size_t(tile)].table_mass + tiles_[size_t(tile)].residual_mass;
   }
   const uint32_t* sums_of_row(int row) const {
     return &light_.column_sums_[size_t(row) * (size_t(light_.width_) + 1)];
@@ -81,11 +81,11 @@ class EnvironmentGuide {
   double column_mass(int row, int first, int end) const;
   RowChoice choose_row(int tile, const Vec2f& u, float* row) const;
   float choose_column(const RowChoice& choice) const;
-  void choose_evenly(int tile, const Vec2f& u, float* column, float* row) const;
+  void choose_uniformly(int tile, const Vec2f& u, float* column, float* row) const;
   int choose_tile(int region, Vec2f* u) const;
   void sample_map(std::span<const GuidedRequest> requests, EnvironmentSample* out) const;
   void sample_constant(std::span<const GuidedRequest> requests, EnvironmentSample* out) const;
-  float density(const EnvironmentLight::Places& places, size_t i, float light_density,
+  float density(const EnvironmentLight::BilinearTaps& places, size_t i, float light_density,
                 int region) const;
 
   const EnvironmentLight& light_;
@@ -93,8 +93,8 @@ class EnvironmentGuide {
   std::vector<Tile> tiles_;
   double mass_ = 0;                                // of all tiles
   std::vector<int> tile_of_row_, tile_of_column_;  // their sum is a texel's tile
-  std::vector<double> row_sums_;     // per column of tiles: running masses of the map's rows in it
-  std::vector<float> even_density_;  // per tile: even_mass over the solid angle
+  std::vector<double> row_sums_;  // per column of tiles: running masses of the map's rows in it
+  std::vector<float> residual_density_;  // per tile: residual_mass over the solid angle
   // Per region: each tile's density relative to that of the light; and running probabilities of the
   // rows, then of the tiles within each row.
   std::vector<float> factors_, sums_;

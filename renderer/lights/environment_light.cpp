@@ -25,7 +25,7 @@ namespace {
 
 // Keeps the density finite at the poles, where a row of the map shrinks to a point: below any angle
 // from the pole that a float direction can represent.
-constexpr float kLeastSine = 1e-7f;
+constexpr float kMinSine = 1e-7f;
 
 // Angles are computed in whole groups of lanes, because a loop of fixed length vectorises.
 constexpr size_t kGroup = 8;
@@ -53,7 +53,7 @@ Color4 load(const void* texels, size_t index) {
 }
 
 // A lower limit that also replaces NaN, before conversion to an integer.
-float at_least(float x, float limit) { return x > limit ? x : limit; }
+float clamp_below(float x, float limit) { return x > limit ? x : limit; }
 
 // Inverse of the tent's running integral, r in [0, 1), to [-1, 1].
 float sample_tent(float r) {
@@ -108,7 +108,7 @@ EnvironmentLight::EnvironmentLight(std::shared_ptr<const Image> image, float str
   column_scale_ = float(width_ / (2.0 * kPiD));
   row_scale_ = float(height_ / kPiD);
   build_tables(settings.mis_compensation);
-  if (sun_disc_) find_sun_share();
+  if (sun_disc_) choose_sun_share();
   adjust({strength, Rgb(1.0f), rotation_degrees});
 }
 
@@ -122,7 +122,7 @@ void EnvironmentLight::adjust(const EnvironmentAdjustment& adjustment) {
   adjustment_ = adjustment;
   const auto& [strength, tint, rotation_degrees] = adjustment;
   factor_ = color4(tint * strength);
-  constant_ = working(map_constant_ * (tint * strength));
+  constant_ = to_working_space(map_constant_ * (tint * strength));
   // The tint's effect on a grey map; exactly 1 without a tint. This only weighs the light against
   // others, so the exact mean of a tinted coloured map is not worth another pass.
   const double tinted = double(luminance(tint)) / double(luminance(Rgb(1.0f)));
@@ -134,11 +134,11 @@ void EnvironmentLight::adjust(const EnvironmentAdjustment& adjustment) {
   double turns = 0.5 + double(rotation_degrees) / 360.0;
   turns -= std::floor(turns);
   column_offset_ = float(turns * width_ - 0.5);
-  if (sun_.share > 0.0f) place_sun();
+  if (sun_.share > 0.0f) update_sun();
 }
 
 // A power of two, so that (0, 2)-sequences are divided exactly.
-void EnvironmentLight::find_sun_share() {
+void EnvironmentLight::choose_sun_share() {
   const double sun = double(luminance(sun_disc_->irradiance)), sky = kPiD * map_mean_luminance_;
   if (!(sun > 0) || !(sky > 0)) return;  // a black map has no sun
   double share = 0.5;
@@ -147,7 +147,7 @@ void EnvironmentLight::find_sun_share() {
   map_mean_luminance_ += sun / (4 * kPiD);
 }
 
-void EnvironmentLight::place_sun() {
+void EnvironmentLight::update_sun() {
   const double turned = -double(adjustment_.rotation_degrees) / 180.0 * kPiD;
   const double c = std::cos(turned), s = std::sin(turned);
   const Vec3d d = to_double(sun_disc_->direction);
@@ -157,15 +157,17 @@ void EnvironmentLight::place_sun() {
   sun_.radius2 = float(4 * square(half_chord));
   const double solid_angle = 4 * kPiD * square(half_chord);
   sun_.density = float(1 / solid_angle);
-  sun_.middle = working(sun_disc_->irradiance * (adjustment_.tint * adjustment_.strength)) *
-                float(1 / (solid_angle * (1 - double(kLimbDarkening) / 3)));
+  sun_.center_radiance =
+      to_working_space(sun_disc_->irradiance * (adjustment_.tint * adjustment_.strength)) *
+      float(1 / (solid_angle * (1 - double(kLimbDarkening) / 3)));
 }
 
 Rgb EnvironmentLight::sun_radiance(const Vec3f& direction) const {
   // A cosine would be too imprecise for an angle this small.
   const float out = (direction - sun_.direction).length2() / sun_.radius2;
   if (direction.y < 0.0f) return Rgb(0.0f);
-  return sun_.middle * (1.0f - kLimbDarkening * (1.0f - std::sqrt(std::max(0.0f, 1.0f - out))));
+  return sun_.center_radiance *
+         (1.0f - kLimbDarkening * (1.0f - std::sqrt(std::max(0.0f, 1.0f - out))));
 }
 
 void EnvironmentLight::add_sun(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const {
@@ -247,8 +249,8 @@ void EnvironmentLight::build_tables(float mis_compensation) {
     row_density_[row] = float(row_weight(int(row), height_) * scale);
 }
 
-void EnvironmentLight::find_places(size_t count, const float* column, const float* row,
-                                   Places* out) const {
+void EnvironmentLight::find_taps(size_t count, const float* column, const float* row,
+                                 BilinearTaps* out) const {
   for (size_t first = 0; first < count; first += kGroup) {
     for (size_t i = first; i < first + kGroup; ++i) {
       const float column_floor = std::floor(column[i]), row_floor = std::floor(row[i]);
@@ -267,7 +269,7 @@ void EnvironmentLight::find_places(size_t count, const float* column, const floa
   }
 }
 
-void EnvironmentLight::find_places(std::span<const Vec3f> directions, Places* out) const {
+void EnvironmentLight::find_taps(std::span<const Vec3f> directions, BilinearTaps* out) const {
   assert(directions.size() <= size_t(kRayBatch));
   alignas(64) float x[kRayBatch] = {}, y[kRayBatch] = {}, z[kRayBatch] = {};
   for (size_t i = 0; i < directions.size(); ++i) {
@@ -275,7 +277,7 @@ void EnvironmentLight::find_places(std::span<const Vec3f> directions, Places* ou
     y[i] = directions[i].y;
     z[i] = directions[i].z;
   }
-  const float least_column = -float(width_);
+  const float min_column = -float(width_);
   alignas(64) float column[kRayBatch], row[kRayBatch];
   for (size_t first = 0; first < directions.size(); first += kGroup) {
     for (size_t i = first; i < first + kGroup; ++i) {
@@ -283,12 +285,12 @@ void EnvironmentLight::find_places(std::span<const Vec3f> directions, Places* ou
       // acos(y) would be inaccurate near the poles, where its error is the square root of float's.
       const float theta = fast_atan2(sine, y[i]);
       const float phi = fast_atan2(z[i], x[i]);
-      column[i] = at_least(fma(phi, column_scale_, column_offset_), least_column);
-      row[i] = at_least(fma(theta, row_scale_, -0.5f), -1.0f);
+      column[i] = clamp_below(fma(phi, column_scale_, column_offset_), min_column);
+      row[i] = clamp_below(fma(theta, row_scale_, -0.5f), -1.0f);
       out->sin_theta[i] = sine;
     }
   }
-  find_places(directions.size(), column, row, out);
+  find_taps(directions.size(), column, row, out);
 }
 
 struct EnvironmentLight::Corners {
@@ -301,7 +303,7 @@ struct EnvironmentLight::Corners {
   }
 };
 
-EnvironmentLight::Corners EnvironmentLight::corners(const Places& p, size_t i) const {
+EnvironmentLight::Corners EnvironmentLight::corners(const BilinearTaps& p, size_t i) const {
   const size_t upper = size_t(p.row0[i]) * size_t(width_);
   const size_t lower = size_t(p.row1[i]) * size_t(width_);
   const auto fetch = [&]<class Texel>(const Texel*) -> Corners {
@@ -314,7 +316,7 @@ EnvironmentLight::Corners EnvironmentLight::corners(const Places& p, size_t i) c
                : fetch(static_cast<const float*>(nullptr));
 }
 
-inline void EnvironmentLight::prefetch(const Places& p, size_t i) const {
+inline void EnvironmentLight::prefetch(const BilinearTaps& p, size_t i) const {
   const size_t texel = 3 * (half_ ? sizeof(half) : sizeof(float));
   const auto* const texels = static_cast<const char*>(texels_);
   for (const int row : {p.row0[i], p.row1[i]}) {
@@ -327,26 +329,29 @@ inline EnvironmentLight::CornerWeights EnvironmentLight::weights_of(const Corner
   return {weight_of(c.upper0), weight_of(c.upper1), weight_of(c.lower0), weight_of(c.lower1)};
 }
 
-EnvironmentLight::CornerWeights EnvironmentLight::weights_at(const Places& p, size_t i) const {
+EnvironmentLight::CornerWeights EnvironmentLight::weights_at(const BilinearTaps& p,
+                                                             size_t i) const {
   return weights_of(corners(p, i));
 }
 
-float EnvironmentLight::density_of(const CornerWeights& weights, const Places& p, size_t i) const {
+float EnvironmentLight::density_of(const CornerWeights& weights, const BilinearTaps& p,
+                                   size_t i) const {
   const float upper = lerp(weights.upper0, weights.upper1, p.to_column1[i]);
   const float lower = lerp(weights.lower0, weights.lower1, p.to_column1[i]);
   const float density = lerp(row_density_[size_t(p.row0[i])] * upper,
                              row_density_[size_t(p.row1[i])] * lower, p.to_row1[i]);
-  return std::max(density, 0.0f) / std::max(p.sin_theta[i], kLeastSine);
+  return std::max(density, 0.0f) / std::max(p.sin_theta[i], kMinSine);
 }
 
-Rgb EnvironmentLight::radiance_at(const Places& p, size_t i) const {
-  return working(to_rgb(corners(p, i).interpolate(p.to_column1[i], p.to_row1[i]) * factor_));
+Rgb EnvironmentLight::radiance_at(const BilinearTaps& p, size_t i) const {
+  return to_working_space(
+      to_rgb(corners(p, i).interpolate(p.to_column1[i], p.to_row1[i]) * factor_));
 }
 
-Rgb EnvironmentLight::radiance_and_pdf_at(const Places& p, size_t i, float* pdf) const {
+Rgb EnvironmentLight::radiance_and_pdf_at(const BilinearTaps& p, size_t i, float* pdf) const {
   const Corners c = corners(p, i);
   *pdf = density_of(weights_of(c), p, i);
-  return working(to_rgb(c.interpolate(p.to_column1[i], p.to_row1[i]) * factor_));
+  return to_working_space(to_rgb(c.interpolate(p.to_column1[i], p.to_row1[i]) * factor_));
 }
 
 void EnvironmentLight::radiance(std::span<const Vec3f> directions, Rgb* out) const {
@@ -354,11 +359,11 @@ void EnvironmentLight::radiance(std::span<const Vec3f> directions, Rgb* out) con
     std::fill_n(out, directions.size(), constant_);
     return;
   }
-  Places places;
-  find_places(directions, &places);
-  for (size_t i = 0; i < directions.size(); ++i) prefetch(places, i);
+  BilinearTaps taps;
+  find_taps(directions, &taps);
+  for (size_t i = 0; i < directions.size(); ++i) prefetch(taps, i);
   for (size_t i = 0; i < directions.size(); ++i) {
-    out[i] = radiance_at(places, i);
+    out[i] = radiance_at(taps, i);
   }
   if (sun_.share > 0.0f) [[unlikely]]
     add_sun(directions, out, nullptr);
@@ -366,14 +371,14 @@ void EnvironmentLight::radiance(std::span<const Vec3f> directions, Rgb* out) con
 
 void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Rgb* radiance,
                                         float* pdf) const {
-  Places places;
-  radiance_and_pdf(directions, &places, radiance, pdf);
+  BilinearTaps taps;
+  radiance_and_pdf(directions, &taps, radiance, pdf);
   if (sun_.share > 0.0f) [[unlikely]]
     add_sun(directions, radiance, pdf);
 }
 
 // Excludes the sun.
-void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Places* found,
+void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, BilinearTaps* found,
                                         Rgb* radiance, float* pdf) const {
   if (!image_ || black()) {
     for (size_t i = 0; i < directions.size(); ++i) {
@@ -382,11 +387,11 @@ void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Place
     }
     return;
   }
-  Places& places = *found;
-  find_places(directions, &places);
-  for (size_t i = 0; i < directions.size(); ++i) prefetch(places, i);
+  BilinearTaps& taps = *found;
+  find_taps(directions, &taps);
+  for (size_t i = 0; i < directions.size(); ++i) prefetch(taps, i);
   for (size_t i = 0; i < directions.size(); ++i) {
-    radiance[i] = radiance_and_pdf_at(places, i, &pdf[i]);
+    radiance[i] = radiance_and_pdf_at(taps, i, &pdf[i]);
   }
 }
 
@@ -430,9 +435,11 @@ void EnvironmentLight::sample_sun_or_map(std::span<const Vec2f> u, EnvironmentSa
   }
 }
 
-float EnvironmentLight::column_in(int column, float r) { return float(column) + sample_tent(r); }
+float EnvironmentLight::sample_column(int column, float r) {
+  return float(column) + sample_tent(r);
+}
 
-float EnvironmentLight::row_in(int row, float r) const {
+float EnvironmentLight::sample_row(int row, float r) const {
   return float(row) + sample_row_shape(row, height_, r);
 }
 
@@ -466,32 +473,32 @@ void EnvironmentLight::sample_map(std::span<const Vec2f> u, EnvironmentSample* o
   for (size_t i = 0; i < count; ++i) {
     const CdfChoice chosen = choose_entry(sums_of(i), guide_of(i), column_bits_, u[i].x);
     const int y = int(rows[i].index);
-    column[i] = column_in(int(chosen.index), chosen.remainder);
-    row[i] = row_in(y, rows[i].remainder);
+    column[i] = sample_column(int(chosen.index), chosen.remainder);
+    row[i] = sample_row(y, rows[i].remainder);
   }
-  Places places;
-  sample_places(count, column, row, &places, out);
+  BilinearTaps taps;
+  sample_taps(count, column, row, &taps, out);
 }
 
-void EnvironmentLight::sample_places(size_t count, const float* column, const float* row,
-                                     Places* found, EnvironmentSample* out) const {
-  Places& places = *found;
-  find_places(count, column, row, &places);
-  for (size_t i = 0; i < count; ++i) prefetch(places, i);
+void EnvironmentLight::sample_taps(size_t count, const float* column, const float* row,
+                                   BilinearTaps* found, EnvironmentSample* out) const {
+  BilinearTaps& taps = *found;
+  find_taps(count, column, row, &taps);
+  for (size_t i = 0; i < count; ++i) prefetch(taps, i);
 
   alignas(64) float cos_theta[kRayBatch], sin_phi[kRayBatch], cos_phi[kRayBatch];
   for (size_t first = 0; first < count; first += kGroup) {
     for (size_t i = first; i < first + kGroup; ++i) {
       const float turns = (column[i] - column_offset_) / float(width_);
       sincos_turns(turns - std::floor(turns), &sin_phi[i], &cos_phi[i]);
-      sincos_turns(0.5f * (row[i] + 0.5f) / float(height_), &places.sin_theta[i], &cos_theta[i]);
+      sincos_turns(0.5f * (row[i] + 0.5f) / float(height_), &taps.sin_theta[i], &cos_theta[i]);
     }
   }
   for (size_t i = 0; i < count; ++i) {
-    const float sine = places.sin_theta[i];
+    const float sine = taps.sin_theta[i];
     out[i].direction = Vec3f(sine * cos_phi[i], cos_theta[i], sine * sin_phi[i]);
-    places.sin_theta[i] = std::abs(sine);  // rounding may make it negative at the south pole
-    out[i].radiance = radiance_and_pdf_at(places, i, &out[i].pdf);
+    taps.sin_theta[i] = std::abs(sine);  // rounding may make it negative at the south pole
+    out[i].radiance = radiance_and_pdf_at(taps, i, &out[i].pdf);
   }
 }
 

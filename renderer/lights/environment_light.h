@@ -94,33 +94,33 @@ class EnvironmentLight {
 
   // Per direction: the four texels around it (columns and rows, and the fraction towards the second
   // of each), and the sine of its angle to the pole.
-  struct Places {
+  struct BilinearTaps {
     alignas(64) int column0[kRayBatch], column1[kRayBatch], row0[kRayBatch], row1[kRayBatch];
     alignas(64) float to_column1[kRayBatch], to_row1[kRayBatch], sin_theta[kRayBatch];
   };
   // Texel coordinates: (0, 0) is the centre of the first texel; column in [-width, 2 width). The
   // arrays must have kRayBatch elements; more than `count` are read.
-  void find_places(size_t count, const float* column, const float* row, Places* out) const;
-  void find_places(std::span<const Vec3f> directions, Places* out) const;
+  void find_taps(size_t count, const float* column, const float* row, BilinearTaps* out) const;
+  void find_taps(std::span<const Vec3f> directions, BilinearTaps* out) const;
   struct Corners;
   // Weights of the four texels in the density.
   struct CornerWeights {
     float upper0, upper1, lower0, lower1;
   };
-  Corners corners(const Places& p, size_t i) const;
+  Corners corners(const BilinearTaps& p, size_t i) const;
   CornerWeights weights_of(const Corners& c) const;
-  void prefetch(const Places& p, size_t i) const;
-  Rgb radiance_at(const Places& p, size_t i) const;
-  CornerWeights weights_at(const Places& p, size_t i) const;
-  float density_of(const CornerWeights& weights, const Places& p, size_t i) const;
-  void radiance_and_pdf(std::span<const Vec3f> directions, Places* places, Rgb* radiance,
+  void prefetch(const BilinearTaps& p, size_t i) const;
+  Rgb radiance_at(const BilinearTaps& p, size_t i) const;
+  CornerWeights weights_at(const BilinearTaps& p, size_t i) const;
+  float density_of(const CornerWeights& weights, const BilinearTaps& p, size_t i) const;
+  void radiance_and_pdf(std::span<const Vec3f> directions, BilinearTaps* taps, Rgb* radiance,
                         float* pdf) const;
   // A sample's position around the chosen texel, r in [0, 1).
-  static float column_in(int column, float r);
-  float row_in(int row, float r) const;
-  // Converts texel coordinates to samples and their Places.
-  void sample_places(size_t count, const float* column, const float* row, Places* places,
-                     EnvironmentSample* out) const;
+  static float sample_column(int column, float r);
+  float sample_row(int row, float r) const;
+  // Converts texel coordinates to samples and their BilinearTaps.
+  void sample_taps(size_t count, const float* column, const float* row, BilinearTaps* taps,
+                   EnvironmentSample* out) const;
   void sample_map(std::span<const Vec2f> u, EnvironmentSample* out) const;
   void sample_sun_or_map(std::span<const Vec2f> u, EnvironmentSample* out) const;
   // Radiance of the sun in a direction.
@@ -128,20 +128,20 @@ class EnvironmentLight {
   // Adds the sun to the map's values. `pdf` may be null.
   void add_sun(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const;
   // Radiance and density at one place, from the same texels.
-  Rgb radiance_and_pdf_at(const Places& p, size_t i, float* pdf) const;
+  Rgb radiance_and_pdf_at(const BilinearTaps& p, size_t i, float* pdf) const;
   // The weight of a texel's luminance, before strength.
   float weight(float luminance) const {
     return std::max(0.0f, luminance * weight_scale_ - threshold_);
   }
   float texel_luminance(size_t row, size_t column) const;
   void build_tables(float mis_compensation);
-  void find_sun_share();
-  void place_sun();
+  void choose_sun_share();
+  void update_sun();
   // Builds the tables within rows for the current threshold; returns the sum of the rows' totals.
   double build_columns(std::vector<double>* row_totals);
 
   // Converts the map's adjusted light to the working space.
-  Rgb working(const Rgb& light) const {
+  Rgb to_working_space(const Rgb& light) const {
     if (to_working_) [[unlikely]]
       return *to_working_ * light;
     return light;
@@ -173,10 +173,10 @@ class EnvironmentLight {
   struct Sun {
     Vec3f direction = Vec3f(0.0f);  // in world space
     ShadingFrame frame;
-    float radius2 = 0.0f;    // squared chord from its centre to its edge
-    float density = 0.0f;    // pdf of directions to it, per solid angle
-    float share = 0.0f;      // fraction of the samples; 0: there is no sun
-    Rgb middle = Rgb(0.0f);  // radiance at the centre
+    float radius2 = 0.0f;             // squared chord from its centre to its edge
+    float density = 0.0f;             // pdf of directions to it, per solid angle
+    float share = 0.0f;               // fraction of the samples; 0: there is no sun
+    Rgb center_radiance = Rgb(0.0f);  // radiance at the centre
   };
   std::shared_ptr<const SunDisc> sun_disc_;
   Sun sun_;

@@ -23,9 +23,9 @@ void build_fixed_cdf(std::span<const double> weights, uint32_t* sums, uint32_t* 
   for (size_t i = 0; i < count; ++i) {
     sum += weights[i];
     const double ideal = std::min(sum / total, 1.0) * double(kCdfTotal);
-    const uint64_t least = uint64_t(sums[i]) + (weights[i] > 0 ? 1 : 0);
+    const uint64_t min_sum = uint64_t(sums[i]) + (weights[i] > 0 ? 1 : 0);
     sums[i + 1] =
-        uint32_t(std::min<uint64_t>(std::max(uint64_t(std::llround(ideal)), least), kCdfTotal));
+        uint32_t(std::min<uint64_t>(std::max(uint64_t(std::llround(ideal)), min_sum), kCdfTotal));
   }
   uint32_t limit = kCdfTotal;
   bool past_last = true;  // entries after the last positive weight end at the total

@@ -19,7 +19,7 @@ namespace {
 // code below. Directions that far beyond the edge of a cone keep a little probability.
 constexpr float kCosineSlack = 1e-5f;
 // Keeps importances finite at a point light, relative to the tree's size.
-constexpr float kLeastSquaredDistance = 1e-30f;
+constexpr float kMinSquaredDistance = 1e-30f;
 
 struct ScaledQuery {
   Vec3f point, normal;
@@ -63,10 +63,10 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
   const Lanes radius{std::bit_cast<float>(uint32_t(pair.radius[0]) << 16),
                      std::bit_cast<float>(uint32_t(pair.radius[1]) << 16), 1.0f, 1.0f};
   const Lanes radius2 = radius * radius, zero = all(0.0f);
-  const Lanes reach = load(pair.intensity) / max(max(d2, radius2), all(kLeastSquaredDistance));
+  const Lanes reach = load(pair.intensity) / max(max(d2, radius2), all(kMinSquaredDistance));
   // Sines come from differences of squares rather than from the cosines, so that all square roots
   // can start once d2 is known: they dominate the latency of a step.
-  const Lanes inverse_d = 1.0f / sqrt(max(d2, all(kLeastSquaredDistance)));
+  const Lanes inverse_d = 1.0f / sqrt(max(d2, all(kMinSquaredDistance)));
   // The bounding sphere subtends the half angle u.
   const Lanes sin_u = radius * inverse_d;
   const Lanes cos_u = sqrt(max(zero, d2 - radius2)) * inverse_d;
@@ -94,13 +94,13 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
   const Lanes cos_received = cos_difference(cos_i, sin_i, cos_u, sin_u) + kCosineSlack;
 
   const Lanes cosines =
-      max(cos_emitted, all(kCosineSlack)) * max(cos_received, all(kLeastReceiverCosine));
-  const Lanes lit = cos_emitted > cos_e ? cosines : zero;
-  const Lanes seen = cos_received > zero ? lit : zero;
+      max(cos_emitted, all(kCosineSlack)) * max(cos_received, all(kMinReceiverCosine));
+  const Lanes emitted = cos_emitted > cos_e ? cosines : zero;
+  const Lanes received = cos_received > zero ? emitted : zero;
   // Inside the sphere no angle is known. A positive importance must not underflow to 0.
-  const Lanes value = reach * (d2 <= radius2 ? all(1.0f) : seen);
+  const Lanes value = reach * (d2 <= radius2 ? all(1.0f) : received);
   const Lanes tiny = all(std::numeric_limits<float>::min());
-  return d2 <= radius2 ? max(value, tiny) : (seen > zero ? max(value, tiny) : zero);
+  return d2 <= radius2 ? max(value, tiny) : (received > zero ? max(value, tiny) : zero);
 }
 
 // The importances, with 0 for children that do not reach the query.

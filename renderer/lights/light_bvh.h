@@ -23,7 +23,7 @@ namespace emberline {
 
 // The query's normal may differ from the BSDF's (geometric, interpolated, mapped), so lights
 // above its horizon count as if at no more than 87 degrees. Chosen by us.
-constexpr float kLeastReceiverCosine = 0.05f;
+constexpr float kMinReceiverCosine = 0.05f;
 
 // Position and directions of an emitter: no light leaves at an angle above theta_o + theta_e from
 // the axis, the full intensity within theta_o of it (figure 2 of the paper).

@@ -16,9 +16,9 @@ struct KindFactors {
   // Minimum fraction of the samples for infinite lights and for finite ones. Without a survey
   // neither irradiance is known well: walls hide the sky from a room, a lamp faces away. Chosen by
   // us.
-  float least_share = 0.2f;
+  float min_share = 0.2f;
   // As a fraction of the environment's samples, for directional lights above the horizon.
-  float least_directional = 0.0f;
+  float min_directional = 0.0f;
 
   bool operator==(const KindFactors&) const = default;
 };

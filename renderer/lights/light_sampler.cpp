@@ -21,9 +21,9 @@ namespace emberline {
 namespace {
 
 // Maximum weight of an infinite light, so that their sum fits a float.
-constexpr float kMostWeight = 1e30f;
+constexpr float kMaxWeight = 1e30f;
 // KHR_lights_punctual: "lightAngleScale = 1.0f / max(0.001f, cos(innerConeAngle) - cos(outer...))".
-constexpr float kLeastConeDifference = 0.001f;
+constexpr float kMinConeDifference = 0.001f;
 
 bool emits(const Rgb& value) { return is_finite(value) && luminance(value) > 0.0f; }
 
@@ -42,7 +42,7 @@ bool in_range(const PointLightState& light, const Vec3d& to_light) {
 }
 
 float spot_attenuation(const PointLightState& light, const Vec3f& to_light) {
-  const float scale = 1.0f / std::max(kLeastConeDifference, light.cos_inner - light.cos_outer);
+  const float scale = 1.0f / std::max(kMinConeDifference, light.cos_inner - light.cos_outer);
   const float cosine = -dot(light.direction, to_light);
   return square(std::clamp((cosine - light.cos_outer) * scale, 0.0f, 1.0f));
 }
@@ -67,17 +67,17 @@ PointLightPlace PointLight::place_at(float time) const {
 }
 
 // Slow path for changing lights, kept out of line.
-[[gnu::noinline, gnu::cold]] PointLightState PointLight::changed_at(float time) const {
+[[gnu::noinline, gnu::cold]] PointLightState PointLight::animated_at(float time) const {
   PointLightState state = *this;
   static_cast<PointLightPlace&>(state) = place_at(time);
   if (share) state.intensity *= share->at(time);
-  if (shown && !shown->at(time)) state.intensity = Rgb(0.0f);
+  if (visibility && !visibility->at(time)) state.intensity = Rgb(0.0f);
   if (cones) {
     const Vec2f angles = cones->at(time);
     state.cos_inner = std::cos(angles.x);
     state.cos_outer = std::cos(angles.y);
   }
-  if (range_share) state.range *= range_share->at(time);
+  if (range_scale) state.range *= range_scale->at(time);
   return state;
 }
 
@@ -175,14 +175,14 @@ float LightSampler::directional_weight(const LightQuery& query, const PointLight
   float cosine = -dot(query.normal, state.direction);
   if (query.both_sides) cosine = std::abs(cosine);
   if (!(cosine > 0.0f)) return 0.0f;
-  const float weight = luminance(state.intensity) * std::max(cosine, kLeastReceiverCosine) * factor;
-  return std::min(weight, kMostWeight);
+  const float weight = luminance(state.intensity) * std::max(cosine, kMinReceiverCosine) * factor;
+  return std::min(weight, kMaxWeight);
 }
 
 LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& query,
                                                           const LightGuide* guide) const {
-  constexpr KindFactors kUnknown;
-  const KindFactors& factors = guide ? guide->factors : kUnknown;
+  constexpr KindFactors kDefaultFactors;
+  const KindFactors& factors = guide ? guide->factors : kDefaultFactors;
   InfiniteChoice choice;
   choice.directional_factor = factors.directional;
   int count = 0;
@@ -194,12 +194,12 @@ LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& quer
   if (environment_) {
     // Irradiance if the environment were uniform.
     const float irradiance = kPi * environment_->mean_luminance() * factors.environment;
-    choice.environment = std::min(irradiance, kMostWeight);
+    choice.environment = std::min(irradiance, kMaxWeight);
     // The survey may have missed a sun, which no other technique finds.
-    const float least = choice.environment * factors.least_directional;
-    if (choice.total > 0.0f && choice.total < least) [[unlikely]] {
-      choice.directional_factor *= least / choice.total;
-      choice.total = least;
+    const float minimum = choice.environment * factors.min_directional;
+    if (choice.total > 0.0f && choice.total < minimum) [[unlikely]] {
+      choice.directional_factor *= minimum / choice.total;
+      choice.total = minimum;
     }
     choice.total += choice.environment;
     ++count;
@@ -221,8 +221,8 @@ LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& quer
     finite *= float(in_reach);
   }
   const float share = choice.total / (choice.total + finite);
-  const float least = factors.least_share;
-  choice.probability = share > least ? std::min(share, 1.0f - least) : least;
+  const float minimum = factors.min_share;
+  choice.probability = share > minimum ? std::min(share, 1.0f - minimum) : minimum;
   return choice;
 }
 
@@ -430,7 +430,7 @@ void LightSampler::sample(std::span<const LightRequest> requests, LightSample* c
       continue;
     }
     const EmissiveTriangle& t = triangles_[index];
-    if (t.appears && !motion_->shown(t, query.time)) [[unlikely]]
+    if (t.has_visibility_times && !motion_->visibility(t, query.time)) [[unlikely]]
       continue;
     out[i]->index = index;
     out[i]->pdf = probability;
@@ -450,12 +450,12 @@ float LightSampler::pdf_triangle(const LightQuery& query, uint32_t index, float 
   if (emitter == kNoEmitter) return 0.0f;
   const EmissiveTriangle& t = triangles_[index];
   const auto [p0, p1, p2] = corners(t, query.time);
-  const SeenTriangle seen = see_triangle(p0, p1, p2, query.point);
-  if (!t.two_sided && !(seen.height > 0)) return 0.0f;
+  const ProjectedTriangle projected = project_triangle(p0, p1, p2, query.point);
+  if (!t.two_sided && !(projected.height > 0)) return 0.0f;
   const float finite_share =
       has_infinite() ? 1.0f - weigh_infinite(query, guide).probability : 1.0f;
   const float probability = finite_share * finite_probability(query, emitter);
-  return probability * triangle_pdf(seen, distance);
+  return probability * triangle_pdf(projected, distance);
 }
 
 float LightSampler::environment_probability(const LightQuery& query,

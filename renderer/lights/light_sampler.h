@@ -30,9 +30,9 @@ struct EmissiveTriangle {
   Vec3f p0, p1, p2;   // CCW seen from the emitting side
   Rgb mean_radiance;  // area mean with texture, maximum over time; > 0 in some channel
   bool two_sided = false;
-  bool moves = false;     // EmitterMotion provides its position
-  bool appears = false;   // EmitterMotion provides its visibility
-  uint32_t instance = 0;  // for the integrator to find its material and attributes
+  bool moves = false;                 // EmitterMotion provides its position
+  bool has_visibility_times = false;  // EmitterMotion provides its visibility
+  uint32_t instance = 0;              // for the integrator to find its material and attributes
   uint32_t primitive = 0;
 };
 
@@ -46,8 +46,8 @@ class EmitterMotion {
   // Number of equal time segments in each of which the triangle moves along lines or arcs of less
   // than half a turn.
   virtual int segments(const EmissiveTriangle& triangle) const = 0;
-  // Whether a triangle with `appears` is visible.
-  virtual bool shown(const EmissiveTriangle& triangle, float time) const = 0;
+  // Whether a triangle with `has_visibility_times` is visible.
+  virtual bool visibility(const EmissiveTriangle& triangle, float time) const = 0;
 };
 
 enum class PointLightType : uint8_t { kPoint, kSpot, kDirectional };
@@ -76,19 +76,21 @@ struct PointLight : PointLightState {
   // Factors on intensity and range, cone angles, and times with light; null: constant.
   std::shared_ptr<const TimeCurve<Rgb>> share = {};
   std::shared_ptr<const TimeCurve<Vec2f>> cones = {};
-  std::shared_ptr<const TimeCurve<float>> range_share = {};
-  std::shared_ptr<const ShownTimes> shown = {};
+  std::shared_ptr<const TimeCurve<float>> range_scale = {};
+  std::shared_ptr<const VisibilityTimes> visibility = {};
 
-  bool changes() const { return !motion.empty() || share || cones || range_share || shown; }
+  bool is_animated() const {
+    return !motion.empty() || share || cones || range_scale || visibility;
+  }
   PointLightPlace place_at(float time) const;
   PointLightState at(float time) const {
-    if (changes()) return changed_at(time);
+    if (is_animated()) return animated_at(time);
     return *this;
   }
   bool operator==(const PointLight&) const = default;
 
  private:
-  PointLightState changed_at(float time) const;
+  PointLightState animated_at(float time) const;
 };
 
 // The point where illumination is requested.

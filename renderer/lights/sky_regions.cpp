@@ -32,11 +32,11 @@ SkyRegions::SkyRegions(const Vec3f& lower, const Vec3f& upper) : lower_(lower) {
   numbers_.assign(places, 0);
 }
 
-SkyRegions SkyRegions::everywhere() {
+SkyRegions SkyRegions::single_region() {
   SkyRegions regions;
   regions.count_ = 1;
-  regions.everywhere_ = true;
-  regions.seen_.assign(sky_tiles::kCount, 1.0f);
+  regions.is_single_region_ = true;
+  regions.visibility_.assign(sky_tiles::kCount, 1.0f);
   regions.places_.assign(1, 1);
   return regions;
 }
@@ -48,7 +48,7 @@ int SkyRegions::face_of(const Vec3f& n) {
   return n.z > 0.0f ? 4 : 5;
 }
 
-int64_t SkyRegions::place_of(const Vec3f& point, const Vec3f& normal) const {
+int64_t SkyRegions::slot_of(const Vec3f& point, const Vec3f& normal) const {
   int64_t cell = 0;
   for (int c = 2; c >= 0; --c) {
     const float at = (point[c] - lower_[c]) * cells_per_length_;
@@ -59,13 +59,13 @@ int64_t SkyRegions::place_of(const Vec3f& point, const Vec3f& normal) const {
 }
 
 int SkyRegions::find_or_add(const Vec3f& point, const Vec3f& normal) {
-  const int64_t place = place_of(point, normal);
+  const int64_t place = slot_of(point, normal);
   if (place < 0) return kNone;
   uint16_t& number = numbers_[size_t(place)];
   if (number == 0) {
-    if (count_ == kMostRegions) return kNone;
+    if (count_ == kMaxRegions) return kNone;
     number = uint16_t(++count_);
-    seen_.resize(seen_.size() + sky_tiles::kCount, 0.0f);
+    visibility_.resize(visibility_.size() + sky_tiles::kCount, 0.0f);
     places_.push_back(0);
   }
   return number - 1;

@@ -39,48 +39,50 @@ class SkyRegions {
   SkyRegions() = default;  // no regions
   SkyRegions(const Vec3f& lower, const Vec3f& upper);
   // One region for all points, with everything equally visible.
-  static SkyRegions everywhere();
+  static SkyRegions single_region();
 
   // The region of a surface point that faces `normal`, or kNone.
   int find(const Vec3f& point, const Vec3f& normal) const {
-    if (everywhere_) return 0;
-    const int64_t place = place_of(point, normal);
+    if (is_single_region_) return 0;
+    const int64_t place = slot_of(point, normal);
     return place < 0 ? kNone : int(numbers_[size_t(place)]) - 1;
   }
   // Like find(), but adds a missing region; kNone outside the box and if there are too many.
   int find_or_add(const Vec3f& point, const Vec3f& normal);
   int count() const { return count_; }
   uint64_t bytes() const {
-    return numbers_.size() * sizeof(uint16_t) + seen_.size() * sizeof(float) +
+    return numbers_.size() * sizeof(uint16_t) + visibility_.size() * sizeof(float) +
            places_.size() * sizeof(uint32_t);
   }
 
   // Per tile of a region: the root mean square of visibility (0, 1, or a veil's transmittance)
   // times the cosine to the surface.
-  std::span<float> seen(int region) { return {&seen_[first_tile(region)], sky_tiles::kCount}; }
-  std::span<const float> seen(int region) const {
-    return {&seen_[first_tile(region)], sky_tiles::kCount};
+  std::span<float> visibility(int region) {
+    return {&visibility_[first_tile(region)], sky_tiles::kCount};
   }
-  // Frees `seen` after it has been read.
-  void forget_what_was_seen() { seen_ = std::vector<float>(); }
+  std::span<const float> visibility(int region) const {
+    return {&visibility_[first_tile(region)], sky_tiles::kCount};
+  }
+  // Frees `visibility` after it has been read.
+  void release_visibility() { visibility_ = std::vector<float>(); }
   // Number of points from which the region was surveyed.
   uint32_t& places(int region) { return places_[size_t(region)]; }
   uint32_t places(int region) const { return places_[size_t(region)]; }
 
  private:
-  static constexpr int kMostRegions = 4096;
+  static constexpr int kMaxRegions = 4096;
 
   static size_t first_tile(int region) { return size_t(region) * sky_tiles::kCount; }
   static int face_of(const Vec3f& normal);
-  int64_t place_of(const Vec3f& point, const Vec3f& normal) const;
+  int64_t slot_of(const Vec3f& point, const Vec3f& normal) const;
 
   Vec3f lower_ = Vec3f(0.0f);
   float cells_per_length_ = 0.0f;
   std::array<int, 3> cells_ = {0, 0, 0};
   int count_ = 0;
-  bool everywhere_ = false;
+  bool is_single_region_ = false;
   std::vector<uint16_t> numbers_;  // per place: its region's number, counted from 1; 0: none
-  std::vector<float> seen_;
+  std::vector<float> visibility_;
   std::vector<uint32_t> places_;
 };
 

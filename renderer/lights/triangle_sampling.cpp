@@ -67,9 +67,9 @@ template <class... Coefficients>
   return 2.0 * angle_of(volume, 1.0 + dot(a, b) + dot(a, c) + dot(b, c));
 }
 
-[[gnu::always_inline]] inline SeenTriangle see(const Vec3f& p0, const Vec3f& p1, const Vec3f& p2,
-                                               const Vec3f& point) {
-  SeenTriangle t;
+[[gnu::always_inline]] inline ProjectedTriangle project(const Vec3f& p0, const Vec3f& p1,
+                                                        const Vec3f& p2, const Vec3f& point) {
+  ProjectedTriangle t;
   const Vec3d o = to_double(point), v0 = to_double(p0), v1 = to_double(p1), v2 = to_double(p2);
   t.to_p0 = v0 - o;
   t.edge1 = v1 - v0;
@@ -94,7 +94,7 @@ template <class... Coefficients>
 // from the planes' normals, and 1 - cos and 1 + cos replace cos: 1 minus his quotient for the
 // cosine of the arc cut off equals (1 - cos area) (1 + cos c) over a sum that cancels only towards
 // c. So it is accurate even if a and b are opposite, as seen from the foot of a wall.
-[[gnu::always_inline]] inline Vec3d sample_direction(const SeenTriangle& t, const Vec2f& u) {
+[[gnu::always_inline]] inline Vec3d sample_direction(const ProjectedTriangle& t, const Vec2f& u) {
   const Vec3d plane_ab = cross(t.a, t.b), plane_ac = cross(t.a, t.c);
   const double scale = reciprocal(std::sqrt(dot(plane_ab, plane_ab) * dot(plane_ac, plane_ac)));
   const double cos_alpha = dot(plane_ab, plane_ac) * scale;
@@ -115,9 +115,9 @@ template <class... Coefficients>
   const double ratio = one_minus_cos_area * one_plus_cos_c /
                        fma(one_minus_cos_c * sin_alpha, sin_rest, one_minus_cos_area);
   const Vec3d whole = t.c - t.a;
-  const double most = 0.5 * dot(whole, whole);
-  const double some = ratio >= 0.0 ? ratio : most;  // rounding next to c; and NaN, of 0 / 0
-  const double h_c = some < most ? some : most;
+  const double limit = 0.5 * dot(whole, whole);
+  const double some = ratio >= 0.0 ? ratio : limit;  // rounding next to c; and NaN, of 0 / 0
+  const double h_c = some < limit ? some : limit;
   const Vec3d toward_c = fma(t.a, -dot(t.c, t.a), t.c);
   const Vec3d end = of_length2(toward_c, h_c * (2.0 - h_c)) + t.a * (1.0 - h_c);
 
@@ -129,7 +129,7 @@ template <class... Coefficients>
 }
 
 // Barycentric weights of p1 and p2 where the ray along w intersects the triangle's plane.
-[[gnu::always_inline]] inline Imath::Vec2<double> intersect_plane(const SeenTriangle& t,
+[[gnu::always_inline]] inline Imath::Vec2<double> intersect_plane(const ProjectedTriangle& t,
                                                                   const Vec3d& w) {
   const Vec3d p = cross(w, t.edge2);
   const double scale = 1.0 / dot(t.edge1, p);
@@ -143,7 +143,7 @@ template <class... Coefficients>
   return {b1, b2};
 }
 
-[[gnu::always_inline]] inline float density(const SeenTriangle& t, float distance) {
+[[gnu::always_inline]] inline float density(const ProjectedTriangle& t, float distance) {
   // |cos| at the light is height / distance, whatever direction a ray found it in.
   const double d = double(distance);
   const bool spherical = t.spherical();
@@ -152,7 +152,7 @@ template <class... Coefficients>
   return t.area > 0 && pdf < double(std::numeric_limits<float>::max()) ? float(pdf) : 0.0f;
 }
 
-[[gnu::always_inline]] inline TriangleSample sample(const SeenTriangle& t, const Vec3f& point,
+[[gnu::always_inline]] inline TriangleSample sample(const ProjectedTriangle& t, const Vec3f& point,
                                                     const Vec2f& u) {
   TriangleSample result;
   const Imath::Vec2<double> by_direction = intersect_plane(t, sample_direction(t, u));
@@ -174,11 +174,12 @@ template <class... Coefficients>
 
 }  // namespace
 
-SeenTriangle see_triangle(const Vec3f& p0, const Vec3f& p1, const Vec3f& p2, const Vec3f& point) {
-  return see(p0, p1, p2, point);
+ProjectedTriangle project_triangle(const Vec3f& p0, const Vec3f& p1, const Vec3f& p2,
+                                   const Vec3f& point) {
+  return project(p0, p1, p2, point);
 }
 
-float triangle_pdf(const SeenTriangle& t, float distance) { return density(t, distance); }
+float triangle_pdf(const ProjectedTriangle& t, float distance) { return density(t, distance); }
 
 void TriangleBatch::add(const std::array<Vec3f, 3>& corners, const Vec3f& point, const Vec2f& u) {
   const int i = count_++;
@@ -190,7 +191,7 @@ void TriangleBatch::add(const std::array<Vec3f, 3>& corners, const Vec3f& point,
   u_[1][i] = u.y;
 }
 
-[[gnu::always_inline]] inline void TriangleBatch::answer(int i) {
+[[gnu::always_inline]] inline void TriangleBatch::evaluate(int i) {
   const auto vector = [i](const Lanes(&lanes)[3]) {
     return Vec3f(lanes[0][i], lanes[1][i], lanes[2][i]);
   };
@@ -200,20 +201,20 @@ void TriangleBatch::add(const std::array<Vec3f, 3>& corners, const Vec3f& point,
     lanes[2][i] = v.z;
   };
   const Vec3f point = vector(point_);
-  const SeenTriangle seen =
-      see(vector(corners_[0]), vector(corners_[1]), vector(corners_[2]), point);
-  const TriangleSample s = emberline::sample(seen, point, {u_[0][i], u_[1][i]});
+  const ProjectedTriangle projected =
+      project(vector(corners_[0]), vector(corners_[1]), vector(corners_[2]), point);
+  const TriangleSample s = emberline::sample(projected, point, {u_[0][i], u_[1][i]});
   barycentric_[0][i] = s.barycentric.x;
   barycentric_[1][i] = s.barycentric.y;
   put(s.position, position_);
   put(s.direction, direction_);
-  put(to_float(seen.normal), normal_);
+  put(to_float(projected.normal), normal_);
   distance_[i] = s.distance;
   pdf_[i] = s.pdf;
-  height_[i] = seen.height;
+  height_[i] = projected.height;
 }
 
-[[gnu::noinline]] void TriangleBatch::answer_alone(int i) { answer(i); }
+[[gnu::noinline]] void TriangleBatch::evaluate_single(int i) { evaluate(i); }
 
 void TriangleBatch::sample() {
   // One or two remaining samples are faster alone, three are faster as four.
@@ -225,8 +226,8 @@ void TriangleBatch::sample() {
     }
     for (Lanes& u : u_) u[count_] = u[0];
   }
-  for (int i = 0; i < lanes; ++i) answer(i);
-  for (int i = lanes; i < count_; ++i) answer_alone(i);
+  for (int i = 0; i < lanes; ++i) evaluate(i);
+  for (int i = lanes; i < count_; ++i) evaluate_single(i);
 }
 
 }  // namespace emberline

@@ -1,6 +1,6 @@
 // Samples points on a triangle uniformly in solid angle as seen from a point.
 //
-// Between kLeastSphericalAngle and kLargestSphericalAngle: Arvo 1995, "Stratified Sampling of
+// Between kMinSphericalAngle and kMaxSphericalAngle: Arvo 1995, "Stratified Sampling of
 // Spherical Triangles". Below, where the triangle is flat to float accuracy and both methods agree,
 // and above, where the point is almost on the triangle: uniform in area, density d^2 / (A |cos|).
 // The choice depends only on triangle and point, so a ray that hits the triangle gets the density
@@ -21,10 +21,10 @@ namespace emberline {
 // pbrt-v4's limits are 3e-4 and 6.22 (Triangle::MinSphericalSampleArea, MaxSphericalSampleArea).
 // Our upper limit is almost the hemisphere, which double allows: by area, 1e5 samples for a point
 // 1e-3 edges above a triangle find a sixth of its light (triangle_sampling_test, "a thousandth").
-inline constexpr double kLeastSphericalAngle = 3e-4;
-inline constexpr double kLargestSphericalAngle = 2 * kPiD - 1e-4;
+inline constexpr double kMinSphericalAngle = 3e-4;
+inline constexpr double kMaxSphericalAngle = 2 * kPiD - 1e-4;
 
-struct SeenTriangle {
+struct ProjectedTriangle {
   Vec3d to_p0 = Vec3d(0.0);                              // from the point to vertex 0
   Vec3d edge1 = Vec3d(0.0), edge2 = Vec3d(0.0);          // from vertex 0 to 1 and 2
   Vec3d a = Vec3d(0.0), b = Vec3d(0.0), c = Vec3d(0.0);  // unit, from the point to the vertices
@@ -34,11 +34,12 @@ struct SeenTriangle {
   double solid_angle = 0.0;  // Van Oosterom & Strackee 1983, "The Solid Angle of a Plane Triangle"
 
   bool spherical() const {
-    return solid_angle > kLeastSphericalAngle && solid_angle < kLargestSphericalAngle;
+    return solid_angle > kMinSphericalAngle && solid_angle < kMaxSphericalAngle;
   }
 };
 
-SeenTriangle see_triangle(const Vec3f& p0, const Vec3f& p1, const Vec3f& p2, const Vec3f& point);
+ProjectedTriangle project_triangle(const Vec3f& p0, const Vec3f& p1, const Vec3f& p2,
+                                   const Vec3f& point);
 
 struct TriangleSample {
   Vec2f barycentric = Vec2f(0.0f);  // weights of p1 and p2
@@ -68,8 +69,8 @@ class TriangleBatch {
 
  private:
   using Lanes = float[kRayBatch];
-  void answer(int i);
-  void answer_alone(int i);
+  void evaluate(int i);
+  void evaluate_single(int i);
 
   int count_ = 0;
   Lanes corners_[3][3], point_[3], u_[2];
@@ -78,6 +79,6 @@ class TriangleBatch {
 };
 
 // Density of a sample at a point of the triangle at `distance`.
-float triangle_pdf(const SeenTriangle& triangle, float distance);
+float triangle_pdf(const ProjectedTriangle& triangle, float distance);
 
 }  // namespace emberline

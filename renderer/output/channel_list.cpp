@@ -29,7 +29,7 @@ ChannelJson channels_as_json() {
                     {"half", may_be_half(row.use)},
                     {"lossy", row.use == ChannelUse::kColour},
                     {"denoised", row.denoised},
-                    {"summary", spelled(row.summary)}});
+                    {"summary", spell_setting_names(row.summary)}});
   }
   return list;
 }
@@ -41,9 +41,9 @@ std::string channels_as_text(const ChannelJson& rows) {
     text += fmt::format("{:<12} {}{}{}\n    {}\n", row["name"].get<std::string>(),
                         row["value"].get<std::string>(), unit.empty() ? "" : ", " + unit,
                         setting.empty()    ? ""
-                        : setting == "aov" ? fmt::format(", {} {}", spelled("`aov`"),
+                        : setting == "aov" ? fmt::format(", {} {}", spell_setting_names("`aov`"),
                                                          row["name"].get<std::string>())
-                                           : ", " + spelled("`" + setting + "`"),
+                                           : ", " + spell_setting_names("`" + setting + "`"),
                         row["summary"].get<std::string>());
   }
   return text;

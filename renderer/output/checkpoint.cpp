@@ -23,9 +23,9 @@ constexpr uint64_t kBlockBytes = uint64_t(4) << 20;
 
 // Throws InputError that lists all differences.
 void check_frame(const RecordFile& file, const Json& now,
-                 std::initializer_list<std::string_view> but = {}) {
+                 std::initializer_list<std::string_view> ignored = {}) {
   const Json then = parse_json(file.head(), file.path());
-  if (const std::vector<std::string> list = differences(now, then, but); !list.empty()) {
+  if (const std::vector<std::string> list = differences(now, then, ignored); !list.empty()) {
     throw InputError(
         file.path(),
         "this checkpoint belongs to another frame: {}; use the same settings, or remove it",
@@ -48,32 +48,32 @@ Tiles tiles_of(const RecordFile& file) {
 }
 
 // Reads the record that counts for each number: the last one. Holds one record in memory at a time.
-bool records_are_whole(const RecordFile& file) {
+bool all_records_intact(const RecordFile& file) {
   std::map<std::pair<uint32_t, uint64_t>, RecordEntry> records;
   for (const RecordEntry& record : file.records()) {
     records.insert_or_assign({record.kind, record.number}, record);
   }
   return std::ranges::all_of(records,
-                             [&](const auto& entry) { return file.is_whole(entry.second); });
+                             [&](const auto& entry) { return file.is_intact(entry.second); });
 }
 
-void warn_of_cut(const std::string& path) {
+void warn_truncated(const std::string& path) {
   log_warning(path + ": it is truncated; the tiles at its end are rendered again");
 }
 
-void warn_of_lost_tiles(const std::string& why) {
+void warn_lost_tiles(const std::string& why) {
   log_warning(why + "; the lost tiles are rendered again");
 }
 
 // Returns nullopt if the file lacks the tile or, with a warning, if the tile is damaged.
 std::optional<std::vector<std::byte>> load_tile(const RecordFile* file, const Tiles& tiles,
-                                                size_t tile, uint64_t most) {
+                                                size_t tile, uint64_t max_bytes) {
   const auto at = tiles.find(tile);
   if (at == tiles.end()) return std::nullopt;
   try {
-    return file->read(at->second, most);
+    return file->read(at->second, max_bytes);
   } catch (const InputError& error) {
-    warn_of_lost_tiles(error.what());
+    warn_lost_tiles(error.what());
     return std::nullopt;
   }
 }
@@ -84,13 +84,13 @@ bool is_part(const FrameSettings& settings) {
   return settings.part.has_value() || settings.sample_range.has_value();
 }
 
-bool keeps_checkpoint(const RenderOptions& options) {
+bool retains_checkpoint(const RenderOptions& options) {
   return options.resumable || is_part(options);
 }
 
 std::string checkpoint_path(const RenderOptions& options) {
   if (!options.checkpoint.empty()) return options.checkpoint;
-  if (options.outputs.empty() || !(keeps_checkpoint(options) || options.resume)) return "";
+  if (options.outputs.empty() || !(retains_checkpoint(options) || options.resume)) return "";
   std::string path = options.outputs.front();
   if (options.part) path += fmt::format(".part-{}-of-{}", options.part->index, options.part->count);
   if (options.sample_range) {
@@ -102,10 +102,10 @@ std::string checkpoint_path(const RenderOptions& options) {
 void check_checkpoint(const std::string& path, bool resume) {
   std::error_code none;
   const bool link = std::filesystem::is_symlink(std::filesystem::symlink_status(path, none));
-  const bool there = InputFile::open_if_there(path).has_value();
-  if (there ? is_record_file(path) : !link) return;
-  if (!there && resume) throw InputError(path, "it is a link to a file that does not exist");
-  if (!there) {
+  const bool file_exists = InputFile::try_open(path).has_value();
+  if (file_exists ? is_record_file(path) : !link) return;
+  if (!file_exists && resume) throw InputError(path, "it is a link to a file that does not exist");
+  if (!file_exists) {
     throw UsageError("`checkpoint` {}: it is a link to a file that does not exist; name a file",
                      path);
   }
@@ -115,23 +115,23 @@ void check_checkpoint(const std::string& path, bool resume) {
       path);
 }
 
-bool is_own_checkpoint(const RenderOptions& options) {
+bool is_default_checkpoint(const RenderOptions& options) {
   RenderOptions unnamed = options;
   unnamed.checkpoint.clear();
   unnamed.resumable = true;
   const std::string path = checkpoint_path(options);
-  const auto plain = [](const std::string& name) {
+  const auto normalized = [](const std::string& name) {
     return std::filesystem::absolute(name).lexically_normal();
   };
   std::error_code none;
-  return plain(path) == plain(checkpoint_path(unnamed)) &&
+  return normalized(path) == normalized(checkpoint_path(unnamed)) &&
          !std::filesystem::is_symlink(std::filesystem::symlink_status(path, none)) &&
          (!std::filesystem::exists(path, none) ||
           std::filesystem::hard_link_count(path, none) == 1);
 }
 
-void check_begins_anew(const std::string& path, const Json& head) {
-  if (!InputFile::open_if_there(path)) return;
+void check_overwrite(const std::string& path, const Json& head) {
+  if (!InputFile::try_open(path)) return;
   std::string why = "the checkpoint is damaged";
   try {
     const RecordFile file(path);
@@ -148,7 +148,7 @@ void check_begins_anew(const std::string& path, const Json& head) {
                    path, why);
 }
 
-std::optional<std::vector<std::byte>> film_state(const RecordFile& file, uint64_t most) {
+std::optional<std::vector<std::byte>> read_film_state(const RecordFile& file, uint64_t max_bytes) {
   const std::span<const RecordEntry> records = file.records();
   const auto damaged = [&] {
     return InputError(file.path(), "the checkpoint is damaged or truncated");
@@ -160,7 +160,7 @@ std::optional<std::vector<std::byte>> film_state(const RecordFile& file, uint64_
   }
   uint64_t size = 0;
   for (const RecordEntry& record : records) {
-    if (record.bytes > most - size) throw damaged();
+    if (record.bytes > max_bytes - size) throw damaged();
     size += record.bytes;
   }
   std::vector<std::byte> state;
@@ -175,35 +175,36 @@ std::optional<std::vector<std::byte>> film_state(const RecordFile& file, uint64_
 
 Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
     : path_(options.path),
-      head_(record_file_head(head.dump(2, ' ', false, Json::error_handler_t::replace))),
+      head_(pack_file_head(head.dump(2, ' ', false, Json::error_handler_t::replace))),
       interval_s_(options.interval_s),
       next_s_(options.interval_s),
       save_now_(options.save_now) {
   report_.file = path_;
   if (!options.finished.empty()) {
-    finished_ = std::make_unique<RecordFile>(options.finished);
-    check_frame(*finished_, head, {"spp", "noise-threshold", "min-spp", "max-spp"});
-    finished_tiles_ = tiles_of(*finished_);
-    if (options.by_tiles && finished_->has_more()) warn_of_cut(finished_->path());
+    extended_ = std::make_unique<RecordFile>(options.finished);
+    check_frame(*extended_, head, {"spp", "noise-threshold", "min-spp", "max-spp"});
+    extended_tiles_ = tiles_of(*extended_);
+    if (options.is_tiled && extended_->has_more()) warn_truncated(extended_->path());
   }
   check_checkpoint(path_, options.resume);
-  const bool there = InputFile::open_if_there(path_).has_value();
-  made_ = !there;
-  file_ = there ? std::make_unique<LockedFile>(path_) : std::make_unique<LockedFile>(path_, head_);
-  if (there && options.resume) earlier_ = std::make_unique<RecordFile>(path_);
+  const bool file_exists = InputFile::try_open(path_).has_value();
+  created_ = !file_exists;
+  file_ = file_exists ? std::make_unique<LockedFile>(path_)
+                      : std::make_unique<LockedFile>(path_, head_);
+  if (file_exists && options.resume) resumed_ = std::make_unique<RecordFile>(path_);
   // An existing file without records has nothing to resume.
-  if (earlier_ && earlier_->end() == file_->size() && earlier_->records().empty()) {
-    earlier_.reset();
+  if (resumed_ && resumed_->end() == file_->size() && resumed_->records().empty()) {
+    resumed_.reset();
   }
-  if (earlier_) {
-    check_frame(*earlier_, head);
-    tiles_ = tiles_of(*earlier_);
-    if (options.by_tiles && earlier_->has_more()) {
-      warn_of_cut(path_);
-      file_->cut(earlier_->end());
+  if (resumed_) {
+    check_frame(*resumed_, head);
+    tiles_ = tiles_of(*resumed_);
+    if (options.is_tiled && resumed_->has_more()) {
+      warn_truncated(path_);
+      file_->truncate(resumed_->end());
     }
-  } else if (there) {
-    if (!options.resume && !options.own) check_begins_anew(path_, head);
+  } else if (file_exists) {
+    if (!options.resume && !options.is_default) check_overwrite(path_, head);
     if (!options.resume) log_info(path_ + " starts over, because `resume` is not given");
     file_->replace([this](AtomicFile& file) { file.write_at(head_.data(), head_.size(), 0); });
   }
@@ -216,84 +217,84 @@ Checkpoint::~Checkpoint() {
   if (!thread_.joinable()) return;
   try {
     end_thread();
-    finish(false, !made_ || file_->size() > head_.size());
+    finish(false, !created_ || file_->size() > head_.size());
   } catch (const std::exception& error) {
     log_warning(error.what());
   }
 }
 
-std::optional<std::vector<std::byte>> Checkpoint::load(size_t tile, uint64_t most) {
-  return load_tile(earlier_.get(), tiles_, tile, most);
+std::optional<std::vector<std::byte>> Checkpoint::load(size_t tile, uint64_t max_bytes) {
+  return load_tile(resumed_.get(), tiles_, tile, max_bytes);
 }
 
-std::optional<std::vector<std::byte>> Checkpoint::load_finished(size_t tile, uint64_t most) {
-  return load_tile(finished_.get(), finished_tiles_, tile, most);
+std::optional<std::vector<std::byte>> Checkpoint::load_finished(size_t tile, uint64_t max_bytes) {
+  return load_tile(extended_.get(), extended_tiles_, tile, max_bytes);
 }
 
-void Checkpoint::unusable(bool finished) {
-  warn_of_lost_tiles((finished ? *finished_ : *earlier_).path() + ": the checkpoint is damaged");
+void Checkpoint::report_unusable(bool finished) {
+  warn_lost_tiles((finished ? *extended_ : *resumed_).path() + ": the checkpoint is damaged");
 }
 
 void Checkpoint::save(size_t tile, std::span<const std::byte> state) {
   try {
-    const std::string record = packed_record(kTileRecord, tile, state);
+    const std::string record = pack_record(kTileRecord, tile, state);
     const std::lock_guard lock(mutex_);
     file_->append(record);
-    tiles_waiting_ = true;
+    has_unsynced_tiles_ = true;
     report_.bytes = file_->size();
   } catch (const std::exception& error) {  // including out of memory
     const std::lock_guard lock(mutex_);
-    failed(error.what());
+    record_failure(error.what());
   }
 }
 
 // Rendering continues; a failed save matters only if this run ends early.
-void Checkpoint::failed(const std::string& error) {
+void Checkpoint::record_failure(const std::string& error) {
   error_ = error;
   if (!warned_ && !ending_)
     log_warning(error + "; the frame continues, but unsaved work is lost if the program ends");
   warned_ = true;
 }
 
-void Checkpoint::begin(RenderJob& job, uint64_t most) {
-  job.by_tiles() ? job.keep_tiles(this) : begin_film(job, most);
+void Checkpoint::begin(RenderJob& job, uint64_t max_bytes) {
+  job.is_tiled() ? job.set_tile_store(this) : begin_film(job, max_bytes);
 }
 
-void Checkpoint::begin_film(RenderJob& job, uint64_t most) {
+void Checkpoint::begin_film(RenderJob& job, uint64_t max_bytes) {
   job.make_resumable();
-  copies(job.film_bytes());
-  const auto state = earlier_ ? film_state(*earlier_, most) : std::nullopt;
-  const auto finished = !state && finished_ ? film_state(*finished_, most) : std::nullopt;
+  set_copy_size(job.film_bytes());
+  const auto state = resumed_ ? read_film_state(*resumed_, max_bytes) : std::nullopt;
+  const auto finished = !state && extended_ ? read_film_state(*extended_, max_bytes) : std::nullopt;
   try {
     if (state) job.load(*state);
     if (finished) job.extend(*finished);
   } catch (const InputError& error) {
-    throw InputError(state ? path_ : finished_->path(), error.what());
+    throw InputError(state ? path_ : extended_->path(), error.what());
   }
 }
 
-bool Checkpoint::asked() const {
-  if (save_now_ && save_now_()) asked_ = true;
-  return asked_;
+bool Checkpoint::is_save_requested() const {
+  if (save_now_ && save_now_()) save_requested_ = true;
+  return save_requested_;
 }
 
-bool Checkpoint::wanted() const {
+bool Checkpoint::is_due() const {
   return !busy_.load(std::memory_order_relaxed) &&
-         (clock_.seconds() >= next_s_.load(std::memory_order_relaxed) || asked());
+         (clock_.seconds() >= next_s_.load(std::memory_order_relaxed) || is_save_requested());
 }
 
 void Checkpoint::save(RenderJob& job) {
   std::unique_lock lock(mutex_);
-  wake_.wait(lock, [&] { return !busy_; });  // at a stop; otherwise callers check wanted() first
+  wake_.wait(lock, [&] { return !busy_; });  // at a stop; otherwise callers check is_due() first
   const Stopwatch pause;
-  asked_ = false;
+  save_requested_ = false;
   next_s_ = clock_.seconds() + interval_s_;
   try {
     copy_.reserve(copy_bytes_);
     job.save(copy_);
   } catch (const std::bad_alloc&) {
     copy_ = {};
-    return failed(path_ + ": not enough memory for a copy of the frame");
+    return record_failure(path_ + ": not enough memory for a copy of the frame");
   }
   writing_ = true;
   busy_ = true;
@@ -305,16 +306,16 @@ void Checkpoint::save(RenderJob& job) {
 
 // Sets the expected size of copies. First touch of a large copy's memory takes longer than the copy
 // itself, so the thread does it before the first save, while workers render.
-void Checkpoint::copies(uint64_t film_bytes) {
+void Checkpoint::set_copy_size(uint64_t film_bytes) {
   const std::lock_guard lock(mutex_);
   copy_bytes_ = film_bytes + film_bytes / 8;  // the driver's state grows
 }
 
-void Checkpoint::touch_copy() {
+void Checkpoint::prefault_copy() {
   try {
     std::vector<std::byte> copy;
     copy.reserve(copy_bytes_);
-    prefer_huge_pages(copy.data(), copy.capacity());
+    advise_huge_pages(copy.data(), copy.capacity());
     copy.resize(copy_bytes_);
     copy_ = std::move(copy);
   } catch (const std::bad_alloc&) {  // then the first pause pays for the first touch
@@ -322,7 +323,7 @@ void Checkpoint::touch_copy() {
   }
 }
 
-void Checkpoint::write_behind(const std::vector<std::byte>& state) {
+void Checkpoint::write_state(const std::vector<std::byte>& state) {
   file_->replace([&](AtomicFile& file) {
     uint64_t at = 0, blocks = 0;
     const auto append = [&](const std::string& bytes) {
@@ -332,9 +333,9 @@ void Checkpoint::write_behind(const std::vector<std::byte>& state) {
     append(head_);
     for (size_t begin = 0; begin < state.size(); begin += kBlockBytes, ++blocks) {
       const size_t size = std::min<size_t>(kBlockBytes, state.size() - begin);
-      append(packed_record(kBlockRecord, blocks, std::span(state).subspan(begin, size)));
+      append(pack_record(kBlockRecord, blocks, std::span(state).subspan(begin, size)));
     }
-    append(packed_record(kEndRecord, blocks, {}));
+    append(pack_record(kEndRecord, blocks, {}));
   });
   report_.bytes = file_->size();
   ++report_.written;
@@ -346,20 +347,20 @@ void Checkpoint::sync_tiles() {
     ++report_.written;
   } catch (const RenderError& error) {
     const std::lock_guard lock(mutex_);
-    failed(error.what());
+    record_failure(error.what());
   }
 }
 
 void Checkpoint::run() {
   constexpr auto kPoll = std::chrono::milliseconds(100);
   std::unique_lock lock(mutex_);
-  while (!ending_ || writing_ || tiles_waiting_) {
+  while (!ending_ || writing_ || has_unsynced_tiles_) {
     wake_.wait_for(lock, kPoll, [&] { return ending_ || writing_; });
     if (writing_) {
       lock.unlock();
       std::string why;
       try {
-        write_behind(copy_);
+        write_state(copy_);
       } catch (const RenderError& error) {  // it names the file
         why = error.what();
       } catch (const std::exception& error) {  // including out of memory
@@ -367,7 +368,7 @@ void Checkpoint::run() {
       }
       lock.lock();
       error_.clear();  // the file has the whole frame now, whatever failed before
-      if (!why.empty()) failed(why);
+      if (!why.empty()) record_failure(why);
       writing_ = false;
       busy_ = false;
       wake_.notify_all();
@@ -376,15 +377,15 @@ void Checkpoint::run() {
         clock_.seconds() >= next_s_ - interval_s_ / 2) {
       busy_ = true;
       lock.unlock();
-      touch_copy();
+      prefault_copy();
       lock.lock();
       busy_ = false;
       wake_.notify_all();
     }
-    const bool due = ending_ || clock_.seconds() >= next_s_ || asked();
-    if (!due || !tiles_waiting_) continue;
-    tiles_waiting_ = false;
-    asked_ = false;
+    const bool due = ending_ || clock_.seconds() >= next_s_ || is_save_requested();
+    if (!due || !has_unsynced_tiles_) continue;
+    has_unsynced_tiles_ = false;
+    save_requested_ = false;
     next_s_ = clock_.seconds() + interval_s_;
     lock.unlock();
     sync_tiles();
@@ -396,10 +397,10 @@ void Checkpoint::run() {
 // truncation leaves a hole, so the contents are read back.
 void Checkpoint::check_file() {
   try {
-    if (file_->is_named()) {
+    if (file_->owns_path()) {
       const RecordFile file(path_);
       const bool as_written = file.end() == file_->size() && !file.has_more();
-      if (as_written && records_are_whole(file)) return;
+      if (as_written && all_records_intact(file)) return;
       error_ = path_ + ": it was damaged during the render and does not hold the whole frame";
       return;
     }
@@ -424,10 +425,10 @@ CheckpointReport Checkpoint::finish(bool done, bool keep) {
   if (!keep) file_->remove();
   if (keep && error_.empty()) check_file();
   report_.error = error_;
-  if (done && finished_ && error_.empty()) {
-    check_checkpoint(finished_->path(), true);
-    file_->rename_to(finished_->path());
-    report_.file = finished_->path();
+  if (done && extended_ && error_.empty()) {
+    check_checkpoint(extended_->path(), true);
+    file_->rename_to(extended_->path());
+    report_.file = extended_->path();
   }
   report_.kept = keep;
   return report_;

@@ -34,7 +34,7 @@
 
 namespace emberline {
 
-// Record kinds. A tile record is numbered by bucket_number(). Block records are numbered from 0,
+// Record kinds. A tile record is numbered by bucket_index(). Block records are numbered from 0,
 // and the end record has the next number.
 inline constexpr uint32_t kTileRecord = 1, kBlockRecord = 2, kEndRecord = 3;
 
@@ -44,14 +44,14 @@ void check_checkpoint(const std::string& path, bool resume);
 
 // Whether the path is OUTPUT.checkpoint and not a link, which could be another frame's file. Such a
 // file may be replaced whatever its settings.
-bool is_own_checkpoint(const RenderOptions& options);
+bool is_default_checkpoint(const RenderOptions& options);
 // Rejects starting over a checkpoint of another frame. A `head` without "inputs" is compared by its
 // settings alone. Throws UsageError.
-void check_begins_anew(const std::string& path, const nlohmann::json& head);
+void check_overwrite(const std::string& path, const nlohmann::json& head);
 
 // Returns the saved state of a frame with one film, at most `most` bytes, or nullopt if none was
 // saved. Throws InputError.
-std::optional<std::vector<std::byte>> film_state(const RecordFile& file, uint64_t most);
+std::optional<std::vector<std::byte>> read_film_state(const RecordFile& file, uint64_t max_bytes);
 
 struct CheckpointReport {
   std::string file;                          // empty: no checkpoint was requested
@@ -64,10 +64,10 @@ struct CheckpointReport {
 
 struct CheckpointOptions {
   std::string path;
-  bool by_tiles = false;
+  bool is_tiled = false;
   bool resume = false;      // resume from an existing file
   double interval_s = 300;  // between two saves
-  bool own = true;          // is_own_checkpoint()
+  bool is_default = true;   // is_default_checkpoint()
   // Checkpoint of a finished frame that this one extends: equal settings except for fewer samples
   // or a higher threshold. This checkpoint replaces it when done. Empty: none.
   std::string finished;
@@ -83,19 +83,19 @@ class Checkpoint final : public TileStore {
   Checkpoint(const CheckpointOptions& options, const nlohmann::json& head);
   ~Checkpoint() override;
 
-  bool goes_on() const { return earlier_ != nullptr; }
+  bool is_resumed() const { return resumed_ != nullptr; }
 
   // Tile calls: any thread.
-  std::optional<std::vector<std::byte>> load(size_t tile, uint64_t most) override;
-  std::optional<std::vector<std::byte>> load_finished(size_t tile, uint64_t most) override;
-  void unusable(bool finished) override;
+  std::optional<std::vector<std::byte>> load(size_t tile, uint64_t max_bytes) override;
+  std::optional<std::vector<std::byte>> load_finished(size_t tile, uint64_t max_bytes) override;
+  void report_unusable(bool finished) override;
   void save(size_t tile, std::span<const std::byte> state) override;
 
   // Call before the job renders: resumes from an earlier run or from the frame that is extended,
   // whose states have at most `most` bytes. Throws InputError that names the file.
-  void begin(RenderJob& job, uint64_t most);
+  void begin(RenderJob& job, uint64_t max_bytes);
   // Frames with one film: whether a save is due, for which the job must pause. Any thread.
-  bool wanted() const;
+  bool is_due() const;
   // Copies the frame and writes the copy in the background, after the previous write.
   void save(RenderJob& job);
 
@@ -104,35 +104,35 @@ class Checkpoint final : public TileStore {
   CheckpointReport finish(bool done, bool keep);
 
  private:
-  void begin_film(RenderJob& job, uint64_t most);
-  void copies(uint64_t film_bytes);
+  void begin_film(RenderJob& job, uint64_t max_bytes);
+  void set_copy_size(uint64_t film_bytes);
   void run();
   void end_thread();
-  void touch_copy();
-  void write_behind(const std::vector<std::byte>& state);
+  void prefault_copy();
+  void write_state(const std::vector<std::byte>& state);
   void sync_tiles();
-  void failed(const std::string& error);
+  void record_failure(const std::string& error);
   void check_file();
-  bool asked() const;
+  bool is_save_requested() const;
 
   const std::string path_;
   const std::string head_;
   const double interval_s_;
   std::unique_ptr<LockedFile> file_;
-  std::unique_ptr<RecordFile> earlier_;   // from an earlier run
-  std::unique_ptr<RecordFile> finished_;  // the frame that is extended
-  std::unordered_map<uint64_t, RecordEntry> tiles_, finished_tiles_;
+  std::unique_ptr<RecordFile> resumed_;   // from an earlier run
+  std::unique_ptr<RecordFile> extended_;  // the frame that is extended
+  std::unordered_map<uint64_t, RecordEntry> tiles_, extended_tiles_;
   CheckpointReport report_;
   Stopwatch clock_;
   std::atomic<double> next_s_;
   const std::function<bool()> save_now_;
-  mutable std::atomic<bool> asked_{false};
+  mutable std::atomic<bool> save_requested_{false};
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::vector<std::byte> copy_;  // waiting to be written; owned by the thread while busy_
   uint64_t copy_bytes_ = 0;
-  bool writing_ = false, ending_ = false, warned_ = false, tiles_waiting_ = false;
-  bool made_ = false;              // the file was created by this run
+  bool writing_ = false, ending_ = false, warned_ = false, has_unsynced_tiles_ = false;
+  bool created_ = false;           // the file was created by this run
   std::string error_;              // why the save is incomplete
   std::atomic<bool> busy_{false};  // the thread is using copy_
   std::thread thread_;

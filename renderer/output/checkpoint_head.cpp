@@ -27,8 +27,8 @@ namespace {
 using Json = nlohmann::json;
 
 // Settings that do not affect the bits of a finished frame.
-constexpr std::array<std::string_view, 6> kFree = {"time-limit", "bucket-order",    "denoise",
-                                                   "half",       "exr-compression", "exr-parts"};
+constexpr std::array<std::string_view, 6> kIgnoredSettings = {
+    "time-limit", "bucket-order", "denoise", "half", "exr-compression", "exr-parts"};
 
 // Calls `found` for each member of `part` that only one head has or whose value differs.
 void compare(
@@ -53,10 +53,10 @@ void compare(
 }
 
 // A head that is not ours may have thousands of differences.
-void shorten(std::vector<std::string>& list) {
-  constexpr size_t kMost = 16;
-  if (list.size() <= kMost) return;
-  list.resize(kMost);
+void truncate_list(std::vector<std::string>& list) {
+  constexpr size_t kMaxListed = 16;
+  if (list.size() <= kMaxListed) return;
+  list.resize(kMaxListed);
   list.push_back("and more");
 }
 
@@ -77,7 +77,7 @@ std::vector<std::pair<std::string, std::string>> named_inputs(const FrameSetting
   add(fmt::format("the file of --{}", "env"), settings.environment);
   add(fmt::format("the file of --{}", "edits"), settings.edits);
   if (settings.edits.empty()) return files;
-  const SceneEdits edits = edits_of_document(read_json(settings.edits, progress), settings.edits);
+  const SceneEdits edits = edits_from_json(read_json(settings.edits, progress), settings.edits);
   add(fmt::format("the environment of --{}", "edits"), edits.environment.file);
   return files;
 }
@@ -96,8 +96,8 @@ Json input_fingerprints(const FrameSettings& settings, LoadProgress& progress) {
 
 LoadedFiles::LoadedFiles(const FrameSettings& settings, const LoadProgress& progress) {
   for (const auto& [what, path] : named_inputs(settings, progress)) {
-    std::vector<NamedFile>& list = path == settings.environment ? files_ : of_edits_;
-    if (auto file = file_now(path)) list.push_back(*std::move(file));
+    std::vector<NamedFile>& list = path == settings.environment ? files_ : edit_files_;
+    if (auto file = stat_file(path)) list.push_back(*std::move(file));
   }
 }
 
@@ -113,12 +113,12 @@ Json LoadedFiles::fingerprints(const FrameSettings& settings, LoadProgress& prog
 }
 
 void LoadedFiles::check(const FrameSettings& settings) const {
-  const auto stands = [](const NamedFile& file) {
-    const std::optional<NamedFile> now = file_now(file.path);
+  const auto is_unchanged = [](const NamedFile& file) {
+    const std::optional<NamedFile> now = stat_file(file.path);
     return now && now->identity == file.identity && now->state == file.state;
   };
-  if (!std::ranges::all_of(files_, stands) ||
-      (!settings.edits.empty() && !std::ranges::all_of(of_edits_, stands))) {
+  if (!std::ranges::all_of(files_, is_unchanged) ||
+      (!settings.edits.empty() && !std::ranges::all_of(edit_files_, is_unchanged))) {
     throw InputError(settings.scene, "its files have changed since they were read; start again");
   }
 }
@@ -127,12 +127,12 @@ Json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
                      const SceneLayers& layers, const Json& inputs) {
   Json head = {{"emberline", kEmberlineVersion}, {"bits", kBitsVersion}};
   Json& settings = head["settings"] = Json::object();
-  Json& free = head["schedule"] = Json::object();
-  for (const auto& [name, text] : setting_texts(recorded_settings(options), {}, false)) {
+  Json& schedule = head["schedule"] = Json::object();
+  for (const auto& [name, text] : setting_texts(with_recorded_defaults(options), {}, false)) {
     // The bucket order decides which buckets a part has.
-    const bool decides =
-        std::ranges::find(kFree, name) == kFree.end() || (options.part && name == "bucket-order");
-    if (name != "aov") (decides ? settings : free)[name] = text;
+    const bool affects_bits = std::ranges::find(kIgnoredSettings, name) == kIgnoredSettings.end() ||
+                              (options.part && name == "bucket-order");
+    if (name != "aov") (affects_bits ? settings : schedule)[name] = text;
   }
   put_scene_layers(layers, head);
   std::string channels;
@@ -181,7 +181,7 @@ FrameSettings settings_of(const Json& head, const std::string& place) {
   return settings;
 }
 
-std::string text_in(const Json& head, const char* part, const char* name) {
+std::string find_text(const Json& head, const char* part, const char* name) {
   const auto object = head.is_object() ? head.find(part) : head.end();
   if (object == head.end() || !object->is_object()) return "";
   const auto text = object->find(name);
@@ -189,7 +189,7 @@ std::string text_in(const Json& head, const char* part, const char* name) {
 }
 
 std::vector<std::string> differences(const Json& now, const Json& then,
-                                     std::initializer_list<std::string_view> but) {
+                                     std::initializer_list<std::string_view> ignored) {
   std::vector<std::string> list;
   const Json bits = then.is_object() ? then.value("bits", Json()) : Json();
   if (bits != Json(kBitsVersion)) {
@@ -197,26 +197,30 @@ std::vector<std::string> differences(const Json& now, const Json& then,
     list.push_back(fmt::format("it was made by version {}, whose samples differ from those of {}",
                                text_of(&version), kEmberlineVersion));
   }
-  compare(now, then, "settings", [&](const std::string& name, const Json* here, const Json* there) {
-    if (std::ranges::find(but, name) != but.end()) return;
-    list.push_back(
-        fmt::format("`{}`: {} (now {})", shortened(name), text_of(there), text_of(here)));
-  });
+  compare(
+      now, then, "settings", [&](const std::string& name, const Json* current, const Json* stored) {
+        if (std::ranges::find(ignored, name) != ignored.end()) return;
+        list.push_back(
+            fmt::format("`{}`: {} (now {})", shortened(name), text_of(stored), text_of(current)));
+      });
   compare(now, then, "inputs", [&](const std::string& name, const Json*, const Json*) {
     list.push_back(shortened(name) + " have changed");
   });
-  shorten(list);
+  truncate_list(list);
   return list;
 }
 
 std::vector<std::string> machine_differences(const Json& now, const Json& then) {
   std::vector<std::string> list;
-  compare(now, then, "machine", [&](const std::string& name, const Json* here, const Json* there) {
-    // Embree's instruction set is a setting, and our code gives the same bits on all of them.
-    if (name == "host" || name == "instruction sets") return;
-    list.push_back(fmt::format("{}: {} (now {})", shortened(name), text_of(there), text_of(here)));
-  });
-  shorten(list);
+  compare(now, then, "machine",
+          [&](const std::string& name, const Json* current, const Json* stored) {
+            // Embree's instruction set is a setting, and our code gives the same bits on all of
+            // them.
+            if (name == "host" || name == "instruction sets") return;
+            list.push_back(
+                fmt::format("{}: {} (now {})", shortened(name), text_of(stored), text_of(current)));
+          });
+  truncate_list(list);
   return list;
 }
 

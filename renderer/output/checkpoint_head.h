@@ -37,7 +37,7 @@ class LoadedFiles {
  private:
   void check(const FrameSettings& settings) const;
 
-  std::vector<NamedFile> files_, of_edits_;
+  std::vector<NamedFile> files_, edit_files_;
 };
 
 // `plan` determines the channels.
@@ -47,12 +47,12 @@ nlohmann::json checkpoint_head(const RenderOptions& options, const RenderPlan& p
 // The head may be arbitrary JSON: throws InputError that names `place`.
 FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
 // Returns a text of "files" (paths by setting) or "machine". Empty if absent.
-std::string text_in(const nlohmann::json& head, const char* part, const char* name);
+std::string find_text(const nlohmann::json& head, const char* part, const char* name);
 
 // Lists in a few words each what prevents a frame of `now` from resuming `then`; empty if the bits
 // are the same. Settings in `but` may differ. `then` may be arbitrary JSON.
 std::vector<std::string> differences(const nlohmann::json& now, const nlohmann::json& then,
-                                     std::initializer_list<std::string_view> but = {});
+                                     std::initializer_list<std::string_view> ignored = {});
 // As differences(), for machine and libraries: bits may differ by rounding between processor
 // makers.
 std::vector<std::string> machine_differences(const nlohmann::json& now, const nlohmann::json& then);

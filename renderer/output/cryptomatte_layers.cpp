@@ -11,9 +11,9 @@
 namespace emberline {
 namespace {
 
-constexpr size_t kRanksOfLayer = 2;
+constexpr size_t kRanksPerLayer = 2;
 
-size_t layers_of(size_t levels) { return (levels + kRanksOfLayer - 1) / kRanksOfLayer; }
+size_t layer_count(size_t levels) { return (levels + kRanksPerLayer - 1) / kRanksPerLayer; }
 
 std::string hexadecimal(uint32_t id) { return fmt::format("{:08x}", id); }
 
@@ -28,7 +28,7 @@ std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKi
                                                    int levels) {
   std::vector<std::string> names;
   for (const CryptomatteKind kind : kinds) {
-    for (size_t layer = 0; layer < layers_of(size_t(levels)); ++layer) {
+    for (size_t layer = 0; layer < layer_count(size_t(levels)); ++layer) {
       for (const char channel : {'R', 'G', 'B', 'A'}) {
         names.push_back(fmt::format("{}{:02}.{}", cryptomatte_layer_name(kind), layer, channel));
       }
@@ -41,15 +41,15 @@ std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKi
 void put_cryptomattes(const FilmTile& tile, size_t i, float* values,
                       std::vector<CryptomatteSums::Rank>& ranks,
                       std::span<CryptomatteReport> reports) {
-  ranks.resize(layers_of(size_t(tile.extras().cryptomatte_levels)) * kRanksOfLayer);
+  ranks.resize(layer_count(size_t(tile.extras().cryptomatte_levels)) * kRanksPerLayer);
   for (size_t kind = 0; kind < reports.size(); ++kind) {
-    const float lost = tile.mattes(i).resolve(kind, tile.sums(i).samples(), ranks);
+    const float dropped = tile.mattes(i).resolve(kind, tile.sums(i).samples(), ranks);
     for (const CryptomatteSums::Rank& rank : ranks) {
       *values++ = std::bit_cast<float>(rank.id);
       *values++ = rank.coverage;
     }
-    *values++ = lost;
-    reports[kind].add(lost);
+    *values++ = dropped;
+    reports[kind].add(dropped);
   }
 }
 

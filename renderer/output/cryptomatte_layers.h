@@ -29,12 +29,12 @@ struct CryptomatteReport {
   CryptomatteKind kind = CryptomatteKind::kObject;
   size_t names = 0;
   uint64_t dropped_pixels = 0;
-  float most_dropped = 0.0f;  // fraction of a pixel
+  float max_dropped = 0.0f;  // fraction of a pixel
 
   void add(float dropped) { merge({kind, names, dropped > 0.0f, dropped}); }
   void merge(const CryptomatteReport& other) {
     dropped_pixels += other.dropped_pixels;
-    most_dropped = std::max(most_dropped, other.most_dropped);
+    max_dropped = std::max(max_dropped, other.max_dropped);
   }
 };
 

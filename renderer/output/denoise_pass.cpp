@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kReadRows = 64;
 // Bytes that denoise() needs per pixel, results included, and in addition per light group.
-constexpr uint64_t kFilterBytes = 368, kPartBytes = 88;
+constexpr uint64_t kFilterBytes = 368, kLightGroupBytes = 88;
 constexpr std::array kChannels = {"R", "G", "B"};
 constexpr std::array kColour = {".R", ".G", ".B"};
 constexpr const char* kLightLayer = "light.";
@@ -82,8 +82,9 @@ class PlaneWindow {
     });
   }
   void drop_above(int row) {
-    const auto gone = int64_t(size_t(row - begin_) * width_);
-    for (std::vector<float>& plane : planes_) plane.erase(plane.begin(), plane.begin() + gone);
+    const auto dropped_count = int64_t(size_t(row - begin_) * width_);
+    for (std::vector<float>& plane : planes_)
+      plane.erase(plane.begin(), plane.begin() + dropped_count);
     begin_ = row;
   }
 
@@ -129,9 +130,9 @@ DenoiseInput input_of(const PlaneWindow& window, const Rect& crop) {
   return input;
 }
 
-class Pass {
+class DenoisePass {
  public:
-  explicit Pass(const DenoiseJob& job)
+  explicit DenoisePass(const DenoiseJob& job)
       : job_(job),
         layers_(light_layers(job.channels)),
         results_(denoise_results(job.channels).size()),
@@ -145,7 +146,7 @@ class Pass {
     const int band = band_rows(job_.tile_size);
     for (int row = 0; row < height_; row += band) pass(row, std::min(height_, row + band));
     const double pixels = double(job_.crop.area());
-    return {std::sqrt(before_ / pixels), std::sqrt(after_ / pixels), double(kept_) / pixels,
+    return {std::sqrt(before_ / pixels), std::sqrt(after_ / pixels), double(unchanged_) / pixels,
             clock.seconds(), stopped_};
   }
 
@@ -161,15 +162,15 @@ class Pass {
     if (picture.error.empty()) picture = unfiltered(begin, end);
     before_ += picture.squared_error_before;
     after_ += picture.squared_error_after;
-    kept_ += picture.kept;
-    show_unsampled(begin, end, &picture);
+    unchanged_ += picture.unchanged_pixels;
+    copy_unsampled(begin, end, &picture);
     write(picture, begin, end);
   }
 
   // Returns the input after a stop. The error is set to its upper bound, since the true one is
   // unknown.
   DenoisedPicture unfiltered(int begin, int end) {
-    constexpr float kMostError = 0.5f;
+    constexpr float kMaxError = 0.5f;
     stopped_ = true;
     const size_t first = window_.index_of(0, begin), count = window_.index_of(0, end) - first;
     const auto colour_of = [&](const std::string& layer) {
@@ -184,15 +185,15 @@ class Pass {
     DenoisedPicture picture;
     picture.colour = colour_of("");
     for (const std::string& layer : layers_) picture.parts.push_back(colour_of(layer + "."));
-    picture.error.assign(count, kMostError);
-    picture.kept = count;
+    picture.error.assign(count, kMaxError);
+    picture.unchanged_pixels = count;
     picture.squared_error_before = picture.squared_error_after =
-        double(kMostError) * double(kMostError) * double(count);
+        double(kMaxError) * double(kMaxError) * double(count);
     return picture;
   }
 
   // Pixels without samples show the frame's value, which may come from their neighbours.
-  void show_unsampled(int begin, int end, DenoisedPicture* picture) const {
+  void copy_unsampled(int begin, int end, DenoisedPicture* picture) const {
     const HalfPlanes samples = window_.halves("samples");
     const size_t first = window_.index_of(0, begin), count = window_.index_of(0, end) - first;
     const auto copy = [&](const std::string& layer, std::array<std::vector<float>, 3>& colour) {
@@ -212,8 +213,8 @@ class Pass {
     const Rect& crop = job_.crop;
     while (window_.end() < end) {
       const int from = window_.end();
-      const int wanted = std::min(end - from, read_rows(job_.rows_at_once));
-      const int parts = (wanted + job_.rows_at_once - 1) / job_.rows_at_once;
+      const int row_count = std::min(end - from, read_rows(job_.rows_at_once));
+      const int parts = (row_count + job_.rows_at_once - 1) / job_.rows_at_once;
       const int to = std::min(height_, from + parts * job_.rows_at_once);
       job_.read({crop.x0, crop.y0 + from, crop.x1, crop.y0 + to}, read_);
       window_.append(read_, to - from);
@@ -257,7 +258,7 @@ class Pass {
   PlaneWindow window_;
   std::vector<float> read_;
   double before_ = 0.0, after_ = 0.0;
-  size_t kept_ = 0;
+  size_t unchanged_ = 0;
   bool stopped_ = false;
 };
 
@@ -266,12 +267,13 @@ class Pass {
 std::string describe(const DenoiseReport& report) {
   if (report.stopped) {
     return fmt::format("denoising was stopped after {}: {} of the pixels are not denoised",
-                       readable_seconds(report.seconds), readable_percent(report.kept_share));
+                       readable_seconds(report.seconds),
+                       readable_percent(report.unchanged_fraction));
   }
   return fmt::format(
       "denoised in {}: expected error {:.2g} -> {:.2g}, {} of the pixels left as they were",
       readable_seconds(report.seconds), report.error_before, report.error_after,
-      readable_percent(report.kept_share));
+      readable_percent(report.unchanged_fraction));
 }
 
 std::vector<std::string> missing_denoise_channels(Names channels) {
@@ -279,7 +281,7 @@ std::vector<std::string> missing_denoise_channels(Names channels) {
   const auto need = [&](const std::string& name) {
     if (!has(channels, name)) missing.push_back(name);
   };
-  for (const std::string& name : with_shared_sums(names_of(half_channels()))) need(name);
+  for (const std::string& name : resolved_channel_names(names_of(half_channels()))) need(name);
   for (const std::string& layer : light_layers(channels)) {
     for (const char* c : kColour) {
       for (const char* half : kHalfNames) need(std::string(half) + "." + layer + c);
@@ -318,18 +320,18 @@ uint64_t denoise_bytes(const Rect& crop, int tile_size, Names channels, int rows
   const auto width = uint64_t(crop.width());
   const auto rows = uint64_t(window_rows(crop, tile_size, rows_at_once));
   const auto read = uint64_t(std::min(crop.height(), read_rows(rows_at_once) + 2));
-  const size_t of_channels = with_shared_sums(channels).size() * sizeof(float);
+  const size_t of_channels = resolved_channel_names(channels).size() * sizeof(float);
   const size_t of_films = channels.size() * sizeof(float);
-  const size_t of_filter = kFilterBytes + kPartBytes * light_layers(channels).size();
+  const size_t of_filter = kFilterBytes + kLightGroupBytes * light_layers(channels).size();
   return bytes_of(width * rows, of_channels + of_filter) +
          bytes_of(width * read, of_channels + of_films);
 }
 
-DenoiseReport denoise_frame(const DenoiseJob& job) { return Pass(job).run(); }
+DenoiseReport denoise_frame(const DenoiseJob& job) { return DenoisePass(job).run(); }
 
-DenoiseReport denoise_films(DenoiseJob job) {
-  SharedRows rows(job.crop, job.channels, std::move(job.read));
-  job.channels = with_shared_sums(job.channels);
+DenoiseReport denoise_film_rows(DenoiseJob job) {
+  ShareResolver rows(job.crop, job.channels, std::move(job.read));
+  job.channels = resolved_channel_names(job.channels);
   job.read = [&](const Rect& part, std::vector<float>& pixels) { rows.read(part, pixels); };
   return denoise_frame(job);
 }
@@ -339,20 +341,20 @@ DenoiseReport denoise_film(const Rect& crop, int tile_size, Names channels,
                            std::function<void(const Rect&, const std::vector<float>&)> write,
                            const std::stop_token& stop) {
   const auto read = [&](const Rect& part, std::vector<float>& pixels) {
-    pixels = take_rect(values, crop, part);
+    pixels = extract_rect(values, crop, part);
   };
-  return denoise_films({.crop = crop,
-                        .channels = {channels.begin(), channels.end()},
-                        .tile_size = tile_size,
-                        .read = read,
-                        .write = std::move(write),
-                        .stop = stop});
+  return denoise_film_rows({.crop = crop,
+                            .channels = {channels.begin(), channels.end()},
+                            .tile_size = tile_size,
+                            .read = read,
+                            .write = std::move(write),
+                            .stop = stop});
 }
 
 void finish_film(const Rect& crop, int tile_size, bool denoises, std::vector<std::string>& channels,
                  std::vector<float>& values, const std::stop_token& stop) {
-  if (!denoises) return sum_shared(crop, channels, values);
-  std::vector<std::string> names = with_shared_sums(channels);
+  if (!denoises) return resolve_shares(crop, channels, values);
+  std::vector<std::string> names = resolved_channel_names(channels);
   const std::vector<std::string> results = denoise_results(names);
   names.insert(names.end(), results.begin(), results.end());
   std::vector<float> denoised(size_t(crop.area()) * names.size());

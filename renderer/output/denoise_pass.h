@@ -16,7 +16,7 @@ namespace emberline {
 
 struct DenoiseReport {
   double error_before = 0.0, error_after = 0.0;  // expected RMS error of the displayed picture
-  double kept_share = 0.0;                       // fraction of pixels left unfiltered
+  double unchanged_fraction = 0.0;               // fraction of pixels left unfiltered
   double seconds = 0.0;
   bool stopped = false;  // stopped early; the remaining pixels are unfiltered
 };
@@ -57,10 +57,10 @@ struct DenoiseJob {
 DenoiseReport denoise_frame(const DenoiseJob& job);
 // As denoise_frame(), for channels and `read` of a film: sums the samples shared between
 // neighbouring pixels first (renderer/film/shared_samples.h).
-DenoiseReport denoise_films(DenoiseJob job);
+DenoiseReport denoise_film_rows(DenoiseJob job);
 
-// As denoise_films(), for a film's channels in memory. `write` gets channels as with_shared_sums()
-// lists them.
+// As denoise_film_rows(), for a film's channels in memory. `write` gets channels as
+// resolved_channel_names() lists them.
 DenoiseReport denoise_film(const Rect& crop, int tile_size, std::span<const std::string> channels,
                            std::span<const float> values,
                            std::function<void(const Rect&, const std::vector<float>&)> write,

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/files/input_file.h"
-#include "io/image/picture_mark.h"
+#include "io/image/file_completeness.h"
 #include "io/json/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
@@ -15,14 +15,14 @@
 namespace emberline {
 namespace {
 
-bool is_there(const std::string& path) {
+bool has_content(const std::string& path) {
   std::error_code error;
   return std::filesystem::is_regular_file(path, error) &&
          std::filesystem::file_size(path, error) > 0 && !error;
 }
 
-bool is_whole(const std::string& path) {
-  return is_there(path) && is_whole_picture(path) && !is_marked_incomplete(path);
+bool is_complete(const std::string& path) {
+  return has_content(path) && is_complete_file(path) && !is_unfinished_image(path);
 }
 
 bool ends_with(const std::string& path, std::string_view text) {
@@ -32,27 +32,27 @@ bool ends_with(const std::string& path, std::string_view text) {
          file.try_read(file.size() - end.size(), end.size(), end.data()) > 0 && end == text;
 }
 
-bool is_whole_report(const std::string& path) {
-  if (!is_there(path)) return false;
+bool is_complete_report(const std::string& path) {
+  if (!has_content(path)) return false;
   if (is_page(path)) return ends_with(path, "</html>\n");
   if (!ends_with(path, "}\n")) return false;
   const nlohmann::json json = read_json(path);
   return json.is_object() && json.value("complete", nlohmann::json()) == true;
 }
 
-bool is_whole_tree(const std::string& path) {
-  if (!is_json(path)) return is_whole(path);
-  return is_there(path) && read_json(path).is_object();
+bool is_complete_tree(const std::string& path) {
+  if (!is_json(path)) return is_complete(path);
+  return has_content(path) && read_json(path).is_object();
 }
 
 // Checks only the snapshots that exist: which moments were reached is unknown.
-bool are_whole_snapshots(const std::string& folder) {
+bool are_complete_snapshots(const std::string& folder) {
   std::error_code error;
   for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
     const std::string path = entry->path().string();
     if (!is_snapshot_name(entry->path().filename().string()) || is_json(path)) continue;
-    if (!is_there(path) || !is_whole_picture(path)) return false;
+    if (!has_content(path) || !is_complete_file(path)) return false;
   }
   return true;
 }
@@ -61,13 +61,13 @@ bool are_whole_snapshots(const std::string& folder) {
 
 bool is_finished(const RenderOptions& options) {
   const std::string checkpoint = checkpoint_path(options);
-  if (!checkpoint.empty() && !keeps_checkpoint(options) && is_there(checkpoint)) return false;
+  if (!checkpoint.empty() && !retains_checkpoint(options) && has_content(checkpoint)) return false;
   try {
-    return std::ranges::all_of(options.outputs, is_whole) &&
-           std::ranges::all_of(options.heatmaps, is_whole) &&
-           std::ranges::all_of(options.trees, is_whole_tree) &&
-           std::ranges::all_of(options.reports, is_whole_report) &&
-           (options.snapshots.empty() || are_whole_snapshots(options.snapshots));
+    return std::ranges::all_of(options.outputs, is_complete) &&
+           std::ranges::all_of(options.heatmaps, is_complete) &&
+           std::ranges::all_of(options.trees, is_complete_tree) &&
+           std::ranges::all_of(options.reports, is_complete_report) &&
+           (options.snapshots.empty() || are_complete_snapshots(options.snapshots));
   } catch (const InputError&) {
     return false;  // unreadable
   }

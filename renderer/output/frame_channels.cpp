@@ -24,7 +24,7 @@ std::vector<PictureChannel> finished_channels(const std::vector<PictureChannel>&
                                               bool denoised) {
   const std::vector<std::string> names = names_of(of_tile);
   std::vector<PictureChannel> channels;
-  for (const std::string& name : with_shared_sums(names)) {
+  for (const std::string& name : resolved_channel_names(names)) {
     const auto same = std::ranges::find(of_tile, name, &PictureChannel::name);
     channels.push_back(same != of_tile.end() ? *same : PictureChannel{name});
   }
@@ -35,7 +35,7 @@ std::vector<PictureChannel> finished_channels(const std::vector<PictureChannel>&
 
 FrameChannels::FrameChannels(const FrameContents& contents)
     : contents_(contents),
-      of_film_(film_channels(contents.aovs).size()),
+      film_channel_count_(film_channels(contents.aovs).size()),
       list_(tile_channels(contents, {})),
       mattes_(contents.cryptomattes.size()) {}
 
@@ -47,11 +47,11 @@ void FrameChannels::add_scene(const SceneLayers& layers) {
 }
 
 void FrameChannels::resolve(const FilmTile& tile, std::vector<float>& pixels) {
-  tile.resolve(pixels, list_.size() - of_film_);
+  tile.resolve(pixels, list_.size() - film_channel_count_);
   std::vector<CryptomatteReport> of_tile(mattes_.size());
   std::vector<CryptomatteSums::Rank> ranks;
-  for (size_t i = 0; list_.size() > of_film_ && i < size_t(tile.rect().area()); ++i) {
-    float* values = &pixels[i * list_.size() + of_film_];
+  for (size_t i = 0; list_.size() > film_channel_count_ && i < size_t(tile.rect().area()); ++i) {
+    float* values = &pixels[i * list_.size() + film_channel_count_];
     if (contents_.light_groups) values = put_light_layers(tile, i, values);
     put_cryptomattes(tile, i, values, ranks, of_tile);
   }

@@ -22,8 +22,8 @@ struct FrameContents {
 // Channels of a tile with these light-group layers.
 std::vector<PictureChannel> tile_channels(const FrameContents& contents,
                                           const std::vector<std::string>& light_layers);
-// Channels of a finished frame: shared samples summed as in with_shared_sums() and, if `denoised`,
-// followed by denoise_results().
+// Channels of a finished frame: shared samples summed as in resolved_channel_names() and, if
+// `denoised`, followed by denoise_results().
 std::vector<PictureChannel> finished_channels(const std::vector<PictureChannel>& of_tile,
                                               bool denoised);
 
@@ -43,7 +43,7 @@ class FrameChannels {
 
  private:
   const FrameContents contents_;
-  const size_t of_film_;  // number of film channels
+  const size_t film_channel_count_;  // number of film channels
   std::vector<PictureChannel> list_;
   mutable std::mutex mutex_;
   std::vector<CryptomatteReport> mattes_;

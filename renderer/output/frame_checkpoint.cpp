@@ -6,43 +6,44 @@
 
 namespace emberline {
 
-void FrameCheckpoint::open(const nlohmann::json& head, bool own,
-                           const std::function<bool()>& save_now, uint64_t most, RenderJob& job) {
+void FrameCheckpoint::open(const nlohmann::json& head, bool is_default,
+                           const std::function<bool()>& save_now, uint64_t max_bytes,
+                           RenderJob& job) {
   const CheckpointOptions kept = {.path = checkpoint_path(options_),
-                                  .by_tiles = job.by_tiles(),
+                                  .is_tiled = job.is_tiled(),
                                   .resume = options_.resume,
                                   .interval_s = options_.checkpoint_interval_s,
-                                  .own = own,
+                                  .is_default = is_default,
                                   .finished = options_.extended,
                                   .save_now = save_now};
   checkpoint_.emplace(kept, head);
-  if (options_.resume && options_.extended.empty() && !checkpoint_->goes_on()) {
+  if (options_.resume && options_.extended.empty() && !checkpoint_->is_resumed()) {
     log_info(kept.path + " has nothing to resume; the frame starts over");
   }
-  checkpoint_->begin(job, most);
+  checkpoint_->begin(job, max_bytes);
 }
 
-void FrameCheckpoint::rendered(bool stopped, PixelStop cause, RenderJob& job) {
-  if (!checkpoint_ || job.by_tiles() || stopped || !keeps_checkpoint(options_)) return;
+void FrameCheckpoint::save_if_retained(bool stopped, PixelStop cause, RenderJob& job) {
+  if (!checkpoint_ || job.is_tiled() || stopped || !retains_checkpoint(options_)) return;
   job.end(cause);
   checkpoint_->save(job);
 }
 
-void FrameCheckpoint::not_written(bool stopped, RenderJob& job) {
-  if (!checkpoint_ || job.by_tiles() || stopped || keeps_checkpoint(options_)) return;
+void FrameCheckpoint::save_if_unwritten(bool stopped, RenderJob& job) {
+  if (!checkpoint_ || job.is_tiled() || stopped || retains_checkpoint(options_)) return;
   checkpoint_->save(job);
 }
 
 CheckpointReport FrameCheckpoint::finish(bool stopped, bool written, RenderJob& job) {
   if (!checkpoint_) return {};
-  if (!written) not_written(stopped, job);
+  if (!written) save_if_unwritten(stopped, job);
   const bool done = !stopped && written;
-  return checkpoint_->finish(done, !done || keeps_checkpoint(options_));
+  return checkpoint_->finish(done, !done || retains_checkpoint(options_));
 }
 
 void FrameCheckpoint::log_failure(const CheckpointReport& report) const {
   if (report.error.empty()) return;
-  if (keeps_checkpoint(options_)) {
+  if (retains_checkpoint(options_)) {
     log_error(report.error);
   } else if (report.kept) {
     log_warning(report.error + "; the work so far is not saved");

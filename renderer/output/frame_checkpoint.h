@@ -17,20 +17,20 @@ class FrameCheckpoint {
   explicit FrameCheckpoint(const RenderOptions& options) : options_(options) {}
 
   // Locks the file named by the options and resumes from its state, which has at most `most` bytes.
-  // Call before the job renders. `own`: is_own_checkpoint(). `save_now`: see CheckpointOptions.
+  // Call before the job renders. `own`: is_default_checkpoint(). `save_now`: see CheckpointOptions.
   // Throws as Checkpoint does.
-  void open(const nlohmann::json& head, bool own, const std::function<bool()>& save_now,
-            uint64_t most, RenderJob& job);
+  void open(const nlohmann::json& head, bool is_default, const std::function<bool()>& save_now,
+            uint64_t max_bytes, RenderJob& job);
   bool is_open() const { return checkpoint_.has_value(); }
 
-  bool wanted() const { return checkpoint_ && checkpoint_->wanted(); }
+  bool is_due() const { return checkpoint_ && checkpoint_->is_due(); }
   void save(RenderJob& job) {
     if (checkpoint_) checkpoint_->save(job);
   }
   // Call after rendering: saves a finished frame whose file is kept.
-  void rendered(bool stopped, PixelStop cause, RenderJob& job);
+  void save_if_retained(bool stopped, PixelStop cause, RenderJob& job);
   // Call when an output could not be written: saves the frame unless that is already done.
-  void not_written(bool stopped, RenderJob& job);
+  void save_if_unwritten(bool stopped, RenderJob& job);
   // Waits until everything is on disk. Keeps the file if the frame is unfinished or was not
   // written, or if the options ask for it.
   CheckpointReport finish(bool stopped, bool written, RenderJob& job);

@@ -15,33 +15,34 @@ namespace emberline {
 namespace {
 
 // Replaces the frame's limits by the requested ones, which may only add work.
-void set_more(const FrameSettings& more, const std::string& path, FrameSettings& settings) {
-  const auto refuse = [&](const char* option, const auto& has) {
-    throw UsageError("`{}`: {} already has {}; a frame can only be extended", option, path, has);
+void raise_limits(const FrameSettings& more, const std::string& path, FrameSettings& settings) {
+  const auto reject_lower_limit = [&](const char* option, const auto& current) {
+    throw UsageError("`{}`: {} already has {}; a frame can only be extended", option, path,
+                     current);
   };
   if (!more.spp && !more.noise_threshold && !more.max_spp) {
     throw UsageError("extend needs a new limit: `spp`, `noise-threshold` or `max-spp`");
   }
-  const auto raise = [&](const char* option, std::optional<uint32_t> to, uint32_t has) {
+  const auto raise = [&](const char* option, std::optional<uint32_t> to, uint32_t current) {
     if (!to) return;
-    if (has == 0) {
+    if (current == 0) {
       throw UsageError("`{}`: {} has no such limit; a frame can only be extended", option, path);
     }
-    if (*to < has) refuse(option, has);
+    if (*to < current) reject_lower_limit(option, current);
   };
   const RenderPlan plan(settings);
   raise("spp", more.spp, plan.samples_per_pixel);
   raise("max-spp", more.max_spp, plan.driver_settings.adaptive.max_samples);
   if (more.noise_threshold && settings.noise_threshold &&
       *more.noise_threshold > *settings.noise_threshold) {
-    refuse("noise-threshold", *settings.noise_threshold);
+    reject_lower_limit("noise-threshold", *settings.noise_threshold);
   }
-  const bool even = shares_evenly(settings);
+  const bool is_uniform = samples_uniformly(settings);
   if (more.spp) settings.spp = more.spp;
   if (more.noise_threshold) settings.noise_threshold = more.noise_threshold;
   if (more.max_spp) settings.max_spp = more.max_spp;
   settings.time_limit_s = more.time_limit_s;
-  if (shares_evenly(settings) == even) return;
+  if (samples_uniformly(settings) == is_uniform) return;
   throw UsageError("`noise-threshold`: every pixel of {} has the same number of samples; use `spp`",
                    path);
 }
@@ -53,9 +54,9 @@ void check_extensible(const FrameSettings& settings, const std::string& path) {
     throw InputError(path,
                      "its denoising halves are those of a frame with fewer than {} samples a "
                      "pixel; render it again",
-                     kLeastStreamSamples);
+                     kMinStreamSamples);
   }
-  if (!shares_evenly(settings)) return;
+  if (!samples_uniformly(settings)) return;
   const std::vector<std::string_view> valid = extensible_samplers();
   if (std::ranges::find(valid, settings.sampler) != valid.end()) return;
   throw InputError(path,
@@ -68,10 +69,10 @@ void check_extensible(const FrameSettings& settings, const std::string& path) {
 
 FrameSettings stored_settings(const nlohmann::json& head, const std::string& path) {
   FrameSettings settings = settings_of(head, path);
-  settings.scene = text_in(head, "files", "scene");
-  settings.resource_root = text_in(head, "files", "resource-root");
-  settings.environment = text_in(head, "files", "env");
-  settings.edits = text_in(head, "files", "edits");
+  settings.scene = find_text(head, "files", "scene");
+  settings.resource_root = find_text(head, "files", "resource-root");
+  settings.environment = find_text(head, "files", "env");
+  settings.edits = find_text(head, "files", "edits");
   return settings;
 }
 
@@ -81,7 +82,7 @@ void extend_settings(const FrameSettings& more, const std::string& path, FrameSe
   } catch (const UsageError& error) {
     throw InputError(path, "its settings are invalid: {}", error.what());
   }
-  set_more(more, path, settings);
+  raise_limits(more, path, settings);
 }
 
 }  // namespace emberline

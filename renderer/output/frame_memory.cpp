@@ -14,15 +14,15 @@
 namespace emberline {
 namespace {
 
-uint64_t sum_of(uint64_t a, uint64_t b) { return a > UINT64_MAX - b ? UINT64_MAX : a + b; }
+uint64_t saturating_sum(uint64_t a, uint64_t b) { return a > UINT64_MAX - b ? UINT64_MAX : a + b; }
 
 // Throws UsageError that begins with `subject()`.
 template <class Subject>
-void add_memory(uint64_t bytes, MemoryReservation& memory, const Subject& subject) {
+void reserve_memory(uint64_t bytes, MemoryReservation& memory, const Subject& subject) {
   try {
     memory.add(bytes, "");
   } catch (const LimitError&) {
-    throw UsageError("{} {}", subject(), memory.budget()->refusal(MemoryPart::kFilm, bytes));
+    throw UsageError("{} {}", subject(), memory.budget()->limit_message(MemoryPart::kFilm, bytes));
   }
 }
 
@@ -37,19 +37,19 @@ uint64_t lossy_encoder_bytes(const RenderOptions& options) {
 // light groups.
 uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
                      const RenderPlan& plan) {
-  uint64_t per_pixel = kept_bytes_per_pixel(plan.drivers(), plan.aovs);
+  uint64_t per_pixel = job_bytes_per_pixel(plan.drivers(), plan.aovs);
   if (!checkpoint_path(options).empty()) per_pixel *= 2;  // a copy is written in the background
   if (!plan.driver->tiles) {
     per_pixel +=
-        4 * sizeof(float) + shown_layer_bytes_per_pixel(PathLayers(settings.aovs).list().size());
+        4 * sizeof(float) + delivery_bytes_per_pixel(PathLayers(settings.aovs).list().size());
   }
   if (!options.snapshots.empty()) {
     const std::string_view moments =
         options.snapshot_at ? std::string_view(*options.snapshot_at) : kDefaultSnapshotMoments;
     per_pixel += 4 * sizeof(float) * parse_snapshot_moments(moments).size();
   }
-  return sum_of(bytes_of(uint64_t(settings.crop.area()), per_pixel),
-                output_bytes(options, settings, {}));
+  return saturating_sum(bytes_of(uint64_t(settings.crop.area()), per_pixel),
+                        output_bytes(options, settings, {}));
 }
 
 uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& settings,
@@ -60,7 +60,7 @@ uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& s
                             (settings.aovs.contains(Aov::kDenoising) ? 2 : 1);
     bytes = bytes_of(uint64_t(settings.crop.area()),
                      copies * LightGroupSums::bytes_per_pixel(int(layers.size())) +
-                         shown_layer_bytes_per_pixel(layers.size()));
+                         delivery_bytes_per_pixel(layers.size()));
   }
   return bytes + output_bytes(options, settings, layers) - output_bytes(options, settings, {});
 }
@@ -78,7 +78,7 @@ void reserve_bucket_lists(const RenderOptions& options, const OutputSettings& se
   const uint64_t count = bucket_count(settings.crop, settings.tile_size);
   const uint64_t bytes = bucket_list_bytes(settings.crop, settings.tile_size) +
                          count * sizeof(uint64_t) * options.outputs.size();
-  add_memory(bytes, memory, [&] {
+  reserve_memory(bytes, memory, [&] {
     return fmt::format("`bucket-size`: the list of {} buckets of {}x{} pixels", count,
                        settings.tile_size, settings.tile_size);
   });
@@ -86,10 +86,10 @@ void reserve_bucket_lists(const RenderOptions& options, const OutputSettings& se
 
 void reserve_tiles(uint64_t film_bytes_per_pixel, size_t channels, const OutputSettings& settings,
                    int threads, MemoryReservation& memory) {
-  const BucketsAtWork at_work = buckets_at_work(settings.crop, settings.tile_size, threads);
+  const ActiveBuckets at_work = active_buckets(settings.crop, settings.tile_size, threads);
   const uint64_t bytes =
-      bytes_of(at_work.pixels(), film_bytes_per_pixel + written_bytes_per_pixel(channels));
-  add_memory(bytes, memory, [&] {
+      bytes_of(at_work.pixels(), film_bytes_per_pixel + write_bytes_per_pixel(channels));
+  reserve_memory(bytes, memory, [&] {
     return fmt::format("`bucket-size`, `threads`: working on {} bucket{} of {}x{} pixels at once",
                        at_work.count, at_work.count == 1 ? "" : "s", at_work.width, at_work.height);
   });
@@ -109,8 +109,8 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
   }
   const uint64_t bytes = bytes_of(uint64_t(settings.crop.area()), per_pixel);
   // The adaptive driver denoises while rendering, the outputs at the end; never both at once.
-  const bool on_the_way = options.allocation == ErrorMetric::kDenoised;
-  if (options.outputs.empty() && !on_the_way) return bytes;
+  const bool denoises_while_rendering = options.allocation == ErrorMetric::kDenoised;
+  if (options.outputs.empty() && !denoises_while_rendering) return bytes;
   const std::vector<std::string> names = names_of(tile_channels(settings, layers));
   uint64_t more = lossy_encoder_bytes(options);
   if (settings.denoise) {
@@ -119,14 +119,14 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
     const auto rows = uint64_t(settings.tile_size) + 2;
     more += bytes_of(uint64_t(settings.crop.width()) * rows, 2 * names.size() * sizeof(float));
   }
-  return sum_of(bytes, more);
+  return saturating_sum(bytes, more);
 }
 
 // Counts pixels, EXR rows and the EXR library's copies; measured with 5 and 15 channels.
-uint64_t written_bytes_per_pixel(size_t channels) { return 5 * sizeof(float) * channels; }
+uint64_t write_bytes_per_pixel(size_t channels) { return 5 * sizeof(float) * channels; }
 
 void reserve_pixels(uint64_t bytes, const Rect& crop, MemoryReservation& memory) {
-  add_memory(bytes, memory, [&] {
+  reserve_memory(bytes, memory, [&] {
     return fmt::format("`size`, `crop`: a frame of {}x{} pixels", crop.width(), crop.height());
   });
 }

@@ -26,6 +26,6 @@ void reserve_pixels(uint64_t bytes, const Rect& crop, MemoryReservation& memory)
 uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settings,
                       const std::vector<std::string>& layers);
 // Approximate bytes per pixel for writing a tile of `channels` channels.
-uint64_t written_bytes_per_pixel(size_t channels);
+uint64_t write_bytes_per_pixel(size_t channels);
 
 }  // namespace emberline

@@ -29,7 +29,7 @@ namespace {
 
 // Reports invalid settings as an error of the file, since they are not this run's options.
 template <typename Make>
-auto of_settings(const std::string& path, const Make& make) {
+auto convert_usage_errors(const std::string& path, const Make& make) {
   try {
     return make();
   } catch (const UsageError& error) {
@@ -50,21 +50,21 @@ StoredFrame::StoredFrame(const std::string& path, MemoryBudget* budget)
     : file_(path),
       head_(parse_json(file_.head(), path)),
       settings_(settings_of(*head_, path)),
-      plan_(of_settings(path, [&] { return RenderPlan(settings_); })),
+      plan_(convert_usage_errors(path, [&] { return RenderPlan(settings_); })),
       layers_(scene_layers_of(*head_, path)),
       extras_(extras_of(plan_, settings_, layers_)),
-      by_tiles_(plan_.driver->tiles) {
+      is_tiled_(plan_.driver->tiles) {
   // A head of a few kilobytes may imply millions of buckets.
   if (budget) {
     budget->reserve(MemoryPart::kFilm, bucket_list_bytes(plan_.crop, tile_size()), path);
   }
-  if (!by_tiles_) return;
-  const auto schedule = of_settings(path, [&] {
+  if (!is_tiled_) return;
+  const auto schedule = convert_usage_errors(path, [&] {
     return bucket_schedule(plan_.crop, tile_size(), settings_.bucket_order, plan_.seed);
   });
   const FramePart part = settings_.part.value_or(FramePart{});
   for (size_t i = part.index - 1; i < schedule.size(); i += part.count) {
-    own_.push_back(schedule[i]);
+    part_tiles_.push_back(schedule[i]);
   }
   tiles_.resize(schedule.size());
   for (const RecordEntry& record : file_.records()) {
@@ -74,32 +74,32 @@ StoredFrame::StoredFrame(const std::string& path, MemoryBudget* budget)
 }
 
 void StoredFrame::load_film(MemoryBudget& budget) {
-  if (by_tiles_) return;
-  const uint64_t of_pixel = film_bytes_per_pixel(plan_.aovs, extras_) +
-                            plan_.driver->bytes_per_pixel(plan_.driver_settings);
+  if (is_tiled_) return;
+  const uint64_t bytes_per_pixel = film_bytes_per_pixel(plan_.aovs, extras_) +
+                                   plan_.driver->bytes_per_pixel(plan_.driver_settings);
   // The film and the state that it is read from.
-  const uint64_t most = bytes_of(uint64_t(plan_.crop.area()), 2 * of_pixel);
-  budget.reserve(MemoryPart::kFilm, most, path());
-  const auto state = film_state(file_, most + (1 << 20));
+  const uint64_t state_bytes = bytes_of(uint64_t(plan_.crop.area()), 2 * bytes_per_pixel);
+  budget.reserve(MemoryPart::kFilm, state_bytes, path());
+  const auto state = read_film_state(file_, state_bytes + (1 << 20));
   if (!state) return;
   film_.emplace(plan_.aovs, extras_);
   reset_film(plan_.crop, &*film_);
   Archive loading{std::span<const std::byte>(*state)};
   bool finished = false;
   try {
-    TileResult result = blank_result();
+    TileResult result = empty_result();
     result.archive(loading);
     loading.number(finished, false, true);
     film_->archive(loading);
-    whole_ = result;
+    film_result_ = result;
   } catch (const InputError& error) {
     throw InputError(path(), error.what());
   }
   if (!finished) film_.reset();
 }
 
-// As Frame::no_counts() of the frame that wrote the checkpoint.
-TileResult StoredFrame::blank_result() const {
+// As Frame::empty_counters() of the frame that wrote the checkpoint.
+TileResult StoredFrame::empty_result() const {
   TileResult result;
   if (settings_.clamp_indirect) {
     result.counters.clamped =
@@ -108,12 +108,12 @@ TileResult StoredFrame::blank_result() const {
   return result;
 }
 
-bool StoredFrame::has(size_t tile) const {
-  return by_tiles_ ? tiles_[tile] != nullptr : film_.has_value();
+bool StoredFrame::has_tile(size_t tile) const {
+  return is_tiled_ ? tiles_[tile] != nullptr : film_.has_value();
 }
 
 TileResult StoredFrame::load(size_t tile, FilmTile& film) const {
-  if (!by_tiles_) {
+  if (!is_tiled_) {
     const Rect& rect = film.rect();
     for (int y = rect.y0; y < rect.y1; ++y) {
       for (int x = rect.x0; x < rect.x1; ++x) film.copy_pixel(*film_, x, y);
@@ -121,9 +121,9 @@ TileResult StoredFrame::load(size_t tile, FilmTile& film) const {
     return {};
   }
   const std::vector<std::byte> state =
-      file_.read(*tiles_[tile], TileStore::most_of_state(film.bytes()));
+      file_.read(*tiles_[tile], TileStore::max_state_bytes(film.bytes()));
   Archive loading{std::span<const std::byte>(state)};
-  TileResult result = blank_result();
+  TileResult result = empty_result();
   try {
     result.archive(loading);
     film.archive(loading);
@@ -133,14 +133,14 @@ TileResult StoredFrame::load(size_t tile, FilmTile& film) const {
   return result;
 }
 
-bool StoredFrame::is_whole(const FramePart& part) const {
-  if (!by_tiles_ || settings_.part.value_or(FramePart{}) != part) return false;
+bool StoredFrame::is_complete_part(const FramePart& part) const {
+  if (!is_tiled_ || settings_.part.value_or(FramePart{}) != part) return false;
   FilmTile film(plan_.aovs, extras_);
   try {
-    for (const Rect& tile : own_) {
-      if (!has(number_of(tile))) return false;
+    for (const Rect& tile : part_tiles_) {
+      if (!has_tile(tile_index(tile))) return false;
       film.reset(tile);
-      load(number_of(tile), film);
+      load(tile_index(tile), film);
     }
   } catch (const InputError&) {
     return false;
@@ -148,17 +148,17 @@ bool StoredFrame::is_whole(const FramePart& part) const {
   return true;
 }
 
-double StoredFrame::share() const {
-  const auto there =
-      std::ranges::count_if(own_, [&](const Rect& tile) { return has(number_of(tile)); });
-  return own_.empty() ? 1.0 : double(there) / double(own_.size());
+double StoredFrame::completed_fraction() const {
+  const auto stored_tiles = std::ranges::count_if(
+      part_tiles_, [&](const Rect& tile) { return has_tile(tile_index(tile)); });
+  return part_tiles_.empty() ? 1.0 : double(stored_tiles) / double(part_tiles_.size());
 }
 
 FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, bool strict,
                        MemoryBudget& budget, std::stop_token stop)
     : stop_(std::move(stop)) {
   for (const std::string& path : paths) {
-    check_going();
+    check_stop();
     frames_.push_back(std::make_unique<StoredFrame>(path, &budget));
   }
   check_frames(strict);
@@ -171,14 +171,14 @@ FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, 
   tiles_ = bucket_schedule(first().plan().crop, first().tile_size(), settings.bucket_order,
                            settings.seed);
   for (const auto& frame : frames_) {
-    check_going();
+    check_stop();
     frame->load_film(budget);
   }
   make_groups();
   check_groups(allow_holes);
 }
 
-void FrameMerge::check_going() const {
+void FrameMerge::check_stop() const {
   if (stop_.stop_requested()) throw Cancelled();
 }
 
@@ -188,11 +188,11 @@ void FrameMerge::reserve(const RenderOptions& options, const OutputSettings& set
                          MemoryBudget& budget) const {
   const std::vector<std::string>& lights = first().layers().lights;
   const uint64_t film = film_bytes_per_pixel(settings.aovs, first().film_extras());
-  const uint64_t of_pixel =
+  const uint64_t bytes_per_pixel =
       (groups_.size() > 1 ? 2 : 1) * film +
-      std::max(film, written_bytes_per_pixel(tile_channels(settings, lights).size()));
-  const BucketsAtWork at_work = buckets_at_work(settings.crop, settings.tile_size, threads);
-  budget.reserve(MemoryPart::kFilm, bytes_of(at_work.pixels(), of_pixel), first().path());
+      std::max(film, write_bytes_per_pixel(tile_channels(settings, lights).size()));
+  const ActiveBuckets at_work = active_buckets(settings.crop, settings.tile_size, threads);
+  budget.reserve(MemoryPart::kFilm, bytes_of(at_work.pixels(), bytes_per_pixel), first().path());
   budget.reserve(MemoryPart::kFilm, output_bytes(options, settings, lights), first().path());
 }
 
@@ -225,26 +225,27 @@ void FrameMerge::check_frames(bool strict) const {
 void FrameMerge::make_groups() {
   const auto key = [](const auto& g) { return std::tie(g.seed, g.first_sample, g.end_sample); };
   for (const auto& frame : frames_) {
-    Group like;
-    like.seed = frame->plan().seed;
-    like.first_sample = frame->plan().first_sample;
-    like.end_sample = like.first_sample + frame->plan().samples_per_pixel;
-    auto group = std::ranges::find_if(groups_, [&](const Group& g) { return key(g) == key(like); });
+    Group new_group;
+    new_group.seed = frame->plan().seed;
+    new_group.first_sample = frame->plan().first_sample;
+    new_group.end_sample = new_group.first_sample + frame->plan().samples_per_pixel;
+    auto group =
+        std::ranges::find_if(groups_, [&](const Group& g) { return key(g) == key(new_group); });
     if (group == groups_.end()) {
-      groups_.push_back(like);
+      groups_.push_back(new_group);
       group = groups_.end() - 1;
-      group->of_tile.resize(tiles_.size());
+      group->frames_by_tile.resize(tiles_.size());
       group->errors.resize(tiles_.size());
       group->samples.resize(tiles_.size());
     }
     for (size_t tile = 0; tile < tiles_.size(); ++tile) {
-      if (!frame->has(tile)) continue;
-      const StoredFrame*& place = group->of_tile[tile];
-      if (place) {
+      if (!frame->has_tile(tile)) continue;
+      const StoredFrame*& slot = group->frames_by_tile[tile];
+      if (slot) {
         throw InputError(frame->path(), "it has the same samples as {}; leave one of them out",
-                         place->path());
+                         slot->path());
       }
-      place = frame.get();
+      slot = frame.get();
     }
   }
   std::ranges::sort(groups_, {}, key);
@@ -254,9 +255,9 @@ void FrameMerge::check_groups(bool allow_holes) {
   std::vector<std::string> lacking;
   for (size_t g = 0; g < groups_.size(); ++g) {
     const Group& group = groups_[g];
-    const bool goes_on = g > 0 && groups_[g - 1].seed == group.seed;
-    const uint32_t expected = goes_on ? groups_[g - 1].end_sample : 0;
-    if (goes_on && group.first_sample < expected) {
+    const bool continues_seed = g > 0 && groups_[g - 1].seed == group.seed;
+    const uint32_t expected = continues_seed ? groups_[g - 1].end_sample : 0;
+    if (continues_seed && group.first_sample < expected) {
       throw InputError(first().path(), "samples {} to {} are in two of the parts; leave one out",
                        group.first_sample, std::min(group.end_sample, expected) - 1);
     }
@@ -266,7 +267,7 @@ void FrameMerge::check_groups(bool allow_holes) {
     size_t missing = 0;
     const Rect* hole = nullptr;
     for (const Rect& tile : tiles_) {
-      if (group.of_tile[number_of(tile)]) continue;
+      if (group.frames_by_tile[tile_index(tile)]) continue;
       if (missing++ == 0) hole = &tile;
     }
     if (hole) {
@@ -297,17 +298,17 @@ FrameSettings FrameMerge::settings() const {
 // A pixel's samples are added by seed, then in index order.
 void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
                             RenderCounters& counters) {
-  const size_t number = number_of(tile);
+  const size_t number = tile_index(tile);
   film.reset(tile);
-  bool begun = false;
+  bool has_samples = false;
   for (Group& group : groups_) {
-    const StoredFrame* frame = group.of_tile[number];
+    const StoredFrame* frame = group.frames_by_tile[number];
     if (!frame) continue;
-    FilmTile& to = begun ? more : film;
+    FilmTile& to = has_samples ? more : film;
     to.reset(tile);
     const TileResult result = frame->load(number, to);
-    if (begun) film.add_film(more);
-    begun = true;
+    if (has_samples) film.add_film(more);
+    has_samples = true;
     film.set_part(uint32_t(part_number(frame)));
     group.errors[number] = result.error;
     group.samples[number] = result.counters.samples;
@@ -325,7 +326,7 @@ size_t FrameMerge::part_number(const StoredFrame* frame) const {
 
 void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink) {
   std::atomic<size_t> next{0};
-  std::atomic<uint32_t> least{UINT32_MAX};
+  std::atomic<uint32_t> lowest{UINT32_MAX};
   std::mutex mutex;
   const auto threads = size_t(std::max(1, tbb::this_task_arena::max_concurrency()));
   parallel_tasks(std::min(tiles_.size(), threads), [&](size_t) {
@@ -335,20 +336,20 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink) {
     RenderCounters counters;
     for (size_t i = next++; i < tiles_.size() && !stop_.stop_requested(); i = next++) {
       merge_tile(tiles_[i], film, more, counters);
-      uint32_t before = least;
-      while (before > film.least_samples() &&
-             !least.compare_exchange_weak(before, film.least_samples())) {
+      uint32_t before = lowest;
+      while (before > film.min_samples() &&
+             !lowest.compare_exchange_weak(before, film.min_samples())) {
       }
       sink.tile_finished(film);
     }
     const std::lock_guard lock(mutex);
     counters_.merge(counters);
   });
-  check_going();
+  check_stop();
   for (const auto& frame : frames_) {
-    if (frame->whole()) counters_.merge(frame->whole()->counters);
+    if (frame->film_result()) counters_.merge(frame->film_result()->counters);
   }
-  counters_.min_samples = tiles_.empty() ? 0 : least.load();
+  counters_.min_samples = tiles_.empty() ? 0 : lowest.load();
   combine_errors();
 }
 
@@ -357,18 +358,19 @@ void FrameMerge::combine_errors() {
   double sum = 0, samples = 0;
   std::optional<double> error;
   for (const Group& group : groups_) {
-    std::vector<std::optional<double>> in_order;
-    for (const Rect& tile : tiles_) in_order.push_back(group.errors[number_of(tile)]);
-    error = error_of_tiles(tiles_, in_order);
-    auto of_group = std::accumulate(group.samples.begin(), group.samples.end(), uint64_t(0));
-    const StoredFrame* frame = group.of_tile.empty() ? nullptr : group.of_tile.front();
-    if (frame && frame->whole()) {
-      error = frame->whole()->error;
-      of_group = frame->whole()->counters.samples;
+    std::vector<std::optional<double>> ordered_errors;
+    for (const Rect& tile : tiles_) ordered_errors.push_back(group.errors[tile_index(tile)]);
+    error = error_of_tiles(tiles_, ordered_errors);
+    auto group_samples = std::accumulate(group.samples.begin(), group.samples.end(), uint64_t(0));
+    const StoredFrame* frame =
+        group.frames_by_tile.empty() ? nullptr : group.frames_by_tile.front();
+    if (frame && frame->film_result()) {
+      error = frame->film_result()->error;
+      group_samples = frame->film_result()->counters.samples;
     }
     if (!error) return;
-    sum += square(double(of_group) * *error);
-    samples += double(of_group);
+    sum += square(double(group_samples) * *error);
+    samples += double(group_samples);
   }
   if (samples > 0) error_ = groups_.size() == 1 ? *error : std::sqrt(sum) / samples;
 }

@@ -38,17 +38,17 @@ class StoredFrame {
 
   // Loads the whole film if the driver has only one.
   void load_film(MemoryBudget& budget);
-  // Tiles are numbered by bucket_number().
-  bool has(size_t tile) const;
+  // Tiles are numbered by bucket_index().
+  bool has_tile(size_t tile) const;
   // Loads a tile into the film, which is already reset to the tile; tiled frames also return its
   // result. Any thread. Throws InputError.
   TileResult load(size_t tile, FilmTile& film) const;
   // Whether it has all tiles of this part, undamaged. Reads them.
-  bool is_whole(const FramePart& part) const;
+  bool is_complete_part(const FramePart& part) const;
   // Fraction of its part's tiles that it has.
-  double share() const;
+  double completed_fraction() const;
   // Result of a frame with one film.
-  const std::optional<TileResult>& whole() const { return whole_; }
+  const std::optional<TileResult>& film_result() const { return film_result_; }
 
  private:
   RecordFile file_;
@@ -57,13 +57,13 @@ class StoredFrame {
   RenderPlan plan_;
   SceneLayers layers_;
   FilmExtras extras_;
-  bool by_tiles_;
-  size_t number_of(const Rect& tile) const { return bucket_number(plan_.crop, tile, tile_size()); }
-  TileResult blank_result() const;
-  std::vector<Rect> own_;                  // tiles of its part of the frame
+  bool is_tiled_;
+  size_t tile_index(const Rect& tile) const { return bucket_index(plan_.crop, tile, tile_size()); }
+  TileResult empty_result() const;
+  std::vector<Rect> part_tiles_;           // tiles of its part of the frame
   std::vector<const RecordEntry*> tiles_;  // by number; null if missing
   std::optional<FilmTile> film_;
-  std::optional<TileResult> whole_;
+  std::optional<TileResult> film_result_;
 };
 
 class FrameMerge {
@@ -95,20 +95,20 @@ class FrameMerge {
   // Parts with the same samples per pixel, which together have all tiles.
   struct Group {
     uint32_t seed = 0, first_sample = 0, end_sample = 0;
-    std::vector<const StoredFrame*> of_tile;  // by number; null if missing
+    std::vector<const StoredFrame*> frames_by_tile;  // by number; null if missing
     std::vector<std::optional<double>> errors;
     std::vector<uint64_t> samples;
   };
 
-  void check_going() const;
+  void check_stop() const;
   void check_frames(bool strict) const;
   void make_groups();
   void check_groups(bool allow_holes);
   void merge_tile(const Rect& tile, FilmTile& film, FilmTile& more, RenderCounters& counters);
   void combine_errors();
   size_t part_number(const StoredFrame* frame) const;
-  size_t number_of(const Rect& tile) const {
-    return bucket_number(first().plan().crop, tile, first().tile_size());
+  size_t tile_index(const Rect& tile) const {
+    return bucket_index(first().plan().crop, tile, first().tile_size());
   }
 
   const std::stop_token stop_;

@@ -31,14 +31,14 @@ void check_heatmap_format(const std::string& option, const std::string& path, co
 
 void check_heatmap_style(const HeatmapStyle& style,
                          std::span<const HeatmapQuantity* const> quantities) {
-  constexpr double kLeastOfLogarithm = 1e-30;
-  if (style.range && style.logarithmic && !(style.range->least >= kLeastOfLogarithm)) {
+  constexpr double kMinLogRange = 1e-30;
+  if (style.range && style.logarithmic && !(style.range->min >= kMinLogRange)) {
     throw UsageError("`range`: with `log` the range must begin at {} or more, not at {}",
-                     kLeastOfLogarithm, style.range->least);
+                     kMinLogRange, style.range->min);
   }
   const HeatmapQuantity* amounts = nullptr;
   for (const HeatmapQuantity* quantity : quantities) {
-    if (quantity->reasons) continue;
+    if (quantity->is_categorical) continue;
     if (style.range && amounts && amounts != quantity) {
       throw UsageError(
           "`range`: one range does not fit both {} and {}; make one of the pictures from the .exr "
@@ -53,10 +53,11 @@ void check_heatmap_style(const HeatmapStyle& style,
   }
 }
 
-bool is_heatmap_range(double least, double most) {
-  constexpr double kMost = 1e18, kLeast = 1e-30, kNearest = 1e-6;
-  const double greatest = std::max(std::abs(least), std::abs(most));
-  return greatest <= kMost && greatest >= kLeast && most - least >= kNearest * greatest;
+bool is_valid_heatmap_range(double min, double max) {
+  constexpr double kMaxMagnitude = 1e18, kMinMagnitude = 1e-30, kMinRelativeWidth = 1e-6;
+  const double greatest = std::max(std::abs(min), std::abs(max));
+  return greatest <= kMaxMagnitude && greatest >= kMinMagnitude &&
+         max - min >= kMinRelativeWidth * greatest;
 }
 
 void check_heatmap_channels(const std::string& place, const HeatmapQuantity& quantity,
@@ -64,7 +65,8 @@ void check_heatmap_channels(const std::string& place, const HeatmapQuantity& qua
   const std::string missing = QuantityPlane::missing_channel(quantity, channels);
   if (missing.empty()) return;
   const std::string remedy =
-      quantity.of_denoised ? std::string("render it with `denoise`, or run emberline denoise on it")
+      quantity.needs_denoised
+          ? std::string("render it with `denoise`, or run emberline denoise on it")
       : quantity.aov ? fmt::format("render it with `aov` {}", name_of(aov_table(), *quantity.aov))
                      : std::string("use an .exr that emberline render wrote");
   throw InputError(place, "it has no channel {}, which a heatmap of {} needs; {}", missing,
@@ -84,7 +86,7 @@ std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {
     const HeatmapQuantity& quantity = i < options.heatmap_of.size()
                                           ? find_heatmap_quantity(options.heatmap_of[i])
                                           : heatmap_quantity_table().front();
-    if (quantity.of_denoised) {
+    if (quantity.needs_denoised) {
       throw UsageError(
           "`heatmap-of` {0}: a frame is denoised when it is finished; then use emberline heatmap "
           "FILE.exr `of` {0}",

@@ -36,7 +36,7 @@ void check_heatmap_style(const HeatmapStyle& style,
 
 // Whether the range is usable: squares stay finite in float and steps between its ends are
 // distinguishable.
-bool is_heatmap_range(double least, double most);
+bool is_valid_heatmap_range(double min, double max);
 
 // Throws InputError that names `place` if a channel that the quantity needs is missing.
 void check_heatmap_channels(const std::string& place, const HeatmapQuantity& quantity,

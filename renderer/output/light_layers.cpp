@@ -15,10 +15,10 @@ namespace emberline {
 namespace {
 
 // EXR names hold 255 bytes, of which the channel and a number take some.
-constexpr size_t kLongestName = 200;
+constexpr size_t kMaxNameLength = 200;
 
 std::string safe_name(const std::string& name) {
-  std::string safe = name.substr(0, kLongestName);
+  std::string safe = name.substr(0, kMaxNameLength);
   std::ranges::replace_if(
       safe,
       [](char c) {
@@ -33,11 +33,11 @@ std::string safe_name(const std::string& name) {
 
 std::vector<std::string> light_layer_names(std::span<const LightGroup> groups) {
   std::vector<std::string> names;
-  std::set<std::string> taken;
+  std::set<std::string> used_names;
   for (size_t i = 0; i < groups.size(); ++i) {
     const std::string base = "light." + safe_name(groups[i].name);
     std::string name = groups[i].name.empty() ? fmt::format("{}{}", base, i) : base;
-    for (int number = 2; !taken.insert(name).second; ++number) {
+    for (int number = 2; !used_names.insert(name).second; ++number) {
       name = fmt::format("{}_{}", base, number);
     }
     names.push_back(std::move(name));

@@ -19,7 +19,7 @@ struct OptionState {
 };
 
 // A turntable of N frames, as opposed to one frame of it.
-bool is_whole_turn(const RenderOptions& o) {
+bool is_full_turntable(const RenderOptions& o) {
   return o.frames.empty() && o.turntable && !o.turntable->frame && !o.frame;
 }
 
@@ -39,13 +39,13 @@ constexpr OptionState kStates[] = {
     {"range-report", "", [](const RenderOptions& o) { return !o.range_report.empty(); }},
     {"frames", "", [](const RenderOptions& o) { return !o.frames.empty(); }},
     {"frames", "A-B", [](const RenderOptions& o) { return o.frames.size() > 1; }},
-    {"turntable", "N", is_whole_turn},
+    {"turntable", "N", is_full_turntable},
     {"turntable", "2 or more",
-     [](const RenderOptions& o) { return is_whole_turn(o) && o.turntable->count > 1; }},
+     [](const RenderOptions& o) { return is_full_turntable(o) && o.turntable->count > 1; }},
     {"turntable", "K/N", [](const RenderOptions& o) { return o.turntable && o.turntable->frame; }},
 };
 
-std::string wrong_pixel(const FrameSettings& settings) {
+std::string pixel_violation(const FrameSettings& settings) {
   const Vec2i pixel = *static_cast<const RenderOptions&>(settings).explained;
   const Rect crop = crop_of(settings);
   if (crop.contains(pixel.x, pixel.y)) return "";
@@ -57,11 +57,12 @@ std::string wrong_pixel(const FrameSettings& settings) {
 std::vector<SettingRule> make_rules() {
   return {
       {.about = {{"explain"}, {"tree"}},
-       .needs = drivers_that([](const DriverEntry& d) { return d.sharing == Sharing::kByError; }),
+       .needs = find_drivers(
+           [](const DriverEntry& d) { return d.distribution == SampleDistribution::kByError; }),
        .reason = "{} does not choose sample counts for the whole frame"},
-      {.about = {{"explain"}}, .wrong = wrong_pixel},
+      {.about = {{"explain"}}, .violation = pixel_violation},
       {.about = {{"snapshots"}},
-       .needs = drivers_that([](const DriverEntry& driver) { return !driver.tiles; }),
+       .needs = find_drivers([](const DriverEntry& driver) { return !driver.tiles; }),
        .unless = {{"replay"}},
        .reason = "{} has no picture of the whole frame before the end"},
       {.about = {{"light-groups"}, {"cryptomatte"}},
@@ -99,17 +100,17 @@ std::span<const SettingRule> option_rules() {
   return rules;
 }
 
-bool option_holds(const RenderOptions& options, const SettingIs& is) {
+bool option_holds(const RenderOptions& options, const SettingCondition& condition) {
   for (const OptionState& state : kStates) {
-    if (state.name == is.name && state.value == is.value) return state.holds(options);
+    if (state.name == condition.name && state.value == condition.value) return state.holds(options);
   }
-  return setting_holds(options, is);
+  return setting_holds(options, condition);
 }
 
 void check_options(const RenderOptions& options) {
   check_rules(options);
   check_rules(option_rules(), options,
-              [&](const SettingIs& is) { return option_holds(options, is); });
+              [&](const SettingCondition& condition) { return option_holds(options, condition); });
 }
 
 }  // namespace emberline

@@ -10,7 +10,7 @@ namespace emberline {
 
 std::span<const SettingRule> option_rules();
 
-bool option_holds(const RenderOptions& options, const SettingIs& is);
+bool option_holds(const RenderOptions& options, const SettingCondition& condition);
 
 // Throws UsageError for options or settings that exclude each other.
 void check_options(const RenderOptions& options);

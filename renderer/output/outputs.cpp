@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <functional>
 
+#include "io/image/file_completeness.h"
 #include "io/image/output.h"
-#include "io/image/picture_mark.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
@@ -25,18 +25,18 @@ namespace {
 
 constexpr const char* kSamplesAttribute = "emberline:samples";
 constexpr const char* kClampedAttribute = "emberline:clamped";
-constexpr size_t kMostDigits = 20;  // of a 64-bit number
+constexpr size_t kMaxDigits = 20;  // of a 64-bit number
 
 // Time code and frame rate, if the settings give a time, and the primaries.
 ExrView view_of(const FrameSettings& settings) {
   ExrView view;
   view.space = settings.working_space;
-  const std::optional<double> time = chosen_time(settings);
+  const std::optional<double> time = pose_time(settings);
   if (!time) return view;
   view.frames_per_second = frame_rate_fraction(settings.fps);
   const double frame = settings.frame.value_or(*time * settings.fps);
-  constexpr double kNearest = 1e-6;  // tolerance for a whole frame number
-  if (std::abs(frame - std::round(frame)) < kNearest)
+  constexpr double kFrameTolerance = 1e-6;  // tolerance for a whole frame number
+  if (std::abs(frame - std::round(frame)) < kFrameTolerance)
     view.time_code = smpte_time_code(std::llround(frame), settings.fps);
   return view;
 }
@@ -47,7 +47,7 @@ void write_film_exr(const std::string& path, const AovSet& aovs, int width, int 
                     const Rect& crop, std::vector<std::pair<std::string, std::string>> attributes,
                     std::vector<float> values) {
   std::vector<std::string> names = film_channel_names(aovs);
-  sum_shared(crop, names, values);
+  resolve_shares(crop, names, values);
   write_exr_file(path,
                  {.width = width,
                   .height = height,
@@ -72,7 +72,7 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
   settings.transparent = options.transparent;
   settings.heatmaps = heatmap_requests(options);
   settings.heatmap_style = options.heatmap_style;
-  settings.clamps = options.clamp_indirect.has_value();
+  settings.is_clamped = options.clamp_indirect.has_value();
   settings.denoise = denoises(options);
   settings.light_groups = options.light_groups;
   settings.cryptomattes = parse_cryptomattes(options.cryptomattes);
@@ -95,11 +95,11 @@ ExrHeader frame_header(const OutputSettings& settings, std::vector<PictureChanne
   header.channels = std::move(channels);
   header.view.camera = layers.camera;
   header.attributes.emplace_back(kCompleteAttribute, "false");
-  header.attributes.emplace_back(kSamplesAttribute, std::string(kMostDigits, ' '));
-  if (settings.clamps) {
-    header.attributes.emplace_back(kClampedAttribute, std::string(kMostDigits, ' '));
+  header.attributes.emplace_back(kSamplesAttribute, std::string(kMaxDigits, ' '));
+  if (settings.is_clamped) {
+    header.attributes.emplace_back(kClampedAttribute, std::string(kMaxDigits, ' '));
   }
-  // After the attributes that is_marked_incomplete() looks for, since names may be megabytes.
+  // After the attributes that is_unfinished_image() looks for, since names may be megabytes.
   for (auto& attribute : cryptomatte_attributes(layers.cryptomattes)) {
     header.attributes.push_back(std::move(attribute));
   }
@@ -109,8 +109,8 @@ ExrHeader frame_header(const OutputSettings& settings, std::vector<PictureChanne
 void set_state(const OutputSettings& settings, const FrameState& state, ExrWriter& writer) {
   writer.set_attribute(kCompleteAttribute, state.complete ? "true" : "false");
   writer.set_attribute(kSamplesAttribute, std::to_string(state.samples));
-  if (settings.clamps)
-    writer.set_attribute(kClampedAttribute, fmt::format("{:.4g}", state.clamped_share));
+  if (settings.is_clamped)
+    writer.set_attribute(kClampedAttribute, fmt::format("{:.4g}", state.clamped_fraction));
 }
 
 void register_inputs(const RenderOptions& options, FileRegister& files) {
@@ -125,7 +125,7 @@ void register_inputs(const RenderOptions& options, FileRegister& files) {
   if (!options.extended.empty()) files.read(options.extended, "it is the frame to extend");
   if (const char* config = std::getenv("OCIO")) {
     read(config, "$OCIO");
-    for (const std::string& table : display_tables())
+    for (const std::string& table : ocio_table_files())
       files.read(table, "the $OCIO config reads it");
   }
 }
@@ -239,8 +239,8 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
   }
   const uint64_t bytes = tile.bytes() + pixels.capacity() * sizeof(float);
   const std::lock_guard lock(mutex_);
-  uint64_t& most = thread_bytes_[std::this_thread::get_id()];
-  most = std::max(most, bytes);
+  uint64_t& peak_bytes = thread_bytes_[std::this_thread::get_id()];
+  peak_bytes = std::max(peak_bytes, bytes);
 }
 
 void FrameOutputs::write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels) {
@@ -250,7 +250,7 @@ void FrameOutputs::write(ExrOutput& exr, const Rect& tile, const std::vector<flo
   } catch (const RenderError& error) {
     exr.failed = true;
     if (rendered_) return;
-    if (nothing_left()) throw;
+    if (all_outputs_failed()) throw;
     log_warning(std::string(error.what()) + "; the render continues for the other files");
   }
 }
@@ -281,18 +281,18 @@ DenoiseReport FrameOutputs::denoise(const std::stop_token& stop) {
   log_verbose("denoising");
   const auto read = std::bind_front(&PixelSpool::read_rows, spool_.get());
   const auto write = std::bind_front(&FrameOutputs::write_denoised, this);
-  return denoise_films({.crop = settings_.crop,
-                        .channels = names_of(channels_.list()),
-                        .tile_size = settings_.tile_size,
-                        .read = read,
-                        .write = write,
-                        .stop = stop});
+  return denoise_film_rows({.crop = settings_.crop,
+                            .channels = names_of(channels_.list()),
+                            .tile_size = settings_.tile_size,
+                            .read = read,
+                            .write = write,
+                            .stop = stop});
 }
 
 void FrameOutputs::write_tiles() {
   const Rect& crop = settings_.crop;
-  SharedRows rows(crop, names_of(channels_.list()),
-                  std::bind_front(&PixelSpool::read_rows, spool_.get()));
+  ShareResolver rows(crop, names_of(channels_.list()),
+                     std::bind_front(&PixelSpool::read_rows, spool_.get()));
   const int size = settings_.tile_size;
   std::vector<float> pixels;
   for (int y = crop.y0; y < crop.y1; y += size) {
@@ -301,7 +301,7 @@ void FrameOutputs::write_tiles() {
     parallel_tasks(size_t((crop.width() + size - 1) / size), [&](size_t i) {
       const int x = crop.x0 + int(i) * size;
       const Rect tile = Rect{x, y, x + size, y + size}.intersect(crop);
-      const std::vector<float> values = take_rect(pixels, band, tile);
+      const std::vector<float> values = extract_rect(pixels, band, tile);
       for (ExrOutput& exr : exrs_) write(exr, tile, values);
     });
   }
@@ -315,7 +315,7 @@ void FrameOutputs::write_denoised(const Rect& tile, const std::vector<float>& pi
   for (const auto& image : images_) image->write_tile(tile, rgba);
 }
 
-bool FrameOutputs::nothing_left() const {
+bool FrameOutputs::all_outputs_failed() const {
   return images_.empty() && heatmaps_.empty() &&
          std::ranges::all_of(exrs_, [](const ExrOutput& exr) { return exr.failed.load(); });
 }
@@ -344,7 +344,7 @@ void FrameOutputs::finish(const FrameState& state, WriteAttempts& attempts) {
 uint64_t FrameOutputs::film_bytes() const {
   const std::lock_guard lock(mutex_);
   uint64_t bytes = 0;
-  for (const auto& [thread, most] : thread_bytes_) bytes += most;
+  for (const auto& [thread, peak_bytes] : thread_bytes_) bytes += peak_bytes;
   for (const auto& image : images_) bytes += image->bytes();
   for (const auto& heatmap : heatmaps_) bytes += heatmap->bytes();
   return bytes;

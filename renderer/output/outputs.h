@@ -35,7 +35,7 @@ struct OutputSettings : ExrHeader, FrameContents {
   bool transparent = false;              // PNG gets an alpha channel
   std::vector<HeatmapRequest> heatmaps;  // their channels are in `aovs`
   HeatmapStyle heatmap_style;
-  bool clamps = false;            // --clamp-indirect
+  bool is_clamped = false;        // --clamp-indirect
   bool denoise = false;           // files also get the denoised picture
   std::vector<std::string> half;  // layer names
 };
@@ -49,7 +49,7 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop);
 struct FrameState {
   bool complete = false;
   uint64_t samples = 0;
-  double clamped_share = 0.0;
+  double clamped_fraction = 0.0;
 };
 
 // Header of a whole frame's EXR; set_state() must be called before it is finished. Channels named
@@ -111,7 +111,7 @@ class FrameOutputs final : public RenderSink {
   DenoiseReport denoise(const std::stop_token& stop);
   void write_tiles();
   void write_denoised(const Rect& tile, const std::vector<float>& pixels);
-  bool nothing_left() const;  // every EXR has failed and there is no other output
+  bool all_outputs_failed() const;  // every EXR has failed and there is no other output
 
   const OutputSettings settings_;
   std::deque<ExrOutput> exrs_;  // a deque, so that elements never move

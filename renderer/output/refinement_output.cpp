@@ -66,7 +66,7 @@ void draw_leaf_borders(const RefinementTree& tree, std::span<float> rgba, int wi
   });
 }
 
-std::string refinement_json(const RefinementTree& tree, size_t most_leaves) {
+std::string refinement_json(const RefinementTree& tree, size_t max_leaves) {
   using Json = nlohmann::ordered_json;
   const auto rect = [](const Rect& r) { return Json{r.x0, r.y0, r.x1, r.y1}; };
   const RefinementSettings& settings = tree.settings();
@@ -84,7 +84,7 @@ std::string refinement_json(const RefinementTree& tree, size_t most_leaves) {
   json["leaves_by_area"] = tree.leaves_by_area();
   json["open"] = tree.open_count();
   json["next"] = Json::array();
-  for (const RefinementNode& leaf : tree.most_urgent(most_leaves)) {
+  for (const RefinementNode& leaf : tree.most_urgent(max_leaves)) {
     json["next"].push_back({{"rect", rect(leaf.rect)},
                             {"value", {leaf.mean.x, leaf.mean.y, leaf.mean.z}},
                             {"v_int", leaf.v_int},

@@ -25,9 +25,9 @@ void draw_leaf_borders(const RefinementTree& tree, std::span<float> rgba, int wi
 //   settings         the tree's settings
 //   leaves_by_area   [n0, n1, ...]: leaves of 2^k .. 2^(k+1) - 1 pixels
 //   open             leaves that can still be split
-//   next             the first `most_leaves` of them by priority:
+//   next             the first `max_leaves` of them by priority:
 //                    {rect, value, v_int, v_ext, priority}
-std::string refinement_json(const RefinementTree& tree, size_t most_leaves = 1024);
+std::string refinement_json(const RefinementTree& tree, size_t max_leaves = 1024);
 
 // Writes the file of each options.trees entry.
 void write_refinement(const RenderOptions& options, const RenderJob& rendered,

@@ -12,16 +12,16 @@ namespace emberline {
 namespace {
 
 // Between whole pictures; a higher rate is hardly visible.
-constexpr double kLeastInterval = 0.1;
+constexpr double kMinInterval = 0.1;
 
 // Fraction of the render time that whole pictures may cost: pauses for copying (workers idle) plus
 // the sending thread's share of the machine. It is half of the 2 % that a viewer may cost; the
 // other half covers costs that are not measured here (kernel, caches, a viewer on the same
 // machine).
-constexpr double kMostShare = 0.01;
+constexpr double kMaxCostFraction = 0.01;
 
 // Buckets smaller than this are sent as tiles of several.
-constexpr int kLeastTile = 32;
+constexpr int kMinTileSize = 32;
 
 std::string image_name(const RenderOptions& options) {
   return options.outputs.front() + " (" + std::filesystem::path(options.scene).filename().string() +
@@ -32,7 +32,7 @@ std::string image_name(const RenderOptions& options) {
 
 RemoteViewer::RemoteViewer(const RenderOptions& options, const Rect& crop, int threads)
     : crop_(crop),
-      tile_size_(tile_of_buckets(options.bucket_size, kLeastTile)),
+      tile_size_(round_up_to_buckets(options.bucket_size, kMinTileSize)),
       threads_(threads),
       stream_(*options.viewer, {image_name(options), options.width, options.height}) {}
 
@@ -43,28 +43,28 @@ void RemoteViewer::add(const FilmTile& tile) {
   stream_.add(tile.rect(), std::move(rgba));
 }
 
-bool RemoteViewer::wanted(double elapsed_s) const {
+bool RemoteViewer::is_due(double elapsed_s) const {
   if (!stream_.open()) return false;
-  if (!shown_) return true;
+  if (!sent_) return true;
   const double cost_s = paused_s_ + stream_.cpu_seconds() / threads_;
-  return elapsed_s >= shown_at_s_ + kLeastInterval && cost_s <= kMostShare * elapsed_s;
+  return elapsed_s >= sent_at_s_ + kMinInterval && cost_s <= kMaxCostFraction * elapsed_s;
 }
 
-void RemoteViewer::look(const LivePicture& picture, double elapsed_s) {
-  if (!wanted(elapsed_s)) return;
+void RemoteViewer::update(const LivePicture& picture, double elapsed_s) {
+  if (!is_due(elapsed_s)) return;
   const Stopwatch pause;
   std::vector<float> rgba(4 * size_t(crop_.area()));
   picture.resolve(rgba);
   stream_.add_picture(crop_, tile_size_, std::move(rgba));
-  shown_ = true;
-  shown_at_s_ = elapsed_s;
+  sent_ = true;
+  sent_at_s_ = elapsed_s;
   paused_s_ += pause.seconds();
 }
 
 void RemoteViewer::finish(PixelStop stop_cause) {
-  TevStream::Patience patience;
-  if (stop_cause == PixelStop::kUser) patience = {.stalled_s = 0.25, .whole_s = 0.5};
-  stream_.finish(patience);
+  TevStream::Timeouts timeouts;
+  if (stop_cause == PixelStop::kUser) timeouts = {.stalled_s = 0.25, .total_s = 0.5};
+  stream_.finish(timeouts);
 }
 
 }  // namespace emberline

@@ -18,21 +18,21 @@ class RemoteViewer {
   // Any thread.
   void add(const FilmTile& tile);
   // Call at a driver's pause, `elapsed_s` into rendering: sends the picture if one is due.
-  void look(const LivePicture& picture, double elapsed_s);
+  void update(const LivePicture& picture, double elapsed_s);
   // Whether look() would send it. Any thread, but not during look().
-  bool wanted(double elapsed_s) const;
+  bool is_due(double elapsed_s) const;
   // Waits briefly for pending data, and hardly at all after a user stop.
   void finish(PixelStop stop_cause);
 
-  uint64_t bytes() const { return stream_.most_bytes(); }
+  uint64_t bytes() const { return stream_.peak_bytes(); }
 
  private:
   const Rect crop_;
   const int tile_size_;
   const int threads_;
   TevStream stream_;
-  bool shown_ = false;
-  double shown_at_s_ = 0.0;
+  bool sent_ = false;
+  double sent_at_s_ = 0.0;
   double paused_s_ = 0.0;  // render time spent on copying pictures
 };
 

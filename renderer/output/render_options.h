@@ -53,7 +53,7 @@ struct RenderOptions : FrameSettings {
 
 bool is_part(const FrameSettings& settings);
 // Whether the checkpoint is kept when the frame is done.
-bool keeps_checkpoint(const RenderOptions& options);
+bool retains_checkpoint(const RenderOptions& options);
 // Path of the checkpoint: beside the first output unless named. Empty: none.
 std::string checkpoint_path(const RenderOptions& options);
 

@@ -29,19 +29,19 @@ std::vector<std::pair<std::string, std::string>> library_versions() {
 std::string instruction_sets() {
 #if defined(__AVX512F__) && defined(__AVX512BW__) && defined(__AVX512CD__) && \
     defined(__AVX512DQ__) && defined(__AVX512VL__)
-  const char* own = "x86-64-v4";
+  const char* build_isa = "x86-64-v4";
 #elif defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
-  const char* own = "x86-64-v3";
+  const char* build_isa = "x86-64-v3";
 #elif defined(__SSE4_2__)
-  const char* own = "x86-64-v2";
+  const char* build_isa = "x86-64-v2";
 #elif defined(__x86_64__)
-  const char* own = "x86-64";
+  const char* build_isa = "x86-64";
 #elif defined(__aarch64__)
-  const char* own = "aarch64";
+  const char* build_isa = "aarch64";
 #else
-  const char* own = "unknown";
+  const char* build_isa = "unknown";
 #endif
-  return fmt::format("{}, Embree {}", own, name_of(embree_isa_table(), widest_isa()));
+  return fmt::format("{}, Embree {}", build_isa, name_of(embree_isa_table(), widest_isa()));
 }
 
 std::string processor_maker() {
@@ -55,9 +55,9 @@ std::string processor_maker() {
 #endif
 }
 
-FrameSettings recorded_settings(FrameSettings settings) {
+FrameSettings with_recorded_defaults(FrameSettings settings) {
   if (!settings.isa) settings.isa = widest_isa();
-  if (shares_evenly(settings)) return settings;
+  if (samples_uniformly(settings)) return settings;
   if (settings.estimator.empty()) settings.estimator = kDefaultEstimator;
   if (!settings.allocation) settings.allocation = kDefaultAllocation;
   return settings;
@@ -66,7 +66,7 @@ FrameSettings recorded_settings(FrameSettings settings) {
 std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& o) {
   std::vector<std::pair<std::string, std::string>> list = {{"emberline:command", o.command_line},
                                                            {"emberline:scene", o.scene}};
-  for (auto& [name, text] : setting_texts(recorded_settings(o))) {
+  for (auto& [name, text] : setting_texts(with_recorded_defaults(o))) {
     std::ranges::replace(name, '-', '_');
     list.emplace_back("emberline:" + name, text);
   }
@@ -77,16 +77,18 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
   return list;
 }
 
-std::string replay_words(const NonFiniteSample& sample, uint32_t seed) {
-  const std::string words = fmt::format("{},{},{}", sample.x, sample.y, sample.sample);
-  return sample.seed == seed ? words : words + spelled(fmt::format(" `seed` {}", sample.seed));
+std::string replay_arguments(const NonFiniteSample& sample, uint32_t seed) {
+  const std::string arguments = fmt::format("{},{},{}", sample.x, sample.y, sample.sample);
+  return sample.seed == seed
+             ? arguments
+             : arguments + spell_setting_names(fmt::format(" `seed` {}", sample.seed));
 }
 
-void warn_of_non_finite(const RenderCounters& counters, uint32_t seed, const std::string& how) {
+void warn_about_non_finite(const RenderCounters& counters, uint32_t seed, const std::string& how) {
   if (counters.non_finite_samples == 0) return;
   log_warning(fmt::format(
       "{} samples were NaN or infinite and count as black; replay the first {} `replay` {}",
-      counters.non_finite_samples, how, replay_words(counters.located.front(), seed)));
+      counters.non_finite_samples, how, replay_arguments(counters.located.front(), seed)));
 }
 
 namespace {
@@ -127,7 +129,7 @@ OrderedJson numerics_json(const RenderReport& r, uint32_t seed) {
     located.push_back({{"x", s.x},
                        {"y", s.y},
                        {"sample", s.sample},
-                       {"replay", spelled("`replay` ") + replay_words(s, seed)}});
+                       {"replay", spell_setting_names("`replay` ") + replay_arguments(s, seed)}});
   }
   return {{"non_finite_samples", r.counters.non_finite_samples},
           {"located", located},
@@ -140,25 +142,26 @@ OrderedJson numerics_json(const RenderReport& r, uint32_t seed) {
 }
 
 OrderedJson optics_json(const OpticsCounters& optics) {
-  return {{"rays_ended_at_panes", optics.rays_ended_at_walls},
-          {"solids_forgotten", optics.solids_forgotten},
-          {"light_samples_blocked_by_glass",
-           optics.point_light_samples > 0 ? OrderedJson(optics.blocked_share()) : OrderedJson()}};
+  return {
+      {"rays_ended_at_panes", optics.rays_ended_at_panes},
+      {"solids_forgotten", optics.dropped_solids},
+      {"light_samples_blocked_by_glass",
+       optics.point_light_samples > 0 ? OrderedJson(optics.blocked_fraction()) : OrderedJson()}};
 }
 
 // Null if clamping was off.
 OrderedJson clamped_json(const RenderReport& r) {
   const ClampedLight& clamped = r.counters.clamped;
   if (!clamped.clamps()) return OrderedJson();
-  const auto mean = [](const Rgb& taken) { return OrderedJson{taken.x, taken.y, taken.z}; };
+  const auto mean = [](const Rgb& removed) { return OrderedJson{removed.x, removed.y, removed.z}; };
   const uint64_t samples = r.counters.samples;
   OrderedJson groups = OrderedJson::object();
   for (size_t i = 0; i < std::min(clamped.groups(), r.light_layers.size()); ++i) {
-    groups[r.light_layers[i]] = mean(clamped.taken_of_group(i, samples));
+    groups[r.light_layers[i]] = mean(clamped.removed_of_group(i, samples));
   }
   return {{"limit", clamped.limit()},
-          {"share", clamped.share()},
-          {"mean", mean(clamped.taken(samples))},
+          {"share", clamped.fraction()},
+          {"mean", mean(clamped.removed(samples))},
           {"groups", groups}};
 }
 
@@ -169,7 +172,7 @@ OrderedJson cryptomattes_json(const RenderReport& r) {
     kinds[std::string(name_of(cryptomatte_table(), kind.kind))] = {
         {"names", kind.names},
         {"dropped_pixels", kind.dropped_pixels},
-        {"most_dropped", kind.most_dropped}};
+        {"most_dropped", kind.max_dropped}};
   }
   return kinds;
 }
@@ -179,7 +182,7 @@ OrderedJson denoise_json(const std::optional<DenoiseReport>& denoise) {
   if (!denoise) return OrderedJson();
   return {{"error_before", denoise->error_before},
           {"error_after", denoise->error_after},
-          {"kept_share", denoise->kept_share},
+          {"kept_share", denoise->unchanged_fraction},
           {"seconds", denoise->seconds}};
 }
 
@@ -207,7 +210,7 @@ OrderedJson snapshots_json(const std::vector<SnapshotReport>& snapshots) {
   return list;
 }
 
-OrderedJson reported_settings(const RenderOptions& options, const RenderReport& r) {
+OrderedJson settings_report(const RenderOptions& options, const RenderReport& r) {
   OrderedJson settings;
   for (const auto& [key, value] : settings_attributes(options)) {
     if (key.starts_with("emberline:version:")) continue;
@@ -234,7 +237,7 @@ OrderedJson checkpoint_json(const RenderReport& r) {
           {"bytes", checkpoint.bytes},
           {"paused_s", checkpoint.paused_s},
           {"longest_pause_s", checkpoint.longest_pause_s},
-          {"earlier_samples", r.earlier_samples}};
+          {"earlier_samples", r.resumed_samples}};
 }
 
 OrderedJson stop_cause_json(const RenderReport& r) {
@@ -279,7 +282,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
     json["parts"].push_back(
         {{"file", part.file}, {"host", part.host}, {"instruction_sets", part.instruction_sets}});
   }
-  json["settings"] = reported_settings(options, r);
+  json["settings"] = settings_report(options, r);
   json["machine"] = {{"host", host_name()}, {"instruction_sets", instruction_sets()}};
   for (const auto& [name, version] : library_versions()) json["versions"][name] = version;
   json["output"] = options.outputs;

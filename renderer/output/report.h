@@ -62,7 +62,7 @@ struct RenderReport {
   int threads = 0;
   std::vector<PassReport> passes;
   std::vector<SnapshotReport> snapshots;
-  uint64_t earlier_samples = 0;  // samples from the checkpoint, included in the total
+  uint64_t resumed_samples = 0;  // samples from the checkpoint, included in the total
   CheckpointReport checkpoint;
   std::vector<PartReport> parts;
   PixelStop stop_cause = PixelStop::kNone;
@@ -76,15 +76,15 @@ struct RenderReport {
 std::string report_json(const RenderOptions& options, const RenderReport& report);
 
 // Arguments for --replay that recompute the sample, with --seed if it differs from `seed`.
-std::string replay_words(const NonFiniteSample& sample, uint32_t seed);
+std::string replay_arguments(const NonFiniteSample& sample, uint32_t seed);
 
 // Warns unless all samples were finite. `how`: "with", plus the options needed to reproduce the
 // first one.
-void warn_of_non_finite(const RenderCounters& counters, uint32_t seed,
-                        const std::string& how = "with");
+void warn_about_non_finite(const RenderCounters& counters, uint32_t seed,
+                           const std::string& how = "with");
 
 // Fills in the defaults that a frame uses, as its records show them.
-FrameSettings recorded_settings(FrameSettings settings);
+FrameSettings with_recorded_defaults(FrameSettings settings);
 // Settings, versions and seed as strings, for EXR header attributes.
 std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& options);
 

@@ -20,7 +20,7 @@ namespace {
 using Row = std::vector<PageCell>;
 
 // A name-value table without a header.
-PageTable pairs(std::vector<Row> rows) { return {"", {{""}, {"", true}}, std::move(rows)}; }
+PageTable pair_table(std::vector<Row> rows) { return {"", {{""}, {"", true}}, std::move(rows)}; }
 
 std::string file_name(const std::string& path) {
   return std::filesystem::path(path).filename().string();
@@ -49,7 +49,7 @@ PageFigure encoded_figure(const ByteImage& image, const char* format, const std:
           caption};
 }
 
-std::string reduced(const ReportPictures& pictures, const char* how) {
+std::string scale_note(const ReportPictures& pictures, const char* how) {
   if (pictures.factor() == 1) return "";
   return fmt::format(" Each pixel here is {} of {} x {} pixels of the frame.", how,
                      pictures.factor(), pictures.factor());
@@ -72,21 +72,21 @@ void add_picture(HtmlPage& page, const RenderOptions& o, const RenderReport& r,
                            r.crop.y1, o.width, o.height);
   }
   if (r.denoise) caption += " Shown before denoising.";
-  caption += reduced(pictures, "the mean");
+  caption += scale_note(pictures, "the mean");
   page.figures(std::vector{encoded_figure(pictures.picture(), "jpeg", "the picture", caption)});
 }
 
-std::string named_estimate(const RenderOptions& o, const RenderReport& r) {
+std::string estimate_text(const RenderOptions& o, const RenderReport& r) {
   if (!r.error_estimate) return "none, because sampling was uniform";
   const bool denoised = o.allocation == ErrorMetric::kDenoised;
   return fmt::format("{} ({}{})", readable_number(*r.error_estimate), r.estimator,
                      denoised ? ", of the denoised picture" : "");
 }
 
-std::string named_reconstruction(const DenoiseReport& denoise) {
+std::string denoising_text(const DenoiseReport& denoise) {
   return fmt::format("{} (before: {}); {} of the pixels left as they were",
                      readable_number(denoise.error_after), readable_number(denoise.error_before),
-                     readable_percent(denoise.kept_share));
+                     readable_percent(denoise.unchanged_fraction));
 }
 
 void add_numbers(HtmlPage& page, const RenderOptions& o, const RenderReport& r) {
@@ -105,37 +105,37 @@ void add_numbers(HtmlPage& page, const RenderOptions& o, const RenderReport& r) 
        fmt::format("{}, {}", readable_number(double(c.samples) * per_second),
                    readable_number(double(c.rays.total()) * per_second))},
       {"Peak memory", readable_bytes(peak_rss_bytes())},
-      {"Estimated error (RMS of the displayed picture, 0 to 1)", named_estimate(o, r)},
+      {"Estimated error (RMS of the displayed picture, 0 to 1)", estimate_text(o, r)},
   };
   if (r.denoise) {
-    rows.push_back({"Estimated error of the denoised picture", named_reconstruction(*r.denoise)});
+    rows.push_back({"Estimated error of the denoised picture", denoising_text(*r.denoise)});
   }
-  page.table(pairs(std::move(rows)));
+  page.table(pair_table(std::move(rows)));
 }
 
 // Returns bars of equal width, or of equal ratio if `logarithmic`. Borders are whole numbers, so
 // that every bar covers the counts that it appears to cover.
-std::vector<double> bar_borders(uint32_t least, uint32_t most, bool logarithmic) {
+std::vector<double> bar_borders(uint32_t min, uint32_t max, bool logarithmic) {
   constexpr int kBars = 40;
-  std::vector<double> borders = {double(least)};
-  const double end = double(most) + 1;
+  std::vector<double> borders = {double(min)};
+  const double end = double(max) + 1;
   for (int i = 1; i <= kBars; ++i) {
     const double t = double(i) / kBars;
     const double border =
-        std::round(logarithmic ? least * std::pow(end / least, t) : least + (end - least) * t);
+        std::round(logarithmic ? min * std::pow(end / min, t) : min + (end - min) * t);
     if (border > borders.back()) borders.push_back(border);
   }
   return borders;
 }
 
 Markup samples_histogram(const std::map<uint32_t, uint64_t>& pixels) {
-  const uint32_t least = std::max(1u, pixels.upper_bound(0)->first), most = pixels.rbegin()->first;
-  const bool logarithmic = most > 8 * least;
+  const uint32_t min = std::max(1u, pixels.upper_bound(0)->first), max = pixels.rbegin()->first;
+  const bool logarithmic = max > 8 * min;
   Histogram chart;
   chart.title = "Pixels by number of samples";
   chart.x = {"samples per pixel", logarithmic ? AxisScale::kLog : AxisScale::kLinear};
   chart.y = {"pixels"};
-  const std::vector<double> borders = bar_borders(least, most, logarithmic);
+  const std::vector<double> borders = bar_borders(min, max, logarithmic);
   auto next = pixels.upper_bound(0);
   for (size_t i = 0; i + 1 < borders.size(); ++i) {
     uint64_t count = 0;
@@ -151,12 +151,13 @@ Markup samples_histogram(const std::map<uint32_t, uint64_t>& pixels) {
 std::string map_caption(const ReportPictures::Map& map) {
   const PlaneStatistics s = plane_statistics(map.plane);
   std::string text(map.quantity->summary);
-  if (map.quantity->reasons || s.values == 0) return text + ".";
-  const ToldUnit unit = told_unit(std::string(map.quantity->unit), s.mean);
-  const auto told = [&](double value) { return readable_number(unit.factor * value); };
+  if (map.quantity->is_categorical || s.values == 0) return text + ".";
+  const DisplayUnit unit = display_unit(std::string(map.quantity->unit), s.mean);
+  const auto format_value = [&](double value) { return readable_number(unit.factor * value); };
   return fmt::format("{}{}{}: {} to {}, mean {}{}.", text, unit.name.empty() ? "" : ", in ",
-                     unit.name, told(s.minimum), told(s.maximum), told(s.mean),
-                     map.quantity->rms ? ", root mean square " + told(s.rms) : "");
+                     unit.name, format_value(s.minimum), format_value(s.maximum),
+                     format_value(s.mean),
+                     map.quantity->rms ? ", root mean square " + format_value(s.rms) : "");
 }
 
 void add_samples(HtmlPage& page, const ReportPictures& pictures) {
@@ -167,7 +168,8 @@ void add_samples(HtmlPage& page, const ReportPictures& pictures) {
     if (map.quantity->name != "samples") style.colours = ColourMap::kViridis;
     figures.push_back(encoded_figure(
         draw_quantity(*map.quantity, map.plane, style), "png", std::string(map.quantity->title),
-        map_caption(map) + reduced(pictures, map.quantity->reasons ? "one" : "the mean")));
+        map_caption(map) +
+            scale_note(pictures, map.quantity->is_categorical ? "one" : "the mean")));
   }
   const std::map<uint32_t, uint64_t> pixels = pictures.pixels_by_samples();
   const uint64_t none = pixels.contains(0) ? pixels.at(0) : 0;
@@ -186,8 +188,8 @@ void add_samples(HtmlPage& page, const ReportPictures& pictures) {
                     none > 0 ? fmt::format(" {} pixels have none.", readable_count(none)) : ""));
   }
   if (figures.size() < 3) {
-    page.paragraph(
-        spelled("Add `aov` variance,time,stop to see error, cost and stop reasons as well."));
+    page.paragraph(spell_setting_names(
+        "Add `aov` variance,time,stop to see error, cost and stop reasons as well."));
   }
 }
 
@@ -204,10 +206,10 @@ void add_error_chart(HtmlPage& page, const RenderOptions& o, const RenderReport&
     if (snapshot.rmse) measured.points.push_back({snapshot.elapsed_s, *snapshot.rmse});
   }
   if (estimated.points.empty() && measured.points.empty()) {
-    page.paragraph(
-        spelled("The error is unknown: uniform sampling does not estimate it, and there was no "
-                "reference. The adaptive driver estimates it after every pass; `snapshots` with "
-                "`reference` measures the error of each snapshot."));
+    page.paragraph(spell_setting_names(
+        "The error is unknown: uniform sampling does not estimate it, and there was no "
+        "reference. The adaptive driver estimates it after every pass; `snapshots` with "
+        "`reference` measures the error of each snapshot."));
     return;
   }
   double first = INFINITY, last = 0;
@@ -220,7 +222,8 @@ void add_error_chart(HtmlPage& page, const RenderOptions& o, const RenderReport&
   }
   if (o.noise_threshold) {
     const double y = double(*o.noise_threshold);
-    ChartSeries threshold{spelled("`noise-threshold` per pixel"), {{first, y}, {last, y}}, 4};
+    ChartSeries threshold{
+        spell_setting_names("`noise-threshold` per pixel"), {{first, y}, {last, y}}, 4};
     threshold.markers = false;
     chart.series.push_back(threshold);
   }
@@ -230,13 +233,13 @@ void add_error_chart(HtmlPage& page, const RenderOptions& o, const RenderReport&
 }
 
 // Row limit: tables keep evenly spaced rows, including the last.
-constexpr size_t kMostRows = 24;
+constexpr size_t kMaxRows = 24;
 
 template <typename Entry>
-std::vector<Entry> thinned(const std::vector<Entry>& all) {
-  if (all.size() <= kMostRows) return all;
+std::vector<Entry> subsample_rows(const std::vector<Entry>& all) {
+  if (all.size() <= kMaxRows) return all;
   std::vector<Entry> some;
-  for (size_t i = 1; i <= kMostRows; ++i) some.push_back(all[i * all.size() / kMostRows - 1]);
+  for (size_t i = 1; i <= kMaxRows; ++i) some.push_back(all[i * all.size() / kMaxRows - 1]);
   return some;
 }
 
@@ -248,12 +251,12 @@ void add_error(HtmlPage& page, const RenderOptions& o, const RenderReport& r) {
   page.section("Error against time");
   add_error_chart(page, o, r);
   if (r.passes.size() > 1) {
-    PageTable table{r.passes.size() > kMostRows
-                        ? fmt::format("{} of {} passes", kMostRows, r.passes.size())
+    PageTable table{r.passes.size() > kMaxRows
+                        ? fmt::format("{} of {} passes", kMaxRows, r.passes.size())
                         : std::string("Passes"),
                     {{"after"}, {"samples per pixel", true}, {"estimated error", true}},
                     {}};
-    for (const PassReport& pass : thinned(r.passes)) {
+    for (const PassReport& pass : subsample_rows(r.passes)) {
       table.rows.push_back({readable_seconds(pass.elapsed_s),
                             readable_number(double(pass.samples) / double(r.crop.area()), 4),
                             number_or_none(pass.error_estimate)});
@@ -310,7 +313,7 @@ void add_times(HtmlPage& page, const RenderTimes& t) {
   if (t.first_sample_s) {
     rows.push_back({"Process start to first samples", readable_seconds(*t.first_sample_s)});
   }
-  page.table(pairs(std::move(rows)));
+  page.table(pair_table(std::move(rows)));
 }
 
 void add_rays(HtmlPage& page, const RenderReport& r) {
@@ -333,12 +336,13 @@ void add_rays(HtmlPage& page, const RenderReport& r) {
 
 void add_memory(HtmlPage& page, const RenderReport& r) {
   page.section("Memory");
-  page.table(pairs({{"Peak resident memory of the process", readable_bytes(peak_rss_bytes())},
-                    {"Geometry", readable_bytes(r.memory.geometry_bytes)},
-                    {"Bounding volume hierarchies", readable_bytes(r.memory.bvh_bytes)},
-                    {"Textures", readable_bytes(r.memory.texture_bytes)},
-                    {"Textures in a temporary file", readable_bytes(r.memory.texture_file_bytes)},
-                    {"Film, pictures and the maps on this page", readable_bytes(r.film_bytes)}}));
+  page.table(
+      pair_table({{"Peak resident memory of the process", readable_bytes(peak_rss_bytes())},
+                  {"Geometry", readable_bytes(r.memory.geometry_bytes)},
+                  {"Bounding volume hierarchies", readable_bytes(r.memory.bvh_bytes)},
+                  {"Textures", readable_bytes(r.memory.texture_bytes)},
+                  {"Textures in a temporary file", readable_bytes(r.memory.texture_file_bytes)},
+                  {"Film, pictures and the maps on this page", readable_bytes(r.film_bytes)}}));
 }
 
 void add_scene(HtmlPage& page, const RenderReport& r) {
@@ -368,26 +372,28 @@ void add_warnings(HtmlPage& page, const RenderOptions& o, const RenderReport& r)
       r.repairs.non_finite_attributes);
   add("Texels that were NaN, infinite or negative", r.repairs.non_finite_texels);
   add("Instances left out whose transform has no inverse", r.repairs.singular_instances);
-  add(spelled("Images replaced by a neutral colour (`lenient`)"), r.repairs.replaced_images);
+  add(spell_setting_names("Images replaced by a neutral colour (`lenient`)"),
+      r.repairs.replaced_images);
   add("Samples that were NaN or infinite and count as black", r.counters.non_finite_samples);
-  add("Rays stopped after too many panes in a row", r.counters.optics.rays_ended_at_walls);
-  add("Paths inside too many solids that ignored one", r.counters.optics.solids_forgotten);
+  add("Rays stopped after too many panes in a row", r.counters.optics.rays_ended_at_panes);
+  add("Paths inside too many solids that ignored one", r.counters.optics.dropped_solids);
   if (const OpticsCounters& optics = r.counters.optics; optics.blocked_by_glass > 0) {
     rows.push_back({"Light samples of lamps and suns blocked by smooth solid glass",
-                    fmt::format("{:.3g} %", 100.0 * optics.blocked_share())});
+                    fmt::format("{:.3g} %", 100.0 * optics.blocked_fraction())});
   }
   if (const ClampedLight& clamped = r.counters.clamped; clamped.clamps()) {
-    rows.push_back({spelled(fmt::format("Light removed by `clamp-indirect` {:g}", clamped.limit())),
-                    fmt::format("{:.3g} %", 100.0 * clamped.share())});
+    rows.push_back({spell_setting_names(
+                        fmt::format("Light removed by `clamp-indirect` {:g}", clamped.limit())),
+                    fmt::format("{:.3g} %", 100.0 * clamped.fraction())});
   }
   if (rows.empty() && r.warnings.empty()) page.paragraph("none");
-  if (!rows.empty()) page.table(pairs(std::move(rows)));
+  if (!rows.empty()) page.table(pair_table(std::move(rows)));
   if (r.counters.located.empty()) return;
   page.paragraph("Each of these commands replays one such sample:");
   std::string commands;
   for (const NonFiniteSample& sample : r.counters.located) {
     commands += fmt::format("{}{} {} {}", commands.empty() ? "" : "\n", o.command_line,
-                            spelled("`replay`"), replay_words(sample, o.seed));
+                            spell_setting_names("`replay`"), replay_arguments(sample, o.seed));
   }
   page.code(commands);
 }

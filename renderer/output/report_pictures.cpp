@@ -12,7 +12,7 @@ namespace emberline {
 ReportPictures::ReportPictures(const RenderOptions& options, const Rect& crop, const AovSet& aovs)
     : transform_(options.display, options.working_space),
       crop_(crop),
-      factor_((std::max(crop.width(), crop.height()) + kMostPixels - 1) / kMostPixels),
+      factor_((std::max(crop.width(), crop.height()) + kMaxPixels - 1) / kMaxPixels),
       width_((crop.width() + factor_ - 1) / factor_),
       height_((crop.height() + factor_ - 1) / factor_),
       film_channels_(film_channel_names(aovs)) {
@@ -28,7 +28,7 @@ ReportPictures::ReportPictures(const RenderOptions& options, const Rect& crop, c
   }
 }
 
-std::vector<float> ReportPictures::mapped(std::span<const float> film) const {
+std::vector<float> ReportPictures::evaluate_maps(std::span<const float> film) const {
   const size_t stride = film_channels_.size(), pixels = film.size() / stride;
   std::vector<float> values, arguments;
   values.reserve(maps_.size() * pixels);
@@ -46,7 +46,7 @@ std::vector<float> ReportPictures::mapped(std::span<const float> film) const {
 void ReportPictures::add(const FilmTile& tile) {
   std::vector<float> film;
   tile.resolve(film);
-  const std::vector<float> values = mapped(film);
+  const std::vector<float> values = evaluate_maps(film);
   const Rect& rect = tile.rect();
   const size_t stride = film_channels_.size(), pixels = size_t(rect.area());
   std::map<uint32_t, uint64_t> counts;
@@ -68,7 +68,7 @@ void ReportPictures::add(const FilmTile& tile) {
     const bool first = u % factor_ == 0 && v % factor_ == 0;
     for (size_t m = 0; m < maps_.size(); ++m) {
       const float value = values[m * pixels + i];
-      if (!std::isfinite(value) || (maps_[m].quantity->reasons && !first)) continue;
+      if (!std::isfinite(value) || (maps_[m].quantity->is_categorical && !first)) continue;
       maps_[m].sums[target] += maps_[m].quantity->rms ? value * value : value;
       ++maps_[m].counts[target];
     }
@@ -92,12 +92,14 @@ std::vector<ReportPictures::Map> ReportPictures::maps() const {
   for (const MapSums& sums : maps_) {
     // Where no tile was added the channels are 0, as in the EXR.
     const std::vector<float> zeros(sums.channels.size(), 0.0f);
-    const float untouched = sums.quantity->value(zeros.data());
+    const float default_value = sums.quantity->value(zeros.data());
     Plane plane{width_, height_, sums.sums};
     for (size_t i = 0; i < plane.values.size(); ++i) {
       const float mean = sums.counts[i] > 0 ? plane.values[i] / float(sums.counts[i])
                                             : std::numeric_limits<float>::quiet_NaN();
-      plane.values[i] = count_[i] == 0 ? untouched : sums.quantity->rms ? std::sqrt(mean) : mean;
+      plane.values[i] = count_[i] == 0       ? default_value
+                        : sums.quantity->rms ? std::sqrt(mean)
+                                             : mean;
     }
     maps.push_back({sums.quantity, std::move(plane)});
   }
@@ -106,10 +108,10 @@ std::vector<ReportPictures::Map> ReportPictures::maps() const {
 
 std::map<uint32_t, uint64_t> ReportPictures::pixels_by_samples() const {
   std::map<uint32_t, uint64_t> pixels = pixels_by_samples_;
-  uint64_t came = 0;
-  for (const auto& [samples, count] : pixels) came += count;
+  uint64_t counted = 0;
+  for (const auto& [samples, count] : pixels) counted += count;
   // Tiles of a stopped frame that were never started.
-  if (came < uint64_t(crop_.area())) pixels[0] += uint64_t(crop_.area()) - came;
+  if (counted < uint64_t(crop_.area())) pixels[0] += uint64_t(crop_.area()) - counted;
   return pixels;
 }
 

@@ -26,7 +26,7 @@ class ReportPictures {
  public:
   // Upper limit on the page's pixels per side. Larger frames are averaged over squares of pixels as
   // tiles arrive, so memory does not grow with the frame.
-  static constexpr int kMostPixels = 1280;
+  static constexpr int kMaxPixels = 1280;
 
   // `aovs` are the film's. Throws UsageError for an unknown display or view.
   ReportPictures(const RenderOptions& options, const Rect& crop, const AovSet& aovs);
@@ -60,7 +60,7 @@ class ReportPictures {
   };
 
   // The value of each map at each of the film's pixels, map by map.
-  std::vector<float> mapped(std::span<const float> film) const;
+  std::vector<float> evaluate_maps(std::span<const float> film) const;
 
   DisplayTransform transform_;
   Rect crop_;

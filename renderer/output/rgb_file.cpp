@@ -56,7 +56,7 @@ RgbFile read_rgb(const std::string& path, const LoadProgress& progress) {
     const Rgb rgb = *to_rec709 * Rgb(p[0], p[1], p[2]);
     std::copy_n(&rgb.x, 3, p);
   }
-  progress.budget()->give_back(MemoryPart::kTextures, file.values.size() * sizeof(float));
+  progress.budget()->release(MemoryPart::kTextures, file.values.size() * sizeof(float));
   return result;
 }
 
@@ -67,7 +67,7 @@ RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect
   const bool whole = crop == Rect{0, 0, frame_width, frame_height};
   if (same_frame && reference.crop == crop) return std::move(reference.pixels);
   if (same_frame && reference.crop.intersect(crop) == crop) {
-    return {crop.width(), crop.height(), take_rect(reference.pixels.rgb, reference.crop, crop)};
+    return {crop.width(), crop.height(), extract_rect(reference.pixels.rgb, reference.crop, crop)};
   }
   const bool same_size =
       reference.pixels.width == crop.width() && reference.pixels.height == crop.height();

@@ -84,11 +84,11 @@ void put_scene_layers(const SceneLayers& layers, Json& head) {
 }
 
 SceneLayers scene_layers_of(const Json& head, const std::string& place) {
-  constexpr size_t kLongestName = 255, kMostLayers = 65535;
+  constexpr size_t kMaxNameLength = 255, kMaxLayers = 65535;
   SceneLayers layers;
   for (const Json& name : member(head, kLights)) {
-    if (!name.is_string() || name.get_ref<const std::string&>().size() > kLongestName ||
-        layers.lights.size() > kMostLayers) {
+    if (!name.is_string() || name.get_ref<const std::string&>().size() > kMaxNameLength ||
+        layers.lights.size() > kMaxLayers) {
       throw InputError(place, "the checkpoint's light layers are not names");
     }
     layers.lights.push_back(name.get<std::string>());

@@ -34,7 +34,7 @@ constexpr const char* kMarker = "emberline-snapshots.json";
 struct UnitEntry {
   Unit unit;
   std::string_view suffix, label;
-  double most;
+  double max_value;
 };
 constexpr UnitEntry kUnits[] = {
     {Unit::kPercentCovered, "%", "pct", 100.0},
@@ -47,7 +47,7 @@ SnapshotMoment parse_moment(std::string_view text) {
   for (const UnitEntry& entry : kUnits) {
     if (!text.ends_with(entry.suffix)) continue;
     const auto value = parse_real(text.substr(0, text.size() - entry.suffix.size()));
-    if (value && *value > 0 && *value <= entry.most) return {entry.unit, *value};
+    if (value && *value > 0 && *value <= entry.max_value) return {entry.unit, *value};
     break;
   }
   throw UsageError(
@@ -66,7 +66,7 @@ std::string label(const SnapshotMoment& moment) {
 }
 
 // Returns what follows a number such as "003_" in a snapshot's name; nullopt for other names.
-std::optional<std::string> behind_number(const std::string& name) {
+std::optional<std::string> suffix_after_number(const std::string& name) {
   const size_t digits = name.find_first_not_of("0123456789");
   if (digits == std::string::npos || digits < 3 || name[digits] != '_') return std::nullopt;
   return name.substr(digits + 1);
@@ -74,9 +74,9 @@ std::optional<std::string> behind_number(const std::string& name) {
 
 ByteImage animation_frame(const std::vector<float>& rgba, const Rect& crop,
                           const DisplayTransform& transform) {
-  constexpr int kMostPixels = 640;
+  constexpr int kMaxPixels = 640;
   const int width = crop.width(), height = crop.height();
-  const int factor = (std::max(width, height) + kMostPixels - 1) / kMostPixels;
+  const int factor = (std::max(width, height) + kMaxPixels - 1) / kMaxPixels;
   ByteImage image{.width = (width + factor - 1) / factor,
                   .height = (height + factor - 1) / factor,
                   .values = {},
@@ -117,7 +117,7 @@ std::vector<SnapshotMoment> parse_snapshot_moments(std::string_view list) {
 }
 
 bool is_snapshot_name(const std::string& name) {
-  return name == kAnimation || name == kMarker || behind_number(name);
+  return name == kAnimation || name == kMarker || suffix_after_number(name);
 }
 
 SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& crop,
@@ -125,7 +125,7 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& cro
     : options_(options),
       crop_(crop),
       format_(find_named(kFormats, "`snapshot-format`", "format", options.snapshot_format).value),
-      waiting_(parse_snapshot_moments(options.snapshot_at ? std::string_view(*options.snapshot_at)
+      pending_(parse_snapshot_moments(options.snapshot_at ? std::string_view(*options.snapshot_at)
                                                           : kDefaultSnapshotMoments)),
       transform_(std::make_shared<DisplayTransform>(options.display)) {
   if (!options.reference.empty()) {
@@ -135,21 +135,21 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& cro
   image_library();  // needed for the animation; fails here, before rendering, if missing
   folder_.emplace(options.snapshots, OwnedFolderKind{"`snapshots`", kMarker});
   for (const std::string& name : folder_->entries()) {
-    if (may_write(name)) folder_->check(std::array{name});
+    if (matches_pending(name)) folder_->check(std::array{name});
   }
 }
 
 // Matches "003_0005pct.png" of a waiting moment, with any number.
-bool SnapshotRecorder::may_write(const std::string& name) const {
+bool SnapshotRecorder::matches_pending(const std::string& name) const {
   if (name == kAnimation) return true;
-  const std::optional<std::string> rest = behind_number(name);
-  return rest && std::ranges::any_of(waiting_, [&](const SnapshotMoment& moment) {
-           return *rest == label(moment) + ".png" || *rest == label(moment) + ".exr";
+  const std::optional<std::string> suffix = suffix_after_number(name);
+  return suffix && std::ranges::any_of(pending_, [&](const SnapshotMoment& moment) {
+           return *suffix == label(moment) + ".png" || *suffix == label(moment) + ".exr";
          });
 }
 
-bool SnapshotRecorder::due(const SnapshotMoment& moment, const JobProgress& progress,
-                           double elapsed_s) const {
+bool SnapshotRecorder::is_reached(const SnapshotMoment& moment, const JobProgress& progress,
+                                  double elapsed_s) const {
   switch (moment.unit) {
     case Unit::kFirstPause:
       return true;
@@ -163,37 +163,37 @@ bool SnapshotRecorder::due(const SnapshotMoment& moment, const JobProgress& prog
   return false;
 }
 
-void SnapshotRecorder::look(const JobProgress& progress, const LivePicture& picture,
-                            double elapsed_s) {
+void SnapshotRecorder::update(const JobProgress& progress, const LivePicture& picture,
+                              double elapsed_s) {
   std::shared_ptr<std::vector<float>> rgba;
-  std::erase_if(waiting_, [&](const SnapshotMoment& moment) {
-    if (!due(moment, progress, elapsed_s)) return false;
+  std::erase_if(pending_, [&](const SnapshotMoment& moment) {
+    if (!is_reached(moment, progress, elapsed_s)) return false;
     if (!rgba) {
       rgba = std::make_shared<std::vector<float>>(4 * size_t(crop_.area()));
       picture.resolve(*rgba);
     }
-    taken_.push_back({moment, progress, elapsed_s, rgba});
+    recorded_.push_back({moment, progress, elapsed_s, rgba});
     return true;
   });
 }
 
-bool SnapshotRecorder::wanted(double elapsed_s) const {
-  return std::ranges::any_of(waiting_, [&](const SnapshotMoment& moment) {
+bool SnapshotRecorder::is_due(double elapsed_s) const {
+  return std::ranges::any_of(pending_, [&](const SnapshotMoment& moment) {
     return moment.unit == Unit::kSeconds && elapsed_s >= moment.value;
   });
 }
 
-std::optional<uint64_t> SnapshotRecorder::wanted_at() const {
+std::optional<uint64_t> SnapshotRecorder::next_sample_count() const {
   const auto area = double(crop_.area());
-  std::optional<uint64_t> least;
-  for (const SnapshotMoment& moment : waiting_) {
+  std::optional<uint64_t> next_count;
+  for (const SnapshotMoment& moment : pending_) {
     if (moment.unit == Unit::kSeconds) continue;
     const double samples = moment.unit == Unit::kSamplesPerPixel  ? moment.value * area
                            : moment.unit == Unit::kPercentCovered ? moment.value / 100.0 * area
                                                                   : 1.0;
-    least = std::min(least.value_or(uint64_t(-1)), uint64_t(std::ceil(samples)));
+    next_count = std::min(next_count.value_or(uint64_t(-1)), uint64_t(std::ceil(samples)));
   }
-  return least;
+  return next_count;
 }
 
 void SnapshotRecorder::write_exr(const std::string& file, const std::vector<float>& rgba) const {
@@ -210,7 +210,7 @@ void SnapshotRecorder::write_exr(const std::string& file, const std::vector<floa
 void SnapshotRecorder::write_animation() const {
   constexpr double kFrameSeconds = 0.7;
   std::vector<ByteImage> frames;
-  for (const Snapshot& snapshot : taken_) {
+  for (const Snapshot& snapshot : recorded_) {
     frames.push_back(animation_frame(*snapshot.rgba, crop_, *transform_));
   }
   const std::string file = folder_->path(kAnimation);
@@ -222,15 +222,15 @@ void SnapshotRecorder::write_animation() const {
 std::vector<SnapshotReport> SnapshotRecorder::write(WriteAttempts& attempts) {
   const bool exr = format_ == SnapshotFormat::kExr;
   std::vector<std::string> names, files = {kAnimation};
-  for (const Snapshot& snapshot : taken_) {
+  for (const Snapshot& snapshot : recorded_) {
     names.push_back(fmt::format("{:03}_{}", names.size(), label(snapshot.moment)));
     files.push_back(names.back() + ".png");
     if (exr) files.push_back(names.back() + ".exr");
   }
   std::vector<SnapshotReport> reports;
   const auto claim = [&] { folder_->claim(files); };
-  if (taken_.empty() || !attempts.attempt(folder_->path(), claim)) return reports;
-  for (const Snapshot& snapshot : taken_) {
+  if (recorded_.empty() || !attempts.attempt(folder_->path(), claim)) return reports;
+  for (const Snapshot& snapshot : recorded_) {
     const std::string& name = names[reports.size()];
     const std::string picture = folder_->path(name + ".png");
     const bool written = attempts.attempt(picture, [&] {

@@ -60,12 +60,12 @@ class SnapshotRecorder {
   SnapshotRecorder(const RenderOptions& options, const Rect& crop, const LoadProgress& progress);
 
   // Copies the picture if a snapshot is due, `elapsed_s` into rendering.
-  void look(const JobProgress& progress, const LivePicture& picture, double elapsed_s);
+  void update(const JobProgress& progress, const LivePicture& picture, double elapsed_s);
 
   // Answers RenderSink, from any thread but not during look(): whether a moment has come, and the
   // sample count of the next moment given in samples.
-  bool wanted(double elapsed_s) const;
-  std::optional<uint64_t> wanted_at() const;
+  bool is_due(double elapsed_s) const;
+  std::optional<uint64_t> next_sample_count() const;
 
   // Encodes, writes and measures the copies.
   std::vector<SnapshotReport> write(WriteAttempts& attempts);
@@ -78,16 +78,17 @@ class SnapshotRecorder {
     std::shared_ptr<const std::vector<float>> rgba;  // shared by moments due at one pause
   };
 
-  bool due(const SnapshotMoment& moment, const JobProgress& progress, double elapsed_s) const;
-  bool may_write(const std::string& name) const;
+  bool is_reached(const SnapshotMoment& moment, const JobProgress& progress,
+                  double elapsed_s) const;
+  bool matches_pending(const std::string& name) const;
   void write_exr(const std::string& file, const std::vector<float>& rgba) const;
   void write_animation() const;
 
   RenderOptions options_;
   Rect crop_;
   SnapshotFormat format_;
-  std::vector<SnapshotMoment> waiting_;
-  std::vector<Snapshot> taken_;
+  std::vector<SnapshotMoment> pending_;
+  std::vector<Snapshot> recorded_;
   std::shared_ptr<const DisplayTransform> transform_;
   std::optional<RgbImage> reference_;
   std::optional<OwnedFolder> folder_;

@@ -23,14 +23,14 @@ struct Terms {
 
 // Errors are relative, so that a bright pixel does not dominate dark neighbours; below this squared
 // radiance, which is almost black on a display, they are absolute.
-constexpr float kDarkest = 1e-5f;
+constexpr float kMinSquaredRadiance = 1e-5f;
 // Pixels in noisy neighbourhoods count less. Otherwise the terms of rare light would drown those of
 // the dark pixels around it. Chosen on the lamps' reflections of `thin_wires`, whose dark pixels
 // get worse with less (tests/bench/results/denoising.md).
 constexpr float kNoiseWeight = 80.0f;
 
 void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& own) {
-  const float *told = h.told.row(y), *noise = h.own_noise.row(y);
+  const float *both_known = h.both_known.row(y), *noise = h.own_noise.row(y);
   const float *noise_a = h.half[0].noise.row(y), *share_a = h.share[0].row(y);
   float* unit = own.unit.row(y);
   for (int x = 0; x < h.width; ++x) {
@@ -38,7 +38,7 @@ void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& ow
     for (const BorderedPlane& plane : candidates[0].colour) brightness += plane.row(y)[x];
     brightness = std::max(brightness * (1.0f / 3), 0.0f);
     const float variance = noise_a[x] * share_a[x] * (1.0f / 3);  // of one channel
-    unit[x] = 1.0f / (brightness * brightness + kNoiseWeight * variance + kDarkest);
+    unit[x] = 1.0f / (brightness * brightness + kNoiseWeight * variance + kMinSquaredRadiance);
   }
   for (size_t k = 0; k < kBandwidths; ++k) {
     float* gain = own.gains[k].row(y);
@@ -48,7 +48,7 @@ void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& ow
       const float* share_b = h.share[1].row(y);
       const float* d = candidates[k].difference[c].row(y);
       for (int x = 0; x < h.width; ++x) {
-        gain[x] -= share_a[x] * share_b[x] * (a[x] - b[x]) * d[x] * unit[x] * told[x];
+        gain[x] -= share_a[x] * share_b[x] * (a[x] - b[x]) * d[x] * unit[x] * both_known[x];
       }
     }
     for (size_t l = 0; l <= k; ++l) {
@@ -57,7 +57,7 @@ void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& ow
         const float* raw = h.raw[c].row(y);
         const float *f = candidates[k].colour[c].row(y), *g = candidates[l].colour[c].row(y);
         for (int x = 0; x < h.width; ++x) {
-          square[x] += (f[x] - raw[x]) * (g[x] - raw[x]) * unit[x] * told[x];
+          square[x] += (f[x] - raw[x]) * (g[x] - raw[x]) * unit[x] * both_known[x];
         }
       }
     }
@@ -83,11 +83,11 @@ Terms measure(const Halves& h, const Candidates& candidates) {
 // but the other half can, since it is independent. Pixels that one half saw darker than this
 // fraction of their filtered value are pooled separately, and the other half measures how far they
 // should change.
-constexpr float kDark = 0.25f;
+constexpr float kDarkRatio = 0.25f;
 // Noisy pixels count less in these pools, although they matter most, so the pooled fraction is
-// multiplied by this; uniform noise is then filtered as before. This and kDark were chosen on
+// multiplied by this; uniform noise is then filtered as before. This and kDarkRatio were chosen on
 // `thin_wires` and `hotel_room` (tests/bench/results/denoising.md).
-constexpr float kDarkDoubt = 1.25f;
+constexpr float kDarkScale = 1.25f;
 
 // Terms of the dark pixels of both halves: sums of (F_k - r)(r' - r) and of (F_k - r)(F_l - r),
 // where r and F_k belong to one half and r' to the other. In expectation r' can be replaced by the
@@ -95,11 +95,11 @@ constexpr float kDarkDoubt = 1.25f;
 void measure_dark_row(const Halves& h, const Candidates& candidates, const BorderedPlane& units,
                       int y, Terms& dark) {
   const size_t width = size_t(h.width);
-  const float *unit = units.row(y), *told = h.told.row(y);
+  const float *unit = units.row(y), *both_known = h.both_known.row(y);
   std::array<std::vector<float>, kBandwidths> change;
   for (size_t s = 0; s < 2; ++s) {
     const float* share = h.share[1 - s].row(y);
-    const float side = s == 0 ? 1.0f : -1.0f;
+    const float sign = s == 0 ? 1.0f : -1.0f;
     std::vector<float> light(width, 0.0f), filtered(width, 0.0f);
     for (size_t c = 0; c < 3; ++c) {
       const float* own = h.half[s].colour[c].row(y);
@@ -107,12 +107,12 @@ void measure_dark_row(const Halves& h, const Candidates& candidates, const Borde
       const float *f = narrow.colour[c].row(y), *d = narrow.difference[c].row(y);
       for (size_t x = 0; x < width; ++x) {
         light[x] += own[x];
-        filtered[x] += f[x] + side * share[x] * d[x];
+        filtered[x] += f[x] + sign * share[x] * d[x];
       }
     }
-    std::vector<float>& counts = light;
+    std::vector<float>& pixel_weights = light;
     for (size_t x = 0; x < width; ++x) {
-      counts[x] = light[x] < kDark * filtered[x] ? unit[x] * told[x] : 0.0f;
+      pixel_weights[x] = light[x] < kDarkRatio * filtered[x] ? unit[x] * both_known[x] : 0.0f;
     }
     for (size_t c = 0; c < 3; ++c) {
       const float *own = h.half[s].colour[c].row(y), *other = h.half[1 - s].colour[c].row(y);
@@ -122,13 +122,13 @@ void measure_dark_row(const Halves& h, const Candidates& candidates, const Borde
         const float* f = candidates[k].colour[c].row(y);
         const float* d = candidates[k].difference[c].row(y);
         for (size_t x = 0; x < width; ++x) {
-          change[k][x] = f[x] + side * share[x] * d[x] - own[x];
-          gain[x] += counts[x] * change[k][x] * (other[x] - own[x]);
+          change[k][x] = f[x] + sign * share[x] * d[x] - own[x];
+          gain[x] += pixel_weights[x] * change[k][x] * (other[x] - own[x]);
         }
         for (size_t l = 0; l <= k; ++l) {
           float* square = dark.squares[pair(k, l)].row(y);
           for (size_t x = 0; x < width; ++x) {
-            square[x] += counts[x] * change[k][x] * change[l][x];
+            square[x] += pixel_weights[x] * change[k][x] * change[l][x];
           }
         }
       }
@@ -168,12 +168,12 @@ Change change_at(const Terms& terms, const Shares& a, int x, int y) {
 }
 
 // The non-negative weights of sum <= 1 that minimise the error, by coordinate descent.
-constexpr int kRounds = 16;
-constexpr float kDivisor = 1e-30f;
+constexpr int kIterations = 16;
+constexpr float kMinDivisor = 1e-30f;
 
 Shares least_error(const Terms& terms, int x, int y) {
   Shares a = {};
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kIterations; ++round) {
     for (size_t k = 0; k < kBandwidths; ++k) {
       float gain = terms.gains[k].row(y)[x], rest = 1.0f;
       for (size_t l = 0; l < kBandwidths; ++l) {
@@ -181,7 +181,7 @@ Shares least_error(const Terms& terms, int x, int y) {
         rest -= l == k ? 0.0f : a[l];
       }
       const float square = terms.squares[pair(k, k)].row(y)[x];
-      a[k] = gain > 0 ? std::max(std::min(gain / std::max(square, kDivisor), rest), 0.0f) : 0.0f;
+      a[k] = gain > 0 ? std::max(std::min(gain / std::max(square, kMinDivisor), rest), 0.0f) : 0.0f;
     }
   }
   return a;
@@ -190,12 +190,12 @@ Shares least_error(const Terms& terms, int x, int y) {
 // If the nearest neighbours changed far more than their noise explains (next to a lamp whose noise
 // dominates the pool), the weight is limited to this multiple of what they support.
 constexpr int kNearRadius = 1;
-constexpr float kDoubt = 3.0f;
+constexpr float kMaxSupportRatio = 3.0f;
 
 // The weight of each candidate, and the fraction of it that a dark pixel gets.
 struct Choice {
   std::array<BorderedPlane, kBandwidths> shares;
-  BorderedPlane in_the_dark;
+  BorderedPlane dark_fraction;
 };
 
 Choice choose_shares(const Halves& h, const Terms& own, const Terms& own_dark) {
@@ -203,34 +203,37 @@ Choice choose_shares(const Halves& h, const Terms& own, const Terms& own_dark) {
   const Terms dark = pooled(own_dark, kPoolRadius);
   Choice choice;
   choice.shares.fill(BorderedPlane(h.width, h.height));
-  choice.in_the_dark = BorderedPlane(h.width, h.height);
+  choice.dark_fraction = BorderedPlane(h.width, h.height);
   for_each_pixel(h.width, h.height, [&](int x, int y) {
     const Shares a = least_error(wide, x, y);
     const Change change = change_at(near, a, x, y);
-    const bool doubtful = change.square > kDoubt * change.gain;
-    const float scale = doubtful ? std::max(kDoubt * change.gain / change.square, 0.0f) : 1.0f;
+    const bool doubtful = change.square > kMaxSupportRatio * change.gain;
+    const float scale =
+        doubtful ? std::max(kMaxSupportRatio * change.gain / change.square, 0.0f) : 1.0f;
     for (size_t k = 0; k < kBandwidths; ++k) choice.shares[k].row(y)[x] = scale * a[k];
-    const Change lit = change_at(dark, a, x, y);
-    choice.in_the_dark.row(y)[x] =
-        lit.square > 0 ? std::clamp(kDarkDoubt * lit.gain / lit.square, 0.0f, 1.0f) : 1.0f;
+    const Change dark_change = change_at(dark, a, x, y);
+    choice.dark_fraction.row(y)[x] =
+        dark_change.square > 0
+            ? std::clamp(kDarkScale * dark_change.gain / dark_change.square, 0.0f, 1.0f)
+            : 1.0f;
   });
   for (BorderedPlane& plane : choice.shares) plane = box_mean(plane, kSmoothRadius);
-  choice.in_the_dark = box_mean(choice.in_the_dark, kSmoothRadius);
+  choice.dark_fraction = box_mean(choice.dark_fraction, kSmoothRadius);
   return choice;
 }
 
-// A pixel is fully dark at half of kDark.
-void keep_dark(const Halves& h, const Candidates& candidates, Choice& choice) {
+// A pixel is fully dark at half of kDarkRatio.
+void limit_dark_pixels(const Halves& h, const Candidates& candidates, Choice& choice) {
   for_each_pixel(h.width, h.height, [&](int x, int y) {
     float raw = 0.0f, filtered = 0.0f;
     for (size_t c = 0; c < 3; ++c) {
       raw += h.raw[c].row(y)[x];
       filtered += candidates.back().colour[c].row(y)[x];
     }
-    if (!(raw < kDark * filtered)) return;
-    const float dark = std::min(2 - 2 / kDark * (raw / std::max(filtered, kDivisor)), 1.0f);
-    const float taken = 1 - dark * (1 - choice.in_the_dark.row(y)[x]);
-    for (BorderedPlane& plane : choice.shares) plane.row(y)[x] *= taken;
+    if (!(raw < kDarkRatio * filtered)) return;
+    const float dark = std::min(2 - 2 / kDarkRatio * (raw / std::max(filtered, kMinDivisor)), 1.0f);
+    const float weight_scale = 1 - dark * (1 - choice.dark_fraction.row(y)[x]);
+    for (BorderedPlane& plane : choice.shares) plane.row(y)[x] *= weight_scale;
   });
 }
 
@@ -262,7 +265,7 @@ void fill_unknown(const Halves& h, std::array<BorderedPlane, kBandwidths>& share
 }
 
 // Upper bound of the squared error of a displayed value in [0, 1].
-constexpr float kMostError = 0.25f;
+constexpr float kMaxSquaredError = 0.25f;
 
 // Pools over pixels with both halves known. Two small boxes have the reach of one of kPoolRadius,
 // without its visible edges around a bright pixel.
@@ -292,8 +295,8 @@ BorderedPlane rarity(const Halves& h) {
       a += h.half[0].colour[c].row(y)[x];
       b += h.half[1].colour[c].row(y)[x];
     }
-    const float ratio = (a - b) / std::max(std::abs(a + b), kDivisor);
-    rare.row(y)[x] = std::min(ratio * ratio, 1.0f) * h.told.row(y)[x];
+    const float ratio = (a - b) / std::max(std::abs(a + b), kMinDivisor);
+    rare.row(y)[x] = std::min(ratio * ratio, 1.0f) * h.both_known.row(y)[x];
   });
   return rare;
 }
@@ -302,17 +305,17 @@ BorderedPlane rarity(const Halves& h) {
 // may have been missed by both halves. The added error is that of one pixel, the mean of the seen
 // ones weighted by their error and rarity.
 void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPlane& pool) {
-  constexpr float kMost = 1.0f;  // of a displayed pixel
+  constexpr float kMaxPixelError = 1.0f;  // of a displayed pixel
   BorderedPlane errors = own, squares = own;
   for_each_pixel(own.width(), own.height(), [&](int x, int y) {
-    const float e = std::min(std::abs(own.row(y)[x]), kMost);
+    const float e = std::min(std::abs(own.row(y)[x]), kMaxPixelError);
     errors.row(y)[x] = e;
     squares.row(y)[x] = rare.row(y)[x] * e * e;
   });
   errors = pool_smoothly(errors);
   squares = pool_smoothly(squares);
   for_each_pixel(own.width(), own.height(), [&](int x, int y) {
-    const float all = std::max(errors.row(y)[x], kDivisor);
+    const float all = std::max(errors.row(y)[x], kMinDivisor);
     pool.row(y)[x] += pixel_weight() * squares.row(y)[x] / all;
   });
 }
@@ -321,12 +324,12 @@ void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPla
 BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own, const BorderedPlane* rare) {
   BorderedPlane error = pool_smoothly(own);
   if (rare != nullptr) add_unseen(own, *rare, error);
-  const BorderedPlane told = pool_smoothly(h.told);
+  const BorderedPlane both_known = pool_smoothly(h.both_known);
   for_each_pixel(h.width, h.height, [&](int x, int y) {
     float& e = error.row(y)[x];
-    const float n = told.row(y)[x];
+    const float n = both_known.row(y)[x];
     // The order of the arguments matters: it turns NaN into the largest error.
-    e = n > 0 ? std::max(std::min(kMostError, e / n), 0.0f) : kMostError;
+    e = n > 0 ? std::max(std::min(kMaxSquaredError, e / n), 0.0f) : kMaxSquaredError;
   });
   return error;
 }
@@ -336,11 +339,9 @@ BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own, const Bord
 // outside the displayable range, and the slope is 0.
 float light_error_weight(float mean, float deviation) {
   const float d = std::min(std::max(deviation, 1e-3f), 1e15f);
-  const float least = std::max(mean - d, std::min(mean, 0.0f)), most = mean + d;
-  const float slope =
-      most > least ? (display_value(most) - display_value(least)) / (most - least) : 0.0f;
-  return std::max(slope * slope,
-                  std::min(kLeastDisplaySlope * kLeastDisplaySlope, 0.25f / (d * d)));
+  const float low = std::max(mean - d, std::min(mean, 0.0f)), high = mean + d;
+  const float slope = high > low ? (display_value(high) - display_value(low)) / (high - low) : 0.0f;
+  return std::max(slope * slope, std::min(kMinDisplaySlope * kMinDisplaySlope, 0.25f / (d * d)));
 }
 
 // Evaluates the error for the chosen weights, as displayed.
@@ -352,22 +353,22 @@ void estimate_errors(const Halves& h, const Candidates& candidates, const Terms&
   for_each_pixel(h.width, h.height, [&](int x, int y) {
     Shares a;
     for (size_t k = 0; k < kBandwidths; ++k) a[k] = out.shares[k].row(y)[x];
-    const float kept = 1.0f - out.lost_light->own_share().row(y)[x];
+    const float retained = 1.0f - out.outlier_energy->own_fraction().row(y)[x];
     float value = 0.0f, square = 0.0f, spread = 0.0f;
     for (size_t c = 0; c < 3; ++c) {
       const float raw = h.half[0].colour[c].row(y)[x] - h.half[1].colour[c].row(y)[x];
       float d = raw;
       for (size_t k = 0; k < kBandwidths; ++k) {
-        d += kept * a[k] * (candidates[k].difference[c].row(y)[x] - raw);
+        d += retained * a[k] * (candidates[k].difference[c].row(y)[x] - raw);
       }
       spread += d * d * (1.0f / 3);
       const float v = out.colour[c].row(y)[x], change = v - h.raw[c].row(y)[x];
       value += v * (1.0f / 3);
       square += change * change * (1.0f / 3);
     }
-    const float gain = kept * change_at(own, a, x, y).gain / own.unit.row(y)[x] * (1.0f / 3);
+    const float gain = retained * change_at(own, a, x, y).gain / own.unit.row(y)[x] * (1.0f / 3);
     const float noise = h.own_noise.row(y)[x] * (1.0f / 3);
-    const float weight = light_error_weight(value, std::sqrt(noise)) * h.told.row(y)[x];
+    const float weight = light_error_weight(value, std::sqrt(noise)) * h.both_known.row(y)[x];
     float excess = 0.0f;  // two halves measure its variance like any other
     for (const BorderedPlane& plane : h.excess) {
       const float light = std::max(plane.row(y)[x], 0.0f);  // below black there is none
@@ -375,9 +376,9 @@ void estimate_errors(const Halves& h, const Candidates& candidates, const Terms&
     }
     excess *= light_error_weight(value, std::sqrt(excess));
     for (size_t c = 0; c < 3; ++c) {
-      const float came = h.raw_noise[c].row(y)[x];
-      const float slope = light_error_weight(out.colour[c].row(y)[x], std::sqrt(came));
-      before.row(y)[x] += came * slope * h.told.row(y)[x] * (1.0f / 3);
+      const float input_noise = h.raw_noise[c].row(y)[x];
+      const float slope = light_error_weight(out.colour[c].row(y)[x], std::sqrt(input_noise));
+      before.row(y)[x] += input_noise * slope * h.both_known.row(y)[x] * (1.0f / 3);
     }
     after.row(y)[x] = (noise - 2 * gain + square) * weight + excess;
     variance.row(y)[x] = spread * h.share[0].row(y)[x] * h.share[1].row(y)[x] * weight + excess;
@@ -397,12 +398,12 @@ Blend blend(const Halves& h, const Candidates& candidates) {
   const Terms own = measure(h, candidates);
   Blend out;
   Choice choice = choose_shares(h, own, measure_dark(h, candidates, own.unit));
-  keep_dark(h, candidates, choice);
+  limit_dark_pixels(h, candidates, choice);
   out.shares = std::move(choice.shares);
   fill_unknown(h, out.shares);
   out.colour = mix(h, candidates, out.shares);
-  out.lost_light.emplace(h, h.raw, out.colour);
-  for (size_t c = 0; c < 3; ++c) out.lost_light->give_back(h.raw[c], out.colour[c]);
+  out.outlier_energy.emplace(h, h.raw, out.colour);
+  for (size_t c = 0; c < 3; ++c) out.outlier_energy->restore(h.raw[c], out.colour[c]);
   estimate_errors(h, candidates, own, out);
   return out;
 }

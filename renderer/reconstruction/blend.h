@@ -26,7 +26,7 @@ using Candidates = std::array<Candidate, kBandwidths>;
 struct Blend {
   std::array<BorderedPlane, kBandwidths> shares;  // of each candidate; the rest is raw
   ColourPlanes colour;
-  std::optional<LostLight> lost_light;  // already returned to `colour`
+  std::optional<OutlierEnergy> outlier_energy;  // already returned to `colour`
   // Expected squared error of the displayed pixel, raw and blended.
   BorderedPlane error_before, error;
 };
@@ -34,7 +34,7 @@ struct Blend {
 // A pixel depends on those up to kBlendReach around it.
 inline constexpr int kPoolRadius = 8;    // of the error's terms
 inline constexpr int kSmoothRadius = 2;  // of the weights
-inline constexpr int kBlendReach = 2 * kPoolRadius + kSmoothRadius + kLostLightReach;
+inline constexpr int kBlendReach = 2 * kPoolRadius + kSmoothRadius + kOutlierEnergyReach;
 Blend blend(const Halves& halves, const Candidates& candidates);
 
 }  // namespace emberline

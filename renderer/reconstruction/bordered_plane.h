@@ -19,13 +19,13 @@ class BorderedPlane {
   BorderedPlane() = default;
   BorderedPlane(int width, int height) { resize(width, height); }
   // Keeps its memory; the contents are undefined. Planes that are read together need different
-  // values of `place`, starting at 0, otherwise their rows would share the same few lines of the L1
-  // cache.
-  void resize(int width, int height, int place = 0) {
+  // values of `cache_slot`, starting at 0, otherwise their rows would share the same few lines of
+  // the L1 cache.
+  void resize(int width, int height, int cache_slot = 0) {
     width_ = width;
     height_ = height;
     stride_ = size_t(kPad + (width + 2 * kRun - 1) / kRun * kRun + kPad);
-    offset_ = size_t(place) * kRun + kPad;
+    offset_ = size_t(cache_slot) * kRun + kPad;
     values_.resize(std::max(values_.size(), offset_ + stride_ * size_t(height)));
   }
 
@@ -37,7 +37,7 @@ class BorderedPlane {
   float* row(int y) { return values_.data() + size_t(y) * stride_ + offset_; }
   const float* row(int y) const { return values_.data() + size_t(y) * stride_ + offset_; }
   // The row, clamped to the image.
-  const float* near(int y) const { return row(std::clamp(y, 0, height_ - 1)); }
+  const float* clamped_row(int y) const { return row(std::clamp(y, 0, height_ - 1)); }
 
   // Fills the border with the row's first and last pixel.
   void extend_row(int y) {

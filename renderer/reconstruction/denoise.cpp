@@ -74,11 +74,11 @@ bool has_noise(const Halves& halves, int x, int y) {
 // threads, but never at once for two that contribute to the same pixel, and for each pixel always
 // in the same order.
 template <typename Body>
-void for_each_fit(const Halves& halves, Place place, int begin, int end,
+void for_each_fit(const Halves& halves, FrameOffset frame_offset, int begin, int end,
                   const std::stop_token& stop, const Body& body) {
   begin = std::max(begin - kWindowRadius, 0);
   end = std::min(end + kWindowRadius, halves.height);
-  for_each_tile_apart(halves.width, begin, end, place, [&](const Tile& tile) {
+  for_each_tile_in_phases(halves.width, begin, end, frame_offset, [&](const Tile& tile) {
     if (stop.stop_requested()) return;
     WindowWeights weights;
     bool measured = false;
@@ -88,7 +88,7 @@ void for_each_fit(const Halves& halves, Place place, int begin, int end,
         if (!has_noise(halves, tile.x + column, tile.y + row)) continue;
         if (!measured) weights.measure(halves, tile);
         measured = true;
-        fit.set_place(tile, column, row);
+        fit.set_position(tile, column, row);
         for (int k = 0; k < kBandwidths; ++k) {
           for (size_t s = 0; s < 2; ++s) {
             fit.fit(weights, s, k);
@@ -102,9 +102,9 @@ void for_each_fit(const Halves& halves, Place place, int begin, int end,
 
 // Relative weight of a pixel's own value: without similar fits the pixel stays unchanged.
 constexpr float kOwnWeight = 0.02f;
-constexpr float kLeastWeight = 1e-30f;  // of a divisor
+constexpr float kMinWeight = 1e-30f;  // of a divisor
 
-void mean_of_fits(const Halves& h, Candidate& to) {
+void average_fits(const Halves& h, Candidate& to) {
   for_each_row(h.height, [&](int y) {
     const float *share_a = h.share[0].row(y), *share_b = h.share[1].row(y);
     float *weight_a = to.weight[0].row(y), *weight_b = to.weight[1].row(y);
@@ -112,7 +112,7 @@ void mean_of_fits(const Halves& h, Candidate& to) {
       const float* known = h.half[s].known.row(y);
       float* weight = to.weight[s].row(y);
       for (int x = 0; x < h.width; ++x) {
-        weight[x] = std::max(weight[x] + kOwnWeight * known[x], kLeastWeight);
+        weight[x] = std::max(weight[x] + kOwnWeight * known[x], kMinWeight);
       }
     }
     for (size_t c = 0; c < 3; ++c) {
@@ -132,7 +132,7 @@ WindowFit::Picture pictures_of(const ColourPlanes& planes) {
   return {&planes[0], &planes[1], &planes[2]};
 }
 
-Candidates filter_colour(const Halves& h, Place place, int begin, int end,
+Candidates filter_colour(const Halves& h, FrameOffset frame_offset, int begin, int end,
                          const std::stop_token& stop) {
   Candidates candidates;
   for (Candidate& candidate : candidates) {
@@ -140,13 +140,13 @@ Candidates filter_colour(const Halves& h, Place place, int begin, int end,
     candidate.difference.fill(BorderedPlane(h.width, h.height));
     candidate.weight.fill(BorderedPlane(h.width, h.height));
   }
-  for_each_fit(h, place, begin, end, stop, [&](WindowFit& fit, size_t s, size_t bandwidth) {
+  for_each_fit(h, frame_offset, begin, end, stop, [&](WindowFit& fit, size_t s, size_t bandwidth) {
     Candidate& to = candidates[bandwidth];
     fit.apply(pictures_of(h.half[s].colour));
     fit.add_to(s == 0 ? to.colour : to.difference, nullptr);
     fit.add_weights_to(to.weight[s]);
   });
-  for (Candidate& candidate : candidates) mean_of_fits(h, candidate);
+  for (Candidate& candidate : candidates) average_fits(h, candidate);
   return candidates;
 }
 
@@ -191,7 +191,7 @@ Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& s
 }
 
 // The unfiltered fraction of a part.
-void keep_own(const Halves& h, const Factors& factors, const Blend& shares, Part& part) {
+void add_unfiltered(const Halves& h, const Factors& factors, const Blend& shares, Part& part) {
   for_each_row(h.height, [&](int y) {
     for (size_t c = 0; c < 3; ++c) {
       float* to = part.filtered[c].row(y);
@@ -213,7 +213,7 @@ constexpr int kSplitRadius = 2;
 static_assert(kSplitRadius <= kPoolRadius);  // parts are evaluated that much further than rows
 
 // For rows [begin, end): distributes the difference between the whole and the sum of its parts.
-void split_rest(const ColourPlanes& whole, int begin, int end, std::vector<Part>& parts) {
+void distribute_remainder(const ColourPlanes& whole, int begin, int end, std::vector<Part>& parts) {
   const int width = whole[0].width(), height = whole[0].height();
   for (size_t c = 0; c < 3; ++c) {
     std::vector<BorderedPlane> near;
@@ -242,17 +242,18 @@ void split_rest(const ColourPlanes& whole, int begin, int end, std::vector<Part>
 
 // The parts' raw images, and their candidates with the weights of the whole.
 std::vector<Part> filter_parts(const Halves& h, std::span<const HalfColour> colours,
-                               const Candidates& candidates, const Blend& shares, Place place,
-                               int begin, int end, const std::stop_token& stop) {
+                               const Candidates& candidates, const Blend& shares,
+                               FrameOffset frame_offset, int begin, int end,
+                               const std::stop_token& stop) {
   const Factors factors = factors_of(h, candidates, shares);
   std::vector<Part> parts;
   for (const HalfColour& colour : colours) {
     parts.push_back(read_part(h, colour));
-    keep_own(h, factors, shares, parts.back());
+    add_unfiltered(h, factors, shares, parts.back());
   }
-  const int first = std::max(begin - kLostLightReach - kSplitRadius, 0);
-  const int last = std::min(end + kLostLightReach + kSplitRadius, h.height);
-  for_each_fit(h, place, first, last, stop, [&](WindowFit& fit, size_t s, size_t bandwidth) {
+  const int first = std::max(begin - kOutlierEnergyReach - kSplitRadius, 0);
+  const int last = std::min(end + kOutlierEnergyReach + kSplitRadius, h.height);
+  for_each_fit(h, frame_offset, first, last, stop, [&](WindowFit& fit, size_t s, size_t bandwidth) {
     for (Part& part : parts) {
       const std::array<Channel, 3>& of = part.channels;
       fit.apply({&of[0].half[s], &of[1].half[s], &of[2].half[s]});
@@ -261,15 +262,15 @@ std::vector<Part> filter_parts(const Halves& h, std::span<const HalfColour> colo
   });
   for (Part& part : parts) {
     for (size_t c = 0; c < 3; ++c) {
-      shares.lost_light->give_back(part.channels[c].raw, part.filtered[c]);
+      shares.outlier_energy->restore(part.channels[c].raw, part.filtered[c]);
       add(part.channels[c].excess, part.filtered[c]);
     }
   }
   return parts;
 }
 
-void tell_errors(const Blend& shares, const Halves& h, int begin, int end, DenoisedPicture& out) {
-  constexpr float kLeastShare = 0.01f;  // below this, the pixel looks unchanged
+void store_errors(const Blend& shares, const Halves& h, int begin, int end, DenoisedPicture& out) {
+  constexpr float kMinFilteredFraction = 0.01f;  // below this, the pixel looks unchanged
   const size_t width = size_t(h.width);
   out.error.resize(width * size_t(end - begin));
   for (int y = begin; y < end; ++y) {
@@ -280,7 +281,7 @@ void tell_errors(const Blend& shares, const Halves& h, int begin, int end, Denoi
       out.squared_error_before += double(shares.error_before.row(y)[x]);
       float share = 0.0f;
       for (const BorderedPlane& plane : shares.shares) share += plane.row(y)[x];
-      out.kept += share < kLeastShare;
+      out.unchanged_pixels += share < kMinFilteredFraction;
     }
   }
 }
@@ -296,11 +297,11 @@ DenoisedPicture denoise(const DenoiseInput& input, int begin, int end,
   const DenoiseInput rows = rows_of(input, first, last);
   begin -= first;
   end -= first;
-  const Place place = {rows.x0, rows.y0};
+  const FrameOffset frame_offset = {rows.x0, rows.y0};
   const Halves h = prepare_halves(rows);
   const int filter_begin = std::max(begin - kBlendReach, 0);
   const int filter_end = std::min(end + kBlendReach, h.height);
-  const Candidates candidates = filter_colour(h, place, filter_begin, filter_end, stop);
+  const Candidates candidates = filter_colour(h, frame_offset, filter_begin, filter_end, stop);
   if (stop.stop_requested()) return {};
   Blend shares = blend(h, candidates);
   DenoisedPicture out;
@@ -308,12 +309,12 @@ DenoisedPicture denoise(const DenoiseInput& input, int begin, int end,
   out.colour = rows_of(shares.colour, begin, end);
   if (!rows.parts.empty()) {
     std::vector<Part> parts =
-        filter_parts(h, rows.parts, candidates, shares, place, begin, end, stop);
+        filter_parts(h, rows.parts, candidates, shares, frame_offset, begin, end, stop);
     if (stop.stop_requested()) return {};
-    if (!rows.shared[0].a.empty()) split_rest(shares.colour, begin, end, parts);
+    if (!rows.shared[0].a.empty()) distribute_remainder(shares.colour, begin, end, parts);
     for (const Part& part : parts) out.parts.push_back(rows_of(part.filtered, begin, end));
   }
-  tell_errors(shares, h, begin, end, out);
+  store_errors(shares, h, begin, end, out);
   return out;
 }
 

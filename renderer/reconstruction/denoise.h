@@ -46,7 +46,7 @@ struct DenoisedPicture {
   std::vector<std::array<std::vector<float>, 3>> parts;  // same weights: the sum is `colour`
   double squared_error_before = 0.0;  // displayed, summed over pixels; of the raw image
   double squared_error_after = 0.0;
-  size_t kept = 0;  // unchanged pixels
+  size_t unchanged_pixels = 0;  // unchanged pixels
 };
 
 // A row depends on this many rows above and below. A band of a large frame has the same bits as the

@@ -21,21 +21,21 @@ constexpr float kNormalScale = 1.7f;
 constexpr float kNoiseScale = 10.0f;
 // Limit of a tap's variance relative to the pixel's. Otherwise lamps and rare bright samples would
 // leak into the quiet pixels around them.
-constexpr float kMostNoisier = 4.0f;
-constexpr float kSlopes = 2.0f;        // allowed difference in nearness, in slopes of the surface
-constexpr float kLeastSlope = 0.005f;  // relative to the nearness
-constexpr float kLeastAlbedo = 0.02f;
+constexpr float kMaxVarianceRatio = 4.0f;
+constexpr float kSlopeTolerance = 2.0f;  // allowed difference in nearness, in slopes of the surface
+constexpr float kMinSlope = 0.005f;      // relative to the nearness
+constexpr float kMinAlbedo = 0.02f;
 constexpr int kNoiseReach = 2;
 constexpr size_t kRows = 4;
 
 constexpr float kRed = 0.2126f, kGreen = 0.7152f, kBlue = 0.0722f;  // as in luminance()
-constexpr float kMost = 1e12f;           // of a colour, so that squares and their sums stay finite
-constexpr float kLeastDivisor = 1e-12f;  // of a divisor
+constexpr float kMaxColour = 1e12f;    // of a colour, so that squares and their sums stay finite
+constexpr float kMinDivisor = 1e-12f;  // of a divisor
 
 // Without std::clamp, whose references prevent vectorisation.
-float within(float value) {
-  value = value < kMost ? value : kMost;
-  return value > -kMost ? value : -kMost;
+float clamp_colour(float value) {
+  value = value < kMaxColour ? value : kMaxColour;
+  return value > -kMaxColour ? value : -kMaxColour;
 }
 
 bool is_known(const float* rgba, const FeatureRow& row, int x) {
@@ -94,11 +94,11 @@ void fill_unknown(int width, float* rgba, const FeatureRow& row) {
 }
 
 // Eight pixels at a time: the sums of sixteen do not fit AVX's registers.
-using Eight = Lanes::Part;
+using Float8 = Lanes::Part;
 constexpr int kAtOnce = kLanes / 2;
 
 // a * b + c, rounded once if the processor can, so an image's last bits depend on the processor.
-[[gnu::always_inline]] inline Eight fused(const Eight& a, const Eight& b, const Eight& c) {
+[[gnu::always_inline]] inline Float8 fused(const Float8& a, const Float8& b, const Float8& c) {
 #ifdef __FMA__
   return __builtin_ia32_vfmaddps256(a, b, c);
 #else
@@ -107,20 +107,20 @@ constexpr int kAtOnce = kLanes / 2;
 }
 
 // Reciprocals of positive numbers, to 1/500: the exponent is negated, then one Newton step.
-[[gnu::always_inline]] inline Eight reciprocal(const Eight& value) {
-  using Words [[gnu::vector_size(sizeof(Eight))]] = int32_t;
-  const auto out = std::bit_cast<Eight>(0x7EF311C7 - std::bit_cast<Words>(value));
-  return out * fused(-value, out, Eight{} + 2.0f);
+[[gnu::always_inline]] inline Float8 reciprocal(const Float8& value) {
+  using Words [[gnu::vector_size(sizeof(Float8))]] = int32_t;
+  const auto out = std::bit_cast<Float8>(0x7EF311C7 - std::bit_cast<Words>(value));
+  return out * fused(-value, out, Float8{} + 2.0f);
 }
 
 // Divides one channel by its albedo, and returns the divisor.
-void untexture(int width, int channel, const float* __restrict rgba, const FeatureRow& row,
-               float* __restrict albedo, float* __restrict out) {
+void demodulate_albedo(int width, int channel, const float* __restrict rgba, const FeatureRow& row,
+                       float* __restrict albedo, float* __restrict out) {
   const float *red = row.albedo[0], *green = row.albedo[1], *blue = row.albedo[2];
   const float* own = row.albedo[size_t(channel)];
   for (int x = 0; x < width; ++x) {
-    albedo[x] = own[x] + (red[x] + green[x] + blue[x] > 0.0f ? kLeastAlbedo : 1.0f);
-    out[x] = within(rgba[4 * x + channel] / albedo[x]);
+    albedo[x] = own[x] + (red[x] + green[x] + blue[x] > 0.0f ? kMinAlbedo : 1.0f);
+    out[x] = clamp_colour(rgba[4 * x + channel] / albedo[x]);
   }
 }
 
@@ -142,8 +142,8 @@ void scale_noise(int width, const float* __restrict variance, const float* __res
   for (int x = 0; x < width; ++x) {
     const float albedo = kRed * red[x] + kGreen * green[x] + kBlue * blue[x];
     const float v = kNoiseScale * variance[x] / (albedo * albedo);
-    const float told = v < kMost * kMost ? v : kMost * kMost;
-    noise[x] = told >= 0.0f ? told : -1.0f;
+    const float known_noise = v < kMaxColour * kMaxColour ? v : kMaxColour * kMaxColour;
+    noise[x] = known_noise >= 0.0f ? known_noise : -1.0f;
   }
 }
 
@@ -172,7 +172,7 @@ class FastFilter::Planes {
     }
     const size_t row = 4 * size_t(width);
     each_row([&](int y) {
-      compose(y, layers_[from], &rgba[size_t(y) * row], &filtered[size_t(y) * row]);
+      remodulate_albedo(y, layers_[from], &rgba[size_t(y) * row], &filtered[size_t(y) * row]);
     });
   }
 
@@ -187,18 +187,19 @@ class FastFilter::Planes {
     const float *luminance, *red, *blue, *variance, *normal[3], *nearness;
 
     TapRow(const Planes& filter, const Layer& from, int y)
-        : luminance(from.luminance.near(y)),
-          red(from.red.near(y)),
-          blue(from.blue.near(y)),
-          variance(from.variance.near(y)),
-          normal{filter.normal_[0].near(y), filter.normal_[1].near(y), filter.normal_[2].near(y)},
-          nearness(filter.nearness_.near(y)) {}
+        : luminance(from.luminance.clamped_row(y)),
+          red(from.red.clamped_row(y)),
+          blue(from.blue.clamped_row(y)),
+          variance(from.variance.clamped_row(y)),
+          normal{filter.normal_[0].clamped_row(y), filter.normal_[1].clamped_row(y),
+                 filter.normal_[2].clamped_row(y)},
+          nearness(filter.nearness_.clamped_row(y)) {}
   };
 
   // Eight pixels of a row, with the weighted sums over their surroundings.
   struct Taps {
-    Eight luminance, normal[3], nearness, variance, per_nearness;
-    Eight weight, noise, sum[3];
+    Float8 luminance, normal[3], nearness, variance, per_nearness;
+    Float8 weight, noise, sum[3];
 
     [[gnu::always_inline]] Taps(const TapRow& row, const float* slope, float stride, int x) {
       load(row.luminance + x, luminance);
@@ -207,9 +208,9 @@ class FastFilter::Planes {
       load(row.variance + x, variance);
       load(slope + x, per_nearness);
       per_nearness =
-          reciprocal(kSlopes * stride * per_nearness + kLeastSlope * nearness + kLeastDivisor);
-      variance += kLeastDivisor;
-      weight = Eight{} + 0.25f;  // the pixel's own weight
+          reciprocal(kSlopeTolerance * stride * per_nearness + kMinSlope * nearness + kMinDivisor);
+      variance += kMinDivisor;
+      weight = Float8{} + 0.25f;  // the pixel's own weight
       noise = 0.0625f * variance;
       sum[0] = 0.25f * luminance;
       load(row.red + x, sum[1]);
@@ -220,22 +221,22 @@ class FastFilter::Planes {
 
     // root: square root of the tap's weight.
     [[gnu::always_inline]] void add(float root, const TapRow& row, int x) {
-      Eight l, v, u, red, blue;
+      Float8 l, v, u, red, blue;
       load(row.luminance + x, l);
       load(row.variance + x, v);
       load(row.nearness + x, u);
-      const Eight dl = l - luminance, du = (u - nearness) * per_nearness;
-      const Eight limit = kMostNoisier * variance;
-      Eight d = fused(dl * dl, reciprocal(variance + (v < limit ? v : limit)), du * du);
+      const Float8 dl = l - luminance, du = (u - nearness) * per_nearness;
+      const Float8 limit = kMaxVarianceRatio * variance;
+      Float8 d = fused(dl * dl, reciprocal(variance + (v < limit ? v : limit)), du * du);
       for (size_t k = 0; k < 3; ++k) {
         load(row.normal[k] + x, u);
         u -= normal[k];
         d = fused(u, u, d);
       }
-      const Eight roots = Eight{} + root;
-      Eight t = fused(-roots, d, roots);
-      t = t > 0.0f ? t : Eight{};
-      const Eight w = t * t;
+      const Float8 roots = Float8{} + root;
+      Float8 t = fused(-roots, d, roots);
+      t = t > 0.0f ? t : Float8{};
+      const Float8 w = t * t;
       load(row.red + x, red);
       load(row.blue + x, blue);
       weight += w;
@@ -247,8 +248,8 @@ class FastFilter::Planes {
   };
 
   void resize(int width, int height) {
-    int place = 0;
-    const auto fit = [&](auto&... planes) { (planes.resize(width, height, place++), ...); };
+    int cache_slot = 0;
+    const auto fit = [&](auto&... planes) { (planes.resize(width, height, cache_slot++), ...); };
     for (Layer& layer : layers_) fit(layer.luminance, layer.red, layer.blue, layer.variance);
     fit(normal_[0], normal_[1], normal_[2], nearness_, slope_, noise_);
     fit(albedo_[0], albedo_[1], albedo_[2]);
@@ -286,7 +287,7 @@ class FastFilter::Planes {
       for (int x = 0; x < width_; ++x) to[x] = kNormalScale * n[x];
     }
     for (size_t k = 0; k < 3; ++k) {
-      untexture(width_, int(k), rgba, row, albedo_[k].row(y), planes[k]);
+      demodulate_albedo(width_, int(k), rgba, row, albedo_[k].row(y), planes[k]);
     }
     to_luminance(width_, planes[0], planes[1], planes[2]);
     scale_noise(width_, row.variance, albedo_[0].row(y), albedo_[1].row(y), albedo_[2].row(y),
@@ -307,36 +308,36 @@ class FastFilter::Planes {
     sums.assign(3 * stride, 0.0f);
     float* const __restrict sum = &sums[kPad];
     float* const __restrict squares = sum + stride;
-    float* const __restrict told = squares + stride;
+    float* const __restrict known_noise = squares + stride;
     for (int j = -kNoiseReach; j <= kNoiseReach; ++j) {
-      const float *l = layer.luminance.near(y + j), *v = noise_.near(y + j);
+      const float *l = layer.luminance.clamped_row(y + j), *v = noise_.clamped_row(y + j);
       for (int x = -kNoiseReach; x < width_ + kNoiseReach; ++x) {
         sum[x] += l[x];
         squares[x] += l[x] * l[x];
-        told[x] += std::sqrt(std::max(v[x], 0.0f));
+        known_noise[x] += std::sqrt(std::max(v[x], 0.0f));
       }
     }
     float* __restrict out = layer.variance.row(y);
     const float *own = noise_.row(y), *l = layer.luminance.row(y);
-    constexpr float kShare = 1.0f / (2 * kNoiseReach + 1) / (2 * kNoiseReach + 1);
+    constexpr float kInverseArea = 1.0f / (2 * kNoiseReach + 1) / (2 * kNoiseReach + 1);
     for (int x = 0; x < width_; ++x) {
       float a = 0, b = 0, c = 0;
       for (int i = -kNoiseReach; i <= kNoiseReach; ++i) {
         a += sum[x + i];
         b += squares[x + i];
-        c += told[x + i];
+        c += known_noise[x + i];
       }
-      const float spread = std::max(b * kShare - a * kShare * (a * kShare), 0.0f);
-      const float off = l[x] - a * kShare;
+      const float spread = std::max(b * kInverseArea - a * kInverseArea * (a * kInverseArea), 0.0f);
+      const float off = l[x] - a * kInverseArea;
       out[x] = own[x] < 0.0f ? kNoiseScale * std::max(spread, off * off)
-                             : std::max(c * kShare * (c * kShare), own[x]);
+                             : std::max(c * kInverseArea * (c * kInverseArea), own[x]);
     }
     layer.variance.extend_row(y);
   }
 
   void find_slope(int y) {
-    const float *here = nearness_.row(y), *above = nearness_.near(y - 1),
-                *below = nearness_.near(y + 1);
+    const float *here = nearness_.row(y), *above = nearness_.clamped_row(y - 1),
+                *below = nearness_.clamped_row(y + 1);
     float* __restrict slope = slope_.row(y);
     for (int x = 0; x < width_; ++x) {
       const float across =
@@ -362,7 +363,7 @@ class FastFilter::Planes {
       taps.add(kCorner, below, x - stride);
       taps.add(kSide, below, x);
       taps.add(kCorner, below, x + stride);
-      const Eight per = 1.0f / taps.weight;
+      const Float8 per = 1.0f / taps.weight;
       store(taps.sum[0] * per, l + x);
       store(taps.sum[1] * per, red + x);
       store(taps.sum[2] * per, blue + x);
@@ -372,8 +373,8 @@ class FastFilter::Planes {
       plane->extend_row(y);
   }
 
-  void compose(int y, const Layer& from, const float* __restrict rgba,
-               float* __restrict filtered) const {
+  void remodulate_albedo(int y, const Layer& from, const float* __restrict rgba,
+                         float* __restrict filtered) const {
     const float *l = from.luminance.row(y), *red = from.red.row(y), *blue = from.blue.row(y);
     const float *fr = albedo_[0].row(y), *fg = albedo_[1].row(y), *fb = albedo_[2].row(y);
     for (int x = 0; x < width_; ++x) {
@@ -402,7 +403,7 @@ int FastFilter::levels_for(double samples_per_pixel) {
 void FastFilter::filter(int width, int height, std::span<const float> rgba, const ReadRow& read,
                         int levels, std::span<float> filtered) {
   assert(rgba.size() == 4 * size_t(width) * size_t(height) && filtered.size() == rgba.size());
-  assert(levels >= 0 && levels <= kMostLevels);
+  assert(levels >= 0 && levels <= kMaxLevels);
   planes_->filter(width, height, rgba, read, levels, filtered);
 }
 

@@ -35,7 +35,7 @@ class FastFilter {
   using ReadRow = std::function<void(int y, const FeatureRow& row)>;
 
   // Level l reaches 2^l pixels; the total reach, 2^levels - 1, must fit into a plane's border.
-  static constexpr int kMostLevels = 5;
+  static constexpr int kMaxLevels = 5;
   static int levels_for(double samples_per_pixel);
 
   // Filters interleaved R G B A pixels; alpha is kept. Pixels that are not finite are unknown and

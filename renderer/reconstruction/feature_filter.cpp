@@ -24,13 +24,14 @@ void add_offset(const Tile& tile, int i, int j, const BorderedPlane& guide,
       tile.y,
       [&](int y, float* __restrict out) {
         const int x0 = tile.x - kPatchPad;
-        const float *p = guide.near(y) + x0, *q = guide.near(y + j) + x0 + i;
-        const float *vp = guide_noise.near(y) + x0, *vq = guide_noise.near(y + j) + x0 + i;
+        const float *p = guide.clamped_row(y) + x0, *q = guide.clamped_row(y + j) + x0 + i;
+        const float *vp = guide_noise.clamped_row(y) + x0,
+                    *vq = guide_noise.clamped_row(y + j) + x0 + i;
         for (int x = 0; x < kPatchRun; ++x) {
           const float d = p[x] - q[x], v = vp[x] + vq[x];
           // Values that differ only by rounding count as equal.
-          const float least = 1e-10f * (p[x] * p[x] + q[x] * q[x]) + 1e-30f;
-          out[x] = (d * d - v) / (v + least);
+          const float tolerance = 1e-10f * (p[x] * p[x] + q[x] * q[x]) + 1e-30f;
+          out[x] = (d * d - v) / (v + tolerance);
         }
       },
       means);

@@ -10,10 +10,10 @@ namespace emberline {
 namespace {
 
 // Sums of squares of larger values would overflow float.
-constexpr float kLargest = 1e15f;
+constexpr float kMaxValue = 1e15f;
 
 float finite(float value) {
-  return std::isfinite(value) ? std::clamp(value, -kLargest, kLargest) : 0.0f;
+  return std::isfinite(value) ? std::clamp(value, -kMaxValue, kMaxValue) : 0.0f;
 }
 
 BorderedPlane padded_plane(std::span<const float> values, int width, int height) {
@@ -33,7 +33,7 @@ float sample_variance(float d, float n_a, float n_b) {
 
 // Mean of difference(x, y, n_a, n_b) over the neighbours with both halves known.
 template <typename Difference>
-BorderedPlane pooled_variance(const Halves& h, const BorderedPlane& told,
+BorderedPlane pooled_variance(const Halves& h, const BorderedPlane& both_known,
                               const Difference& difference) {
   BorderedPlane single(h.width, h.height);
   for_each_pixel(h.width, h.height, [&](int x, int y) {
@@ -41,7 +41,7 @@ BorderedPlane pooled_variance(const Halves& h, const BorderedPlane& told,
   });
   BorderedPlane pooled = box_sum(single, kNoiseRadius);
   for_each_row(h.height, [&](int y) {
-    for (int x = 0; x < h.width; ++x) pooled.row(y)[x] /= std::max(told.row(y)[x], 1.0f);
+    for (int x = 0; x < h.width; ++x) pooled.row(y)[x] /= std::max(both_known.row(y)[x], 1.0f);
     pooled.extend_row(y);
   });
   return pooled;
@@ -51,7 +51,7 @@ void read_counts(const DenoiseInput& input, Halves& h) {
   h.half[0].count = padded_plane(input.samples.a, h.width, h.height);
   h.half[1].count = padded_plane(input.samples.b, h.width, h.height);
   for (size_t s = 0; s < 2; ++s) h.half[s].known = h.share[s] = BorderedPlane(h.width, h.height);
-  h.told = BorderedPlane(h.width, h.height);
+  h.both_known = BorderedPlane(h.width, h.height);
   for_each_row(h.height, [&](int y) {
     float *n_a = h.half[0].count.row(y), *n_b = h.half[1].count.row(y);
     for (int x = 0; x < h.width; ++x) {
@@ -60,7 +60,7 @@ void read_counts(const DenoiseInput& input, Halves& h) {
       const float n = n_a[x] + n_b[x];
       h.half[0].known.row(y)[x] = n_a[x] > 0 ? 1.0f : 0.0f;
       h.half[1].known.row(y)[x] = n_b[x] > 0 ? 1.0f : 0.0f;
-      h.told.row(y)[x] = n_a[x] > 0 && n_b[x] > 0 ? 1.0f : 0.0f;
+      h.both_known.row(y)[x] = n_a[x] > 0 && n_b[x] > 0 ? 1.0f : 0.0f;
       h.share[0].row(y)[x] = n > 0 ? n_a[x] / n : 0.5f;
       h.share[1].row(y)[x] = n > 0 ? n_b[x] / n : 0.5f;
     }
@@ -70,7 +70,7 @@ void read_counts(const DenoiseInput& input, Halves& h) {
 // A half's pixel is an outlier if it is this many times as bright as all others near it in either
 // half. The excess is too rare to be told from its neighbours, so it stays in place, unfiltered. A
 // pixel as far below black is not light, and stays in place entirely.
-constexpr float kOutlier = 20.0f;
+constexpr float kOutlierRatio = 20.0f;
 
 // The largest value of all channels, and how far the smallest is below black.
 struct Extremes {
@@ -96,7 +96,7 @@ void find_outliers(const HalfColour& colour, Halves& h) {
   const std::array<Extremes, 2> light = {extremes_of(colour, 0, h.width, h.height),
                                          extremes_of(colour, 1, h.width, h.height)};
   for (size_t s = 0; s < 2; ++s) {
-    h.half[s].within = BorderedPlane(h.width, h.height);
+    h.half[s].inlier_fraction = BorderedPlane(h.width, h.height);
     for_each_row(h.height, [&](int y) {
       const int first = std::max(y - kOutlierRadius, 0);
       const int last = std::min(y + kOutlierRadius, h.height - 1);
@@ -114,9 +114,9 @@ void find_outliers(const HalfColour& colour, Halves& h) {
       }
       const float *own = light[s].brightest.row(y), *below = light[s].below.row(y);
       for (int x = 0; x < h.width; ++x) {
-        const float most = kOutlier * others[size_t(x)];
-        const float within = own[x] > most ? most / own[x] : 1.0f;
-        h.half[s].within.row(y)[x] = below[x] > most ? 0.0f : within;
+        const float limit = kOutlierRatio * others[size_t(x)];
+        const float inlier_fraction = own[x] > limit ? limit / own[x] : 1.0f;
+        h.half[s].inlier_fraction.row(y)[x] = below[x] > limit ? 0.0f : inlier_fraction;
       }
     });
   }
@@ -156,10 +156,10 @@ void read_raw_noise(const HalfColour& colour, Halves& h) {
   }
 }
 
-void measure_noise(Halves& h, const BorderedPlane& told) {
-  const BorderedPlane variance = pooled_variance(h, told, [&](int x, int y, float n_a, float n_b) {
-    return h.own_noise.row(y)[x] * (n_a + n_b);
-  });
+void measure_noise(Halves& h, const BorderedPlane& both_known) {
+  const BorderedPlane variance = pooled_variance(
+      h, both_known,
+      [&](int x, int y, float n_a, float n_b) { return h.own_noise.row(y)[x] * (n_a + n_b); });
   for (Half& half : h.half) {
     half.noise = BorderedPlane(h.width, h.height);
     for_each_row(h.height, [&](int y) {
@@ -171,12 +171,13 @@ void measure_noise(Halves& h, const BorderedPlane& told) {
   }
 }
 
-Feature read_feature(const HalfPlanes& planes, const Halves& h, const BorderedPlane& told) {
+Feature read_feature(const HalfPlanes& planes, const Halves& h, const BorderedPlane& both_known) {
   const BorderedPlane a = padded_plane(planes.a, h.width, h.height);
   const BorderedPlane b = padded_plane(planes.b, h.width, h.height);
-  const BorderedPlane variance = pooled_variance(h, told, [&](int x, int y, float n_a, float n_b) {
-    return sample_variance(a.row(y)[x] - b.row(y)[x], n_a, n_b);
-  });
+  const BorderedPlane variance =
+      pooled_variance(h, both_known, [&](int x, int y, float n_a, float n_b) {
+        return sample_variance(a.row(y)[x] - b.row(y)[x], n_a, n_b);
+      });
   return filter_feature(h, a, b, variance);
 }
 
@@ -188,11 +189,11 @@ Channel read_channel(const Halves& h, const HalfPlanes& planes) {
   out.raw = out.excess = BorderedPlane(h.width, h.height);
   for_each_row(h.height, [&](int y) {
     for (size_t s = 0; s < 2; ++s) {
-      const float *share = h.share[s].row(y), *within = h.half[s].within.row(y);
+      const float *share = h.share[s].row(y), *inlier_fraction = h.half[s].inlier_fraction.row(y);
       float *value = out.half[s].row(y), *raw = out.raw.row(y), *excess = out.excess.row(y);
       for (int x = 0; x < h.width; ++x) {
         const float all = value[x];
-        value[x] = within[x] * all;
+        value[x] = inlier_fraction[x] * all;
         raw[x] += share[x] * value[x];
         excess[x] += share[x] * (all - value[x]);
       }
@@ -212,15 +213,15 @@ Halves prepare_halves(const DenoiseInput& input) {
   find_outliers(colour, h);
   read_colour(colour, h);
   read_raw_noise(input.colour, h);
-  const BorderedPlane told = box_sum(h.told, kNoiseRadius);
-  measure_noise(h, told);
+  const BorderedPlane both_known = box_sum(h.both_known, kNoiseRadius);
+  measure_noise(h, both_known);
   if (!input.albedo[0].a.empty()) {
     for (size_t c = 0; c < 3; ++c) {
-      h.features.push_back(read_feature(input.albedo[c], h, told));
+      h.features.push_back(read_feature(input.albedo[c], h, both_known));
     }
   }
   for (const HalfPlanes& planes : input.features) {
-    h.features.push_back(read_feature(planes, h, told));
+    h.features.push_back(read_feature(planes, h, both_known));
   }
   return h;
 }

@@ -13,8 +13,8 @@ using ColourPlanes = std::array<BorderedPlane, 3>;
 
 struct Half {
   BorderedPlane count;
-  BorderedPlane known;   // 1 with samples, 0 without and outside the image
-  BorderedPlane within;  // fraction of the pixel's colour without the excess
+  BorderedPlane known;            // 1 with samples, 0 without and outside the image
+  BorderedPlane inlier_fraction;  // fraction of the pixel's colour without the excess
   ColourPlanes colour;
   BorderedPlane noise;  // variance of `colour`, channels summed, pooled over neighbours
 };
@@ -30,7 +30,7 @@ struct Halves {
   ColourPlanes raw;                    // mean of all samples
   ColourPlanes excess;                 // of outliers; in neither `raw` nor the halves' colours
   std::array<BorderedPlane, 2> share;  // of a half in a pixel's mean; 1/2 without samples
-  BorderedPlane told;                  // 1 where both halves are known
+  BorderedPlane both_known;            // 1 where both halves are known
   // The pixel's variance estimated from its two halves only, channels summed: one degree of
   // freedom. 0 if a half is unknown.
   BorderedPlane own_noise;

@@ -43,10 +43,10 @@ struct Lanes {
   const Lanes::Part part = Lanes::Part{} + value;
   return {part, part};
 }
-[[gnu::always_inline]] inline Lanes least_of(const Lanes& a, const Lanes& b) {
+[[gnu::always_inline]] inline Lanes min_lanes(const Lanes& a, const Lanes& b) {
   return {a.low < b.low ? a.low : b.low, a.high < b.high ? a.high : b.high};
 }
-[[gnu::always_inline]] inline Lanes most_of(const Lanes& a, const Lanes& b) {
+[[gnu::always_inline]] inline Lanes max_lanes(const Lanes& a, const Lanes& b) {
   return {a.low > b.low ? a.low : b.low, a.high > b.high ? a.high : b.high};
 }
 

@@ -8,24 +8,24 @@
 
 namespace emberline {
 
-class LostLight {
+class OutlierEnergy {
  public:
   // From the raw and the filtered image.
-  LostLight(const Halves& halves, const ColourPlanes& raw, const ColourPlanes& filtered);
+  OutlierEnergy(const Halves& halves, const ColourPlanes& raw, const ColourPlanes& filtered);
 
-  // Adds the lost light of `raw` to `filtered`, depending on pixels up to kLostLightReach away.
-  void give_back(const BorderedPlane& raw, BorderedPlane& filtered) const;
+  // Adds the lost light of `raw` to `filtered`, depending on pixels up to kOutlierEnergyReach away.
+  void restore(const BorderedPlane& raw, BorderedPlane& filtered) const;
 
   // Fraction of a single pixel's change that is returned to the pixel.
-  const BorderedPlane& own_share() const { return own_share_; }
+  const BorderedPlane& own_fraction() const { return own_fraction_; }
 
  private:
   const Halves& halves_;
   BorderedPlane share_;  // returned fraction of a neighbourhood's loss, over its noise and area
-  BorderedPlane own_share_;
+  BorderedPlane own_fraction_;
 };
 
-inline constexpr int kLostLightRadius = 5;
-inline constexpr int kLostLightReach = 2 * kLostLightRadius;
+inline constexpr int kOutlierEnergyRadius = 5;
+inline constexpr int kOutlierEnergyReach = 2 * kOutlierEnergyRadius;
 
 }  // namespace emberline

@@ -38,7 +38,7 @@ template <int Radius, typename Distance>
 void patch_means(int y0, const Distance& distance, float (*means)[kRun]) {
   float single[kTileRows + 2 * Radius][kPatchRun];
   for (int r = 0; r < kTileRows + 2 * Radius; ++r) distance(y0 + r - Radius, single[r]);
-  constexpr float kShare = 1.0f / float((2 * Radius + 1) * (2 * Radius + 1));
+  constexpr float kInverseArea = 1.0f / float((2 * Radius + 1) * (2 * Radius + 1));
   for (int r = 0; r < kTileRows; ++r) {
     float column[kPatchRun];
     for (int x = 0; x < kPatchRun; ++x) column[x] = single[r][x];
@@ -48,7 +48,7 @@ void patch_means(int y0, const Distance& distance, float (*means)[kRun]) {
     for (int x = 0; x < kRun; ++x) {
       float sum = 0.0f;
       for (int i = -Radius; i <= Radius; ++i) sum += column[kPatchPad + x + i];
-      means[r][x] = sum * kShare;
+      means[r][x] = sum * kInverseArea;
     }
   }
 }

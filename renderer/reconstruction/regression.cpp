@@ -18,11 +18,11 @@ constexpr float kRoundingRidge = 1e-5f;
 // Relative to the feature's noise: limits features that vary by no more than their noise.
 constexpr float kNoiseRidge = 4.0f;
 // Minimum independent part of a feature, relative to its spread; less is rounding.
-constexpr float kLeastPivot = 1e-5f;
+constexpr float kMinPivot = 1e-5f;
 // A feature that varies less in a window, or is another one plus a constant, is ignored there.
-constexpr float kSame = 4e-6f;
-constexpr float kLeast = 1e-30f;        // of a divisor
-constexpr float kLargestWeight = 1e6f;  // of a pixel; a mean over a full window needs less
+constexpr float kMinSpread = 4e-6f;
+constexpr float kMinDivisor = 1e-30f;  // of a divisor
+constexpr float kMaxWeight = 1e6f;     // of a pixel; a mean over a full window needs less
 
 WindowWeights::WindowWeights() : weights_(new Rows[2 * kOffsets]) {}
 
@@ -38,13 +38,14 @@ void WindowWeights::measure(const Halves& h, const Tile& tile) {
             const int x0 = tile.x - kPatchPad;
             float squared[kPatchRun] = {};
             for (const BorderedPlane& plane : half.colour) {
-              const float *p = plane.near(y) + x0, *q = plane.near(y + j) + x0 + i;
+              const float *p = plane.clamped_row(y) + x0, *q = plane.clamped_row(y + j) + x0 + i;
               for (int x = 0; x < kPatchRun; ++x) {
                 const float d = p[x] - q[x];
                 squared[x] += d * d;
               }
             }
-            const float *vp = half.noise.near(y) + x0, *vq = half.noise.near(y + j) + x0 + i;
+            const float *vp = half.noise.clamped_row(y) + x0,
+                        *vq = half.noise.clamped_row(y + j) + x0 + i;
             for (int x = 0; x < kPatchRun; ++x) {
               const float v = vp[x] + vq[x];
               out[x] = (squared[x] - v) / (v + 1e-12f);
@@ -58,7 +59,7 @@ void WindowWeights::measure(const Halves& h, const Tile& tile) {
   }
 }
 
-void WindowFit::set_place(const Tile& tile, int column, int row) {
+void WindowFit::set_position(const Tile& tile, int column, int row) {
   column_ = column;
   row_ = row;
   x_ = tile.x + column;
@@ -66,19 +67,19 @@ void WindowFit::set_place(const Tile& tile, int column, int row) {
   first_ = std::max(kWindowRadius - y_, 0) * kWindow;
   last_ = std::min(kWindowRadius + halves_.height - y_, kWindow) * kWindow;
   choose_features();
-  for (int k = 0; k < features(); ++k) load(feature(k, y_), here_[k]);
+  for (int k = 0; k < features(); ++k) load(feature(k, y_), center_[k]);
 }
 
 // On a plane only depth varies in most windows, and each further feature makes a fit more expensive
 // in proportion to their number.
 void WindowFit::choose_features() {
-  chosen_ = 0;
-  for (size_t k = 0; k < std::min(halves_.features.size(), size_t(kMostFeatures)); ++k) {
+  feature_count_ = 0;
+  for (size_t k = 0; k < std::min(halves_.features.size(), size_t(kMaxFeatures)); ++k) {
     const Feature& feature = halves_.features[k];
-    bool says = spread(feature.value, nullptr) > kSame;
-    for (int l = 0; l < chosen_; ++l)
-      says = says && spread(feature.value, &features_[l]->value) > kSame;
-    if (says) features_[chosen_++] = &feature;
+    bool varies = spread(feature.value, nullptr) > kMinSpread;
+    for (int l = 0; l < feature_count_; ++l)
+      varies = varies && spread(feature.value, &features_[l]->value) > kMinSpread;
+    if (varies) features_[feature_count_++] = &feature;
   }
 }
 
@@ -86,44 +87,44 @@ void WindowFit::choose_features() {
 // magnitude.
 float WindowFit::spread(const BorderedPlane& of, const BorderedPlane* less) const {
   static_assert(kLanes >= 2 * kWindowRadius);  // twice as many columns cover all windows
-  constexpr float kMost = std::numeric_limits<float>::max();
-  Lanes least = all_lanes(kMost), most = all_lanes(-kMost), size = {};
+  constexpr float kMaxFloat = std::numeric_limits<float>::max();
+  Lanes minimum = all_lanes(kMaxFloat), maximum = all_lanes(-kMaxFloat), size = {};
   for (int y = y_ + offset_y(first_); y <= y_ + offset_y(last_ - 1); ++y) {
     for (const int i : {-kWindowRadius, kWindowRadius}) {
       Lanes value, other = {};
       load(of.row(y) + x_ + i, value);
       if (less != nullptr) load(less->row(y) + x_ + i, other);
-      size = most_of(size, most_of(value, Lanes{} - value));
+      size = max_lanes(size, max_lanes(value, Lanes{} - value));
       value -= other;
-      least = least_of(least, value);
-      most = most_of(most, value);
+      minimum = min_lanes(minimum, value);
+      maximum = max_lanes(maximum, value);
     }
   }
-  float lo = kMost, hi = -kMost, all = 0.0f;
+  float lo = kMaxFloat, hi = -kMaxFloat, all = 0.0f;
   for (int x = 0; x < kLanes; ++x) {
-    lo = std::min(lo, least[x]);
-    hi = std::max(hi, most[x]);
+    lo = std::min(lo, minimum[x]);
+    hi = std::max(hi, maximum[x]);
     all = std::max(all, size[x]);
   }
   return all > 0 ? (hi - lo) / all : 0.0f;
 }
 
-void WindowFit::fit(const WindowWeights& likeness, size_t half, int bandwidth) {
-  read_weights(likeness, half, bandwidth);
+void WindowFit::fit(const WindowWeights& similarity, size_t half, int bandwidth) {
+  read_weights(similarity, half, bandwidth);
   const int terms = term(features(), features()) + 1;
   for (int k = 0; k < terms; ++k) moments_[k] = Lanes{};
   for (int o = first_; o < last_; o += kAtOnce) add_moments(o);
-  take_means_out();
+  subtract_means();
   decompose();
-  find_plane();
+  fall_back_to_mean();
 }
 
-void WindowFit::read_weights(const WindowWeights& likeness, size_t half, int bandwidth) {
+void WindowFit::read_weights(const WindowWeights& similarity, size_t half, int bandwidth) {
   Lanes inside;
   for (int x = 0; x < kLanes; ++x) inside[x] = x_ + x >= 0 && x_ + x < halves_.width ? 1.0f : 0.0f;
   for (int o = first_; o < last_; ++o) {
     Lanes w, known;
-    load(likeness.of(1 - half, o, row_) + column_, w);
+    load(similarity.of(1 - half, o, row_) + column_, w);
     load(halves_.half[half].known.row(y_ + offset_y(o)) + x_ + offset_x(o), known);
     for (int k = 0; k < bandwidth; ++k) {
       w *= w;
@@ -137,14 +138,14 @@ void WindowFit::read_weights(const WindowWeights& likeness, size_t half, int ban
 void WindowFit::add_moments(int offset) {
   const Lanes* w = known_weights_ + offset;
   const int count = features(), y = y_ + offset_y(offset);
-  Lanes f[kMostFeatures][kAtOnce];
+  Lanes f[kMaxFeatures][kAtOnce];
   moments_[0] += (w[0] + w[1]) + w[2];
   for (int k = 0; k < count; ++k) {
     const float* there = feature(k, y) + offset_x(offset);
     Lanes weighted[kAtOnce];
     for (int j = 0; j < kAtOnce; ++j) {
       load(there + j, f[k][j]);
-      f[k][j] -= here_[k];
+      f[k][j] -= center_[k];
       weighted[j] = w[j] * f[k][j];
     }
     Lanes* moment = moments_ + term(k + 1, 0);
@@ -156,10 +157,10 @@ void WindowFit::add_moments(int offset) {
 }
 
 // Converts products to covariances, with their ridge.
-void WindowFit::take_means_out() {
+void WindowFit::subtract_means() {
   total_ = moments_[0];
   for (int x = 0; x < kLanes; ++x) {
-    inverse_total_[x] = total_[x] > 0 ? 1.0f / std::max(total_[x], kLeast) : 0.0f;
+    inverse_total_[x] = total_[x] > 0 ? 1.0f / std::max(total_[x], kMinDivisor) : 0.0f;
   }
   for (int k = 0; k < features(); ++k) {
     Lanes* m = moments_ + term(k + 1, 0);
@@ -169,7 +170,7 @@ void WindowFit::take_means_out() {
     Lanes noise;
     load(features_[k]->noise.row(y_) + x_, noise);
     m[k + 1] += kRidge * m[k + 1] + kRoundingRidge * square + kNoiseRidge * noise * total_ +
-                all_lanes(kLeast);
+                all_lanes(kMinDivisor);
   }
 }
 
@@ -184,22 +185,22 @@ void WindowFit::decompose() {
       if (l < k) m[l] *= inverse_[l];
     }
     for (int x = 0; x < kLanes; ++x) {
-      const float least = std::max(kLeastPivot * whole[x], kLeast);
-      inverse_[k][x] = 1.0f / std::sqrt(std::max(m[k][x], least));
+      const float minimum = std::max(kMinPivot * whole[x], kMinDivisor);
+      inverse_[k][x] = 1.0f / std::sqrt(std::max(m[k][x], minimum));
     }
   }
 }
 
 // If the features do not determine a plane, the fit is the weighted mean.
-void WindowFit::find_plane() {
-  Lanes slopes[kMostFeatures], own_weight = inverse_total_;
+void WindowFit::fall_back_to_mean() {
+  Lanes slopes[kMaxFeatures], own_weight = inverse_total_;
   for (int k = 0; k < features(); ++k) slopes[k] = mean_[k];
   solve(slopes);
   for (int k = 0; k < features(); ++k) own_weight += slopes[k] * mean_[k];
   for (int x = 0; x < kLanes; ++x) {
-    if (std::abs(own_weight[x]) < kLargestWeight) continue;
+    if (std::abs(own_weight[x]) < kMaxWeight) continue;
     for (int k = 0; k < features(); ++k) inverse_[k][x] = mean_[k][x] = 0.0f;
-    for (int k = 0; k < kMostTerms; ++k) moments_[k][x] = 0.0f;
+    for (int k = 0; k < kMaxTerms; ++k) moments_[k][x] = 0.0f;
   }
 }
 
@@ -230,7 +231,7 @@ void WindowFit::add_products(int offset, const Picture& picture) {
     Lanes f[kAtOnce];
     for (int j = 0; j < kAtOnce; ++j) {
       load(feature(k, y) + i + j, f[j]);
-      f[j] -= here_[k];
+      f[j] -= center_[k];
     }
     for (size_t c = 0; c < 3; ++c) {
       fit_[c][k + 1] += (weighted[c][0] * f[0] + weighted[c][1] * f[1]) + weighted[c][2] * f[2];
@@ -259,7 +260,7 @@ void WindowFit::add_to(ColourPlanes& sums, const BorderedPlane* factor) const {
     for (int k = 0; k < count; ++k) {
       Lanes there;
       load(feature(k, y) + i, there);
-      there -= here_[k];
+      there -= center_[k];
       for (size_t c = 0; c < 3; ++c) value[c] += fit_[c][k + 1] * there;
     }
     Lanes weight = weights_[o];

@@ -16,7 +16,7 @@ namespace emberline {
 inline constexpr int kWindowRadius = 4;
 inline constexpr int kWindow = 2 * kWindowRadius + 1;
 inline constexpr int kOffsets = kWindow * kWindow;
-// Required by for_each_tile_apart(), since a fit writes to its window.
+// Required by for_each_tile_in_phases(), since a fit writes to its window.
 static_assert(kTileRows >= 2 * kWindowRadius && kRun >= 2 * kWindowRadius);
 
 // Number of bandwidths of the weights, as powers of the widest: exp(-d)^4 has half the bandwidth of
@@ -43,7 +43,7 @@ class WindowFit {
   explicit WindowFit(const Halves& halves) : halves_(halves) {}
 
   // Selects the pixels of the tile that begin at the column.
-  void set_place(const Tile& tile, int column, int row);
+  void set_position(const Tile& tile, int column, int row);
   // Fits one half's pixels, weighted by the other half's similarity.
   void fit(const WindowWeights& weights, size_t half, int bandwidth);
 
@@ -56,40 +56,40 @@ class WindowFit {
   void add_weights_to(BorderedPlane& sums) const;
 
  private:
-  static constexpr int kMostFeatures = 12;
-  static constexpr int kMostTerms = (kMostFeatures + 1) * (kMostFeatures + 2) / 2;
+  static constexpr int kMaxFeatures = 12;
+  static constexpr int kMaxTerms = (kMaxFeatures + 1) * (kMaxFeatures + 2) / 2;
   static constexpr int kAtOnce = 3;  // offsets
   static_assert(kWindow % kAtOnce == 0);
 
-  int features() const { return chosen_; }
+  int features() const { return feature_count_; }
   const float* feature(int k, int y) const { return features_[k]->value.row(y) + x_; }
   void choose_features();
   float spread(const BorderedPlane& of, const BorderedPlane* less) const;
-  void read_weights(const WindowWeights& likeness, size_t half, int bandwidth);
+  void read_weights(const WindowWeights& similarity, size_t half, int bandwidth);
   void add_moments(int offset);
   void add_products(int offset, const Picture& picture);
-  void take_means_out();
+  void subtract_means();
   void decompose();
-  void find_plane();
+  void fall_back_to_mean();
   void solve(Lanes* slopes) const;
 
   const Halves& halves_;
   int x_ = 0, y_ = 0;
   int column_ = 0, row_ = 0;  // in the tile
   int first_ = 0, last_ = 0;  // offsets of the rows inside the image
-  int chosen_ = 0;            // features that vary in these windows
-  const Feature* features_[kMostFeatures];
+  int feature_count_ = 0;     // features that vary in these windows
+  const Feature* features_[kMaxFeatures];
   Lanes weights_[kOffsets];        // of the pixels of the window
   Lanes known_weights_[kOffsets];  // 0 for those without samples
-  Lanes moments_[kMostTerms];      // weighted products of features, lower triangle
+  Lanes moments_[kMaxTerms];       // weighted products of features, lower triangle
   Lanes total_;                    // of the weights
   Lanes inverse_total_;
-  Lanes here_[kMostFeatures];     // the features of the pixel
-  Lanes mean_[kMostFeatures];     // weighted means of the features, minus those of the pixel
-  Lanes inverse_[kMostFeatures];  // of the decomposition's diagonal
+  Lanes center_[kMaxFeatures];   // the features of the pixel
+  Lanes mean_[kMaxFeatures];     // weighted means of the features, minus those of the pixel
+  Lanes inverse_[kMaxFeatures];  // of the decomposition's diagonal
   // The fit of each channel: constant + slopes * (features - here). Before it is solved, sums of
   // products.
-  Lanes fit_[3][kMostFeatures + 1];
+  Lanes fit_[3][kMaxFeatures + 1];
 };
 
 }  // namespace emberline

@@ -26,7 +26,7 @@ void for_each_tile(int width, int begin, int end, const Body& body) {
 }
 
 // Position of the first pixel in the whole frame.
-struct Place {
+struct FrameOffset {
   int x = 0, y = 0;
 };
 
@@ -35,17 +35,19 @@ struct Place {
 // kLanes pixels in them, so contributions to a pixel are added in the same order for any threads,
 // band and crop. The first tiles may begin up to kLanes - 1 columns or kTileRows - 1 rows outside.
 template <typename Body>
-void for_each_tile_apart(int width, int begin, int end, Place place, const Body& body) {
-  const int left = place.x / kRun, right = (place.x + width - 1) / kRun;
-  const int top = (place.y + begin) / kTileRows, bottom = (place.y + end - 1) / kTileRows;
-  for (int turn = 0; turn < 4; ++turn) {
-    const int x0 = left + (left + turn) % 2, y0 = top + (top + turn / 2) % 2;
+void for_each_tile_in_phases(int width, int begin, int end, FrameOffset frame_offset,
+                             const Body& body) {
+  const int left = frame_offset.x / kRun, right = (frame_offset.x + width - 1) / kRun;
+  const int top = (frame_offset.y + begin) / kTileRows,
+            bottom = (frame_offset.y + end - 1) / kTileRows;
+  for (int phase = 0; phase < 4; ++phase) {
+    const int x0 = left + (left + phase) % 2, y0 = top + (top + phase / 2) % 2;
     const int across = (right - x0) / 2 + 1, down = (bottom - y0) / 2 + 1;
     if (x0 > right || y0 > bottom) continue;
     parallel_each(size_t(across) * size_t(down), [&](size_t i) {
-      const int column = (x0 + 2 * int(i % size_t(across))) * kRun - place.x;
-      const int row = (y0 + 2 * int(i / size_t(across))) * kTileRows - place.y;
-      const int x = std::max(column, -(place.x % kLanes));
+      const int column = (x0 + 2 * int(i % size_t(across))) * kRun - frame_offset.x;
+      const int row = (y0 + 2 * int(i / size_t(across))) * kTileRows - frame_offset.y;
+      const int x = std::max(column, -(frame_offset.x % kLanes));
       body(Tile{x, row, std::min(column + kRun, width) - x, kTileRows});
     });
   }

@@ -79,7 +79,7 @@ Space space_of(const WorldBounds& bounds) {
 
 // Whether geometry in these bounds can use a space made for other bounds, losing at most four bits
 // of precision. Chosen by us.
-bool serves(const Space& space, const WorldBounds& bounds) {
+bool is_precise_for(const Space& space, const WorldBounds& bounds) {
   if (bounds.isEmpty()) return true;
   const double radius = bounds.radius(), scaled = radius * space.scale;
   return (bounds.center() - space.origin).length() <= 16.0 * radius && scaled >= 1e-3 &&
@@ -87,8 +87,9 @@ bool serves(const Space& space, const WorldBounds& bounds) {
 }
 
 // Whether both instances have the same placement. Valid only without motion.
-bool stands_alike(const Instance& a, const Instance& b) {
-  if (a.mesh != b.mesh || a.transformed != b.transformed || a.moving != b.moving) return false;
+bool has_same_placement(const Instance& a, const Instance& b) {
+  if (a.mesh != b.mesh || a.transformed != b.transformed || a.moving_index != b.moving_index)
+    return false;
   return !a.transformed || (a.mirrored == b.mirrored && a.to_internal == b.to_internal &&
                             a.normal_transform == b.normal_transform);
 }
@@ -107,31 +108,31 @@ class SceneBuilder {
   std::unique_ptr<Scene> build() {
     begin();
     place_meshes();
-    add_later_places();
+    add_next_frame_placements();
     SceneUpdater updater(*scene_, description_, options_, progress_);
-    build_rest(updater, nullptr);
+    finish_build(updater, nullptr);
     updater.update_memory_and_features();
     progress_.finish();
     return std::move(scene_);
   }
 
-  bool build_from(std::unique_ptr<Scene>& before);
+  bool repose(std::unique_ptr<Scene>& before);
 
  private:
   void begin();
-  void build_rest(SceneUpdater& updater, const Scene* before);
-  bool find_held(const Scene& before);
-  bool stands_like(const Scene& before) const;
+  void finish_build(SceneUpdater& updater, const Scene* before);
+  bool find_reused_meshes(const Scene& before);
+  bool has_same_layout(const Scene& before) const;
   void choose_space();
   void place_meshes();
-  void add_later_places();
+  void add_next_frame_placements();
   bool is_baked(const InstanceDescription& placed) const;
   void limit_origins(const Mat44d& to_world, const std::string& mesh);
   void bake(MeshDescription& source, const InstanceDescription& placed, Mesh& mesh);
-  void adopt(MeshDescription& source, Mesh& mesh);
+  void move_arrays(MeshDescription& source, Mesh& mesh);
   void drop_unread_attributes();
   void build_geometry(const Scene* before);
-  bool rests(const Instance& instance) const;
+  bool is_static(const Instance& instance) const;
   Mat44d to_internal(const Mat44d& to_world) const;
   void place(const InstanceDescription& placed, Instance& instance);
 
@@ -139,22 +140,24 @@ class SceneBuilder {
   SceneBuildOptions options_;
   LoadProgress& progress_;
   std::unique_ptr<Scene> scene_;
-  std::vector<uint32_t> uses_;       // instances per mesh
-  std::vector<uint32_t> held_from_;  // per mesh: its index in the previous scene, or kNone
+  std::vector<uint32_t> instance_counts_;  // instances per mesh
+  std::vector<uint32_t>
+      previous_mesh_indices_;  // per mesh: its index in the previous scene, or kNone
 };
 
 void SceneBuilder::begin() {
   add_default_light(description_);
   progress_.begin(LoadStage::kBvh);
-  uses_.assign(description_.meshes.size(), 0);
-  for (const InstanceDescription& placed : description_.instances) uses_[size_t(placed.mesh)]++;
+  instance_counts_.assign(description_.meshes.size(), 0);
+  for (const InstanceDescription& placed : description_.instances)
+    instance_counts_[size_t(placed.mesh)]++;
   choose_space();
   scene_->meshes_.resize(description_.meshes.size());
   scene_->instances_.resize(description_.instances.size());
 }
 
 // The steps that may fail after the meshes are placed.
-void SceneBuilder::build_rest(SceneUpdater& updater, const Scene* before) {
+void SceneBuilder::finish_build(SceneUpdater& updater, const Scene* before) {
   updater.assign_materials();
   if (!options_.editable) drop_unread_attributes();
   updater.find_solids();
@@ -162,22 +165,23 @@ void SceneBuilder::build_rest(SceneUpdater& updater, const Scene* before) {
   updater.build_lights();
 }
 
-bool SceneBuilder::build_from(std::unique_ptr<Scene>& before) {
+bool SceneBuilder::repose(std::unique_ptr<Scene>& before) {
   begin();
   if (scene_->origin_ != before->origin_ || scene_->scale_ != before->scale_) return false;
-  if (!find_held(*before)) return false;
+  if (!find_reused_meshes(*before)) return false;
   {
     scene_detail::PoseHandover handover(before->meshes_, scene_->meshes_, before->environment_);
-    for (uint32_t i = 0; i < held_from_.size(); ++i) {
-      if (held_from_[i] != SceneUpdater::kNone) handover.take(held_from_[i], i);
+    for (uint32_t i = 0; i < previous_mesh_indices_.size(); ++i) {
+      if (previous_mesh_indices_[i] != SceneUpdater::kNone)
+        handover.move_mesh(previous_mesh_indices_[i], i);
     }
     place_meshes();
-    add_later_places();
-    if (!stands_like(*before)) {
+    add_next_frame_placements();
+    if (!has_same_layout(*before)) {
       SceneUpdater updater(*scene_, description_, options_, progress_);
-      updater.learn_from(*before, held_from_);
-      build_rest(updater, before.get());
-      handover.keep();
+      updater.reuse_from(*before, previous_mesh_indices_);
+      finish_build(updater, before.get());
+      handover.commit();
       before.reset();  // before memory is counted
       updater.update_memory_and_features();
       before = std::move(scene_);
@@ -191,36 +195,36 @@ bool SceneBuilder::build_from(std::unique_ptr<Scene>& before) {
 }
 
 // Whether all held meshes exist in `before`, baked or not as this pose needs them.
-bool SceneBuilder::find_held(const Scene& before) {
-  std::unordered_map<uint64_t, uint32_t> there;
+bool SceneBuilder::find_reused_meshes(const Scene& before) {
+  std::unordered_map<uint64_t, uint32_t> previous_by_key;
   for (uint32_t i = 0; i < before.meshes_.size(); ++i) {
-    if (before.meshes_[i].key != 0) there.emplace(before.meshes_[i].key, i);
+    if (before.meshes_[i].key != 0) previous_by_key.emplace(before.meshes_[i].key, i);
   }
-  held_from_.assign(description_.meshes.size(), SceneUpdater::kNone);
-  for (size_t i = 0; i < held_from_.size(); ++i) {
-    if (!description_.meshes[i].held) continue;
-    const auto found = there.find(description_.meshes[i].key);
-    if (found == there.end()) return false;
-    held_from_[i] = found->second;
+  previous_mesh_indices_.assign(description_.meshes.size(), SceneUpdater::kNone);
+  for (size_t i = 0; i < previous_mesh_indices_.size(); ++i) {
+    if (!description_.meshes[i].reused_bounds) continue;
+    const auto found = previous_by_key.find(description_.meshes[i].key);
+    if (found == previous_by_key.end()) return false;
+    previous_mesh_indices_[i] = found->second;
   }
   return std::ranges::all_of(description_.instances, [&](const InstanceDescription& placed) {
-    const uint32_t from = held_from_[size_t(placed.mesh)];
+    const uint32_t from = previous_mesh_indices_[size_t(placed.mesh)];
     return from == SceneUpdater::kNone || before.meshes_[from].is_baked == is_baked(placed);
   });
 }
 
 // Whether the scene has exactly the meshes and placements of `before`.
-bool SceneBuilder::stands_like(const Scene& before) const {
-  if (held_from_.size() != before.meshes_.size()) return false;
+bool SceneBuilder::has_same_layout(const Scene& before) const {
+  if (previous_mesh_indices_.size() != before.meshes_.size()) return false;
   for (const Scene* scene : {&before, static_cast<const Scene*>(scene_.get())}) {
-    if (!scene->shown_.empty() || !scene->later_.empty()) return false;
+    if (!scene->visibility_.empty() || !scene->next_frame_.empty()) return false;
   }
-  for (uint32_t i = 0; i < held_from_.size(); ++i) {
-    if (held_from_[i] != i) return false;
+  for (uint32_t i = 0; i < previous_mesh_indices_.size(); ++i) {
+    if (previous_mesh_indices_[i] != i) return false;
   }
   const auto moves = [](const InstanceDescription& placed) { return !placed.motion.empty(); };
   return std::ranges::none_of(description_.instances, moves) &&
-         std::ranges::equal(scene_->instances_, before.instances_, stands_alike);
+         std::ranges::equal(scene_->instances_, before.instances_, has_same_placement);
 }
 
 void SceneBuilder::choose_space() {
@@ -231,7 +235,8 @@ void SceneBuilder::choose_space() {
   }
   Space space = space_of(bounds);
   // A pose uses the space of the rest pose while that is precise enough, so that poses share it.
-  if (const auto& rest = description_.rest_bounds; rest && serves(space_of(*rest), bounds)) {
+  if (const auto& rest = description_.rest_bounds;
+      rest && is_precise_for(space_of(*rest), bounds)) {
     space = space_of(*rest);
   }
   scene_->origin_ = space.origin;
@@ -248,7 +253,7 @@ Mat44d SceneBuilder::to_internal(const Mat44d& to_world) const {
   return m;
 }
 
-void SceneBuilder::adopt(MeshDescription& source, Mesh& mesh) {
+void SceneBuilder::move_arrays(MeshDescription& source, Mesh& mesh) {
   const auto pad = [](std::vector<Vec3f>& positions) {
     // Embree reads 16 bytes at the last vertex. reserve() avoids doubling the capacity.
     positions.reserve(positions.size() + 1);
@@ -260,7 +265,7 @@ void SceneBuilder::adopt(MeshDescription& source, Mesh& mesh) {
 }
 
 void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& placed, Mesh& mesh) {
-  adopt(source, mesh);
+  move_arrays(source, mesh);
   mesh.is_baked = true;
   const Mat44d& m = placed.to_world;
   const bool mirrored = determinant3(m) < 0;
@@ -301,12 +306,13 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
 void SceneBuilder::limit_origins(const Mat44d& m, const std::string& mesh) {
   const double growth = inverse_growth(m) / scene_->scale_;
   const Vec3d at = (row(m, 3) - scene_->origin_) * scene_->scale_;
-  const double away = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
-  scene_->farthest_ = std::min(scene_->farthest_, kFarthestOrigin / growth - away);
+  const double distance = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
+  scene_->max_origin_ = std::min(scene_->max_origin_, kMaxOrigin / growth - distance);
   // Rays must be possible anywhere within the scene and from outside it, and Embree must be able to
   // invert the transform in float.
   const double volume = std::abs(determinant3(m)) * std::pow(scene_->scale_, 3.0);
-  if (scene_->farthest_ > 4.0 * double(scene_->radius_) && volume > 1e-36 && volume < 1e36) return;
+  if (scene_->max_origin_ > 4.0 * double(scene_->radius_) && volume > 1e-36 && volume < 1e36)
+    return;
   throw InputError(description_.file, "an instance of mesh '" + mesh +
                                           "' is scaled too much for rays to be traced in it");
 }
@@ -328,7 +334,8 @@ void SceneBuilder::place(const InstanceDescription& placed, Instance& instance) 
 // Whether the instance is the only one of its mesh and never moves.
 bool SceneBuilder::is_baked(const InstanceDescription& placed) const {
   const auto mesh = size_t(placed.mesh);
-  return uses_[mesh] == 1 && placed.motion.empty() && !description_.meshes[mesh].may_move;
+  return instance_counts_[mesh] == 1 && placed.motion.empty() &&
+         !description_.meshes[mesh].may_move;
 }
 
 void SceneBuilder::place_meshes() {
@@ -346,38 +353,38 @@ void SceneBuilder::place_meshes() {
     MeshDescription& source = description_.meshes[mesh_index];
     Instance& instance = scene.instances_[i];
     instance.mesh = uint32_t(placed.mesh);
-    if (placed.shown) {
-      scene.shown_.resize(scene.instances_.size());
-      scene.shown_[i] = placed.shown;
-      mesh.shown = &scene.shown_;
+    if (placed.visibility) {
+      scene.visibility_.resize(scene.instances_.size());
+      scene.visibility_[i] = placed.visibility;
+      mesh.visibility = &scene.visibility_;
     }
     if (!is_baked(placed)) {
-      if (mesh.triangles.empty()) adopt(source, mesh);
+      if (mesh.triangles.empty()) move_arrays(source, mesh);
       place(placed, instance);
-    } else if (!source.held) {
+    } else if (!source.reused_bounds) {
       bake(source, placed, mesh);
     }
     scene.triangle_count_ += mesh.triangles.size();
   }
 }
 
-void SceneBuilder::add_later_places() {
-  auto next = description_.later_instances.begin();
+void SceneBuilder::add_next_frame_placements() {
+  auto next = description_.next_frame_instances.begin();
   for (uint32_t i = 0; i < scene_->instances_.size(); ++i) {
-    const bool moves = next != description_.later_instances.end() && next->instance == i;
-    const Mat44d* later = moves ? &(next++)->to_world : nullptr;
+    const bool moves = next != description_.next_frame_instances.end() && next->instance == i;
+    const Mat44d* next_frame = moves ? &(next++)->to_world : nullptr;
     const Instance& instance = scene_->instances_[i];
-    const bool deforms = !scene_->meshes_[instance.mesh].later.empty();
-    if (!later && !deforms) continue;
+    const bool deforms = !scene_->meshes_[instance.mesh].next_frame.empty();
+    if (!next_frame && !deforms) continue;
     const Mat44d now = to_internal(description_.instances[i].to_world);
-    Mat44d place = later ? to_internal(*later) : now;
+    Mat44d place = next_frame ? to_internal(*next_frame) : now;
     // The mesh is already in internal space, so the transform must start there.
     if (!instance.transformed && !deforms) place = now.inverse() * place;
-    progress_.budget()->reserve(MemoryPart::kGeometry, sizeof(scene_detail::LaterPlace),
+    progress_.budget()->reserve(MemoryPart::kGeometry, sizeof(scene_detail::NextFramePlacement),
                                 description_.file);
-    scene_->later_.push_back({i, place});
+    scene_->next_frame_.push_back({i, place});
   }
-  scene_->later_.shrink_to_fit();
+  scene_->next_frame_.shrink_to_fit();
 }
 
 // Frees attributes that the material does not read, so that they are not interpolated at hits.
@@ -398,7 +405,7 @@ void SceneBuilder::drop_unread_attributes() {
   }
 }
 
-bool SceneBuilder::rests(const Instance& instance) const {
+bool SceneBuilder::is_static(const Instance& instance) const {
   return !instance.transformed && scene_->meshes_[instance.mesh].key != 0;
 }
 
@@ -410,7 +417,7 @@ void SceneBuilder::build_geometry(const Scene* before) {
              : std::make_shared<scene_detail::EmbreeDevice>(options_.isa.value_or(widest_isa()),
                                                             progress_.budget(), description_.file);
   // An edit may turn any mesh into a solid.
-  device->takes_filters =
+  device->has_query_filters =
       options_.editable || (scene.solids_ && scene.solids_->touching_faces() > 0);
   scene.geometry_ = std::make_unique<Geometry>(device);
   Geometry& geometry = *scene.geometry_;
@@ -418,17 +425,17 @@ void SceneBuilder::build_geometry(const Scene* before) {
   for (const Mesh& mesh : scene.meshes_) items += mesh.bvh ? 0 : mesh.triangles.size();
   progress_.begin(LoadStage::kBvh, items);
   // A separate BVH for the static group is useless if everything is static.
-  const bool apart =
+  const bool needs_static_group =
       options_.posable && !std::ranges::all_of(scene.instances_, [&](const Instance& instance) {
-        return rests(instance);
+        return is_static(instance);
       });
-  std::vector<Geometry::Resting> resting;
+  std::vector<Geometry::StaticInstance> static_instances;
   for (uint32_t i = 0; i < scene.instances_.size(); ++i) {
     Instance& instance = scene.instances_[i];
     Mesh& mesh = scene.meshes_[instance.mesh];
     if (mesh.triangles.empty()) continue;
-    if (apart && rests(instance)) {
-      resting.push_back({instance.mesh, i, mesh.key});
+    if (needs_static_group && is_static(instance)) {
+      static_instances.push_back({instance.mesh, i, mesh.key});
       continue;
     }
     if (!instance.transformed) {
@@ -436,7 +443,7 @@ void SceneBuilder::build_geometry(const Scene* before) {
       continue;
     }
     // The mesh needs another kind of filter. The previous scene keeps its own, for a rollback.
-    if ((mesh.record && mesh.record->asks_shown) != (mesh.shown != nullptr)) {
+    if ((mesh.record && mesh.record->tests_visibility) != (mesh.visibility != nullptr)) {
       mesh.bvh.reset();
       mesh.record.reset();
     }
@@ -448,10 +455,10 @@ void SceneBuilder::build_geometry(const Scene* before) {
     }
     std::vector<Mat44d> steps = {to_internal(placed.to_world)};
     for (const Mat44d& step : placed.motion) steps.push_back(to_internal(step));
-    instance.moving = geometry.add_moving_instance(*mesh.bvh, steps, i);
+    instance.moving_index = geometry.add_moving_instance(*mesh.bvh, steps, i);
   }
-  geometry.add_resting(std::move(resting), scene.meshes_,
-                       before ? before->geometry_.get() : nullptr, progress_);
+  geometry.add_static_group(std::move(static_instances), scene.meshes_,
+                            before ? before->geometry_.get() : nullptr, progress_);
   geometry.commit(uint32_t(scene.instances_.size()), progress_);
 }
 
@@ -463,7 +470,7 @@ std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuil
 void update_scene(Scene& scene, const SceneDescription& description,
                   const SceneBuildOptions& options) {
   assert(options.editable);
-  SceneUpdater updater(scene, description, options, LoadProgress::unwatched());
+  SceneUpdater updater(scene, description, options, LoadProgress::none());
   updater.assign_materials();
   updater.find_solids();
   updater.build_lights();
@@ -473,7 +480,7 @@ void update_scene(Scene& scene, const SceneDescription& description,
 bool repose_scene(std::unique_ptr<Scene>& scene, SceneDescription posed,
                   const SceneBuildOptions& options, LoadProgress& progress) {
   assert(options.editable && options.posable);
-  return SceneBuilder(std::move(posed), options, progress).build_from(scene);
+  return SceneBuilder(std::move(posed), options, progress).repose(scene);
 }
 
 }  // namespace emberline

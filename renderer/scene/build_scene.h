@@ -31,7 +31,7 @@ struct SceneBuildOptions {
 // InputError for a scene that exceeds float's range, UsageError for kernels that this machine
 // lacks, RenderError if memory runs out, Cancelled if `progress` is cancelled.
 std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuildOptions& options,
-                                   LoadProgress& progress = LoadProgress::unwatched());
+                                   LoadProgress& progress = LoadProgress::none());
 
 // Replaces a scene's materials, lights and environment. The scene then renders the same bits as one
 // built from `description`; the BVH is kept. The description may differ from the scene's only by
@@ -56,7 +56,6 @@ void update_scene(Scene& scene, const SceneDescription& description,
 // another object afterwards. Throws like build_scene(). On an exception or false, the scene is
 // unchanged.
 bool repose_scene(std::unique_ptr<Scene>& scene, SceneDescription posed,
-                  const SceneBuildOptions& options,
-                  LoadProgress& progress = LoadProgress::unwatched());
+                  const SceneBuildOptions& options, LoadProgress& progress = LoadProgress::none());
 
 }  // namespace emberline

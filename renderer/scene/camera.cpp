@@ -27,10 +27,10 @@ Imath::Quatd rotation_of(const auto& pose) {
   return Imath::extractQuat(m);
 }
 
-float pixels_a_frame(double pixels, double frames) {
-  constexpr double kMost = 65504.0;  // largest half float
+float pixels_per_frame(double pixels, double frames) {
+  constexpr double kMaxVelocity = 65504.0;  // largest half float
   const double velocity = pixels / frames;
-  return std::isfinite(velocity) ? float(std::clamp(velocity, -kMost, kMost)) : 0.0f;
+  return std::isfinite(velocity) ? float(std::clamp(velocity, -kMaxVelocity, kMaxVelocity)) : 0.0f;
 }
 
 bool is_direction(const Vec3d& v) { return v.length2() > 0 && std::isfinite(v.length2()); }
@@ -38,9 +38,9 @@ bool is_direction(const Vec3d& v) { return v.length2() > 0 && std::isfinite(v.le
 }  // namespace
 
 Camera::Camera(const CameraDescription& description, int width, int height, const Vec3d& origin,
-               double scale, double farthest) {
-  const auto require = [&](bool holds, const char* what) {
-    if (!holds) throw InputError("camera '" + shortened(description.name) + "'", what);
+               double scale, double max_origin) {
+  const auto require = [&](bool condition, const char* what) {
+    if (!condition) throw InputError("camera '" + shortened(description.name) + "'", what);
   };
   Shape& s = shape_;
   s.panorama = description.panorama;
@@ -63,44 +63,45 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   for (size_t i = 0; zoom_ && i < zoom_->values.size(); ++i) {
     const double size = half_height_of(zoom_->values[i], scale) / s.half_height;
     smallest = std::min(smallest, size);
-    largest_ = std::max(largest_, size);
+    max_size_ = std::max(max_size_, size);
   }
-  if (zoom_) last_size_ = half_height_of(zoom_->at(1.0f), scale) / s.half_height;
-  const Pose pose = pose_of(description.to_world, description.name, origin, scale, farthest);
+  if (zoom_) end_size_ = half_height_of(zoom_->at(1.0f), scale) / s.half_height;
+  const Pose pose = pose_of(description.to_world, description.name, origin, scale, max_origin);
   // Pixels must be distinguishable in float, which must hold the squares of directions.
-  constexpr double kLeast = 1e-30;
-  require(smallest * s.half_height / height >= kLeast && smallest * s.half_width / width >= kLeast,
+  constexpr double kMinExtent = 1e-30;
+  require(smallest * s.half_height / height >= kMinExtent &&
+              smallest * s.half_width / width >= kMinExtent,
           "its field of view is too small");
-  require(s.orthographic || largest_ * (s.half_width + s.half_height) <= kFarthestOrigin,
+  require(s.orthographic || max_size_ * (s.half_width + s.half_height) <= kMaxOrigin,
           "its field of view is too wide");
   if (projects && description.lens_radius > 0) {
     require(description.focus_distance > 0, "its lens has no focus distance");
     const double focus = description.focus_distance * scale;
     // Float must hold the squared direction to a point in focus, and 1 / focus.
-    require(s.lens_radius / focus <= kFarthestOrigin && focus > kLeast,
+    require(s.lens_radius / focus <= kMaxOrigin && focus > kMinExtent,
             "its lens is too large for its focus distance");
     require(largest(pose.position) * kFloatUnit <= 0.25 * focus,
             "it is too far from the scene for its focus distance");
     s.lens = true;
-    s.per_focus = float(1.0 / focus);
+    s.inverse_focus_distance = float(1.0 / focus);
   }
   view_ = view_from(pose);
   const auto place = [&](const Mat44d& m) {
-    return pose_of(m, description.name, origin, scale, farthest);
+    return pose_of(m, description.name, origin, scale, max_origin);
   };
-  pose_ = last_ = pose;
-  if (description.later) last_ = place(*description.later);
+  pose_ = end_pose_ = pose;
+  if (description.next_frame) end_pose_ = place(*description.next_frame);
   if (description.motion.empty()) return;
-  last_ = place(description.motion.back());
+  end_pose_ = place(description.motion.back());
   const auto add = [&](const Pose& p) { steps_.push_back({p.position, rotation_of(p)}); };
   add(pose);
   for (const Mat44d& step : description.motion) add(place(step));
 }
 
 Camera::Pose Camera::pose_of(const Mat44d& m, const std::string& name, const Vec3d& origin,
-                             double scale, double farthest) const {
-  const auto require = [&](bool holds, const char* what) {
-    if (!holds) throw InputError("camera '" + shortened(name) + "'", what);
+                             double scale, double max_origin) const {
+  const auto require = [&](bool condition, const char* what) {
+    if (!condition) throw InputError("camera '" + shortened(name) + "'", what);
   };
   // The camera ignores scale in the node's transform (glTF 2.0, section 3.10.1), and shear: rebuild
   // an orthonormal frame around the viewing axis.
@@ -113,9 +114,9 @@ Camera::Pose Camera::pose_of(const Mat44d& m, const std::string& name, const Vec
   const Vec3d right = right_raw.normalized();
   const Vec3d position = (row(m, 3) - origin) * scale;
   // The sum bounds every coordinate of an origin. Comparisons are false for NaN.
-  const double extent = shape_.orthographic ? largest_ * (shape_.half_width + shape_.half_height)
+  const double extent = shape_.orthographic ? max_size_ * (shape_.half_width + shape_.half_height)
                                             : shape_.lens_radius;
-  require(largest(position) + extent <= farthest,
+  require(largest(position) + extent <= max_origin,
           "it is too far from the scene, or too wide, for rays to be traced from it");
   return {position, right, right.cross(axis), axis};
 }
@@ -150,33 +151,33 @@ Camera::Pose Camera::pose_at(float time) const {
   const auto segments = double(steps_.size() - 1);
   const double scaled = double(time) * segments;
   const auto before = size_t(std::clamp(scaled, 0.0, segments - 1));
-  const double share = scaled - double(before);
+  const double fraction = scaled - double(before);
   const Step &a = steps_[before], &b = steps_[before + 1];
-  const Imath::M33d rows = Imath::slerpShortestArc(a.rotation, b.rotation, share).toMatrix33();
+  const Imath::M33d rows = Imath::slerpShortestArc(a.rotation, b.rotation, fraction).toMatrix33();
   const auto row = [&](int i) { return Vec3d(rows[i][0], rows[i][1], rows[i][2]); };
-  return {a.position + (b.position - a.position) * share, row(0), row(1), -row(2)};
+  return {a.position + (b.position - a.position) * fraction, row(0), row(1), -row(2)};
 }
 
 Ray Camera::ray(const Vec2f& film, const Vec2f& lens, float time) const {
   const View view = moves() ? view_at(time) : view_;
   Ray ray;
   if (shape_.lens) {
-    cast(view, {&film, 1}, {&lens, 1}, &ray);
+    generate_rays(view, {&film, 1}, {&lens, 1}, &ray);
   } else {
-    cast(view, {&film, 1}, &ray);
+    generate_rays(view, {&film, 1}, &ray);
   }
   ray.time = time;
   return ray;
 }
 
-Imath::Box3f Camera::origins() const {
+Imath::Box3f Camera::origin_bounds() const {
   const Shape& s = shape_;
-  const auto reach = Vec3f(float(
-      s.orthographic ? 2 * largest_ * std::hypot(s.half_width, s.half_height) : s.lens_radius));
+  const auto margin = Vec3f(float(
+      s.orthographic ? 2 * max_size_ * std::hypot(s.half_width, s.half_height) : s.lens_radius));
   Imath::Box3f box;
   const auto add = [&](const Vec3d& position) {
-    box.extendBy(to_float(position) - reach);
-    box.extendBy(to_float(position) + reach);
+    box.extendBy(to_float(position) - margin);
+    box.extendBy(to_float(position) + margin);
   };
   add(pose_.position);
   for (const Step& step : steps_) add(step.position);
@@ -184,13 +185,14 @@ Imath::Box3f Camera::origins() const {
 }
 
 // Components to the right, up and ahead.
-Vec3d Camera::in_view(const Pose& pose, const Vec3d& way) const {
-  return {dot(way, pose.right) * shape_.handed, dot(way, pose.up), dot(way, pose.axis)};
+Vec3d Camera::to_view_space(const Pose& pose, const Vec3d& displacement) const {
+  return {dot(displacement, pose.right) * shape_.handed, dot(displacement, pose.up),
+          dot(displacement, pose.axis)};
 }
 
 // The inverse of view_from().
-Vec3d Camera::on_film(const Vec3d& point) const {
-  const Vec3d p = in_view(pose_, point - pose_.position);
+Vec3d Camera::project_to_film(const Vec3d& point) const {
+  const Vec3d p = to_view_space(pose_, point - pose_.position);
   return {(p.x + shape_.half_width * p.z) / shape_.per_column,
           (p.y - shape_.half_height * p.z) / shape_.per_row, p.z};
 }
@@ -212,42 +214,45 @@ Camera::WorldMatrices Camera::world_matrices(const Vec3d& origin) const {
 }
 
 Vec2f Camera::velocity(const Vec3d& from, const Vec3d& to, double frames) const {
-  if (shape_.panorama) return panorama_velocity(from - pose_.position, to - last_.position, frames);
-  return film_velocity(in_view(pose_, from - pose_.position), in_view(last_, to - last_.position),
-                       frames);
+  if (shape_.panorama)
+    return panorama_velocity(from - pose_.position, to - end_pose_.position, frames);
+  return film_velocity(to_view_space(pose_, from - pose_.position),
+                       to_view_space(end_pose_, to - end_pose_.position), frames);
 }
 
 Vec2f Camera::velocity(const Vec3d& direction, double frames) const {
   if (shape_.orthographic || shape_.panorama) return Vec2f(0.0f);
-  return film_velocity(in_view(pose_, direction), in_view(last_, direction), frames);
+  return film_velocity(to_view_space(pose_, direction), to_view_space(end_pose_, direction),
+                       frames);
 }
 
 // Film velocity between two points in view space.
 Vec2f Camera::film_velocity(const Vec3d& from, const Vec3d& to, double frames) const {
-  constexpr double kNearest = 0.01;  // chosen by us: a point there is a hundred times as far aside
-  const double nearest = kNearest * std::max(from.z, to.z);
-  const auto on_film = [&](const Vec3d& p, const Vec3d& other) {
+  constexpr double kMinDepthRatio =
+      0.01;  // chosen by us: a point there is a hundred times as far aside
+  const double min_depth = kMinDepthRatio * std::max(from.z, to.z);
+  const auto project_to_film = [&](const Vec3d& p, const Vec3d& other) {
     if (shape_.orthographic) return p;
-    if (p.z >= nearest) return p / p.z;
-    return (other + (p - other) * ((other.z - nearest) / (other.z - p.z))) / nearest;
+    if (p.z >= min_depth) return p / p.z;
+    return (other + (p - other) * ((other.z - min_depth) / (other.z - p.z))) / min_depth;
   };
-  if (!shape_.orthographic && !(nearest > 0.0)) return Vec2f(0.0f);
-  const Vec3d way = on_film(to, from) / last_size_ - on_film(from, to);
-  return {pixels_a_frame(way.x / shape_.per_column, frames),
-          pixels_a_frame(way.y / -shape_.per_row, frames)};
+  if (!shape_.orthographic && !(min_depth > 0.0)) return Vec2f(0.0f);
+  const Vec3d displacement = project_to_film(to, from) / end_size_ - project_to_film(from, to);
+  return {pixels_per_frame(displacement.x / shape_.per_column, frames),
+          pixels_per_frame(displacement.y / -shape_.per_row, frames)};
 }
 
 // Velocity between two directions, each relative to the camera's position at that time.
 Vec2f Camera::panorama_velocity(const Vec3d& from, const Vec3d& to, double frames) const {
   const auto longitude = [](const Vec3d& v) { return std::atan2(v.z, v.x) / (2 * kPiD); };
   const auto latitude = [](const Vec3d& v) { return std::atan2(v.y, std::hypot(v.x, v.z)) / kPiD; };
-  double turned = longitude(to) - longitude(from);
-  turned -= std::nearbyint(turned);
-  return {pixels_a_frame(turned * shape_.width, frames),
-          pixels_a_frame((latitude(to) - latitude(from)) * shape_.height, frames)};
+  double longitude_change = longitude(to) - longitude(from);
+  longitude_change -= std::nearbyint(longitude_change);
+  return {pixels_per_frame(longitude_change * shape_.width, frames),
+          pixels_per_frame((latitude(to) - latitude(from)) * shape_.height, frames)};
 }
 
-void Camera::cast_panorama(const View& view, std::span<const Vec2f> film, Ray* out) const {
+void Camera::generate_panorama_rays(const View& view, std::span<const Vec2f> film, Ray* out) const {
   for (size_t i = 0; i < film.size(); ++i) {
     // The left edge is -X. Filter samples beyond a pole continue on its other side.
     const float turns = 0.5f + film[i].x * shape_.turns_per_pixel.x;
@@ -259,10 +264,10 @@ void Camera::cast_panorama(const View& view, std::span<const Vec2f> film, Ray* o
   }
 }
 
-void Camera::cast(const View& view, std::span<const Vec2f> film, Ray* out) const {
+void Camera::generate_rays(const View& view, std::span<const Vec2f> film, Ray* out) const {
   assert(film.size() <= size_t(kRayBatch));
   if (shape_.panorama) [[unlikely]] {
-    cast_panorama(view, film, out);
+    generate_panorama_rays(view, film, out);
     return;
   }
   // Always computes all lanes, used or not, because a loop of fixed length vectorises.
@@ -272,11 +277,12 @@ void Camera::cast(const View& view, std::span<const Vec2f> film, Ray* out) const
     y[i] = film[i].y;
   }
   alignas(64) float dx[kRayBatch], dy[kRayBatch], dz[kRayBatch];
-  const float keep = shape_.orthographic ? 1.0f : 0.0f;
+  const float parallel_weight = shape_.orthographic ? 1.0f : 0.0f;
   for (int i = 0; i < kRayBatch; ++i) {
     const Vec3f o = fma(view.per_y, y[i], fma(view.per_x, x[i], view.corner));
     // An orthographic offset may be 0, which must not become NaN.
-    const float scale = keep + (1.0f - keep) / std::sqrt(keep + dot(o, o));
+    const float scale =
+        parallel_weight + (1.0f - parallel_weight) / std::sqrt(parallel_weight + dot(o, o));
     dx[i] = o.x * scale;
     dy[i] = o.y * scale;
     dz[i] = o.z * scale;
@@ -287,24 +293,24 @@ void Camera::cast(const View& view, std::span<const Vec2f> film, Ray* out) const
   }
 }
 
-void Camera::cast(const View& view, std::span<const Vec2f> film, std::span<const Vec2f> lens,
-                  Ray* out) const {
+void Camera::generate_rays(const View& view, std::span<const Vec2f> film,
+                           std::span<const Vec2f> lens, Ray* out) const {
   assert(shape_.lens && lens.size() == film.size() && film.size() <= size_t(kRayBatch));
-  Vec2f points[kRayBatch], through[kRayBatch];
+  Vec2f points[kRayBatch], lens_points[kRayBatch];
   std::ranges::fill(points, Vec2f(0.0f));
-  std::ranges::fill(through, Vec2f(0.0f));
+  std::ranges::fill(lens_points, Vec2f(0.0f));
   std::ranges::copy(film, points);
-  std::ranges::copy(lens, through);
+  std::ranges::copy(lens, lens_points);
   Ray rays[kRayBatch];
   for (int i = 0; i < kRayBatch; ++i) {  // all lanes, as above
-    const Vec2f disk = square_to_disk(through[i]);
+    const Vec2f disk = square_to_disk(lens_points[i]);
     const Vec3f origin = view.position + fma(view.lens_y, disk.y, view.lens_x * disk.x);
     // The rounded shift, so that rays meet in the plane of focus even far from the origin.
     const Vec3f shift = origin - view.position;
     // The pinhole direction's axial component is 1, so this is the vector to the plane of focus
     // divided by its distance, which may be infinite.
     const Vec3f pinhole = fma(view.per_y, points[i].y, fma(view.per_x, points[i].x, view.corner));
-    const Vec3f direction = fma(shift, -shape_.per_focus, pinhole);
+    const Vec3f direction = fma(shift, -shape_.inverse_focus_distance, pinhole);
     rays[i] = {origin, direction * (1.0f / std::sqrt(dot(direction, direction)))};
   }
   std::copy_n(rays, film.size(), out);

@@ -30,20 +30,20 @@ class Camera {
  public:
   Camera() = default;
   // width x height: the frame in pixels. `origin` and `scale` define internal space: internal =
-  // (world - origin) * scale; `farthest` limits ray origins (Scene::farthest). Throws InputError
-  // for a camera without a direction, for a lens without a focus distance, and for rays beyond
-  // float's range.
+  // (world - origin) * scale; `max_origin` limits ray origins (Scene::max_origin). Throws
+  // InputError for a camera without a direction, for a lens without a focus distance, and for rays
+  // beyond float's range.
   Camera(const CameraDescription& description, int width, int height, const Vec3d& origin,
-         double scale, double farthest = kFarthestOrigin);
+         double scale, double max_origin = kMaxOrigin);
 
   // film: continuous pixel coordinates, (0, 0) at the frame's top-left corner, y downwards. At most
   // kRayBatch at once, so that the arithmetic vectorises; a ray does not depend on its neighbours.
-  void rays(std::span<const Vec2f> film, Ray* out) const { cast(view_, film, out); }
+  void rays(std::span<const Vec2f> film, Ray* out) const { generate_rays(view_, film, out); }
   // Whether there is a lens, so that rays need lens samples.
   bool has_lens() const { return shape_.lens; }
   // Rays through the lens: `lens` is uniform in the unit square, one sample per film point.
   void rays(std::span<const Vec2f> film, std::span<const Vec2f> lens, Ray* out) const {
-    cast(view_, film, lens, out);
+    generate_rays(view_, film, lens, out);
   }
   // The ray through the lens's centre.
   Ray ray(const Vec2f& film) const {
@@ -59,11 +59,11 @@ class Camera {
 
   // Bounds of ray origins in internal space while the shutter is open, for film up to twice as wide
   // and high as the frame.
-  Imath::Box3f origins() const;
+  Imath::Box3f origin_bounds() const;
 
   // Whether it is a perspective pinhole that does not move while the shutter is open. pixel_size()
-  // and on_film() require this.
-  bool is_still_pinhole() const {
+  // and project_to_film() require this.
+  bool is_static_pinhole() const {
     return !shape_.orthographic && !shape_.panorama && !shape_.lens && !moves();
   }
   bool is_panorama() const { return shape_.panorama; }
@@ -71,7 +71,7 @@ class Camera {
   // Size of a pixel at distance 1.
   Imath::V2d pixel_size() const { return {shape_.per_column, -shape_.per_row}; }
   // Returns (x depth, y depth, depth) of an internal-space point, with x and y in pixels.
-  Vec3d on_film(const Vec3d& point) const;
+  Vec3d project_to_film(const Vec3d& point) const;
 
   // Matrices from world space at shutter open, as OpenEXR's header defines them; `origin` is the
   // scene's. to_camera maps to right, up and ahead. to_ndc maps, after division by w, to the frame:
@@ -116,7 +116,7 @@ class Camera {
     double half_width = 1.0, half_height = 1.0, per_column = 1.0, per_row = -1.0, handed = 1.0;
     bool lens = false;
     double lens_radius = 0.0;
-    float per_focus = 0.0f;  // 1 / distance of the plane of focus; 0: infinity
+    float inverse_focus_distance = 0.0f;  // 1 / distance of the plane of focus; 0: infinity
   };
   // Pose and shape at one time.
   struct View {
@@ -132,18 +132,18 @@ class Camera {
   // Half the image height for a field of view or a magnification.
   double half_height_of(double size, double scale) const;
   Pose pose_of(const Mat44d& to_world, const std::string& name, const Vec3d& origin, double scale,
-               double farthest) const;
+               double max_origin) const;
   Pose pose_at(float time) const;
   // `size`: image size relative to that at shutter open.
   View view_from(const Pose& pose, double size = 1.0) const;
   View view_at(float time) const;
-  Vec3d in_view(const Pose& pose, const Vec3d& way) const;
+  Vec3d to_view_space(const Pose& pose, const Vec3d& displacement) const;
   Vec2f film_velocity(const Vec3d& from, const Vec3d& to, double frames) const;
   Vec2f panorama_velocity(const Vec3d& from, const Vec3d& to, double frames) const;
-  void cast(const View& view, std::span<const Vec2f> film, Ray* out) const;
-  void cast(const View& view, std::span<const Vec2f> film, std::span<const Vec2f> lens,
-            Ray* out) const;
-  void cast_panorama(const View& view, std::span<const Vec2f> film, Ray* out) const;
+  void generate_rays(const View& view, std::span<const Vec2f> film, Ray* out) const;
+  void generate_rays(const View& view, std::span<const Vec2f> film, std::span<const Vec2f> lens,
+                     Ray* out) const;
+  void generate_panorama_rays(const View& view, std::span<const Vec2f> film, Ray* out) const;
   float axial_depth(const View& view, const Vec3f& point) const {
     if (shape_.panorama) [[unlikely]]
       return (point - view.position).length();
@@ -154,12 +154,12 @@ class Camera {
   View view_;                // at shutter open
   Pose pose_;                // at shutter open
   std::vector<Step> steps_;  // evenly spaced over the shutter; empty: at rest
-  Pose last_;                // for velocity(): at shutter close, or a frame later
+  Pose end_pose_;            // for velocity(): at shutter close, or a frame later
   // See CameraDescription; may be null.
   std::shared_ptr<const TimeCurve<double>> zoom_;
   double scale_ = 1.0;
-  double largest_ = 1.0;    // largest relative image size, as in view_from()
-  double last_size_ = 1.0;  // relative image size at shutter close
+  double max_size_ = 1.0;  // largest relative image size, as in view_from()
+  double end_size_ = 1.0;  // relative image size at shutter close
 };
 
 }  // namespace emberline

@@ -23,8 +23,9 @@ class CameraSolids {
   explicit CameraSolids(const Scene& scene) : scene_(scene) {}
 
   const Scene& scene_;
-  bool each_ray_ = false;  // interiors differ between rays; otherwise all are `everywhere_`
-  Interior everywhere_;
+  bool differs_per_ray_ =
+      false;  // interiors differ between rays; otherwise all are `common_interior_`
+  Interior common_interior_;
 };
 
 }  // namespace emberline

@@ -38,7 +38,7 @@ class CryptomatteIds {
   CryptomatteIds(const SceneDescription& scene, std::span<const CryptomatteKind> kinds);
 
   // The ids of FirstHit::id (0: the environment), one per kind.
-  std::span<const uint32_t> of_hit(uint32_t hit_id) const {
+  std::span<const uint32_t> ids_of_hit(uint32_t hit_id) const {
     return std::span(ids_).subspan(size_t(hit_id) * names_.size(), names_.size());
   }
   // By kind; only what the scene contains.

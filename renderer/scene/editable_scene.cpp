@@ -9,14 +9,14 @@ EditableScene::EditableScene(SceneDescription description, SceneBuildOptions opt
     : options_(options) {
   options_.editable = true;
   apply({}, description);  // adds the default light and material
-  original_ = outline(description);
+  original_ = copy_without_geometry(description);
   scene_ = build_scene(std::move(description), options_, progress);
 }
 
 bool EditableScene::repose(SceneDescription posed, const SceneEdits& edits,
                            LoadProgress& progress) {
   apply({}, posed);
-  SceneDescription original = outline(posed);
+  SceneDescription original = copy_without_geometry(posed);
   apply(edits, posed);
   if (!repose_scene(scene_, std::move(posed), options_, progress)) return false;
   original_ = std::move(original);
@@ -25,10 +25,10 @@ bool EditableScene::repose(SceneDescription posed, const SceneEdits& edits,
 }
 
 void EditableScene::set(const SceneEdits& edits) {
-  SceneEdits as_seen_before = edits;
-  as_seen_before.camera = edits_.camera;
-  as_seen_before.animation = edits_.animation;
-  if (as_seen_before != edits_) {
+  SceneEdits with_previous_view = edits;
+  with_previous_view.camera = edits_.camera;
+  with_previous_view.animation = edits_.animation;
+  if (with_previous_view != edits_) {
     SceneDescription edited = original_;
     apply(edits, edited);
     update_scene(*scene_, edited, options_);

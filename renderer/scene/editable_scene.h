@@ -21,7 +21,7 @@ class EditableScene {
   // GltfOptions::variants if variants may be selected. Vertex attributes that no material reads yet
   // are kept for later edits.
   explicit EditableScene(SceneDescription description, SceneBuildOptions options = {},
-                         LoadProgress& progress = LoadProgress::unwatched());
+                         LoadProgress& progress = LoadProgress::none());
 
   // Replaces all edits; pass the previous ones to undo. Camera and animation edits have no effect
   // here (see repose()). scene() must not be used during the call. Throws like apply(), and
@@ -30,7 +30,7 @@ class EditableScene {
   // Changes to another pose of the file, with these edits (see repose_scene()). scene() may be
   // another object afterwards. On an exception or false, the scene is unchanged.
   bool repose(SceneDescription posed, const SceneEdits& edits,
-              LoadProgress& progress = LoadProgress::unwatched());
+              LoadProgress& progress = LoadProgress::none());
 
   const Scene& scene() const { return *scene_; }
   const SceneEdits& edits() const { return edits_; }

@@ -51,23 +51,23 @@ class Thickness {
   bool add(float coverage) {
     if (coverage <= 0.0f) return true;
     if (!(coverage < 1.0f)) return false;
-    sum_ += in_units(1.0f - coverage);
-    return sum_ <= kSure || sum_ < end();
+    sum_ += to_fixed_point(1.0f - coverage);
+    return sum_ <= kRouletteThickness || sum_ < end_thickness();
   }
   // For a ray that has not ended.
   float transmittance() const {
-    return sum_ == 0 ? 1.0f : std::exp2(float(std::min(sum_, kSure)) / -kUnit);
+    return sum_ == 0 ? 1.0f : std::exp2(float(std::min(sum_, kRouletteThickness)) / -kUnit);
   }
 
  private:
-  static int64_t in_units(float share) { return int64_t(-std::log2(share) * kUnit); }
-  int64_t end() const {
+  static int64_t to_fixed_point(float fraction) { return int64_t(-std::log2(fraction) * kUnit); }
+  int64_t end_thickness() const {
     const float u = CoverageNumbers(key_, 0xffffffffu, 0xffffffffu).decision();
-    return kSure + in_units(1.0f - u);
+    return kRouletteThickness + to_fixed_point(1.0f - u);
   }
 
   static constexpr float kUnit = 0x1p32f;
-  static constexpr int64_t kSure = int64_t(4) << 32;
+  static constexpr int64_t kRouletteThickness = int64_t(4) << 32;
   CoverageKey key_;
   int64_t sum_ = 0;
 };
@@ -89,7 +89,7 @@ inline void init_context(RayContext& context, CoverageKey coverage_key) {
 }
 
 // Enables intersect() with a filter for this scene and its instances. Call it before the build.
-inline void take_filters(RTCScene scene) {
+inline void enable_query_filters(RTCScene scene) {
 #if EMBERLINE_EMBREE_MAJOR >= 4
   constexpr auto kFlag = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
 #else

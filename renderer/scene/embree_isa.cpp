@@ -47,11 +47,11 @@ bool embree_has(EmbreeIsa isa) {
   const auto has = [&](RTCDeviceProperty property) {
     return rtcGetDeviceProperty(device, property) != 0;
   };
-  const bool there = isa == kAvx512 ? has(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)
-                     : isa == kAvx2 ? has(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED)
-                                    : true;
+  const bool is_supported = isa == kAvx512 ? has(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)
+                            : isa == kAvx2 ? has(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED)
+                                           : true;
   rtcReleaseDevice(device);
-  return there;
+  return is_supported;
 }
 
 }  // namespace

@@ -4,10 +4,10 @@
 
 namespace emberline::scene_detail {
 
-constexpr uint32_t kLeaf = 8;  // maximum number of points; chosen by us
+constexpr uint32_t kMaxLeafPoints = 8;  // maximum number of points; chosen by us
 
 EmitterPoints::EmitterPoints(std::vector<EmitterPoint> points) : points_(std::move(points)) {
-  nodes_.reserve(points_.size() / kLeaf * 4 + 1);
+  nodes_.reserve(points_.size() / kMaxLeafPoints * 4 + 1);
   if (!points_.empty()) build(0, uint32_t(points_.size()));
 }
 
@@ -27,7 +27,7 @@ uint32_t EmitterPoints::build(uint32_t begin, uint32_t end) {
     }
   }
   nodes_.push_back(node);
-  if (end - begin <= kLeaf) return index;
+  if (end - begin <= kMaxLeafPoints) return index;
   const Vec3f extent = node.upper - node.lower;
   const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
   const uint32_t middle = begin + (end - begin) / 2;

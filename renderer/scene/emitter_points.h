@@ -41,7 +41,7 @@ class EmitterPoints {
     uint32_t right = 0;  // the left child follows directly; 0: a leaf
   };
   uint32_t build(uint32_t begin, uint32_t end);
-  static bool meet(const Node& node, const PointSearch& s) {
+  static bool may_contain(const Node& node, const PointSearch& s) {
     double distance = 0.0, half = double(s.margin);
     for (int c = 0; c < 3; ++c) {
       if (node.lower[c] > s.upper[c] + s.margin || node.upper[c] < s.lower[c] - s.margin) {
@@ -62,15 +62,15 @@ template <typename Visit>
 bool EmitterPoints::visit(const PointSearch& search, const Visit& visit) const {
   if (nodes_.empty()) return true;
   uint32_t stack[64];
-  int waiting = 0;
-  stack[waiting++] = 0;
-  while (waiting > 0) {
-    const uint32_t index = stack[--waiting];
+  int stack_size = 0;
+  stack[stack_size++] = 0;
+  while (stack_size > 0) {
+    const uint32_t index = stack[--stack_size];
     const Node& node = nodes_[index];
-    if (!meet(node, search)) continue;
+    if (!may_contain(node, search)) continue;
     if (node.right != 0) {
-      stack[waiting++] = node.right;
-      stack[waiting++] = index + 1;
+      stack[stack_size++] = node.right;
+      stack[stack_size++] = index + 1;
       continue;
     }
     for (uint32_t i = node.begin; i < node.end; ++i) {

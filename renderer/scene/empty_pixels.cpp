@@ -17,20 +17,20 @@ namespace {
 using Vec2d = Imath::Vec2<double>;
 
 // Maximum number of cells of a map; in larger frames a cell has several pixels.
-constexpr int64_t kMostCells = int64_t(1) << 20;
+constexpr int64_t kMaxCells = int64_t(1) << 20;
 // Chosen by us. A triangle takes about 200 ns of one thread (tests/bench/results).
-constexpr uint64_t kMostTriangles = uint64_t(1) << 20;
+constexpr uint64_t kMaxTriangles = uint64_t(1) << 20;
 // Maximum mean number of marks per cell.
-constexpr int64_t kMostMarks = 64;
+constexpr int64_t kMaxMarksPerCell = 64;
 // A map with a smaller fraction of empty cells is not worth its cost.
-constexpr double kLeastShare = 1.0 / 64;
+constexpr double kMinEmptyFraction = 1.0 / 64;
 // Safety margin in pixels around the filter's reach. Rounding of ray directions is covered by the
 // error of the camera position.
 constexpr double kMargin = 1.0 / 16;
 // Bound of the distance between a triangle and a ray's hit, relative to a surface point's error
 // bound (README.md, "Ray offsets") times the transform's condition number. Rays are rounded when
 // they are transformed into an instance; the rest is a safety margin.
-constexpr double kErrors = 16;
+constexpr double kErrorScale = 16;
 
 double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
@@ -57,26 +57,26 @@ class EmptyPixels::Projection {
       : map_(map),
         camera_(camera),
         cell_(std::ldexp(1.0, map.shift_)),
-        slack_(double(reach) - 0.5 + kMargin) {
-    eye_error_ = 4 * 0x1p-23 * largest(camera.position());
+        pixel_margin_(double(reach) - 0.5 + kMargin) {
+    camera_error_ = 4 * 0x1p-23 * largest(camera.position());
     const Vec2d pixel = camera.pixel_size();
     const double across = (0.5 * width + reach + kMargin) * pixel.x;
     const double down = (0.5 * height + reach + kMargin) * pixel.y;
-    farthest_aside_ = std::sqrt(1 + across * across + down * down) * 2;
-    pixels_ = 1 / std::min(pixel.x, pixel.y) + 2.0 * (width + height) + 4.0 * reach;
+    max_distance_ratio_ = std::sqrt(1 + across * across + down * down) * 2;
+    pixels_per_error_ = 1 / std::min(pixel.x, pixel.y) + 2.0 * (width + height) + 4.0 * reach;
   }
 
   // Marks the cells in which a triangle may be visible and adds their number to `marks`. Returns
   // false if this cannot be bounded.
   bool mark(const std::array<Vec3d, 3>& corners, double error, int64_t* marks) const;
-  // Bound of the distance between a triangle's points and where they may be seen; `of_points` is
-  // their plane_error().
-  double error(float of_points, double condition) const {
-    return kErrors * condition * (double(of_points) + eye_error_);
+  // Bound of the distance between a triangle's points and where they may be seen;
+  // `plane_error_bound` is their plane_error().
+  double error(float plane_error_bound, double condition) const {
+    return kErrorScale * condition * (double(plane_error_bound) + camera_error_);
   }
 
  private:
-  double nearest_seen(const std::array<Vec3d, 3>& corners) const;
+  double min_visible_depth(const std::array<Vec3d, 3>& corners) const;
   void mark_outline(std::span<const Vec2d> outline, double slack, int64_t* marks) const;
   void mark_cells(double left, double right, int row, int64_t* marks) const;
   int cell_at(double film, int count) const {
@@ -85,43 +85,45 @@ class EmptyPixels::Projection {
 
   EmptyPixels& map_;
   const Camera& camera_;
-  const double cell_, slack_;
-  double eye_error_;       // of the camera's position, like plane_error()
-  double farthest_aside_;  // twice the largest ratio of distance to depth in view
-  double pixels_;          // largest shift on the film for an error of 1 at depth 1
+  const double cell_, pixel_margin_;
+  double camera_error_;        // of the camera's position, like plane_error()
+  double max_distance_ratio_;  // twice the largest ratio of distance to depth in view
+  double pixels_per_error_;    // largest shift on the film for an error of 1 at depth 1
 };
 
 // Lower bound of the depth of the triangle's visible points, from the distance of its plane.
-double EmptyPixels::Projection::nearest_seen(const std::array<Vec3d, 3>& p) const {
+double EmptyPixels::Projection::min_visible_depth(const std::array<Vec3d, 3>& p) const {
   const Vec3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
   const double length = normal.length();
   if (!(length > 0)) return 0;
-  return std::abs(normal.dot(p[0] - camera_.position())) / length / farthest_aside_;
+  return std::abs(normal.dot(p[0] - camera_.position())) / length / max_distance_ratio_;
 }
 
 bool EmptyPixels::Projection::mark(const std::array<Vec3d, 3>& corners, double error,
                                    int64_t* marks) const {
   std::array<Vec3d, 3> p;
-  for (size_t i = 0; i < 3; ++i) p[i] = camera_.on_film(corners[i]);
-  const auto [least, most] = std::minmax({p[0].z, p[1].z, p[2].z});
-  if (!std::isfinite(error) || most < -error) return std::isfinite(error);
-  double near = least;
+  for (size_t i = 0; i < 3; ++i) p[i] = camera_.project_to_film(corners[i]);
+  const auto [min_depth, max_depth] = std::minmax({p[0].z, p[1].z, p[2].z});
+  if (!std::isfinite(error) || max_depth < -error) return std::isfinite(error);
+  double near_depth = min_depth;
   std::array<Vec2d, 4> outline;
   size_t count = 0;
   const auto add = [&](const Vec3d& q) { outline[count++] = Vec2d(q.x / q.z, q.y / q.z); };
-  if (near > 16 * error) {
+  if (near_depth > 16 * error) {
     for (const Vec3d& q : p) add(q);
   } else {
-    near = nearest_seen(corners);
-    if (!(near > 16 * error)) return false;
+    near_depth = min_visible_depth(corners);
+    if (!(near_depth > 16 * error)) return false;
     for (size_t i = 0; i < 3; ++i) {
       const Vec3d &a = p[i], &b = p[(i + 1) % 3];
-      if (a.z >= near) add(a);
-      if ((a.z >= near) != (b.z >= near)) add(a + (b - a) * ((near - a.z) / (b.z - a.z)));
+      if (a.z >= near_depth) add(a);
+      if ((a.z >= near_depth) != (b.z >= near_depth))
+        add(a + (b - a) * ((near_depth - a.z) / (b.z - a.z)));
     }
     if (count == 0) return true;
   }
-  mark_outline({outline.data(), count}, slack_ + error / near * pixels_, marks);
+  mark_outline({outline.data(), count}, pixel_margin_ + error / near_depth * pixels_per_error_,
+               marks);
   return true;
 }
 
@@ -168,7 +170,7 @@ void EmptyPixels::Projection::mark_cells(double left, double right, int row, int
 
 EmptyPixels::EmptyPixels(int width, int height) {
   const auto cells = [&](int size) { return ((size - 1) >> shift_) + 1; };
-  while (int64_t(cells(width)) * cells(height) > kMostCells) ++shift_;
+  while (int64_t(cells(width)) * cells(height) > kMaxCells) ++shift_;
   columns_ = cells(width);
   rows_ = cells(height);
   used_.assign(size_t(columns_) * size_t(rows_), 0);
@@ -177,19 +179,19 @@ EmptyPixels::EmptyPixels(int width, int height) {
 // Returns false if marks cannot be bounded or take too much work. The result is deterministic:
 // either all marks are counted, or more than the limit.
 bool EmptyPixels::mark_all(const Scene& scene, const Projection& projection) {
-  const int64_t limit = kMostMarks * int64_t(used_.size());
+  const int64_t limit = kMaxMarksPerCell * int64_t(used_.size());
   std::atomic<int64_t> marks{0};
-  std::atomic<bool> told{true};
+  std::atomic<bool> is_bounded{true};
   const auto mark_range = [&](const scene_detail::Instance& instance, size_t begin, size_t end) {
     const scene_detail::Mesh& mesh = scene.meshes_[instance.mesh];
     const double condition = condition_of(instance);
     int64_t found = 0;
-    for (size_t i = begin; i < end && told.load(std::memory_order_relaxed); ++i) {
+    for (size_t i = begin; i < end && is_bounded.load(std::memory_order_relaxed); ++i) {
       const auto triangle = uint32_t(i);
       const double error = projection.error(plane_error(mesh, instance, triangle), condition);
       if (!projection.mark(placed_corners(mesh, instance, triangle), error, &found) ||
           found > limit) {
-        told.store(false, std::memory_order_relaxed);
+        is_bounded.store(false, std::memory_order_relaxed);
       }
     }
     marks.fetch_add(found, std::memory_order_relaxed);
@@ -200,21 +202,21 @@ bool EmptyPixels::mark_all(const Scene& scene, const Projection& projection) {
     parallel_ranges(triangles, 4096,
                     [&](size_t first, size_t last) { mark_range(instance, first, last); });
   });
-  return told && marks <= limit;
+  return is_bounded && marks <= limit;
 }
 
-bool EmptyPixels::gains() const {
+bool EmptyPixels::is_worthwhile() const {
   const auto empty = std::ranges::count(used_, uint8_t(0));
-  return double(empty) >= kLeastShare * double(used_.size());
+  return double(empty) >= kMinEmptyFraction * double(used_.size());
 }
 
 std::shared_ptr<const EmptyPixels> EmptyPixels::find(const Scene& scene, const Camera& camera,
                                                      int width, int height, float reach) {
-  if (!camera.is_still_pinhole() || scene.moves()) return nullptr;
-  if (scene.triangle_count() > kMostTriangles) return nullptr;
+  if (!camera.is_static_pinhole() || scene.moves()) return nullptr;
+  if (scene.triangle_count() > kMaxTriangles) return nullptr;
   std::shared_ptr<EmptyPixels> map(new EmptyPixels(width, height));
   const Projection projection(*map, camera, width, height, reach);
-  if (!map->mark_all(scene, projection) || !map->gains()) return nullptr;
+  if (!map->mark_all(scene, projection) || !map->is_worthwhile()) return nullptr;
   return map;
 }
 

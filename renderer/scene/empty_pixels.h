@@ -34,7 +34,7 @@ class EmptyPixels {
 
   EmptyPixels(int width, int height);
   bool mark_all(const Scene& scene, const Projection& projection);
-  bool gains() const;
+  bool is_worthwhile() const;
 
   // Cells have 2^shift_ pixels a side; 1 means not empty.
   int shift_ = 0, columns_ = 0, rows_ = 0;

@@ -39,18 +39,18 @@ std::unique_ptr<FlushEmitters> FlushEmitters::find(const PlacedEmitters& placed,
 void FlushEmitters::build(const Geometry& geometry) {
   for (uint32_t i = 0; i < surfaces_.reach.size(); ++i) {
     if (surfaces_.reach[i] == 0.0f) continue;
-    members_.push_back(i);
-    longest_reach_ = std::max(longest_reach_, surfaces_.reach[i]);
+    flush_emitters_.push_back(i);
+    max_reach_ = std::max(max_reach_, surfaces_.reach[i]);
   }
   RTCGeometry triangles = rtcNewGeometry(geometry.device()->handle(), RTC_GEOMETRY_TYPE_TRIANGLE);
-  const size_t n = members_.size();
+  const size_t n = flush_emitters_.size();
   auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(
       triangles, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f), 3 * n));
   auto* indices = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(
       triangles, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(uint32_t), n));
   if (vertices && indices) {
     for (size_t i = 0; i < n; ++i) {
-      const EmissiveTriangle& e = placed_.emitters[members_[i]];
+      const EmissiveTriangle& e = placed_.emitters[flush_emitters_[i]];
       const Vec3f corners[3] = {e.p0, e.p1, e.p2};
       for (size_t c = 0; c < 3; ++c) {
         vertices[3 * i + c] = corners[c];
@@ -62,7 +62,7 @@ void FlushEmitters::build(const Geometry& geometry) {
     scene_ = rtcNewScene(geometry.device()->handle());
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
     rtcAttachGeometry(scene_, triangles);
-    build_bvh(scene_, LoadProgress::unwatched(), n);
+    build_bvh(scene_, LoadProgress::none(), n);
   }
   rtcReleaseGeometry(triangles);
 }
@@ -80,13 +80,13 @@ void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
   for (unsigned i = 0; i < arguments->N; ++i) {
     if (arguments->valid[i] != -1) continue;
     arguments->valid[i] = 0;
-    const uint32_t index = self.members_[RTCHitN_primID(arguments->hit, arguments->N, i)];
+    const uint32_t index = self.flush_emitters_[RTCHitN_primID(arguments->hit, arguments->N, i)];
     if (index >= context.best.emitter) continue;
     const EmissiveTriangle& e = self.placed_.emitters[index];
     const float facing = dot(context.direction, unit_normal(e));
     if (!e.two_sided && facing >= 0.0f) continue;
-    if (e.appears &&
-        !self.placed_.shown[e.instance]->at(RTCRayN_time(arguments->ray, arguments->N, i))) {
+    if (e.has_visibility_times &&
+        !self.placed_.visibility[e.instance]->at(RTCRayN_time(arguments->ray, arguments->N, i))) {
       continue;
     }
     const float t = RTCRayN_tfar(arguments->ray, arguments->N, i);
@@ -98,7 +98,7 @@ void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
     if (placed.mirrored && placed.transformed) std::swap(u, v);
     const Mesh& mesh = self.placed_.meshes[placed.mesh];
     if (mesh.has_coverage &&
-        !covered(mesh, e.instance, e.primitive, u, v, context.ray.coverage_key)) {
+        !is_covered(mesh, e.instance, e.primitive, u, v, context.ray.coverage_key)) {
       continue;
     }
     context.best = {index, t, u, v};
@@ -106,10 +106,10 @@ void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-bool FlushEmitters::lowest_at(const Ray& ray, float t, float cosine, CoverageKey coverage_key,
-                              Candidate* candidate) const {
+bool FlushEmitters::find_lowest_emitter(const Ray& ray, float t, float cosine,
+                                        CoverageKey coverage_key, Candidate* candidate) const {
   // Twice the reach, since the cosine is that of the other surface.
-  const float slack = cosine > 0.0f ? 2.0f * longest_reach_ / cosine : t;
+  const float slack = cosine > 0.0f ? 2.0f * max_reach_ / cosine : t;
   RTCRayHit ray_hit = make_ray_hit(make_ray(ray.origin, ray.direction, t + slack, ray.time));
   ray_hit.ray.tnear = std::max(0.0f, t - slack);
   FlushContext context{{}, this, *candidate, ray.direction, t, false};

@@ -21,7 +21,7 @@ namespace emberline::scene_detail {
 struct PlacedEmitters {
   const std::vector<Mesh>& meshes;
   const std::vector<Instance>& instances;
-  const ShownInstances& shown;
+  const InstanceVisibility& visibility;
   const std::vector<EmissiveTriangle>& emitters;
 };
 
@@ -53,7 +53,7 @@ class FlushEmitters {
   FlushEmitters(const FlushEmitters&) = delete;
   FlushEmitters& operator=(const FlushEmitters&) = delete;
 
-  size_t size() const { return members_.size(); }
+  size_t size() const { return flush_emitters_.size(); }
   bool contains(uint32_t emitter) const { return surfaces_.reach[emitter] > 0.0f; }
   // Ray offset from a triangle that is flush or has a flush emitter in it; otherwise 0.
   float offset(uint32_t instance, uint32_t primitive) const;
@@ -64,8 +64,8 @@ class FlushEmitters {
   };
   // Whether an emitter with an index below candidate->emitter lies in the surface that the ray hits
   // at `t`. `cosine` is that of the unnormalised direction. The lowest emitter replaces *candidate.
-  bool lowest_at(const Ray& ray, float t, float cosine, CoverageKey coverage_key,
-                 Candidate* candidate) const;
+  bool find_lowest_emitter(const Ray& ray, float t, float cosine, CoverageKey coverage_key,
+                           Candidate* candidate) const;
 
  private:
   FlushEmitters(const PlacedEmitters& placed, FlushSurfaces surfaces)
@@ -75,9 +75,9 @@ class FlushEmitters {
 
   const PlacedEmitters placed_;
   const FlushSurfaces surfaces_;
-  float longest_reach_ = 0.0f;
-  std::vector<uint32_t> members_;  // emitter of each triangle in scene_
-  RTCScene scene_ = nullptr;       // contains only the members
+  float max_reach_ = 0.0f;
+  std::vector<uint32_t> flush_emitters_;  // emitter of each triangle in scene_
+  RTCScene scene_ = nullptr;              // contains only the members
 };
 
 }  // namespace emberline::scene_detail

@@ -24,11 +24,12 @@ namespace {
 constexpr size_t kManyEmitters = 1 << 16;
 
 // Maximum number of triangles examined, in total (some seconds) and per range. Chosen by us.
-constexpr uint64_t kMostTriangles = uint64_t(1) << 26;
+constexpr uint64_t kMaxTriangles = uint64_t(1) << 26;
 constexpr size_t kRangeSize = 4096;
 // Maximum number of points examined: a base, an allowance per triangle, and a limit per range.
 // Chosen by us: an ordinary triangle meets about ten, a wall all the lamps on it.
-constexpr uint64_t kMostVisits = uint64_t(1) << 24, kVisitsOfEach = 32, kMostOfRange = 1 << 22;
+constexpr uint64_t kMaxVisits = uint64_t(1) << 24, kVisitsPerTriangle = 32,
+                   kMaxVisitsPerRange = 1 << 22;
 
 using Corners = std::array<Vec3d, 3>;
 
@@ -41,7 +42,7 @@ Corners corners_of(const EmissiveTriangle& t) {
 }
 
 // The centre first, then points near the corners.
-std::array<Vec3d, 4> points_of(const Corners& c) {
+std::array<Vec3d, 4> test_points(const Corners& c) {
   const Vec3d middle = (c[0] + c[1] + c[2]) / 3.0;
   return {middle, c[0] * 0.97 + middle * 0.03, c[1] * 0.97 + middle * 0.03,
           c[2] * 0.97 + middle * 0.03};
@@ -70,7 +71,7 @@ class Surface {
   const Plane& plane() const { return plane_; }
   // Whether `emitter` lies in the surface at its point `point`; `error` is the sum of both plane
   // errors.
-  bool holds(const EmissiveTriangle& emitter, const Vec3d& point, double error) const {
+  bool contains(const EmissiveTriangle& emitter, const Vec3d& point, double error) const {
     // Triangles smaller than the error would lie in every plane through them.
     if (!(plane_.distance(point) <= 2.0 * error) || !covers(point)) return false;
     // One test suffices: the smaller triangle's plane is inaccurate at the far end of the larger.
@@ -108,15 +109,15 @@ class FlushSearch {
   FlushSurfaces find() {
     if (points_.empty()) return std::move(found_);
     const std::vector<TriangleRange> ranges = ranges_near_emitters();
-    const uint64_t visits = most_visits(ranges);
+    const uint64_t visits = max_visits_per_range(ranges);
     parallel_each(ranges.size(), [&](size_t i) {
       progress_.check();
-      look_from(ranges[i], visits);
+      search_range(ranges[i], visits);
     });
     for (size_t i = 0; i < placed_.emitters.size(); ++i) {
       if (found_.reach[i] > 0.0f) {
-        note(surface_key(placed_.emitters[i].instance, placed_.emitters[i].primitive),
-             found_.reach[i]);
+        record_offset(surface_key(placed_.emitters[i].instance, placed_.emitters[i].primitive),
+                      found_.reach[i]);
       }
     }
     return std::move(found_);
@@ -130,13 +131,13 @@ class FlushSearch {
 
   EmitterPoints emitter_points() const;
   std::vector<TriangleRange> ranges_near_emitters() const;
-  uint64_t most_visits(const std::vector<TriangleRange>& ranges) const;
+  uint64_t max_visits_per_range(const std::vector<TriangleRange>& ranges) const;
   // Calls visit(triangle, surface, error, point) for points that may lie in the range's triangles,
   // until it returns false.
   template <typename Visit>
   void visit_points(const TriangleRange& range, const Visit& visit) const;
-  void look_from(const TriangleRange& range, uint64_t visits_left);
-  void note(uint64_t key, float reach) {
+  void search_range(const TriangleRange& range, uint64_t visits_left);
+  void record_offset(uint64_t key, float reach) {
     float& offset = found_.offsets[key];
     offset = std::max(offset, reach);
   }
@@ -149,9 +150,9 @@ class FlushSearch {
 };
 
 EmitterPoints FlushSearch::emitter_points() const {
-  const size_t of_each = placed_.emitters.size() > kManyEmitters ? 1 : 4;
+  const size_t points_per_emitter = placed_.emitters.size() > kManyEmitters ? 1 : 4;
   std::vector<EmitterPoint> points;
-  points.reserve(placed_.emitters.size() * of_each);
+  points.reserve(placed_.emitters.size() * points_per_emitter);
   for (uint32_t i = 0; i < placed_.emitters.size(); ++i) {
     if (i % 65536 == 0) progress_.check();
     const EmissiveTriangle& e = placed_.emitters[i];
@@ -161,8 +162,8 @@ EmitterPoints FlushSearch::emitter_points() const {
     const Mesh& mesh = placed_.meshes[instance.mesh];
     if (moves(mesh, instance)) continue;
     const float error = plane_error(mesh, instance, e.primitive);
-    const std::array<Vec3d, 4> all = points_of(corners);
-    for (size_t k = 0; k < of_each; ++k) points.push_back({all[k], error, i});
+    const std::array<Vec3d, 4> all = test_points(corners);
+    for (size_t k = 0; k < points_per_emitter; ++k) points.push_back({all[k], error, i});
   }
   return EmitterPoints(std::move(points));
 }
@@ -180,15 +181,16 @@ std::vector<FlushSearch::TriangleRange> FlushSearch::ranges_near_emitters() cons
     const Instance& instance = placed_.instances[i];
     const size_t count = placed_.meshes[instance.mesh].triangles.size();
     if (count == 0 || moves(placed_.meshes[instance.mesh], instance)) continue;
-    const Imath::Box3f& own = bounds[instance.mesh];
-    const Imath::Box3f box = instance.transformed ? transformed(own, instance.to_internal) : own;
-    const float error = plane_error(largest_coordinate(own), instance);
-    const auto end_at_first = [](const EmitterPoint&) { return false; };
-    if (points_.visit({box.min, box.max, Vec3d(0.0), Vec3d(0.0), 2.0f * error}, end_at_first)) {
+    const Imath::Box3f& mesh_bounds = bounds[instance.mesh];
+    const Imath::Box3f box =
+        instance.transformed ? transformed(mesh_bounds, instance.to_internal) : mesh_bounds;
+    const float error = plane_error(largest_coordinate(mesh_bounds), instance);
+    const auto stop_at_first = [](const EmitterPoint&) { return false; };
+    if (points_.visit({box.min, box.max, Vec3d(0.0), Vec3d(0.0), 2.0f * error}, stop_at_first)) {
       continue;
     }
     triangles += count;
-    if (triangles > kMostTriangles) {
+    if (triangles > kMaxTriangles) {
       log_warning(
           "too many triangles are near lamps; lamps that lie in other surfaces may be missed");
       break;
@@ -220,45 +222,45 @@ void FlushSearch::visit_points(const TriangleRange& range, const Visit& visit) c
 
 // The number of visits allowed per range, such that the total stays within the limit. It does not
 // depend on the number of threads.
-uint64_t FlushSearch::most_visits(const std::vector<TriangleRange>& ranges) const {
+uint64_t FlushSearch::max_visits_per_range(const std::vector<TriangleRange>& ranges) const {
   std::vector<uint64_t> counts(ranges.size(), 0);
   parallel_each(ranges.size(), [&](size_t i) {
     progress_.check();
     visit_points(ranges[i], [&](uint32_t, const Surface&, float, const EmitterPoint&) {
-      return ++counts[i] < kMostOfRange;
+      return ++counts[i] < kMaxVisitsPerRange;
     });
   });
   std::ranges::sort(counts);
-  uint64_t left = kMostVisits + kVisitsOfEach * kRangeSize * ranges.size();
+  uint64_t remaining = kMaxVisits + kVisitsPerTriangle * kRangeSize * ranges.size();
   for (size_t i = 0; i < counts.size(); ++i) {
-    const uint64_t share = left / (counts.size() - i);
-    if (counts[i] > share) return share;
-    left -= counts[i];
+    const uint64_t visits_per_range = remaining / (counts.size() - i);
+    if (counts[i] > visits_per_range) return visits_per_range;
+    remaining -= counts[i];
   }
-  return kMostOfRange;
+  return kMaxVisitsPerRange;
 }
 
-void FlushSearch::look_from(const TriangleRange& range, uint64_t visits_left) {
+void FlushSearch::search_range(const TriangleRange& range, uint64_t visits_left) {
   std::map<uint32_t, float> surfaces;
-  visit_points(range,
-               [&](uint32_t t, const Surface& surface, float error, const EmitterPoint& point) {
-                 const EmissiveTriangle& e = placed_.emitters[point.emitter];
-                 const bool same = e.instance == range.instance && e.primitive == t;
-                 if (!same && surface.holds(e, point.position, double(error + point.error))) {
-                   // The planes may be this far apart, and Embree may see each of them this far
-                   // from its true position.
-                   const float reach = 2.0f * (error + point.error);
-                   float& most = surfaces[t];
-                   most = std::max(most, reach);
-                   const std::atomic_ref<float> longest(found_.reach[point.emitter]);
-                   float before = longest.load(std::memory_order_relaxed);
-                   while (before < reach && !longest.compare_exchange_weak(before, reach)) {
-                   }
-                 }
-                 return --visits_left > 0;
-               });
+  visit_points(
+      range, [&](uint32_t t, const Surface& surface, float error, const EmitterPoint& point) {
+        const EmissiveTriangle& e = placed_.emitters[point.emitter];
+        const bool is_same_triangle = e.instance == range.instance && e.primitive == t;
+        if (!is_same_triangle && surface.contains(e, point.position, double(error + point.error))) {
+          // The planes may be this far apart, and Embree may see each of them this far
+          // from its true position.
+          const float reach = 2.0f * (error + point.error);
+          float& max_reach = surfaces[t];
+          max_reach = std::max(max_reach, reach);
+          const std::atomic_ref<float> atomic_reach(found_.reach[point.emitter]);
+          float before = atomic_reach.load(std::memory_order_relaxed);
+          while (before < reach && !atomic_reach.compare_exchange_weak(before, reach)) {
+          }
+        }
+        return --visits_left > 0;
+      });
   const std::lock_guard lock(mutex_);
-  for (const auto& [t, reach] : surfaces) note(surface_key(range.instance, t), reach);
+  for (const auto& [t, reach] : surfaces) record_offset(surface_key(range.instance, t), reach);
 }
 
 }  // namespace

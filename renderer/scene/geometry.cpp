@@ -20,14 +20,14 @@ void on_error(void* /*user*/, RTCError /*code*/, const char* message) {
 }
 
 // Whether a filter culls or tests coverage: fixed, or read from the mesh at each hit.
-enum class Answer { kNever, kAlways, kAsked };
+enum class FilterRule { kNever, kAlways, kPerHit };
 
-Answer answer(bool now, bool may_change) {
-  return may_change ? Answer::kAsked : now ? Answer::kAlways : Answer::kNever;
+FilterRule filter_rule(bool now, bool may_change) {
+  return may_change ? FilterRule::kPerHit : now ? FilterRule::kAlways : FilterRule::kNever;
 }
 
-bool holds(Answer answer, bool now) {
-  return answer == Answer::kAlways || (answer == Answer::kAsked && now);
+bool applies(FilterRule filter_rule, bool now) {
+  return filter_rule == FilterRule::kAlways || (filter_rule == FilterRule::kPerHit && now);
 }
 
 float coverage_at(const Mesh& mesh, uint32_t primitive, float u, float v,
@@ -35,14 +35,14 @@ float coverage_at(const Mesh& mesh, uint32_t primitive, float u, float v,
   return mesh.material->coverage(interpolate_attributes(mesh, primitive, u, v), numbers.texel());
 }
 
-bool decide(float coverage, const CoverageNumbers& numbers) {
+bool passes_coverage(float coverage, const CoverageNumbers& numbers) {
   if (coverage <= 0.0f || coverage >= 1.0f) return coverage > 0.0f;
   return numbers.decision() < coverage;
 }
 
 uint32_t placed_instance(const RTCFilterFunctionNArguments* arguments, unsigned i,
                          const GeometryRecord& record) {
-  return record.instance == GeometryRecord::kPlaced
+  return record.instance == GeometryRecord::kRayInstance
              ? RTCHitN_instID(arguments->hit, arguments->N, i, 0)
              : record.instance;
 }
@@ -50,13 +50,13 @@ uint32_t placed_instance(const RTCFilterFunctionNArguments* arguments, unsigned 
 // The filter that Embree calls for every candidate hit of geometry with culling or coverage,
 // specialised for what it needs. A pure function of ray, triangle and key, so that it does not
 // depend on the traversal order.
-template <Answer kCulls, Answer kCovers>
+template <FilterRule kCulls, FilterRule kCovers>
 void filter(const RTCFilterFunctionNArguments* arguments) {
   int* valid = arguments->valid;
   const unsigned n = arguments->N;
   const auto& record = *static_cast<const GeometryRecord*>(arguments->geometryUserPtr);
-  const bool culls = holds(kCulls, record.mesh->cull_backfaces);
-  const bool covers = holds(kCovers, record.mesh->has_coverage);
+  const bool culls = applies(kCulls, record.mesh->cull_backfaces);
+  const bool covers = applies(kCovers, record.mesh->has_coverage);
   for (unsigned i = 0; i < n; ++i) {
     if (valid[i] != -1) continue;
     if (culls) {
@@ -80,32 +80,33 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
                                     primitive);
       const float coverage = coverage_at(mesh, primitive, RTCHitN_u(arguments->hit, n, i),
                                          RTCHitN_v(arguments->hit, n, i), numbers);
-      const bool blocks =
-          context->thickness ? !context->thickness->add(coverage) : decide(coverage, numbers);
+      const bool blocks = context->thickness ? !context->thickness->add(coverage)
+                                             : passes_coverage(coverage, numbers);
       if (!blocks) valid[i] = 0;
     }
   }
 }
 
 // For meshes that are not always visible; tests the time first.
-void filter_shown(const RTCFilterFunctionNArguments* arguments) {
+void filter_visibility(const RTCFilterFunctionNArguments* arguments) {
   const unsigned n = arguments->N;
   const auto& record = *static_cast<const GeometryRecord*>(arguments->geometryUserPtr);
   for (unsigned i = 0; i < n; ++i) {
     if (arguments->valid[i] != -1) continue;
-    const ShownTimes* shown = (*record.mesh->shown)[placed_instance(arguments, i, record)].get();
-    if (shown && !shown->at(RTCRayN_time(arguments->ray, n, i))) arguments->valid[i] = 0;
+    const VisibilityTimes* visibility =
+        (*record.mesh->visibility)[placed_instance(arguments, i, record)].get();
+    if (visibility && !visibility->at(RTCRayN_time(arguments->ray, n, i))) arguments->valid[i] = 0;
   }
-  filter<Answer::kAsked, Answer::kAsked>(arguments);
+  filter<FilterRule::kPerHit, FilterRule::kPerHit>(arguments);
 }
 
-RTCFilterFunctionN choose_filter(Answer culls, Answer covers) {
-  using enum Answer;
+RTCFilterFunctionN choose_filter(FilterRule culls, FilterRule covers) {
+  using enum FilterRule;
   constexpr RTCFilterFunctionN kFilters[3][3] = {
       // by culls, then covers
-      {filter<kNever, kNever>, filter<kNever, kAlways>, filter<kNever, kAsked>},
-      {filter<kAlways, kNever>, filter<kAlways, kAlways>, filter<kAlways, kAsked>},
-      {filter<kAsked, kNever>, filter<kAsked, kAlways>, filter<kAsked, kAsked>}};
+      {filter<kNever, kNever>, filter<kNever, kAlways>, filter<kNever, kPerHit>},
+      {filter<kAlways, kNever>, filter<kAlways, kAlways>, filter<kAlways, kPerHit>},
+      {filter<kPerHit, kNever>, filter<kPerHit, kAlways>, filter<kPerHit, kPerHit>}};
   return kFilters[size_t(culls)][size_t(covers)];
 }
 
@@ -132,14 +133,14 @@ std::vector<RTCQuaternionDecomposition> decompose(std::span<const Mat44d> steps)
 }
 
 // User data of Embree's progress callback.
-struct WatchedBuild {
+struct BuildMonitor {
   LoadProgress& progress;
   uint64_t items;
 
-  static bool go_on(void* user, double share) {
-    const auto& self = *static_cast<const WatchedBuild*>(user);
-    self.progress.partly(self.items, share);
-    return !self.progress.ends();
+  static bool on_progress(void* user, double fraction) {
+    const auto& self = *static_cast<const BuildMonitor*>(user);
+    self.progress.report_partial(self.items, fraction);
+    return !self.progress.should_stop();
   }
 };
 
@@ -151,18 +152,19 @@ void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items) {
 #ifdef EMBERLINE_THREAD_SANITIZER
   const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
 #endif
-  WatchedBuild watched{progress, items};
-  if (progress.watched()) rtcSetSceneProgressMonitorFunction(scene, WatchedBuild::go_on, &watched);
+  BuildMonitor watched{progress, items};
+  if (progress.watched())
+    rtcSetSceneProgressMonitorFunction(scene, BuildMonitor::on_progress, &watched);
   rtcCommitScene(scene);
   if (progress.watched()) rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
   progress.check();  // a cancelled build makes no progress
   progress.advance(items);
 }
 
-bool covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
-             CoverageKey coverage_key) {
+bool is_covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
+                CoverageKey coverage_key) {
   const CoverageNumbers numbers(coverage_key, instance, primitive);
-  return decide(coverage_at(mesh, primitive, u, v, numbers), numbers);
+  return passes_coverage(coverage_at(mesh, primitive, u, v, numbers), numbers);
 }
 
 SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, float u, float v) {
@@ -226,10 +228,10 @@ EmbreeDevice::~EmbreeDevice() { rtcReleaseDevice(device_); }
 bool EmbreeDevice::count_memory(void* user, ssize_t bytes, bool /*post*/) {
   auto& self = *static_cast<EmbreeDevice*>(user);
   if (bytes > 0 && !self.budget_->try_reserve(MemoryPart::kBvh, uint64_t(bytes))) {
-    self.refused_bytes_ = uint64_t(bytes);
+    self.rejected_bytes_ = uint64_t(bytes);
     return false;
   }
-  if (bytes < 0) self.budget_->give_back(MemoryPart::kBvh, uint64_t(-bytes));
+  if (bytes < 0) self.budget_->release(MemoryPart::kBvh, uint64_t(-bytes));
   self.monitored_bytes_.fetch_add(bytes, std::memory_order_relaxed);
   return true;
 }
@@ -239,8 +241,8 @@ void EmbreeDevice::add_object_bytes(uint64_t bytes) {
   object_bytes_ += bytes;
 }
 
-void EmbreeDevice::give_back_object_bytes(uint64_t bytes) noexcept {
-  budget_->give_back(MemoryPart::kBvh, bytes);
+void EmbreeDevice::release_object_bytes(uint64_t bytes) noexcept {
+  budget_->release(MemoryPart::kBvh, bytes);
   object_bytes_ -= bytes;
 }
 
@@ -251,41 +253,42 @@ uint64_t EmbreeDevice::bytes() const {
 void EmbreeDevice::check() {
   const RTCError error = rtcGetDeviceError(device_);
   if (error == RTC_ERROR_NONE) return;
-  if (const uint64_t bytes = refused_bytes_.exchange(0)) {
-    throw InputError(place_, budget_->refusal(MemoryPart::kBvh, bytes));
+  if (const uint64_t bytes = rejected_bytes_.exchange(0)) {
+    throw InputError(place_, budget_->limit_message(MemoryPart::kBvh, bytes));
   }
   if (error == RTC_ERROR_OUT_OF_MEMORY) throw RenderError("out of memory while building the BVH");
   throw RenderError("Embree error " + std::to_string(int(error)) + " while building the BVH");
 }
 
-OwnedScene::OwnedScene(std::shared_ptr<EmbreeDevice> of) : device(std::move(of)) {
+EmbreeScene::EmbreeScene(std::shared_ptr<EmbreeDevice> embree_device)
+    : device(std::move(embree_device)) {
   add_object_bytes(embree::kSceneObjectBytes);
   scene = rtcNewScene(device->handle());
   // In robust mode the builder does not split triangles, so the filter of a shadow ray sees each
   // triangle once (Thickness); other modes may also leak light.
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-  if (device->takes_filters) embree::take_filters(scene);
+  if (device->has_query_filters) embree::enable_query_filters(scene);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
 }
 
-OwnedScene::~OwnedScene() {
+EmbreeScene::~EmbreeScene() {
   rtcReleaseScene(scene);
-  device->give_back_object_bytes(object_bytes_);
+  device->release_object_bytes(object_bytes_);
 }
 
-void OwnedScene::add_object_bytes(uint64_t bytes) {
+void EmbreeScene::add_object_bytes(uint64_t bytes) {
   device->add_object_bytes(bytes);
   object_bytes_ += bytes;
 }
 
-void OwnedScene::attach(RTCGeometry geometry, uint32_t id, uint64_t items) {
+void EmbreeScene::attach(RTCGeometry geometry, uint32_t id, uint64_t items) {
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(scene, geometry, id);
   rtcReleaseGeometry(geometry);
   items_ += items;
 }
 
-void OwnedScene::build(LoadProgress& progress) {
+void EmbreeScene::build(LoadProgress& progress) {
   build_bvh(scene, progress, items_);
   ++device->bvh_builds;
   device->check();
@@ -294,7 +297,7 @@ void OwnedScene::build(LoadProgress& progress) {
 Geometry::Geometry(std::shared_ptr<EmbreeDevice> device)
     : device_(std::move(device)), top_(device_) {}
 
-RTCGeometry Geometry::make_triangles(OwnedScene& scene, Mesh& mesh, uint32_t instance) {
+RTCGeometry Geometry::make_triangles(EmbreeScene& scene, Mesh& mesh, uint32_t instance) {
   scene.add_object_bytes(embree::kTriangleObjectBytes);
   RTCGeometry geometry = rtcNewGeometry(device_->handle(), RTC_GEOMETRY_TYPE_TRIANGLE);
   // The last entry of positions is padding for Embree's 16-byte reads, not a vertex.
@@ -312,13 +315,14 @@ RTCGeometry Geometry::make_triangles(OwnedScene& scene, Mesh& mesh, uint32_t ins
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                              mesh.triangles.data(), 0, sizeof(mesh.triangles[0]),
                              mesh.triangles.size());
-  const Answer culls = answer(mesh.cull_backfaces, mesh.culling_may_change);
-  const Answer covers = answer(mesh.has_coverage, mesh.coverage_may_change);
-  if (culls != Answer::kNever || covers != Answer::kNever || mesh.shown) {
+  const FilterRule culls = filter_rule(mesh.cull_backfaces, mesh.culling_may_change);
+  const FilterRule covers = filter_rule(mesh.has_coverage, mesh.coverage_may_change);
+  if (culls != FilterRule::kNever || covers != FilterRule::kNever || mesh.visibility) {
     if (!mesh.record) mesh.record = std::make_shared<GeometryRecord>();
-    *mesh.record = {&mesh, instance, mesh.shown != nullptr};
+    *mesh.record = {&mesh, instance, mesh.visibility != nullptr};
     rtcSetGeometryUserData(geometry, mesh.record.get());
-    const RTCFilterFunctionN chosen = mesh.shown ? filter_shown : choose_filter(culls, covers);
+    const RTCFilterFunctionN chosen =
+        mesh.visibility ? filter_visibility : choose_filter(culls, covers);
     rtcSetGeometryIntersectFilterFunction(geometry, chosen);
     rtcSetGeometryOccludedFilterFunction(geometry, chosen);
   }
@@ -326,31 +330,32 @@ RTCGeometry Geometry::make_triangles(OwnedScene& scene, Mesh& mesh, uint32_t ins
 }
 
 void Geometry::build_mesh_scene(Mesh& mesh, LoadProgress& progress) {
-  const auto built = std::make_shared<OwnedScene>(device_);
-  built->attach(make_triangles(*built, mesh, GeometryRecord::kPlaced), 0, mesh.triangles.size());
+  const auto built = std::make_shared<EmbreeScene>(device_);
+  built->attach(make_triangles(*built, mesh, GeometryRecord::kRayInstance), 0,
+                mesh.triangles.size());
   built->build(progress);
   mesh.bvh = built;
 }
 
-void Geometry::add_mesh(OwnedScene& scene, Mesh& mesh, uint32_t instance) {
+void Geometry::add_mesh(EmbreeScene& scene, Mesh& mesh, uint32_t instance) {
   scene.attach(make_triangles(scene, mesh, instance), instance, 1 + mesh.triangles.size());
 }
 
-void Geometry::add_resting(std::vector<Resting> list, std::vector<Mesh>& meshes,
-                           const Geometry* before, LoadProgress& progress) {
-  resting_ = std::move(list);
-  if (resting_.empty()) return;
-  if (before && before->resting_ == resting_) {
-    resting_scene_ = before->resting_scene_;
+void Geometry::add_static_group(std::vector<StaticInstance> list, std::vector<Mesh>& meshes,
+                                const Geometry* before, LoadProgress& progress) {
+  static_instances_ = std::move(list);
+  if (static_instances_.empty()) return;
+  if (before && before->static_instances_ == static_instances_) {
+    static_scene_ = before->static_scene_;
     return;
   }
-  const auto built = std::make_shared<OwnedScene>(device_);
-  for (const Resting& r : resting_) add_mesh(*built, meshes[r.mesh], r.instance);
+  const auto built = std::make_shared<EmbreeScene>(device_);
+  for (const StaticInstance& r : static_instances_) add_mesh(*built, meshes[r.mesh], r.instance);
   built->build(progress);
-  resting_scene_ = built;
+  static_scene_ = built;
 }
 
-void Geometry::add_instance(const OwnedScene& mesh_scene, const Affine& transform,
+void Geometry::add_instance(const EmbreeScene& mesh_scene, const Affine& transform,
                             uint32_t instance) {
   top_.add_object_bytes(embree::kInstanceObjectBytes);
   RTCGeometry geometry = rtcNewGeometry(device_->handle(), RTC_GEOMETRY_TYPE_INSTANCE);
@@ -363,7 +368,7 @@ void Geometry::add_instance(const OwnedScene& mesh_scene, const Affine& transfor
   top_.attach(geometry, instance, 1);
 }
 
-uint32_t Geometry::add_moving_instance(const OwnedScene& mesh_scene, std::span<const Mat44d> steps,
+uint32_t Geometry::add_moving_instance(const EmbreeScene& mesh_scene, std::span<const Mat44d> steps,
                                        uint32_t instance) {
   top_.add_object_bytes(embree::kInstanceObjectBytes);
   RTCGeometry geometry = rtcNewGeometry(device_->handle(), RTC_GEOMETRY_TYPE_INSTANCE);
@@ -378,17 +383,17 @@ uint32_t Geometry::add_moving_instance(const OwnedScene& mesh_scene, std::span<c
   return uint32_t(moving_instances_.size()) - 1;
 }
 
-Affine Geometry::transform_at(uint32_t moving, float time) const {
+Affine Geometry::transform_at(uint32_t moving_index, float time) const {
   float m[12];
-  rtcGetGeometryTransform(moving_instances_[moving].geometry, time,
+  rtcGetGeometryTransform(moving_instances_[moving_index].geometry, time,
                           RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, m);
   return {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}, {m[9], m[10], m[11]}};
 }
 
 // The static group is an instance whose number is outside the scene's (Scene::intersect).
 void Geometry::commit(uint32_t instances, LoadProgress& progress) {
-  constexpr Affine kInPlace = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
-  if (resting_scene_) add_instance(*resting_scene_, kInPlace, instances);
+  constexpr Affine kIdentity = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
+  if (static_scene_) add_instance(*static_scene_, kIdentity, instances);
   top_.build(progress);
 }
 

@@ -20,10 +20,10 @@ namespace emberline::scene_detail {
 // The filter callback's data for a geometry.
 struct GeometryRecord {
   const Mesh* mesh = nullptr;
-  // Salt of the coverage decision; kPlaced: use the instance that the ray is in.
-  uint32_t instance = kPlaced;
-  bool asks_shown = false;  // Mesh::shown
-  static constexpr uint32_t kPlaced = RTC_INVALID_GEOMETRY_ID;
+  // Salt of the coverage decision; kRayInstance: use the instance that the ray is in.
+  uint32_t instance = kRayInstance;
+  bool tests_visibility = false;  // Mesh::visibility
+  static constexpr uint32_t kRayInstance = RTC_INVALID_GEOMETRY_ID;
 };
 
 // The caller releases the device. Returns null if there is none; after one failure (no memory) it
@@ -42,7 +42,7 @@ class EmbreeDevice {
   RTCDevice handle() const { return device_; }
   // Counts memory that Embree's monitor does not report; see embree_api.h.
   void add_object_bytes(uint64_t bytes);
-  void give_back_object_bytes(uint64_t bytes) noexcept;
+  void release_object_bytes(uint64_t bytes) noexcept;
   // Bytes held by Embree: BVHs, and its objects for meshes, instances and scenes.
   uint64_t bytes() const;
   // Throws InputError if Embree has exceeded the budget since the last call, RenderError for any
@@ -50,7 +50,7 @@ class EmbreeDevice {
   void check();
 
   uint32_t bvh_builds = 0;
-  bool takes_filters = false;  // for Scene::faces_along(); set it before scenes are made
+  bool has_query_filters = false;  // for Scene::faces_along(); set it before scenes are made
 
  private:
   static bool count_memory(void* user, ssize_t bytes, bool post);
@@ -59,16 +59,16 @@ class EmbreeDevice {
   const std::shared_ptr<MemoryBudget> budget_;
   const std::string place_;
   std::atomic<int64_t> monitored_bytes_{0};  // reported by Embree's memory monitor
-  std::atomic<uint64_t> refused_bytes_{0};   // block that exceeded the budget
+  std::atomic<uint64_t> rejected_bytes_{0};  // block that exceeded the budget
   uint64_t object_bytes_ = 0;
 };
 
 // An Embree scene, with its BVH once it is built.
-struct OwnedScene {
-  explicit OwnedScene(std::shared_ptr<EmbreeDevice> device);
-  ~OwnedScene();
-  OwnedScene(const OwnedScene&) = delete;
-  OwnedScene& operator=(const OwnedScene&) = delete;
+struct EmbreeScene {
+  explicit EmbreeScene(std::shared_ptr<EmbreeDevice> device);
+  ~EmbreeScene();
+  EmbreeScene(const EmbreeScene&) = delete;
+  EmbreeScene& operator=(const EmbreeScene&) = delete;
 
   // Takes over the geometry. `items`: its number of LoadProgress items.
   void attach(RTCGeometry geometry, uint32_t id, uint64_t items);
@@ -91,23 +91,25 @@ class Geometry {
   void build_mesh_scene(Mesh& mesh, LoadProgress& progress);
   // Adds a mesh to the top level; the geometry's id is the instance's index.
   void add_mesh(Mesh& mesh, uint32_t instance) { add_mesh(top_, mesh, instance); }
-  void add_instance(const OwnedScene& mesh_scene, const Affine& transform, uint32_t instance);
+  void add_instance(const EmbreeScene& mesh_scene, const Affine& transform, uint32_t instance);
   // Adds an instance that moves through `steps`, in internal space, evenly spaced over the shutter.
   // Returns its index among the moving instances.
-  uint32_t add_moving_instance(const OwnedScene& mesh_scene, std::span<const Mat44d> steps,
+  uint32_t add_moving_instance(const EmbreeScene& mesh_scene, std::span<const Mat44d> steps,
                                uint32_t instance);
   // Adds meshes that no pose moves to a separate BVH below the top level, keeping their ids. Reuses
   // that of `before` if it has exactly the same list.
-  struct Resting {
+  struct StaticInstance {
     uint32_t mesh, instance;
     uint64_t key;
-    bool operator==(const Resting& o) const { return instance == o.instance && key == o.key; }
+    bool operator==(const StaticInstance& o) const {
+      return instance == o.instance && key == o.key;
+    }
   };
-  void add_resting(std::vector<Resting> list, std::vector<Mesh>& meshes, const Geometry* before,
-                   LoadProgress& progress);
+  void add_static_group(std::vector<StaticInstance> list, std::vector<Mesh>& meshes,
+                        const Geometry* before, LoadProgress& progress);
   // The transform of a moving instance, in the same floats that Embree uses.
-  Affine transform_at(uint32_t moving, float time) const;
-  size_t steps(uint32_t moving) const { return moving_instances_[moving].steps; }
+  Affine transform_at(uint32_t moving_index, float time) const;
+  size_t steps(uint32_t moving_index) const { return moving_instances_[moving_index].steps; }
   // `instances`: total number of instances.
   void commit(uint32_t instances, LoadProgress& progress);
 
@@ -119,13 +121,13 @@ class Geometry {
     RTCGeometry geometry;  // in the top level
     size_t steps;
   };
-  void add_mesh(OwnedScene& scene, Mesh& mesh, uint32_t instance);
-  RTCGeometry make_triangles(OwnedScene& scene, Mesh& mesh, uint32_t instance);
+  void add_mesh(EmbreeScene& scene, Mesh& mesh, uint32_t instance);
+  RTCGeometry make_triangles(EmbreeScene& scene, Mesh& mesh, uint32_t instance);
 
   std::shared_ptr<EmbreeDevice> device_;
-  OwnedScene top_;
-  std::shared_ptr<const OwnedScene> resting_scene_;
-  std::vector<Resting> resting_;
+  EmbreeScene top_;
+  std::shared_ptr<const EmbreeScene> static_scene_;
+  std::vector<StaticInstance> static_instances_;
   std::vector<MovingInstance> moving_instances_;
 };
 
@@ -141,8 +143,8 @@ template <class Values>
 SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, float u, float v);
 
 // Whether coverage makes a ray with this key hit the surface.
-bool covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
-             CoverageKey coverage_key);
+bool is_covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
+                CoverageKey coverage_key);
 
 inline Vec3d transform_point(const Affine& m, const Vec3d& p) {
   return fma(to_double(m.x), p.x,
@@ -156,12 +158,12 @@ Imath::Box3f bounds_of(const std::vector<Vec3f>& positions);
 // The segment of a time among `count` even steps over [0, 1], in the same floats as Embree's.
 struct TimeSegment {
   size_t step = 0;
-  float share = 0.0f;  // weight of step + 1
+  float fraction = 0.0f;  // weight of step + 1
 
   TimeSegment(float time, size_t count) {
     const float scaled = time * float(count - 1);
     step = std::min(size_t(std::max(scaled, 0.0f)), count - 2);
-    share = scaled - float(step);
+    fraction = scaled - float(step);
   }
 };
 
@@ -192,7 +194,7 @@ inline std::array<Vec3d, 3> placed_corners(const Mesh& mesh, const Instance& ins
 
 // Whether its position depends on the ray's time.
 inline bool moves(const Mesh& mesh, const Instance& instance) {
-  return instance.moving != Instance::kAtRest || !mesh.motion.empty();
+  return instance.moving_index != Instance::kStatic || !mesh.motion.empty();
 }
 
 // Upper bound, in internal space, of the distance between a triangle's plane and where Embree or

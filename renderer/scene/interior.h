@@ -12,7 +12,7 @@ namespace emberline {
 class Interior {
  public:
   // Maximum number of solids. Beyond it, the oldest that does not fill the place is dropped.
-  static constexpr int kMost = 16;
+  static constexpr int kLimit = 16;
   static constexpr uint32_t kNone = ~0u;
 
   Interior() {}  // leaves the list uninitialised
@@ -20,38 +20,38 @@ class Interior {
   bool empty() const { return count_ == 0; }
   // The material of the current medium: that of the enclosing solid with precedence (Solids). Open
   // solids have no precedence; of these, the last one entered. Null outside all solids.
-  const Material* solid() const { return solid_; }
+  const Material* medium() const { return medium_; }
   // That solid's instance, or kNone.
-  uint32_t instance() const { return filling_; }
+  uint32_t instance() const { return instance_; }
 
   // Returns false if the list was full.
   bool enter(const Scene& scene, uint32_t instance) {
-    if (count_ > 0) return enter_another(scene, instance);
-    entered_[count_++] = filling_ = instance;
-    solid_ = &scene.material_of(instance);
+    if (count_ > 0) return enter_nested(scene, instance);
+    entered_[count_++] = instance_ = instance;
+    medium_ = &scene.material_of(instance);
     return true;
   }
   // A solid may consist of several open meshes, so a face of another instance with the same
   // material also leaves it. Leaving an open solid that was never entered also leaves the current
   // one; leaving a closed solid that was never entered has no effect.
   void leave(const Scene& scene, uint32_t instance) {
-    if (count_ != 1 || filling_ != instance) return leave_one(scene, instance);
+    if (count_ != 1 || instance_ != instance) return leave_nested(scene, instance);
     count_ = 0;
-    filling_ = kNone;
-    solid_ = nullptr;
+    instance_ = kNone;
+    medium_ = nullptr;
   }
 
  private:
-  bool enter_another(const Scene& scene, uint32_t instance);
-  void leave_one(const Scene& scene, uint32_t instance);
-  bool precedes(const Scene& scene, uint32_t a, uint32_t b) const;
+  bool enter_nested(const Scene& scene, uint32_t instance);
+  void leave_nested(const Scene& scene, uint32_t instance);
+  bool has_priority(const Scene& scene, uint32_t a, uint32_t b) const;
   void remove(const Scene& scene, int place);
-  void choose(const Scene& scene);
+  void update_medium(const Scene& scene);
 
-  const Material* solid_ = nullptr;
-  uint32_t filling_ = kNone;
+  const Material* medium_ = nullptr;
+  uint32_t instance_ = kNone;
   int count_ = 0;
-  uint32_t entered_[kMost];  // in order of entry
+  uint32_t entered_[kLimit];  // in order of entry
 };
 
 // The solid faces that a ray crosses at a hit. There may be several if faces coincide, such as
@@ -66,50 +66,51 @@ class SolidCrossing {
                 const Ray& ray, CoverageKey coverage_key)
       : offset_(surface.offset) {
     faces_[0].hit = hit;
-    faces_[0].back = dot(ray.direction, surface.geometric_normal) > 0.0f;
+    faces_[0].is_exit = dot(ray.direction, surface.geometric_normal) > 0.0f;
     const Solids* solids = scene.solids();
-    if (solids && solids->may_touch(hit.instance, hit.primitive)) {
-      find_others(scene, surface, ray, coverage_key);
+    if (solids && solids->may_coincide(hit.instance, hit.primitive)) {
+      find_coincident_faces(scene, surface, ray, coverage_key);
     }
   }
 
   // Updates the interior from the near to the far side. Returns false if the list was full.
   bool cross(const Scene& scene, Interior* interior) const {
     for (const CrossedFace& face : *this) {
-      if (face.back) interior->leave(scene, face.hit.instance);
+      if (face.is_exit) interior->leave(scene, face.hit.instance);
     }
-    bool room = true;
+    bool fits = true;
     for (const CrossedFace& face : *this) {
-      if (!face.back) room = interior->enter(scene, face.hit.instance) && room;
+      if (!face.is_exit) fits = interior->enter(scene, face.hit.instance) && fits;
     }
-    return room;
+    return fits;
   }
   // The coincident face that scatters: it belongs to the preceding solid of the two sides.
-  const SurfaceHit& seen_face(const Scene& scene, const Interior& near, const Interior& far) const {
-    return count_ == 1 ? faces_[0].hit : preceding_face(scene, near, far);
+  const SurfaceHit& visible_face(const Scene& scene, const Interior& near,
+                                 const Interior& far) const {
+    return count_ == 1 ? faces_[0].hit : priority_face(scene, near, far);
   }
   // Ray offset from the surface that clears all of the faces.
   float offset() const { return offset_; }
   // Whether the ray leaves the solid that was hit.
-  bool back() const { return faces_[0].back && !through_flat_; }
+  bool is_exit() const { return faces_[0].is_exit && !is_flat_; }
   // The surface on which the ray ends here, or null.
   const SurfaceHit* surface() const { return has_surface_ ? &surface_ : nullptr; }
-  const CrossedFace* begin() const { return faces_ + (through_flat_ ? 1 : 0); }
+  const CrossedFace* begin() const { return faces_ + (is_flat_ ? 1 : 0); }
   const CrossedFace* end() const { return faces_ + count_; }
   bool empty() const { return begin() == end(); }
 
  private:
-  static constexpr size_t kMost = 8;
-  void find_others(const Scene& scene, const SurfaceInteraction& surface, const Ray& ray,
-                   CoverageKey coverage_key);
-  const SurfaceHit& preceding_face(const Scene& scene, const Interior& near,
-                                   const Interior& far) const;
+  static constexpr size_t kLimit = 8;
+  void find_coincident_faces(const Scene& scene, const SurfaceInteraction& surface, const Ray& ray,
+                             CoverageKey coverage_key);
+  const SurfaceHit& priority_face(const Scene& scene, const Interior& near,
+                                  const Interior& far) const;
 
   union {
-    CrossedFace faces_[kMost];  // the face that was hit comes first; only count_ are set
+    CrossedFace faces_[kLimit];  // the face that was hit comes first; only count_ are set
   };
   size_t count_ = 1;
-  bool through_flat_ = false;  // the ray leaves the hit solid where it enters it
+  bool is_flat_ = false;  // the ray leaves the hit solid where it enters it
   bool has_surface_ = false;
   SurfaceHit surface_;
   float offset_;

@@ -7,8 +7,8 @@
 namespace emberline {
 namespace {
 
-constexpr float kMost = std::numeric_limits<float>::max();
-constexpr float kLeast = std::numeric_limits<float>::min();
+constexpr float kMaxFloat = std::numeric_limits<float>::max();
+constexpr float kMinFloat = std::numeric_limits<float>::min();
 
 // Per material: whether a placed mesh uses it.
 std::vector<bool> used_materials(const SceneDescription& description) {
@@ -22,7 +22,8 @@ std::vector<bool> used_materials(const SceneDescription& description) {
 
 // The parts that a LightEdit may change and that apply() needs. Materials without a placed mesh are
 // black.
-SceneDescription lights_of(const SceneDescription& description, const std::vector<bool>& used) {
+SceneDescription light_parameters_of(const SceneDescription& description,
+                                     const std::vector<bool>& used) {
   SceneDescription lights;
   static_cast<SceneLists&>(lights) = description;
   for (size_t i = 0; i < used.size(); ++i) {
@@ -35,8 +36,8 @@ SceneDescription lights_of(const SceneDescription& description, const std::vecto
 Rgb radiance_of(const EnvironmentDescription& e) { return e.tint * e.strength; }
 
 // Whether the two differ at most in radiance_of().
-bool same_sky(const std::optional<EnvironmentDescription>& a,
-              const std::optional<EnvironmentDescription>& b) {
+bool have_same_environment(const std::optional<EnvironmentDescription>& a,
+                           const std::optional<EnvironmentDescription>& b) {
   if (!a || !b) return a.has_value() == b.has_value();
   return a->image == b->image && a->constant == b->constant &&
          a->rotation_degrees == b->rotation_degrees;
@@ -46,9 +47,9 @@ bool same_sky(const std::optional<EnvironmentDescription>& a,
 // where products are clipped.
 std::optional<float> ratio(float before, float after) {
   if (before == after) return 1.0f;
-  if (!(before >= kLeast && before < kMost && after < kMost)) return std::nullopt;
+  if (!(before >= kMinFloat && before < kMaxFloat && after < kMaxFloat)) return std::nullopt;
   const double quotient = double(after) / double(before);
-  return quotient < double(kMost) ? std::optional(float(quotient)) : std::nullopt;
+  return quotient < double(kMaxFloat) ? std::optional(float(quotient)) : std::nullopt;
 }
 
 std::optional<Rgb> ratio(const Rgb& before, const Rgb& after) {
@@ -71,11 +72,11 @@ Rgb emission_of(const MaterialDescription& material) {
 LightGroups::LightGroups(const SceneDescription& original, const SceneEdits& baseline)
     : baseline_(baseline) {
   assert(original.may_be_dark && "not through apply()");
-  SceneDescription built = outline(original);
+  SceneDescription built = copy_without_geometry(original);
   apply(baseline_, built);
   const std::vector<bool> used = used_materials(built);
-  original_ = lights_of(original, used);
-  built_ = lights_of(built, used);
+  original_ = light_parameters_of(original, used);
+  built_ = light_parameters_of(built, used);
   for (size_t i = 0; i < built_.lights.size(); ++i) {
     const PunctualLightDescription& light = built_.lights[i];
     of_light_.push_back(add(EditedLight::kPunctual, {light.name, int(i), {}}, light.intensity));
@@ -92,20 +93,20 @@ LightGroups::LightGroups(const SceneDescription& original, const SceneEdits& bas
   if (built_.environment) {
     of_environment_ = add(EditedLight::kEnvironment, {}, radiance_of(*built_.environment));
   }
-  number_others();
+  assign_others();
 }
 
 uint8_t LightGroups::add(EditedLight kind, EditTarget target, const Rgb& radiance) {
   if (is_black(radiance)) return kNone;
-  if (list_.size() == kMostLightGroups - 1) return kOthers;
-  const bool around = kind == EditedLight::kEnvironment;
-  std::string name = around ? "environment" : target.name;
+  if (list_.size() == kMaxLightGroups - 1) return kOthers;
+  const bool is_environment = kind == EditedLight::kEnvironment;
+  std::string name = is_environment ? "environment" : target.name;
   list_.push_back({std::move(name), kind, std::move(target), true});
   return uint8_t(list_.size() - 1);
 }
 
 // Assigns the last group to all lights marked kOthers.
-void LightGroups::number_others() {
+void LightGroups::assign_others() {
   const auto number = uint8_t(list_.size());
   bool any = false;
   const auto replace = [&](uint8_t& group) {
@@ -127,10 +128,10 @@ std::optional<LightMix> LightGroups::mix(const SceneEdits& edits) const {
   }
   SceneDescription edited = original_;
   apply(edits, edited);
-  if (!same_sky(built_.environment, edited.environment)) return std::nullopt;
+  if (!have_same_environment(built_.environment, edited.environment)) return std::nullopt;
 
   std::vector<Rgb> weights(list_.size(), Rgb(1.0f));
-  const auto weigh = [&](uint8_t group, const Rgb& before, const Rgb& after) {
+  const auto set_weight = [&](uint8_t group, const Rgb& before, const Rgb& after) {
     const std::optional<Rgb> weight = ratio(before, after);
     if (!weight) return false;
     if (group == kNone) return true;  // black before and after
@@ -138,16 +139,16 @@ std::optional<LightMix> LightGroups::mix(const SceneEdits& edits) const {
     return list_[group].editable || *weight == Rgb(1.0f);
   };
   for (size_t i = 0; i < edited.lights.size(); ++i) {
-    if (!weigh(of_light_[i], built_.lights[i].intensity, edited.lights[i].intensity)) {
+    if (!set_weight(of_light_[i], built_.lights[i].intensity, edited.lights[i].intensity)) {
       return std::nullopt;
     }
   }
   for (size_t i = 0; i < edited.materials.size(); ++i) {
     const Rgb before = emission_of(built_.materials[i]), after = emission_of(edited.materials[i]);
-    if (!weigh(of_material_[i], before, after)) return std::nullopt;
+    if (!set_weight(of_material_[i], before, after)) return std::nullopt;
   }
-  if (edited.environment &&
-      !weigh(of_environment_, radiance_of(*built_.environment), radiance_of(*edited.environment))) {
+  if (edited.environment && !set_weight(of_environment_, radiance_of(*built_.environment),
+                                        radiance_of(*edited.environment))) {
     return std::nullopt;
   }
   return LightMix(weights);

@@ -3,7 +3,7 @@
 // shown from these sums alone.
 //
 // A group is the target of one LightEdit: a punctual light, everything that one material emits, or
-// the environment. Black lights have no group. Beyond kMostLightGroups, the last group is "all
+// the environment. Black lights have no group. Beyond kMaxLightGroups, the last group is "all
 // others" and cannot be edited separately. It also contains unlit materials, which show their base
 // colour and which no LightEdit affects.
 #pragma once
@@ -56,7 +56,7 @@ class LightGroups {
   static constexpr uint8_t kNone = 0xff, kOthers = 0xfe;
 
   uint8_t add(EditedLight kind, EditTarget target, const Rgb& radiance);
-  void number_others();
+  void assign_others();
 
   SceneDescription original_;  // only its lists
   SceneEdits baseline_;

@@ -25,36 +25,36 @@ namespace {
 // build one. The guide uses at most as many paths as the frame has pixels.
 constexpr int kPilotBits = 9, kPilotSurfaces = 2;
 constexpr int kSurveyBits = 14, kSurveySurfaces = 4;
-// A guide pays if the relative variance of samples at one place is at least kLeastVariance, and the
-// environment contributes at least kLeastShare of the light.
-constexpr double kLeastVariance = 3, kLeastShare = 0.3;
+// A guide pays if the relative variance of samples at one place is at least kMinRelativeVariance,
+// and the environment contributes at least kMinEnvironmentFraction of the light.
+constexpr double kMinRelativeVariance = 3, kMinEnvironmentFraction = 0.3;
 constexpr int kPilotSamples = 8;
-// Kinds of light: factors of up to 2^kMostDoublings are tried with kKindSamples light samples per
+// Kinds of light: factors of up to 2^kMaxDoublings are tried with kKindSamples light samples per
 // place. They use more surfaces per path, because a sunlit patch may light a room that does not see
-// the sun. A factor must reduce the noise by kReluctance per doubling; all are rejected unless they
-// reduce it to kKindGain in total.
-constexpr int kKindSurfaces = 4, kKindSamples = 16, kMostDoublings = 8;
+// the sun. A factor must reduce the noise by kDoublingPenalty per doubling; all are rejected unless
+// they reduce it to kMaxNoiseRatio in total.
+constexpr int kKindSurfaces = 4, kKindSamples = 16, kMaxDoublings = 8;
 // Number of cells of the frame over which samples are pooled. A path's low bits give its cell.
 constexpr uint32_t kCells = 32;
-constexpr float kLeastKindShare = 0.05f;
-constexpr double kReluctance = 0.01, kKindGain = 0.95;
+constexpr float kMinKindFraction = 0.05f;
+constexpr double kDoublingPenalty = 0.01, kMaxNoiseRatio = 0.95;
 // Shadow rays stop at this fraction of the distance, so that they do not hit the lamp itself.
-constexpr float kNearlyThere = 0.999f;
-constexpr size_t kLeastPlaces = 64;
+constexpr float kShadowRayFraction = 0.999f;
+constexpr size_t kMinPlaces = 64;
 // Fraction of places trimmed at each end of each axis; outliers get no region.
-constexpr double kTrimmed = 0.01;
-// Rays from a region into each tile: a base, up to kMostOfLight more by the tile's share of the
-// light, and kMoreLooks more if the tile or a neighbour was seen. The neighbours' mean counts as
-// kLooksAround rays.
-constexpr int kLooks = 2, kLooksOfLight = 256, kMostOfLight = 32, kMoreLooks = 8;
-constexpr float kLooksAround = 4;
+constexpr double kTrimFraction = 0.01;
+// Rays from a region into each tile: a base, up to kMaxLightRays more by the tile's share of the
+// light, and kExtraRays more if the tile or a neighbour was seen. The neighbours' mean counts as
+// kNeighbourRays rays.
+constexpr int kBaseRays = 2, kRaysOfAllLight = 256, kMaxLightRays = 32, kExtraRays = 8;
+constexpr float kNeighbourRays = 4;
 // Maximum number of smooth thin walls, such as window panes, that a ray passes through.
-constexpr int kWallsLookedThrough = 8;
+constexpr int kMaxPanes = 8;
 
 // A sequence of random numbers from a seed.
-class Numbers {
+class Rng {
  public:
-  explicit Numbers(uint32_t seed) : state_(hash32(seed + 0x5eed5eedu)) {}
+  explicit Rng(uint32_t seed) : state_(hash32(seed + 0x5eed5eedu)) {}
   uint32_t bits() { return state_ = hash_combine(state_, 1); }
   float next() { return to_unit_float(bits()); }
   Vec2f pair() {
@@ -67,7 +67,7 @@ class Numbers {
 };
 
 // A surface point reached by a path, on the side it came from.
-struct Place {
+struct SurfacePoint {
   Vec3f position;
   Vec3f geometric_normal, shading_normal;
   float offset = 0.0f;
@@ -75,12 +75,12 @@ struct Place {
   uint32_t path = 0;
 };
 
-LightQuery query_of(const Place& place) {
+LightQuery query_of(const SurfacePoint& place) {
   return {place.position, place.shading_normal, false, place.time};
 }
 
 // Light samples of a place: per kind of light, the mean square if all samples were of this kind.
-struct KindSquares {
+struct KindSecondMoments {
   std::array<double, kLightKinds> squares{};
   double mean = 0;
 };
@@ -91,27 +91,29 @@ class LightSurvey {
               const std::stop_token& stop)
       : scene_(scene), camera_(camera), width_(width), height_(height), stop_(stop) {}
 
-  std::vector<Place> walk(int bits, int surfaces) const;
-  bool guiding_pays(std::span<const Place> places) const;
+  std::vector<SurfacePoint> trace_paths(int bits, int surfaces) const;
+  bool is_guide_useful(std::span<const SurfacePoint> places) const;
   std::shared_ptr<const EnvironmentGuide> environment_guide() const;
-  KindFactors factors(std::span<const Place> places, const LightGuide& guide) const;
+  KindFactors factors(std::span<const SurfacePoint> places, const LightGuide& guide) const;
 
  private:
-  Ray camera_ray(uint32_t path, int bits, Numbers& numbers) const;
-  enum class Met { kNothing, kPlace, kWalls };
-  Met next_place(const Ray& ray, CoverageKey key, Place* out) const;
-  float openness(const Place& place, const Vec3f& direction, float distance,
-                 Numbers& numbers) const;
-  LightSample light_sample(const Place& place, const LightGuide* guide, Numbers& numbers) const;
-  double arriving(const Place& place, const LightSample& s, double density, Numbers& numbers) const;
-  double lamp_light(const Place& place, Numbers& numbers) const;
-  double environment_light(const Place& place, Numbers& numbers) const;
-  KindSquares kind_squares(const Place& place, const LightGuide& guide, Numbers numbers) const;
-  double noise(std::span<const Place> places, std::span<const KindSquares> squares,
+  Ray camera_ray(uint32_t path, int bits, Rng& rng) const;
+  enum class HitKind { kMiss, kSurface, kTooManyPanes };
+  HitKind next_surface(const Ray& ray, CoverageKey key, SurfacePoint* out) const;
+  float transmittance(const SurfacePoint& place, const Vec3f& direction, float distance,
+                      Rng& rng) const;
+  LightSample light_sample(const SurfacePoint& place, const LightGuide* guide, Rng& rng) const;
+  double incident_light(const SurfacePoint& place, const LightSample& s, double density,
+                        Rng& rng) const;
+  double lamp_light(const SurfacePoint& place, Rng& rng) const;
+  double environment_light(const SurfacePoint& place, Rng& rng) const;
+  KindSecondMoments kind_squares(const SurfacePoint& place, const LightGuide& guide, Rng rng) const;
+  double noise(std::span<const SurfacePoint> places, std::span<const KindSecondMoments> squares,
                const KindFactors& factors) const;
   std::optional<SkyRegions> regions(const EnvironmentGuide& guide) const;
-  void look(const EnvironmentGuide& guide, std::span<const Place* const> places, Numbers numbers,
-            std::span<float> seen) const;
+  void measure_visibility(const EnvironmentGuide& guide,
+                          std::span<const SurfacePoint* const> places, Rng rng,
+                          std::span<float> visibility) const;
 
   const Scene& scene_;
   const Camera& camera_;
@@ -120,27 +122,28 @@ class LightSurvey {
 };
 
 // Any number of first paths is spread evenly over the frame.
-Ray LightSurvey::camera_ray(uint32_t path, int bits, Numbers& numbers) const {
+Ray LightSurvey::camera_ray(uint32_t path, int bits, Rng& rng) const {
   uint32_t x = 0, y = 0;
   for (int bit = 0; bit < bits; ++bit) {
     uint32_t& axis = bit % 2 == 0 ? x : y;
     axis = axis << 1 | (path >> bit & 1u);
   }
   const float columns = float(1u << (bits + 1) / 2), rows = float(1u << bits / 2);
-  const Vec2f in_cell = numbers.pair();
+  const Vec2f in_cell = rng.pair();
   const Vec2f film((float(x) + in_cell.x) / columns * float(width_),
                    (float(y) + in_cell.y) / rows * float(height_));
   const bool moves = scene_.moves() || camera_.moves();
-  const float time = moves ? numbers.next() : 0.0f;
-  return camera_.ray(film, numbers.pair(), time);
+  const float time = moves ? rng.next() : 0.0f;
+  return camera_.ray(film, rng.pair(), time);
 }
 
 // Follows the ray to the next surface, straight through a limited number of smooth walls.
-LightSurvey::Met LightSurvey::next_place(const Ray& from, CoverageKey key, Place* out) const {
+LightSurvey::HitKind LightSurvey::next_surface(const Ray& from, CoverageKey key,
+                                               SurfacePoint* out) const {
   Ray ray = from;
-  for (int walls = 0; walls < kWallsLookedThrough; ++walls) {
+  for (int walls = 0; walls < kMaxPanes; ++walls) {
     SurfaceHit hit;
-    if (!scene_.intersect(ray, key, &hit)) return Met::kNothing;
+    if (!scene_.intersect(ray, key, &hit)) return HitKind::kMiss;
     SurfaceInteraction surface;
     scene_.interaction(hit, ray.time, &surface);
     const bool front = dot(ray.direction, surface.geometric_normal) < 0.0f;
@@ -148,59 +151,59 @@ LightSurvey::Met LightSurvey::next_place(const Ray& from, CoverageKey key, Place
     if (!scene_.material_of(hit.instance).is_smooth_wall()) {
       *out = {surface.position, surface.geometric_normal * side, surface.shading_normal * side,
               surface.offset, ray.time};
-      return Met::kPlace;
+      return HitKind::kSurface;
     }
     ray.origin = offset_ray_origin(surface.position, surface.geometric_normal, surface.offset,
                                    ray.direction);
     ray.t_max -= hit.t;
   }
-  return Met::kWalls;
+  return HitKind::kTooManyPanes;
 }
 
 // Traces paths with diffuse scattering.
-std::vector<Place> LightSurvey::walk(int bits, int surfaces) const {
+std::vector<SurfacePoint> LightSurvey::trace_paths(int bits, int surfaces) const {
   const size_t paths = size_t(1) << bits;
-  std::vector<std::vector<Place>> found(paths);
+  std::vector<std::vector<SurfacePoint>> found(paths);
   parallel_each(paths, 64, [&](size_t path) {
     if (stop_.stop_requested()) return;
-    Numbers numbers{uint32_t(path)};
-    Ray ray = camera_ray(uint32_t(path), bits, numbers);
+    Rng rng{uint32_t(path)};
+    Ray ray = camera_ray(uint32_t(path), bits, rng);
     for (int i = 0; i < surfaces; ++i) {
-      Place place;
-      if (next_place(ray, {numbers.bits(), 0}, &place) != Met::kPlace) break;
+      SurfacePoint place;
+      if (next_surface(ray, {rng.bits(), 0}, &place) != HitKind::kSurface) break;
       place.path = uint32_t(path);
       found[path].push_back(place);
       const ShadingFrame frame = ShadingFrame::from_normal(place.geometric_normal);
-      ray.direction = frame.to_world(square_to_cosine_hemisphere(numbers.pair()));
+      ray.direction = frame.to_world(square_to_cosine_hemisphere(rng.pair()));
       ray.origin =
           offset_ray_origin(place.position, place.geometric_normal, place.offset, ray.direction);
     }
   });
-  std::vector<Place> places;
-  for (const std::vector<Place>& path : found) {
+  std::vector<SurfacePoint> places;
+  for (const std::vector<SurfacePoint>& path : found) {
     places.insert(places.end(), path.begin(), path.end());
   }
   return places;
 }
 
 // Transmittance over the distance along a direction.
-float LightSurvey::openness(const Place& place, const Vec3f& direction, float distance,
-                            Numbers& numbers) const {
-  const CoverageKey key{numbers.bits(), 0};
+float LightSurvey::transmittance(const SurfacePoint& place, const Vec3f& direction, float distance,
+                                 Rng& rng) const {
+  const CoverageKey key{rng.bits(), 0};
   const Vec3f origin =
       offset_ray_origin(place.position, place.geometric_normal, place.offset, direction);
   if (distance == kInfinity && !scene_.has_smooth_walls()) {
     return scene_.transmittance_to_infinity(origin, direction, place.time, key);
   }
-  Place met;
+  SurfacePoint blocker;
   const Ray ray{origin, direction, distance, place.time};
-  return next_place(ray, key, &met) == Met::kNothing ? 1.0f : 0.0f;
+  return next_surface(ray, key, &blocker) == HitKind::kMiss ? 1.0f : 0.0f;
 }
 
-LightSample LightSurvey::light_sample(const Place& place, const LightGuide* guide,
-                                      Numbers& numbers) const {
-  const float u_pick = numbers.next();
-  const LightRequest request{query_of(place), u_pick, numbers.pair()};
+LightSample LightSurvey::light_sample(const SurfacePoint& place, const LightGuide* guide,
+                                      Rng& rng) const {
+  const float u_pick = rng.next();
+  const LightRequest request{query_of(place), u_pick, rng.pair()};
   LightSample sample;
   LightSample* const out = &sample;
   scene_.lights().sample({&request, 1}, &out, guide);
@@ -208,37 +211,37 @@ LightSample LightSurvey::light_sample(const Place& place, const LightGuide* guid
 }
 
 // Arriving light divided by `density`, the pdf of the light sample or of all techniques together.
-double LightSurvey::arriving(const Place& place, const LightSample& s, double density,
-                             Numbers& numbers) const {
+double LightSurvey::incident_light(const SurfacePoint& place, const LightSample& s, double density,
+                                   Rng& rng) const {
   const float cosine = dot(s.direction, place.geometric_normal);
   if (s.kind == LightKind::kNone || !(s.pdf > 0.0f) || !(cosine > 0.0f)) return 0;
   const Rgb radiance = s.kind == LightKind::kTriangle
                            ? scene_.lights().triangles()[s.index].mean_radiance
                            : s.radiance;
-  return double(openness(place, s.direction, s.distance * kNearlyThere, numbers) * cosine) *
+  return double(transmittance(place, s.direction, s.distance * kShadowRayFraction, rng) * cosine) *
          double(luminance(radiance)) / density;
 }
 
 // One-sample estimate of the lamps' light; 0 if the sample chose the environment.
-double LightSurvey::lamp_light(const Place& place, Numbers& numbers) const {
-  const LightSample s = light_sample(place, nullptr, numbers);
+double LightSurvey::lamp_light(const SurfacePoint& place, Rng& rng) const {
+  const LightSample s = light_sample(place, nullptr, rng);
   if (s.kind == LightKind::kEnvironment) return 0;
-  return arriving(place, s, double(s.pdf), numbers);
+  return incident_light(place, s, double(s.pdf), rng);
 }
 
 // The environment's light from one light and one cosine sample, by the balance heuristic.
-double LightSurvey::environment_light(const Place& place, Numbers& numbers) const {
+double LightSurvey::environment_light(const SurfacePoint& place, Rng& rng) const {
   const EnvironmentLight& environment = *scene_.lights().environment();
   const auto light = [&](const Vec3f& direction, const Rgb& radiance, float pdf) {
     const float cosine = dot(direction, place.geometric_normal);
     if (!(cosine > 0.0f)) return 0.0;
-    return double(openness(place, direction, kInfinity, numbers) * cosine) *
+    return double(transmittance(place, direction, kInfinity, rng) * cosine) *
            double(luminance(radiance)) / (double(pdf) + double(cosine / kPi));
   };
-  const EnvironmentSample s = environment.sample(numbers.pair());
+  const EnvironmentSample s = environment.sample(rng.pair());
   double sum = s.pdf > 0.0f ? light(s.direction, s.radiance, s.pdf) : 0;
   const Vec3f direction = ShadingFrame::from_normal(place.geometric_normal)
-                              .to_world(square_to_cosine_hemisphere(numbers.pair()));
+                              .to_world(square_to_cosine_hemisphere(rng.pair()));
   float pdf;
   const Rgb radiance = environment.radiance_and_pdf(direction, &pdf);
   sum += light(direction, radiance, pdf);
@@ -247,38 +250,40 @@ double LightSurvey::environment_light(const Place& place, Numbers& numbers) cons
 
 // Whether only few samples of a place receive light from the environment, and it contributes enough
 // of the light. With a sun, all samples of a place arrive or none do, so guiding is useless.
-bool LightSurvey::guiding_pays(std::span<const Place> places) const {
+bool LightSurvey::is_guide_useful(std::span<const SurfacePoint> places) const {
   std::vector<double> lamps(places.size());
   std::vector<Moments> environment(places.size());
   parallel_each(places.size(), 32, [&](size_t i) {
-    Numbers numbers{~uint32_t(i)};
-    lamps[i] = lamp_light(places[i], numbers);
+    Rng rng{~uint32_t(i)};
+    lamps[i] = lamp_light(places[i], rng);
     for (int k = 0; k < kPilotSamples; ++k) {
-      environment[i].add(environment_light(places[i], numbers));
+      environment[i].add(environment_light(places[i], rng));
     }
   });
-  double of_lamps = 0, of_environment = 0, variance = 0, squares = 0;
+  double lamp_light_sum = 0, environment_light_sum = 0, variance = 0, squares = 0;
   for (size_t i = 0; i < places.size(); ++i) {
-    of_lamps += lamps[i];
-    of_environment += environment[i].mean();
+    lamp_light_sum += lamps[i];
+    environment_light_sum += environment[i].mean();
     variance += environment[i].variance();
     squares += square(environment[i].mean()) - environment[i].variance() / kPilotSamples;
   }
-  return of_environment > 0 && of_environment >= kLeastShare * (of_environment + of_lamps) &&
-         variance >= kLeastVariance * squares;
+  return environment_light_sum > 0 &&
+         environment_light_sum >=
+             kMinEnvironmentFraction * (environment_light_sum + lamp_light_sum) &&
+         variance >= kMinRelativeVariance * squares;
 }
 
 // Weighted against cosine-distributed BSDF samples by the balance heuristic.
-KindSquares LightSurvey::kind_squares(const Place& place, const LightGuide& guide,
-                                      Numbers numbers) const {
-  KindSquares result;
+KindSecondMoments LightSurvey::kind_squares(const SurfacePoint& place, const LightGuide& guide,
+                                            Rng rng) const {
+  KindSecondMoments result;
   const std::array<float, kLightKinds> probabilities =
       scene_.lights().kind_probabilities(query_of(place), &guide);
   for (int i = 0; i < kKindSamples; ++i) {
-    const LightSample s = light_sample(place, &guide, numbers);
+    const LightSample s = light_sample(place, &guide, rng);
     const float cosine = std::max(0.0f, dot(s.direction, place.geometric_normal));
     const double density = double(s.pdf) + double(s.delta ? 0.0f : cosine / kPi);
-    const double light = arriving(place, s, density, numbers);
+    const double light = incident_light(place, s, density, rng);
     const int kind = s.kind == LightKind::kEnvironment    ? kEnvironmentKind
                      : s.delta && s.distance == kInfinity ? kDirectionalKind
                                                           : kFiniteKind;
@@ -290,7 +295,8 @@ KindSquares LightSurvey::kind_squares(const Place& place, const LightGuide& guid
 }
 
 // Sum of the cells' relative deviations; the frame's mean light is added for dark cells.
-double LightSurvey::noise(std::span<const Place> places, std::span<const KindSquares> squares,
+double LightSurvey::noise(std::span<const SurfacePoint> places,
+                          std::span<const KindSecondMoments> squares,
                           const KindFactors& factors) const {
   const LightGuide guide{.factors = factors};
   struct Cell {
@@ -317,103 +323,106 @@ double LightSurvey::noise(std::span<const Place> places, std::span<const KindSqu
 }
 
 // The factors with the least noise.
-KindFactors LightSurvey::factors(std::span<const Place> places, const LightGuide& guide) const {
-  std::vector<KindSquares> squares(places.size());
-  parallel_each(places.size(), 32, [&](size_t i) {
-    squares[i] = kind_squares(places[i], guide, Numbers{~uint32_t(i)});
-  });
-  KindFactors best{.least_share = kLeastKindShare, .least_directional = kLeastKindShare};
-  double least = noise(places, squares, best);
-  int far = 0;  // doublings of the other factor
+KindFactors LightSurvey::factors(std::span<const SurfacePoint> places,
+                                 const LightGuide& guide) const {
+  std::vector<KindSecondMoments> squares(places.size());
+  parallel_each(places.size(), 32,
+                [&](size_t i) { squares[i] = kind_squares(places[i], guide, Rng{~uint32_t(i)}); });
+  KindFactors best{.min_share = kMinKindFraction, .min_directional = kMinKindFraction};
+  double min_noise = noise(places, squares, best);
+  int other_doublings = 0;  // doublings of the other factor
   for (float KindFactors::*const factor : {&KindFactors::environment, &KindFactors::directional}) {
     KindFactors other = best;
-    int taken = 0;
-    for (int doublings = -kMostDoublings; doublings <= kMostDoublings; ++doublings) {
+    int best_doublings = 0;
+    for (int doublings = -kMaxDoublings; doublings <= kMaxDoublings; ++doublings) {
       other.*factor = std::ldexp(1.0f, doublings);
-      const double found =
-          noise(places, squares, other) * (1 + kReluctance * (far + std::abs(doublings)));
-      if (!(found < least)) continue;
-      least = found;
-      taken = std::abs(doublings);
+      const double found = noise(places, squares, other) *
+                           (1 + kDoublingPenalty * (other_doublings + std::abs(doublings)));
+      if (!(found < min_noise)) continue;
+      min_noise = found;
+      best_doublings = std::abs(doublings);
       best = other;
     }
-    far += taken;
+    other_doublings += best_doublings;
   }
-  return least < kKindGain * noise(places, squares, {}) ? best : KindFactors{};
+  return min_noise < kMaxNoiseRatio * noise(places, squares, {}) ? best : KindFactors{};
 }
 
 // Root mean squares, since these are the optimal sampling weights of the tiles.
-void LightSurvey::look(const EnvironmentGuide& guide, std::span<const Place* const> places,
-                       Numbers numbers, std::span<float> seen) const {
+void LightSurvey::measure_visibility(const EnvironmentGuide& guide,
+                                     std::span<const SurfacePoint* const> places, Rng rng,
+                                     std::span<float> visibility) const {
   using sky_tiles::kColumns, sky_tiles::kRows, sky_tiles::kCount;
-  struct Looks {
+  struct TileSamples {
     float squares = 0.0f;
     int count = 0;
     float mean() const { return count > 0 ? squares / float(count) : 0.0f; }
   };
-  std::array<Looks, kCount> looks;
-  const auto look_into = [&](int tile, int rays) {
-    Looks& result = looks[size_t(tile)];
+  std::array<TileSamples, kCount> tile_samples;
+  const auto trace_tile = [&](int tile, int rays) {
+    TileSamples& result = tile_samples[size_t(tile)];
     for (int i = 0; i < rays; ++i, ++result.count) {
-      const Place& place = *places[size_t(numbers.next() * float(places.size()))];
-      const float u_part = numbers.next();
-      const Vec3f direction = guide.direction_in(tile, u_part, numbers.pair());
+      const SurfacePoint& place = *places[size_t(rng.next() * float(places.size()))];
+      const float u_part = rng.next();
+      const Vec3f direction = guide.direction_in(tile, u_part, rng.pair());
       const float cosine = dot(direction, place.geometric_normal);
       if (!(cosine > 0.0f)) continue;
-      result.squares += square(cosine * openness(place, direction, kInfinity, numbers));
+      result.squares += square(cosine * transmittance(place, direction, kInfinity, rng));
     }
   };
   // Tiles with much light get more rays: the sun may be visible from a small part of the region.
-  std::vector<int> lit;
+  std::vector<int> lit_tiles;
   for (int tile = 0; tile < kCount; ++tile) {
-    const double share = guide.light_share(tile);
+    const double share = guide.light_fraction(tile);
     if (!(share > 0)) continue;
-    lit.push_back(tile);
-    look_into(tile, kLooks + std::min(kMostOfLight, int(share * kLooksOfLight)));
+    lit_tiles.push_back(tile);
+    trace_tile(tile, kBaseRays + std::min(kMaxLightRays, int(share * kRaysOfAllLight)));
   }
-  const auto around = [&](int tile) {
+  const auto neighbour_mean = [&](int tile) {
     const int row = tile / kColumns, column = tile % kColumns;
     const auto mean = [&](int r, int c) {
-      return r < 0 || r == kRows ? 0.0f
-                                 : looks[size_t(r * kColumns + (c + kColumns) % kColumns)].mean();
+      return r < 0 || r == kRows
+                 ? 0.0f
+                 : tile_samples[size_t(r * kColumns + (c + kColumns) % kColumns)].mean();
     };
     return (mean(row - 1, column) + mean(row + 1, column) + mean(row, column - 1) +
             mean(row, column + 1)) /
            4;
   };
-  std::vector<int> open;
-  for (const int tile : lit) {
-    if (looks[size_t(tile)].squares + around(tile) > 0.0f) open.push_back(tile);
+  std::vector<int> visible_tiles;
+  for (const int tile : lit_tiles) {
+    if (tile_samples[size_t(tile)].squares + neighbour_mean(tile) > 0.0f)
+      visible_tiles.push_back(tile);
   }
-  for (const int tile : open) look_into(tile, kMoreLooks);
-  for (const int tile : open) {
-    const Looks& own = looks[size_t(tile)];
-    seen[size_t(tile)] =
-        std::sqrt((own.squares + kLooksAround * around(tile)) / (float(own.count) + kLooksAround));
+  for (const int tile : visible_tiles) trace_tile(tile, kExtraRays);
+  for (const int tile : visible_tiles) {
+    const TileSamples& own = tile_samples[size_t(tile)];
+    visibility[size_t(tile)] = std::sqrt((own.squares + kNeighbourRays * neighbour_mean(tile)) /
+                                         (float(own.count) + kNeighbourRays));
   }
 }
 
 std::optional<SkyRegions> LightSurvey::regions(const EnvironmentGuide& guide) const {
   const auto pixels = uint64_t(width_) * uint64_t(height_);
   const int bits = std::clamp(int(std::bit_width(pixels)) - 1, kPilotBits, kSurveyBits);
-  const std::vector<Place> places = walk(bits, kSurveySurfaces);
-  if (places.size() < kLeastPlaces) return std::nullopt;
+  const std::vector<SurfacePoint> places = trace_paths(bits, kSurveySurfaces);
+  if (places.size() < kMinPlaces) return std::nullopt;
   Vec3f lower, upper;
   std::vector<float> coordinates(places.size());
   for (int c = 0; c < 3; ++c) {
     std::ranges::transform(places, coordinates.begin(),
-                           [c](const Place& place) { return place.position[c]; });
-    const auto trimmed = std::ptrdiff_t(double(places.size()) * kTrimmed);
-    std::ranges::nth_element(coordinates, coordinates.begin() + trimmed);
-    lower[c] = coordinates[size_t(trimmed)];
-    std::ranges::nth_element(coordinates, coordinates.end() - 1 - trimmed);
-    upper[c] = *(coordinates.end() - 1 - trimmed);
+                           [c](const SurfacePoint& place) { return place.position[c]; });
+    const auto trim_count = std::ptrdiff_t(double(places.size()) * kTrimFraction);
+    std::ranges::nth_element(coordinates, coordinates.begin() + trim_count);
+    lower[c] = coordinates[size_t(trim_count)];
+    std::ranges::nth_element(coordinates, coordinates.end() - 1 - trim_count);
+    upper[c] = *(coordinates.end() - 1 - trim_count);
   }
   const Vec3f size = upper - lower;
   const Vec3f margin(std::max({size.x, size.y, size.z}) / (2.0f * SkyRegions::kCells));
   SkyRegions regions(lower - margin, upper + margin);
-  std::vector<std::vector<const Place*>> of_region;
-  for (const Place& place : places) {
+  std::vector<std::vector<const SurfacePoint*>> of_region;
+  for (const SurfacePoint& place : places) {
     const int region = regions.find_or_add(place.position, place.shading_normal);
     if (region == SkyRegions::kNone) continue;
     if (size_t(region) == of_region.size()) of_region.emplace_back();
@@ -422,7 +431,7 @@ std::optional<SkyRegions> LightSurvey::regions(const EnvironmentGuide& guide) co
   }
   parallel_each(of_region.size(), 4, [&](size_t i) {
     if (stop_.stop_requested()) return;
-    look(guide, of_region[i], Numbers{uint32_t(i)}, regions.seen(int(i)));
+    measure_visibility(guide, of_region[i], Rng{uint32_t(i)}, regions.visibility(int(i)));
   });
   return regions;
 }
@@ -443,13 +452,13 @@ std::shared_ptr<const LightGuide> find_light_guide(const Scene& scene, const Cam
   const LightSampler& lights = scene.lights();
   if (!lights.environment() && lights.kinds() < 2) return nullptr;
   const LightSurvey survey(scene, camera, width, height, stop);
-  const std::vector<Place> places = survey.walk(kPilotBits, kPilotSurfaces);
-  if (places.size() < kLeastPlaces) return nullptr;
+  const std::vector<SurfacePoint> places = survey.trace_paths(kPilotBits, kPilotSurfaces);
+  if (places.size() < kMinPlaces) return nullptr;
   LightGuide guide;
-  if (lights.environment() && survey.guiding_pays(places))
+  if (lights.environment() && survey.is_guide_useful(places))
     guide.environment = survey.environment_guide();
   if (lights.kinds() > 1)
-    guide.factors = survey.factors(survey.walk(kPilotBits, kKindSurfaces), guide);
+    guide.factors = survey.factors(survey.trace_paths(kPilotBits, kKindSurfaces), guide);
   if (stop.stop_requested()) return nullptr;
   if (!guide.environment && guide.factors == KindFactors{}) return nullptr;
   return std::make_shared<LightGuide>(std::move(guide));

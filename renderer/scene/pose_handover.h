@@ -10,7 +10,7 @@
 
 namespace emberline::scene_detail {
 
-// Moves mesh arrays from one pose to the next, and back again unless keep() is called. Also
+// Moves mesh arrays from one pose to the next, and back again unless commit() is called. Also
 // restores the environment, which the next pose adjusts.
 class PoseHandover {
  public:
@@ -24,7 +24,7 @@ class PoseHandover {
   PoseHandover& operator=(const PoseHandover&) = delete;
   ~PoseHandover() {
     if (light_) light_->adjust(adjustment_);
-    for (const Taken& t : taken_) {
+    for (const MovedMesh& t : moved_meshes_) {
       exchange(to_[t.to], from_[t.from]);
       from_[t.from].record = t.record;
       from_[t.from].bvh = t.bvh;
@@ -34,31 +34,32 @@ class PoseHandover {
     }
   }
 
-  void take(uint32_t from, uint32_t to) {
+  void move_mesh(uint32_t from, uint32_t to) {
     const Mesh& mesh = from_[from];
-    taken_.push_back({from, to, mesh.record, mesh.bvh, mesh.record ? mesh.record->instance : 0});
+    moved_meshes_.push_back(
+        {from, to, mesh.record, mesh.bvh, mesh.record ? mesh.record->instance : 0});
     exchange(from_[from], to_[to]);
   }
-  void keep() {
-    taken_.clear();
+  void commit() {
+    moved_meshes_.clear();
     light_.reset();
   }
 
  private:
-  struct Taken {
+  struct MovedMesh {
     uint32_t from, to;
     std::shared_ptr<GeometryRecord> record;
-    std::shared_ptr<const OwnedScene> bvh;
+    std::shared_ptr<const EmbreeScene> bvh;
     uint32_t salt;  // of the record
   };
   static void exchange(Mesh& from, Mesh& to) {
-    std::swap<KeptMesh>(from, to);
+    std::swap<ReusableMesh>(from, to);
     if (to.record) to.record->mesh = &to;
   }
 
   std::vector<Mesh>& from_;
   std::vector<Mesh>& to_;
-  std::vector<Taken> taken_;
+  std::vector<MovedMesh> moved_meshes_;
   std::shared_ptr<EnvironmentLight> light_;
   EnvironmentAdjustment adjustment_;
 };

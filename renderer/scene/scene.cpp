@@ -38,13 +38,13 @@ float transformed_magnitude(const Affine& m, const Vec3f& p) {
 // A normal for a triangle that collapsed when it was placed and rounded. It still closes the
 // surface between its neighbours, since Embree's rounding may give it a plane; any normal
 // perpendicular to its longer edge will do.
-Vec3d normal_of_collapsed(const Vec3d& e1, const Vec3d& e2) {
+Vec3d degenerate_normal(const Vec3d& e1, const Vec3d& e2) {
   const Vec3d e = e1.length2() > e2.length2() ? e1 : e2;
   const Vec3d n = std::abs(e.x) < std::abs(e.y) ? Vec3d(0, -e.z, e.y) : Vec3d(e.z, 0, -e.x);
   return n.length2() > 0 ? n : Vec3d(0, 0, 1);
 }
 
-[[maybe_unused]] bool finite_ray(const Vec3f& origin, const Vec3f& direction) {
+[[maybe_unused]] bool is_finite_ray(const Vec3f& origin, const Vec3f& direction) {
   return is_finite(origin) && is_finite(direction);
 }
 
@@ -82,7 +82,7 @@ RTCRayHit make_ray_hit(const RTCRay& ray) {
   for (size_t c = 0; c < 3; ++c) {
     const uint32_t v = mesh.triangles[primitive][c];
     const Vec3d before = to_double(positions_at(mesh, at.step)[v]);
-    p[c] = before + (to_double(positions_at(mesh, at.step + 1)[v]) - before) * double(at.share);
+    p[c] = before + (to_double(positions_at(mesh, at.step + 1)[v]) - before) * double(at.fraction);
   }
   return p;
 }
@@ -148,7 +148,7 @@ Scene::~Scene() = default;
 
 bool Scene::intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const {
   // Embree's traversal time is undefined for rays that are not finite.
-  assert(finite_ray(ray.origin, ray.direction));
+  assert(is_finite_ray(ray.origin, ray.direction));
   RTCRayHit ray_hit = make_ray_hit(make_ray(ray.origin, ray.direction, ray.t_max, ray.time));
   embree::RayContext context;
   embree::init_context(context, coverage_key);
@@ -162,7 +162,7 @@ bool Scene::intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit)
   hit->instance =
       ray_hit.hit.instID[0] < instances_.size() ? ray_hit.hit.instID[0] : ray_hit.hit.geomID;
   hit->primitive = ray_hit.hit.primID;
-  if (flush_) prefer_flush_emitter(ray, coverage_key, hit);
+  if (flush_) resolve_flush_emitter(ray, coverage_key, hit);
   return true;
 }
 
@@ -201,7 +201,7 @@ struct FaceCollector {
 
 size_t Scene::faces_along(const Vec3f& from, const Vec3f& direction, float length, float time,
                           CoverageKey coverage_key, std::span<CrossedFace> out) const {
-  assert(finite_ray(from, direction));
+  assert(is_finite_ray(from, direction));
   RTCRayHit ray_hit = make_ray_hit(make_ray(from, direction, length, time));
   FaceCollector collector{{}, out, 0, instances_.size()};
   embree::init_context(collector.ray, coverage_key);
@@ -240,13 +240,13 @@ float Scene::transmittance(const Vec3f& from, const Vec3f& to, float time,
                            CoverageKey coverage_key) const {
   if (from == to) return 1.0f;
   // With an unnormalised direction, t = 1 is exactly the far point, without a division.
-  assert(finite_ray(from, to));
+  assert(is_finite_ray(from, to));
   return transmittance_along(geometry_->top(), make_ray(from, to - from, 1.0f, time), coverage_key);
 }
 
 float Scene::transmittance_to_infinity(const Vec3f& from, const Vec3f& direction, float time,
                                        CoverageKey coverage_key) const {
-  assert(finite_ray(from, direction));
+  assert(is_finite_ray(from, direction));
   return transmittance_along(geometry_->top(), make_ray(from, direction, kInfinity, time),
                              coverage_key);
 }
@@ -256,25 +256,25 @@ namespace {
 // Interpolates vertex values of a deforming mesh at (u, v) of the triangle.
 template <class T>
 [[gnu::noinline, gnu::cold]] T interpolate_moved(const Mesh& mesh,
-                                                 std::vector<T> MeshArrays::*at_rest,
+                                                 std::vector<T> MeshArrays::*at_open,
                                                  std::vector<T> MeshStep::*moved,
                                                  const SurfaceHit& hit, float time) {
   const std::array<uint32_t, 3>& index = mesh.triangles[hit.primitive];
   const TimeSegment at(time, mesh.motion.size() + 1);
   const T before = interpolate_vertices(
-      at.step == 0 ? mesh.*at_rest : mesh.motion[at.step - 1].*moved, index, hit.u, hit.v);
+      at.step == 0 ? mesh.*at_open : mesh.motion[at.step - 1].*moved, index, hit.u, hit.v);
   const T after = interpolate_vertices(mesh.motion[at.step].*moved, index, hit.u, hit.v);
-  return before + (after - before) * at.share;
+  return before + (after - before) * at.fraction;
 }
 
 template <class T>
 [[gnu::always_inline]] inline T interpolate_at(const Mesh& mesh,
-                                               std::vector<T> MeshArrays::*at_rest,
+                                               std::vector<T> MeshArrays::*at_open,
                                                std::vector<T> MeshStep::*moved,
                                                const SurfaceHit& hit, float time) {
   if (!mesh.motion.empty()) [[unlikely]]
-    return interpolate_moved(mesh, at_rest, moved, hit, time);
-  return interpolate_vertices(mesh.*at_rest, mesh.triangles[hit.primitive], hit.u, hit.v);
+    return interpolate_moved(mesh, at_open, moved, hit, time);
+  return interpolate_vertices(mesh.*at_open, mesh.triangles[hit.primitive], hit.u, hit.v);
 }
 
 }  // namespace
@@ -303,7 +303,7 @@ void Scene::interpolate(const Mesh& mesh, const Instance& instance, const Surfac
                                                                    float time,
                                                                    Instance* moved) const {
   *moved = instance;
-  const Affine m = geometry_->transform_at(instance.moving, time);
+  const Affine m = geometry_->transform_at(instance.moving_index, time);
   moved->to_internal = m;
   const Vec3d x = to_double(m.x), y = to_double(m.y), z = to_double(m.z);
   const Vec3d rows[3] = {cross(y, z), cross(z, x), cross(x, y)};
@@ -359,7 +359,7 @@ void Scene::interaction(const SurfaceHit& hit, float time, SurfaceInteraction* o
   s.offset = offset_of(instance, hit.instance, hit.primitive, time);
   double length2 = dot(normal, normal);
   if (!(length2 > 0)) [[unlikely]] {
-    normal = normal_of_collapsed(e1, e2);
+    normal = degenerate_normal(e1, e2);
     length2 = dot(normal, normal);
   }
   s.geometric_normal = to_float(normal * (1.0 / std::sqrt(length2)));
@@ -379,35 +379,36 @@ void Scene::interaction(const SurfaceHit& hit, float time, SurfaceInteraction* o
 
 namespace {
 
-Vec3d on_triangle(const std::array<Vec3d, 3>& p, const SurfaceHit& hit) {
+Vec3d interpolate_position(const std::array<Vec3d, 3>& p, const SurfaceHit& hit) {
   return fma(p[2] - p[0], double(hit.v), fma(p[1] - p[0], double(hit.u), p[0]));
 }
 
 }  // namespace
 
-Vec3d Scene::place_at(const SurfaceHit& hit, float time) const {
+Vec3d Scene::position_at(const SurfaceHit& hit, float time) const {
   Instance moved;
   const Instance& instance = instance_at(hit.instance, time, &moved);
-  return on_triangle(
+  return interpolate_position(
       scene_detail::placed_corners(meshes_[instance.mesh], instance, hit.primitive, time), hit);
 }
 
-Vec3d Scene::place_later(const scene_detail::LaterPlace& later, const SurfaceHit& hit) const {
+Vec3d Scene::next_frame_position(const scene_detail::NextFramePlacement& next_frame,
+                                 const SurfaceHit& hit) const {
   const Mesh& mesh = meshes_[instances_[hit.instance].mesh];
-  const std::vector<Vec3f>& positions = mesh.later.empty() ? mesh.positions : mesh.later;
+  const std::vector<Vec3f>& positions = mesh.next_frame.empty() ? mesh.positions : mesh.next_frame;
   std::array<Vec3d, 3> corners;
   for (size_t c = 0; c < 3; ++c)
     corners[c] = to_double(positions[mesh.triangles[hit.primitive][c]]);
-  return emberline::transform_point(later.to_internal, on_triangle(corners, hit));
+  return emberline::transform_point(next_frame.to_internal, interpolate_position(corners, hit));
 }
 
-Scene::Way Scene::way_of(const SurfaceHit& hit) const {
-  const Vec3d from = place_at(hit, 0.0f);
-  if (moves_) return {from, place_at(hit, 1.0f)};
-  const auto later =
-      std::ranges::lower_bound(later_, hit.instance, {}, &scene_detail::LaterPlace::instance);
-  if (later == later_.end() || later->instance != hit.instance) return {from, from};
-  return {from, place_later(*later, hit)};
+Scene::Motion Scene::motion_of(const SurfaceHit& hit) const {
+  const Vec3d from = position_at(hit, 0.0f);
+  if (moves_) return {from, position_at(hit, 1.0f)};
+  const auto next_frame = std::ranges::lower_bound(next_frame_, hit.instance, {},
+                                                   &scene_detail::NextFramePlacement::instance);
+  if (next_frame == next_frame_.end() || next_frame->instance != hit.instance) return {from, from};
+  return {from, next_frame_position(*next_frame, hit)};
 }
 
 bool Scene::has_uv(uint32_t instance) const {
@@ -438,14 +439,14 @@ std::array<Vec3f, 3> Scene::corners(const EmissiveTriangle& triangle, float time
 // A transform and a mesh may have different steps; each segment of the product lies in one of each.
 int Scene::segments(const EmissiveTriangle& triangle) const {
   const Instance& instance = instances_[triangle.instance];
-  const size_t of_mesh = std::max(meshes_[instance.mesh].motion.size(), size_t(1));
-  const size_t of_transform =
-      instance.moving == Instance::kAtRest ? 1 : geometry_->steps(instance.moving) - 1;
-  return int(std::lcm(of_mesh, of_transform));
+  const size_t mesh_steps = std::max(meshes_[instance.mesh].motion.size(), size_t(1));
+  const size_t transform_steps =
+      instance.moving_index == Instance::kStatic ? 1 : geometry_->steps(instance.moving_index) - 1;
+  return int(std::lcm(mesh_steps, transform_steps));
 }
 
-bool Scene::shown(const EmissiveTriangle& triangle, float time) const {
-  return shown_[triangle.instance]->at(time);
+bool Scene::visibility(const EmissiveTriangle& triangle, float time) const {
+  return visibility_[triangle.instance]->at(time);
 }
 
 const Material& Scene::material_of(uint32_t instance) const {
@@ -468,7 +469,7 @@ float Scene::surface_offset(uint32_t index, uint32_t primitive, float time) cons
 }
 
 // Rounding chose between coincident surfaces; this applies the rule of flush_emitters.h instead.
-void Scene::prefer_flush_emitter(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const {
+void Scene::resolve_flush_emitter(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const {
   Instance moved;
   const Instance& instance = instance_at(hit->instance, ray.time, &moved);
   const std::array<Vec3d, 3> corners =
@@ -476,18 +477,18 @@ void Scene::prefer_flush_emitter(const Ray& ray, CoverageKey coverage_key, Surfa
   const Vec3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
   const auto cosine = float(std::abs(normal.dot(to_double(ray.direction))));
   scene_detail::FlushEmitters::Candidate best{kNoEmitter, hit->t, hit->u, hit->v};
-  if (!flush_->lowest_at(ray, hit->t, cosine, coverage_key, &best)) return;
+  if (!flush_->find_lowest_emitter(ray, hit->t, cosine, coverage_key, &best)) return;
   const EmissiveTriangle& emitter = lights_->triangles()[best.emitter];
   *hit = {best.t, best.u, best.v, emitter.instance, emitter.primitive};
 }
 
-bool Scene::behind_flush_emitter(const Vec3f& from, const LightSample& light, float time,
-                                 CoverageKey coverage_key) const {
+bool Scene::is_behind_flush_emitter(const Vec3f& from, const LightSample& light, float time,
+                                    CoverageKey coverage_key) const {
   if (!flush_ || light.kind != LightKind::kTriangle || !flush_->contains(light.index)) return false;
   scene_detail::FlushEmitters::Candidate best{light.index, 1.0f, 0.0f, 0.0f};
   const Ray ray{from, light.position - from, 1.0f, time};
-  return flush_->lowest_at(ray, 1.0f, std::abs(dot(ray.direction, light.emitter_normal)),
-                           coverage_key, &best);
+  return flush_->find_lowest_emitter(ray, 1.0f, std::abs(dot(ray.direction, light.emitter_normal)),
+                                     coverage_key, &best);
 }
 
 }  // namespace emberline

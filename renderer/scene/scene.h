@@ -62,8 +62,8 @@ struct SurfaceInteraction {
 
 // A face crossed by a short ray.
 struct CrossedFace {
-  SurfaceHit hit;     // t is along that ray
-  bool back = false;  // the ray hits it from behind, leaving a solid
+  SurfaceHit hit;        // t is along that ray
+  bool is_exit = false;  // the ray hits it from behind, leaving a solid
 };
 
 // Memory of a built scene. Only materials of placed meshes count; only their images are kept.
@@ -79,7 +79,7 @@ class Solids;
 namespace scene_detail {
 
 // Per instance: when it is visible; null: always. Empty if all always are.
-using ShownInstances = std::vector<std::shared_ptr<const ShownTimes>>;
+using InstanceVisibility = std::vector<std::shared_ptr<const VisibilityTimes>>;
 
 // A mesh as the boundary of a solid, in object space; see solids.h.
 struct SolidShape {
@@ -89,20 +89,20 @@ struct SolidShape {
 };
 
 struct GeometryRecord;  // mesh data for the BVH's filter
-struct OwnedScene;      // an Embree scene
+struct EmbreeScene;     // an Embree scene
 
 // A mesh's arrays and their Embree data, in object space if instanced, otherwise in internal space.
 // A new pose takes them over unchanged. `positions` has a spare entry at the end, because Embree
-// reads 16 bytes per vertex. `later` is in object space, for LaterPlace; if empty, `positions`
-// applies.
-struct KeptMesh : MeshArrays {
+// reads 16 bytes per vertex. `later` is in object space, for NextFramePlacement; if empty,
+// `positions` applies.
+struct ReusableMesh : MeshArrays {
   std::optional<SolidShape> solid;  // computed on demand
   bool is_baked = false;
   std::shared_ptr<GeometryRecord> record;  // null without a filter
-  std::shared_ptr<const OwnedScene> bvh;   // of an instanced mesh
+  std::shared_ptr<const EmbreeScene> bvh;  // of an instanced mesh
 };
 
-struct Mesh : KeptMesh {
+struct Mesh : ReusableMesh {
   const Material* material = nullptr;
   uint32_t material_index = 0;
   bool cull_backfaces = false;
@@ -111,7 +111,7 @@ struct Mesh : KeptMesh {
   // Whether the material reads the result of interpolate_attributes().
   bool has_attributes = false;
   bool has_coverage = false;
-  const ShownInstances* shown = nullptr;  // set if an instance of it is not always visible
+  const InstanceVisibility* visibility = nullptr;  // set if an instance of it is not always visible
 };
 
 // Row-vector affine transform in the same floats that Embree gets.
@@ -126,14 +126,14 @@ struct Instance {
   bool mirrored = false;
   uint32_t first_emitter = 0xffffffffu;  // index of triangle 0's emitter, if the mesh emits
   // Index among Geometry's moving instances; to_internal is then the transform at shutter open.
-  uint32_t moving = kAtRest;
-  static constexpr uint32_t kAtRest = 0xffffffffu;
+  uint32_t moving_index = kStatic;
+  static constexpr uint32_t kStatic = 0xffffffffu;
   Affine to_internal;
   Affine normal_transform;  // inverse transpose, rows; translation unused
 };
 
-// The place of a moving instance one frame after the rendered instant (LaterInstance).
-struct LaterPlace {
+// The place of a moving instance one frame after the rendered instant (NextFrameInstance).
+struct NextFramePlacement {
   uint32_t instance = 0;
   // To internal space from the mesh's `later`, or from `positions` if that is empty.
   Mat44d to_internal;
@@ -165,8 +165,8 @@ class Scene : private EmitterMotion {
 
   // Whether a point sampled on an emitter lies in another emitter that counts as being in front of
   // it. Needed if `transmittance` is not 0, since that ray ends before both. See flush_emitters.h.
-  bool behind_flush_emitter(const Vec3f& from, const LightSample& light, float time,
-                            CoverageKey coverage_key) const;
+  bool is_behind_flush_emitter(const Vec3f& from, const LightSample& light, float time,
+                               CoverageKey coverage_key) const;
 
   // Collects faces between `from` and `from` + length * direction in any order, at most
   // `out`.size(); returns their number. Requires a scene whose device takes filters.
@@ -176,7 +176,7 @@ class Scene : private EmitterMotion {
   // Whether coverage keys matter, because some material has alpha.
   bool has_coverage() const { return has_coverage_; }
   // Whether some material transmits light.
-  bool passes_light() const { return passes_light_; }
+  bool is_transmissive() const { return is_transmissive_; }
   // Whether some of them may be smooth thin walls (Material::is_smooth_wall).
   bool has_smooth_walls() const { return has_smooth_walls_; }
   bool has_smooth_solids() const { return has_smooth_solids_; }  // Material::is_smooth_solid
@@ -198,10 +198,10 @@ class Scene : private EmitterMotion {
 
   // The hit point's positions at shutter open and close in internal space; with an instant shutter,
   // then and one frame later.
-  struct Way {
+  struct Motion {
     Vec3d from, to;
   };
-  Way way_of(const SurfaceHit& hit) const;
+  Motion motion_of(const SurfaceHit& hit) const;
 
   static constexpr uint32_t kNoEmitter = 0xffffffffu;
   // The light sampler's index of a hit triangle, or kNoEmitter.
@@ -224,7 +224,7 @@ class Scene : private EmitterMotion {
   double scale() const { return scale_; }
   // Limit of the coordinates of ray origins and targets in internal space: Embree must be able to
   // transform them into every instance.
-  double farthest() const { return farthest_; }
+  double max_origin() const { return max_origin_; }
   float radius() const { return radius_; }  // of the geometry's bounds, internal
   uint64_t triangle_count() const { return triangle_count_; }
   size_t instance_count() const { return instances_.size(); }
@@ -249,12 +249,12 @@ class Scene : private EmitterMotion {
   const EmitterMotion& emitter_motion() const { return *this; }
   std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const override;
   int segments(const EmissiveTriangle& triangle) const override;
-  bool shown(const EmissiveTriangle& triangle, float time) const override;
+  bool visibility(const EmissiveTriangle& triangle, float time) const override;
   // The instance itself if it is at rest; otherwise `moved`, set to its state at that time.
   const scene_detail::Instance& instance_at(uint32_t index, float time,
                                             scene_detail::Instance* moved) const {
     const scene_detail::Instance& instance = instances_[index];
-    return instance.moving == scene_detail::Instance::kAtRest
+    return instance.moving_index == scene_detail::Instance::kStatic
                ? instance
                : moved_instance(instance, time, moved);
   }
@@ -262,16 +262,17 @@ class Scene : private EmitterMotion {
                                                scene_detail::Instance* moved) const;
   float offset_of(const scene_detail::Instance& instance, uint32_t index, uint32_t primitive,
                   float time) const;
-  void prefer_flush_emitter(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const;
-  Vec3d place_at(const SurfaceHit& hit, float time) const;
-  Vec3d place_later(const scene_detail::LaterPlace& later, const SurfaceHit& hit) const;
+  void resolve_flush_emitter(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const;
+  Vec3d position_at(const SurfaceHit& hit, float time) const;
+  Vec3d next_frame_position(const scene_detail::NextFramePlacement& next_frame,
+                            const SurfaceHit& hit) const;
   void interpolate(const scene_detail::Mesh& mesh, const scene_detail::Instance& instance,
                    const SurfaceHit& hit, float time, SurfaceInteraction& out) const;
 
   std::vector<scene_detail::Mesh> meshes_;
   std::vector<scene_detail::Instance> instances_;
-  std::vector<scene_detail::LaterPlace> later_;  // ascending by instance
-  scene_detail::ShownInstances shown_;
+  std::vector<scene_detail::NextFramePlacement> next_frame_;  // ascending by instance
+  scene_detail::InstanceVisibility visibility_;
   std::unique_ptr<scene_detail::Geometry> geometry_;
   std::unique_ptr<MaterialSet> materials_;
   std::shared_ptr<EnvironmentLight> environment_;  // also in lights_, unless it is black
@@ -279,12 +280,12 @@ class Scene : private EmitterMotion {
   std::unique_ptr<scene_detail::FlushEmitters> flush_;  // null if there are none
   std::unique_ptr<const Solids> solids_;
   bool has_coverage_ = false;
-  bool passes_light_ = false;
+  bool is_transmissive_ = false;
   bool has_smooth_walls_ = false, has_smooth_solids_ = false;
   bool moves_ = false;
   Vec3d origin_ = Vec3d(0.0);
   double scale_ = 1.0;
-  double farthest_ = kFarthestOrigin;
+  double max_origin_ = kMaxOrigin;
   float radius_ = 0.0f;
   uint64_t triangle_count_ = 0;
   SceneMemory memory_;

@@ -50,7 +50,7 @@ std::vector<bool> SceneUpdater::used_materials() const {
 // the variants' materials.
 void SceneUpdater::mark_editable_filters(Mesh& mesh, const MeshDescription& source) const {
   if (!options_.editable) return;
-  const auto look_at = [&](int index) {
+  const auto mark_for_material = [&](int index) {
     static const MaterialDescription default_material;
     const MaterialDescription& material =
         index < 0 ? default_material : description_.materials[size_t(index)];
@@ -59,8 +59,8 @@ void SceneUpdater::mark_editable_filters(Mesh& mesh, const MeshDescription& sour
       mesh.coverage_may_change = true;
     }
   };
-  look_at(source.material);
-  for (const VariantMaterial& other : source.variant_materials) look_at(other.material);
+  mark_for_material(source.material);
+  for (const VariantMaterial& other : source.variant_materials) mark_for_material(other.material);
 }
 
 void SceneUpdater::reserve_lights(uint64_t count) const {
@@ -74,10 +74,10 @@ void SceneUpdater::assign_materials() {
                               bytes_of(description_.materials.size(), sizeof(Material)),
                               description_.file);
   auto materials = std::make_unique<MaterialSet>(description_, used_materials());
-  previous_ = std::exchange(scene_.materials_, std::move(materials));
+  previous_materials_ = std::exchange(scene_.materials_, std::move(materials));
   emission_changed_.assign(scene_.meshes_.size(), false);
   scene_.has_coverage_ = false;
-  scene_.passes_light_ = false;
+  scene_.is_transmissive_ = false;
   scene_.has_smooth_walls_ = scene_.has_smooth_solids_ = false;
   for (const Instance& instance : scene_.instances_) {
     Mesh& mesh = scene_.meshes_[instance.mesh];
@@ -85,24 +85,24 @@ void SceneUpdater::assign_materials() {
     const int index = source.material;
     const Material& material = (*scene_.materials_)[index];
     if (!mesh.material) mark_editable_filters(mesh, source);
-    if (!mesh.material || !mesh.material->emits_like(material))
+    if (!mesh.material || !mesh.material->has_same_emission(material))
       emission_changed_[instance.mesh] = true;
     mesh.material = &material;
     mesh.material_index = uint32_t(index < 0 ? int(description_.materials.size()) : index);
     mesh.has_attributes = material.reads_attributes(!mesh.colors.empty()) ||
                           (options_.unread_uv && !mesh.uv_sets.empty());
     const bool single_sided = !options_.show_backfaces && !material.double_sided();
-    mesh.cull_backfaces = single_sided && !material.passes_light();
+    mesh.cull_backfaces = single_sided && !material.is_transmissive();
     mesh.has_coverage = material.has_alpha(!mesh.colors.empty());
     if (mesh.has_coverage) scene_.has_coverage_ = true;
-    if (material.passes_light()) scene_.passes_light_ = true;
+    if (material.is_transmissive()) scene_.is_transmissive_ = true;
     if (material.is_smooth_wall()) scene_.has_smooth_walls_ = true;
     if (material.is_smooth_solid()) scene_.has_smooth_solids_ = true;
   }
 }
 
 void SceneUpdater::find_solids() {
-  scene_.solids_ = scene_.passes_light_ && options_.bvh
+  scene_.solids_ = scene_.is_transmissive_ && options_.bvh
                        ? Solids::find(scene_, description_, progress_)
                        : nullptr;
 }
@@ -111,31 +111,32 @@ bool SceneUpdater::emitters_changed() const {
   return !scene_.lights_ || std::ranges::find(emission_changed_, true) != emission_changed_.end();
 }
 
-void SceneUpdater::learn_from(const Scene& before, const std::vector<uint32_t>& from) {
-  before_ = &before;
-  known_from_ = from;
-  known_emitters_.assign(from.size(), Scene::kNoEmitter);
+void SceneUpdater::reuse_from(const Scene& before, const std::vector<uint32_t>& from) {
+  previous_scene_ = &before;
+  previous_mesh_indices_ = from;
+  previous_first_emitters_.assign(from.size(), Scene::kNoEmitter);
   std::vector<uint32_t> first(before.meshes_.size(), Scene::kNoEmitter);
   for (const Instance& instance : before.instances_) first[instance.mesh] = instance.first_emitter;
   for (size_t i = 0; i < from.size(); ++i) {
-    if (from[i] != kNone) known_emitters_[i] = first[from[i]];
+    if (from[i] != kNone) previous_first_emitters_[i] = first[from[i]];
   }
   scene_.environment_ = before.environment_;
 }
 
 // Emitters of the same mesh, possibly of another instance, if it emits as before; otherwise null.
-const EmissiveTriangle* SceneUpdater::known_emitters(uint32_t mesh) const {
-  if (!before_ || known_emitters_[mesh] == Scene::kNoEmitter) return nullptr;
-  const Material& was = *before_->meshes_[known_from_[mesh]].material;
-  if (!was.emits_like(*scene_.meshes_[mesh].material)) return nullptr;
-  return &before_->lights_->triangles()[known_emitters_[mesh]];
+const EmissiveTriangle* SceneUpdater::previous_emitters(uint32_t mesh) const {
+  if (!previous_scene_ || previous_first_emitters_[mesh] == Scene::kNoEmitter) return nullptr;
+  const Material& previous_material =
+      *previous_scene_->meshes_[previous_mesh_indices_[mesh]].material;
+  if (!previous_material.has_same_emission(*scene_.meshes_[mesh].material)) return nullptr;
+  return &previous_scene_->lights_->triangles()[previous_first_emitters_[mesh]];
 }
 
 void SceneUpdater::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>& triangles) {
   const Instance& instance = scene_.instances_[i];
   const Mesh& mesh = scene_.meshes_[instance.mesh];
   const Material& material = *mesh.material;
-  const EmissiveTriangle* const known = known_emitters(instance.mesh);
+  const EmissiveTriangle* const previous = previous_emitters(instance.mesh);
   for (uint32_t p = 0; p < mesh.triangles.size(); ++p) {
     if (p % 16 == 0) progress_.check();  // a mean takes microseconds, of hostile triangles 40 ms
     const std::array<Vec3d, 3> corners = scene_detail::placed_corners(mesh, instance, p);
@@ -145,13 +146,14 @@ void SceneUpdater::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>
     t.p2 = to_float(corners[2]);
     if (instance.mirrored) std::swap(t.p1, t.p2);
     using scene_detail::interpolate_attributes;
-    t.mean_radiance = known ? known[p].mean_radiance
-                            : material.mean_emission(interpolate_attributes(mesh, p, 0.0f, 0.0f),
-                                                     interpolate_attributes(mesh, p, 1.0f, 0.0f),
-                                                     interpolate_attributes(mesh, p, 0.0f, 1.0f));
+    t.mean_radiance = previous
+                          ? previous[p].mean_radiance
+                          : material.mean_emission(interpolate_attributes(mesh, p, 0.0f, 0.0f),
+                                                   interpolate_attributes(mesh, p, 1.0f, 0.0f),
+                                                   interpolate_attributes(mesh, p, 0.0f, 1.0f));
     t.moves = scene_detail::moves(mesh, instance);
-    t.appears = !scene_.shown_.empty() && scene_.shown_[i];
-    t.two_sided = material.double_sided() || material.passes_light() || options_.show_backfaces;
+    t.has_visibility_times = !scene_.visibility_.empty() && scene_.visibility_[i];
+    t.two_sided = material.double_sided() || material.is_transmissive() || options_.show_backfaces;
     t.instance = i;
     t.primitive = p;
     triangles.push_back(t);
@@ -195,7 +197,7 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
   const auto place = [&](const Mat44d& m) -> PointLightPlace {
     PointLightPlace placed{to_float((row(m, 3) - scene_.origin_) * scene_.scale_),
                            normalize_or(to_float(-row(m, 2)), Vec3f(0, 0, -1))};
-    if (!directional && !(double(max_abs_component(placed.position)) <= scene_.farthest_)) {
+    if (!directional && !(double(max_abs_component(placed.position)) <= scene_.max_origin_)) {
       throw InputError(description_.file, "light '" + source.name +
                                               "' is too far from the scene for rays to be traced "
                                               "to it");
@@ -208,7 +210,7 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
   light.intensity = converted(description_.to_working, source.intensity) *
                     (directional ? 1.0f : float(scene_.scale_ * scene_.scale_));
   light.share = converted(description_.to_working, source.share, source.intensity);
-  light.shown = source.shown;
+  light.visibility = source.visibility;
   if (directional) {
     light.type = PointLightType::kDirectional;
   } else {
@@ -218,7 +220,7 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
     light.cos_outer = std::cos(source.outer_cone);
     light.cones = source.cones;
     light.range = float(double(source.range) * scene_.scale_);
-    light.range_share = source.range_share;
+    light.range_scale = source.range_scale;
   }
   return light;
 }
@@ -227,7 +229,7 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
 bool SceneUpdater::set_environment() {
   std::shared_ptr<EnvironmentLight>& light = scene_.environment_;
   const EnvironmentLight* before = light.get();
-  const bool shone = light && !light->black();
+  const bool was_lit = light && !light->black();
   if (const auto& e = description_.environment) {
     const EnvironmentLightSettings settings{.sun = e->sun.get(),
                                             .to_working = description_.to_working.get()};
@@ -242,7 +244,7 @@ bool SceneUpdater::set_environment() {
   } else {
     light.reset();
   }
-  return light.get() != before || shone != (light && !light->black());
+  return light.get() != before || was_lit != (light && !light->black());
 }
 
 void SceneUpdater::build_lights() {
@@ -253,21 +255,21 @@ void SceneUpdater::build_lights() {
   for (const PunctualLightDescription& light : description_.lights) {
     if (shines(light)) points.push_back(place_light(light));
   }
-  const bool other_environment = set_environment();
-  const bool other_emitters = emitters_changed();
-  if (other_emitters || other_environment || points != scene_.lights_->points()) {
+  const bool is_environment_replaced = set_environment();
+  const bool are_emitters_outdated = emitters_changed();
+  if (are_emitters_outdated || is_environment_replaced || points != scene_.lights_->points()) {
     std::vector<EmissiveTriangle> before;
     if (scene_.lights_) before = scene_.lights_->triangles();
-    LightSampler lights(other_emitters ? collect_emitters() : std::move(before), std::move(points),
-                        scene_.environment_, &scene_.emitter_motion());
+    LightSampler lights(are_emitters_outdated ? collect_emitters() : std::move(before),
+                        std::move(points), scene_.environment_, &scene_.emitter_motion());
     if (scene_.lights_) {
       *scene_.lights_ = std::move(lights);  // in place: flush_ refers to its triangles
     } else {
       scene_.lights_ = std::make_unique<LightSampler>(std::move(lights));
     }
-    if (other_emitters) find_flush_emitters(before);
+    if (are_emitters_outdated) find_flush_emitters(before);
   }
-  scene_.moves_ = anything_moves();
+  scene_.moves_ = has_motion();
   if (!options_.editable && scene_.environment_ && scene_.environment_->black()) {
     scene_.environment_.reset();
   }
@@ -278,7 +280,8 @@ void SceneUpdater::find_flush_emitters(const std::vector<EmissiveTriangle>& befo
   const std::vector<EmissiveTriangle>& triangles = scene_.lights_->triangles();
   if (std::ranges::equal(before, triangles, same_flush_surfaces)) return;
   scene_.flush_ = scene_detail::FlushEmitters::find(
-      {scene_.meshes_, scene_.instances_, scene_.shown_, triangles}, *scene_.geometry_, progress_);
+      {scene_.meshes_, scene_.instances_, scene_.visibility_, triangles}, *scene_.geometry_,
+      progress_);
   scene_.geometry_->device()->check();
 }
 
@@ -288,15 +291,15 @@ void SceneUpdater::update_memory_and_features() {
   bool culls = false, masks = false, blends = false;
   memory.geometry_bytes += vector_bytes(scene_.meshes_);
   for (const Mesh& mesh : scene_.meshes_) {
-    memory.geometry_bytes += held_bytes(mesh);
+    memory.geometry_bytes += allocated_bytes(mesh);
     if (mesh.record) memory.geometry_bytes += sizeof(scene_detail::GeometryRecord);
     if (mesh.triangles.empty()) continue;
     culls = culls || mesh.cull_backfaces;
     if (!mesh.has_coverage) continue;
     (mesh.material->alpha_mode() == AlphaMode::kMask ? masks : blends) = true;
   }
-  memory.geometry_bytes +=
-      vector_bytes(scene_.instances_) + vector_bytes(scene_.later_) + vector_bytes(scene_.shown_);
+  memory.geometry_bytes += vector_bytes(scene_.instances_) + vector_bytes(scene_.next_frame_) +
+                           vector_bytes(scene_.visibility_);
   if (scene_.geometry_) {
     memory.bvh_bytes = scene_.geometry_->device()->bytes();
   }
@@ -307,37 +310,39 @@ void SceneUpdater::update_memory_and_features() {
   list_features(culls, masks, blends);
 }
 
-bool SceneUpdater::anything_moves() const {
+bool SceneUpdater::has_motion() const {
   const auto moves = [this](const Instance& instance) {
     const Mesh& mesh = scene_.meshes_[instance.mesh];
-    return scene_detail::moves(mesh, instance) || mesh.material->emission_changes();
+    return scene_detail::moves(mesh, instance) || mesh.material->is_emission_animated();
   };
-  return !scene_.shown_.empty() || std::ranges::any_of(scene_.instances_, moves) ||
-         std::ranges::any_of(scene_.lights_->points(), &PointLight::changes);
+  return !scene_.visibility_.empty() || std::ranges::any_of(scene_.instances_, moves) ||
+         std::ranges::any_of(scene_.lights_->points(), &PointLight::is_animated);
 }
 
 void SceneUpdater::list_motion() {
   const auto list = [&](auto count, const char* text) {
     if (count > 0) scene_.features_.push_back(fmt::format(fmt::runtime(text), count));
   };
-  const auto instances = [&](const auto& is) {
+  const auto instances = [&](const auto& matches) {
     return std::ranges::count_if(scene_.instances_, [&](const Instance& instance) {
-      return is(scene_.meshes_[instance.mesh], instance);
+      return matches(scene_.meshes_[instance.mesh], instance);
     });
   };
-  const auto lights = [&](const auto& is) {
-    return std::ranges::count_if(scene_.lights_->points(), is);
+  const auto lights = [&](const auto& matches) {
+    return std::ranges::count_if(scene_.lights_->points(), matches);
   };
   list(instances([](const Mesh& m, const Instance& i) { return scene_detail::moves(m, i); }),
        "motion ({} instances)");
   list(lights([](const PointLight& light) { return !light.motion.empty(); }),
        "motion ({} point lights)");
-  list(scene_.later_.size(), "velocity ({} instances)");
-  list(std::ranges::count_if(scene_.shown_, [](const auto& shown) { return shown != nullptr; }),
+  list(scene_.next_frame_.size(), "velocity ({} instances)");
+  list(std::ranges::count_if(scene_.visibility_,
+                             [](const auto& visibility) { return visibility != nullptr; }),
        "visibility ({} instances appear or disappear)");
-  list(instances([](const Mesh& m, const Instance&) { return m.material->emission_changes(); }),
+  list(instances([](const Mesh& m, const Instance&) { return m.material->is_emission_animated(); }),
        "changing emission ({} instances)");
-  list(lights([](const PointLight& l) { return l.share || l.cones || l.range_share || l.shown; }),
+  list(lights(
+           [](const PointLight& l) { return l.share || l.cones || l.range_scale || l.visibility; }),
        "changing light ({} point lights)");
 }
 

@@ -21,7 +21,7 @@ class SceneUpdater {
   // maps each mesh to its index in that scene, or kNone. Call it first; `before` is not needed
   // after build_lights().
   static constexpr uint32_t kNone = ~0u;
-  void learn_from(const Scene& before, const std::vector<uint32_t>& from);
+  void reuse_from(const Scene& before, const std::vector<uint32_t>& from);
   // Compiles and assigns the materials. Throws InputError, leaving everything unchanged.
   void assign_materials();
   void find_solids();
@@ -37,12 +37,12 @@ class SceneUpdater {
   bool emitters_changed() const;
   std::vector<EmissiveTriangle> collect_emitters();
   void collect_emitters_of(uint32_t instance, std::vector<EmissiveTriangle>& triangles);
-  const EmissiveTriangle* known_emitters(uint32_t mesh) const;
+  const EmissiveTriangle* previous_emitters(uint32_t mesh) const;
   void reserve_lights(uint64_t count) const;
   PointLight place_light(const PunctualLightDescription& source) const;
   bool set_environment();
   void find_flush_emitters(const std::vector<EmissiveTriangle>& before);
-  bool anything_moves() const;
+  bool has_motion() const;
   void list_motion();
   void list_features(bool culls, bool masks, bool blends);
 
@@ -50,11 +50,11 @@ class SceneUpdater {
   const SceneDescription& description_;
   const SceneBuildOptions& options_;
   LoadProgress& progress_;
-  std::unique_ptr<MaterialSet> previous_;  // kept until the meshes' emission is compared
-  std::vector<bool> emission_changed_;     // per mesh: its emission differs from before
-  const Scene* before_ = nullptr;          // see learn_from()
-  std::vector<uint32_t> known_from_;       // per mesh: its index in before_,
-  std::vector<uint32_t> known_emitters_;   // and the first emitter of one of its instances
+  std::unique_ptr<MaterialSet> previous_materials_;  // kept until the meshes' emission is compared
+  std::vector<bool> emission_changed_;               // per mesh: its emission differs from before
+  const Scene* previous_scene_ = nullptr;            // see reuse_from()
+  std::vector<uint32_t> previous_mesh_indices_;      // per mesh: its index in previous_scene_,
+  std::vector<uint32_t> previous_first_emitters_;  // and the first emitter of one of its instances
 };
 
 }  // namespace emberline

@@ -16,18 +16,18 @@ namespace {
 
 // Whether light refracts and is absorbed equally in both. Their faces may look different, for
 // example on a partly frosted bottle.
-bool have_one_medium(const Material& a, const Material& b) {
+bool have_same_medium(const Material& a, const Material& b) {
   return a.ior() == b.ior() && a.dispersion() == b.dispersion() &&
          a.attenuation() == b.attenuation();
 }
 
 // Whether every ray that hits it ends there, from either side.
-bool ends_all_rays(const Mesh& mesh) {
-  return !mesh.triangles.empty() && !mesh.material->passes_light() && !mesh.has_coverage &&
+bool is_opaque(const Mesh& mesh) {
+  return !mesh.triangles.empty() && !mesh.material->is_transmissive() && !mesh.has_coverage &&
          !mesh.cull_backfaces;
 }
 
-bool are_of_one_place(const InstanceDescription& a, const InstanceDescription& b) {
+bool have_same_placement(const InstanceDescription& a, const InstanceDescription& b) {
   return a.node >= 0 && a.node == b.node && a.to_world == b.to_world;
 }
 
@@ -68,29 +68,29 @@ void Solids::join_parts(const Scene& scene, const SceneDescription& description,
     if (parts.size() < 2 || !shape(parts, true).closed) return false;
     for (const uint32_t i : solid) {
       set_shape(scene, i, shape(parts, true));
-      list_[i].body = solid[0];
+      solids_[i].body = solid[0];
     }
     for (const uint32_t i : opaque) opaque_parts_[i] = solid[0];
     parts_[solid[0]] = std::move(parts);
     return true;
   };
-  const auto are_of_one_mesh = [&](uint32_t a, uint32_t b) {
-    return are_of_one_place(description.instances[a], description.instances[b]) &&
+  const auto belong_together = [&](uint32_t a, uint32_t b) {
+    return have_same_placement(description.instances[a], description.instances[b]) &&
            scene.instances_[a].transformed == scene.instances_[b].transformed;
   };
   for (uint32_t begin = 0, end = 0; begin < scene.instances_.size(); begin = end) {
-    for (end = begin + 1; end < scene.instances_.size() && are_of_one_mesh(begin, end);) ++end;
+    for (end = begin + 1; end < scene.instances_.size() && belong_together(begin, end);) ++end;
     if (end - begin < 2) continue;
     Parts open, opaque;
     for (uint32_t i = begin; i < end; ++i) {
       const bool is_solid = !mesh_of(i).triangles.empty() && mesh_of(i).material->is_solid();
-      if (is_solid && !list_[i].closed) open.push_back(i);
-      if (!is_solid && ends_all_rays(mesh_of(i))) opaque.push_back(i);
+      if (is_solid && !solids_[i].closed) open.push_back(i);
+      if (!is_solid && is_opaque(mesh_of(i))) opaque.push_back(i);
     }
     while (!open.empty()) {
       const Material& first = *mesh_of(open[0]).material;
       const auto others = std::ranges::stable_partition(
-          open, [&](uint32_t i) { return have_one_medium(*mesh_of(i).material, first); });
+          open, [&](uint32_t i) { return have_same_medium(*mesh_of(i).material, first); });
       const Parts same(open.begin(), others.begin());
       open.assign(others.begin(), others.end());
       if (join(same, {}) || opaque.empty()) continue;

@@ -25,7 +25,7 @@ double determinant(const Affine& m) {
 }
 
 // Enlarges a box by far more than the rounding error of a face.
-Imath::Box3f grown(Imath::Box3f box) {
+Imath::Box3f expanded_box(Imath::Box3f box) {
   constexpr float kMargin = 1e-4f;
   const Vec3f margin(kMargin * std::max(max_abs_component(box.min), max_abs_component(box.max)));
   box.min -= margin;
@@ -43,22 +43,23 @@ std::unique_ptr<const Solids> Solids::find(Scene& scene, const SceneDescription&
     if (mesh.triangles.empty() || !mesh.material->is_solid()) continue;
     const std::string& name = description.meshes[scene.instances_[i].mesh].name;
     if (!mesh.solid) mesh.solid = shape_of(std::array<const Mesh*, 1>{&mesh}, &name, progress);
-    if (solids->list_.empty()) {
-      solids->list_.resize(scene.instances_.size());
-      for (uint32_t k = 0; k < solids->list_.size(); ++k) solids->list_[k].body = k;
+    if (solids->solids_.empty()) {
+      solids->solids_.resize(scene.instances_.size());
+      for (uint32_t k = 0; k < solids->solids_.size(); ++k) solids->solids_[k].body = k;
     }
-    Solid& solid = solids->list_[i];
+    Solid& solid = solids->solids_[i];
     solids->set_shape(scene, i, *mesh.solid);
     solids->instances_.push_back(i);
     const Material& material = *mesh.material;
     solid.is_clear = material.is_clear_solid() && mesh.colors.empty();
-    solid.lets_through = solid.is_clear && material.ior() == 1.0f && material.dispersion() == 0.0f;
-    if (solid.lets_through) solids->any_let_through_ = true;
+    solid.transmits_straight =
+        solid.is_clear && material.ior() == 1.0f && material.dispersion() == 0.0f;
+    if (solid.transmits_straight) solids->has_straight_transmission_ = true;
   }
   if (solids->instances_.empty()) return nullptr;
   solids->join_parts(scene, description, progress);
   for (const uint32_t i : solids->instances_) {
-    if (solids->list_[i].closed) continue;
+    if (solids->solids_[i].closed) continue;
     const MeshDescription& mesh = description.meshes[scene.instances_[i].mesh];
     solids->open_names_.emplace(i, shortened(mesh.name));
   }
@@ -71,9 +72,9 @@ std::unique_ptr<const Solids> Solids::find(Scene& scene, const SceneDescription&
 
 void Solids::set_shape(const Scene& scene, uint32_t i, const SolidShape& shape) {
   const Instance& instance = scene.instances_[i];
-  Solid& solid = list_[i];
+  Solid& solid = solids_[i];
   solid.closed = shape.closed;
-  solid.of_mesh = solid.bounds = shape.bounds;
+  solid.mesh_bounds = solid.bounds = shape.bounds;
   solid.volume = shape.volume;
   if (!instance.transformed) return;
   solid.bounds = scene_detail::transformed(shape.bounds, instance.to_internal);
@@ -83,20 +84,20 @@ void Solids::set_shape(const Scene& scene, uint32_t i, const SolidShape& shape) 
 void Solids::find_ranks() {
   std::vector<uint32_t> order = instances_;
   std::ranges::sort(order, [this](uint32_t a, uint32_t b) {
-    return std::tuple(list_[a].volume, list_[a].body, a) <
-           std::tuple(list_[b].volume, list_[b].body, b);
+    return std::tuple(solids_[a].volume, solids_[a].body, a) <
+           std::tuple(solids_[b].volume, solids_[b].body, b);
   });
-  for (uint32_t rank = 0; rank < order.size(); ++rank) list_[order[rank]].rank = rank;
+  for (uint32_t rank = 0; rank < order.size(); ++rank) solids_[order[rank]].rank = rank;
 }
 
 Imath::Box3f Solids::bounds_over_shutter(const Scene& scene, uint32_t i) const {
-  Imath::Box3f box = list_[i].bounds;
+  Imath::Box3f box = solids_[i].bounds;
   const Instance& instance = scene.instances_[i];
-  if (instance.moving == Instance::kAtRest) return box;
+  if (instance.moving_index == Instance::kStatic) return box;
   constexpr int kTimes = 64;
   for (int k = 1; k <= kTimes; ++k) {
-    const Affine m = scene.geometry_->transform_at(instance.moving, float(k) / kTimes);
-    box.extendBy(scene_detail::transformed(list_[i].of_mesh, m));
+    const Affine m = scene.geometry_->transform_at(instance.moving_index, float(k) / kTimes);
+    box.extendBy(scene_detail::transformed(solids_[i].mesh_bounds, m));
   }
   // Larger than a corner's deviation between these times.
   const Vec3f margin(0.05f * box.size().length());
@@ -107,23 +108,24 @@ Imath::Box3f Solids::bounds_over_shutter(const Scene& scene, uint32_t i) const {
 
 // Sweeps along x. Beyond a limit of neighbours per solid, solids count as near each other.
 void Solids::find_near() {
-  constexpr size_t kMostNeighbours = 256;
+  constexpr size_t kMaxNeighbours = 256;
   std::vector<uint32_t> order = instances_;
-  const auto left = [this](uint32_t i) { return list_[i].bounds.min.x; };
+  const auto left = [this](uint32_t i) { return solids_[i].bounds.min.x; };
   std::ranges::sort(order, [&](uint32_t a, uint32_t b) {
     return left(a) != left(b) ? left(a) < left(b) : a < b;
   });
   for (size_t i = 0; i < order.size(); ++i) {
-    const Imath::Box3f box = grown(list_[order[i]].bounds);
+    const Imath::Box3f box = expanded_box(solids_[order[i]].bounds);
     for (size_t k = i + 1; k < order.size() && left(order[k]) <= box.max.x; ++k) {
-      const bool is_one = list_[order[i]].body == list_[order[k]].body;
-      if (k - i <= kMostNeighbours && (is_one || !box.intersects(list_[order[k]].bounds))) continue;
-      list_[order[i]].is_near = list_[order[k]].is_near = true;
-      if (k - i > kMostNeighbours) break;
+      const bool is_same_body = solids_[order[i]].body == solids_[order[k]].body;
+      if (k - i <= kMaxNeighbours && (is_same_body || !box.intersects(solids_[order[k]].bounds)))
+        continue;
+      solids_[order[i]].is_near = solids_[order[k]].is_near = true;
+      if (k - i > kMaxNeighbours) break;
     }
   }
   for (const uint32_t i : instances_) {
-    if (list_[i].is_near) near_.push_back(i);
+    if (solids_[i].is_near) near_.push_back(i);
   }
 }
 
@@ -135,10 +137,10 @@ struct Solids::Face {
   Vec3f low, high;  // bounds
   float error;      // how far from its plane a ray may hit it
   uint32_t instance, primitive;
-  bool of_solid;
+  bool is_solid_face;
 
   float reach(const Face& other) const { return kReach * (error + other.error); }
-  bool is_beside(const Face& other) const {
+  bool is_disjoint(const Face& other) const {
     for (int c = 0; c < 3; ++c) {
       if (low[c] > other.high[c] + reach(other) || other.low[c] > high[c] + reach(other))
         return true;
@@ -149,8 +151,8 @@ struct Solids::Face {
 
 // A list of faces that reserves its memory in advance.
 struct Solids::FaceList {
-  FaceList(std::shared_ptr<MemoryBudget> budget, const std::string& of_file)
-      : memory(std::move(budget), MemoryPart::kGeometry), file(of_file) {}
+  FaceList(std::shared_ptr<MemoryBudget> budget, const std::string& file_name)
+      : memory(std::move(budget), MemoryPart::kGeometry), file(file_name) {}
   void add(const Face& face) {
     if (faces.size() == faces.capacity()) {
       const size_t more = std::max<size_t>(1024, faces.size());
@@ -170,16 +172,17 @@ std::array<Vec3d, 3> Solids::corners_of(const Scene& scene, uint32_t instance, u
 }
 
 // Whether one face lies in the other's plane.
-bool Solids::share_a_plane(const Scene& scene, const Face& a, const Face& b) {
+bool Solids::are_coplanar(const Scene& scene, const Face& a, const Face& b) {
   const auto p = corners_of(scene, a.instance, a.primitive);
   const auto q = corners_of(scene, b.instance, b.primitive);
-  const auto holds = [&](const std::array<Vec3d, 3>& plane, const std::array<Vec3d, 3>& face) {
+  const auto lies_in_plane = [&](const std::array<Vec3d, 3>& plane,
+                                 const std::array<Vec3d, 3>& face) {
     const Vec3d normal = (plane[1] - plane[0]).cross(plane[2] - plane[0]).normalized();
     return std::ranges::all_of(face, [&](const Vec3d& corner) {
       return std::abs(dot(corner - plane[0], normal)) <= double(a.reach(b));
     });
   };
-  return holds(p, q) || holds(q, p);
+  return lies_in_plane(p, q) || lies_in_plane(q, p);
 }
 
 Solids::Face Solids::face_of(const Scene& scene, uint32_t instance, uint32_t primitive) const {
@@ -200,7 +203,7 @@ void Solids::add_faces(const Scene& scene, uint32_t instance, FaceList* faces) c
 
 void Solids::find_flat(const Scene& scene) {
   for (const uint32_t body : instances_) {
-    if (!list_[body].closed || list_[body].body != body) continue;
+    if (!solids_[body].closed || solids_[body].body != body) continue;
     const std::vector<uint32_t> parts = parts_of(body);
     // Calls use(instance, primitive) until it returns false.
     const auto all_faces = [&](const auto& use) {
@@ -211,14 +214,14 @@ void Solids::find_flat(const Scene& scene) {
         return p == count;
       });
     };
-    Vec3d normal(0.0), place(0.0);
+    Vec3d normal(0.0), plane_point(0.0);
     double reach = 0.0;
     all_faces([&](uint32_t i, uint32_t p) {
       const std::array<Vec3d, 3> c = corners_of(scene, i, p);
       const Vec3d here = (c[1] - c[0]).cross(c[2] - c[0]);
       if (here.length2() <= normal.length2()) return true;
       normal = here;
-      place = c[0];
+      plane_point = c[0];
       const Instance& placed = scene.instances_[i];
       // The faces of a thicker solid are hit one after another, even if others coincide with them.
       reach = 2 * SolidCrossing::kReach *
@@ -228,14 +231,14 @@ void Solids::find_flat(const Scene& scene) {
     normal.normalize();
     const bool flat = all_faces([&](uint32_t i, uint32_t p) {
       return std::ranges::all_of(corners_of(scene, i, p), [&](const Vec3d& corner) {
-        return std::abs(dot(corner - place, normal)) <= reach;
+        return std::abs(dot(corner - plane_point, normal)) <= reach;
       });
     });
     if (!flat) continue;
     for (const uint32_t i : parts) {
       if (opaque_parts_.contains(i)) continue;
-      list_[i].is_flat = list_[i].lets_through = any_let_through_ = true;
-      mark_all(scene, i);
+      solids_[i].is_flat = solids_[i].transmits_straight = has_straight_transmission_ = true;
+      mark_all_touching(scene, i);
     }
   }
 }
@@ -243,10 +246,10 @@ void Solids::find_flat(const Scene& scene) {
 // Adds the faces of other surfaces near solids, and those solids' faces. Emissive surfaces are
 // skipped, because flush_emitters.h handles them. Returns false if there are too many.
 bool Solids::add_surfaces(const Scene& scene, LoadProgress& progress, FaceList* faces) const {
-  constexpr uint64_t kMostTests = 50'000'000;  // about a second
+  constexpr uint64_t kMaxTests = 50'000'000;  // about a second
   std::vector<Imath::Box3f> boxes;
-  for (const uint32_t i : instances_) boxes.push_back(grown(list_[i].bounds));
-  std::vector<Imath::Box3f> of_mesh(scene.meshes_.size());
+  for (const uint32_t i : instances_) boxes.push_back(expanded_box(solids_[i].bounds));
+  std::vector<Imath::Box3f> mesh_bounds(scene.meshes_.size());
   std::vector<bool> has_surfaces(instances_.size());
   uint64_t tests = 0;
   for (uint32_t i = 0; i < scene.instances_.size(); ++i) {
@@ -255,41 +258,41 @@ bool Solids::add_surfaces(const Scene& scene, LoadProgress& progress, FaceList* 
     const Mesh& mesh = scene.meshes_[placed.mesh];
     if (mesh.triangles.empty() || mesh.material->is_solid() || mesh.material->is_emissive())
       continue;
-    Imath::Box3f& own = of_mesh[placed.mesh];
-    if (own.isEmpty()) own = scene_detail::bounds_of(mesh.positions);
+    Imath::Box3f& mesh_box = mesh_bounds[placed.mesh];
+    if (mesh_box.isEmpty()) mesh_box = scene_detail::bounds_of(mesh.positions);
     const Imath::Box3f box =
-        placed.transformed ? scene_detail::transformed(own, placed.to_internal) : own;
+        placed.transformed ? scene_detail::transformed(mesh_box, placed.to_internal) : mesh_box;
     std::vector<size_t> near;
     for (size_t k = 0; k < boxes.size(); ++k) {
       if (boxes[k].intersects(box)) near.push_back(k);
     }
     tests += boxes.size() + near.size() * mesh.triangles.size();
-    if (tests > kMostTests) return false;
+    if (tests > kMaxTests) return false;
     for (uint32_t p = 0; p < mesh.triangles.size() && !near.empty(); ++p) {
       const Face face = face_of(scene, i, p);
-      bool comes_near = false;
+      bool is_near_solid = false;
       for (const size_t k : near) {
         if (!boxes[k].intersects({face.low, face.high})) continue;
-        comes_near = has_surfaces[k] = true;
+        is_near_solid = has_surfaces[k] = true;
       }
-      if (comes_near) faces->add(face);
+      if (is_near_solid) faces->add(face);
     }
   }
   for (size_t k = 0; k < instances_.size(); ++k) {
-    if (has_surfaces[k] && !list_[instances_[k]].is_near) add_faces(scene, instances_[k], faces);
+    if (has_surfaces[k] && !solids_[instances_[k]].is_near) add_faces(scene, instances_[k], faces);
   }
   return true;
 }
 
-void Solids::mark_all(const Scene& scene, uint32_t instance) {
+void Solids::mark_all_touching(const Scene& scene, uint32_t instance) {
   const size_t count = scene.meshes_[scene.instances_[instance].mesh].triangles.size();
-  std::vector<bool>& touching = list_[instance].touching;
+  std::vector<bool>& touching = solids_[instance].touching;
   touching_faces_ += count - uint64_t(std::count(touching.begin(), touching.end(), true));
   touching.assign(count, true);
 }
 
-void Solids::mark(const Scene& scene, const Face& face) {
-  std::vector<bool>& touching = list_[face.instance].touching;
+void Solids::mark_touching(const Scene& scene, const Face& face) {
+  std::vector<bool>& touching = solids_[face.instance].touching;
   if (touching.empty()) {
     touching.resize(scene.meshes_[scene.instances_[face.instance].mesh].triangles.size());
   }
@@ -303,9 +306,9 @@ struct Solids::StripFace {
   uint32_t strip, face;
 };
 
-std::vector<Solids::StripFace> Solids::in_strips(const std::vector<Face>& faces,
-                                                 const std::string& file,
-                                                 MemoryReservation* memory) {
+std::vector<Solids::StripFace> Solids::sort_into_strips(const std::vector<Face>& faces,
+                                                        const std::string& file,
+                                                        MemoryReservation* memory) {
   constexpr double kStrips = 64;  // chosen by us
   double low = INFINITY, high = -INFINITY, reach = 0.0;
   for (const Face& face : faces) {
@@ -337,32 +340,34 @@ std::vector<Solids::StripFace> Solids::in_strips(const std::vector<Face>& faces,
 
 // Sweeps along x in each strip. If that takes too long, all faces count as touching.
 void Solids::find_touching(const Scene& scene, const std::string& file, LoadProgress& progress) {
-  constexpr uint64_t kMostPairs = 100'000'000;  // less than a second
+  constexpr uint64_t kMaxPairs = 100'000'000;  // less than a second
   FaceList list(progress.budget(), file);
   for (const uint32_t i : near_) add_faces(scene, i, &list);
   if (!add_surfaces(scene, progress, &list)) {
-    for (const uint32_t i : instances_) mark_all(scene, i);
+    for (const uint32_t i : instances_) mark_all_touching(scene, i);
     return;
   }
   const std::vector<Face>& faces = list.faces;
   MemoryReservation memory(progress.budget(), MemoryPart::kGeometry);
-  const std::vector<StripFace> order = in_strips(faces, file, &memory);
+  const std::vector<StripFace> order = sort_into_strips(faces, file, &memory);
   uint64_t pairs = 0;
   for (size_t i = 0; i < order.size(); ++i) {
     if (i % 1024 == 0) progress.check();
     const Face& a = faces[order[i].face];
-    for (size_t k = i + 1; k < order.size() && pairs < kMostPairs; ++k, ++pairs) {
+    for (size_t k = i + 1; k < order.size() && pairs < kMaxPairs; ++k, ++pairs) {
       const Face& b = faces[order[k].face];
       if (order[k].strip != order[i].strip || b.low.x > a.high.x + a.reach(b)) break;
-      if (!a.of_solid && !b.of_solid) continue;
-      const bool is_one = a.of_solid && b.of_solid && body(a.instance) == body(b.instance);
-      if (is_one || a.instance == b.instance || a.is_beside(b) || !share_a_plane(scene, a, b)) {
+      if (!a.is_solid_face && !b.is_solid_face) continue;
+      const bool is_same_body =
+          a.is_solid_face && b.is_solid_face && body(a.instance) == body(b.instance);
+      if (is_same_body || a.instance == b.instance || a.is_disjoint(b) ||
+          !are_coplanar(scene, a, b)) {
         continue;
       }
-      mark(scene, a);
-      mark(scene, b);
+      mark_touching(scene, a);
+      mark_touching(scene, b);
     }
-    if (pairs >= kMostPairs) mark(scene, a);
+    if (pairs >= kMaxPairs) mark_touching(scene, a);
   }
 }
 

@@ -41,37 +41,37 @@ class Solids {
   // Whether the solid has an inside: each edge of its mesh, or of all meshes of a node that are
   // closed together, is used equally often in both directions. Corners at the same place are one
   // corner.
-  bool closed(uint32_t instance) const { return list_[instance].closed; }
+  bool closed(uint32_t instance) const { return solids_[instance].closed; }
   // The body of an instance: the first of the instances that are closed together, or the instance
   // itself. All parts of a closed body are closed and contain one medium.
   uint32_t body(uint32_t instance) const {
-    return parts_.empty() ? instance : list_[instance].body;
+    return parts_.empty() ? instance : solids_[instance].body;
   }
-  bool any_are_joined() const { return !parts_.empty(); }
+  bool has_joined_parts() const { return !parts_.empty(); }
   // Opaque surfaces that close a solid, such as a label on a bottle, with its body.
   const std::map<uint32_t, uint32_t>& opaque_parts() const { return opaque_parts_; }
   // Which of two closed solids that both enclose a point owns it: the smaller one, so that a solid
   // inside another always takes effect. The rule depends only on the point, not on the path to it:
   // a priority as in C. Schmidt & B. Budge, "Simple Nested Dielectrics in Ray Traced Images" (JGT
   // 7(2), 2002), derived from the geometry.
-  bool precedes(uint32_t a, uint32_t b) const { return list_[a].rank < list_[b].rank; }
+  bool has_priority(uint32_t a, uint32_t b) const { return solids_[a].rank < solids_[b].rank; }
   // Whether a face may coincide with a face of another solid, of the same solid if it is flat, or,
   // for a surface without an interior, of any solid.
-  bool may_touch(uint32_t instance, uint32_t primitive) const {
-    const std::vector<bool>& faces = list_[instance].touching;
+  bool may_coincide(uint32_t instance, uint32_t primitive) const {
+    const std::vector<bool>& faces = solids_[instance].touching;
     return !faces.empty() && faces[primitive];
   }
   // A closed solid whose faces, in all its parts, lie in one plane. It has no inside for a path and
   // acts as a thin wall.
-  bool is_flat(uint32_t instance) const { return list_[instance].is_flat; }
+  bool is_flat(uint32_t instance) const { return solids_[instance].is_flat; }
   // Whether its faces only refract light (Material::is_clear_solid).
-  bool is_clear(uint32_t instance) const { return list_[instance].is_clear; }
+  bool is_clear(uint32_t instance) const { return solids_[instance].is_clear; }
   // Whether light may pass straight through a face from outside of all solids, because the solid
   // does not refract or is flat.
-  bool lets_through(uint32_t instance) const { return list_[instance].lets_through; }
-  bool any_let_through() const { return any_let_through_; }
+  bool transmits_straight(uint32_t instance) const { return solids_[instance].transmits_straight; }
+  bool has_straight_transmission() const { return has_straight_transmission_; }
   // Whether solids are so near to each other that they or their faces may overlap.
-  bool any_are_near() const { return !near_.empty(); }
+  bool has_near_solids() const { return !near_.empty(); }
   uint64_t touching_faces() const { return touching_faces_; }
   // Bounds of the whole body in internal space. The scene must have its BVH.
   Imath::Box3f bounds_over_shutter(const Scene& scene, uint32_t instance) const;
@@ -80,11 +80,12 @@ class Solids {
 
  private:
   struct Solid {
-    bool closed = false, is_near = false, is_flat = false, is_clear = false, lets_through = false;
+    bool closed = false, is_near = false, is_flat = false, is_clear = false,
+         transmits_straight = false;
     uint32_t rank = 0, body = 0;
     double volume = 0.0;
     // Bounds of the whole body: in object space; and at shutter open in internal space.
-    Imath::Box3f of_mesh, bounds;
+    Imath::Box3f mesh_bounds, bounds;
     std::vector<bool> touching;  // by face; empty: none
   };
   struct Face;
@@ -97,25 +98,26 @@ class Solids {
   std::vector<uint32_t> parts_of(uint32_t body) const;
   void find_near();
   void find_flat(const Scene& scene);
-  static std::vector<StripFace> in_strips(const std::vector<Face>& faces, const std::string& file,
-                                          MemoryReservation* memory);
+  static std::vector<StripFace> sort_into_strips(const std::vector<Face>& faces,
+                                                 const std::string& file,
+                                                 MemoryReservation* memory);
   void find_touching(const Scene& scene, const std::string& file, LoadProgress& progress);
   Face face_of(const Scene& scene, uint32_t instance, uint32_t primitive) const;
   void add_faces(const Scene& scene, uint32_t instance, FaceList* faces) const;
   bool add_surfaces(const Scene& scene, LoadProgress& progress, FaceList* faces) const;
   static std::array<Vec3d, 3> corners_of(const Scene& scene, uint32_t instance, uint32_t primitive);
-  static bool share_a_plane(const Scene& scene, const Face& a, const Face& b);
-  void mark(const Scene& scene, const Face& face);
-  void mark_all(const Scene& scene, uint32_t instance);
+  static bool are_coplanar(const Scene& scene, const Face& a, const Face& b);
+  void mark_touching(const Scene& scene, const Face& face);
+  void mark_all_touching(const Scene& scene, uint32_t instance);
 
-  std::vector<Solid> list_;  // by instance
+  std::vector<Solid> solids_;  // by instance
   std::vector<uint32_t> instances_;
   std::map<uint32_t, std::vector<uint32_t>> parts_;  // of bodies with several, opaque ones included
   std::map<uint32_t, uint32_t> opaque_parts_;
   std::map<uint32_t, std::string> open_names_;
   std::vector<uint32_t> near_;  // solids that have another one near
   uint64_t touching_faces_ = 0;
-  bool any_let_through_ = false;
+  bool has_straight_transmission_ = false;
 };
 
 }  // namespace emberline

@@ -18,19 +18,19 @@ namespace {
 using Nodes = std::vector<NodeDescription>;
 
 // Whether each node or one of its descendants has a mesh.
-std::vector<char> with_meshes(const Nodes& nodes) {
-  std::vector<char> have(nodes.size(), 0);
+std::vector<char> find_mesh_ancestors(const Nodes& nodes) {
+  std::vector<char> has_mesh_below(nodes.size(), 0);
   for (size_t i = 0; i < nodes.size(); ++i) {
-    for (int at = nodes[i].has_mesh ? int(i) : -1; at >= 0 && !have[size_t(at)];
+    for (int at = nodes[i].has_mesh ? int(i) : -1; at >= 0 && !has_mesh_below[size_t(at)];
          at = nodes[size_t(at)].parent) {
-      have[size_t(at)] = 1;
+      has_mesh_below[size_t(at)] = 1;
     }
   }
-  return have;
+  return has_mesh_below;
 }
 
 // Escapes a name as parse_node_names() expects it.
-std::string as_listed(const std::string& name) {
+std::string escape_name(const std::string& name) {
   std::string text;
   for (const char c : shortened(name)) {
     if (c == ',' || c == '\\') text += '\\';
@@ -41,20 +41,21 @@ std::string as_listed(const std::string& name) {
 
 // The names for messages: all of a few, or the nearest three.
 std::string nearest_names(const std::string& wanted, const Nodes& nodes,
-                          const std::vector<char>& have) {
-  constexpr size_t kMost = 3, kCompared = 64;
+                          const std::vector<char>& has_mesh_below) {
+  constexpr size_t kMaxListed = 3, kMaxCompared = 64;
   std::set<std::pair<size_t, std::string>> nearest;
   for (size_t i = 0; i < nodes.size(); ++i) {
-    if (!have[i] || nodes[i].name.empty()) continue;
-    const size_t distance = edit_distance(wanted.substr(0, kCompared),
-                                          std::string_view(nodes[i].name).substr(0, kCompared));
+    if (!has_mesh_below[i] || nodes[i].name.empty()) continue;
+    const size_t distance = edit_distance(wanted.substr(0, kMaxCompared),
+                                          std::string_view(nodes[i].name).substr(0, kMaxCompared));
     nearest.emplace(distance, nodes[i].name);
   }
-  if (nearest.size() > kFewNames) nearest.erase(std::next(nearest.begin(), kMost), nearest.end());
+  if (nearest.size() > kMaxListedNames)
+    nearest.erase(std::next(nearest.begin(), kMaxListed), nearest.end());
   if (nearest.empty()) return "the file has no nodes with a mesh and a name";
   std::vector<std::string> names;
   for (const auto& [distance, name] : nearest)
-    names.push_back(fmt::format("'{}'", as_listed(name)));
+    names.push_back(fmt::format("'{}'", escape_name(name)));
   return fmt::format("the nearest names are {}", fmt::join(names, ", "));
 }
 
@@ -69,8 +70,9 @@ std::vector<size_t> find_nodes(const std::string& wanted, const Nodes& nodes) {
   return {};
 }
 
-void give(const char* option, SurfaceRole role, std::string_view list, const Nodes& nodes,
-          const std::vector<char>& have, std::vector<std::optional<SurfaceRole>>& roles) {
+void assign_role(const char* option, SurfaceRole role, std::string_view list, const Nodes& nodes,
+                 const std::vector<char>& has_mesh_below,
+                 std::vector<std::optional<SurfaceRole>>& roles) {
   const std::vector<std::string> names = parse_node_names(list);
   if (names.empty() && !list.empty())
     throw UsageError("`{}`: '{}' does not name a node", option, shortened(list));
@@ -78,11 +80,11 @@ void give(const char* option, SurfaceRole role, std::string_view list, const Nod
     const std::vector<size_t> found = find_nodes(name, nodes);
     if (found.empty()) {
       throw UsageError("`{}`: no node '{}'; {}", option, shortened(name),
-                       nearest_names(name, nodes, have));
+                       nearest_names(name, nodes, has_mesh_below));
     }
-    if (std::ranges::none_of(found, [&](size_t node) { return have[node] != 0; })) {
+    if (std::ranges::none_of(found, [&](size_t node) { return has_mesh_below[node] != 0; })) {
       throw UsageError("`{}`: neither the node '{}' nor any node below it has a mesh; {}", option,
-                       shortened(name), nearest_names(name, nodes, have));
+                       shortened(name), nearest_names(name, nodes, has_mesh_below));
     }
     for (const size_t node : found) {
       if (roles[node].value_or(role) != role) {
@@ -96,7 +98,7 @@ void give(const char* option, SurfaceRole role, std::string_view list, const Nod
 }
 
 // Gives each node its own role, or that of its nearest ancestor.
-void hand_down(const Nodes& nodes, std::vector<std::optional<SurfaceRole>>& roles) {
+void inherit_roles(const Nodes& nodes, std::vector<std::optional<SurfaceRole>>& roles) {
   std::vector<size_t> path;
   for (size_t i = 0; i < nodes.size(); ++i) {
     path.clear();
@@ -105,7 +107,7 @@ void hand_down(const Nodes& nodes, std::vector<std::optional<SurfaceRole>>& role
       path.push_back(at);
       at = size_t(nodes[at].parent);
     }
-    if (!roles[at]) roles[at] = SurfaceRole::kSeen;
+    if (!roles[at]) roles[at] = SurfaceRole::kOrdinary;
     for (const size_t node : path) roles[node] = roles[at];
   }
 }
@@ -114,14 +116,14 @@ void hand_down(const Nodes& nodes, std::vector<std::optional<SurfaceRole>>& role
 
 SurfaceRoles::SurfaceRoles(const SceneDescription& scene, std::string_view catchers,
                            std::string_view holdouts) {
-  const std::vector<char> have = with_meshes(scene.nodes);
+  const std::vector<char> has_mesh_below = find_mesh_ancestors(scene.nodes);
   std::vector<std::optional<SurfaceRole>> roles(scene.nodes.size());
-  give("catcher", SurfaceRole::kCatcher, catchers, scene.nodes, have, roles);
-  give("holdout", SurfaceRole::kHoldout, holdouts, scene.nodes, have, roles);
-  hand_down(scene.nodes, roles);
+  assign_role("catcher", SurfaceRole::kCatcher, catchers, scene.nodes, has_mesh_below, roles);
+  assign_role("holdout", SurfaceRole::kHoldout, holdouts, scene.nodes, has_mesh_below, roles);
+  inherit_roles(scene.nodes, roles);
   for (const InstanceDescription& instance : scene.instances) {
     const bool of_node = instance.node >= 0 && size_t(instance.node) < roles.size();
-    roles_.push_back(of_node ? *roles[size_t(instance.node)] : SurfaceRole::kSeen);
+    roles_.push_back(of_node ? *roles[size_t(instance.node)] : SurfaceRole::kOrdinary);
   }
 }
 

@@ -11,9 +11,9 @@
 namespace emberline {
 
 enum class SurfaceRole : uint8_t {
-  kSeen,     // ordinary
-  kCatcher,  // a surface of the compositor's plate that receives shadows
-  kHoldout,  // an object of the plate that hides what is behind it
+  kOrdinary,  // ordinary
+  kCatcher,   // a surface of the compositor's plate that receives shadows
+  kHoldout,   // an object of the plate that hides what is behind it
 };
 
 class SurfaceRoles {
@@ -25,7 +25,7 @@ class SurfaceRoles {
   SurfaceRoles(const SceneDescription& scene, std::string_view catchers, std::string_view holdouts);
 
   SurfaceRole of(uint32_t instance) const { return roles_[instance]; }
-  bool is_in_plate(uint32_t instance) const { return of(instance) != SurfaceRole::kSeen; }
+  bool is_in_plate(uint32_t instance) const { return of(instance) != SurfaceRole::kOrdinary; }
 
  private:
   std::vector<SurfaceRole> roles_;  // by instance

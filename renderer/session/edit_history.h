@@ -21,15 +21,15 @@ class EditHistory {
   // moved again.
   void record(const SceneEdits& edits, const std::string& gesture = {}) {
     if (edits == current()) return;
-    const bool goes_on = !gesture.empty() && gesture == gesture_;
+    const bool continues_gesture = !gesture.empty() && gesture == gesture_;
     steps_.resize(current_ + 1);
     gesture_ = gesture;
-    if (goes_on) {
+    if (continues_gesture) {
       steps_.back() = edits;
       return;
     }
     steps_.push_back(edits);
-    if (steps_.size() > kMostSteps) steps_.pop_front();
+    if (steps_.size() > kMaxSteps) steps_.pop_front();
     current_ = steps_.size() - 1;
   }
 
@@ -54,7 +54,7 @@ class EditHistory {
   const SceneEdits& current() const { return steps_[current_]; }
 
   // Older steps are dropped.
-  static constexpr size_t kMostSteps = 1000;
+  static constexpr size_t kMaxSteps = 1000;
 
  private:
   std::deque<SceneEdits> steps_;

@@ -9,28 +9,28 @@ class Session:
         self.process = subprocess.Popen([program, "session", *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         self.commands, self.segment, self.memory = 0, 0, None
 
-    def say(self, do, **members):
+    def send(self, do, **members):
         self.process.stdin.write(json.dumps({"do": do, **members}, allow_nan=False).encode() + b"\n")
         self.process.stdin.flush()
 
-    def hear(self, wanted):
+    def receive(self, wanted):
         """Returns the first `wanted` message and skips pictures before it."""
         while True:
             message = json.loads(self.process.stdout.readline() or '{"event": "error", "text": "emberline has ended"}')
             if message.get("event") == "picture":
-                self.say("next", after=message["number"])
+                self.send("next", after=message["number"])
             if message.get("ok") is False or message.get("event") == "error":
                 sys.exit(message.get("error") or message["text"])
             if wanted(message): return message  # noqa: E701
 
-    def ask(self, do, **members):
+    def request(self, do, **members):
         self.commands += 1
-        self.say(do, id=self.commands, **members)
-        return self.hear(lambda m: m.get("id") == self.commands)
+        self.send(do, id=self.commands, **members)
+        return self.receive(lambda m: m.get("id") == self.commands)
 
     def picture(self, good):
         """Returns a `good` picture and its bytes, which stay valid until two more pictures are announced."""
-        p = self.hear(lambda m: m.get("event") == "picture" and good(m))
+        p = self.receive(lambda m: m.get("event") == "picture" and good(m))
         if p["segment"] != self.segment:
             with open(p["memory"], "rb") as file:
                 self.segment, self.memory = p["segment"], mmap.mmap(file.fileno(), p["bytes"], access=mmap.ACCESS_READ)
@@ -40,13 +40,13 @@ class Session:
 if __name__ == "__main__":
     scene, out, program, size, spp = (sys.argv[1:] + ["emberline", "640x360", "16"][len(sys.argv) - 3:])[:5]
     session, begun = Session(program, "--size", size, "--spp", spp, "--driver", "bisection"), time.perf_counter()
-    view, now = session.ask("open", scene=scene)["scene"]["view"], session.picture(lambda p: True)
+    view, now = session.request("open", scene=scene)["scene"]["view"], session.picture(lambda p: True)
     print(f"opened: {1000 * (time.perf_counter() - begun):.0f} ms")
     to, radius = view["look_at"], math.dist(view["look_from"], view["look_at"])
     for degrees in range(0, 360, 10):
         begun, angle = time.perf_counter(), math.radians(degrees)
         eye = [to[0] + radius * math.sin(angle), view["look_from"][1], to[2] + radius * math.cos(angle)]
-        edit = session.ask("camera", camera={**view, "look_from": eye, "up": [0, 1, 0]})["edit"]
+        edit = session.request("camera", camera={**view, "look_from": eye, "up": [0, 1, 0]})["edit"]
         now = session.picture(lambda p: p["edit"] >= edit)
         print(f"{degrees} degrees: {1000 * (time.perf_counter() - begun):.1f} ms")
     p, pixels = now if now[0]["finished"] else session.picture(lambda p: p["finished"])
@@ -55,5 +55,5 @@ if __name__ == "__main__":
         for row in reversed(range(p["height"])):
             rgba = array.array("f", pixels[row * p["stride"]:(row + 1) * p["stride"]].tobytes())
             file.write(array.array("f", [rgba[4 * i + k] for i in range(p["width"]) for k in range(3)]).tobytes())
-    session.say("quit")
+    session.send("quit")
     sys.exit(session.process.wait())

@@ -20,7 +20,7 @@ namespace {
 constexpr size_t kRows = 8;
 constexpr size_t kPixels = 4096;
 
-DisplaySettings at_exposure(DisplaySettings settings, float exposure) {
+DisplaySettings with_exposure(DisplaySettings settings, float exposure) {
   if (!std::isfinite(exposure)) throw UsageError("`exposure`: not a finite number");
   settings.exposure = exposure;
   return settings;
@@ -33,7 +33,7 @@ bool same_colour(const float* a, const float* b) {
 using Bytes = std::array<uint8_t, 3>;
 
 // Applies the transform itself to grey values.
-std::vector<Bytes> transformed(const DisplayTransform& transform, const std::vector<float>& grey) {
+std::vector<Bytes> grade_grey(const DisplayTransform& transform, const std::vector<float>& grey) {
   std::vector<float> rgb;
   for (const float x : grey) rgb.insert(rgb.end(), 3, x);
   transform.apply(rgb.data(), grey.size());
@@ -63,8 +63,8 @@ class DisplayTable {
     if (transform.mixes_channels()) return nullptr;
     std::vector<float> begins;
     for (uint32_t i = 0; i < kCells; ++i) begins.push_back(std::bit_cast<float>(i << 16));
-    const std::vector<Bytes> cells = transformed(transform, begins);
-    const std::vector<Bytes> ends = transformed(transform, {-kLargest, -1e-3f, kLargest});
+    const std::vector<Bytes> cells = grade_grey(transform, begins);
+    const std::vector<Bytes> ends = grade_grey(transform, {-kMaxValue, -1e-3f, kMaxValue});
     std::unique_ptr<DisplayTable> table(new DisplayTable);
     for (size_t c = 0; c < 3; ++c) {
       Curve& curve = table->curves_[c];
@@ -79,12 +79,13 @@ class DisplayTable {
       curve.thresholds.fill(std::numeric_limits<float>::infinity());
       const size_t first = curve.cells[0], last = ends[2][c];
       std::fill_n(curve.thresholds.begin(), first, 0.0f);
-      std::vector<float> low(last - first, 0.0f), high(last - first, kLargest), tried(last - first);
+      std::vector<float> low(last - first, 0.0f), high(last - first, kMaxValue),
+          candidates(last - first);
       for (int bit = 0; bit < 32; ++bit) {
-        for (size_t k = 0; k < tried.size(); ++k) tried[k] = middle(low[k], high[k]);
-        const std::vector<Bytes> bytes = transformed(transform, tried);
-        for (size_t k = 0; k < tried.size(); ++k) {
-          (bytes[k][c] > first + k ? high[k] : low[k]) = tried[k];
+        for (size_t k = 0; k < candidates.size(); ++k) candidates[k] = middle(low[k], high[k]);
+        const std::vector<Bytes> bytes = grade_grey(transform, candidates);
+        for (size_t k = 0; k < candidates.size(); ++k) {
+          (bytes[k][c] > first + k ? high[k] : low[k]) = candidates[k];
         }
       }
       std::ranges::copy(high, curve.thresholds.begin() + std::ptrdiff_t(first));
@@ -95,15 +96,15 @@ class DisplayTable {
   uint8_t byte(size_t channel, float x) const {
     const Curve& curve = curves_[channel];
     if (!(x > 0.0f)) return curve.cells[0];  // NaN counts as 0
-    if (x > kLargest) x = kLargest;
+    if (x > kMaxValue) x = kMaxValue;
     uint32_t reached = curve.cells[std::bit_cast<uint32_t>(x) >> 16];
     while (x >= curve.thresholds[reached]) ++reached;
     return uint8_t(reached);
   }
 
  private:
-  static constexpr float kLargest = 65504.0f;  // as in DisplayTransform::apply
-  static constexpr size_t kCells = (std::bit_cast<uint32_t>(kLargest) >> 16) + 1;
+  static constexpr float kMaxValue = 65504.0f;  // as in DisplayTransform::apply
+  static constexpr size_t kCells = (std::bit_cast<uint32_t>(kMaxValue) >> 16) + 1;
 
   struct Curve {
     // thresholds[k]: the smallest x whose byte is at least k + 1; infinity if none.
@@ -117,13 +118,13 @@ class DisplayTable {
 };
 
 Grading::Grading(const DisplaySettings& settings)
-    : settings_(at_exposure(settings, settings.exposure)),
-      transform_(std::make_shared<const DisplayTransform>(at_exposure(settings, 0.0f))),
+    : settings_(with_exposure(settings, settings.exposure)),
+      transform_(std::make_shared<const DisplayTransform>(with_exposure(settings, 0.0f))),
       table_(DisplayTable::make(*transform_)),
       scale_(std::exp2(settings.exposure)) {}
 
 Grading::Grading(const Grading& other, float exposure)
-    : settings_(at_exposure(other.settings_, exposure)),
+    : settings_(with_exposure(other.settings_, exposure)),
       transform_(other.transform_),
       table_(other.table_),
       scale_(std::exp2(exposure)) {}

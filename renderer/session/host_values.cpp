@@ -16,7 +16,7 @@ using nlohmann::json;
 json json_of(const Vec3d& v) { return {v.x, v.y, v.z}; }
 
 // Replaces "matrix" by look_from, look_at, up and mirrored.
-json without_matrix(json camera, const std::string& name) {
+json expand_matrix(json camera, const std::string& name) {
   const json document = {{"camera", camera}};
   const JsonReader matrix = JsonReader(document, name)["camera"]["matrix"];
   for (const char* const other : {"look_from", "look_at", "up", "mirrored"}) {
@@ -26,7 +26,7 @@ json without_matrix(json camera, const std::string& name) {
   // glTF matrices are column-major with column vectors; Imath uses row vectors.
   const auto row = [&](size_t i) {
     const auto number = [&](size_t k) {
-      return matrix[4 * i + k].number(-edit_limits::kFarthest, edit_limits::kFarthest);
+      return matrix[4 * i + k].number(-edit_limits::kMaxDistance, edit_limits::kMaxDistance);
     };
     return Vec3d(number(0), number(1), number(2));
   };
@@ -44,7 +44,7 @@ json without_matrix(json camera, const std::string& name) {
 }
 
 template <class Edit, class Same>
-void put(std::vector<Edit>& list, const std::vector<Edit>& changes, const Same& same) {
+void replace_entries(std::vector<Edit>& list, const std::vector<Edit>& changes, const Same& same) {
   for (const Edit& change : changes) {
     std::erase_if(list, [&](const Edit& edit) { return same(edit, change); });
     list.push_back(change);
@@ -57,11 +57,12 @@ bool same_entry(const EditTarget& a, const EditTarget& b, const std::vector<Name
   return first || second ? first == second : a == b;
 }
 
-void put_lists(const SceneEdits& changes, const SceneDescription& lists, SceneEdits& edits) {
-  put(edits.materials, changes.materials, [&](const MaterialEdit& a, const MaterialEdit& b) {
-    return same_entry(a.target, b.target, lists.materials);
-  });
-  put(edits.lights, changes.lights, [&](const LightEdit& a, const LightEdit& b) {
+void merge_lists(const SceneEdits& changes, const SceneDescription& lists, SceneEdits& edits) {
+  replace_entries(edits.materials, changes.materials,
+                  [&](const MaterialEdit& a, const MaterialEdit& b) {
+                    return same_entry(a.target, b.target, lists.materials);
+                  });
+  replace_entries(edits.lights, changes.lights, [&](const LightEdit& a, const LightEdit& b) {
     if (a.kind != b.kind || a.kind == EditedLight::kEnvironment) return a.kind == b.kind;
     return a.kind == EditedLight::kPunctual ? same_entry(a.target, b.target, lists.lights)
                                             : same_entry(a.target, b.target, lists.materials);
@@ -89,8 +90,8 @@ json view_json(const ListedScene& scene, const SceneEdits& edits) {
 
 }  // namespace
 
-SceneEdits merged_edits(const json& changes, const std::string& name, const SceneEdits& before,
-                        const SceneDescription& lists) {
+SceneEdits merge_json_edits(const json& changes, const std::string& name, const SceneEdits& before,
+                            const SceneDescription& lists) {
   JsonReader(changes, name)
       .object({"emberline_edits", "camera", "animation", "variant", "environment", "lights",
                "materials"});
@@ -105,30 +106,30 @@ SceneEdits merged_edits(const json& changes, const std::string& name, const Scen
              environment = given("environment"), lights = given("lights"),
              materials = given("materials");
   if (document.contains("camera") && document["camera"].contains("matrix")) {
-    document["camera"] = without_matrix(document["camera"], name);
+    document["camera"] = expand_matrix(document["camera"], name);
   }
   document.emplace("emberline_edits", unsigned(kEditsVersion));
-  const SceneEdits parsed = edits_of_document(document, name);
+  const SceneEdits parsed = edits_from_json(document, name);
   if (camera) edits.camera = parsed.camera;
   if (animation) edits.animation = parsed.animation;
   if (variant) edits.variant = parsed.variant;
   if (environment) edits.environment = parsed.environment;
   if (lights && !document.contains("lights")) edits.lights.clear();
   if (materials && !document.contains("materials")) edits.materials.clear();
-  put_lists(parsed, lists, edits);
+  merge_lists(parsed, lists, edits);
   return edits;
 }
 
-SceneEdits laid_over(const SceneEdits& edits, SceneEdits before, const SceneDescription& lists) {
+SceneEdits merge_edits(const SceneEdits& edits, SceneEdits before, const SceneDescription& lists) {
   if (edits.camera != CameraEdit()) before.camera = edits.camera;
   if (edits.animation != AnimationEdit()) before.animation = edits.animation;
   if (edits.variant) before.variant = edits.variant;
   if (edits.environment != EnvironmentEdit()) before.environment = edits.environment;
-  put_lists(edits, lists, before);
+  merge_lists(edits, lists, before);
   return before;
 }
 
-json described(const ListedScene& scene, const SceneEdits& edits) {
+json protocol_json(const ListedScene& scene, const SceneEdits& edits) {
   const SceneDescription& lists = scene.outline;
   return {{"cameras", names_of(lists.cameras)},       {"lights", names_of(lists.lights)},
           {"materials", names_of(lists.materials)},   {"variants", names_of(lists.variants)},
@@ -137,7 +138,7 @@ json described(const ListedScene& scene, const SceneEdits& edits) {
           {"view", view_json(scene, edits)}};
 }
 
-json described(const ShownPicture& picture) {
+json protocol_json(const SessionPicture& picture) {
   return {{"event", "picture"},
           {"edit", picture.edit},
           {"x", picture.x},

@@ -6,21 +6,21 @@
 
 #include "renderer/description/scene_edits.h"
 #include "renderer/session/listed_scene.h"
-#include "renderer/session/shown_picture.h"
+#include "renderer/session/session_picture.h"
 
 namespace emberline {
 
 // Applies an object of edits (without a version) to `before`: null resets a part to the file's; a
 // material or light replaces the entry for the same item of `lists`; any other part replaces its
 // predecessor. A camera may have a `matrix`. Throws InputError with `name`.
-SceneEdits merged_edits(const nlohmann::json& changes, const std::string& name,
-                        const SceneEdits& before, const SceneDescription& lists);
+SceneEdits merge_json_edits(const nlohmann::json& changes, const std::string& name,
+                            const SceneEdits& before, const SceneDescription& lists);
 
 // Applies `edits` over `before` in the same way; parts without edits are unchanged.
-SceneEdits laid_over(const SceneEdits& edits, SceneEdits before, const SceneDescription& lists);
+SceneEdits merge_edits(const SceneEdits& edits, SceneEdits before, const SceneDescription& lists);
 
-nlohmann::json described(const ListedScene& scene, const SceneEdits& edits);
+nlohmann::json protocol_json(const ListedScene& scene, const SceneEdits& edits);
 // Does not include where the picture is stored.
-nlohmann::json described(const ShownPicture& picture);
+nlohmann::json protocol_json(const SessionPicture& picture);
 
 }  // namespace emberline

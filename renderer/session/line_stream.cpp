@@ -16,7 +16,7 @@ namespace emberline {
 namespace {
 
 // Exceeds all events of one moment and most answers.
-constexpr size_t kMostUnread = size_t(64) << 10;
+constexpr size_t kMaxUnreadBytes = size_t(64) << 10;
 constexpr size_t kReadBytes = size_t(64) << 10;
 // A pipe with room accepts this much without blocking the writer (POSIX, pipe(7)).
 constexpr size_t kWriteBytes = PIPE_BUF;
@@ -43,12 +43,12 @@ LineStream::~LineStream() {
   for (const int end : wake_) ::close(end);
 }
 
-std::optional<std::string> LineStream::take() {
+std::optional<std::string> LineStream::next_line() {
   const size_t end = in_text_.find('\n', searched_);
   searched_ = end == std::string::npos ? in_text_.size() : 0;
   const size_t length = std::min(end, in_text_.size());
-  if (length > kLongestLine) {
-    throw InputError("standard input", "a line has more than {} MiB", kLongestLine >> 20);
+  if (length > kMaxLineBytes) {
+    throw InputError("standard input", "a line has more than {} MiB", kMaxLineBytes >> 20);
   }
   if (end == std::string::npos) return std::nullopt;
   std::string line = in_text_.substr(0, end);
@@ -61,7 +61,7 @@ void LineStream::write(const std::string& line) {
   out_text_ += '\n';
 }
 
-bool LineStream::congested() const { return out_text_.size() > kMostUnread; }
+bool LineStream::congested() const { return out_text_.size() > kMaxUnreadBytes; }
 
 void LineStream::wait(std::optional<int> milliseconds) {
   pollfd ends[] = {{ended_ ? -1 : in_, short(congested() ? POLLRDHUP : POLLIN), 0},

@@ -12,7 +12,7 @@ namespace emberline {
 class LineStream {
  public:
   // Enough for an edit of thousands of materials, the longest realistic command.
-  static constexpr size_t kLongestLine = size_t(4) << 20;
+  static constexpr size_t kMaxLineBytes = size_t(4) << 20;
 
   LineStream(int in, int out);
   ~LineStream();
@@ -20,11 +20,11 @@ class LineStream {
   LineStream& operator=(const LineStream&) = delete;
 
   // Returns the next complete line, without its line end.
-  std::optional<std::string> take();
+  std::optional<std::string> next_line();
   // The input has ended.
   bool ended() const { return ended_; }
   // Whether there is text after the last line end.
-  bool mid_line() const { return !in_text_.empty(); }
+  bool has_partial_line() const { return !in_text_.empty(); }
 
   // Queues a line; wait() and flush() write it.
   void write(const std::string& line);

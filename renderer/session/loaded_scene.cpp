@@ -19,7 +19,7 @@ constexpr double kLookFromFov = 40.0;
 
 // The lists that edits index. The default light and material are already added, so instances and
 // meshes, of which there may be hundreds of thousands, are not needed.
-SceneDescription lists_of(const SceneDescription& outline) {
+SceneDescription copy_edit_lists(const SceneDescription& outline) {
   SceneDescription lists;
   static_cast<SceneLists&>(lists) = outline;
   lists.may_be_dark = true;
@@ -30,7 +30,7 @@ SceneDescription lists_of(const SceneDescription& outline) {
 LightEdit& edit_of(std::vector<LightEdit>& edits, EditedLight kind, size_t index,
                    const SceneDescription& lists) {
   for (LightEdit& edit : edits) {
-    if (edit.kind == kind && edited_light(edit, lists) == index) return edit;
+    if (edit.kind == kind && edited_light_index(edit, lists) == index) return edit;
   }
   LightEdit& fresh = edits.emplace_back();
   fresh.kind = kind;
@@ -39,7 +39,7 @@ LightEdit& edit_of(std::vector<LightEdit>& edits, EditedLight kind, size_t index
 }
 
 // The file of an environment is only read for rendering; here a placeholder stands in.
-SceneDescription applied(SceneEdits edits, const LoadedScene& scene) {
+SceneDescription apply_to_lists(SceneEdits edits, const LoadedScene& scene) {
   if (!edits.environment.file.empty() && !edits.environment.image) {
     edits.environment.image = std::make_shared<const Image>();
   }
@@ -51,8 +51,8 @@ SceneDescription applied(SceneEdits edits, const LoadedScene& scene) {
 // Moves the options' lens into the edits, so that the artist can change it, it keeps its f-number
 // when the angle changes, and it is saved.
 void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
-  const bool asked = options.f_stop || options.focus_distance;
-  if (asked && edit.place.empty()) edit.place = "`f-stop`";
+  const bool has_lens = options.f_stop || options.focus_distance;
+  if (has_lens && edit.place.empty()) edit.place = "`f-stop`";
   if (options.f_stop) edit.f_stop = std::exchange(options.f_stop, std::nullopt);
   if (options.focus_distance) {
     edit.focus_distance = std::exchange(options.focus_distance, std::nullopt);
@@ -62,7 +62,7 @@ void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
 // Moves the options' time and animation into the edits, for the same reasons.
 void move_time_to_edits(RenderOptions& options, AnimationEdit& edit) {
   const AnimationEdit before = edit;
-  if (const std::optional<double> time = chosen_time(options); time || !options.animation.empty()) {
+  if (const std::optional<double> time = pose_time(options); time || !options.animation.empty()) {
     edit.name = std::exchange(options.animation, "");
     edit.time = time;
     options.time.reset();
@@ -95,21 +95,21 @@ CameraDescription LoadedScene::camera(int width, int height) const {
   return fitted;
 }
 
-bool LoadedScene::needs_repose(const SceneEdits& wanted) const {
-  return scene->can_pose() && wanted.animation != posed;
+bool LoadedScene::needs_repose(const SceneEdits& target_edits) const {
+  return scene->can_pose() && target_edits.animation != current_animation;
 }
 
-void LoadedScene::pose(const SceneEdits& wanted) {
+void LoadedScene::pose(const SceneEdits& target_edits) {
   LoadLimits limits;
   limits.memory = budget;
   LoadProgress progress({}, {}, limits);
-  ReadScene read = scene->read(options, wanted, progress);
+  ReadScene read = scene->read(options, target_edits, progress);
   CameraDescription now = choose_camera(options, read.description());
   scene->pose(std::move(read), progress);
   view = std::move(now);
-  posed = wanted.animation;
+  current_animation = target_edits.animation;
   memory.release();
-  memory.add(budget->took(), options.scene);
+  memory.add(budget->newly_reserved(), options.scene);
 }
 
 namespace {
@@ -131,8 +131,8 @@ ListedScene describe(const SceneDescription& description, const RenderOptions& o
 
 }  // namespace
 
-std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& progress) {
-  const size_t warned = warnings_so_far().size();
+std::shared_ptr<LoadedScene> load_session_scene(RenderOptions options, LoadProgress& progress) {
+  const size_t warnings_before = warnings_so_far().size();
   SceneEdits edits = load_edits(options, progress);
   move_time_to_edits(options, edits.animation);
   // The integrator may later be changed to one that shows texture coordinates.
@@ -149,9 +149,9 @@ std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& 
   open->outline = loaded->scene->editable().original();
   open->features = loaded->scene->scene().features();
   const std::vector<std::string> warnings = warnings_so_far();
-  open->warnings.assign(warnings.begin() + std::ptrdiff_t(warned), warnings.end());
-  loaded->edit_lists = lists_of(open->outline);
-  loaded->posed = edits.animation;
+  open->warnings.assign(warnings.begin() + std::ptrdiff_t(warnings_before), warnings.end());
+  loaded->edit_lists = copy_edit_lists(open->outline);
+  loaded->current_animation = edits.animation;
   loaded->view = open->camera;
   loaded->open = std::move(open);
   loaded->edits = std::move(edits);
@@ -162,24 +162,24 @@ std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& 
 }
 
 void check_edits(const SceneEdits& edits, const LoadedScene& scene) {
-  applied(edits, scene);
+  apply_to_lists(edits, scene);
   check_animation(edits.animation, *scene.open);
   edited_camera(edits, scene.edit_lists, scene.open->camera);
 }
 
 SceneEdits with_solo(const SceneEdits& edits, const LightEdit& solo, const LoadedScene& scene) {
   SceneEdits result = edits;
-  const SceneDescription lit = applied(edits, scene);
-  const size_t chosen = edited_light(solo, lit);
-  const auto shine = [&](EditedLight kind, size_t index) {
+  const SceneDescription lit = apply_to_lists(edits, scene);
+  const size_t chosen = edited_light_index(solo, lit);
+  const auto switch_light = [&](EditedLight kind, size_t index) {
     edit_of(result.lights, kind, index, scene.edit_lists).on = kind == solo.kind && index == chosen;
   };
-  for (size_t i = 0; i < lit.lights.size(); ++i) shine(EditedLight::kPunctual, i);
+  for (size_t i = 0; i < lit.lights.size(); ++i) switch_light(EditedLight::kPunctual, i);
   for (size_t i = 0; i < lit.materials.size(); ++i) {
     const bool emits = !is_black(scene.edit_lists.materials[i].emission);
-    if (emits || !is_black(lit.materials[i].emission)) shine(EditedLight::kMaterial, i);
+    if (emits || !is_black(lit.materials[i].emission)) switch_light(EditedLight::kMaterial, i);
   }
-  if (lit.environment) shine(EditedLight::kEnvironment, 0);
+  if (lit.environment) switch_light(EditedLight::kEnvironment, 0);
   return result;
 }
 
@@ -191,8 +191,9 @@ SceneEdits with_view(const SceneEdits& edits, const RenderOptions& options,
   const CameraDescription& base = scene.open->camera;
   const std::vector<CameraDescription>& cameras = scene.open->outline.cameras;
   if (!options.camera.empty()) {
-    const std::vector<size_t> fits = cameras_called(options.camera, cameras);
-    if (!fits.empty()) view.camera = EditTarget{cameras[fits[0]].name, int(fits[0]), {}};
+    const std::vector<size_t> matching = matching_cameras(options.camera, cameras);
+    if (!matching.empty())
+      view.camera = EditTarget{cameras[matching[0]].name, int(matching[0]), {}};
   }
   if (options.look_from && !view.look_from) {
     view.look_from = options.look_from;

@@ -15,10 +15,10 @@ struct LoadedScene {
   SceneEdits edits;  // from the edits' file; includes the options' variant, lens and time
   SceneDescription edit_lists;  // only the lists that edits refer to: cheap to copy
   std::unique_ptr<OpenScene>
-      scene;               // this and the following are used by the rendering thread alone
-  RenderOptions options;   // without animation, time and variant, which are edits
-  AnimationEdit posed;     // current pose
-  CameraDescription view;  // the file's view in that pose
+      scene;                        // this and the following are used by the rendering thread alone
+  RenderOptions options;            // without animation, time and variant, which are edits
+  AnimationEdit current_animation;  // current pose
+  CameraDescription view;           // the file's view in that pose
   std::shared_ptr<MemoryBudget> budget;
   MemoryReservation memory = {};  // its share of the session's budget
 
@@ -27,13 +27,13 @@ struct LoadedScene {
   CameraDescription camera(int width, int height) const;
   // needs_repose() tells whether the edits need another pose; pose() applies that pose and the
   // edits. Throws what loading throws and then leaves the scene unchanged.
-  bool needs_repose(const SceneEdits& wanted) const;
-  void pose(const SceneEdits& wanted);
+  bool needs_repose(const SceneEdits& target_edits) const;
+  void pose(const SceneEdits& target_edits);
 };
 
 // Reads the options' scene, environment and edits, and builds an editable scene. Throws what
 // `render` would report, and Cancelled.
-std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& progress);
+std::shared_ptr<LoadedScene> load_session_scene(RenderOptions options, LoadProgress& progress);
 
 // Throws InputError for edits that do not fit the scene. Reads no files.
 void check_edits(const SceneEdits& edits, const LoadedScene& scene);

@@ -25,9 +25,9 @@ constexpr std::array kOverlays = {
     OverlayEntry{"tree", "how the adaptive driver divided the frame for its first samples", ""}};
 
 std::string legend(const HeatmapQuantity& quantity, const ValueRange& range) {
-  const ToldUnit unit = told_unit(std::string(quantity.unit), range.most);
-  return fmt::format("{} to {}{}{} {}", number_text(range.least * unit.factor),
-                     number_text(range.most * unit.factor), unit.name.empty() ? "" : " ", unit.name,
+  const DisplayUnit unit = display_unit(std::string(quantity.unit), range.max);
+  return fmt::format("{} to {}{}{} {}", number_text(range.min * unit.factor),
+                     number_text(range.max * unit.factor), unit.name.empty() ? "" : " ", unit.name,
                      quantity.title);
 }
 
@@ -52,28 +52,29 @@ std::string draw_overlay(const HeatmapQuantity& quantity, std::span<const std::s
   plane.write_tile(crop, channels);
   HeatmapStyle drawn = style;
   drawn.plain = true;
-  std::string words(quantity.title);
-  if (!quantity.reasons) {
+  std::string legend_text(quantity.title);
+  if (!quantity.is_categorical) {
     if (!drawn.range) {
       drawn.range = automatic_range(plane.plane(), drawn.logarithmic, quantity.bright);
     }
-    words = legend(quantity, *drawn.range);
+    legend_text = legend(quantity, *drawn.range);
   }
   const BytePicture picture = draw_quantity(quantity, plane.plane(), drawn);
   for (size_t i = 0; i < size_t(crop.area()); ++i) {
     std::copy_n(&picture.values[3 * i], 3, &rgba8[4 * i]);
     rgba8[4 * i + 3] = 255;
   }
-  return words;
+  return legend_text;
 }
 
 std::string draw_stops(std::span<const float> stops, const Rect& crop, std::span<uint8_t> rgba8) {
   const std::vector<std::string> name = {"stop"};
-  std::string words =
+  std::string legend_text =
       draw_overlay(*overlay_quantity(ViewOverlay::kStop), name, stops, crop, {}, rgba8);
-  const auto going_on = std::ranges::count(stops, float(PixelStop::kGoingOn));
-  if (going_on == 0) return words;
-  return words + "; " + readable_percent(double(going_on) / double(stops.size())) + " unfinished";
+  const auto unfinished_count = std::ranges::count(stops, float(PixelStop::kUnfinished));
+  if (unfinished_count == 0) return legend_text;
+  return legend_text + "; " + readable_percent(double(unfinished_count) / double(stops.size())) +
+         " unfinished";
 }
 
 void draw_tree(const RefinementTree& tree, const Grading& grading, std::span<const float> rgba,

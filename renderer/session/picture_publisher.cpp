@@ -9,69 +9,69 @@ namespace emberline {
 namespace {
 
 // One is published, one being drawn, one on the screen, and one in transit.
-constexpr size_t kMostSpare = 4;
+constexpr size_t kMaxPooledPictures = 4;
 
 }  // namespace
 
-struct PicturePublisher::Spare {
+struct PicturePublisher::PicturePool {
   std::mutex mutex;
-  std::vector<std::unique_ptr<ShownPicture>> pictures;
+  std::vector<std::unique_ptr<SessionPicture>> pictures;
 };
 
-PicturePublisher::PicturePublisher() : spare_(std::make_shared<Spare>()) {}
+PicturePublisher::PicturePublisher() : pool_(std::make_shared<PicturePool>()) {}
 
 void PicturePublisher::set_display(const DisplaySettings& settings) {
   {
     const std::lock_guard lock(mutex_);
-    wanted_ = settings;
+    newest_settings_ = settings;
   }
   grader_.post([this, settings] {
     {
       const std::lock_guard lock(mutex_);
-      if (settings != wanted_) return;  // a newer request follows
+      if (settings != newest_settings_) return;  // a newer request follows
     }
-    change_display(settings);
+    apply_display(settings);
     regrade();
-    regrade_compared();
+    regrade_comparison();
   });
 }
 
-void PicturePublisher::change_display(const DisplaySettings& settings) {
-  std::shared_ptr<const Grading> before, made;
+void PicturePublisher::apply_display(const DisplaySettings& settings) {
+  std::shared_ptr<const Grading> before, new_grading;
   {
     const std::lock_guard lock(mutex_);
     before = grading_;
   }
   std::string problem;
   try {
-    DisplaySettings but_exposure = settings;
-    if (before) but_exposure.exposure = before->settings().exposure;
-    made = before && but_exposure == before->settings()
-               ? std::make_shared<const Grading>(*before, settings.exposure)
-               : std::make_shared<const Grading>(settings);
+    DisplaySettings at_same_exposure = settings;
+    if (before) at_same_exposure.exposure = before->settings().exposure;
+    new_grading = before && at_same_exposure == before->settings()
+                      ? std::make_shared<const Grading>(*before, settings.exposure)
+                      : std::make_shared<const Grading>(settings);
   } catch (const EmberlineError& error) {
     problem = error.what();
-    made = before;
+    new_grading = before;
   }
-  if (!made) {  // no settings yet: show something
+  if (!new_grading) {  // no settings yet: show something
     try {
-      made = std::make_shared<const Grading>(DisplaySettings{});
+      new_grading = std::make_shared<const Grading>(DisplaySettings{});
     } catch (const EmberlineError&) {  // already reported
     }
   }
   {
     const std::lock_guard lock(mutex_);
-    grading_ = std::move(made);
+    grading_ = std::move(new_grading);
     display_problem_ = std::move(problem);
-    made_ = true;
+    has_grading_ = true;
   }
-  grading_made_.notify_all();
+  grading_available_.notify_all();
   wake();
 }
 
 void PicturePublisher::regrade() {
   while (true) {
-    std::shared_ptr<const ShownPicture> old;
+    std::shared_ptr<const SessionPicture> old;
     std::shared_ptr<const Grading> grading;
     {
       const std::lock_guard lock(mutex_);
@@ -79,7 +79,7 @@ void PicturePublisher::regrade() {
       old = picture_;
       grading = grading_;
     }
-    const std::shared_ptr<ShownPicture> fresh = graded(*old, *grading);
+    const std::shared_ptr<SessionPicture> fresh = grade_copy(*old, *grading);
     {
       const std::lock_guard lock(mutex_);
       if (picture_ != old) continue;  // a newer one was published meanwhile
@@ -92,78 +92,81 @@ void PicturePublisher::regrade() {
   }
 }
 
-void PicturePublisher::regrade_compared() {
-  std::shared_ptr<const ShownPicture> kept;
+void PicturePublisher::regrade_comparison() {
+  std::shared_ptr<const SessionPicture> comparison;
   std::shared_ptr<const Grading> grading;
   {
     const std::lock_guard lock(mutex_);
-    if (!kept_ || !grading_ || (compared_ && compared_grading_ == grading_)) return;
-    kept = kept_;
+    if (!comparison_ || !grading_ || (graded_comparison_ && comparison_grading_ == grading_))
+      return;
+    comparison = comparison_;
     grading = grading_;
   }
-  const bool overlay = !kept->overlay_legend.empty();
-  std::shared_ptr<const ShownPicture> fresh = overlay ? kept : graded(*kept, *grading);
+  const bool overlay = !comparison->overlay_legend.empty();
+  std::shared_ptr<const SessionPicture> fresh =
+      overlay ? comparison : grade_copy(*comparison, *grading);
   {
     const std::lock_guard lock(mutex_);
-    if (kept_ != kept) return;  // the newer one has its own task
-    compared_.swap(fresh);      // the old one is released outside the lock
-    compared_grading_ = std::move(grading);
+    if (comparison_ != comparison) return;  // the newer one has its own task
+    graded_comparison_.swap(fresh);         // the old one is released outside the lock
+    comparison_grading_ = std::move(grading);
   }
   wake();
 }
 
-std::shared_ptr<ShownPicture> PicturePublisher::graded(const ShownPicture& old,
-                                                       const Grading& grading) {
-  std::shared_ptr<ShownPicture> fresh = blank();
+std::shared_ptr<SessionPicture> PicturePublisher::grade_copy(const SessionPicture& old,
+                                                             const Grading& grading) {
+  std::shared_ptr<SessionPicture> fresh = acquire_picture();
   *fresh = old;
   grading.grade(fresh->linear(), fresh->width, fresh->rgba8);
   if (!fresh->raw8.empty()) grading.grade(fresh->rgba, fresh->width, fresh->raw8);
   return fresh;
 }
 
-void PicturePublisher::compare_with(std::shared_ptr<const ShownPicture> kept) {
-  std::shared_ptr<const ShownPicture> before;  // released outside the lock
+void PicturePublisher::compare_with(std::shared_ptr<const SessionPicture> comparison) {
+  std::shared_ptr<const SessionPicture> before;  // released outside the lock
   {
     const std::lock_guard lock(mutex_);
-    if (kept_ == kept) return;
-    kept_ = std::move(kept);
-    before = std::move(compared_);
-    if (!kept_) return;
+    if (comparison_ == comparison) return;
+    comparison_ = std::move(comparison);
+    before = std::move(graded_comparison_);
+    if (!comparison_) return;
   }
-  grader_.post([this] { regrade_compared(); });
+  grader_.post([this] { regrade_comparison(); });
 }
 
-std::shared_ptr<const ShownPicture> PicturePublisher::compared() const {
+std::shared_ptr<const SessionPicture> PicturePublisher::graded_comparison() const {
   const std::lock_guard lock(mutex_);
-  return compared_;
+  return graded_comparison_;
 }
 
 std::shared_ptr<const Grading> PicturePublisher::grading() {
   std::unique_lock lock(mutex_);
-  grading_made_.wait(lock, [this] { return made_; });
+  grading_available_.wait(lock, [this] { return has_grading_; });
   return grading_;
 }
 
-std::shared_ptr<ShownPicture> PicturePublisher::blank() {
-  std::unique_ptr<ShownPicture> picture;
+std::shared_ptr<SessionPicture> PicturePublisher::acquire_picture() {
+  std::unique_ptr<SessionPicture> picture;
   {
-    const std::lock_guard lock(spare_->mutex);
-    if (!spare_->pictures.empty()) {
-      picture = std::move(spare_->pictures.back());
-      spare_->pictures.pop_back();
+    const std::lock_guard lock(pool_->mutex);
+    if (!pool_->pictures.empty()) {
+      picture = std::move(pool_->pictures.back());
+      pool_->pictures.pop_back();
     }
   }
-  if (!picture) picture = std::make_unique<ShownPicture>();
-  return {picture.release(), [spare = spare_](ShownPicture* used) {
-            std::unique_ptr<ShownPicture> owned(used);
-            const std::lock_guard lock(spare->mutex);
-            if (spare->pictures.size() < kMostSpare) spare->pictures.push_back(std::move(owned));
+  if (!picture) picture = std::make_unique<SessionPicture>();
+  return {picture.release(), [pool = pool_](SessionPicture* used) {
+            std::unique_ptr<SessionPicture> owned(used);
+            const std::lock_guard lock(pool->mutex);
+            if (pool->pictures.size() < kMaxPooledPictures)
+              pool->pictures.push_back(std::move(owned));
           }};
 }
 
-void PicturePublisher::publish(std::shared_ptr<ShownPicture> picture,
+void PicturePublisher::publish(std::shared_ptr<SessionPicture> picture,
                                std::shared_ptr<const Grading> grading) {
-  std::shared_ptr<const ShownPicture> before;  // released outside the lock
+  std::shared_ptr<const SessionPicture> before;  // released outside the lock
   bool outdated;
   {
     const std::lock_guard lock(mutex_);
@@ -177,7 +180,7 @@ void PicturePublisher::publish(std::shared_ptr<ShownPicture> picture,
   if (outdated) grader_.post([this] { regrade(); });
 }
 
-std::shared_ptr<const ShownPicture> PicturePublisher::picture() const {
+std::shared_ptr<const SessionPicture> PicturePublisher::picture() const {
   const std::lock_guard lock(mutex_);
   return picture_;
 }

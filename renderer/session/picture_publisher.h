@@ -8,7 +8,7 @@
 #include <string>
 
 #include "renderer/session/grading.h"
-#include "renderer/session/shown_picture.h"
+#include "renderer/session/session_picture.h"
 #include "renderer/session/task_thread.h"
 
 namespace emberline {
@@ -27,16 +27,16 @@ class PicturePublisher {
   std::shared_ptr<const Grading> grading();
 
   // Returns a picture to fill in, which may reuse a released one's memory.
-  std::shared_ptr<ShownPicture> blank();
+  std::shared_ptr<SessionPicture> acquire_picture();
   // Publishes a picture that was graded by `grading`: assigns its serial number and wakes the
   // owner.
-  void publish(std::shared_ptr<ShownPicture> picture, std::shared_ptr<const Grading> grading);
-  std::shared_ptr<const ShownPicture> picture() const;
+  void publish(std::shared_ptr<SessionPicture> picture, std::shared_ptr<const Grading> grading);
+  std::shared_ptr<const SessionPicture> picture() const;
 
   // Grades an older picture in the background with the current display settings, and again after
   // each change. A picture with an overlay stays unchanged. Null: none.
-  void compare_with(std::shared_ptr<const ShownPicture> kept);
-  std::shared_ptr<const ShownPicture> compared() const;  // null until graded
+  void compare_with(std::shared_ptr<const SessionPicture> comparison);
+  std::shared_ptr<const SessionPicture> graded_comparison() const;  // null until graded
 
   // Sets the problem of rendering; an empty text clears it.
   void set_problem(const std::string& text);
@@ -46,25 +46,25 @@ class PicturePublisher {
   void wake();
 
  private:
-  struct Spare;  // memory of pictures
+  struct PicturePool;  // memory of pictures
 
-  void change_display(const DisplaySettings& settings);
+  void apply_display(const DisplaySettings& settings);
   void regrade();
-  void regrade_compared();
-  std::shared_ptr<ShownPicture> graded(const ShownPicture& old, const Grading& grading);
+  void regrade_comparison();
+  std::shared_ptr<SessionPicture> grade_copy(const SessionPicture& old, const Grading& grading);
 
-  const std::shared_ptr<Spare> spare_;
+  const std::shared_ptr<PicturePool> pool_;
   mutable std::mutex mutex_;
-  std::condition_variable grading_made_;
-  bool made_ = false;
+  std::condition_variable grading_available_;
+  bool has_grading_ = false;
   std::shared_ptr<const Grading> grading_;
-  std::shared_ptr<const ShownPicture> picture_;
+  std::shared_ptr<const SessionPicture> picture_;
   std::shared_ptr<const Grading> picture_grading_;  // used for picture_
   uint64_t serial_ = 0;
-  std::shared_ptr<const ShownPicture> kept_, compared_;  // original and graded
-  std::shared_ptr<const Grading> compared_grading_;
+  std::shared_ptr<const SessionPicture> comparison_, graded_comparison_;  // original and graded
+  std::shared_ptr<const Grading> comparison_grading_;
   std::string render_problem_, display_problem_;
-  DisplaySettings wanted_;  // the newest settings; older pending ones are skipped
+  DisplaySettings newest_settings_;  // the newest settings; older pending ones are skipped
 
   std::mutex wake_mutex_;  // held during the callback, so that on_change({}) is final
   std::function<void()> wake_;

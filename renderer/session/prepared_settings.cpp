@@ -26,7 +26,7 @@ bool same_samples(const RenderOptions& a, const RenderOptions& b) {
 RenderPlan plan_of(RenderOptions options, const ViewSettings& settings) {
   options.light_groups = false;
   options.half.clear();
-  return RenderPlan(options, {.aovs = wanted_aovs(settings),
+  return RenderPlan(options, {.aovs = required_aovs(settings),
                               .find_empty_pixels = false,
                               .keep_tree = settings.overlay == ViewOverlay::kTree});
 }
@@ -35,16 +35,17 @@ RenderPlan plan_of(RenderOptions options, const ViewSettings& settings) {
 
 bool is_live(const RenderOptions& options) { return options.driver == kLiveDriver; }
 
-bool renders_buckets(const RenderOptions& options) { return main_driver(options).tiles; }
+bool is_main_driver_tiled(const RenderOptions& options) { return main_driver(options).tiles; }
 
-bool is_allowed(const RenderOptions& options, std::string_view setting) {
+bool main_driver_allows(const RenderOptions& options, std::string_view setting) {
   FrameSettings settings = options;
   settings.driver = main_driver(options).name;
   return setting_is_allowed(settings, setting);
 }
 
 bool can_relight(const RenderOptions& options) {
-  return !renders_buckets(options) && find_integrator(options.integrator).tells_lights_apart;
+  return !is_main_driver_tiled(options) &&
+         find_integrator(options.integrator).supports_light_groups;
 }
 
 RenderOptions main_options(const ViewSettings& settings) {
@@ -60,30 +61,31 @@ RenderOptions main_options(const ViewSettings& settings) {
   options.environment_sampling = EnvironmentSampling::kByLight;
   options.denoise = false;  // from --settings; the window shows the raw frame
   if (options.allocation == ErrorMetric::kDenoised) options.allocation.reset();
-  const bool ends_itself = options.noise_threshold || options.max_spp || driver.tiles;
-  if (!options.spp && !ends_itself) options.spp = kViewSamples;
+  const bool is_limited = options.noise_threshold || options.max_spp || driver.tiles;
+  if (!options.spp && !is_limited) options.spp = kViewSamples;
   return options;
 }
 
-AovSet wanted_aovs(const ViewSettings& settings) {
+AovSet required_aovs(const ViewSettings& settings) {
   AovSet aovs = AovSet::parse(settings.render.aovs);
   // Only drivers of the whole frame report stop reasons while rendering; buckets need the channel.
-  const bool told = settings.overlay == ViewOverlay::kStop && !renders_buckets(settings.render);
+  const bool reports_stops =
+      settings.overlay == ViewOverlay::kStop && !is_main_driver_tiled(settings.render);
   const std::optional<Aov> aov = overlay_aov(settings.overlay);
-  if (aov && !told) aovs.insert(*aov);
+  if (aov && !reports_stops) aovs.insert(*aov);
   if (settings.denoise) LiveDenoiser::add_channels(aovs);
   return aovs;
 }
 
-bool frames_serve(const ViewSettings& a, const ViewSettings& b) {
+bool frame_satisfies(const ViewSettings& a, const ViewSettings& b) {
   if (!same_samples(a.render, b.render) || a.region != b.region || a.crop != b.crop ||
       a.light_groups != b.light_groups) {
     return false;
   }
   if (b.overlay == ViewOverlay::kTree && a.overlay != ViewOverlay::kTree) return false;
-  const AovSet have = wanted_aovs(a), wanted = wanted_aovs(b);
+  const AovSet recorded = required_aovs(a), required = required_aovs(b);
   return std::ranges::all_of(aov_table(), [&](const NamedValue<Aov>& entry) {
-    return have.contains(entry.value) || !wanted.contains(entry.value);
+    return recorded.contains(entry.value) || !required.contains(entry.value);
   });
 }
 

@@ -10,9 +10,9 @@ namespace emberline {
 bool is_live(const RenderOptions& options);
 
 // Whether the main driver finishes bucket after bucket. The main driver of `live` is adaptive.
-bool renders_buckets(const RenderOptions& options);
+bool is_main_driver_tiled(const RenderOptions& options);
 // Whether the main driver allows this setting (renderer/engine/setting_rules.h).
-bool is_allowed(const RenderOptions& options, std::string_view setting);
+bool main_driver_allows(const RenderOptions& options, std::string_view setting);
 // Whether light groups can be recorded, so that light changes need no new samples.
 bool can_relight(const RenderOptions& options);
 
@@ -21,10 +21,10 @@ bool can_relight(const RenderOptions& options);
 RenderOptions main_options(const ViewSettings& settings);
 
 // The channels that the settings request, including the overlay's.
-AovSet wanted_aovs(const ViewSettings& settings);
+AovSet required_aovs(const ViewSettings& settings);
 
 // Whether a frame rendered with the settings `a` has the samples and all channels that `b` needs.
-bool frames_serve(const ViewSettings& a, const ViewSettings& b);
+bool frame_satisfies(const ViewSettings& a, const ViewSettings& b);
 
 struct PreparedSettings {
   // Throws UsageError for invalid settings.

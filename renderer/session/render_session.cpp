@@ -47,9 +47,9 @@ void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay ov
   const Rect& crop = film.crop;
   check_heatmap_format("heatmap", path, crop);
   // Stop reasons are known without the channel, even before the frame is finished.
-  const bool reasons = quantity.reasons && !film.stops.empty();
+  const bool is_categorical = quantity.is_categorical && !film.stops.empty();
   const std::vector<std::string> names =
-      reasons ? std::vector<std::string>{"stop"} : film_channel_names(film.aovs);
+      is_categorical ? std::vector<std::string>{"stop"} : film_channel_names(film.aovs);
   const std::string missing = QuantityPlane::missing_channel(quantity, names);
   if (!missing.empty()) {
     throw RenderError(path + ": the frame was rendered without the channel " + missing +
@@ -58,13 +58,13 @@ void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay ov
   HeatmapFile file(
       {path, &quantity}, film.options.heatmap_style,
       {film.options.width, film.options.height, crop, settings_attributes(film.options)}, names);
-  file.write_tile(crop, reasons ? film.stops : film.channels);
+  file.write_tile(crop, is_categorical ? film.stops : film.channels);
   file.finish();
 }
 
 }  // namespace
 
-using Look = ViewRenderer::Look;
+using InspectionTarget = ViewRenderer::InspectionTarget;
 
 RenderSession::RenderSession(ViewSettings settings)
     : settings_(std::move(settings)),
@@ -74,7 +74,7 @@ RenderSession::RenderSession(ViewSettings settings)
       loader_(std::make_unique<SceneLoader>([this] { publisher_->wake(); })),
       renderer_(std::make_unique<ViewRenderer>(*publisher_)) {
   publisher_->set_display(settings_.display);
-  renderer_->show_as(settings_.shown_as());
+  renderer_->set_display_mode(settings_.display_mode());
   renderer_->set_paused(settings_.paused);
 }
 
@@ -111,9 +111,9 @@ void RenderSession::open(const std::string& scene, const std::string& edits_file
 void RenderSession::cancel_load() { loader_->cancel(); }
 
 LoadStatus RenderSession::load_status() {
-  std::shared_ptr<LoadedScene> arrived;
-  LoadStatus status = loader_->poll(&arrived);
-  if (arrived) adopt(std::move(arrived));
+  std::shared_ptr<LoadedScene> new_scene;
+  LoadStatus status = loader_->poll(&new_scene);
+  if (new_scene) adopt(std::move(new_scene));
   return status;
 }
 
@@ -129,31 +129,34 @@ void RenderSession::set_settings(const ViewSettings& settings) {
   const ViewSettings before = std::exchange(settings_, settings);
   if (before.display != settings.display) {
     publisher_->set_display(settings.display);
-    if (settings.overlay == ViewOverlay::kTree) renderer_->show_again();
+    if (settings.overlay == ViewOverlay::kTree) renderer_->republish();
   }
   if (before.paused != settings.paused) renderer_->set_paused(settings.paused);
-  if (before.shown_as() != settings.shown_as()) renderer_->show_as(settings.shown_as());
-  if (!frames_serve(rendered_settings_, settings)) post(false);
+  if (before.display_mode() != settings.display_mode())
+    renderer_->set_display_mode(settings.display_mode());
+  if (!frame_satisfies(rendered_settings_, settings)) post(false);
 }
 
 void RenderSession::set_edits(const SceneEdits& edits, const std::optional<LightEdit>& solo) {
   if (!scene_) return;
   check_edits(edits, *scene_);
-  if (solo) edited_light(*solo, scene_->edit_lists);
+  if (solo) edited_light_index(*solo, scene_->edit_lists);
   if (edits == edits_ && solo == solo_) return;
   edits_ = edits;
   solo_ = solo;
   post(true);
 }
 
-std::shared_ptr<const ShownPicture> RenderSession::picture() const { return publisher_->picture(); }
-
-void RenderSession::compare_with(std::shared_ptr<const ShownPicture> kept) {
-  publisher_->compare_with(std::move(kept));
+std::shared_ptr<const SessionPicture> RenderSession::picture() const {
+  return publisher_->picture();
 }
 
-std::shared_ptr<const ShownPicture> RenderSession::compared() const {
-  return publisher_->compared();
+void RenderSession::compare_with(std::shared_ptr<const SessionPicture> comparison) {
+  publisher_->compare_with(std::move(comparison));
+}
+
+std::shared_ptr<const SessionPicture> RenderSession::graded_comparison() const {
+  return publisher_->graded_comparison();
 }
 
 std::string RenderSession::problem() const { return publisher_->problem(); }
@@ -163,14 +166,14 @@ void RenderSession::on_change(std::function<void()> wake) {
 }
 
 // Returns the pixel's values in the newest picture, merged with its latest inspection.
-std::optional<PixelInspection> RenderSession::look(const Vec2i& at, bool picked) const {
-  const std::shared_ptr<const ShownPicture> picture = publisher_->picture();
+std::optional<PixelInspection> RenderSession::inspection_at(const Vec2i& at, bool picked) const {
+  const std::shared_ptr<const SessionPicture> picture = publisher_->picture();
   if (!picture || !picture->rect().contains(at.x, at.y)) {
     return std::nullopt;
   }
   PixelInspection result;
   const std::optional<PixelInspection> known =
-      renderer_->inspection(picked ? Look::kPicked : Look::kPointed);
+      renderer_->inspection(picked ? InspectionTarget::kPicked : InspectionTarget::kPointed);
   if (known && known->edit == picture->edit && Vec2i(known->x, known->y) == at) result = *known;
   result.x = at.x;
   result.y = at.y;
@@ -188,32 +191,32 @@ std::optional<PixelInspection> RenderSession::look(const Vec2i& at, bool picked)
 
 std::optional<PixelInspection> RenderSession::inspect(int x, int y) {
   const Vec2i at(x, y);
-  const std::optional<PixelInspection> seen = look(at, false);
-  if (seen && inspected_ != at) {
+  const std::optional<PixelInspection> inspection = inspection_at(at, false);
+  if (inspection && inspected_ != at) {
     inspected_ = at;
-    renderer_->inspect(Look::kPointed, inspected_);
+    renderer_->inspect(InspectionTarget::kPointed, inspected_);
   }
-  return seen;
+  return inspection;
 }
 
 void RenderSession::end_inspection() {
   inspected_.reset();
-  renderer_->inspect(Look::kPointed, std::nullopt);
+  renderer_->inspect(InspectionTarget::kPointed, std::nullopt);
 }
 
 void RenderSession::pick(const std::optional<Vec2i>& pixel) {
   if (picked_ == pixel) return;
   picked_ = pixel;
-  renderer_->inspect(Look::kPicked, pixel);
+  renderer_->inspect(InspectionTarget::kPicked, pixel);
 }
 
 std::optional<PixelInspection> RenderSession::picked() const {
-  return picked_ ? look(*picked_, true) : std::nullopt;
+  return picked_ ? inspection_at(*picked_, true) : std::nullopt;
 }
 
 // Runs `write` on the writer thread, unless `path` is an input file of the open scene.
-std::future<void> RenderSession::save_later(const std::string& path,
-                                            const std::function<void()>& write) {
+std::future<void> RenderSession::save_in_background(const std::string& path,
+                                                    const std::function<void()>& write) {
   auto done = std::make_shared<std::promise<void>>();
   std::future<void> result = done->get_future();
   writer_->post([=, open = scene(), environment = edits_.environment.file] {
@@ -235,7 +238,7 @@ std::future<void> RenderSession::save_later(const std::string& path,
 std::future<void> RenderSession::save_film(const std::string& path,
                                            const std::function<void(const FilmCopy&)>& write) {
   auto film = std::make_shared<std::future<FilmCopy>>(renderer_->copy());
-  return save_later(path, [film, write] { write(film->get()); });
+  return save_in_background(path, [film, write] { write(film->get()); });
 }
 
 std::future<void> RenderSession::save(const std::string& path) {
@@ -252,7 +255,7 @@ std::future<void> RenderSession::save_heatmap(const std::string& path, ViewOverl
 
 std::future<void> RenderSession::save_edits(const std::string& path) {
   const SceneEdits edits = scene_ ? with_view(edits_, settings_.render, *scene_) : edits_;
-  return save_later(path, [path, edits] { write_edits(path, edits); });
+  return save_in_background(path, [path, edits] { write_edits(path, edits); });
 }
 
 }  // namespace emberline

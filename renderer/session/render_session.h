@@ -18,7 +18,7 @@
 #include "renderer/core/memory_budget.h"
 #include "renderer/description/scene_edits.h"
 #include "renderer/session/listed_scene.h"
-#include "renderer/session/shown_picture.h"
+#include "renderer/session/session_picture.h"
 #include "renderer/session/view_settings.h"
 
 namespace emberline {
@@ -53,7 +53,7 @@ class RenderSession {
   // restart the frame: display, overlays with existing channels, and `paused` do not.
   void set_settings(const ViewSettings& settings);
 
-  // The number of the newest edit, counting settings and scenes; see ShownPicture::edit.
+  // The number of the newest edit, counting settings and scenes; see SessionPicture::edit.
   uint64_t edit() const { return edit_; }
   // All differences from the file, as last set or opened.
   const SceneEdits& edits() const { return edits_; }
@@ -63,12 +63,12 @@ class RenderSession {
   void set_edits(const SceneEdits& edits, const std::optional<LightEdit>& solo = std::nullopt);
 
   // Null before the first.
-  std::shared_ptr<const ShownPicture> picture() const;
+  std::shared_ptr<const SessionPicture> picture() const;
   // Keeps an older picture for comparison, graded in the background with the current display
   // settings unless it has an overlay. Null: no comparison.
-  void compare_with(std::shared_ptr<const ShownPicture> kept);
+  void compare_with(std::shared_ptr<const SessionPicture> comparison);
   // Null until graded; on_change() is called then.
-  std::shared_ptr<const ShownPicture> compared() const;
+  std::shared_ptr<const SessionPicture> graded_comparison() const;
   // Why the newest edit has no picture, worded as on the command line; empty if nothing is wrong.
   std::string problem() const;
   // Registers `wake`, which a thread of the session calls when a picture, load status, problem or
@@ -101,8 +101,8 @@ class RenderSession {
   void adopt(std::shared_ptr<LoadedScene> loaded);
   std::future<void> save_film(const std::string& path,
                               const std::function<void(const FilmCopy&)>& write);
-  std::future<void> save_later(const std::string& path, const std::function<void()>& write);
-  std::optional<PixelInspection> look(const Vec2i& at, bool picked) const;
+  std::future<void> save_in_background(const std::string& path, const std::function<void()>& write);
+  std::optional<PixelInspection> inspection_at(const Vec2i& at, bool picked) const;
 
   // The newest request. All other state belongs to the threads of the last members.
   ViewSettings settings_;

@@ -12,19 +12,19 @@ SceneLoader::SceneLoader(std::function<void()> wake) : wake_(std::move(wake)) {}
 void SceneLoader::load(const RenderOptions& options) {
   uint64_t number;
   std::stop_token stop;
-  std::shared_ptr<LoadedScene> unseen;  // never polled; freed on the loader's thread
+  std::shared_ptr<LoadedScene> unclaimed;  // never polled; freed on the loader's thread
   {
     const std::lock_guard lock(mutex_);
     number = ++number_;
     stop_.request_stop();
     stop_ = {};
     stop = stop_.get_token();
-    unseen = std::move(loaded_);
+    unclaimed = std::move(loaded_);
     status_ = {LoadStatus::State::kLoading, options.scene, "waiting", 0.0, {}};
   }
-  thread_.post([this, options, number, stop, unseen = std::move(unseen)]() mutable {
-    unseen.reset();
-    load_now(options, number, stop);
+  thread_.post([this, options, number, stop, unclaimed = std::move(unclaimed)]() mutable {
+    unclaimed.reset();
+    run_load(options, number, stop);
   });
 }
 
@@ -36,9 +36,9 @@ void SceneLoader::cancel() {
   status_.state = LoadStatus::State::kCancelled;
 }
 
-LoadStatus SceneLoader::poll(std::shared_ptr<LoadedScene>* arrived) {
+LoadStatus SceneLoader::poll(std::shared_ptr<LoadedScene>* new_scene) {
   const std::lock_guard lock(mutex_);
-  *arrived = std::move(loaded_);
+  *new_scene = std::move(loaded_);
   return status_;
 }
 
@@ -51,7 +51,7 @@ void SceneLoader::report(uint64_t number, const std::function<void(LoadStatus&)>
   wake_();
 }
 
-void SceneLoader::load_now(const RenderOptions& options, uint64_t number, std::stop_token stop) {
+void SceneLoader::run_load(const RenderOptions& options, uint64_t number, std::stop_token stop) {
   {
     const std::lock_guard lock(mutex_);
     if (number != number_) return;  // a newer request follows, or it was cancelled
@@ -66,7 +66,7 @@ void SceneLoader::load_now(const RenderOptions& options, uint64_t number, std::s
     // The open scene stays until the new one has loaded, so the new one gets the remaining memory.
     LoadLimits limits = limits_of(options.limits, options.scene);
     if (!memory_) memory_ = limits.memory;
-    limits.memory = memory_->rest();
+    limits.memory = memory_->child_budget();
     LoadProgress progress(
         [&](const std::string& stage, double fraction) {
           report(number, [&](LoadStatus& status) {
@@ -75,9 +75,9 @@ void SceneLoader::load_now(const RenderOptions& options, uint64_t number, std::s
           });
         },
         std::move(stop), limits);
-    std::shared_ptr<LoadedScene> scene = load_for_view(options, progress);
-    scene->memory =
-        MemoryReservation(memory_, MemoryPart::kGeometry, limits.memory->took(), options.scene);
+    std::shared_ptr<LoadedScene> scene = load_session_scene(options, progress);
+    scene->memory = MemoryReservation(memory_, MemoryPart::kGeometry,
+                                      limits.memory->newly_reserved(), options.scene);
     report(number, [&](LoadStatus& status) {
       status.state = LoadStatus::State::kReady;
       status.stage.clear();

@@ -20,10 +20,10 @@ class SceneLoader {
   void load(const RenderOptions& options);
   void cancel();
   // Returns the status and, once, a scene that has loaded.
-  LoadStatus poll(std::shared_ptr<LoadedScene>* arrived);
+  LoadStatus poll(std::shared_ptr<LoadedScene>* new_scene);
 
  private:
-  void load_now(const RenderOptions& options, uint64_t number, std::stop_token stop);
+  void run_load(const RenderOptions& options, uint64_t number, std::stop_token stop);
   // Changes the status if this load is still the newest.
   void report(uint64_t number, const std::function<void(LoadStatus&)>& change);
 

@@ -39,15 +39,16 @@ using Json = nlohmann::json;
 constexpr int kSessionProtocol = 1;
 
 // Limits on queued warnings and files waiting to be written.
-constexpr size_t kMostWarnings = 100, kMostSavings = 16;
-constexpr size_t kLongestId = 1000;
+constexpr size_t kMaxWarnings = 100, kMaxPendingSaves = 16;
+constexpr size_t kMaxIdLength = 1000;
 // Polling interval while files are being saved, and the load progress worth an event.
-constexpr int kSavingPause_ms = 20;
+constexpr int kSavePollInterval_ms = 20;
 constexpr double kLoadStep = 0.01;
 
 void check_id(const Json& id, const JsonReader& reader) {
-  const bool short_text = id.is_string() && id.get_ref<const std::string&>().size() <= kLongestId;
-  if (!id.is_null() && !id.is_number() && !short_text) reader.expected("a number or a short text");
+  const bool short_text = id.is_string() && id.get_ref<const std::string&>().size() <= kMaxIdLength;
+  if (!id.is_null() && !id.is_number() && !short_text)
+    reader.throw_expected("a number or a short text");
 }
 
 class SessionHost {
@@ -59,7 +60,7 @@ class SessionHost {
     set_log_sink([this](LogKind kind, std::string_view message) {
       if (kind != LogKind::kWarning) return;
       const std::lock_guard lock(warnings_mutex_);
-      if (warnings_.size() < kMostWarnings) warnings_.emplace_back(message);
+      if (warnings_.size() < kMaxWarnings) warnings_.emplace_back(message);
       lines_.wake();
     });
   }
@@ -76,10 +77,10 @@ class SessionHost {
           {"isa", instruction_sets()},
           {"pid", int(::getpid())}});
     try {
-      serve();
-      settle();
+      process_commands();
+      drain_saves();
     } catch (const InputError& error) {
-      settle();
+      drain_saves();
       send({{"event", "error"}, {"text", error.what()}});
       try {
         lines_.flush();
@@ -99,47 +100,48 @@ class SessionHost {
     std::string_view name;
     std::vector<std::string_view> members;  // besides "id" and "do"
     void (SessionHost::*run)(const Json& command, const JsonReader& root, const std::string& line);
-    bool answered = true;  // answered immediately
+    bool answers_immediately = true;  // answered immediately
   };
   // Commands that are answered later.
-  struct Opening {
+  struct PendingOpen {
     JsonValue id;
     SceneEdits edits;
     bool edited = false, has_camera = false;
   };
-  struct Saving {
+  struct PendingSave {
     JsonValue id;
     std::future<void> done;
   };
 
-  void serve() {
+  void process_commands() {
     while (true) {
       // Commands before the end of input are carried out even if the host does not read; there are
       // few.
       while (!quit_ && (lines_.ended() || !lines_.congested())) {
-        const std::optional<std::string> line = lines_.take();
+        const std::optional<std::string> line = lines_.next_line();
         if (!line) break;
-        obey(*line);
+        dispatch(*line);
       }
       if (quit_) return;
       if (lines_.ended()) {
-        throw InputError("standard input", lines_.mid_line()
+        throw InputError("standard input", lines_.has_partial_line()
                                                ? "it ends in the middle of a line"
                                                : "it ends without \"quit\": the host has gone");
       }
-      tell();
-      lines_.wait(savings_.empty() ? std::nullopt : std::optional(kSavingPause_ms));
+      send_events();
+      lines_.wait(pending_saves_.empty() ? std::nullopt : std::optional(kSavePollInterval_ms));
     }
   }
 
   // Waits for files that are being saved, and reports their results.
-  void settle() {
-    for (const Saving& saving : savings_) saving.done.wait();
-    tell_saved();
-    if (opening_) refuse(*std::exchange(opening_, std::nullopt)->id, "cancelled: the session ends");
+  void drain_saves() {
+    for (const PendingSave& pending_save : pending_saves_) pending_save.done.wait();
+    send_saved();
+    if (pending_open_)
+      reject(*std::exchange(pending_open_, std::nullopt)->id, "cancelled: the session ends");
   }
 
-  void obey(const std::string& text) {
+  void dispatch(const std::string& text) {
     static const std::vector<Command> commands = {
         {"open", {"scene", "edits_file", "edits"}, &SessionHost::open, false},
         {"settings", {"settings"}, &SessionHost::change_settings},
@@ -166,11 +168,11 @@ class SessionHost {
       members.insert(members.end(), {"id", "do"});
       root.object(members);
       (this->*command.run)(document, root, line);
-      if (command.answered && !id.is_null()) answer(id);
+      if (command.answers_immediately && !id.is_null()) answer(id);
     } catch (const EmberlineError& error) {
-      refuse(id, error.what(), saves);
+      reject(id, error.what(), saves);
     } catch (const std::bad_alloc&) {
-      refuse(id, "not enough memory for this command", saves);
+      reject(id, "not enough memory for this command", saves);
     }
   }
 
@@ -180,15 +182,15 @@ class SessionHost {
     const std::string scene = text_of_json(command.value("scene", Json()), root["scene"]);
     const std::string edits_file =
         root.has("edits_file") ? text_of_json(command["edits_file"], root["edits_file"]) : "";
-    Opening opening{JsonValue(root.has("id") ? command["id"] : Json()), {}};
+    PendingOpen pending_open{JsonValue(root.has("id") ? command["id"] : Json()), {}};
     if (root.has("edits")) {
-      opening.edits = merged_edits(command["edits"], line + ", edits", {}, {});
-      opening.edited = true;
-      opening.has_camera = command["edits"].contains("camera");
+      pending_open.edits = merge_json_edits(command["edits"], line + ", edits", {}, {});
+      pending_open.edited = true;
+      pending_open.has_camera = command["edits"].contains("camera");
     }
-    if (opening_) refuse(*opening_->id, "cancelled: another scene was opened");
-    opening_ = std::move(opening);
-    told_stage_.clear();
+    if (pending_open_) reject(*pending_open_->id, "cancelled: another scene was opened");
+    pending_open_ = std::move(pending_open);
+    sent_stage_.clear();
     session_.open(scene, edits_file);
   }
 
@@ -197,33 +199,33 @@ class SessionHost {
     HostTexts texts = texts_;
     for (const std::string& name : settings.members()) {
       const JsonReader value = settings[name];
-      if (value.null()) {
+      if (value.is_null()) {
         texts.erase(name);
       } else {
         texts[name] = text_of_json(command["settings"][name], value);
       }
     }
-    HostSettings made = read_settings_(texts);
-    if (made.display != display_) shown_serial_ = 0;  // show the newest picture again
-    session_.set_settings(made.view);
+    HostSettings new_settings = read_settings_(texts);
+    if (new_settings.display != display_) sent_serial_ = 0;  // show the newest picture again
+    session_.set_settings(new_settings.view);
     texts_ = std::move(texts);
-    display_ = made.display;
+    display_ = new_settings.display;
   }
 
   // While a scene loads, the camera also applies to that scene.
   void change_camera(const Json& command, const JsonReader& root, const std::string& line) {
     root["camera"];
-    if (!session_.scene() && !opening_) throw UsageError("no scene is open");
+    if (!session_.scene() && !pending_open_) throw UsageError("no scene is open");
     const Json changes = {{"camera", command["camera"]}};
-    const CameraEdit camera = merged_edits(changes, line, {}, {}).camera;
+    const CameraEdit camera = merge_json_edits(changes, line, {}, {}).camera;
     if (session_.scene()) {
       SceneEdits edits = session_.edits();
       edits.camera = camera;
       session_.set_edits(edits);
     }
-    if (!opening_) return;
-    opening_->edits.camera = camera;
-    opening_->edited = opening_->has_camera = true;
+    if (!pending_open_) return;
+    pending_open_->edits.camera = camera;
+    pending_open_->edited = pending_open_->has_camera = true;
   }
 
   void change_edits(const Json& command, const JsonReader& root, const std::string& line) {
@@ -231,20 +233,20 @@ class SessionHost {
     const std::shared_ptr<const ListedScene> scene = session_.scene();
     if (!scene) throw UsageError("no scene is open");
     session_.set_edits(
-        merged_edits(command["edits"], line + ", edits", session_.edits(), scene->outline));
+        merge_json_edits(command["edits"], line + ", edits", session_.edits(), scene->outline));
   }
 
   void next(const Json&, const JsonReader& root, const std::string&) {
-    const uint64_t after = root["after"].whole(0, UINT64_MAX);
+    const uint64_t after = root["after"].whole_number(0, UINT64_MAX);
     if (after > number_) throw UsageError("there is no picture {} yet", after);
-    if (after == number_) awaited_ = true;
+    if (after == number_) host_is_ready_ = true;
   }
 
   void save(const Json& command, const JsonReader& root, const std::string& line) {
     const std::string file = text_of_json(command.value("file", Json()), root["file"]);
-    if (savings_.size() >= kMostSavings) {
+    if (pending_saves_.size() >= kMaxPendingSaves) {
       throw UsageError("{} cannot be saved yet: {} files are being saved; wait for an answer",
-                       printable(file), kMostSavings);
+                       printable(file), kMaxPendingSaves);
     }
     std::future<void> done;
     if (root.has("of")) {
@@ -256,7 +258,7 @@ class SessionHost {
     } else {
       done = session_.save(file);
     }
-    savings_.push_back({JsonValue(root.has("id") ? command["id"] : Json()), std::move(done)});
+    pending_saves_.push_back({JsonValue(root.has("id") ? command["id"] : Json()), std::move(done)});
   }
 
   void cancel(const Json&, const JsonReader&, const std::string&) { session_.cancel_load(); }
@@ -272,7 +274,7 @@ class SessionHost {
     send(more);
   }
 
-  void refuse(const Json& id, const std::string& error, bool of_save = false) {
+  void reject(const Json& id, const std::string& error, bool of_save = false) {
     if (of_save && failed_saves_++ == 0) first_failure_ = error;
     send({{"id", id}, {"ok", false}, {"error", error}});
   }
@@ -281,59 +283,59 @@ class SessionHost {
     lines_.write(message.dump(-1, ' ', true, Json::error_handler_t::replace));
   }
 
-  void tell() {
-    tell_loading();
-    tell_saved();
+  void send_events() {
+    send_loading();
+    send_saved();
     if (lines_.congested()) return;
-    tell_warnings();
-    tell_problem();
-    show_picture();
+    send_warnings();
+    send_problem();
+    send_picture();
   }
 
-  void tell_loading() {
+  void send_loading() {
     const LoadStatus status = session_.load_status();
-    if (!opening_) return;
+    if (!pending_open_) return;
     using enum LoadStatus::State;
     switch (status.state) {
       case kReady:
-        finish_opening();
+        finish_open();
         break;
       case kFailed:
-        refuse(*std::exchange(opening_, std::nullopt)->id, status.error);
+        reject(*std::exchange(pending_open_, std::nullopt)->id, status.error);
         break;
       case kCancelled:
-        refuse(*std::exchange(opening_, std::nullopt)->id, "cancelled");
+        reject(*std::exchange(pending_open_, std::nullopt)->id, "cancelled");
         break;
       default:
-        if (lines_.congested() || (status.stage == told_stage_ &&
-                                   std::abs(status.fraction - told_fraction_) < kLoadStep)) {
+        if (lines_.congested() || (status.stage == sent_stage_ &&
+                                   std::abs(status.fraction - sent_fraction_) < kLoadStep)) {
           break;
         }
-        told_stage_ = status.stage;
-        told_fraction_ = status.fraction;
+        sent_stage_ = status.stage;
+        sent_fraction_ = status.fraction;
         send({{"event", "loading"}, {"stage", status.stage}, {"fraction", status.fraction}});
     }
   }
 
-  void finish_opening() {
-    const Opening opening = *std::exchange(opening_, std::nullopt);
+  void finish_open() {
+    const PendingOpen pending_open = *std::exchange(pending_open_, std::nullopt);
     const std::shared_ptr<const ListedScene> scene = session_.scene();
     Json more = Json::object();
-    if (opening.edited) {
+    if (pending_open.edited) {
       try {
-        SceneEdits edits = laid_over(opening.edits, session_.edits(), scene->outline);
-        if (opening.has_camera) edits.camera = opening.edits.camera;
+        SceneEdits edits = merge_edits(pending_open.edits, session_.edits(), scene->outline);
+        if (pending_open.has_camera) edits.camera = pending_open.edits.camera;
         session_.set_edits(edits);
       } catch (const EmberlineError& error) {
         more["problem"] = error.what();
       }
     }
-    least_edit_ = session_.edit();
-    more["scene"] = described(*scene, session_.edits());
-    answer(*opening.id, std::move(more));
+    min_edit_ = session_.edit();
+    more["scene"] = protocol_json(*scene, session_.edits());
+    answer(*pending_open.id, std::move(more));
   }
 
-  void tell_warnings() {
+  void send_warnings() {
     std::vector<std::string> warnings;
     {
       const std::lock_guard lock(warnings_mutex_);
@@ -342,51 +344,52 @@ class SessionHost {
     for (const std::string& text : warnings) send({{"event", "warning"}, {"text", text}});
   }
 
-  void tell_problem() {
+  void send_problem() {
     const std::string problem = session_.problem().empty() ? frame_problem_ : session_.problem();
-    if (problem == told_problem_) return;
-    told_problem_ = problem;
+    if (problem == sent_problem_) return;
+    sent_problem_ = problem;
     send({{"event", "problem"}, {"text", problem}});
   }
 
-  void tell_saved() {
+  void send_saved() {
     using std::chrono::seconds;
-    for (auto saving = savings_.begin(); saving != savings_.end();) {
-      if (saving->done.wait_for(seconds(0)) != std::future_status::ready) {
-        ++saving;
+    for (auto pending_save = pending_saves_.begin(); pending_save != pending_saves_.end();) {
+      if (pending_save->done.wait_for(seconds(0)) != std::future_status::ready) {
+        ++pending_save;
         continue;
       }
       try {
-        saving->done.get();
-        answer(*saving->id);
+        pending_save->done.get();
+        answer(*pending_save->id);
       } catch (const std::exception& error) {
-        refuse(*saving->id, error.what(), true);
+        reject(*pending_save->id, error.what(), true);
       }
-      saving = savings_.erase(saving);
+      pending_save = pending_saves_.erase(pending_save);
     }
   }
 
-  void show_picture() {
-    const std::shared_ptr<const ShownPicture> picture = session_.picture();
-    if (!awaited_ || !picture || picture->serial == shown_serial_ || picture->edit < least_edit_) {
+  void send_picture() {
+    const std::shared_ptr<const SessionPicture> picture = session_.picture();
+    if (!host_is_ready_ || !picture || picture->serial == sent_serial_ ||
+        picture->edit < min_edit_) {
       return;
     }
-    shown_serial_ = picture->serial;
+    sent_serial_ = picture->serial;
     // Overlays have no linear values.
     const bool display = display_ || !picture->overlay_legend.empty();
     const std::span<const std::byte> bytes = display ? std::as_bytes(std::span(picture->rgba8))
                                                      : std::as_bytes(std::span(picture->linear()));
-    SharedFrames::Place place;
+    SharedFrames::Location place;
     try {
       place = frames_.write(bytes, session_.memory(), "a picture in shared memory");
       frame_problem_.clear();
     } catch (const EmberlineError& error) {
       frame_problem_ = error.what();
-      tell_problem();
+      send_problem();
       return;
     }
-    awaited_ = false;
-    Json event = described(*picture);
+    host_is_ready_ = false;
+    Json event = protocol_json(*picture);
     event["number"] = ++number_;
     event["format"] = display ? "display" : "linear";
     event["stride"] = bytes.size() / size_t(picture->height);
@@ -405,18 +408,18 @@ class SessionHost {
   std::mutex warnings_mutex_;
   std::vector<std::string> warnings_;
   RenderSession session_;
-  std::optional<Opening> opening_;
-  std::list<Saving> savings_;
+  std::optional<PendingOpen> pending_open_;
+  std::list<PendingSave> pending_saves_;
   uint64_t failed_saves_ = 0;
   std::string first_failure_;
-  std::string told_stage_, told_problem_, frame_problem_;
-  double told_fraction_ = 0.0;
+  std::string sent_stage_, sent_problem_, frame_problem_;
+  double sent_fraction_ = 0.0;
 
   SharedFrames frames_;
-  uint64_t least_edit_ = 0;    // earlier pictures show another scene
-  uint64_t shown_serial_ = 0;  // of the session's pictures
+  uint64_t min_edit_ = 0;      // earlier pictures show another scene
+  uint64_t sent_serial_ = 0;   // of the session's pictures
   uint64_t number_ = 0;        // of our picture events
-  bool awaited_ = true;        // the host has consumed the previous picture
+  bool host_is_ready_ = true;  // the host has consumed the previous picture
 };
 
 }  // namespace

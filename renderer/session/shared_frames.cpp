@@ -24,7 +24,7 @@ constexpr uint64_t kPage = 4096;
                     " the shared memory of pictures: " + std::generic_category().message(error));
 }
 
-int nameless_file() {
+int create_anonymous_file() {
 #if defined(__linux__)
   constexpr unsigned kNotExecutable = 0x8;  // MFD_NOEXEC_SEAL, Linux 6.3
   constexpr unsigned kFlags = MFD_CLOEXEC | MFD_ALLOW_SEALING;
@@ -65,7 +65,7 @@ void SharedFrames::close() {
 // Allocates all memory at once, so that a shortage is reported here and not by SIGBUS.
 void SharedFrames::create(uint64_t slot_bytes) {
   slot_bytes_ = slot_bytes;
-  file_ = nameless_file();
+  file_ = create_anonymous_file();
   if (file_ < 0) throw_failed("make", errno);
   const auto length = off_t(kSlots * slot_bytes);
   if (::fchmod(file_, S_IRUSR) != 0) throw_failed("protect", errno);
@@ -79,9 +79,9 @@ void SharedFrames::create(uint64_t slot_bytes) {
   ++segment_;
 }
 
-SharedFrames::Place SharedFrames::write(std::span<const std::byte> picture,
-                                        const std::shared_ptr<MemoryBudget>& budget,
-                                        const std::string& place) {
+SharedFrames::Location SharedFrames::write(std::span<const std::byte> picture,
+                                           const std::shared_ptr<MemoryBudget>& budget,
+                                           const std::string& place) {
   const uint64_t slot_bytes = (picture.size() + kPage - 1) / kPage * kPage;
   if (slot_bytes != slot_bytes_ || memory_.budget() != budget) {
     close();

@@ -18,7 +18,7 @@ namespace emberline {
 class SharedFrames {
  public:
   // Location of a picture.
-  struct Place {
+  struct Location {
     std::string path;
     uint64_t segment = 0;  // number of the file
     uint64_t bytes = 0;    // size of the file
@@ -32,8 +32,8 @@ class SharedFrames {
 
   // Creates a new file if the size has changed. Throws InputError with `place` if the budget is
   // exceeded, and RenderError; there is no file then.
-  Place write(std::span<const std::byte> picture, const std::shared_ptr<MemoryBudget>& budget,
-              const std::string& place);
+  Location write(std::span<const std::byte> picture, const std::shared_ptr<MemoryBudget>& budget,
+                 const std::string& place);
 
  private:
   void create(uint64_t slot_bytes);

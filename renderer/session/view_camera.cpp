@@ -10,13 +10,13 @@ namespace {
 
 // Relative to the scene's radius: close enough to count the threads of a cloth, and far enough to
 // lose it.
-constexpr double kLeastDistance = 1e-5, kMostDistance = 1e5;
+constexpr double kMinDistance = 1e-5, kMaxDistance = 1e5;
 
 // Below this cosine of the elevation, the azimuth is undefined.
 constexpr double kPole = 1e-9;
 
 // The picture's right edge without roll.
-Vec3d level_right(double azimuth) { return {std::cos(azimuth), 0.0, -std::sin(azimuth)}; }
+Vec3d horizontal_right(double azimuth) { return {std::cos(azimuth), 0.0, -std::sin(azimuth)}; }
 
 // `back` is a unit vector; `right` is any perpendicular direction, before mirroring.
 void set_angles(const Vec3d& back, const Vec3d& right, ViewCamera& view) {
@@ -28,12 +28,12 @@ void set_angles(const Vec3d& back, const Vec3d& right, ViewCamera& view) {
     return;
   }
   view.azimuth = std::atan2(back.x, back.z);
-  const Vec3d level_edge = level_right(view.azimuth);
+  const Vec3d level_edge = horizontal_right(view.azimuth);
   view.roll = std::atan2(right.dot(back.cross(level_edge)), right.dot(level_edge));
 }
 
 ViewCamera with_distance(ViewCamera view, double distance) {
-  view.distance = std::clamp(distance, view.least_distance, view.most_distance);
+  view.distance = std::clamp(distance, view.min_distance, view.max_distance);
   return view;
 }
 
@@ -45,7 +45,7 @@ double handedness(const ViewCamera& view) { return view.mirrored ? -1.0 : 1.0; }
 ViewCamera::Axes ViewCamera::axes() const {
   const double level = std::cos(elevation);
   const Vec3d back(std::sin(azimuth) * level, std::sin(elevation), std::cos(azimuth) * level);
-  const Vec3d level_edge = level_right(azimuth);
+  const Vec3d level_edge = horizontal_right(azimuth);
   const Vec3d right = level_edge * std::cos(roll) + back.cross(level_edge) * std::sin(roll);
   return {right * handedness(*this), back.cross(right), back};
 }
@@ -58,28 +58,28 @@ double ViewCamera::frame_angle() const {
   return orthographic ? 2.0 * std::atan2(half_height, distance) : fov_y;
 }
 
-double ViewCamera::reach() const {
-  return orthographic ? half_height / std::tan(kOrdinaryFov / 2) : distance;
+double ViewCamera::move_scale() const {
+  return orthographic ? half_height / std::tan(kDefaultFov / 2) : distance;
 }
 
 ViewCamera view_of(const CameraDescription& camera, const Vec3d& center, double radius) {
   const Mat44d& m = camera.to_world;
   ViewCamera view;
-  view.least_distance = kLeastDistance * radius;
-  view.most_distance = kMostDistance * radius;
+  view.min_distance = kMinDistance * radius;
+  view.max_distance = kMaxDistance * radius;
   view.mirrored = m.determinant() < 0;
   const Vec3d back = row(m, 2).normalized();
   set_angles(back, row(m, 1).normalized().cross(back).normalized(), view);
   const Vec3d eye = row(m, 3);
-  const double abreast = (eye - center).dot(back);
-  view.distance = abreast > view.least_distance ? abreast : radius;
+  const double center_depth = (eye - center).dot(back);
+  view.distance = center_depth > view.min_distance ? center_depth : radius;
   view.pivot = eye - back * view.distance;
   view.orthographic = camera.orthographic;
   if (camera.orthographic) {
-    view.fov_y = kOrdinaryFov;
+    view.fov_y = kDefaultFov;
     view.half_height = camera.y_mag;
   } else {
-    view.fov_y = std::clamp(camera.fov_y, kLeastFov, kMostFov);
+    view.fov_y = std::clamp(camera.fov_y, kMinFov, kMaxFov);
   }
   return view;
 }
@@ -123,28 +123,28 @@ ViewCamera pan(ViewCamera view, double right, double down) {
 
 ViewCamera dolly(ViewCamera view, double factor) {
   if (!view.orthographic) return with_distance(view, view.distance * factor);
-  view.half_height = std::clamp(view.half_height * factor, view.least_distance, view.most_distance);
+  view.half_height = std::clamp(view.half_height * factor, view.min_distance, view.max_distance);
   return view;
 }
 
 ViewCamera fly(ViewCamera view, double right, double up, double forward) {
   const ViewCamera::Axes axes = view.axes();
   view.pivot += axes.right * right + axes.up * up;
-  if (view.orthographic) return dolly(view, std::exp(-forward / view.reach()));
+  if (view.orthographic) return dolly(view, std::exp(-forward / view.move_scale()));
   view.pivot -= axes.back * forward;
   return view;
 }
 
-ViewCamera without_perspective(ViewCamera view) {
+ViewCamera to_orthographic(ViewCamera view) {
   view.half_height = 0.5 * view.frame_height();
   view.orthographic = true;
   return view;
 }
 
-ViewCamera with_perspective(ViewCamera view, double fov_y) {
+ViewCamera to_perspective(ViewCamera view, double fov_y) {
   const double height = view.frame_height();
   view.orthographic = false;
-  view.fov_y = std::clamp(fov_y, kLeastFov, kMostFov);
+  view.fov_y = std::clamp(fov_y, kMinFov, kMaxFov);
   view.distance = 0.5 * height / std::tan(view.fov_y / 2);
   return view;
 }
@@ -156,11 +156,11 @@ ViewCamera look_towards(ViewCamera view, const Vec3d& point) {
   if (!(distance > 0.0)) return view;
   if (view.orthographic) {
     view.pivot = point;
-    view.distance = std::max(away.dot(view.axes().back), view.least_distance);
+    view.distance = std::max(away.dot(view.axes().back), view.min_distance);
     return view;
   }
   const double roll = view.roll;
-  set_angles(away / distance, level_right(view.azimuth), view);
+  set_angles(away / distance, horizontal_right(view.azimuth), view);
   view.roll = roll;
   view.pivot = point;
   view.distance = distance;
@@ -172,7 +172,7 @@ ViewCamera frame_all(ViewCamera view, const Vec3d& center, double radius, double
   // As in framing_camera(): the sphere touches the closer pair of edges, with a margin of 5 %.
   if (view.orthographic) {
     view.half_height = 1.05 * radius / std::min(1.0, aspect);
-    return with_distance(view, view.reach());  // the whole sphere is in front of the eye
+    return with_distance(view, view.move_scale());  // the whole sphere is in front of the eye
   }
   const double half = std::atan(std::tan(view.fov_y / 2) * std::min(1.0, aspect));
   return with_distance(view, 1.05 * radius / std::sin(half));

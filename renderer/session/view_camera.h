@@ -25,10 +25,10 @@ struct ViewCamera {
   double roll = 0.0;
   bool mirrored = false;  // left and right are swapped
   bool orthographic = false;
-  double fov_y = 0.7;        // perspective only, in [kLeastFov, kMostFov]
+  double fov_y = 0.7;        // perspective only, in [kMinFov, kMaxFov]
   double half_height = 1.0;  // of the frame, orthographic only; > 0
   // Moves keep the distance, or half_height, in this range.
-  double least_distance = 0.0, most_distance = 1e300;
+  double min_distance = 0.0, max_distance = 1e300;
 
   // Orthonormal, world space: the picture's right and up, and the direction from pivot to eye.
   struct Axes {
@@ -40,13 +40,13 @@ struct ViewCamera {
   double frame_height() const;
   double frame_angle() const;
   // The length that moves are proportional to: the distance, or for orthographic views the distance
-  // at which a perspective view with kOrdinaryFov shows the same height.
-  double reach() const;
+  // at which a perspective view with kDefaultFov shows the same height.
+  double move_scale() const;
 };
 
-inline constexpr double kLeastFov = 1e-3, kMostFov = 3.0;  // 0.06 and 172 degrees
+inline constexpr double kMinFov = 1e-3, kMaxFov = 3.0;  // 0.06 and 172 degrees
 // Field of view for an orthographic view that becomes a perspective one.
-inline constexpr double kOrdinaryFov = kPiD / 6;
+inline constexpr double kDefaultFov = kPiD / 6;
 
 // The view of a camera. The pivot is on its axis at the depth of the scene's centre, or `radius`
 // away if that is behind the camera. `radius` > 0 is the scene's.
@@ -69,8 +69,8 @@ ViewCamera dolly(ViewCamera view, double factor);
 ViewCamera fly(ViewCamera view, double right, double up, double forward);
 // Switch the projection and keep the size of objects at the pivot. The eye stays when perspective
 // is removed, and moves along the axis when it is added.
-ViewCamera without_perspective(ViewCamera view);
-ViewCamera with_perspective(ViewCamera view, double fov_y);
+ViewCamera to_orthographic(ViewCamera view);
+ViewCamera to_perspective(ViewCamera view, double fov_y);
 // Turns to the point, which becomes the pivot; the eye stays. An orthographic view keeps its
 // direction and is shifted to centre the point. Does nothing for a point at the eye.
 ViewCamera look_towards(ViewCamera view, const Vec3d& point);

@@ -16,25 +16,25 @@ namespace emberline {
 namespace {
 
 // An edit's first picture is shown when this fraction of the pixels has a sample (10 to 20 ms for
-// 1280 x 720 on two cores) or, for slow scenes, after kFirstPatience_s.
+// 1280 x 720 on two cores) or, for slow scenes, after kFirstPictureTimeout_s.
 constexpr double kFirstCoverage = 1.0 / 64;
-constexpr double kFirstPatience_s = 0.012;
+constexpr double kFirstPictureTimeout_s = 0.012;
 
 // Later pictures are limited to what the eye can follow and to a share of the render time: a larger
 // one while the artist waits for the effect of an edit, then a negligible one.
-constexpr double kLeastInterval_s = 1.0 / 30;
-constexpr double kLively_s = 1.0;
-constexpr double kLivelyShare = 0.1;
-constexpr double kCalmShare = 0.01;
+constexpr double kMinInterval_s = 1.0 / 30;
+constexpr double kInteractive_s = 1.0;
+constexpr double kInteractiveCostFraction = 0.1;
+constexpr double kIdleCostFraction = 0.01;
 
 // Samples per pixel of the region before the rest of the frame is rendered.
 constexpr uint32_t kRegionSamples = 16;
 
 // The first picture of a bucket frame may take this fraction of the frame's sample count, to which
-// its samples do not count. kLeastJudged replaces a smaller or unknown number of samples per pixel:
-// it is the fewest that an estimator needs.
-constexpr double kFirstPictureShare = 0.005;
-constexpr uint32_t kLeastJudged = 16;
+// its samples do not count. kMinJudgedSamples replaces a smaller or unknown number of samples per
+// pixel: it is the fewest that an estimator needs.
+constexpr double kFirstPictureFraction = 0.005;
+constexpr uint32_t kMinJudgedSamples = 16;
 
 // Linear and graded pictures that the publisher keeps: the newest, one being drawn, and one for
 // comparison, original and graded.
@@ -50,7 +50,7 @@ Camera camera_of(const RenderRequest& request) {
       height,
       built.origin(),
       built.scale(),
-      built.farthest()};
+      built.max_origin()};
 }
 
 double to_seconds(ViewClock::duration time) { return std::chrono::duration<double>(time).count(); }
@@ -67,15 +67,16 @@ void put_channel(std::string_view name, std::span<const float> values, FilmCopy*
 
 ViewFrame::ViewFrame(RenderRequest request, const PreparedSettings& prepared,
                      PicturePublisher& publisher, LiveDenoiser& denoiser,
-                     std::shared_ptr<StopRequest> stop, const std::atomic<ShownAs>& shown_as,
-                     const std::atomic<bool>& pause_wanted, Pause pause)
+                     std::shared_ptr<StopRequest> stop,
+                     const std::atomic<DisplayMode>& display_mode,
+                     const std::atomic<bool>& pause_requested, Pause pause)
     : request_(std::move(request)),
       prepared_(prepared),
       publisher_(publisher),
       denoiser_(denoiser),
       stop_(std::move(stop)),
-      shown_as_(shown_as),
-      pause_wanted_(pause_wanted),
+      display_mode_(display_mode),
+      pause_requested_(pause_requested),
       pause_(std::move(pause)),
       crop_(prepared.plan.crop),
       camera_(camera_of(request_)),
@@ -116,17 +117,17 @@ RenderCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<RenderJob>& 
                                        const std::string& name, const Rect& crop,
                                        uint32_t samples_per_pixel) {
   StageOptions options = {name, crop, samples_per_pixel, {}, groups_.get()};
-  const bool in_frame = explained_ && crop.contains(explained_->x, explained_->y);
-  if (stage == Stage::kMain && in_frame) options.explained = explained_;
+  const bool is_inside = explained_ && crop.contains(explained_->x, explained_->y);
+  if (stage == Stage::kMain && is_inside) options.explained = explained_;
   std::unique_ptr<RenderJob> prepared =
       prepared_.plan.prepare_stage(*request_.scene->scene, camera_, options);
-  reserve(crop, prepared->kept_bytes_per_pixel());
+  reserve(crop, prepared->job_bytes_per_pixel());
   job = std::move(prepared);
   stage_ = stage;
   stage_name_ = name;
-  stage_end_ = std::stop_source();
-  const std::stop_callback with_the_frame(stop_->token(), [this] { stage_end_.request_stop(); });
-  return job->render(*this, stage_end_.get_token()).counters;
+  stage_stop_ = std::stop_source();
+  const std::stop_callback with_the_frame(stop_->token(), [this] { stage_stop_.request_stop(); });
+  return job->render(*this, stage_stop_.get_token()).counters;
 }
 
 // Buckets are drawn over the first picture.
@@ -134,22 +135,22 @@ void ViewFrame::begin_buckets() {
   constexpr uint64_t kDisplayed = 4;
   reserve(crop_, TilePicture::bytes_per_pixel(prepared_.plan) + kDisplayed);
   std::vector<float> rgba(4 * size_t(crop_.area()));
-  resolve_whole(rgba);
-  readable_ = nullptr;
-  shown_render_ = nullptr;
+  resolve_frame(rgba);
+  live_picture_ = nullptr;
+  live_job_ = nullptr;
   first_.reset();
   progress_ = {};
   bucket_picture_.emplace(prepared_.plan, std::move(rgba));
-  readable_ = &bucket_picture_->picture();
+  live_picture_ = &bucket_picture_->picture();
   // Forces a new picture: the last one may be as old as a bucket takes.
-  shown_at_s_ = -std::numeric_limits<double>::infinity();
+  published_at_s_ = -std::numeric_limits<double>::infinity();
 }
 
 // For buckets, the first picture only has to be good enough to judge an edit.
-bool ViewFrame::first_is_enough() const {
-  if (stage_ != Stage::kFirst || prepared_.live || !shown_) return false;
-  const uint32_t samples = std::max(prepared_.plan.samples_per_pixel, kLeastJudged);
-  return progress_.completion >= kFirstPictureShare * double(samples);
+bool ViewFrame::is_first_picture_sufficient() const {
+  if (stage_ != Stage::kFirst || prepared_.live || !published_) return false;
+  const uint32_t samples = std::max(prepared_.plan.samples_per_pixel, kMinJudgedSamples);
+  return progress_.completion >= kFirstPictureFraction * double(samples);
 }
 
 // For bucket frames, the first picture's samples do not count.
@@ -166,96 +167,96 @@ void ViewFrame::finish(const RenderCounters& counters) {
     progress_.rays = counters.rays.total();
     progress_.error_estimate = main_->error_estimate();
   }
-  show();
+  publish_picture();
 }
 
-double ViewFrame::seconds() const { return to_seconds(ViewClock::now() - started_ - waited_); }
+double ViewFrame::seconds() const { return to_seconds(ViewClock::now() - started_ - paused_time_); }
 
 void ViewFrame::picture_changed(const JobProgress& progress, const LivePicture& picture) {
-  const bool as_good = stage_ != Stage::kMain || !first_ || progress.completion >= 1.0;
-  bool shown_now = false;
-  if (as_good) {
-    readable_ = &picture;
+  const bool may_replace = stage_ != Stage::kMain || !first_ || progress.completion >= 1.0;
+  bool publishes_now = false;
+  if (may_replace) {
+    live_picture_ = &picture;
     progress_ = progress;
-    shown_name_ = stage_name_;
-    shown_render_ = stage_ == Stage::kRegion  ? region_.get()
-                    : stage_ == Stage::kFirst ? first_.get()
-                                              : main_.get();
+    live_driver_ = stage_name_;
+    live_job_ = stage_ == Stage::kRegion  ? region_.get()
+                : stage_ == Stage::kFirst ? first_.get()
+                                          : main_.get();
     if (stage_ == Stage::kMain) first_.reset();
-    shown_now = due();
-    if (shown_now) show();
+    publishes_now = is_picture_due();
+    if (publishes_now) publish_picture();
   }
-  showable_ = as_good && (shown_ || !shown_now);
+  may_publish_ = may_replace && (published_ || !publishes_now);
   check_time_limit();
-  pause_(shown_now);
-  if (first_is_enough()) stage_end_.request_stop();
+  pause_(publishes_now);
+  if (is_first_picture_sufficient()) stage_stop_.request_stop();
 }
 
 // The answer changes only at pauses.
-bool ViewFrame::picture_wanted() const {
-  if (pause_wanted_.load(std::memory_order_relaxed)) return true;
+bool ViewFrame::needs_picture() const {
+  if (pause_requested_.load(std::memory_order_relaxed)) return true;
   const double now = seconds();
-  return (showable_ && due_by_time(now)) || time_is_over(now);
+  return (may_publish_ && is_due_by_time(now)) || is_time_over(now);
 }
 
-std::optional<uint64_t> ViewFrame::picture_wanted_at() const {
-  if (shown_ || !showable_) return std::nullopt;
+std::optional<uint64_t> ViewFrame::next_picture_at() const {
+  if (published_ || !may_publish_) return std::nullopt;
   return uint64_t(std::ceil(kFirstCoverage * double(crop_.area())));
 }
 
 void ViewFrame::tile_begun(const Rect& pixels) {
   const std::unique_lock lock = bucket_picture_->lock();
   bucket_picture_->begin(pixels);
-  look_at_buckets();
+  update_buckets_isolated();
 }
 
 void ViewFrame::tile_finished(const FilmTile& tile) {
   const std::shared_ptr<const Grading> grading = publisher_.grading();
   const std::unique_lock lock = bucket_picture_->lock();
   bucket_picture_->finish(tile, grading);
-  look_at_buckets();
+  update_buckets_isolated();
 }
 
 // Isolated: while a thread waits on TBB for the picture, it must not start another bucket, which
 // would lock the picture again.
-void ViewFrame::look_at_buckets() {
-  tbb::this_task_arena::isolate([&] { buckets_changed(); });
+void ViewFrame::update_buckets_isolated() {
+  tbb::this_task_arena::isolate([&] { update_buckets(); });
 }
 
-void ViewFrame::buckets_changed() {
-  shown_name_ = stage_name_;
+void ViewFrame::update_buckets() {
+  live_driver_ = stage_name_;
   progress_.pass = 1;
   progress_.samples = bucket_picture_->picture().samples();
   progress_.completion = bucket_picture_->picture().completion();
-  const bool shown_now = stop_->cause() == PixelStop::kNone && due();
-  if (shown_now) show();
+  const bool publishes_now = stop_->cause() == PixelStop::kNone && is_picture_due();
+  if (publishes_now) publish_picture();
   check_time_limit();
-  pause_(shown_now);
+  pause_(publishes_now);
 }
 
-bool ViewFrame::time_is_over(double now_s) const {
+bool ViewFrame::is_time_over(double now_s) const {
   const std::optional<double>& limit = prepared_.options.time_limit_s;
   return limit && stage_ == Stage::kMain && now_s >= *limit;
 }
 
 void ViewFrame::check_time_limit() {
-  if (time_is_over(seconds())) stop_->request(PixelStop::kTimeLimit);
+  if (is_time_over(seconds())) stop_->request(PixelStop::kTimeLimit);
 }
 
-bool ViewFrame::due() const {
-  if (!shown_ && progress_.completion >= kFirstCoverage) return true;
-  if (shown_ && complete() && !complete_shown_) return true;
-  return due_by_time(seconds());
+bool ViewFrame::is_picture_due() const {
+  if (!published_ && progress_.completion >= kFirstCoverage) return true;
+  if (published_ && complete() && !complete_published_) return true;
+  return is_due_by_time(seconds());
 }
 
-bool ViewFrame::due_by_time(double now_s) const {
-  if (!shown_) return now_s >= kFirstPatience_s;
-  const double share = now_s < kLively_s ? kLivelyShare : kCalmShare;
-  return now_s >= shown_at_s_ + std::max(kLeastInterval_s, cost_s_ / share);
+bool ViewFrame::is_due_by_time(double now_s) const {
+  if (!published_) return now_s >= kFirstPictureTimeout_s;
+  const double share = now_s < kInteractive_s ? kInteractiveCostFraction : kIdleCostFraction;
+  return now_s >= published_at_s_ + std::max(kMinInterval_s, cost_s_ / share);
 }
 
-void ViewFrame::show_again() {
-  if (readable_) show();
+void ViewFrame::republish() {
+  if (live_picture_) publish_picture();
 }
 
 void ViewFrame::set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix) {
@@ -263,22 +264,22 @@ void ViewFrame::set_lights(std::shared_ptr<const LightGroups> groups, std::optio
   mix_ = std::move(mix);
 }
 
-void ViewFrame::relight(const Relighting& lights) {
+void ViewFrame::relight(const RelightRequest& lights) {
   request_.edit = lights.edit;
   request_.posted = lights.posted;
   mix_ = lights.mix;
-  show();
+  publish_picture();
 }
 
-void ViewFrame::show() {
+void ViewFrame::publish_picture() {
   const ViewClock::time_point begun = ViewClock::now();
   std::shared_ptr<const Grading> grading = publisher_.grading();
   if (!grading) return;
-  const std::shared_ptr<ShownPicture> picture = publisher_.blank();
+  const std::shared_ptr<SessionPicture> picture = publisher_.acquire_picture();
   const size_t values = 4 * size_t(crop_.area());
   picture->rgba.resize(values);
   picture->rgba8.resize(values);
-  resolve_whole(picture->rgba);
+  resolve_frame(picture->rgba);
   denoise(*picture);
   picture->overlay_legend = draw(grading, *picture);
   if (!picture->raw8.empty()) grading->grade(picture->rgba, crop_.width(), picture->raw8);
@@ -296,19 +297,20 @@ void ViewFrame::show() {
   picture->samples = progress_.samples;
   picture->rays = progress_.rays;
   picture->rendering_s = seconds();
-  picture->driver = shown_name_;
+  picture->driver = live_driver_;
   const ViewClock::time_point ended = ViewClock::now();
   picture->elapsed_s = to_seconds(ended - request_.posted);
-  complete_shown_ = complete_shown_ || picture->complete;
+  complete_published_ = complete_published_ || picture->complete;
   publisher_.publish(picture, std::move(grading));
-  shown_ = true;
-  shown_at_s_ = seconds();
+  published_ = true;
+  published_at_s_ = seconds();
   cost_s_ = to_seconds(ended - begun);
 }
 
-std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading, ShownPicture& picture) {
+std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
+                            SessionPicture& picture) {
   const std::span<uint8_t> rgba8(picture.rgba8);
-  const ViewOverlay overlay = shown_as_.load().overlay;
+  const ViewOverlay overlay = display_mode_.load().overlay;
   if (overlay == ViewOverlay::kStop) {
     if (const std::vector<float> reasons = stops(); !reasons.empty()) {
       return draw_stops(reasons, crop_, rgba8);
@@ -336,7 +338,7 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading, Shown
 }
 
 DriverFacts ViewFrame::driver_facts() const {
-  return shown_render_ && shown_render_->picture() ? shown_render_->facts() : DriverFacts();
+  return live_job_ && live_job_->picture() ? live_job_->facts() : DriverFacts();
 }
 
 const LivePicture* ViewFrame::region_picture() const {
@@ -345,17 +347,17 @@ const LivePicture* ViewFrame::region_picture() const {
 
 const LivePicture& ViewFrame::picture_of(int x, int y) const {
   const LivePicture* const region = region_picture();
-  if (!region || !region->rect().contains(x, y)) return *readable_;
-  const bool better = !readable_->rect().contains(x, y) ||
-                      region->sample_count(x, y) > readable_->sample_count(x, y);
-  return better ? *region : *readable_;
+  if (!region || !region->rect().contains(x, y)) return *live_picture_;
+  const bool better = !live_picture_->rect().contains(x, y) ||
+                      region->sample_count(x, y) > live_picture_->sample_count(x, y);
+  return better ? *region : *live_picture_;
 }
 
-void ViewFrame::resolve_whole(std::span<float> rgba) const {
+void ViewFrame::resolve_frame(std::span<float> rgba) const {
   if (stage_ != Stage::kRegion) {
-    readable_->resolve(rgba, mix_ ? &*mix_ : nullptr);
+    live_picture_->resolve(rgba, mix_ ? &*mix_ : nullptr);
   } else {
-    const std::shared_ptr<const ShownPicture> before = publisher_.picture();
+    const std::shared_ptr<const SessionPicture> before = publisher_.picture();
     const bool fits = before && before->rect() == crop_;
     if (fits) {
       std::ranges::copy(before->rgba, rgba.begin());
@@ -377,28 +379,28 @@ void ViewFrame::resolve_whole(std::span<float> rgba) const {
 }
 
 // An incomplete frame is filtered on bisection's lattice, unless there is a region, which is finer.
-void ViewFrame::denoise(ShownPicture& picture) {
+void ViewFrame::denoise(SessionPicture& picture) {
   const bool possible = LiveDenoiser::has_channels(prepared_.plan.aovs) && stage_ != Stage::kRegion;
   const PixelLattice* lattice = nullptr;
   if (!complete()) {
     lattice = region_ ? nullptr : driver_facts().lattice;
   }
-  const ShownAs as = shown_as_.load();
+  const DisplayMode as = display_mode_.load();
   const bool filtered = possible && as.filtered() && (lattice || complete());
   // resize() keeps the memory of a reused picture, which is not cleared.
   picture.denoised.resize(filtered ? picture.rgba.size() : 0);
-  picture.raw8.resize(filtered && as.raw_beside ? picture.rgba.size() : 0);
+  picture.raw8.resize(filtered && as.include_raw ? picture.rgba.size() : 0);
   if (!filtered) return;
   const double samples = double(progress_.samples) / double(crop_.area());
-  denoiser_.denoise({*readable_, region_picture(), lattice, samples, mix_.has_value()},
+  denoiser_.denoise({*live_picture_, region_picture(), lattice, samples, mix_.has_value()},
                     picture.rgba, picture.denoised);
 }
 
 // Only the last stage finishes pixels.
 PixelStop ViewFrame::stop_at(int x, int y) const {
-  const bool last = bucket_picture_ || (main_ && shown_render_ == main_.get());
-  const PixelStop stop = last ? readable_->stop_so_far(x, y) : PixelStop::kGoingOn;
-  if (!finished_ || stop != PixelStop::kGoingOn) return stop;
+  const bool last = bucket_picture_ || (main_ && live_job_ == main_.get());
+  const PixelStop stop = last ? live_picture_->current_stop(x, y) : PixelStop::kUnfinished;
+  if (!finished_ || stop != PixelStop::kUnfinished) return stop;
   return picture_of(x, y).sample_count(x, y) > 0 ? stop_->cause() : PixelStop::kNone;
 }
 
@@ -417,7 +419,7 @@ std::vector<float> ViewFrame::stops() const {
 FilmCopy ViewFrame::copy() const {
   FilmCopy result{crop_, prepared_.plan.aovs, {}, stops(), prepared_.options};
   result.options.scene = request_.scene->open->outline.file;
-  result.options.driver = shown_name_;
+  result.options.driver = live_driver_;
   const size_t count = film_channels(prepared_.plan.aovs).size();
   result.channels.resize(count * size_t(crop_.area()));
   const auto put = [&](const LivePicture& picture) {
@@ -431,25 +433,25 @@ FilmCopy ViewFrame::copy() const {
       }
     }
   };
-  put(*readable_);
+  put(*live_picture_);
   if (const LivePicture* region = region_picture()) put(*region);
   if (prepared_.plan.aovs.contains(Aov::kStop)) put_channel("stop", result.stops, &result);
   // Without its bucket, a pixel has nothing of this frame to show.
   if (bucket_picture_) return result;
   std::vector<float> rgba(4 * size_t(crop_.area()));
-  resolve_whole(rgba);
+  resolve_frame(rgba);
   for (size_t i = 0; i < size_t(crop_.area()); ++i) {
     std::copy_n(&rgba[4 * i], 4, &result.channels[count * i]);
   }
   return result;
 }
 
-PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
+PixelInspection ViewFrame::inspect_pixel(int x, int y, bool explained) const {
   PixelInspection result;
   result.x = x;
   result.y = y;
   result.edit = request_.edit;
-  if (!readable_) return result;
+  if (!live_picture_) return result;
   const LivePicture& picture = picture_of(x, y);
   if (!picture.rect().contains(x, y)) return result;
   result.known = true;
@@ -457,10 +459,10 @@ PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
   result.non_finite = picture.non_finite(x, y);
   result.variance = picture.variance(x, y);
   result.stop = stop_at(x, y);
-  const bool is_shown = shown_render_ && shown_render_->picture() == readable_;
-  if (explained && is_shown && &picture == readable_) {
-    shown_render_->follow(x, y);
-    result.explanation = shown_render_->explain(x, y);
+  const bool is_shown = live_job_ && live_job_->picture() == live_picture_;
+  if (explained && is_shown && &picture == live_picture_) {
+    live_job_->record_pixel(x, y);
+    result.explanation = live_job_->explain(x, y);
   }
 
   const Scene& scene = request_.scene->scene->scene();

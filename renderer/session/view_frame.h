@@ -37,7 +37,7 @@ struct RenderRequest {
 };
 
 // A light change that the current frame can show by mixing its light groups.
-struct Relighting {
+struct RelightRequest {
   uint64_t edit = 0;
   ViewClock::time_point posted;
   LightMix mix;
@@ -56,36 +56,36 @@ class ViewFrame final : private RenderSink {
  public:
   // Called at a pause of the driver: may read the frame, and may wait. `shown`: whether the newest
   // picture shows this state.
-  using Pause = std::function<void(bool shown)>;
+  using Pause = std::function<void(bool is_published)>;
 
   // All arguments must outlive the frame. The scene must have the request's edits and must not
-  // change. `shown_as` and `pause_wanted` (another thread waits for a pause) may change during
-  // rendering. Throws UsageError and InputError for an invalid view.
+  // change. `display_mode` and `pause_requested` (another thread waits for a pause) may change
+  // during rendering. Throws UsageError and InputError for an invalid view.
   ViewFrame(RenderRequest request, const PreparedSettings& prepared, PicturePublisher& publisher,
             LiveDenoiser& denoiser, std::shared_ptr<StopRequest> stop,
-            const std::atomic<ShownAs>& shown_as, const std::atomic<bool>& pause_wanted,
+            const std::atomic<DisplayMode>& display_mode, const std::atomic<bool>& pause_requested,
             Pause pause);
   // Call before render(): records these groups and shows them mixed, or unchanged without a mix.
   void set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix);
   ~ViewFrame() override;
 
-  // Renders on the calling thread's TBB arena and records the history of `explained` for look_at().
-  // Throws UsageError and RenderError.
+  // Renders on the calling thread's TBB arena and records the history of `explained` for
+  // inspect_pixel(). Throws UsageError and RenderError.
   void render(std::optional<Vec2i> explained);
 
   // The functions below may be called during the pause callback or after render().
-  void show_again();
-  void relight(const Relighting& lights);
-  bool readable() const { return readable_ != nullptr; }
+  void republish();
+  void relight(const RelightRequest& lights);
+  bool has_picture() const { return live_picture_ != nullptr; }
   // Whether there is a picture of the whole frame, not only of the region.
-  bool whole() const { return readable_ && stage_ != Stage::kRegion; }
+  bool has_whole_picture() const { return live_picture_ && stage_ != Stage::kRegion; }
   FilmCopy copy() const;
   // `explained`: includes the driver's explanation.
-  PixelInspection look_at(int x, int y, bool explained) const;
+  PixelInspection inspect_pixel(int x, int y, bool explained) const;
   // Excludes the waiting time of a pause from the frame's time.
-  void exclude_time(ViewClock::duration waited) { waited_ += waited; }
+  void exclude_time(ViewClock::duration waited) { paused_time_ += waited; }
 
-  bool has_shown() const { return shown_; }
+  bool has_published() const { return published_; }
 
  private:
   enum class Stage : uint8_t { kRegion, kFirst, kMain };
@@ -93,8 +93,8 @@ class ViewFrame final : private RenderSink {
   void tile_begun(const Rect& pixels) override;
   void tile_finished(const FilmTile& tile) override;
   void picture_changed(const JobProgress& progress, const LivePicture& picture) override;
-  bool picture_wanted() const override;
-  std::optional<uint64_t> picture_wanted_at() const override;
+  bool needs_picture() const override;
+  std::optional<uint64_t> next_picture_at() const override;
   PixelStop stop_cause() const override { return stop_->cause(); }
 
   void render_region();
@@ -102,20 +102,20 @@ class ViewFrame final : private RenderSink {
                               const Rect& crop, uint32_t samples_per_pixel);
   void begin_buckets();
   void reserve(const Rect& pixels, uint64_t bytes_per_pixel);
-  bool first_is_enough() const;
+  bool is_first_picture_sufficient() const;
   bool complete() const;
   void finish(const RenderCounters& counters);
-  void look_at_buckets();
-  void buckets_changed();
-  bool time_is_over(double now_s) const;
+  void update_buckets_isolated();
+  void update_buckets();
+  bool is_time_over(double now_s) const;
   void check_time_limit();
   double seconds() const;  // render time without pauses
-  bool due() const;
-  bool due_by_time(double now_s) const;
-  void show();
-  void denoise(ShownPicture& picture);
-  std::string draw(const std::shared_ptr<const Grading>& grading, ShownPicture& picture);
-  void resolve_whole(std::span<float> rgba) const;
+  bool is_picture_due() const;
+  bool is_due_by_time(double now_s) const;
+  void publish_picture();
+  void denoise(SessionPicture& picture);
+  std::string draw(const std::shared_ptr<const Grading>& grading, SessionPicture& picture);
+  void resolve_frame(std::span<float> rgba) const;
   DriverFacts driver_facts() const;
   const LivePicture* region_picture() const;
   const LivePicture& picture_of(int x, int y) const;  // the picture that shows a pixel
@@ -127,23 +127,23 @@ class ViewFrame final : private RenderSink {
   PicturePublisher& publisher_;
   LiveDenoiser& denoiser_;
   const std::shared_ptr<StopRequest> stop_;
-  const std::atomic<ShownAs>& shown_as_;
-  const std::atomic<bool>& pause_wanted_;
+  const std::atomic<DisplayMode>& display_mode_;
+  const std::atomic<bool>& pause_requested_;
   const Pause pause_;
   const Rect crop_;
   const Camera camera_;
 
   Stage stage_ = Stage::kMain;
   std::string stage_name_;  // name of its driver
-  std::stop_source stage_end_;
+  std::stop_source stage_stop_;
   std::optional<Vec2i> explained_;
   std::unique_ptr<RenderJob> region_, first_, main_;
   std::optional<BucketPicture> bucket_picture_;
   MemoryReservation memory_;  // for films and pictures
   // The picture that is shown and inspected, with its job, driver and progress.
-  const LivePicture* readable_ = nullptr;
-  RenderJob* shown_render_ = nullptr;
-  std::string shown_name_;
+  const LivePicture* live_picture_ = nullptr;
+  RenderJob* live_job_ = nullptr;
+  std::string live_driver_;
   JobProgress progress_;
   bool finished_ = false;
   std::shared_ptr<const LightGroups> groups_;
@@ -151,10 +151,10 @@ class ViewFrame final : private RenderSink {
 
   // Scheduling of pictures.
   const ViewClock::time_point started_ = ViewClock::now();
-  ViewClock::duration waited_{0};
-  bool shown_ = false, complete_shown_ = false;
-  bool showable_ = true;  // the driver's picture, which may be worse than the one shown
-  double shown_at_s_ = 0, cost_s_ = 0;
+  ViewClock::duration paused_time_{0};
+  bool published_ = false, complete_published_ = false;
+  bool may_publish_ = true;  // the driver's picture, which may be worse than the one shown
+  double published_at_s_ = 0, cost_s_ = 0;
 };
 
 }  // namespace emberline

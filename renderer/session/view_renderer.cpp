@@ -21,9 +21,9 @@ namespace {
 
 // After relighting, the frame waits briefly, so that the next light change need not wait for a
 // pause, which takes some milliseconds of work, or longer while a driver plans a round.
-constexpr auto kRelitPause = std::chrono::milliseconds(150);
+constexpr auto kRelightPause = std::chrono::milliseconds(150);
 
-std::exception_ptr nothing_to_copy() {
+std::exception_ptr no_picture_error() {
   return std::make_exception_ptr(
       RenderError("there is no picture to save yet; wait for the first one"));
 }
@@ -57,37 +57,38 @@ ViewRenderer::ViewRenderer(PicturePublisher& publisher)
 
 // Changes shared state under the lock and wakes the thread.
 template <class Change>
-void ViewRenderer::change(const Change& change_it) {
+void ViewRenderer::update_state(const Change& update) {
   {
     const std::lock_guard lock(mutex_);
-    change_it();
+    update();
   }
-  news_.notify_all();
+  state_changed_.notify_all();
 }
 
 ViewRenderer::~ViewRenderer() {
-  change([&] {
+  update_state([&] {
     ending_ = true;
     if (stop_) stop_->request(PixelStop::kUser);
   });
   thread_.join();
-  for (std::promise<FilmCopy>& copy : copies_) copy.set_exception(nothing_to_copy());
+  for (std::promise<FilmCopy>& copy : copies_) copy.set_exception(no_picture_error());
 }
 
 void ViewRenderer::post(RenderRequest request, bool only_edits) {
   std::optional<LightMix> mix;
   if (only_edits) mix = mix_of(request);
-  change([&] {
+  update_state([&] {
     if (mix && !request_) {
-      relighting_ = Relighting{request.edit, request.posted, std::move(*mix)};
-      pause_wanted_ = true;
+      relighting_ = RelightRequest{request.edit, request.posted, std::move(*mix)};
+      pause_requested_ = true;
     } else {
       relighting_.reset();
       // A request that replaces a pending one may wait for the first picture only if that one
       // could.
       let_first_picture_finish_ = only_edits && (!request_ || let_first_picture_finish_);
       request_ = std::move(request);
-      if (stop_ && (!let_first_picture_finish_ || frame_shown_)) stop_->request(PixelStop::kUser);
+      if (stop_ && (!let_first_picture_finish_ || frame_published_))
+        stop_->request(PixelStop::kUser);
     }
   });
 }
@@ -106,42 +107,42 @@ std::optional<LightMix> ViewRenderer::mix_of(const RenderRequest& request) const
 }
 
 void ViewRenderer::set_paused(bool paused) {
-  change([&] {
+  update_state([&] {
     paused_ = paused;
-    pause_wanted_ = true;
+    pause_requested_ = true;
   });
 }
 
-void ViewRenderer::show_as(const ShownAs& shown_as) {
-  shown_as_ = shown_as;
-  show_again();
+void ViewRenderer::set_display_mode(const DisplayMode& display_mode) {
+  display_mode_ = display_mode;
+  republish();
 }
 
-void ViewRenderer::show_again() {
-  change([&] { show_again_ = pause_wanted_ = true; });
+void ViewRenderer::republish() {
+  update_state([&] { republish_requested_ = pause_requested_ = true; });
 }
 
 std::future<FilmCopy> ViewRenderer::copy() {
   std::future<FilmCopy> result;
-  change([&] {
+  update_state([&] {
     result = copies_.emplace_back().get_future();
-    pause_wanted_ = true;
+    pause_requested_ = true;
   });
   return result;
 }
 
-void ViewRenderer::inspect(Look look, std::optional<Vec2i> pixel) {
+void ViewRenderer::inspect(InspectionTarget target, std::optional<Vec2i> pixel) {
   {
     const std::lock_guard lock(mutex_);
-    look_of(look) = {pixel, pixel.has_value(), std::nullopt};
-    if (pixel) pause_wanted_ = true;
+    inspected_pixel(target) = {pixel, pixel.has_value(), std::nullopt};
+    if (pixel) pause_requested_ = true;
   }
-  if (pixel) news_.notify_all();
+  if (pixel) state_changed_.notify_all();
 }
 
-std::optional<PixelInspection> ViewRenderer::inspection(Look look) const {
+std::optional<PixelInspection> ViewRenderer::inspection(InspectionTarget target) const {
   const std::lock_guard lock(mutex_);
-  return looks_[size_t(look)].found;
+  return inspection_targets_[size_t(target)].found;
 }
 
 void ViewRenderer::work() {
@@ -165,40 +166,42 @@ std::optional<RenderRequest> ViewRenderer::next_request() {
     if (ending_) return std::nullopt;
     if (request_) {
       stop_ = std::make_shared<StopRequest>();
-      frame_shown_ = false;
+      frame_published_ = false;
       groups_.reset();  // nothing can be mixed until the new frame has groups
       relighting_.reset();
       return std::exchange(request_, std::nullopt);
     }
-    if (wanted()) {
+    if (requested()) {
       serve(lock);
       continue;
     }
-    for (std::promise<FilmCopy>& copy : copies_) copy.set_exception(nothing_to_copy());
+    for (std::promise<FilmCopy>& copy : copies_) copy.set_exception(no_picture_error());
     copies_.clear();
-    news_.wait(lock);
+    state_changed_.wait(lock);
   }
 }
 
-bool ViewRenderer::wanted() const {
-  if (!frame_ || !frame_->readable()) return false;
-  const bool looked_for = std::ranges::any_of(looks_, &LookedAt::asked);
-  return show_again_ || relighting_ || looked_for || (!copies_.empty() && frame_->whole());
+bool ViewRenderer::requested() const {
+  if (!frame_ || !frame_->has_picture()) return false;
+  const bool inspection_pending =
+      std::ranges::any_of(inspection_targets_, &InspectedPixel::is_pending);
+  return republish_requested_ || relighting_ || inspection_pending ||
+         (!copies_.empty() && frame_->has_whole_picture());
 }
 
 void ViewRenderer::serve(std::unique_lock<std::mutex>& lock) {
-  const bool show = std::exchange(show_again_, false);
-  const std::optional<Relighting> lights = std::exchange(relighting_, std::nullopt);
-  if (lights) relit_until_ = ViewClock::now() + kRelitPause;
-  for (LookedAt& look : looks_) look.asked = false;
-  const std::array<LookedAt, 2> looks = looks_;
+  const bool show = std::exchange(republish_requested_, false);
+  const std::optional<RelightRequest> lights = std::exchange(relighting_, std::nullopt);
+  if (lights) relight_pause_end_ = ViewClock::now() + kRelightPause;
+  for (InspectedPixel& target : inspection_targets_) target.is_pending = false;
+  const std::array<InspectedPixel, 2> targets = inspection_targets_;
   std::vector<std::promise<FilmCopy>> copies;
-  if (frame_->whole()) copies.swap(copies_);
+  if (frame_->has_whole_picture()) copies.swap(copies_);
   lock.unlock();
   if (lights) {
     frame_->relight(*lights);
   } else if (show) {
-    frame_->show_again();
+    frame_->republish();
   }
   for (std::promise<FilmCopy>& copy : copies) {
     try {
@@ -208,66 +211,69 @@ void ViewRenderer::serve(std::unique_lock<std::mutex>& lock) {
     }
   }
   std::array<std::optional<PixelInspection>, 2> found;
-  for (size_t i = 0; i < looks.size(); ++i) {
-    if (const auto& pixel = looks[i].pixel) {
-      found[i] = frame_->look_at(pixel->x, pixel->y, Look(i) == Look::kPicked);
+  for (size_t i = 0; i < targets.size(); ++i) {
+    if (const auto& pixel = targets[i].pixel) {
+      found[i] = frame_->inspect_pixel(pixel->x, pixel->y,
+                                       InspectionTarget(i) == InspectionTarget::kPicked);
     }
   }
   lock.lock();
-  for (size_t i = 0; i < looks.size(); ++i) {
-    if (!found[i] || looks_[i].pixel != looks[i].pixel) continue;
-    looks_[i].found = std::move(found[i]);
+  for (size_t i = 0; i < targets.size(); ++i) {
+    if (!found[i] || inspection_targets_[i].pixel != targets[i].pixel) continue;
+    inspection_targets_[i].found = std::move(found[i]);
     publisher_.wake();
   }
 }
 
-void ViewRenderer::pause(bool shown) {
+void ViewRenderer::pause(bool is_published) {
   std::unique_lock lock(mutex_);
-  pause_wanted_ = false;
-  if (shown) ask_again();
-  if (wanted()) serve(lock);
-  if (!frame_shown_ && frame_->has_shown()) {  // on schedule, or because another thread asked
-    frame_shown_ = true;
+  pause_requested_ = false;
+  if (is_published) request_inspections();
+  if (requested()) serve(lock);
+  if (!frame_published_ &&
+      frame_->has_published()) {  // on schedule, or because another thread asked
+    frame_published_ = true;
     if (request_) stop_->request(PixelStop::kUser);
   }
-  if (!stands_still()) return;
+  if (!is_waiting()) return;
   const ViewClock::time_point begun = ViewClock::now();
-  show_again_ = show_again_ || (paused_ && !shown);  // a paused frame shows its latest state
-  while (stands_still()) {
-    if (wanted()) {
+  republish_requested_ =
+      republish_requested_ || (paused_ && !is_published);  // a paused frame shows its latest state
+  while (is_waiting()) {
+    if (requested()) {
       serve(lock);
     } else if (paused_) {
-      news_.wait(lock);
+      state_changed_.wait(lock);
     } else {
-      news_.wait_until(lock, relit_until_);
+      state_changed_.wait_until(lock, relight_pause_end_);
     }
   }
   frame_->exclude_time(ViewClock::now() - begun);
 }
 
-void ViewRenderer::ask_again() {
-  for (LookedAt& look : looks_) look.asked = look.pixel.has_value();
+void ViewRenderer::request_inspections() {
+  for (InspectedPixel& target : inspection_targets_) target.is_pending = target.pixel.has_value();
 }
 
-bool ViewRenderer::stands_still() const {
-  if (stop_->cause() != PixelStop::kNone || !frame_shown_) return false;
-  return paused_ || ViewClock::now() < relit_until_;
+bool ViewRenderer::is_waiting() const {
+  if (stop_->cause() != PixelStop::kNone || !frame_published_) return false;
+  return paused_ || ViewClock::now() < relight_pause_end_;
 }
 
 // Null if the current prepared settings can be reused.
 std::unique_ptr<PreparedSettings> ViewRenderer::prepare(const ViewSettings& settings) const {
-  const bool serve =
-      prepared_ && frames_serve(prepared_for_, settings) && frames_serve(settings, prepared_for_);
+  const bool serve = prepared_ && frame_satisfies(prepared_for_, settings) &&
+                     frame_satisfies(settings, prepared_for_);
   return serve ? nullptr : std::make_unique<PreparedSettings>(settings);
 }
 
-void ViewRenderer::set_threads(int wanted) {
-  if (workers_ && wanted == threads_) return;
+void ViewRenderer::set_threads(int requested) {
+  if (workers_ && requested == threads_) return;
   low_priority_.reset();
   arena_.reset();
   workers_.reset();
-  workers_.emplace(wanted);
-  threads_ = wanted;
+  workers_.emplace(requested);
+  threads_ = requested;
   arena_.emplace(workers_->count());
   low_priority_ = std::make_unique<LowPriorityWorkers>(*arena_);
 }
@@ -278,11 +284,12 @@ void ViewRenderer::read_environment(RenderRequest& request) {
   if (environment_.file != edit.file) {
     const std::shared_ptr<MemoryBudget>& budget = request.scene->memory.budget();
     LoadLimits limits;
-    limits.memory = budget->rest();
+    limits.memory = budget->child_budget();
     LoadProgress progress({}, {}, limits);
     uint64_t repaired = 0;
     auto image = emberline::read_environment(edit.file, &repaired, progress);
-    MemoryReservation memory(budget, MemoryPart::kTextures, limits.memory->took(), edit.file);
+    MemoryReservation memory(budget, MemoryPart::kTextures, limits.memory->newly_reserved(),
+                             edit.file);
     memory.add(EnvironmentLight::table_bytes(*image), edit.file);
     environment_memory_ = std::move(memory);
     environment_.image = std::move(image);
@@ -317,7 +324,7 @@ void ViewRenderer::render(RenderRequest request) {
   std::shared_ptr<StopRequest> stop;
   {
     const std::lock_guard lock(mutex_);
-    explained = look_of(Look::kPicked).pixel;
+    explained = inspected_pixel(InspectionTarget::kPicked).pixel;
     stop = stop_;
   }
   arena_->execute([&] {
@@ -342,15 +349,15 @@ void ViewRenderer::render(RenderRequest request) {
       prepared_ = std::move(prepared);
       prepared_for_ = request.settings;
     }
-    frame_ =
-        std::make_unique<ViewFrame>(std::move(request), *prepared_, publisher_, denoiser_, stop,
-                                    shown_as_, pause_wanted_, [this](bool shown) { pause(shown); });
+    frame_ = std::make_unique<ViewFrame>(std::move(request), *prepared_, publisher_, denoiser_,
+                                         stop, display_mode_, pause_requested_,
+                                         [this](bool is_published) { pause(is_published); });
     frame_->set_lights(groups, std::move(mix));
     publisher_.set_problem("");
     frame_->render(explained);
   });
   const std::lock_guard lock(mutex_);
-  ask_again();  // there was no pause after the last samples
+  request_inspections();  // there was no pause after the last samples
 }
 
 }  // namespace emberline

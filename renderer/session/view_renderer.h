@@ -34,39 +34,41 @@ class ViewRenderer {
   void post(RenderRequest request, bool only_edits);
   void set_paused(bool paused);
   // Changes how the current film is shown.
-  void show_as(const ShownAs& shown_as);
-  void show_again();
+  void set_display_mode(const DisplayMode& display_mode);
+  void republish();
 
   // Copies the film at the next pause of a frame with a picture.
   std::future<FilmCopy> copy();
   // Two pixels are inspected independently; the picked one also gets an explanation.
-  enum class Look : uint8_t { kPointed, kPicked };
+  enum class InspectionTarget : uint8_t { kPointed, kPicked };
   // From the next pause on, inspection() describes this pixel. It is updated with each picture.
-  void inspect(Look look, std::optional<Vec2i> pixel);
-  std::optional<PixelInspection> inspection(Look look) const;
+  void inspect(InspectionTarget target, std::optional<Vec2i> pixel);
+  std::optional<PixelInspection> inspection(InspectionTarget target) const;
 
  private:
   class LowPriorityWorkers;
-  struct LookedAt {
+  struct InspectedPixel {
     std::optional<Vec2i> pixel;
-    bool asked = false;
+    bool is_pending = false;
     std::optional<PixelInspection> found;
   };
 
   template <class Change>
-  void change(const Change& change_it);
+  void update_state(const Change& update);
   void work();
   std::optional<RenderRequest> next_request();
   void render(RenderRequest request);
   std::unique_ptr<PreparedSettings> prepare(const ViewSettings& settings) const;
-  void set_threads(int wanted);
+  void set_threads(int requested);
   void read_environment(RenderRequest& request);
-  void pause(bool shown);
+  void pause(bool is_published);
   void serve(std::unique_lock<std::mutex>& lock);
-  bool wanted() const;  // whether serve() has work
-  void ask_again();     // requests an update of both inspections
-  LookedAt& look_of(Look look) { return looks_[size_t(look)]; }
-  bool stands_still() const;
+  bool requested() const;      // whether serve() has work
+  void request_inspections();  // requests an update of both inspections
+  InspectedPixel& inspected_pixel(InspectionTarget target) {
+    return inspection_targets_[size_t(target)];
+  }
+  bool is_waiting() const;
   std::optional<LightMix> mix_of(const RenderRequest& request) const;
   static std::shared_ptr<const LightGroups> apply_edits(const RenderRequest& request,
                                                         const PreparedSettings& prepared);
@@ -74,23 +76,23 @@ class ViewRenderer {
   PicturePublisher& publisher_;
 
   mutable std::mutex mutex_;
-  std::condition_variable news_;
+  std::condition_variable state_changed_;
   std::optional<RenderRequest> request_;
   bool let_first_picture_finish_ = false;  // of the current frame, before request_ ends it
   bool ending_ = false, paused_ = false;
   std::shared_ptr<StopRequest> stop_;  // of the current frame
-  bool frame_shown_ = false;           // the current frame has shown a picture
-  bool show_again_ = false;
-  std::array<LookedAt, 2> looks_;  // indexed by Look
+  bool frame_published_ = false;       // the current frame has shown a picture
+  bool republish_requested_ = false;
+  std::array<InspectedPixel, 2> inspection_targets_;  // indexed by Look
   std::vector<std::promise<FilmCopy>> copies_;
   std::shared_ptr<const LightGroups> groups_;  // of the current frame
   std::shared_ptr<LoadedScene> groups_scene_;
-  std::optional<Relighting> relighting_;
-  ViewClock::time_point
-      relit_until_;  // the frame waits until then, since the light is probably still being changed
+  std::optional<RelightRequest> relighting_;
+  ViewClock::time_point relight_pause_end_;  // the frame waits until then, since the light is
+                                             // probably still being changed
 
-  std::atomic<ShownAs> shown_as_{ShownAs()};
-  std::atomic<bool> pause_wanted_{false};  // another thread waits for the next pause
+  std::atomic<DisplayMode> display_mode_{DisplayMode()};
+  std::atomic<bool> pause_requested_{false};  // another thread waits for the next pause
 
   // Used by the rendering thread alone.
   std::unique_ptr<PreparedSettings> prepared_;

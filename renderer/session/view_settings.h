@@ -20,25 +20,25 @@ enum class ViewOverlay : uint8_t { kNone, kSamples, kError, kStop, kTime, kNonFi
 inline constexpr uint32_t kViewSamples = 4096;
 
 // How the picture shows a frame's film.
-struct alignas(4) ShownAs {
+struct alignas(4) DisplayMode {
   ViewOverlay overlay = ViewOverlay::kNone;
   // Denoises the picture (renderer/reconstruction/fast_filter.h) unless a heatmap replaces it, and
   // adds channels to the film. Saved files and pixel values stay unfiltered.
   bool denoise = false;
-  bool raw_beside = false;  // adds the unfiltered picture as ShownPicture::raw8
+  bool include_raw = false;  // adds the unfiltered picture as SessionPicture::raw8
   bool filtered() const {
     return denoise && (overlay == ViewOverlay::kNone || overlay == ViewOverlay::kTree);
   }
-  bool operator==(const ShownAs&) const = default;
+  bool operator==(const DisplayMode&) const = default;
 };
 
-struct ViewSettings : ShownAs {
+struct ViewSettings : DisplayMode {
   // As for `render`: driver, integrator, sampler, filter, estimator, limits, threads, seed, size,
   // environment. Outputs, reports, snapshots, `scene`, `edits` and `display` are ignored: open()
   // takes the scene and edits, and the next member is the display.
   RenderOptions render;
   DisplaySettings display;
-  const ShownAs& shown_as() const { return *this; }
+  const DisplayMode& display_mode() const { return *this; }
   // Records every light's contribution, so that changes of its intensity, colour, switch and solo
   // need no new samples. Not for buckets or integrators that cannot separate lights. Lights that
   // are off are also sampled, so the noise differs from `render`.

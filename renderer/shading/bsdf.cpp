@@ -28,13 +28,13 @@ SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
 SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo,
                          const Vec3f& geometric_normal)
     : SurfaceBsdf(parameters, wo) {
-  bend(geometric_normal);
+  set_geometric_normal(geometric_normal);
 }
 
-void SurfaceBsdf::bend(const Vec3f& geometric_normal) {
+void SurfaceBsdf::set_geometric_normal(const Vec3f& geometric_normal) {
   geometric_normal_ = geometric_normal;
   terminator_alpha2_ = terminator_alpha2(geometric_normal.z);
-  bent_ = geometric_normal.z < 1.0f;
+  normals_differ_ = geometric_normal.z < 1.0f;
 }
 
 [[gnu::always_inline]] inline Color4 SurfaceBsdf::eval_and_pdf4(const Vec3f& wi, float* pdf) const {

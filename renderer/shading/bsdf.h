@@ -85,10 +85,10 @@ class SurfaceBsdf {
   Rgb albedo() const { return to_rgb(albedo_); }  // including transmitted light
   // Unrefracted transmission to -wo if the surface is a smooth thin wall; otherwise 0. Equals the
   // mean of the `transmitted` delta samples of sample().
-  Rgb straight_through() const;
+  Rgb straight_transmittance() const;
 
  private:
-  enum class SpecularKind : uint8_t { kNone, kMirror, kGgx, kStretched };
+  enum class SpecularKind : uint8_t { kNone, kMirror, kGgx, kAnisotropic };
   // Inputs of the base: F0 and F90 of its reflection, and the lobe's albedo at wo.
   struct Reflection {
     Color4 metal;       // F0; fourth lane: the dielectric's largest
@@ -112,9 +112,9 @@ class SurfaceBsdf {
   }
   Color4 eval_and_pdf4(const Vec3f& wi, float* pdf) const;
   BsdfSample sample_plain(const Vec2f& u) const;
-  void bend(const Vec3f& geometric_normal);
+  void set_geometric_normal(const Vec3f& geometric_normal);
   [[gnu::always_inline]] bool below_surface(const Vec3f& wi) const {
-    return !(wi.z > 0.0f) || (bent_ && !(dot(wi, geometric_normal_) > 0.0f));
+    return !(wi.z > 0.0f) || (normals_differ_ && !(dot(wi, geometric_normal_) > 0.0f));
   }
 
   // ---- the list of lobes (bsdf_lobes.cpp); out of line, at no cost to plain materials
@@ -126,21 +126,21 @@ class SurfaceBsdf {
     float metallic = 0.0f;
     Rgb metal_f0, dielectric_f0;  // under the film
     Vec2f axis;                   // of anisotropy
-    AnisotropicGgx stretched;
-    std::optional<AnisotropicAlbedo> stretched_albedo;
+    AnisotropicGgx anisotropic;
+    std::optional<AnisotropicAlbedo> anisotropic_albedo;
     // Diffuse transmission: like diffuse_, and its albedo for white light.
-    Color4 passed = splat4(0.0f), passed_albedo = splat4(0.0f);
+    Color4 transmitted_diffuse = splat4(0.0f), transmitted_diffuse_albedo = splat4(0.0f);
   };
   // Coat and sheen. T is the transmittance along a direction.
   struct Layers {
     Rgb sheen_color;
-    float sheen_most = 0.0f;  // largest of the colour's channels
+    float sheen_max = 0.0f;  // largest of the colour's channels
     SheenLobe sheen;
     float coat_weight = 0.0f;
     GgxReflection coat;
     SpecularAlbedo coat_albedo;
     ShadingFrame coat_frame = ShadingFrame::from_normal(Vec3f(0.0f, 0.0f, 1.0f));
-    float through_coat_o = 1.0f, through_sheen_o = 1.0f;  // T(wo) of each alone
+    float coat_transmittance_o = 1.0f, sheen_transmittance_o = 1.0f;  // T(wo) of each alone
   };
   struct LobeList {
     float pick[kLobes] = {};                        // probabilities with sum 1; 0: lobe is absent
@@ -149,9 +149,9 @@ class SurfaceBsdf {
     bool solid = false, behind = false;             // it has an interior; wo is in it
     bool only_clear = false;  // clear is the only lobe, with weight 1 and no layers
     bool non_delta = false, transmits_non_delta = false;
-    float through_o = 1.0f;  // T(wo)
+    float transmittance_o = 1.0f;  // T(wo)
     std::optional<TransmissionLobe> clear;
-    Film film;
+    ThinFilm film;
     std::optional<SpecialBase> base;  // if base_weight is above 0
     std::optional<Layers> layers;
   };
@@ -159,16 +159,16 @@ class SurfaceBsdf {
   static const LayerParameters kNoLayers;
   void make_layered_base(const BsdfParameters& parameters, const LayerParameters& layers);
   void add_layers(const LayerParameters& layers);
-  void cover_base();
+  void attenuate_base();
   void set_picks();
-  float through_coat(float mu) const;
-  float through_sheen(const auto& at) const;  // a cosine, or its column in the sheen's table
-  float through_layers(const Vec3f& w) const;
+  float coat_transmittance(float mu) const;
+  float sheen_transmittance(const auto& at) const;  // a cosine, or its column in the sheen's table
+  float layer_transmittance(const Vec3f& w) const;
   SpecularAlbedo::Value reflection_albedo(const Vec3f& w) const;
   Color4 base_fresnel(float cos_d) const;
-  Color4 eval_base(const Vec3f& wi, float through, float through_i, float* pdf) const;
+  Color4 eval_base(const Vec3f& wi, float transmittance, float transmittance_i, float* pdf) const;
   float interface_cosine(const Vec3f& above, float cos_geometric) const;
-  Color4 eval_passed(const Vec3f& wi) const;
+  Color4 eval_diffuse_transmission(const Vec3f& wi) const;
   Color4 eval_sheen(const Vec3f& wi) const;
   float eval_coat(const Vec3f& wi, float* pdf) const;
   Rgb eval_list(const Vec3f& wi, float* pdf) const;  // everything except deltas
@@ -176,7 +176,7 @@ class SurfaceBsdf {
   BsdfSample sample_coat(const Vec2f& u) const;
   BsdfSample sample_list(float u_lobe, const Vec2f& u) const;
   [[gnu::always_inline]] bool on_wrong_side(const Vec3f& wi, bool transmitted) const {
-    return bent_ && !(dot(wi, geometric_normal_) * (transmitted ? -1.0f : 1.0f) > 0.0f);
+    return normals_differ_ && !(dot(wi, geometric_normal_) * (transmitted ? -1.0f : 1.0f) > 0.0f);
   }
 
   // The fourth lane of colours is unused after construction.
@@ -191,7 +191,7 @@ class SurfaceBsdf {
   float specular_pick_ = 0.0f;  // probability of the specular lobe rather than the cosine lobe
   SpecularKind specular_ = SpecularKind::kNone;
   bool has_cosine_ = false;
-  bool bent_ = false;
+  bool normals_differ_ = false;
   Vec3f wo_ = Vec3f(0.0f, 0.0f, 1.0f);
   GgxReflection ggx_;
   SpecularAlbedo table_;

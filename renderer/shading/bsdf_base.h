@@ -55,15 +55,15 @@ inline bool is_grey(const Rgb& c) { return c.x == c.y && c.y == c.z; }
 
 [[gnu::always_inline]] inline float SurfaceBsdf::make_base(const BsdfParameters& parameters,
                                                            const Reflection& r) {
-  const float metallic = parameters.metallic, through = 1.0f - metallic;
+  const float metallic = parameters.metallic, dielectric_weight = 1.0f - metallic;
   assert(metallic >= 0 && metallic <= 1 && max_component(parameters.base_color) <= 1);
 
   // The fourth lane carries the dielectric's F0, F90, Fms and albedo.
   dielectric_f90_ = r.dielectric_f90;
   dielectric_f0_ = r.dielectric[3];
   const Color4 pure90{1.0f, 1.0f, 1.0f, dielectric_f90_};
-  f0_ = fma(r.metal, metallic, r.dielectric * through);
-  const Color4 f90 = fma(pure90, metallic, splat4(dielectric_f90_ * through));
+  f0_ = fma(r.metal, metallic, r.dielectric * dielectric_weight);
+  const Color4 f90 = fma(pure90, metallic, splat4(dielectric_f90_ * dielectric_weight));
   f90_ = f90[0];
   const SpecularAlbedo::Value at_wo = r.at_wo;
   const Color4 single = fma(f90 - f0_, at_wo.schlick, f0_ * (1.0f - at_wo.loss));
@@ -78,17 +78,17 @@ inline bool is_grey(const Rgb& c) { return c.x == c.y && c.y == c.z; }
     if (r.coloured) {
       dielectric_fms = multiple_fresnel(r.dielectric, splat4(dielectric_f90_), loss);
     }
-    const Color4 multiple = fma(fms, metallic, dielectric_fms * through);
+    const Color4 multiple = fma(fms, metallic, dielectric_fms * dielectric_weight);
     multiple_ = multiple * (at_wo.loss / loss);
     albedo_ = fma(multiple, at_wo.loss, albedo_);
     has_cosine_ = true;
   }
-  if (through > 0.0f) {
+  if (dielectric_weight > 0.0f) {
     const float average = dielectric_reflectance(loss, r.average_schlick);
     // A dielectric that reflects everything transmits nothing.
     if (average < 1.0f - 1e-5f) {
       const Color4 base = color4(parameters.base_color);
-      const float enters = through * std::max(0.0f, 1.0f - albedo_[3]);
+      const float enters = dielectric_weight * std::max(0.0f, 1.0f - albedo_[3]);
       diffuse_ = base * (enters / (1.0f - average));
       albedo_ = fma(base, enters, albedo_);
       has_cosine_ = true;
@@ -104,7 +104,7 @@ inline bool is_grey(const Rgb& c) { return c.x == c.y && c.y == c.z; }
     const Vec3f& wi, const SpecularAlbedo::Value& at_wi) const {
   const float reflected = dielectric_reflectance(at_wi.loss, at_wi.schlick);
   float scale = wi.z * kInvPi;
-  if (bent_) scale *= terminator_factor(dot(wi, geometric_normal_), terminator_alpha2_);
+  if (normals_differ_) scale *= terminator_factor(dot(wi, geometric_normal_), terminator_alpha2_);
   return fma(diffuse_, std::max(0.0f, 1.0f - reflected), multiple_ * at_wi.loss) * scale;
 }
 

@@ -20,33 +20,33 @@ constexpr float kCoatF0 = 0.04f;  // index 1.5 (KHR_materials_clearcoat)
 constexpr float kLobePickFloor = 0.1f;
 
 // w in axes rotated about Z, with x along the unit vector `axis`.
-Vec3f turned(const Vec3f& w, const Vec2f& axis) {
+Vec3f rotate(const Vec3f& w, const Vec2f& axis) {
   return {fma(w.x, axis.x, w.y * axis.y), fma(w.y, axis.x, -w.x * axis.y), w.z};
 }
-Vec3f turned_back(const Vec3f& w, const Vec2f& axis) { return turned(w, Vec2f(axis.x, -axis.y)); }
+Vec3f rotate_back(const Vec3f& w, const Vec2f& axis) { return rotate(w, Vec2f(axis.x, -axis.y)); }
 
-// A film's reflectance in Schlick's form with F90 = 1: `f0` has the same hemispherical mean; `most`
-// is the least F0 that is nowhere below the film's largest channel, so that the layer below the
-// film never returns more than it gets.
-struct FilmFit {
+// A film's reflectance in Schlick's form with F90 = 1: `f0` has the same hemispherical mean;
+// `max_f0` is the least F0 that is nowhere below the film's largest channel, so that the layer
+// below the film never returns more than it gets.
+struct SchlickFit {
   Rgb f0;
-  float most;
+  float max_f0;
 };
-FilmFit fit_film(const Film& film, const Rgb& base_f0) {
+SchlickFit fit_film(const ThinFilm& film, const Rgb& base_f0) {
   static const GaussLegendre<6> rule;
-  FilmFit fit{Rgb(0.0f), 0.0f};
+  SchlickFit fit{Rgb(0.0f), 0.0f};
   for (size_t i = 0; i < rule.x.size(); ++i) {
     const float mu = std::sqrt(float(rule.x[i]));  // cosine-weighted directions
     const Rgb f = film.reflectance(mu, base_f0);
     fit.f0 += f * float(rule.w[i]);
     const float grazing = pow5(1.0f - mu);
-    fit.most = std::max(fit.most, (max_component(f) - grazing) / (1.0f - grazing));
+    fit.max_f0 = std::max(fit.max_f0, (max_component(f) - grazing) / (1.0f - grazing));
   }
   for (int c = 0; c < 3; ++c) fit.f0[c] = std::max(0.0f, (21.0f * fit.f0[c] - 1.0f) / 20.0f);
   return fit;
 }
 
-// Quadrature directions of cover_base(), the same for every surface.
+// Quadrature directions of attenuate_base(), the same for every surface.
 struct CoverRule {
   static constexpr size_t kNodes = 8;
   std::array<Vec3f, kNodes> direction;
@@ -81,7 +81,7 @@ const LayerParameters SurfaceBsdf::kNoLayers;
       table_(parameters.roughness) {
   if (!(wo.z > 0.0f)) return;
   make_list(parameters, layers);
-  bend(geometric_normal);
+  set_geometric_normal(geometric_normal);
 }
 
 [[gnu::noinline]] void SurfaceBsdf::make_list(const BsdfParameters& parameters,
@@ -125,18 +125,18 @@ const LayerParameters SurfaceBsdf::kNoLayers;
 }
 
 void SurfaceBsdf::make_layered_base(const BsdfParameters& p, const LayerParameters& layers) {
-  const Film& film = list_->film;
+  const ThinFilm& film = list_->film;
   SpecialBase& base = list_->base.emplace();
   Reflection r;
   const float alpha = std::max(square(p.roughness), kMirrorAlpha);
   const float alpha_x = std::min(1.0f, lerp(alpha, 1.0f, square(layers.anisotropy)));
   if (layers.anisotropy > 0.0f && alpha_x > kMirrorAlpha) {
-    specular_ = SpecularKind::kStretched;
+    specular_ = SpecularKind::kAnisotropic;
     base.axis = layers.anisotropy_direction;
-    base.stretched = AnisotropicGgx(alpha_x, alpha, turned(wo_, base.axis));
-    base.stretched_albedo.emplace(alpha_x, alpha);
-    r.average_loss = base.stretched_albedo->average_loss();
-    r.average_schlick = base.stretched_albedo->average_schlick();
+    base.anisotropic = AnisotropicGgx(alpha_x, alpha, rotate(wo_, base.axis));
+    base.anisotropic_albedo.emplace(alpha_x, alpha);
+    r.average_loss = base.anisotropic_albedo->average_loss();
+    r.average_schlick = base.anisotropic_albedo->average_schlick();
   } else {
     specular_ = table_.is_mirror() ? SpecularKind::kMirror : SpecularKind::kGgx;
     r.average_loss = table_.average_loss();
@@ -155,8 +155,8 @@ void SurfaceBsdf::make_layered_base(const BsdfParameters& p, const LayerParamete
     base.metal_f0 = p.base_color;
     base.dielectric_f0 = to_rgb(r.dielectric);
     if (p.metallic < 1.0f) {
-      const FilmFit fit = fit_film(film, base.dielectric_f0);
-      r.dielectric = mix(r.dielectric, color4(fit.f0, fit.most), film.strength);
+      const SchlickFit fit = fit_film(film, base.dielectric_f0);
+      r.dielectric = mix(r.dielectric, color4(fit.f0, fit.max_f0), film.strength);
     }
     if (p.metallic > 0.0f) {
       r.metal = mix(r.metal, color4(fit_film(film, base.metal_f0).f0), film.strength);
@@ -172,8 +172,8 @@ void SurfaceBsdf::make_layered_base(const BsdfParameters& p, const LayerParamete
   const float enters = (1.0f - p.metallic) *
                        std::max(0.0f, 1.0f - dielectric_reflectance(r.at_wo.loss, r.at_wo.schlick));
   const Color4 color = color4(layers.diffuse_transmission_color) * share;
-  base.passed_albedo = color * enters;
-  base.passed = color * (enters / (1.0f - average));
+  base.transmitted_diffuse_albedo = color * enters;
+  base.transmitted_diffuse = color * (enters / (1.0f - average));
   diffuse_ *= 1.0f - share;
   albedo_ -= color4(p.base_color) * (share * enters);
   specular_pick_ = pick_probability(specular, sum(albedo_) - specular);
@@ -181,16 +181,16 @@ void SurfaceBsdf::make_layered_base(const BsdfParameters& p, const LayerParamete
 
 // Directional albedo of the base's reflection with F = 1.
 SpecularAlbedo::Value SurfaceBsdf::reflection_albedo(const Vec3f& w) const {
-  if (specular_ != SpecularKind::kStretched) return table_.at(w.z);
+  if (specular_ != SpecularKind::kAnisotropic) return table_.at(w.z);
   const SpecialBase& base = *list_->base;
-  return base.stretched_albedo->at(turned(w, base.axis));
+  return base.anisotropic_albedo->at(rotate(w, base.axis));
 }
 
 void SurfaceBsdf::add_layers(const LayerParameters& parameters) {
   Layers& layers = list_->layers.emplace();
   layers.coat_weight = parameters.clearcoat;
   layers.sheen_color = parameters.sheen_color;
-  layers.sheen_most = max_component(parameters.sheen_color);
+  layers.sheen_max = max_component(parameters.sheen_color);
   if (layers.coat_weight > 0.0f) {
     layers.coat_frame = ShadingFrame::from_normal(parameters.clearcoat_normal);
     Vec3f wo = layers.coat_frame.to_local(wo_);
@@ -202,60 +202,64 @@ void SurfaceBsdf::add_layers(const LayerParameters& parameters) {
     const float alpha = std::max(square(parameters.clearcoat_roughness), kMirrorAlpha);
     layers.coat = GgxReflection(alpha, wo);
   }
-  if (layers.sheen_most > 0.0f) layers.sheen = SheenLobe(parameters.sheen_roughness, wo_);
+  if (layers.sheen_max > 0.0f) layers.sheen = SheenLobe(parameters.sheen_roughness, wo_);
   if (list_->behind) return;
-  layers.through_coat_o = through_coat(dot(wo_, layers.coat_frame.normal));
-  layers.through_sheen_o = through_sheen(wo_.z);
-  list_->through_o = layers.through_coat_o * layers.through_sheen_o;
-  if (list_->base) cover_base();
+  layers.coat_transmittance_o = coat_transmittance(dot(wo_, layers.coat_frame.normal));
+  layers.sheen_transmittance_o = sheen_transmittance(wo_.z);
+  list_->transmittance_o = layers.coat_transmittance_o * layers.sheen_transmittance_o;
+  if (list_->base) attenuate_base();
 }
 
-float SurfaceBsdf::through_coat(float mu) const {
+float SurfaceBsdf::coat_transmittance(float mu) const {
   const Layers& layers = *list_->layers;
   if (!(layers.coat_weight > 0.0f)) return 1.0f;
   const SpecularAlbedo::Value at = layers.coat_albedo.at(std::min(1.0f, std::abs(mu)));
   return 1.0f - layers.coat_weight * fma(1.0f - kCoatF0, at.schlick, kCoatF0 * (1.0f - at.loss));
 }
 
-float SurfaceBsdf::through_sheen(const auto& at) const {
+float SurfaceBsdf::sheen_transmittance(const auto& at) const {
   const Layers& layers = *list_->layers;
-  if (!(layers.sheen_most > 0.0f)) return 1.0f;
-  return 1.0f - layers.sheen_most * layers.sheen.albedo(at);
+  if (!(layers.sheen_max > 0.0f)) return 1.0f;
+  return 1.0f - layers.sheen_max * layers.sheen.albedo(at);
 }
 
 // Transmittance of the layers; 1 on the inner side of a solid, which has no layers.
-float SurfaceBsdf::through_layers(const Vec3f& w) const {
+float SurfaceBsdf::layer_transmittance(const Vec3f& w) const {
   const LobeList& list = *list_;
   if (!list.layers || (list.solid && list.behind == (w.z > 0.0f))) return 1.0f;
-  return through_coat(dot(w, list.layers->coat_frame.normal)) * through_sheen(std::abs(w.z));
+  return coat_transmittance(dot(w, list.layers->coat_frame.normal)) *
+         sheen_transmittance(std::abs(w.z));
 }
 
 // Scales the cosine lobes by T(wo) / K.
-void SurfaceBsdf::cover_base() {
+void SurfaceBsdf::attenuate_base() {
   static const CoverRule rule;
   LobeList& list = *list_;
   std::array<SpecularAlbedo::Value, CoverRule::kNodes> at;
-  std::array<float, CoverRule::kNodes> through;
+  std::array<float, CoverRule::kNodes> transmittance;
   for (size_t i = 0; i < at.size(); ++i) at[i] = reflection_albedo(rule.direction[i]);
   for (size_t i = 0; i < at.size(); ++i) {
-    through[i] = through_coat(rule.direction[i].z) * through_sheen(rule.column[i]);
+    transmittance[i] =
+        coat_transmittance(rule.direction[i].z) * sheen_transmittance(rule.column[i]);
   }
-  float diffuse = 0.0f, multiple = 0.0f, diffuse_through = 0.0f, multiple_through = 0.0f;
+  float diffuse = 0.0f, multiple = 0.0f, transmitted_diffuse_sum = 0.0f,
+        transmitted_multiple_sum = 0.0f;
   for (size_t i = 0; i < at.size(); ++i) {
     const float enters =
         rule.weight[i] * std::max(0.0f, 1.0f - dielectric_reflectance(at[i].loss, at[i].schlick));
     const float scattered = rule.weight[i] * at[i].loss;
     diffuse += enters;
-    diffuse_through += enters * through[i];
+    transmitted_diffuse_sum += enters * transmittance[i];
     multiple += scattered;
-    multiple_through += scattered * through[i];
+    transmitted_multiple_sum += scattered * transmittance[i];
   }
   const auto covered = [&](float bare, float crossing) {
-    return crossing > 0.0f ? list.through_o * bare / crossing : 0.0f;
+    return crossing > 0.0f ? list.transmittance_o * bare / crossing : 0.0f;
   };
-  diffuse_ *= covered(diffuse, diffuse_through);
-  multiple_ *= covered(multiple, multiple_through);
-  list.base->passed *= list.solid ? list.through_o : covered(diffuse, diffuse_through);
+  diffuse_ *= covered(diffuse, transmitted_diffuse_sum);
+  multiple_ *= covered(multiple, transmitted_multiple_sum);
+  list.base->transmitted_diffuse *=
+      list.solid ? list.transmittance_o : covered(diffuse, transmitted_diffuse_sum);
 }
 
 // Picks each lobe in proportion to its albedo for white light, with a minimum probability.
@@ -263,18 +267,19 @@ void SurfaceBsdf::set_picks() {
   LobeList& list = *list_;
   Color4 albedo[kLobes] = {};
   if (list.base) {
-    albedo[kBase] = albedo_ * (list.base_weight * list.through_o);
-    albedo[kDiffuseTransmission] = list.base->passed_albedo * (list.base_weight * list.through_o);
+    albedo[kBase] = albedo_ * (list.base_weight * list.transmittance_o);
+    albedo[kDiffuseTransmission] =
+        list.base->transmitted_diffuse_albedo * (list.base_weight * list.transmittance_o);
   }
   if (list.clear_weight > 0.0f) {
-    albedo[kClear] = color4(list.clear->albedo()) * (list.clear_weight * list.through_o);
+    albedo[kClear] = color4(list.clear->albedo()) * (list.clear_weight * list.transmittance_o);
   }
   if (list.layers && !list.behind) {
     const Layers& layers = *list.layers;
-    albedo[kCoat] = splat4(1.0f - layers.through_coat_o);
-    if (layers.sheen_most > 0.0f) {
-      const float share = (1.0f - layers.through_sheen_o) / layers.sheen_most;
-      albedo[kSheen] = color4(layers.sheen_color) * (share * layers.through_coat_o);
+    albedo[kCoat] = splat4(1.0f - layers.coat_transmittance_o);
+    if (layers.sheen_max > 0.0f) {
+      const float share = (1.0f - layers.sheen_transmittance_o) / layers.sheen_max;
+      albedo[kSheen] = color4(layers.sheen_color) * (share * layers.coat_transmittance_o);
     }
   }
   albedo_ = splat4(0.0f);
@@ -298,7 +303,7 @@ void SurfaceBsdf::set_picks() {
 // Fresnel reflectance of the base at a microfacet that is hit at cos_d.
 Color4 SurfaceBsdf::base_fresnel(float cos_d) const {
   const SpecialBase& base = *list_->base;
-  const Film& film = list_->film;
+  const ThinFilm& film = list_->film;
   const Color4 bare = schlick(base.bare_f0, base.bare_f90, cos_d);
   if (!film.exists()) return bare;
   Rgb covered(0.0f);
@@ -309,20 +314,21 @@ Color4 SurfaceBsdf::base_fresnel(float cos_d) const {
   return mix(bare, color4(covered), film.strength);
 }
 
-// `through`: min(T(wo), T(wi)); `through_i`: T(wi). wi is above the surface.
-Color4 SurfaceBsdf::eval_base(const Vec3f& wi, float through, float through_i, float* pdf) const {
+// `transmittance`: min(T(wo), T(wi)); `transmittance_i`: T(wi). wi is above the surface.
+Color4 SurfaceBsdf::eval_base(const Vec3f& wi, float transmittance, float transmittance_i,
+                              float* pdf) const {
   Color4 value = splat4(0.0f);
   *pdf = 0.0f;
   const auto add_reflection = [&](const auto& lobe) {
-    value = base_fresnel(lobe.cos_d) * (lobe.cosine_brdf * through);
+    value = base_fresnel(lobe.cos_d) * (lobe.cosine_brdf * transmittance);
     *pdf = specular_pick_ * lobe.pdf;
   };
   if (specular_ == SpecularKind::kGgx) add_reflection(ggx_.evaluate(wi));
-  if (specular_ == SpecularKind::kStretched) {
-    add_reflection(list_->base->stretched.evaluate(turned(wi, list_->base->axis)));
+  if (specular_ == SpecularKind::kAnisotropic) {
+    add_reflection(list_->base->anisotropic.evaluate(rotate(wi, list_->base->axis)));
   }
   if (has_cosine_) {
-    value += eval_cosine(wi, reflection_albedo(wi)) * through_i;
+    value += eval_cosine(wi, reflection_albedo(wi)) * transmittance_i;
     *pdf = fma(1.0f - specular_pick_, wi.z * kInvPi, *pdf);
   }
   return value;
@@ -332,21 +338,21 @@ Color4 SurfaceBsdf::eval_base(const Vec3f& wi, float through, float through_i, f
 float SurfaceBsdf::interface_cosine(const Vec3f& above, float cos_geometric) const {
   const SpecularAlbedo::Value at = reflection_albedo(above);
   float scale = above.z * kInvPi;
-  if (bent_) scale *= terminator_factor(cos_geometric, terminator_alpha2_);
+  if (normals_differ_) scale *= terminator_factor(cos_geometric, terminator_alpha2_);
   return scale * std::max(0.0f, 1.0f - dielectric_reflectance(at.loss, at.schlick));
 }
 
 // Diffuse transmission; wi.z < 0.
-Color4 SurfaceBsdf::eval_passed(const Vec3f& wi) const {
+Color4 SurfaceBsdf::eval_diffuse_transmission(const Vec3f& wi) const {
   const Vec3f above(wi.x, wi.y, -wi.z);
-  return list_->base->passed * interface_cosine(above, -dot(wi, geometric_normal_));
+  return list_->base->transmitted_diffuse * interface_cosine(above, -dot(wi, geometric_normal_));
 }
 
 // Requires wi.z > 0.
 Color4 SurfaceBsdf::eval_sheen(const Vec3f& wi) const {
   const Layers& layers = *list_->layers;
   const float under_coat =
-      std::min(layers.through_coat_o, through_coat(dot(wi, layers.coat_frame.normal)));
+      std::min(layers.coat_transmittance_o, coat_transmittance(dot(wi, layers.coat_frame.normal)));
   return color4(layers.sheen_color) * (layers.sheen.eval(wi) * under_coat);
 }
 
@@ -355,7 +361,7 @@ Rgb SurfaceBsdf::eval_diffuse(const Vec3f& wi) const {
   Color4 value = splat4(0.0f);
   if (has_cosine_ && (!list_ || list_->base)) {
     value = diffuse_ * interface_cosine(wi, dot(wi, geometric_normal_));
-    if (list_) value *= splat4(list_->base_weight * through_layers(wi));
+    if (list_) value *= splat4(list_->base_weight * layer_transmittance(wi));
   }
   if (list_ && list_->pick[kSheen] > 0.0f) value += eval_sheen(wi);
   return to_rgb(value);
@@ -378,8 +384,8 @@ float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
   const bool transmitted = wi.z < 0.0f;
   if (wi.z == 0.0f || on_wrong_side(wi, transmitted)) return Rgb(0.0f);
   if (list.only_clear) return list.clear->eval_and_pdf(wi, pdf);
-  const float through_i = through_layers(wi);
-  const float through = std::min(list.through_o, through_i);
+  const float transmittance_i = layer_transmittance(wi);
+  const float transmittance = std::min(list.transmittance_o, transmittance_i);
   Color4 value = splat4(0.0f);
   float density = 0.0f;
   const auto add = [&](Lobe lobe, Color4 f) {
@@ -388,17 +394,18 @@ float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
   };
   if (list.pick[kClear] > 0.0f) {
     const Color4 f = color4(list.clear->eval_and_pdf(wi, &density));
-    add(kClear, f * (list.clear_weight * through));
+    add(kClear, f * (list.clear_weight * transmittance));
   }
   if (transmitted) {
     if (list.pick[kDiffuseTransmission] > 0.0f) {
       density = -wi.z * kInvPi;
-      add(kDiffuseTransmission, eval_passed(wi) * (list.base_weight * through_i));
+      add(kDiffuseTransmission,
+          eval_diffuse_transmission(wi) * (list.base_weight * transmittance_i));
     }
     return to_rgb(value);
   }
   if (list.pick[kBase] > 0.0f) {
-    const Color4 f = eval_base(wi, through, through_i, &density);
+    const Color4 f = eval_base(wi, transmittance, transmittance_i, &density);
     add(kBase, f * list.base_weight);
   }
   if (list.pick[kSheen] > 0.0f) {
@@ -426,7 +433,7 @@ BsdfSample SurfaceBsdf::sample_base(const Vec2f& u) const {
   } else if (specular_ == SpecularKind::kGgx) {
     result.wi = ggx_.sample(rest);
   } else {
-    result.wi = turned_back(list_->base->stretched.sample(rest), list_->base->axis);
+    result.wi = rotate_back(list_->base->anisotropic.sample(rest), list_->base->axis);
   }
   return result;
 }
@@ -483,8 +490,8 @@ BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
     return BsdfSample{};
   }
   if (result.delta) {
-    const float through = std::min(list.through_o, through_layers(result.wi));
-    result.weight *= (lobe == kCoat ? 1.0f : through) / pick;
+    const float transmittance = std::min(list.transmittance_o, layer_transmittance(result.wi));
+    result.weight *= (lobe == kCoat ? 1.0f : transmittance) / pick;
     return result;
   }
   const Rgb value = eval_list(result.wi, &result.pdf);
@@ -493,10 +500,10 @@ BsdfSample SurfaceBsdf::sample_coat(const Vec2f& u) const {
   return result;
 }
 
-Rgb SurfaceBsdf::straight_through() const {
+Rgb SurfaceBsdf::straight_transmittance() const {
   if (!list_ || !(list_->clear_weight > 0.0f) || on_wrong_side(-wo_, true)) return Rgb(0.0f);
-  const float through = std::min(list_->through_o, through_layers(-wo_));
-  return list_->clear->straight_through() * (list_->clear_weight * through);
+  const float transmittance = std::min(list_->transmittance_o, layer_transmittance(-wo_));
+  return list_->clear->straight_transmittance() * (list_->clear_weight * transmittance);
 }
 
 }  // namespace emberline

@@ -41,7 +41,7 @@ Vec2f direction_of(const Vec4f& texel) {
 }
 
 // `direction` rotated counter-clockwise by the angle from the x axis to `turn`.
-Vec2f turned(const Vec2f& direction, const Vec2f& turn) {
+Vec2f rotate(const Vec2f& direction, const Vec2f& turn) {
   return {turn.x * direction.x - turn.y * direction.y, turn.y * direction.x + turn.x * direction.y};
 }
 
@@ -62,19 +62,21 @@ Material::Slot Material::add_texture(const TextureRef& ref, bool srgb, const cha
   }
   uv_mask_ |= 1u << ref.uv_set;
   Texture texture(scene.images[size_t(ref.image)], ref, srgb);
-  const auto kept = std::find_if(textures->begin(), textures->end(),
-                                 [&](const Texture& other) { return texture.same_use(other); });
-  return slot_of(kept != textures->end() ? *kept : textures->emplace_back(std::move(texture)));
+  const auto existing = std::find_if(textures->begin(), textures->end(),
+                                     [&](const Texture& other) { return texture.same_use(other); });
+  return slot_of(existing != textures->end() ? *existing
+                                             : textures->emplace_back(std::move(texture)));
 }
 
 Material::Slot Material::slot_of(const Texture& texture) {
-  const auto same = std::find_if(parametrisations_.begin(), parametrisations_.end(),
-                                 [&](const Texture* other) { return texture.same_places(*other); });
+  const auto same =
+      std::find_if(parametrisations_.begin(), parametrisations_.end(),
+                   [&](const Texture* other) { return texture.same_parametrisation(*other); });
   const Slot slot{&texture, size_t(same - parametrisations_.begin())};
   if (same == parametrisations_.end()) parametrisations_.push_back(&texture);
-  const auto is_it = [&](const Slot& other) { return other.texture == &texture; };
-  if (std::none_of(slots_.begin(), slots_.end(), is_it)) slots_.push_back(slot);
-  assert(parametrisations_.size() <= TexelPlaces::kMost);
+  const auto is_same = [&](const Slot& other) { return other.texture == &texture; };
+  if (std::none_of(slots_.begin(), slots_.end(), is_same)) slots_.push_back(slot);
+  assert(parametrisations_.size() <= TexelPositions::kMaxPositions);
   return slot;
 }
 
@@ -141,7 +143,7 @@ void Material::compile_base(const MaterialDescription& d, const auto& add) {
   is_emissive_ = !is_black(emission_);
   if (!is_emissive_) return;
   emission_texture_ = add(d.emission_texture, true, "emissive texture");
-  emission_share_ = converted(to_working_, d.emission_share, emission_);
+  emission_scale_ = converted(to_working_, d.emission_scale, emission_);
 }
 
 void Material::compile_layers(const MaterialDescription& d, const auto& add) {
@@ -166,7 +168,7 @@ void Material::compile_diffuse_transmission(const MaterialDescription& d, const 
   diffuse_transmission_color_texture_ =
       add(d.diffuse_transmission_color_texture, true, "diffuse transmission colour texture");
   if (!diffuse_transmission_color_texture_) {
-    p.diffuse_transmission_color = saturate(working(p.diffuse_transmission_color));
+    p.diffuse_transmission_color = saturate(to_working_space(p.diffuse_transmission_color));
   }
 }
 
@@ -202,7 +204,7 @@ void Material::compile_sheen(const MaterialDescription& d, const auto& add) {
   p.sheen_color = saturate(d.sheen_color);
   if (is_black(p.sheen_color)) return;
   sheen_color_texture_ = add(d.sheen_color_texture, true, "sheen colour texture");
-  if (!sheen_color_texture_) p.sheen_color = saturate(working(p.sheen_color));
+  if (!sheen_color_texture_) p.sheen_color = saturate(to_working_space(p.sheen_color));
   p.sheen_roughness = saturate(d.sheen_roughness);
   if (p.sheen_roughness == 0.0f) return;
   sheen_roughness_texture_ = add(d.sheen_roughness_texture, false, "sheen roughness texture");
@@ -221,9 +223,9 @@ void Material::compile_clearcoat(const MaterialDescription& d, const auto& add) 
 }
 
 void Material::compile_interior(const MaterialDescription& d) {
-  if (!passes_light() || d.thin_walled) return;
+  if (!is_transmissive() || d.thin_walled) return;
   thin_walled_ = false;
-  attenuation_ = attenuation_coefficient(saturate(working(saturate(d.attenuation_color))),
+  attenuation_ = attenuation_coefficient(saturate(to_working_space(saturate(d.attenuation_color))),
                                          d.attenuation_distance);
   // An infinite index has no dispersion.
   if (has_transmission() && ior_ > 0.0f) dispersion_ = non_negative(d.dispersion);
@@ -247,21 +249,22 @@ void Material::compile_coverage() {
 
 MaterialPoint Material::constant_point() const {
   MaterialPoint point;
-  point.emission = unlit_              ? non_negative(working(base_color_))
+  point.emission = unlit_              ? non_negative(to_working_space(base_color_))
                    : emission_texture_ ? emission_
-                                       : working(emission_);
-  point.bsdf.base_color = saturate(working(base_color_));
+                                       : to_working_space(emission_);
+  point.bsdf.base_color = saturate(to_working_space(base_color_));
   point.bsdf.metallic = metallic_;
   point.bsdf.roughness = roughness_;
   point.bsdf.ior = ior_;
   point.bsdf.specular = specular_;
-  point.bsdf.specular_color = specular_color_texture_ ? specular_color_ : working(specular_color_);
+  point.bsdf.specular_color =
+      specular_color_texture_ ? specular_color_ : to_working_space(specular_color_);
   point.bsdf.transmission = transmission_;
   point.bsdf.thin_walled = thin_walled_;
   return point;
 }
 
-void Material::find_texels(const SurfaceAttributes& a, float u_texture, TexelPlaces* out) const {
+void Material::find_texels(const SurfaceAttributes& a, float u_texture, TexelPositions* out) const {
   for (size_t i = 0; i < parametrisations_.size(); ++i) {
     const Texture& texture = *parametrisations_[i];
     const TexelCorners corners = texture.corners(uv_of(texture, a));
@@ -282,23 +285,23 @@ Vec3f Material::NormalMap::at(const TexelCorners& corners) const {
   return normalize_or(Vec3f(n.x * scale, n.y * scale, n.z), Vec3f(0.0f, 0.0f, 1.0f));
 }
 
-void Material::evaluate_varying(const SurfaceAttributes& a, const TexelPlaces& texels,
+void Material::evaluate_varying(const SurfaceAttributes& a, const TexelPositions& texels,
                                 MaterialPoint& out) const {
   Rgb base = base_color_ * rgb(a.color);
   if (needs_uv()) apply_textures(texels, base, out);
-  base = working(base);
+  base = to_working_space(base);
   if (unlit_) out.emission = non_negative(base);
   out.bsdf.base_color = saturate(base);
 }
 
-void Material::apply_textures(const TexelPlaces& texels, Rgb& base, MaterialPoint& out) const {
+void Material::apply_textures(const TexelPositions& texels, Rgb& base, MaterialPoint& out) const {
   if (base_color_texture_) base *= rgb(read(base_color_texture_, texels));
   if (specular_texture_) {
     out.bsdf.specular *= read(specular_texture_, texels).w;
   }
   if (specular_color_texture_) {
     out.bsdf.specular_color =
-        working(out.bsdf.specular_color * rgb(read(specular_color_texture_, texels)));
+        to_working_space(out.bsdf.specular_color * rgb(read(specular_color_texture_, texels)));
   }
   if (glossiness_texture_) {
     const float glossiness = (1.0f - roughness_) * read(glossiness_texture_, texels).w;
@@ -313,25 +316,25 @@ void Material::apply_textures(const TexelPlaces& texels, Rgb& base, MaterialPoin
     out.bsdf.transmission = saturate(transmission_ * read(transmission_texture_, texels).x);
   }
   if (emission_texture_) {
-    out.emission = working(out.emission * rgb(read(emission_texture_, texels)));
+    out.emission = to_working_space(out.emission * rgb(read(emission_texture_, texels)));
   }
   out.has_normal_map = has_normal_map();
   if (out.has_normal_map) out.normal = normal_map_.at(texels.normal);
 }
 
-void Material::apply_layer_textures(const TexelPlaces& texels, MaterialLayers& out) const {
+void Material::apply_layer_textures(const TexelPositions& texels, MaterialLayers& out) const {
   LayerParameters& p = out.parameters;
   // Multiplies the value by a slot's texel.
   const auto scale = [&](float& value, Slot slot, int channel) {
     if (slot) value = saturate(value * read(slot, texels)[channel]);
   };
   const auto tint = [&](Rgb& value, Slot slot) {
-    if (slot) value = saturate(working(value * rgb(read(slot, texels))));
+    if (slot) value = saturate(to_working_space(value * rgb(read(slot, texels))));
   };
   if (anisotropy_texture_) {
     const Vec4f texel = read(anisotropy_texture_, texels);
     p.anisotropy = saturate(p.anisotropy * texel.z);
-    p.anisotropy_direction = turned(direction_of(texel), p.anisotropy_direction);
+    p.anisotropy_direction = rotate(direction_of(texel), p.anisotropy_direction);
   }
   scale(p.iridescence, iridescence_texture_, 0);
   if (iridescence_thickness_texture_) {
@@ -349,14 +352,14 @@ void Material::apply_layer_textures(const TexelPlaces& texels, MaterialLayers& o
 
 Rgb Material::varying_emission(const SurfaceAttributes& a, float u_texture) const {
   if (!unlit_) {
-    return working(emission_ *
-                   rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture)));
+    return to_working_space(
+        emission_ * rgb(emission_texture_->lookup(uv_of(*emission_texture_, a), u_texture)));
   }
   Rgb base = base_color_ * rgb(a.color);
   if (base_color_texture_) {
     base *= rgb(base_color_texture_->lookup(uv_of(*base_color_texture_, a), u_texture));
   }
-  return non_negative(working(base));
+  return non_negative(to_working_space(base));
 }
 
 Rgb Material::mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,
@@ -364,16 +367,17 @@ Rgb Material::mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes
   if (!is_emissive_) return Rgb(0.0f);
   if (!emission_texture_) return emission();
   const Texture& t = *emission_texture_;
-  return working(emission_ * t.mean_over_triangle(uv_of(t, a0), uv_of(t, a1), uv_of(t, a2)));
+  return to_working_space(emission_ *
+                          t.mean_over_triangle(uv_of(t, a0), uv_of(t, a1), uv_of(t, a2)));
 }
 
-bool Material::emits_like(const Material& other) const {
+bool Material::has_same_emission(const Material& other) const {
   if (!is_emissive_ && !other.is_emissive_) return true;
   const Texture* a = emission_texture_ ? &*emission_texture_ : nullptr;
   const Texture* b = other.emission_texture_ ? &*other.emission_texture_ : nullptr;
   return is_emissive_ == other.is_emissive_ && emission_ == other.emission_ &&
          (a && b ? a->same_use(*b) : a == b) &&
-         (double_sided_ || passes_light()) == (other.double_sided_ || other.passes_light());
+         (double_sided_ || is_transmissive()) == (other.double_sided_ || other.is_transmissive());
 }
 
 float Material::coverage(const SurfaceAttributes& a, float u_texture) const {
@@ -392,11 +396,11 @@ float Material::coverage(const SurfaceAttributes& a, float u_texture) const {
   return saturate(alpha);
 }
 
-MaterialSet::MaterialSet(const SceneDescription& scene, const std::vector<bool>& worn) {
-  assert(worn.empty() || worn.size() == scene.materials.size());
+MaterialSet::MaterialSet(const SceneDescription& scene, const std::vector<bool>& used_materials) {
+  assert(used_materials.empty() || used_materials.size() == scene.materials.size());
   materials_.reserve(scene.materials.size() + 1);
   for (size_t i = 0; i < scene.materials.size(); ++i) {
-    const bool used = worn.empty() || worn[i];
+    const bool used = used_materials.empty() || used_materials[i];
     materials_.emplace_back(used ? scene.materials[i] : MaterialDescription{}, scene, &textures_);
   }
   materials_.emplace_back(MaterialDescription{}, scene, &textures_);

@@ -45,11 +45,11 @@ struct MaterialPoint {
 };
 
 // Texel positions of a material's textures for a point, one per parametrisation.
-struct TexelPlaces {
-  static constexpr size_t kMost = 18;  // one parametrisation per slot
-  size_t place[kMost];
+struct TexelPositions {
+  static constexpr size_t kMaxPositions = 18;  // one parametrisation per slot
+  size_t place[kMaxPositions];
   TexelCorners normal, clearcoat_normal;
-  TexelPlaces() {}  // runs at every hit, so it initialises nothing
+  TexelPositions() {}  // runs at every hit, so it initialises nothing
 };
 
 class Material {
@@ -63,14 +63,14 @@ class Material {
   // Uses one random number for all textures, so that slots with the same parametrisation get the
   // same texel, and base colour and roughness match. Normal maps are filtered. There are two steps,
   // so that the texels of many points can be prefetched before the first is read.
-  void find_texels(const SurfaceAttributes& attributes, float u_texture, TexelPlaces* out) const;
-  void evaluate(const SurfaceAttributes& attributes, const TexelPlaces& texels,
+  void find_texels(const SurfaceAttributes& attributes, float u_texture, TexelPositions* out) const;
+  void evaluate(const SurfaceAttributes& attributes, const TexelPositions& texels,
                 MaterialPoint& out) const {
     out = constant_;
     if (needs_uv() || attributes.has_color) evaluate_varying(attributes, texels, out);
   }
   // The parts that evaluate() leaves out; only if has_layers().
-  void evaluate_layers(const TexelPlaces& texels, MaterialLayers& out) const {
+  void evaluate_layers(const TexelPositions& texels, MaterialLayers& out) const {
     out = layers_;
     if (layers_vary_) apply_layer_textures(texels, out);
   }
@@ -83,9 +83,9 @@ class Material {
     return emission_varies_ ? varying_emission(attributes, u_texture) : emission();
   }
   const Rgb& emission() const { return constant_.emission; }  // if it is constant
-  // If the emission changes, the above is the maximum; emission_share() is its factor at a time.
-  bool emission_changes() const { return emission_share_ != nullptr; }
-  Rgb emission_share(float time) const { return emission_share_->at(time); }
+  // If the emission changes, the above is the maximum; emission_scale() is its factor at a time.
+  bool is_emission_animated() const { return emission_scale_ != nullptr; }
+  Rgb emission_scale(float time) const { return emission_scale_->at(time); }
   // Mean emission over a triangle with these corners, for light power. 0 for unlit materials.
   Rgb mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,
                     const SurfaceAttributes& a2) const;
@@ -101,7 +101,7 @@ class Material {
   AlphaMode alpha_mode() const { return alpha_mode_; }
   // Whether emission and coverage are the same everywhere and in all directions, so that emission()
   // needs no attributes.
-  bool emits_evenly() const {
+  bool has_uniform_emission() const {
     return !emission_varies_ && !(layers().clearcoat > 0.0f) && alpha_mode() == AlphaMode::kOpaque;
   }
   // Whether shading or coverage reads attributes of a mesh with or without colours.
@@ -110,7 +110,7 @@ class Material {
   }
   bool is_emissive() const { return is_emissive_; }  // belongs to the lights; never if unlit
   // Whether both make equal lights: their mean_emission() and sides are the same.
-  bool emits_like(const Material& other) const;
+  bool has_same_emission(const Material& other) const;
   bool has_normal_map() const { return bool(normal_map_); }
   // Whether something is defined in the mesh's tangent space.
   bool needs_tangents() const {
@@ -119,7 +119,7 @@ class Material {
   bool double_sided() const { return double_sided_; }
   // Whether light is transmitted, clear or diffuse: back faces are then visible even if
   // single-sided, and the integrator sets MaterialPoint::bsdf.inside if the back was hit.
-  bool passes_light() const { return has_transmission() || has_diffuse_transmission(); }
+  bool is_transmissive() const { return has_transmission() || has_diffuse_transmission(); }
   // Whether transmitted light enters an interior, not a thin wall.
   bool is_solid() const { return !thin_walled_; }
   // Whether it is a solid that is smooth and clear at least in places: only refracted rays pass.
@@ -149,7 +149,7 @@ class Material {
  private:
   struct Slot {
     const Texture* texture = nullptr;  // null: none
-    size_t place = 0;                  // index in TexelPlaces
+    size_t place = 0;                  // index in TexelPositions
     explicit operator bool() const { return texture != nullptr; }
     const Texture& operator*() const { return *texture; }
     const Texture* operator->() const { return texture; }
@@ -160,23 +160,23 @@ class Material {
     explicit operator bool() const { return bool(slot); }
     Vec3f at(const TexelCorners& corners) const;  // tangent space, unit
   };
-  static Vec4f read(const Slot& slot, const TexelPlaces& texels) {
+  static Vec4f read(const Slot& slot, const TexelPositions& texels) {
     return slot->read(texels.place[slot.place]);
   }
 
   // Colours are multiplied in the description's space and converted at the end.
-  Rgb working(const Rgb& c) const {
+  Rgb to_working_space(const Rgb& c) const {
     if (to_working_) [[unlikely]]
       return *to_working_ * c;
     return c;
   }
   // The result of evaluate() without textures and vertex colours.
   MaterialPoint constant_point() const;
-  void evaluate_varying(const SurfaceAttributes& attributes, const TexelPlaces& texels,
+  void evaluate_varying(const SurfaceAttributes& attributes, const TexelPositions& texels,
                         MaterialPoint& out) const;
-  void apply_layer_textures(const TexelPlaces& texels, MaterialLayers& out) const;
+  void apply_layer_textures(const TexelPositions& texels, MaterialLayers& out) const;
   Rgb varying_emission(const SurfaceAttributes& attributes, float u_texture) const;
-  void apply_textures(const TexelPlaces& texels, Rgb& base_color, MaterialPoint& out) const;
+  void apply_textures(const TexelPositions& texels, Rgb& base_color, MaterialPoint& out) const;
   Slot add_texture(const TextureRef& ref, bool srgb, const char* slot,
                    const MaterialDescription& description, const SceneDescription& scene,
                    std::deque<Texture>* textures);
@@ -206,7 +206,7 @@ class Material {
   Slot specular_color_texture_;
   Slot glossiness_texture_;
   Rgb emission_;
-  std::shared_ptr<const TimeCurve<Rgb>> emission_share_;
+  std::shared_ptr<const TimeCurve<Rgb>> emission_scale_;
   float alpha_cutoff_;
   float transmission_ = 0.0f;
   bool thin_walled_ = true;
@@ -247,9 +247,10 @@ class Material {
 // All materials of a scene, followed by glTF's default material.
 class MaterialSet {
  public:
-  // `worn`, if not empty, tells for each material whether a placed mesh uses it. Unused materials
-  // are not compiled, keep no textures and name no features. Throws InputError like Material.
-  explicit MaterialSet(const SceneDescription& scene, const std::vector<bool>& worn = {});
+  // `used_materials`, if not empty, tells for each material whether a placed mesh uses it. Unused
+  // materials are not compiled, keep no textures and name no features. Throws InputError like
+  // Material.
+  explicit MaterialSet(const SceneDescription& scene, const std::vector<bool>& used_materials = {});
   MaterialSet(MaterialSet&&) = default;
   MaterialSet& operator=(MaterialSet&&) = default;
 

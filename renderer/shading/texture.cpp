@@ -89,10 +89,11 @@ Texture::Texture(std::shared_ptr<const Image> image, const TextureRef& ref, bool
 }
 
 bool Texture::same_use(const Texture& o) const {
-  return image_ == o.image_ && table_ == o.table_ && format_ == o.format_ && same_places(o);
+  return image_ == o.image_ && table_ == o.table_ && format_ == o.format_ &&
+         same_parametrisation(o);
 }
 
-bool Texture::same_places(const Texture& o) const {
+bool Texture::same_parametrisation(const Texture& o) const {
   return width_ == o.width_ && height_ == o.height_ && wrap_s_ == o.wrap_s_ &&
          wrap_t_ == o.wrap_t_ && nearest_ == o.nearest_ && !mapped_ == !o.mapped_ &&
          uv_set_ == o.uv_set_ && transform_ == o.transform_;

@@ -42,12 +42,12 @@ class Texture {
   Vec4f lookup(const Vec2f& uv, float u_texture) const { return read(place(uv, u_texture)); }
 
   // lookup() in steps, for many lookups: the texel's position, and its value. Textures with
-  // same_places() have the same positions.
+  // same_parametrisation() have the same positions.
   size_t place(const Vec2f& uv, float u_texture) const { return choose(corners(uv), u_texture); }
   size_t choose(const TexelCorners& corners, float u_texture) const;
   void prefetch(size_t place) const {
     if (mapped_) [[unlikely]]
-      return mapped_->ask_for(place * texel_bytes_);
+      return mapped_->prefetch(place * texel_bytes_);
     __builtin_prefetch(texels_ + place * texel_bytes_);
   }
   Vec4f read(size_t place) const;
@@ -72,7 +72,7 @@ class Texture {
   // Whether both use the same image in the same way.
   bool same_use(const Texture& other) const;
   // Whether the images have the same size and order, and the same parametrisation.
-  bool same_places(const Texture& other) const;
+  bool same_parametrisation(const Texture& other) const;
 
   const Image& image() const { return *image_; }
   int uv_set() const { return uv_set_; }

@@ -10,7 +10,7 @@
 namespace emberline {
 namespace {
 
-constexpr double kLargest = 1e100;
+constexpr double kMaxDrawable = 1e100;
 // Margin at both ends of a logarithmic axis, as a fraction of its length.
 constexpr double kMargin = 0.04;
 // Tolerance in steps: rounding may put a tick slightly outside the range.
@@ -25,11 +25,11 @@ std::string superscript(int number) {
 
 }  // namespace
 
-double nice_step(double range, int most) {
-  const double least = range / most;
-  const double power = std::pow(10.0, std::floor(std::log10(least)));
+double nice_step(double range, int max_parts) {
+  const double min_step = range / max_parts;
+  const double power = std::pow(10.0, std::floor(std::log10(min_step)));
   for (const double step : {power, 2 * power, 5 * power}) {
-    if (step * (1 + kRounding) >= least) return step;
+    if (step * (1 + kRounding) >= min_step) return step;
   }
   return 10 * power;
 }
@@ -53,8 +53,8 @@ std::string tick_label(double value, double step) {
 }
 
 bool AxisRange::drawable(AxisScale scale, double value) {
-  if (!(std::abs(value) <= kLargest)) return false;
-  return scale == AxisScale::kLinear || value >= 1.0 / kLargest;
+  if (!(std::abs(value) <= kMaxDrawable)) return false;
+  return scale == AxisScale::kLinear || value >= 1.0 / kMaxDrawable;
 }
 
 AxisRange::AxisRange(AxisScale scale, std::span<const double> values, bool from_zero)
@@ -87,30 +87,30 @@ AxisRange::AxisRange(AxisScale scale, std::span<const double> values, bool from_
   max_ = step * std::ceil(max_ / step - kRounding);
 }
 
-double AxisRange::place(double value) const {
+double AxisRange::position(double value) const {
   if (scale_ == AxisScale::kLinear) return (value - min_) / (max_ - min_);
   return std::log(value / min_) / std::log(max_ / min_);
 }
 
-std::vector<AxisTick> AxisRange::linear_ticks(int wanted) const {
+std::vector<AxisTick> AxisRange::linear_ticks(int target_count) const {
   std::vector<AxisTick> ticks;
   // One tick shows no scale; a range that is not made of whole steps may start with fewer than two.
-  for (; ticks.size() < 2; ++wanted) {
+  for (; ticks.size() < 2; ++target_count) {
     ticks.clear();
-    const double step = nice_step(max_ - min_, wanted);
+    const double step = nice_step(max_ - min_, target_count);
     const double first = std::ceil(min_ / step - kRounding), last = max_ / step + kRounding;
     for (double i = first; i <= last; ++i) ticks.push_back({i * step, tick_label(i * step, step)});
   }
   return ticks;
 }
 
-std::vector<AxisTick> AxisRange::log_ticks(int wanted) const {
+std::vector<AxisTick> AxisRange::log_ticks(int target_count) const {
   const int first = int(std::floor(std::log10(min_))), last = int(std::ceil(std::log10(max_)));
   const double decades = std::log10(max_ / min_);
   // Less than a factor of about three may contain no power of ten.
-  if (decades < 0.5) return linear_ticks(wanted);
-  const int every = std::max(1, int(std::ceil(decades / wanted)));
-  const int numbers = decades * 3 <= wanted + 1 ? 3 : 1;  // 1 2 5, or only 1
+  if (decades < 0.5) return linear_ticks(target_count);
+  const int every = std::max(1, int(std::ceil(decades / target_count)));
+  const int numbers = decades * 3 <= target_count + 1 ? 3 : 1;  // 1 2 5, or only 1
   std::vector<AxisTick> ticks;
   for (int exponent = first; exponent <= last; ++exponent) {
     const double power = std::pow(10.0, exponent);
@@ -124,8 +124,8 @@ std::vector<AxisTick> AxisRange::log_ticks(int wanted) const {
   return ticks;
 }
 
-std::vector<AxisTick> AxisRange::ticks(int wanted) const {
-  return scale_ == AxisScale::kLinear ? linear_ticks(wanted) : log_ticks(wanted);
+std::vector<AxisTick> AxisRange::ticks(int target_count) const {
+  return scale_ == AxisScale::kLinear ? linear_ticks(target_count) : log_ticks(target_count);
 }
 
 }  // namespace emberline

@@ -27,17 +27,17 @@ class AxisRange {
   static bool drawable(AxisScale scale, double value);
 
   // 0 at the start of the axis, 1 at its end, beyond that for values outside. `value` is drawable.
-  double place(double value) const;
+  double position(double value) const;
   double min() const { return min_; }
   double max() const { return max_; }
-  // Round numbers inside the range, ascending, of which about `wanted` are labelled: multiples of
-  // 1, 2 or 5 times a power of ten (Heckbert 1990, "Nice Numbers for Graph Labels", Graphics Gems).
-  // On a logarithmic axis powers of ten and, if these are few, 2 and 5 times those.
-  std::vector<AxisTick> ticks(int wanted = 6) const;
+  // Round numbers inside the range, ascending, of which about `target_count` are labelled:
+  // multiples of 1, 2 or 5 times a power of ten (Heckbert 1990, "Nice Numbers for Graph Labels",
+  // Graphics Gems). On a logarithmic axis powers of ten and, if these are few, 2 and 5 times those.
+  std::vector<AxisTick> ticks(int target_count = 6) const;
 
  private:
-  std::vector<AxisTick> linear_ticks(int wanted) const;
-  std::vector<AxisTick> log_ticks(int wanted) const;
+  std::vector<AxisTick> linear_ticks(int target_count) const;
+  std::vector<AxisTick> log_ticks(int target_count) const;
 
   AxisScale scale_;
   double min_ = 0, max_ = 1;
@@ -45,7 +45,7 @@ class AxisRange {
 
 // The smallest of 1, 2 or 5 times a power of ten that divides `range` (> 0) into at most `most`
 // parts.
-double nice_step(double range, int most);
+double nice_step(double range, int max_parts);
 
 // "2×10⁻⁵"; only "10⁻⁵" where the mantissa is 1.
 std::string power_of_ten_text(const std::string& mantissa, int exponent);

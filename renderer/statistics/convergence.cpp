@@ -19,11 +19,11 @@ const ConvergenceIntegrand kIntegrands[] = {
     {{"4D coupled", coupled, gauss_pair(4.0) * gauss_pair(4.0), 2.0}, 1.0},
 };
 constexpr size_t kIntegrandCount = std::size(kIntegrands);
-constexpr uint32_t kLeastCount = 16, kMostCount = 4096;
+constexpr uint32_t kMinCount = 16, kMaxCount = 4096;
 
 std::vector<uint32_t> counts() {
   std::vector<uint32_t> list;
-  for (uint32_t n = kLeastCount; n <= kMostCount; n *= 2) list.push_back(n);
+  for (uint32_t n = kMinCount; n <= kMaxCount; n *= 2) list.push_back(n);
   return list;
 }
 

@@ -87,9 +87,9 @@ double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
-// The mean without the largest kTrimmedShare of the values; ties are interchangeable.
+// The mean without the largest kTrimmedFraction of the values; ties are interchangeable.
 double trimmed_mean(std::vector<double> values) {
-  const size_t dropped = size_t(kTrimmedShare * double(values.size()));
+  const size_t dropped = size_t(kTrimmedFraction * double(values.size()));
   const size_t kept = values.size() - dropped;
   if (dropped > 0) {
     std::nth_element(values.begin(), values.begin() + ptrdiff_t(kept), values.end());

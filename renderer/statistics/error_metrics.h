@@ -53,7 +53,7 @@ inline constexpr uint64_t kComparisonBytesPerPixel = 64;
 
 // Our choices: the share of pixels that rel_mse_trimmed excludes, and epsilon for a black
 // reference.
-inline constexpr double kTrimmedShare = 0.001, kBlackEpsilon = 0.01;
+inline constexpr double kTrimmedFraction = 0.001, kBlackEpsilon = 0.01;
 
 // Images are not empty and of equal size (asserted).
 ErrorMetrics compare_images(const RgbImage& image, const RgbImage& reference,

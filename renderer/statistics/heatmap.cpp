@@ -23,11 +23,11 @@ std::string pixels_text(uint64_t count) {
 }
 
 // "12.3 %"; never "0 %" for a nonzero part, or "100 %" for less than all.
-std::string share_text(uint64_t part, uint64_t whole) {
-  const double percent = 100 * double(part) / double(whole);
+std::string share_text(uint64_t part, uint64_t total) {
+  const double percent = 100 * double(part) / double(total);
   if (part > 0 && percent < 0.05) return "< 0.1 %";
-  if (part < whole && percent > 99.95) return "> 99.9 %";
-  return fmt::format("{:.{}f} %", percent, part == whole || part == 0 ? 0 : 1);
+  if (part < total && percent > 99.95) return "> 99.9 %";
+  return fmt::format("{:.{}f} %", percent, part == total || part == 0 ? 0 : 1);
 }
 
 // fn(value) is the colour of a pixel.
@@ -41,7 +41,7 @@ void paint(BytePicture& picture, const Plane& plane, const Function& fn) {
   });
 }
 
-std::string title_text(const HeatmapSettings& settings, const ToldUnit& unit) {
+std::string title_text(const HeatmapSettings& settings, const DisplayUnit& unit) {
   std::string title = settings.title;
   if (!unit.name.empty()) title += " (" + unit.name + ")";
   if (settings.logarithmic) title += ", log scale";
@@ -49,13 +49,13 @@ std::string title_text(const HeatmapSettings& settings, const ToldUnit& unit) {
 }
 
 // Reports values outside the scale, since their colours do not show it.
-void add_outside(const Plane& plane, const ValueScale& scale, uint64_t values,
-                 std::vector<LegendItem>* items) {
+void add_out_of_range(const Plane& plane, const ValueScale& scale, uint64_t values,
+                      std::vector<LegendItem>* items) {
   uint64_t below = 0, above = 0;
   for (const float value : plane.values) {
-    const double place = scale.position(double(value));
-    below += place < 0.0;
-    above += place > 1.0;
+    const double position = scale.position(double(value));
+    below += position < 0.0;
+    above += position > 1.0;
   }
   if (below > 0) items->push_back({share_text(below, values) + " below the scale"});
   if (above > 0) items->push_back({share_text(above, values) + " above the scale"});
@@ -63,20 +63,20 @@ void add_outside(const Plane& plane, const ValueScale& scale, uint64_t values,
 
 std::vector<LegendItem> describe(const Plane& plane, const HeatmapSettings& settings,
                                  const ValueScale& scale, const PlaneStatistics& s,
-                                 const ToldUnit& unit) {
-  const auto told = [&](double value) { return number_text(value * unit.factor); };
+                                 const DisplayUnit& unit) {
+  const auto format_value = [&](double value) { return number_text(value * unit.factor); };
   std::vector<LegendItem> items = {{title_text(settings, unit)}};
   if (s.constant()) {
     items.push_back({(s.no_value == 0 ? "uniform: every pixel has " : "uniform: every value is ") +
-                     told(s.minimum)});
+                     format_value(s.minimum)});
   } else if (s.values > 0) {
-    items.push_back({"minimum " + told(s.minimum)});
-    items.push_back({"mean " + told(s.mean)});
-    if (settings.rms) items.push_back({"RMS " + told(s.rms)});
-    items.push_back({"maximum " + told(s.maximum)});
+    items.push_back({"minimum " + format_value(s.minimum)});
+    items.push_back({"mean " + format_value(s.mean)});
+    if (settings.rms) items.push_back({"RMS " + format_value(s.rms)});
+    items.push_back({"maximum " + format_value(s.maximum)});
     // So few nonzero pixels are easily overlooked.
-    if (s.not_zero * 100 <= s.values) items.push_back({"nonzero in " + pixels_text(s.not_zero)});
-    add_outside(plane, scale, s.values, &items);
+    if (s.nonzero * 100 <= s.values) items.push_back({"nonzero in " + pixels_text(s.nonzero)});
+    add_out_of_range(plane, scale, s.values, &items);
   }
   if (s.no_value > 0) {
     items.push_back({"no value: " + pixels_text(s.no_value), colour_of(settings.colours, NAN)});
@@ -98,7 +98,7 @@ struct HeatmapLegend {
 
 HeatmapLegend legend_of(const Plane& plane, const HeatmapSettings& settings,
                         const ValueScale& scale) {
-  const ToldUnit unit = told_unit(settings.unit, scale.range().most);
+  const DisplayUnit unit = display_unit(settings.unit, scale.range().max);
   return {describe(plane, settings, scale, plane_statistics(plane), unit),
           {plane, scale, settings.colours, unit.factor}};
 }
@@ -106,15 +106,16 @@ HeatmapLegend legend_of(const Plane& plane, const HeatmapSettings& settings,
 std::vector<LegendItem> describe(const Plane& plane, std::span<const Category> categories,
                                  const HeatmapSettings& settings) {
   std::vector<LegendItem> items = {{settings.title}};
-  const uint64_t whole = plane.values.size();
-  uint64_t left = whole;
+  const uint64_t total = plane.values.size();
+  uint64_t uncategorized = total;
   for (const Category& category : categories) {
     const auto count = uint64_t(std::ranges::count(plane.values, category.value));
     if (count == 0) continue;
-    left -= count;
-    items.push_back({category.name + ": " + share_text(count, whole), category.colour});
+    uncategorized -= count;
+    items.push_back({category.name + ": " + share_text(count, total), category.colour});
   }
-  if (left > 0) items.push_back({"no value: " + share_text(left, whole), kNoCategory});
+  if (uncategorized > 0)
+    items.push_back({"no value: " + share_text(uncategorized, total), kNoCategory});
   return items;
 }
 

@@ -28,7 +28,7 @@ struct Category {
 // The appearance of a heatmap. Range and logarithmic scale do not apply to categories.
 struct HeatmapStyle {
   ColourMap colours = ColourMap::kGrey;
-  std::optional<ValueRange> range;  // of the colours; least < most, with `logarithmic` least > 0
+  std::optional<ValueRange> range;  // of the colours; min < max, with `logarithmic` min > 0
   bool logarithmic = false;
   bool plain = false;  // no legend
 };

@@ -14,18 +14,18 @@ constexpr Rgb8 kBackground = {30, 30, 30}, kEdge = {140, 140, 140}, kTitle = {25
 
 // An em is 18 pixels at 1280x720 and 54 at 3840x2160. At 11 pixels the x-height is 6 pixels and a
 // capital 8, so that letters are sharp without hinting; smaller ones are hard to read.
-constexpr double kLetterShare = 18.0 / 960;
-constexpr int kLeastLetter = 11;
+constexpr double kLetterFraction = 18.0 / 960;
+constexpr int kMinLetter = 11;
 
 // In em.
 constexpr double kPadding = 0.7, kLineGap = 0.35, kItemGap = 1.6, kSwatch = 0.73, kSwatchGap = 0.4;
 constexpr double kHistogramHeight = 2.4, kBarHeight = 0.9, kTickHeight = 0.3, kTickGap = 0.1;
-constexpr double kBinWidth = 0.2, kWidestBin = 0.8, kBorder = 0.09;
-constexpr double kLeastWidth = 20, kTickRoom = 4.8, kLabelGap = 0.6;
+constexpr double kBinWidth = 0.2, kMaxBinWidth = 0.8, kBorder = 0.09;
+constexpr double kMinWidth = 20, kMinTickSpacing = 4.8, kLabelGap = 0.6;
 
 int letter_size(int width, int height) {
   const double side = std::sqrt(double(width) * double(height));
-  return std::max(kLeastLetter, int(std::lround(kLetterShare * side)));
+  return std::max(kMinLetter, int(std::lround(kLetterFraction * side)));
 }
 
 int pixels_of(double ems, int letter) { return std::max(1, int(std::lround(ems * letter))); }
@@ -44,17 +44,17 @@ class LegendBuilder {
     layout_.letter = letter_size(width, height);
     layout_.line = px(kBorder);
     layout_.frame = {0, 0, width, height};
-    inner_ = std::max(width, px(kLeastWidth)) - 2 * px(kPadding);
+    content_width_ = std::max(width, px(kMinWidth)) - 2 * px(kPadding);
   }
 
   LegendLayout build(std::span<const LegendItem> items, const LegendBar* bar) {
     std::vector<LegendPiece> pieces;
     for (const LegendItem& item : items) add_pieces(item, pieces.empty() ? kTitle : kText, &pieces);
-    for (const LegendPiece& piece : pieces) inner_ = std::max(inner_, piece.width);
+    for (const LegendPiece& piece : pieces) content_width_ = std::max(content_width_, piece.width);
     int y = layout_.frame.y1 + layout_.line + px(kPadding);
     y = place_pieces(pieces, y);
     if (bar) y = place_bar(*bar, y + px(kLineGap));
-    layout_.picture = {0, 0, inner_ + 2 * px(kPadding), y + px(kPadding)};
+    layout_.picture = {0, 0, content_width_ + 2 * px(kPadding), y + px(kPadding)};
     return std::move(layout_);
   }
 
@@ -75,7 +75,7 @@ class LegendBuilder {
       const auto width = [&] {
         return swatch_width(rest) + font_.width(std::string_view(rest.text).substr(0, end));
       };
-      while (width() > inner_) {
+      while (width() > content_width_) {
         const size_t space = rest.text.rfind(' ', end - 1);
         if (space == std::string::npos || space == 0) break;
         end = space;
@@ -95,7 +95,7 @@ class LegendBuilder {
     int x = left;
     bool full = false;
     for (const LegendPiece& piece : pieces) {
-      if (full || (x > left && x + piece.width > left + inner_)) {
+      if (full || (x > left && x + piece.width > left + content_width_)) {
         x = left;
         y += font_.height() + px(kLineGap);
       }
@@ -115,29 +115,30 @@ class LegendBuilder {
 
   // Returns the lower end of the labels.
   int place_bar(const LegendBar& bar, int y) {
-    const int left = px(kPadding), right = left + inner_;
+    const int left = px(kPadding), right = left + content_width_;
     layout_.histogram = {left, y, right, y + px(kHistogramHeight)};
     layout_.bar = {left, layout_.histogram.y1, right, layout_.histogram.y1 + px(kBarHeight)};
     const int top = layout_.bar.y1, label_top = top + px(kTickHeight) + px(kTickGap);
-    int free_from = left;
-    for (const AxisTick& tick : bar.scale.ticks(std::max(2, inner_ / px(kTickRoom)), bar.factor)) {
-      const double place = std::clamp(bar.scale.position(tick.value), 0.0, 1.0);
-      const int x = left + int(std::lround(place * (inner_ - layout_.line)));
+    int next_free = left;
+    for (const AxisTick& tick :
+         bar.scale.ticks(std::max(2, content_width_ / px(kMinTickSpacing)), bar.factor)) {
+      const double position = std::clamp(bar.scale.position(tick.value), 0.0, 1.0);
+      const int x = left + int(std::lround(position * (content_width_ - layout_.line)));
       layout_.ticks.push_back({x, top, x + layout_.line, top + px(kTickHeight)});
       const int width = font_.width(tick.label);
       const int begin =
           std::clamp(x - (width - layout_.line) / 2, left, std::max(left, right - width));
-      if (begin < free_from) continue;
+      if (begin < next_free) continue;
       layout_.tick_labels.push_back(
           {tick.label, {begin, label_top, begin + width, label_top + font_.height()}, kText});
-      free_from = begin + width + px(kLabelGap);
+      next_free = begin + width + px(kLabelGap);
     }
     return label_top + font_.height();
   }
 
   TextFont font_;
   LegendLayout layout_;
-  int inner_ = 0;  // width between the paddings
+  int content_width_ = 0;  // width between the paddings
 };
 
 bool whole_numbers(const Plane& plane) {
@@ -155,7 +156,7 @@ struct Bins {
 
 Bins histogram_of(const LegendBar& bar, int bins) {
   const ValueRange& range = bar.scale.range();
-  const double length = range.most - range.least;
+  const double length = range.max - range.min;
   Bins h;
   h.bin = 1.0 / bins;
   if (!bar.scale.logarithmic() && whole_numbers(bar.plane)) {
@@ -164,9 +165,9 @@ Bins histogram_of(const LegendBar& bar, int bins) {
   }
   h.counts.assign(size_t(std::ceil((1.0 - h.first) / h.bin)), 0);
   for (const float value : bar.plane.values) {
-    const double place = bar.scale.position(double(value));
-    if (!(place >= 0.0 && place <= 1.0)) continue;
-    h.counts[std::min(size_t((place - h.first) / h.bin), h.counts.size() - 1)]++;
+    const double position = bar.scale.position(double(value));
+    if (!(position >= 0.0 && position <= 1.0)) continue;
+    h.counts[std::min(size_t((position - h.first) / h.bin), h.counts.size() - 1)]++;
   }
   return h;
 }
@@ -174,15 +175,16 @@ Bins histogram_of(const LegendBar& bar, int bins) {
 void draw_histogram(BytePicture& picture, const LegendLayout& layout, const LegendBar& bar) {
   const Rect& area = layout.histogram;
   const Bins h = histogram_of(bar, std::max(1, area.width() / pixels_of(kBinWidth, layout.letter)));
-  const uint64_t most = *std::ranges::max_element(h.counts);
-  const double width = std::min(h.bin * area.width(), double(pixels_of(kWidestBin, layout.letter)));
+  const uint64_t max = *std::ranges::max_element(h.counts);
+  const double width =
+      std::min(h.bin * area.width(), double(pixels_of(kMaxBinWidth, layout.letter)));
   for (size_t i = 0; i < h.counts.size(); ++i) {
     if (h.counts[i] == 0) continue;
     const double middle = area.x0 + (h.first + (double(i) + 0.5) * h.bin) * area.width();
     const int x0 = std::clamp(int(std::lround(middle - 0.5 * width)), area.x0, area.x1 - 1);
     const int x1 = std::clamp(int(std::lround(middle + 0.5 * width)), x0 + 1, area.x1);
     // A bin that is not empty shows at least one line.
-    const double share = double(h.counts[i]) / double(most);
+    const double share = double(h.counts[i]) / double(max);
     const int height = std::max(layout.line, int(std::lround(share * area.height())));
     picture.fill({x0, area.y1 - height, x1, area.y1}, kHistogram);
   }
@@ -191,8 +193,8 @@ void draw_histogram(BytePicture& picture, const LegendLayout& layout, const Lege
 void draw_bar(BytePicture& picture, const LegendLayout& layout, const LegendBar& bar) {
   const Rect& area = layout.bar;
   for (int x = area.x0; x < area.x1; ++x) {
-    const double place = (x - area.x0 + 0.5) / area.width();
-    picture.fill({x, area.y0, x + 1, area.y1}, colour_of(bar.colours, place));
+    const double position = (x - area.x0 + 0.5) / area.width();
+    picture.fill({x, area.y0, x + 1, area.y1}, colour_of(bar.colours, position));
   }
   for (const Rect& tick : layout.ticks) picture.fill(tick, kEdge);
 }

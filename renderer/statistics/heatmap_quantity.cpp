@@ -12,7 +12,7 @@
 namespace emberline {
 namespace {
 
-constexpr size_t kMostChannels = 8;
+constexpr size_t kMaxChannels = 8;
 
 // Channels: samples, R G B, and the variances of R G B.
 float display_error(const float* channels) {
@@ -53,14 +53,14 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
        .summary = "estimated error of the denoised picture, of a finished .exr",
        .title = "estimated error when denoised, RMS as displayed (0 to 1)",
        .channels = {"denoised.error"},
-       .of_denoised = true,
+       .needs_denoised = true,
        .rms = true},
       {.name = "stop",
        .summary = "why each pixel got no more samples",
        .title = "why the pixel ended",
        .aov = Aov::kStop,
        .channels = {"stop"},
-       .reasons = true},
+       .is_categorical = true},
       {.name = "time",
        .summary = "time spent on each pixel",
        .title = "time per pixel",
@@ -107,7 +107,7 @@ std::span<const Category> stop_categories() {
       category(PixelStop::kMaximum, {240, 228, 66}),
       category(PixelStop::kTimeLimit, {204, 121, 167}),
       category(PixelStop::kUser, {213, 94, 0}),
-      category(PixelStop::kGoingOn, {72, 72, 72}),
+      category(PixelStop::kUnfinished, {72, 72, 72}),
   };
   return categories;
 }
@@ -116,8 +116,8 @@ BytePicture draw_quantity(const HeatmapQuantity& quantity, const Plane& plane,
                           const HeatmapStyle& style) {
   const HeatmapSettings settings{style, std::string(quantity.title), std::string(quantity.unit),
                                  quantity.bright, quantity.rms};
-  return quantity.reasons ? draw_category_map(plane, stop_categories(), settings)
-                          : draw_heatmap(plane, settings);
+  return quantity.is_categorical ? draw_category_map(plane, stop_categories(), settings)
+                                 : draw_heatmap(plane, settings);
 }
 
 std::string QuantityPlane::missing_channel(const HeatmapQuantity& quantity,
@@ -130,30 +130,30 @@ std::string QuantityPlane::missing_channel(const HeatmapQuantity& quantity,
 
 std::optional<std::vector<size_t>> QuantityPlane::find_channels(
     const HeatmapQuantity& quantity, std::span<const std::string> channels) {
-  std::vector<size_t> places;
+  std::vector<size_t> indices;
   for (const std::string_view needed : quantity.channels) {
     const auto found = std::ranges::find(channels, needed);
     if (found == channels.end()) return std::nullopt;
-    places.push_back(size_t(found - channels.begin()));
+    indices.push_back(size_t(found - channels.begin()));
   }
-  return places;
+  return indices;
 }
 
 QuantityPlane::QuantityPlane(const HeatmapQuantity& quantity, std::span<const std::string> channels,
                              const Rect& crop)
     : quantity_(&quantity), crop_(crop) {
-  assert(missing_channel(quantity, channels).empty() && quantity.channels.size() <= kMostChannels);
+  assert(missing_channel(quantity, channels).empty() && quantity.channels.size() <= kMaxChannels);
   sources_ = find_channels(quantity, channels).value();
   plane_.width = crop.width();
   plane_.height = crop.height();
-  constexpr std::array<float, kMostChannels> kNoSamples{};
+  constexpr std::array<float, kMaxChannels> kNoSamples{};
   plane_.values.assign(size_t(crop.area()), quantity.value(kNoSamples.data()));
 }
 
 void QuantityPlane::write_tile(const Rect& rect, std::span<const float> pixels) {
   const size_t stride = pixels.size() / size_t(rect.area());
   assert(rect == rect.intersect(crop_) && std::ranges::max(sources_) < stride);
-  std::array<float, kMostChannels> values{};
+  std::array<float, kMaxChannels> values{};
   for (size_t i = 0; i < size_t(rect.area()); ++i) {
     for (size_t c = 0; c < sources_.size(); ++c) values[c] = pixels[i * stride + sources_[c]];
     plane_.values[crop_.index_of(rect.x_of(i), rect.y_of(i))] = quantity_->value(values.data());

@@ -25,8 +25,8 @@ struct HeatmapQuantity {
   std::vector<std::string_view> channels;  // the channels that it is computed from
   // A pixel's value from `channels`, in that order; by default the only channel. NaN: no value.
   float (*value)(const float* channels) = [](const float* all) { return all[0]; };
-  bool reasons = false;             // PixelStop values instead of amounts
-  bool of_denoised = false;         // uses the result of `denoise` for a finished frame
+  bool is_categorical = false;      // PixelStop values instead of amounts
+  bool needs_denoised = false;      // uses the result of `denoise` for a finished frame
   double bright = kBrightQuantile;  // for an automatic range, value_scale.h
   bool rms = false;                 // its RMS is more informative than its mean
 };

@@ -14,7 +14,7 @@ constexpr std::string_view kReplacement = "\xef\xbf\xbd";  // U+FFFD
 constexpr std::pair<char, std::string_view> kEntities[] = {
     {'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\'', "&#39;"}};
 
-bool forbidden_control(std::string_view sequence) {
+bool is_forbidden_control(std::string_view sequence) {
   return is_control(sequence) && sequence != "\t" && sequence != "\n";
 }
 
@@ -107,9 +107,9 @@ std::string escape_html(std::string_view text) {
     const std::string_view sequence = text.substr(0, std::max<size_t>(length, 1));
     const auto entity =
         std::ranges::find(kEntities, sequence[0], &std::pair<char, std::string_view>::first);
-    html += length == 0 || forbidden_control(sequence) ? kReplacement
-            : entity == std::end(kEntities)            ? sequence
-                                                       : entity->second;
+    html += length == 0 || is_forbidden_control(sequence) ? kReplacement
+            : entity == std::end(kEntities)               ? sequence
+                                                          : entity->second;
     text.remove_prefix(sequence.size());
   }
   return html;
@@ -122,11 +122,11 @@ std::string base64(std::span<const unsigned char> bytes) {
   text.reserve((bytes.size() + 2) / 3 * 4);
   for (size_t i = 0; i < bytes.size(); i += 3) {
     // Three bytes are four letters of six bits: "Man" = 4d 61 6e = 010011 010110 000101 101110.
-    const size_t have = std::min<size_t>(3, bytes.size() - i);
+    const size_t byte_count = std::min<size_t>(3, bytes.size() - i);
     uint32_t bits = 0;
-    for (size_t k = 0; k < 3; ++k) bits = bits << 8 | (k < have ? bytes[i + k] : 0u);
+    for (size_t k = 0; k < 3; ++k) bits = bits << 8 | (k < byte_count ? bytes[i + k] : 0u);
     for (size_t k = 0; k < 4; ++k) {
-      text += k <= have ? kAlphabet[bits >> (18 - 6 * k) & 63u] : '=';
+      text += k <= byte_count ? kAlphabet[bits >> (18 - 6 * k) & 63u] : '=';
     }
   }
   return text;
@@ -180,9 +180,9 @@ void HtmlPage::table(const PageTable& table) {
   body_ += "</tbody></table></div>\n";
 }
 
-void HtmlPage::figures(std::span<const PageFigure> figures, int most_in_a_row) {
+void HtmlPage::figures(std::span<const PageFigure> figures, int max_columns) {
   if (figures.empty()) return;
-  const int columns = std::clamp(int(figures.size()), 1, std::max(1, most_in_a_row));
+  const int columns = std::clamp(int(figures.size()), 1, std::max(1, max_columns));
   body_ += fmt::format("<div class=\"figures{}\" style=\"--columns:{}\">\n",
                        columns > 2 ? " small" : "", columns);
   for (const PageFigure& figure : figures) {

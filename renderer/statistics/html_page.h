@@ -32,8 +32,9 @@ Markup picture_markup(std::span<const unsigned char> encoded, std::string_view m
 
 struct PageCell {
   enum class Tone : uint8_t { kPlain, kGood, kBad };
-  PageCell(std::string words = {}, Tone said = Tone::kPlain) : text(std::move(words)), tone(said) {}
-  PageCell(const char* words) : text(words) {}
+  PageCell(std::string cell_text = {}, Tone cell_tone = Tone::kPlain)
+      : text(std::move(cell_text)), tone(cell_tone) {}
+  PageCell(const char* cell_text) : text(cell_text) {}
   std::string text;
   Tone tone = Tone::kPlain;
 };
@@ -68,7 +69,7 @@ class HtmlPage {
   void code(std::string_view text) { add("<pre><code>{}</code></pre>\n", text); }
   void list(std::span<const std::string> items);
   void table(const PageTable& table);  // scrolls if wider than the page
-  void figures(std::span<const PageFigure> figures, int most_in_a_row = 2);
+  void figures(std::span<const PageFigure> figures, int max_columns = 2);
 
   std::string finish() const;  // the file
 

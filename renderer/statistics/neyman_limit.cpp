@@ -10,20 +10,20 @@ namespace {
 
 // Half of the interval for the slope of the display curve, and the slope's minimum: those of the
 // adaptive driver's display metric.
-constexpr float kSlopeReach = 1e-3f;
-constexpr double kLeastSlope = 0.02;
+constexpr float kSlopeHalfWidth = 1e-3f;
+constexpr double kMinSlope = 0.02;
 
 std::vector<double> display_weights(const RgbImage& mean) {
   RgbImage low = mean, high = mean;
-  for (float& v : low.rgb) v -= kSlopeReach;
-  for (float& v : high.rgb) v += kSlopeReach;
+  for (float& v : low.rgb) v -= kSlopeHalfWidth;
+  for (float& v : high.rgb) v += kSlopeHalfWidth;
   const std::vector<uint8_t> all(mean.rgb.size() / 3, 0);
   low = to_display(low, 0, all);
   high = to_display(high, 0, all);
   std::vector<double> weights(mean.rgb.size());
   for (size_t i = 0; i < weights.size(); ++i) {
-    const double slope = (double(high.rgb[i]) - double(low.rgb[i])) / (2 * double(kSlopeReach));
-    weights[i] = std::max(slope * slope, kLeastSlope * kLeastSlope);
+    const double slope = (double(high.rgb[i]) - double(low.rgb[i])) / (2 * double(kSlopeHalfWidth));
+    weights[i] = std::max(slope * slope, kMinSlope * kMinSlope);
   }
   return weights;
 }

@@ -10,13 +10,13 @@ namespace emberline {
 namespace {
 
 struct RowStatistics {
-  uint64_t values = 0, not_zero = 0;
+  uint64_t values = 0, nonzero = 0;
   double sum = 0, squares = 0;
   float minimum = INFINITY, maximum = -INFINITY;
 
   RowStatistics& operator+=(const RowStatistics& row) {
     values += row.values;
-    not_zero += row.not_zero;
+    nonzero += row.nonzero;
     sum += row.sum;
     squares += row.squares;
     minimum = std::min(minimum, row.minimum);
@@ -34,7 +34,7 @@ PlaneStatistics plane_statistics(const Plane& plane) {
       const float value = plane.at(x, y);
       if (!std::isfinite(value)) continue;
       row.values++;
-      row.not_zero += value != 0.0f;
+      row.nonzero += value != 0.0f;
       row.sum += double(value);
       row.squares += double(value) * double(value);
       row.minimum = std::min(row.minimum, value);
@@ -45,7 +45,7 @@ PlaneStatistics plane_statistics(const Plane& plane) {
   PlaneStatistics s;
   s.values = sums.values;
   s.no_value = plane.values.size() - sums.values;
-  s.not_zero = sums.not_zero;
+  s.nonzero = sums.nonzero;
   if (sums.values == 0) return s;
   const auto n = double(sums.values);
   s.minimum = double(sums.minimum);

@@ -18,7 +18,7 @@ struct Plane {
 struct PlaneStatistics {
   uint64_t values = 0;                                 // pixels with a value
   uint64_t no_value = 0;                               // pixels without a value
-  uint64_t not_zero = 0;                               // of the values
+  uint64_t nonzero = 0;                                // of the values
   double minimum = 0, mean = 0, maximum = 0, rms = 0;  // 0 without values
 
   bool constant() const { return values > 0 && minimum == maximum; }

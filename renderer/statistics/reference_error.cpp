@@ -30,7 +30,7 @@ struct PixelError {
 
 // The mean product without the pixels with the largest squares.
 double trimmed_mean(std::vector<PixelError> errors) {
-  const size_t kept = errors.size() - size_t(kTrimmedShare * double(errors.size()));
+  const size_t kept = errors.size() - size_t(kTrimmedFraction * double(errors.size()));
   std::ranges::stable_sort(errors, {}, &PixelError::square);
   double sum = 0;
   for (size_t i = 0; i < kept; ++i) sum += errors[i].product;
@@ -102,7 +102,7 @@ std::vector<float> ReferencePicture::flip(const RgbImage& picture) const {
   return flip_map(to_display(picture, 0, masked_), display_mean_);
 }
 
-void ReferencePicture::describe(StudyReference* out) const {
+void ReferencePicture::set_noise(StudyReference* out) const {
   double squares = 0, relative = 0, displayed = 0;
   for (size_t c = 0; c < mean_.rgb.size(); ++c) {
     if (masked_[c / 3]) continue;

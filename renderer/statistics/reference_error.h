@@ -36,7 +36,7 @@ class ReferencePicture {
   const RgbImage& mean() const { return mean_; }
   double epsilon() const { return epsilon_; }  // of relmse: 0.01 (mean r)^2, or 0.01 if that is 0
   // Sets the noise of the mean, and epsilon. The noise is 0 for a picture that counts as the truth.
-  void describe(StudyReference* out) const;
+  void set_noise(StudyReference* out) const;
 
  private:
   RgbImage a_, b_, mean_;

@@ -72,7 +72,7 @@ struct StudyMethod {
 // Cost of denoising, and the share of pixels that it left unchanged.
 struct StudyFilter {
   double cpu_s = 0;
-  double kept_share = 0;  // of the pixels
+  double unchanged_fraction = 0;  // of the pixels
 };
 
 // A point of a run: the first moment when a picture was available and the budget was spent.

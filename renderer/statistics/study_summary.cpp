@@ -149,7 +149,7 @@ std::optional<Estimate> student_interval(std::span<const double> values,
   return estimate;
 }
 
-std::optional<Estimate> of_logarithms(std::span<const double> logarithms) {
+std::optional<Estimate> geometric_estimate(std::span<const double> logarithms) {
   return student_interval(logarithms, [](double x) { return std::exp(x); });
 }
 
@@ -173,7 +173,7 @@ std::optional<Speedup> mean_ratio(
                   logarithms.push_back(value->value);
                   extrapolated += value->extrapolated;
                 });
-  const std::optional<Estimate> mean = of_logarithms(logarithms);
+  const std::optional<Estimate> mean = geometric_estimate(logarithms);
   return mean ? std::optional(Speedup{*mean, extrapolated}) : std::nullopt;
 }
 
@@ -207,7 +207,7 @@ std::optional<Estimate> geometric_mean_estimate(std::span<const double> values) 
   for (const double v : values) {
     if (v > 0 && std::isfinite(v)) logarithms.push_back(std::log(v));
   }
-  return of_logarithms(logarithms);
+  return geometric_estimate(logarithms);
 }
 
 std::optional<size_t> baseline_method(const StudyResults& results) {
@@ -334,7 +334,7 @@ std::optional<Estimate> neyman_fraction(const StudyResults& results, size_t meth
   const std::optional<Speedup> speedup =
       equal_error_speedup(results, method, metric, StudyAxis::kCpu, budget);
   if (!speedup) return std::nullopt;
-  return mapped(speedup->ratio, [&](double ratio) { return ratio / limit; });
+  return map_estimate(speedup->ratio, [&](double ratio) { return ratio / limit; });
 }
 
 std::optional<FilterSummary> filter_summary(const StudyResults& results, size_t method,
@@ -344,7 +344,7 @@ std::optional<FilterSummary> filter_summary(const StudyResults& results, size_t 
                       [&](const StudyCheckpoint& checkpoint, const auto&) {
                         if (!checkpoint.filter) return;
                         seconds.push_back(checkpoint.filter->cpu_s);
-                        kept.push_back(checkpoint.filter->kept_share);
+                        kept.push_back(checkpoint.filter->unchanged_fraction);
                         const double square = checkpoint.error.display_mse;
                         if (checkpoint.estimate && square > 0) {
                           ratios.push_back(*checkpoint.estimate / std::sqrt(square));

@@ -32,7 +32,7 @@ double student_t_975(int degrees);
 std::optional<Estimate> mean_estimate(std::span<const double> values);
 std::optional<Estimate> geometric_mean_estimate(std::span<const double> values);
 // Applies an increasing function fn(x) to value and interval.
-Estimate mapped(Estimate estimate, const auto& fn) {
+Estimate map_estimate(Estimate estimate, const auto& fn) {
   estimate.value = fn(estimate.value);
   if (estimate.low) estimate.low = fn(*estimate.low);
   if (estimate.high) estimate.high = fn(*estimate.high);
@@ -111,7 +111,7 @@ std::optional<Estimate> neyman_fraction(const StudyResults& results, size_t meth
 // denoising.
 struct FilterSummary {
   double cpu_s = 0;                        // geometric mean
-  double kept_share = 0;                   // arithmetic mean
+  double unchanged_fraction = 0;           // arithmetic mean
   std::optional<Estimate> estimate_ratio;  // the filter's expected error over the true one
 };
 std::optional<FilterSummary> filter_summary(const StudyResults& results, size_t method,

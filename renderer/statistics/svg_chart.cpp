@@ -90,18 +90,18 @@ struct LegendEntry {
 struct Frame {
   double left, right, top, bottom;
   AxisRange x_range, y_range;
-  double x(double value) const { return left + (right - left) * x_range.place(value); }
-  double y(double value) const { return bottom - (bottom - top) * y_range.place(value); }
+  double x(double value) const { return left + (right - left) * x_range.position(value); }
+  double y(double value) const { return bottom - (bottom - top) * y_range.position(value); }
 };
 
-constexpr double kSample = 26;  // length of the line in a legend entry
+constexpr double kSampleLength = 26;  // length of the line in a legend entry
 
 // Places entries side by side with wrapping; returns the number of lines.
 int place_legend(std::vector<LegendEntry>& entries, double left, double right) {
   double x = left;
   int line = entries.empty() ? 0 : 1;
   for (LegendEntry& entry : entries) {
-    const double width = kSample + 6 + text_width(entry.name) + 16;
+    const double width = kSampleLength + 6 + text_width(entry.name) + 16;
     if (x > left && x + width > right) x = left, ++line;
     entry.x = x;
     entry.y = kLine * line;
@@ -162,9 +162,9 @@ std::string legend(const std::vector<LegendEntry>& entries, double top) {
   for (const LegendEntry& e : entries) {
     const double y = top + e.y, middle = y - 0.35 * kTextSize;
     text += svg(R"(<path d="M{} {}h{}" stroke="{}" stroke-width="2" stroke-dasharray="{}"/>)", e.x,
-                middle, kSample, colour(e.style), dash(e.style));
-    if (e.marker) text += marker(e.style, e.x + kSample / 2, middle) + "/>";
-    text += text_at(e.x + kSample + 6, y, "start", e.name) + "\n";
+                middle, kSampleLength, colour(e.style), dash(e.style));
+    if (e.marker) text += marker(e.style, e.x + kSampleLength / 2, middle) + "/>";
+    text += text_at(e.x + kSampleLength + 6, y, "start", e.name) + "\n";
   }
   return text;
 }
@@ -204,24 +204,24 @@ class SeriesWriter {
       if (drawable(chart_, p)) {
         run.push_back(p);
       } else {
-        text += connected(std::exchange(run, {}));
+        text += write_segment(std::exchange(run, {}));
       }
     }
-    return text + connected(run);
+    return text + write_segment(run);
   }
 
  private:
   static bool has_interval(const ChartPoint& p) {
     return !std::isnan(p.low) && !std::isnan(p.high);
   }
-  double y_within(double value) const {
+  double clamp_y(double value) const {
     if (!AxisRange::drawable(chart_.y.scale, value)) {
       return value > 1 ? frame_.top : frame_.bottom;
     }
     return std::clamp(frame_.y(value), frame_.top, frame_.bottom);
   }
 
-  std::string connected(const std::vector<ChartPoint>& run) const {
+  std::string write_segment(const std::vector<ChartPoint>& run) const {
     if (run.empty()) return "";
     return (series_.spread == ChartSpread::kBand ? band(run) : bars(run)) + line(run) +
            markers(run);
@@ -230,7 +230,7 @@ class SeriesWriter {
   std::string line(const std::vector<ChartPoint>& run) const {
     if (run.size() < 2) return "";
     std::string points;
-    for (const ChartPoint& p : run) points += corner(p.x, frame_.y(p.y));
+    for (const ChartPoint& p : run) points += point_text(p.x, frame_.y(p.y));
     points.pop_back();
     return svg(
         R"(<polyline points="{}" fill="none" stroke="{}" stroke-width="2" stroke-dasharray="{}" stroke-linejoin="round"/>)"
@@ -244,14 +244,13 @@ class SeriesWriter {
     std::string text;
     for (const ChartPoint& p : run) {
       const std::string tag = marker(style_, frame_.x(p.x), frame_.y(p.y));
-      text +=
-          svg("{}><title>{}</title></{}>\n", tag, described(p), tag.substr(1, tag.find(' ') - 1));
+      text += svg("{}><title>{}</title></{}>\n", tag, tooltip(p), tag.substr(1, tag.find(' ') - 1));
     }
     return text;
   }
 
   // The tooltip of the marker.
-  std::string described(const ChartPoint& p) const {
+  std::string tooltip(const ChartPoint& p) const {
     std::string text = series_.name + ": " + number_text(p.x) + ", " + number_text(p.y);
     if (has_interval(p)) text += " (" + number_text(p.low) + " to " + number_text(p.high) + ")";
     return escape_html(text);
@@ -264,7 +263,7 @@ class SeriesWriter {
       text += svg(
           R"(<path d="M{0} {1}V{2}m-4 0h8M{0} {1}m-4 0h8" fill="none" stroke="{3}" stroke-width="1.5"/>)"
           "\n",
-          frame_.x(p.x), y_within(p.low), y_within(p.high), colour(style_));
+          frame_.x(p.x), clamp_y(p.low), clamp_y(p.high), colour(style_));
     }
     return text;
   }
@@ -274,8 +273,9 @@ class SeriesWriter {
     std::ranges::copy_if(run, std::back_inserter(known), has_interval);
     if (known.size() < 2) return bars(known);
     std::string points;
-    for (const ChartPoint& p : known) points += corner(p.x, y_within(p.high));
-    for (const ChartPoint& p : known | std::views::reverse) points += corner(p.x, y_within(p.low));
+    for (const ChartPoint& p : known) points += point_text(p.x, clamp_y(p.high));
+    for (const ChartPoint& p : known | std::views::reverse)
+      points += point_text(p.x, clamp_y(p.low));
     points.pop_back();
     return svg(R"(<polygon points="{}" fill="{}" fill-opacity="0.18"/>)"
                "\n",
@@ -283,7 +283,7 @@ class SeriesWriter {
   }
 
   // A point in a list of points, followed by a blank.
-  std::string corner(double x, double y) const { return svg("{},{} ", frame_.x(x), y); }
+  std::string point_text(double x, double y) const { return svg("{},{} ", frame_.x(x), y); }
 
   const Frame& frame_;
   const LineChart& chart_;

@@ -32,7 +32,7 @@ void check(FT_Error error) {
 }
 
 // The first character, which is then removed from `text`.
-char32_t take_character(std::string_view* text) {
+char32_t pop_character(std::string_view* text) {
   const size_t length = utf8_length(*text);
   const auto byte = [&](size_t i) { return char32_t(static_cast<unsigned char>((*text)[i])); };
   constexpr unsigned kLeadBits[] = {0x00, 0x7f, 0x1f, 0x0f, 0x07};
@@ -101,7 +101,7 @@ int TextFont::height() const { return ascent() + int(std::ceil(kDescent * state_
 
 int TextFont::width(std::string_view text) const {
   int64_t sum = 0;
-  while (!text.empty()) sum += state_->advance_of(state_->glyph_of(take_character(&text)));
+  while (!text.empty()) sum += state_->advance_of(state_->glyph_of(pop_character(&text)));
   return int((sum + 0xffff) >> 16);
 }
 
@@ -110,7 +110,7 @@ void TextFont::draw(BytePicture& picture, int x, int y, std::string_view text,
   FT_GlyphSlot slot = state_->face->glyph;
   int64_t pen = 0;
   while (!text.empty()) {
-    const FT_UInt glyph = state_->glyph_of(take_character(&text));
+    const FT_UInt glyph = state_->glyph_of(pop_character(&text));
     check(FT_Load_Glyph(state_->face.get(), glyph, FT_LOAD_NO_HINTING));
     // Glyphs begin between pixels; whole pixels would space small letters unevenly. FreeType counts
     // in 64ths of a pixel.

@@ -13,9 +13,10 @@ namespace emberline {
 // The smallest value that at least `part` of the values do not exceed: for 1000 values and .995,
 // the 995th in ascending order. The list must not be empty.
 template <typename T>
-double nearest_rank_quantile(std::vector<T> values, double part) {
+double nearest_rank_quantile(std::vector<T> values, double fraction) {
   assert(!values.empty());
-  const auto rank = std::max<ptrdiff_t>(0, ptrdiff_t(std::ceil(part * double(values.size()))) - 1);
+  const auto rank =
+      std::max<ptrdiff_t>(0, ptrdiff_t(std::ceil(fraction * double(values.size()))) - 1);
   std::ranges::nth_element(values, values.begin() + rank);
   return double(values[size_t(rank)]);
 }

@@ -17,33 +17,32 @@ constexpr double kDarkQuantile = 0.005;
 // Tolerance in steps: rounding may put a tick slightly outside the range.
 constexpr double kTickRounding = 1e-9;
 // The range around a smaller constant would reach the limits of double.
-constexpr double kSmallest = 1e-300;
+constexpr double kMinConstant = 1e-300;
 
-template <typename Wanted>
-std::vector<float> finite_values(const Plane& plane, const Wanted& wanted) {
+template <typename Predicate>
+std::vector<float> finite_values(const Plane& plane, const Predicate& predicate) {
   std::vector<float> values;
   values.reserve(plane.values.size());
   for (const float value : plane.values) {
-    if (std::isfinite(value) && wanted(value)) values.push_back(value);
+    if (std::isfinite(value) && predicate(value)) values.push_back(value);
   }
   return values;
 }
 
-ValueRange around(double value, bool logarithmic) {
+ValueRange range_around(double value, bool logarithmic) {
   if (logarithmic)
-    return value > kSmallest ? ValueRange{value / 10, value * 10} : ValueRange{1, 10};
+    return value > kMinConstant ? ValueRange{value / 10, value * 10} : ValueRange{1, 10};
   if (value == 0.0) return {0, 1};
   return value > 0 ? ValueRange{0, 2 * value} : ValueRange{2 * value, 0};
 }
 
 // A step of round numbers with at most `most` multiples in the range.
-double tick_step(double least, double greatest, int most) {
-  double step = nice_step(greatest - least, most + 1);
+double tick_step(double min, double greatest, int max) {
+  double step = nice_step(greatest - min, max + 1);
   const auto multiples = [&] {
-    return std::floor(greatest / step + kTickRounding) - std::ceil(least / step - kTickRounding) +
-           1;
+    return std::floor(greatest / step + kTickRounding) - std::ceil(min / step - kTickRounding) + 1;
   };
-  while (multiples() > most) step = nice_step(1.5 * step, 1);  // the next larger
+  while (multiples() > max) step = nice_step(1.5 * step, 1);  // the next larger
   return step;
 }
 
@@ -51,37 +50,37 @@ double tick_step(double least, double greatest, int most) {
 
 ValueRange automatic_range(const Plane& plane, bool logarithmic, double bright) {
   const PlaneStatistics s = plane_statistics(plane);
-  if (s.values == 0) return around(0.0, logarithmic);
-  if (s.constant()) return around(s.minimum, logarithmic);
+  if (s.values == 0) return range_around(0.0, logarithmic);
+  if (s.constant()) return range_around(s.minimum, logarithmic);
   if (logarithmic) {
     std::vector<float> positive = finite_values(plane, [](float v) { return v > 0.0f; });
-    if (positive.empty()) return around(0.0, true);
-    const double least = nearest_rank_quantile(std::move(positive), kDarkQuantile);
-    return least < s.maximum ? ValueRange{least, s.maximum} : around(s.maximum, true);
+    if (positive.empty()) return range_around(0.0, true);
+    const double min = nearest_rank_quantile(std::move(positive), kDarkQuantile);
+    return min < s.maximum ? ValueRange{min, s.maximum} : range_around(s.maximum, true);
   }
-  const double least = std::min(0.0, s.minimum);
-  const double most =
+  const double min = std::min(0.0, s.minimum);
+  const double max =
       nearest_rank_quantile(finite_values(plane, [](float v) { return v != 0.0f; }), bright);
-  return {least, most > least ? most : std::max(0.0, s.maximum)};
+  return {min, max > min ? max : std::max(0.0, s.maximum)};
 }
 
 ValueScale::ValueScale(const ValueRange& range, bool logarithmic)
     : range_(range), logarithmic_(logarithmic) {
-  assert(range.least < range.most && (!logarithmic || range.least > 0));
+  assert(range.min < range.max && (!logarithmic || range.min > 0));
 }
 
 double ValueScale::position(double value) const {
   if (!std::isfinite(value)) return NAN;
-  if (!logarithmic_) return (value - range_.least) / (range_.most - range_.least);
+  if (!logarithmic_) return (value - range_.min) / (range_.max - range_.min);
   if (value <= 0.0) return -HUGE_VAL;
-  return std::log(value / range_.least) / std::log(range_.most / range_.least);
+  return std::log(value / range_.min) / std::log(range_.max / range_.min);
 }
 
-std::vector<AxisTick> ValueScale::linear_ticks(int most, double factor) const {
-  const double least = range_.least * factor, greatest = range_.most * factor;
-  const double step = tick_step(least, greatest, most);
+std::vector<AxisTick> ValueScale::linear_ticks(int max, double factor) const {
+  const double min = range_.min * factor, greatest = range_.max * factor;
+  const double step = tick_step(min, greatest, max);
   std::vector<AxisTick> ticks;
-  for (double i = std::ceil(least / step - kTickRounding); i <= greatest / step + kTickRounding;
+  for (double i = std::ceil(min / step - kTickRounding); i <= greatest / step + kTickRounding;
        ++i) {
     const double value = i * step;
     ticks.push_back({value / factor, tick_label(value, step)});
@@ -89,34 +88,34 @@ std::vector<AxisTick> ValueScale::linear_ticks(int most, double factor) const {
   return ticks;
 }
 
-std::vector<double> ValueScale::decade_ticks(int most, double factor) const {
-  const double least = std::log10(range_.least * factor) - kTickRounding;
-  const double greatest = std::log10(range_.most * factor) + kTickRounding;
+std::vector<double> ValueScale::decade_ticks(int max, double factor) const {
+  const double min = std::log10(range_.min * factor) - kTickRounding;
+  const double greatest = std::log10(range_.max * factor) + kTickRounding;
   const auto gather = [&](std::initializer_list<int> digits, int every) {
     std::vector<double> ticks;
-    for (int exponent = int(std::floor(least)); exponent <= greatest; ++exponent) {
+    for (int exponent = int(std::floor(min)); exponent <= greatest; ++exponent) {
       if (exponent % every != 0) continue;
       for (const int digit : digits) {
-        const double value = digit * std::pow(10.0, exponent), place = std::log10(value);
-        if (place >= least && place <= greatest) ticks.push_back(value);
+        const double value = digit * std::pow(10.0, exponent), logarithm = std::log10(value);
+        if (logarithm >= min && logarithm <= greatest) ticks.push_back(value);
       }
     }
     return ticks;
   };
   std::vector<double> ticks = gather({1, 2, 5}, 1);
   if (ticks.size() < 2) return {};  // less than a factor of five
-  for (int every = 1; int(ticks.size()) > most; ++every) ticks = gather({1}, every);
+  for (int every = 1; int(ticks.size()) > max; ++every) ticks = gather({1}, every);
   return ticks;
 }
 
-std::vector<AxisTick> ValueScale::ticks(int most, double factor) const {
+std::vector<AxisTick> ValueScale::ticks(int max, double factor) const {
   std::vector<AxisTick> ticks;
   if (logarithmic_) {
-    for (const double value : decade_ticks(most, factor)) {
+    for (const double value : decade_ticks(max, factor)) {
       ticks.push_back({value / factor, number_text(value)});
     }
   }
-  return ticks.empty() ? linear_ticks(most, factor) : ticks;
+  return ticks.empty() ? linear_ticks(max, factor) : ticks;
 }
 
 std::string number_text(double value) {
@@ -135,7 +134,7 @@ std::string number_text(double value) {
   return power_of_ten_text(mantissa, std::stoi(text.substr(e + 1)));
 }
 
-ToldUnit told_unit(const std::string& unit, double size) {
+DisplayUnit display_unit(const std::string& unit, double size) {
   if (unit != "s" || !(size > 0.0)) return {1, unit};
   constexpr std::pair<double, const char*> kUnits[] = {{1, "s"}, {1e3, "ms"}, {1e6, "µs"}};
   for (const auto& [factor, name] : kUnits) {

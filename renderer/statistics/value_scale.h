@@ -10,7 +10,7 @@
 namespace emberline {
 
 struct ValueRange {
-  double least = 0, most = 1;
+  double min = 0, max = 1;
 };
 
 // Quantile of the nonzero values at the bright end of an automatic range, so that outliers do not
@@ -26,7 +26,7 @@ ValueRange automatic_range(const Plane& plane, bool logarithmic, double bright =
 
 class ValueScale {
  public:
-  // range.least < range.most; if `logarithmic`, 0 < range.least (asserted).
+  // range.min < range.most; if `logarithmic`, 0 < range.min (asserted).
   ValueScale(const ValueRange& range, bool logarithmic);
 
   const ValueRange& range() const { return range_; }
@@ -38,12 +38,12 @@ class ValueScale {
   // At most `most` (>= 2) ticks inside the range, ascending: multiples of 1, 2 or 5 times a power
   // of ten; on a logarithmic scale powers of ten and, if these are few, 2 and 5 times those. Labels
   // show value x `factor`.
-  std::vector<AxisTick> ticks(int most, double factor = 1.0) const;
+  std::vector<AxisTick> ticks(int max, double factor = 1.0) const;
 
  private:
-  std::vector<AxisTick> linear_ticks(int most, double factor) const;
+  std::vector<AxisTick> linear_ticks(int max, double factor) const;
   // Empty if there are fewer than two such numbers.
-  std::vector<double> decade_ticks(int most, double factor) const;
+  std::vector<double> decade_ticks(int max, double factor) const;
 
   ValueRange range_;
   bool logarithmic_;
@@ -55,10 +55,10 @@ std::string number_text(double value);
 
 // The unit and factor for displaying a value of this size: seconds may become "ms", "µs" or "ns";
 // other units do not change.
-struct ToldUnit {
+struct DisplayUnit {
   double factor = 1;
   std::string name;
 };
-ToldUnit told_unit(const std::string& unit, double size);
+DisplayUnit display_unit(const std::string& unit, double size);
 
 }  // namespace emberline

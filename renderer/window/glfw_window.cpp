@@ -50,17 +50,18 @@ WindowHandle open_window(const ViewOptions& options, const WindowState& state, f
   glfwWindowHintString(GLFW_X11_CLASS_NAME, "emberline");
   glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "emberline");
   // The remembered size may come from a larger screen.
-  int unused = 0, most_x = 0, most_y = 0;
+  int unused = 0, max_x = 0, max_y = 0;
   if (GLFWmonitor* const screen = glfwGetPrimaryMonitor()) {
-    glfwGetMonitorWorkarea(screen, &unused, &unused, &most_x, &most_y);
+    glfwGetMonitorWorkarea(screen, &unused, &unused, &max_x, &max_y);
   }
-  const auto remembered = [&](int size, int most) {
-    const int wanted = int(float(size) * scale);
-    return most > 0 ? std::min(wanted, most) : wanted;
+  const auto scale_to_screen = [&](int size, int limit) {
+    const int scaled = int(float(size) * scale);
+    return limit > 0 ? std::min(scaled, limit) : scaled;
   };
-  const int width = options.window_size ? options.window_size->x : remembered(state.width, most_x);
+  const int width =
+      options.window_size ? options.window_size->x : scale_to_screen(state.width, max_x);
   const int height =
-      options.window_size ? options.window_size->y : remembered(state.height, most_y);
+      options.window_size ? options.window_size->y : scale_to_screen(state.height, max_y);
   WindowHandle window(glfwCreateWindow(width, height, "Emberline", nullptr, nullptr));
   if (!window) throw no_window();
   glfwMakeContextCurrent(window.get());

@@ -11,7 +11,7 @@
 namespace emberline {
 
 void Screenshot::take(GLFWwindow* window, const std::string& path) {
-  if (under_way()) return;
+  if (is_writing()) return;
   ByteImage image;
   glfwGetFramebufferSize(window, &image.width, &image.height);
   const auto row = size_t(image.width) * 3;
@@ -19,7 +19,7 @@ void Screenshot::take(GLFWwindow* window, const std::string& path) {
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadPixels(0, 0, image.width, image.height, GL_RGB, GL_UNSIGNED_BYTE, rows.data());
   path_ = path;
-  written_ = std::async(std::launch::async, [image, rows, row, path]() mutable {
+  pending_ = std::async(std::launch::async, [image, rows, row, path]() mutable {
     image.values.resize(rows.size());  // OpenGL's first row is the bottom one
     for (size_t y = 0; y < size_t(image.height); ++y) {
       std::copy_n(&rows[(size_t(image.height) - 1 - y) * row], row, &image.values[y * row]);
@@ -29,11 +29,11 @@ void Screenshot::take(GLFWwindow* window, const std::string& path) {
 }
 
 bool Screenshot::finish(std::string* path) {
-  if (!under_way() || written_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+  if (!is_writing() || pending_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
     return false;
   }
   *path = path_;
-  written_.get();
+  pending_.get();
   return true;
 }
 

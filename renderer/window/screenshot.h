@@ -14,13 +14,13 @@ class Screenshot {
   // Call after drawing and before swapping buffers, when the contents become undefined. Does
   // nothing while the previous one is being written.
   void take(GLFWwindow* window, const std::string& path);
-  bool under_way() const { return written_.valid(); }
+  bool is_writing() const { return pending_.valid(); }
   // Whether one has been written since the last call, and its path. Throws the EmberlineError of
   // writing it; `path` is also set then.
   bool finish(std::string* path);
 
  private:
-  std::future<void> written_;
+  std::future<void> pending_;
   std::string path_;
 };
 

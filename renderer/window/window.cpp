@@ -58,7 +58,7 @@ class Window {
             bench_, [this](const Vec2f& point) { return interface_.covers(point); },
             [this] { return ImGui::GetIO().WantTextInput || interface_.popup_open(); }) {
     if (!options.measure.empty()) measurement_.emplace(options, bench_);
-    listen();
+    install_callbacks();
     set_theme();
   }
 
@@ -67,24 +67,25 @@ class Window {
     const auto stopped = [this] { return options_.stopped && options_.stopped(); };
     while (!glfwWindowShouldClose(window_.get()) && !bench_.interface.quit && !closing_ &&
            !stopped()) {
-      glfwWaitEventsTimeout(pause());
-      const double began = window_time_s();
-      if (input_.flying()) input_.fly(std::min(began - flown_s_, 0.1));
-      flown_s_ = began;
-      const uint64_t shown = picture_.drawn() ? picture_.drawn()->edit : 0;
-      news_ |= bench_.update();
+      glfwWaitEventsTimeout(wait_timeout());
+      const double start = window_time_s();
+      if (input_.flying()) input_.fly(std::min(start - last_fly_s_, 0.1));
+      last_fly_s_ = start;
+      const uint64_t displayed = picture_.drawn() ? picture_.drawn()->edit : 0;
+      needs_redraw_ |= bench_.update();
       // The first picture of an edit is drawn without delay.
-      urgent_ |= bench_.picture() && bench_.picture()->filled && bench_.picture()->edit > shown;
-      if (measurement_) measurement_->step(began);
+      needs_redraw_now_ |=
+          bench_.picture() && bench_.picture()->filled && bench_.picture()->edit > displayed;
+      if (measurement_) measurement_->step(start);
       finish_screenshot();
-      if (due(window_time_s())) draw(window_time_s());
-      follow_options(window_time_s());
+      if (is_redraw_due(window_time_s())) draw(window_time_s());
+      check_screenshot_option(window_time_s());
       if (measurement_) {
-        measurement_->blocked(window_time_s() - began);
+        measurement_->record_busy(window_time_s() - start);
         closing_ |= measurement_->finished();
       }
     }
-    remember();
+    save_state();
     if (measurement_) measurement_->write();
   }
 
@@ -93,33 +94,33 @@ class Window {
     return *static_cast<Window*>(glfwGetWindowUserPointer(window));
   }
 
-  void listen() {
+  void install_callbacks() {
     glfwSetWindowUserPointer(window_.get(), this);
-    listen_to_input();
-    listen_to_window();
+    install_input_callbacks();
+    install_window_callbacks();
   }
 
   // Forwards GLFW's events to the picture's input and to ImGui's back end.
-  void listen_to_input() {
+  void install_input_callbacks() {
     GLFWwindow* const window = window_.get();
     // Replaces the callbacks of ImGui's back end, which ours call.
     glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
       Window& self = of(w);
       ImGui_ImplGlfw_MouseButtonCallback(w, button, action, modifiers);
       self.input_.button(button, action == GLFW_PRESS, modifiers);
-      self.frames_owed_ = kFramesAfterInput;
+      self.frames_to_draw_ = kFramesAfterInput;
     });
     imgui_moved_ = glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) {
       Window& self = of(w);
       if (self.imgui_moved_) self.imgui_moved_(w, x, y);
       self.input_.moved(Vec2f(float(x), float(y)));
-      self.frames_owed_ = std::max(self.frames_owed_, 2);
+      self.frames_to_draw_ = std::max(self.frames_to_draw_, 2);
     });
     glfwSetCursorEnterCallback(window, [](GLFWwindow* w, int entered) {
       Window& self = of(w);
       ImGui_ImplGlfw_CursorEnterCallback(w, entered);
       if (!entered) self.input_.left_window();
-      self.frames_owed_ = kFramesAfterInput;
+      self.frames_to_draw_ = kFramesAfterInput;
     });
     glfwSetScrollCallback(window, [](GLFWwindow* w, double x, double y) {
       Window& self = of(w);
@@ -127,40 +128,40 @@ class Window {
       const bool control = glfwGetKey(w, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS ||
                            glfwGetKey(w, GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
       self.input_.wheel(y, control ? GLFW_MOD_CONTROL : 0);
-      self.frames_owed_ = kFramesAfterInput;
+      self.frames_to_draw_ = kFramesAfterInput;
     });
     glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int scancode, int action, int modifiers) {
       Window& self = of(w);
       self.imgui_input_.key(w, key, scancode, action, modifiers);
       if (key == GLFW_KEY_ESCAPE && action == GLFW_PRESS) self.interface_.cancel_dialogs();
       self.input_.key(key, action != GLFW_RELEASE, action == GLFW_REPEAT, modifiers);
-      self.frames_owed_ = kFramesAfterInput;
+      self.frames_to_draw_ = kFramesAfterInput;
     });
     glfwSetWindowFocusCallback(window, [](GLFWwindow* w, int focused) {
       Window& self = of(w);
       ImGui_ImplGlfw_WindowFocusCallback(w, focused);
       if (!focused) self.input_.lost_focus();
-      self.frames_owed_ = kFramesAfterInput;
+      self.frames_to_draw_ = kFramesAfterInput;
     });
   }
 
-  void listen_to_window() {
+  void install_window_callbacks() {
     GLFWwindow* const window = window_.get();
     glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** paths) {
       Window& self = of(w);
       for (int i = 0; i < count; ++i) self.bench_.files.open_dropped(paths[i]);
     });
     glfwSetFramebufferSizeCallback(
-        window, [](GLFWwindow* w, int, int) { of(w).frames_owed_ = kFramesAfterInput; });
+        window, [](GLFWwindow* w, int, int) { of(w).frames_to_draw_ = kFramesAfterInput; });
     glfwSetWindowRefreshCallback(window,
-                                 [](GLFWwindow* w) { of(w).frames_owed_ = kFramesAfterInput; });
+                                 [](GLFWwindow* w) { of(w).frames_to_draw_ = kFramesAfterInput; });
     glfwSetWindowContentScaleCallback(window, [](GLFWwindow* w, float x, float y) {
       Window& self = of(w);
       if (self.options_.interface_scale) return;
       self.scale_ = std::max(x, y);
       self.set_theme();
       ImGui_ImplOpenGL3_DestroyDeviceObjects();  // the next frame recreates them with the fonts
-      self.frames_owed_ = kFramesAfterInput;
+      self.frames_to_draw_ = kFramesAfterInput;
     });
   }
 
@@ -172,27 +173,27 @@ class Window {
     apply_theme(scale_ / per_unit, per_unit);
   }
 
-  double pause() const {
+  double wait_timeout() const {
     const double now = window_time_s();
-    double until = drawn_s_ + kIdlePause_s;
-    const bool renders =
+    double wake_s = drawn_s_ + kIdlePause_s;
+    const bool is_rendering =
         bench_.picture() && !bench_.picture()->finished && !bench_.session.settings().paused;
-    if (renders || bench_.load_status().state == LoadStatus::State::kLoading ||
+    if (is_rendering || bench_.load_status().state == LoadStatus::State::kLoading ||
         !bench_.messages.messages().empty()) {
-      until = drawn_s_ + kStatusPause_s;
+      wake_s = drawn_s_ + kStatusPause_s;
     }
-    if (frames_owed_ > 0 || input_.flying()) until = drawn_s_ + kInputPause_s;
-    if (news_) until = std::min(until, drawn_s_ + kPicturePause_s);
-    until = std::min(until, bench_.player.next_frame_s());
-    until = std::min(until, widgets::next_tooltip_s());
-    if (measurement_) until = std::min(until, measurement_->next_s());
-    return std::max(until - now, 1e-4);
+    if (frames_to_draw_ > 0 || input_.flying()) wake_s = drawn_s_ + kInputPause_s;
+    if (needs_redraw_) wake_s = std::min(wake_s, drawn_s_ + kPicturePause_s);
+    wake_s = std::min(wake_s, bench_.player.next_frame_s());
+    wake_s = std::min(wake_s, widgets::next_tooltip_s());
+    if (measurement_) wake_s = std::min(wake_s, measurement_->next_s());
+    return std::max(wake_s - now, 1e-4);
   }
 
-  bool due(double now) const {
-    if (urgent_) return true;
-    if (frames_owed_ > 0 || input_.flying()) return now >= drawn_s_ + kInputPause_s;
-    if (news_) return now >= drawn_s_ + kPicturePause_s;
+  bool is_redraw_due(double now) const {
+    if (needs_redraw_now_) return true;
+    if (frames_to_draw_ > 0 || input_.flying()) return now >= drawn_s_ + kInputPause_s;
+    if (needs_redraw_) return now >= drawn_s_ + kPicturePause_s;
     return now >= std::min(drawn_s_ + kStatusPause_s, widgets::next_tooltip_s());
   }
 
@@ -202,42 +203,43 @@ class Window {
     glfwGetWindowSize(window_.get(), &width, &height);
     glfwGetFramebufferSize(window_.get(), &pixels_x, &pixels_y);
     drawn_s_ = now;
-    news_ = urgent_ = false;
-    frames_owed_ = std::max(0, frames_owed_ - 1);
+    needs_redraw_ = needs_redraw_now_ = false;
+    frames_to_draw_ = std::max(0, frames_to_draw_ - 1);
     if (width < 1 || height < 1) return;  // minimised
 
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
     interface_.draw(bench_, float(width), float(height));
-    drawn_journal_.note_dialog(interface_.asks());
+    drawn_journal_.record_dialog(interface_.focused_dialog());
     picture_.draw(bench_, input_.dragged_region());
     draw_inspector(bench_);
     ImGui::Render();
-    if (imgui_input_.end_frame()) frames_owed_ = kFramesAfterInput;
-    bench_.gesture_goes_on(ImGui::IsAnyItemActive() || input_.dragging() || input_.flying());
+    if (imgui_input_.end_frame()) frames_to_draw_ = kFramesAfterInput;
+    bench_.update_gesture(ImGui::IsAnyItemActive() || input_.dragging() || input_.flying());
 
     glViewport(0, 0, pixels_x, pixels_y);
-    const ImVec4& ground = ImGui::GetStyleColorVec4(ImGuiCol_WindowBg);  // the side panel's colour
-    glClearColor(ground.x, ground.y, ground.z, 1.0f);
+    const ImVec4& background =
+        ImGui::GetStyleColorVec4(ImGuiCol_WindowBg);  // the side panel's colour
+    glClearColor(background.x, background.y, background.z, 1.0f);
     glClear(GL_COLOR_BUFFER_BIT);
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
-    if (std::exchange(bench_.interface.want_screenshot, false)) {
+    if (std::exchange(bench_.interface.screenshot_requested, false)) {
       screenshot_.take(window_.get(), screenshot_file());
     }
-    if (std::exchange(wanted_screenshot_, false)) {
+    if (std::exchange(option_screenshot_requested_, false)) {
       bench_.files.check_output("`screenshot`", options_.screenshot);
       screenshot_.take(window_.get(), options_.screenshot);
     }
     glfwSwapBuffers(window_.get());
 
-    note_drawn();
+    record_displayed();
     set_title();
   }
 
-  void note_drawn() {
+  void record_displayed() {
     if (!picture_.drawn()) return;
-    bench_.latency.shown(*picture_.drawn(), window_time_s());
+    bench_.latency.displayed(*picture_.drawn(), window_time_s());
     drawn_journal_.note(picture_.drawn(), bench_.placement);
   }
 
@@ -245,7 +247,7 @@ class Window {
     const std::string stem = bench_.session.scene()
                                  ? std::filesystem::path(bench_.load_status().path).stem().string()
                                  : "window";
-    return free_file(stem + "-window", ".png");
+    return unused_file_name(stem + "-window", ".png");
   }
 
   void finish_screenshot() {
@@ -261,17 +263,17 @@ class Window {
   }
 
   // --screenshot: takes it when the picture is finished or the requested time has passed.
-  void follow_options(double now) {
-    if (options_.screenshot.empty() || screenshot_.under_way() || closing_) return;
+  void check_screenshot_option(double now) {
+    if (options_.screenshot.empty() || screenshot_.is_writing() || closing_) return;
     const auto& picture = picture_.drawn();
     const bool failed = bench_.load_status().state == LoadStatus::State::kFailed;
     if (!failed && (!picture || !picture->complete)) return;
     if (ready_s_ < 0.0) ready_s_ = now;
-    const bool wanted =
+    const bool is_due =
         failed || (options_.screenshot_after_s > 0.0 ? now >= ready_s_ + options_.screenshot_after_s
                                                      : picture->finished);
-    if (!wanted) return;
-    wanted_screenshot_ = true;
+    if (!is_due) return;
+    option_screenshot_requested_ = true;
     draw(now);
   }
 
@@ -279,14 +281,14 @@ class Window {
     std::string title = "Emberline";
     if (bench_.session.scene()) {
       title = std::filesystem::path(bench_.load_status().path).filename().string() +
-              (bench_.edits.unsaved() ? " * – " : " – ") + title;
+              (bench_.edits.has_unsaved_edits() ? " * – " : " – ") + title;
     }
     if (title == title_) return;
     title_ = title;
     glfwSetWindowTitle(window_.get(), title.c_str());
   }
 
-  void remember() {
+  void save_state() {
     if (state_file_.empty()) return;
     state_.maximized = glfwGetWindowAttrib(window_.get(), GLFW_MAXIMIZED) != 0;
     if (!state_.maximized && !full_screen_) {
@@ -302,16 +304,16 @@ class Window {
     full_screen_ = bench_.interface.full_screen;
     GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
     if (full_screen_ && monitor) {
-      glfwGetWindowPos(window_.get(), &windowed_[0], &windowed_[1]);
-      glfwGetWindowSize(window_.get(), &windowed_[2], &windowed_[3]);
+      glfwGetWindowPos(window_.get(), &windowed_rect_[0], &windowed_rect_[1]);
+      glfwGetWindowSize(window_.get(), &windowed_rect_[2], &windowed_rect_[3]);
       const GLFWvidmode* const mode = glfwGetVideoMode(monitor);
       glfwSetWindowMonitor(window_.get(), monitor, 0, 0, mode->width, mode->height,
                            mode->refreshRate);
-    } else if (windowed_[2] > 0) {
-      glfwSetWindowMonitor(window_.get(), nullptr, windowed_[0], windowed_[1], windowed_[2],
-                           windowed_[3], 0);
+    } else if (windowed_rect_[2] > 0) {
+      glfwSetWindowMonitor(window_.get(), nullptr, windowed_rect_[0], windowed_rect_[1],
+                           windowed_rect_[2], windowed_rect_[3], 0);
     }
-    frames_owed_ = kFramesAfterInput;
+    frames_to_draw_ = kFramesAfterInput;
   }
 
   const ViewOptions options_;
@@ -330,14 +332,14 @@ class Window {
 
   GLFWcursorposfun imgui_moved_ = nullptr;  // null before ImGui 1.87, which polls the cursor
   ImGuiInput imgui_input_;
-  bool news_ = true, urgent_ = false;
-  int frames_owed_ = kFramesAfterInput;
-  double drawn_s_ = -1e9, flown_s_ = 0.0, ready_s_ = -1.0;
+  bool needs_redraw_ = true, needs_redraw_now_ = false;
+  int frames_to_draw_ = kFramesAfterInput;
+  double drawn_s_ = -1e9, last_fly_s_ = 0.0, ready_s_ = -1.0;
   std::string title_;
   bool full_screen_ = false;
-  std::array<int, 4> windowed_ = {};
+  std::array<int, 4> windowed_rect_ = {};
   Screenshot screenshot_;
-  bool closing_ = false, wanted_screenshot_ = false;
+  bool closing_ = false, option_screenshot_requested_ = false;
 };
 
 }  // namespace

@@ -16,15 +16,15 @@ namespace emberline {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr int kLeastSide = 320, kMostSide = 16384;
-constexpr float kLeastPanel = 12.0f, kMostPanel = 60.0f;
-constexpr int kMostTab = 32;
+constexpr int kMinSide = 320, kMaxSide = 16384;
+constexpr float kMinPanelWidth = 12.0f, kMaxPanelWidth = 60.0f;
+constexpr int kMaxTab = 32;
 
 template <typename T>
-void read_number(const nlohmann::json& json, const char* name, T& value, T least, T most) {
+void read_number(const nlohmann::json& json, const char* name, T& value, T minimum, T maximum) {
   if (!json.contains(name) || !json[name].is_number()) return;
   const double number = json[name].template get<double>();
-  if (number >= double(least) && number <= double(most)) value = T(number);
+  if (number >= double(minimum) && number <= double(maximum)) value = T(number);
 }
 
 void read_flag(const nlohmann::json& json, const char* name, bool& value) {
@@ -34,10 +34,10 @@ void read_flag(const nlohmann::json& json, const char* name, bool& value) {
 }  // namespace
 
 void WindowState::remember_scene(const std::string& path) {
-  const std::string whole = std::filesystem::absolute(path).lexically_normal().string();
-  std::erase(recent_scenes, whole);
-  recent_scenes.insert(recent_scenes.begin(), whole);
-  if (recent_scenes.size() > kMostRecent) recent_scenes.resize(kMostRecent);
+  const std::string absolute_path = std::filesystem::absolute(path).lexically_normal().string();
+  std::erase(recent_scenes, absolute_path);
+  recent_scenes.insert(recent_scenes.begin(), absolute_path);
+  if (recent_scenes.size() > kMaxRecent) recent_scenes.resize(kMaxRecent);
 }
 
 std::string window_state_file() {
@@ -66,19 +66,19 @@ WindowState read_window_state(const std::string& path) {
     log_warning(std::string(error.what()) + "; the window opens with its default size and panels");
     return state;
   }
-  read_number(json, "width", state.width, kLeastSide, kMostSide);
-  read_number(json, "height", state.height, kLeastSide, kMostSide);
+  read_number(json, "width", state.width, kMinSide, kMaxSide);
+  read_number(json, "height", state.height, kMinSide, kMaxSide);
   read_flag(json, "maximized", state.maximized);
   read_flag(json, "panels", state.panels);
-  read_number(json, "panel_width", state.panel_width, kLeastPanel, kMostPanel);
-  read_number(json, "panel_tab", state.panel_tab, 0, kMostTab);
+  read_number(json, "panel_width", state.panel_width, kMinPanelWidth, kMaxPanelWidth);
+  read_number(json, "panel_tab", state.panel_tab, 0, kMaxTab);
   read_flag(json, "inspector", state.inspector);
   if (json.contains("recent_scenes") && json["recent_scenes"].is_array()) {
     for (const nlohmann::json& scene : json["recent_scenes"]) {
       if (scene.is_string()) state.recent_scenes.push_back(scene.get<std::string>());
     }
-    if (state.recent_scenes.size() > WindowState::kMostRecent) {
-      state.recent_scenes.resize(WindowState::kMostRecent);
+    if (state.recent_scenes.size() > WindowState::kMaxRecent) {
+      state.recent_scenes.resize(WindowState::kMaxRecent);
     }
   }
   return state;
@@ -87,7 +87,7 @@ WindowState read_window_state(const std::string& path) {
 namespace {
 
 // Replaces only our own files; users may have linked the path to another one.
-bool may_be_written(const std::string& path) {
+bool may_overwrite(const std::string& path) {
   std::error_code unknown;
   if (!std::filesystem::exists(path, unknown)) return true;
   if (!std::filesystem::is_regular_file(path, unknown)) return false;
@@ -104,7 +104,7 @@ bool may_be_written(const std::string& path) {
 
 void write_window_state(const std::string& path, const WindowState& state) {
   if (path.empty()) return;
-  if (!may_be_written(path)) {
+  if (!may_overwrite(path)) {
     log_warning("the window's size and panels are not remembered: " + path +
                 " was not written by this window; move it away");
     return;
@@ -127,7 +127,7 @@ void write_window_state(const std::string& path, const WindowState& state) {
   }
 }
 
-std::string free_file(const std::string& stem, const std::string& suffix) {
+std::string unused_file_name(const std::string& stem, const std::string& suffix) {
   std::string name = stem + suffix;
   std::error_code unknown;  // ignored: writing reports the error
   for (int i = 2; std::filesystem::exists(std::filesystem::symlink_status(name, unknown)); ++i) {

@@ -15,7 +15,7 @@ struct WindowState {
   bool inspector = true;
   std::vector<std::string> recent_scenes;  // newest first, absolute paths
 
-  static constexpr size_t kMostRecent = 8;
+  static constexpr size_t kMaxRecent = 8;
   void remember_scene(const std::string& path);
   bool operator==(const WindowState&) const = default;
 };
@@ -32,6 +32,6 @@ void write_window_state(const std::string& path, const WindowState& state);
 
 // Name for a file that the window writes without asking: the first unused one of "<stem><suffix>",
 // "<stem>-2<suffix>" and so on.
-std::string free_file(const std::string& stem, const std::string& suffix);
+std::string unused_file_name(const std::string& stem, const std::string& suffix);
 
 }  // namespace emberline

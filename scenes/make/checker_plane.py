@@ -27,7 +27,7 @@ def build():
     ochre = g.material("ochre", srgb("#dfa23a"), roughness=0.5)
     blue = g.material("blue", srgb("#1f4f7a"), roughness=0.12)
 
-    g.put("plane", floor(6000, 6000, 0.5, cells=24), checks, translation=(0, 0, 0))
+    g.add_object("plane", floor(6000, 6000, 0.5, cells=24), checks, translation=(0, 0, 0))
     column = g.mesh("column", _column().scaled_uv(2, 3), stone)
     plinth = g.mesh("plinth", rounded_box(1.25, 0.22, 1.25, 0.03, uv_per_unit=0.6), stone)
     slab = g.mesh("slab", rounded_box(1.1, 0.24, 1.1, 0.03, uv_per_unit=0.6), stone)
@@ -45,7 +45,7 @@ def build():
                                     ("small ember ball", ember, 0.1, 4.9, 0.24),
                                     ("far ball", ochre, -9.5, -16, 1.6)):
         g.node(name, g.mesh(name, ball, material), translation=(x, r, z), scale=r)
-    g.put("ring", torus(1.25, 0.24, 96, 32), ember, translation=(-6.3, 1.49, -6.0),
+    g.add_object("ring", torus(1.25, 0.24, 96, 32), ember, translation=(-6.3, 1.49, -6.0),
           rotation=quaternion_product(axis_angle((0, 1, 0), 30), axis_angle((1, 0, 0), 90)))
     g.camera("camera", (0.4, 2.35, 15.5), (0.1, 2.1, 0), 28)
     return g.glb()

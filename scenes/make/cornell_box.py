@@ -96,15 +96,15 @@ def build():
     green = g.material("green", reflectance(GREEN), roughness=1)
     lamp = g.material("light", (0.78, 0.78, 0.78), roughness=1, emission=emission(24.0))
 
-    g.put("floor", _faces(((552.8, 0, 0), (0, 0, 0), (0, 0, 559.2), (549.6, 0, 559.2))), white)
-    g.put("ceiling", _faces(((556, 548.8, 0), (556, 548.8, 559.2), (0, 548.8, 559.2), (0, 548.8, 0))), white)
-    g.put("back wall", _faces(((549.6, 0, 559.2), (0, 0, 559.2), (0, 548.8, 559.2), (556, 548.8, 559.2))), white)
-    g.put("right wall", _faces(((0, 0, 559.2), (0, 0, 0), (0, 548.8, 0), (0, 548.8, 559.2))), green)
-    g.put("left wall", _faces(((552.8, 0, 0), (549.6, 0, 559.2), (556, 548.8, 559.2), (556, 548.8, 0))), red)
+    g.add_object("floor", _faces(((552.8, 0, 0), (0, 0, 0), (0, 0, 559.2), (549.6, 0, 559.2))), white)
+    g.add_object("ceiling", _faces(((556, 548.8, 0), (556, 548.8, 559.2), (0, 548.8, 559.2), (0, 548.8, 0))), white)
+    g.add_object("back wall", _faces(((549.6, 0, 559.2), (0, 0, 559.2), (0, 548.8, 559.2), (556, 548.8, 559.2))), white)
+    g.add_object("right wall", _faces(((0, 0, 559.2), (0, 0, 0), (0, 548.8, 0), (0, 548.8, 559.2))), green)
+    g.add_object("left wall", _faces(((552.8, 0, 0), (549.6, 0, 559.2), (556, 548.8, 559.2), (556, 548.8, 0))), red)
     # The published lamp lies in the plane of the ceiling; 0.5 mm lower, the surfaces do not coincide.
-    g.put("light", _faces(((343, 548.3, 227), (343, 548.3, 332), (213, 548.3, 332), (213, 548.3, 227))), lamp)
-    g.put("short block", _block([(130, 165, 65), (82, 165, 225), (240, 165, 272), (290, 165, 114)]), white)
-    g.put("tall block", _block([(423, 330, 247), (265, 330, 296), (314, 330, 456), (472, 330, 406)]), white)
+    g.add_object("light", _faces(((343, 548.3, 227), (343, 548.3, 332), (213, 548.3, 332), (213, 548.3, 227))), lamp)
+    g.add_object("short block", _block([(130, 165, 65), (82, 165, 225), (240, 165, 272), (290, 165, 114)]), white)
+    g.add_object("tall block", _block([(423, 330, 247), (265, 330, 296), (314, 330, 456), (472, 330, 406)]), white)
     # Focal length 35 mm, film 25 mm square.
     g.camera("camera", (278, 273, -800), (278, 273, 0), 2 * math.degrees(math.atan(0.0125 / 0.035)), 1.0, near=1)
     return g.glb()

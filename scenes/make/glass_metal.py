@@ -70,21 +70,21 @@ def build():
     steel = g.material("brushed steel", (0.62, 0.61, 0.60), metallic=1, roughness=0.55,
                        roughness_texture=g.texture(textures.brushed(), "brushed"))
 
-    g.put("table", rounded_box(1.5, 0.04, 0.8, 0.006, uv_per_unit=1.35), marble, translation=(0, -0.02, -0.05))
-    g.put("wall", sweep_wall(6, 3, 3, 0.6), wall, translation=(0, -0.9, 0.3))
+    g.add_object("table", rounded_box(1.5, 0.04, 0.8, 0.006, uv_per_unit=1.35), marble, translation=(0, -0.02, -0.05))
+    g.add_object("wall", sweep_wall(6, 3, 3, 0.6), wall, translation=(0, -0.9, 0.3))
     gap = 0.0002  # keeps glass clear of the marble: coincident surfaces would be wrong when seen through the glass
-    g.put("carafe", _carafe(), green, translation=(-0.020, gap, -0.085))
-    g.put("wine glass", _wine_glass(), glass, translation=(0.105, gap, 0.005))
-    g.put("wine", _wine(), wine, translation=(0.105, gap, 0.005))
-    g.put("copper bowl", _pot(), copper, translation=(-0.150, 0, 0.010))
-    g.put("canister", _tin(), steel, translation=(0.222, 0, -0.070), rotation=axis_angle((0, 1, 0), 35))
+    g.add_object("carafe", _carafe(), green, translation=(-0.020, gap, -0.085))
+    g.add_object("wine glass", _wine_glass(), glass, translation=(0.105, gap, 0.005))
+    g.add_object("wine", _wine(), wine, translation=(0.105, gap, 0.005))
+    g.add_object("copper bowl", _pot(), copper, translation=(-0.150, 0, 0.010))
+    g.add_object("canister", _tin(), steel, translation=(0.222, 0, -0.070), rotation=axis_angle((0, 1, 0), 35))
     ball = sphere(1.0, 56, 28)
     for name, material, x, z, r in (
             ("chrome ball", chrome, 0.030, 0.095, 0.028), ("gold ball", gold, -0.052, 0.085, 0.021),
             ("glass ball", glass, 0.195, 0.075, 0.030), ("small gold", gold, 0.092, 0.118, 0.011),
             ("small chrome", chrome, -0.232, 0.085, 0.013), ("green ball", green, -0.105, 0.115, 0.014)):
         g.node(name, g.mesh(name, ball, material), translation=(x, r + gap, z), scale=r)
-    g.put("gold block", rounded_box(0.05, 0.05, 0.05, 0.003), gold, translation=(-0.262, 0.025, -0.045),
+    g.add_object("gold block", rounded_box(0.05, 0.05, 0.05, 0.003), gold, translation=(-0.262, 0.025, -0.045),
           rotation=axis_angle((0, 1, 0), 33))
 
     soft = g.texture(textures.soft_edge(), "diffuser")

@@ -81,12 +81,12 @@ class Gltf:
 
     def texture(self, png, name, nearest=False):
         image = self._add("images", {"name": name, "mimeType": "image/png", "bufferView": self._view(png)})
-        wanted = ({"magFilter": 9728, "minFilter": 9728} if nearest else {"magFilter": 9729, "minFilter": 9987})
-        wanted.update(wrapS=10497, wrapT=10497)
+        required = ({"magFilter": 9728, "minFilter": 9728} if nearest else {"magFilter": 9729, "minFilter": 9987})
+        required.update(wrapS=10497, wrapT=10497)
         samplers = self._list("samplers")
-        if wanted not in samplers:
-            samplers.append(wanted)
-        return self._add("textures", {"name": name, "sampler": samplers.index(wanted), "source": image})
+        if required not in samplers:
+            samplers.append(required)
+        return self._add("textures", {"name": name, "sampler": samplers.index(required), "source": image})
 
     def _slot(self, texture, repeat=None):
         slot = {"index": texture}
@@ -141,13 +141,13 @@ class Gltf:
 
     def mesh(self, name, geometry, material):
         """Adds a mesh. If `geometry` is reused with another material, the buffers are shared."""
-        wanted = ["POSITION", "NORMAL"]
+        required = ["POSITION", "NORMAL"]
         if material in self._textured:
-            wanted.append("TEXCOORD_0")
+            required.append("TEXCOORD_0")
         description = self._doc["materials"][material]
         if "normalTexture" in description or "KHR_materials_anisotropy" in description.get("extensions", {}):
-            wanted.append("TANGENT")
-        attributes = {name: self._attribute(geometry, name) for name in wanted}
+            required.append("TANGENT")
+        attributes = {name: self._attribute(geometry, name) for name in required}
         indices = self._attribute(geometry, "indices")
         primitive = {"attributes": attributes, "indices": indices, "material": material}
         return self._add("meshes", {"name": name, "primitives": [primitive]})
@@ -187,13 +187,13 @@ class Gltf:
             self._doc["scenes"][0]["nodes"].append(index)
         return index
 
-    def turn(self, degrees):
+    def rotate_scene(self, degrees):
         """Moves everything so far, including the camera, below a node that is rotated about +Y."""
         roots = list(self._doc["scenes"][0]["nodes"])
         self._doc["scenes"][0]["nodes"].clear()
         return self.node("turned", rotation=axis_angle((0, 1, 0), degrees), children=roots)
 
-    def put(self, name, geometry, material, **placement):
+    def add_object(self, name, geometry, material, **placement):
         """Adds a mesh and its only node."""
         return self.node(name, self.mesh(name, geometry, material), **placement)
 
@@ -218,7 +218,7 @@ class Gltf:
     def softbox(self, name, centre, target, geometry, emission, texture=None, roll_up=(0.0, 1.0, 0.0)):
         """An emitting surface (geometry facing +Z) that is turned towards `target`."""
         dark = self.material(name, (0, 0, 0), roughness=1.0, emission=emission, emission_texture=texture)
-        return self.put(name, geometry, dark, translation=centre, rotation=facing(sub(target, centre), roll_up))
+        return self.add_object(name, geometry, dark, translation=centre, rotation=facing(sub(target, centre), roll_up))
 
     def animate_rotation(self, name, node, times, rotations):
         sampler = {"input": self._accessor([(t,) for t in times], "SCALAR", bounds=True),

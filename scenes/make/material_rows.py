@@ -47,10 +47,10 @@ def build():
         for row, (name, keywords) in enumerate(_rows(strength)):
             material = g.material(f"{name} {strength:.2f}", **keywords)
             up = rows - 1 - row
-            g.put(f"{name} {strength:.2f}", ball, material, translation=(x, STEP * up + RADIUS, -0.3 * up))
+            g.add_object(f"{name} {strength:.2f}", ball, material, translation=(x, STEP * up + RADIUS, -0.3 * up))
     for up in range(rows):
         depth = 0.3 if up else 3
-        g.put(f"step {up}", rounded_box(4, STEP, depth, 0.01, uv_per_unit=0.45), stone,
+        g.add_object(f"step {up}", rounded_box(4, STEP, depth, 0.01, uv_per_unit=0.45), stone,
               translation=(0, STEP * up - STEP / 2, -0.3 * up + depth / 2 - 0.15))
     g.camera("camera", (0, 2.9, 6.0), (0, 0.78, -0.9), 21.5)
     return g.glb()

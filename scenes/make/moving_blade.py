@@ -70,15 +70,15 @@ def build():
                       normal_scale=0.45)
     rubber = g.material("felt", srgb("#22201e"), roughness=0.95)
 
-    g.put("desk", rounded_box(2.0, 0.04, 0.8, 0.005, uv_per_unit=1.6), desk, translation=(0, -0.02, -0.02))
-    g.put("wall", quad(4, 2.4, (5, 3)), wall, translation=(0, 0.6, -0.42))
+    g.add_object("desk", rounded_box(2.0, 0.04, 0.8, 0.005, uv_per_unit=1.6), desk, translation=(0, -0.02, -0.02))
+    g.add_object("wall", quad(4, 2.4, (5, 3)), wall, translation=(0, 0.6, -0.42))
 
     base = smooth([(0.078, 0.006), (0.0775, 0.012), (0.070, 0.020), (0.044, 0.028), (0.020, 0.042), (0.0135, 0.064),
                    (0.0120, 0.100), (0.0125, 0.118)], 6)
-    g.put("felt", cylinder(0.074, 0.004, 72), rubber)
-    g.put("base", lathe([[(0, 0.004), (0.076, 0.004)], arc((0.076, 0.006), 0.002, -90, 0, 4), base,
+    g.add_object("felt", cylinder(0.074, 0.004, 72), rubber)
+    g.add_object("base", lathe([[(0, 0.004), (0.076, 0.004)], arc((0.076, 0.006), 0.002, -90, 0, 4), base,
                          [(0.0125, 0.118), (0, 0.118)]], 80), enamel)
-    g.put("dial", cylinder(0.011, 0.010, 40, 0.002), brass, translation=(0, 0.0215, 0.058),
+    g.add_object("dial", cylinder(0.011, 0.010, 40, 0.002), brass, translation=(0, 0.0215, 0.058),
           rotation=axis_angle((1, 0, 0), 24))
 
     # The head is tilted up slightly and turned to the light; all its parts are below one node, in its own axes.
@@ -125,12 +125,12 @@ def build():
         pages = g.material(f"pages {k + 1}", srgb("#e9dfc8"), roughness=0.9)
         spin = axis_angle((0, 1, 0), turn)
         centre = (0.285, y, -0.06)
-        g.put(f"pages {k + 1}", rounded_box(w - 0.010, h - 0.005, d - 0.006, 0.0005), pages,
+        g.add_object(f"pages {k + 1}", rounded_box(w - 0.010, h - 0.005, d - 0.006, 0.0005), pages,
               translation=add(centre, rotate(spin, (0.001, 0, 0.0005))), rotation=spin)
         for part_name, offset, size in (("top", (0, h / 2 - 0.00125, 0), (w, 0.0025, d)),
                                         ("bottom", (0, -h / 2 + 0.00125, 0), (w, 0.0025, d)),
                                         ("spine", (-w / 2 + 0.00125, 0, 0), (0.0025, h, d))):
-            g.put(f"{part_name} {k + 1}", rounded_box(*size, 0.0010), cover,
+            g.add_object(f"{part_name} {k + 1}", rounded_box(*size, 0.0010), cover,
                   translation=add(centre, rotate(spin, offset)), rotation=spin)
     cup = g.material("mug", srgb("#e8e0d0"), roughness=0.25)
     mug = lathe([[(0, 0), (0.036, 0)], arc((0.036, 0.004), 0.004, -90, 0, 4), [(0.040, 0.004), (0.040, 0.088)],
@@ -138,7 +138,7 @@ def build():
                  arc((0.033, 0.010), 0.004, 0, -90, 4), [(0.033, 0.006), (0, 0.006)]], 72)
     handle = tube(smooth([(0.038, 0.070, 0), (0.060, 0.072, 0), (0.069, 0.048, 0), (0.060, 0.024, 0),
                           (0.038, 0.022, 0)], 8), 0.0052, 16, caps=False)
-    g.put("mug", mug.append(handle), cup, translation=(-0.245, 0, 0.02), rotation=axis_angle((0, 1, 0), 215))
+    g.add_object("mug", mug.append(handle), cup, translation=(-0.245, 0, 0.02), rotation=axis_angle((0, 1, 0), 215))
 
     g.softbox("window", (-1.15, 0.85, 0.55), (0, 0.15, 0), quad(0.7, 1.2), (17, 17, 17),
               g.texture(textures.window(), "window"))

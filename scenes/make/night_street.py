@@ -23,10 +23,10 @@ def build():
     brick = g.material("walls", srgb("#6b4a3c"), roughness=0.9)
     iron = g.material("iron", srgb("#25282c"), roughness=0.35)
     paint = g.material("car paint", srgb("#7a1a18"), roughness=0.15)
-    g.put("road", floor(30, 80), road, translation=(0, 0, -38))
+    g.add_object("road", floor(30, 80), road, translation=(0, 0, -38))
     for side in (-1, 1):
-        g.put(f"houses {side}", rounded_box(4, 14, 70, 0.05), brick, translation=(9 * side, 7, -38))
-    g.put("house at the end", quad(18, 14), brick, translation=(0, 7, -74))
+        g.add_object(f"houses {side}", rounded_box(4, 14, 70, 0.05), brick, translation=(9 * side, 7, -38))
+    g.add_object("house at the end", quad(18, 14), brick, translation=(0, 7, -74))
     bollard = g.mesh("bollard", _bollard(), iron)
     for k, (x, z) in enumerate(((0.06, -1.2), (-0.9, -2.6), (1.3, -4.4), (-2.1, -7.5))):
         g.node(f"bollard {k + 1}", bollard, translation=(x, 0, z))

@@ -118,8 +118,8 @@ def build():
                             rotation=axis_angle((0, 1, 0), 23 + 47 * k),
                             translation=((file - 3.5) * SQUARE, 0, (3.5 - rank) * SQUARE)))
     g.node("board", children=board, rotation=axis_angle((0, 1, 0), 17))
-    g.put("table", rounded_box(3, 0.04, 1.4, 0.01), table, translation=(0, -0.0424, -0.3))
-    g.put("wall", quad(14, 6), wall, translation=(0, 1.2, -4.4))
+    g.add_object("table", rounded_box(3, 0.04, 1.4, 0.01), table, translation=(0, -0.0424, -0.3))
+    g.add_object("wall", quad(14, 6), wall, translation=(0, 1.2, -4.4))
 
     source = random.Random(12)
     bulb = sphere(1.0, 16, 8)

@@ -25,14 +25,14 @@ def build():
     red = g.material("lacquer", srgb("#b3200f"), roughness=0.06)
     teal = g.material("matt teal", srgb("#2f6f73"), roughness=0.8)
 
-    g.put("paper", sweep_wall(9, 5, 4.5, 1.1), paper, translation=(0, 0, 0.9))
+    g.add_object("paper", sweep_wall(9, 5, 4.5, 1.1), paper, translation=(0, 0, 0.9))
     column = cylinder(0.25, 0.42, 72, 0.008).scaled_uv(3.2, 2.0)
-    g.put("column", column, terrazzo, translation=(-0.20, 0, -0.12))
+    g.add_object("column", column, terrazzo, translation=(-0.20, 0, -0.12))
     low = g.mesh("low plinth", cylinder(0.30, 0.11, 80, 0.008), cream)
     g.node("low plinth", low, translation=(0.42, 0, 0.10))
-    g.put("block", rounded_box(0.34, 0.26, 0.34, 0.008), plinth, translation=(-0.77, 0.13, 0.02),
+    g.add_object("block", rounded_box(0.34, 0.26, 0.34, 0.008), plinth, translation=(-0.77, 0.13, 0.02),
           rotation=axis_angle((0, 1, 0), 28))
-    g.put("ring", torus(0.36, 0.06, 96, 32), teal, translation=(0.62, 0.42, -0.55),
+    g.add_object("ring", torus(0.36, 0.06, 96, 32), teal, translation=(0.62, 0.42, -0.55),
           rotation=quaternion_product(axis_angle((0, 1, 0), -24), axis_angle((1, 0, 0), 90)))
 
     ball = sphere(1.0, 80, 40)

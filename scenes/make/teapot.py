@@ -32,9 +32,9 @@ def build():
                       normal=g.texture(textures.hammered(128, 480, 9, 3.0), "rind"), normal_scale=0.6,
                       repeat=(2, 2))
 
-    g.put("table", rounded_box(2.2, 0.05, 1.0, 0.006, uv_per_unit=1.7), table, translation=(0, -0.025, -0.05))
-    g.put("wall", quad(5, 3, (6, 3.6)), wall, translation=(0, 0.7, -0.75))
-    g.put("teapot", teapot(14), glaze, translation=(-0.045, 0, 0), rotation=axis_angle((0, 1, 0), 24), scale=0.05)
+    g.add_object("table", rounded_box(2.2, 0.05, 1.0, 0.006, uv_per_unit=1.7), table, translation=(0, -0.025, -0.05))
+    g.add_object("wall", quad(5, 3, (6, 3.6)), wall, translation=(0, 0.7, -0.75))
+    g.add_object("teapot", teapot(14), glaze, translation=(-0.045, 0, 0), rotation=axis_angle((0, 1, 0), 24), scale=0.05)
 
     cup = g.mesh("cup", _cup(), china)
     surface = g.mesh("tea", disc(0.0352, 72), tea)

@@ -47,9 +47,9 @@ def build():
     near_hill = g.material("near hill", srgb("#4a4450"), roughness=1)
     far_hill = g.material("far hill", srgb("#7d7078"), roughness=1)
 
-    g.put("water", floor(9000, 9000, 1 / 60, cells=12), water, translation=(0, 0, -3000))
-    g.put("far hills", _hills(5, 6200, 400, 330), far_hill, translation=(-300, -2, -3300))
-    g.put("near hills", _hills(9, 4200, 300, 130), near_hill, translation=(900, -2, -1900))
+    g.add_object("water", floor(9000, 9000, 1 / 60, cells=12), water, translation=(0, 0, -3000))
+    g.add_object("far hills", _hills(5, 6200, 400, 330), far_hill, translation=(-300, -2, -3300))
+    g.add_object("near hills", _hills(9, 4200, 300, 130), near_hill, translation=(900, -2, -1900))
 
     # All parts of the bridge are below one node, turned against the line of sight.
     parts = []
@@ -107,5 +107,5 @@ def build():
     g.node("bridge", rotation=(0, math.sin(math.radians(24) / 2), 0, math.cos(math.radians(24) / 2)), children=parts,
            translation=(0, 0, -40))
     g.camera("camera", (-8, 9.0, 300), (2, 41, -40), 27, near=0.5)
-    g.turn(27)  # towards the sun of dusk.hdr
+    g.rotate_scene(27)  # towards the sun of dusk.hdr
     return g.glb()

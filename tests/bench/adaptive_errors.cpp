@@ -68,7 +68,7 @@ std::vector<double> weigh(const Floats& values, const Reference& r, Error error)
 
 std::vector<double> weigh(const UniformErrors& uniform, const Reference& r, Error error) {
   if (error != kDisplay) return weigh(uniform.linear, r, error);
-  return weigh(uniform.shown, r, kMse);
+  return weigh(uniform.display, r, kMse);
 }
 
 Floats variances(const std::vector<Moments>& spread) {
@@ -108,8 +108,8 @@ UniformErrors measure_uniform(const BenchFrame& frame, uint32_t spp, int threads
   UniformErrors out;
   const size_t n = 3 * frame.pixels();
   const std::string file = cache.empty() ? cache : cache + "." + std::to_string(spp);
-  if (read_planes(file, {{&out.linear, n}, {&out.shown, n}})) return out;
-  std::vector<Moments> linear(n), shown(n);
+  if (read_planes(file, {{&out.linear, n}, {&out.display, n}})) return out;
+  std::vector<Moments> linear(n), display(n);
   for (int i = 0; i < uniform_frames(spp); ++i) {
     FrameSampling s;
     s.spp = spp;
@@ -119,11 +119,11 @@ UniformErrors measure_uniform(const BenchFrame& frame, uint32_t spp, int threads
     const Floats rgb = image.rgb();
     for (size_t k = 0; k < n; ++k) {
       linear[k].add(double(rgb[k]));
-      shown[k].add(double(display_value(rgb[k])));
+      display[k].add(double(display_value(rgb[k])));
     }
   }
-  out = {variances(linear), variances(shown)};
-  write_planes(file, {&out.linear, &out.shown});
+  out = {variances(linear), variances(display)};
+  write_planes(file, {&out.linear, &out.display});
   return out;
 }
 

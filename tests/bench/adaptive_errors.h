@@ -76,7 +76,7 @@ Reference make_reference(const BenchFrame& frame, uint32_t spp, int threads,
 
 // Squared errors of one frame of `spp` samples per pixel, by channel: linear, and as displayed.
 struct UniformErrors {
-  Floats linear, shown;
+  Floats linear, display;
 };
 
 // Computed from uniform_frames(spp) frames, or read from the file `cache`.SPP.

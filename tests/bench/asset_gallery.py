@@ -23,7 +23,7 @@ from two_builds import words_of
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 FOLDERS = ("scenes", "features", "derived")
 COLUMNS, CELL, CAPTION = 5, (320, 180), 16  # of the contact sheet
-NOT_ON_SHEET = {"many_cubes"}
+EXCLUDED_SCENES = {"many_cubes"}
 # Sunlight of 2049 lux with an environment of about 1: exposed like the preview, whose renderer divides lights by 683.
 EXPOSURE = {"mixed_lighting": -9.4}
 # Pairs of equal content, and why their bits may differ. None: the conversion is lossless, so no bit may differ.
@@ -91,7 +91,7 @@ def assets_of(folder, only):
 
 def preview_cells(folder):
     """Returns {name: oiiotool arguments that cut out its cell}. Cell 7 is row 1, column 2."""
-    names = sorted(f.stem for kind in FOLDERS[:2] for f in (folder / kind).rglob("*.gl*") if f.stem not in NOT_ON_SHEET)
+    names = sorted(f.stem for kind in FOLDERS[:2] for f in (folder / kind).rglob("*.gl*") if f.stem not in EXCLUDED_SCENES)
     width, height = CELL
     cut = lambda i: f"{width}x{height}+{i % COLUMNS * width}+{i // COLUMNS * (height + CAPTION) + CAPTION}"
     return {name: [folder / "previews.jpg", "--cut", cut(i)] for i, name in enumerate(names)}
@@ -129,7 +129,7 @@ def mean_relative_difference(image, reference):
     return difference, mean(*rgb(image)) / mean(*rgb(reference))
 
 
-def facts_of(report):
+def format_facts(report):
     lists = {"honoured": "used", "approximated": "approximated", "ignored": "ignored"}
     rows = [(label, report["gltf"][key]) for label, key in lists.items()] + [("warnings", report["warnings"])]
     text = "".join(f"<br>{label}: {html.escape('; '.join(map(str, items)))}" for label, items in rows if items)
@@ -149,7 +149,7 @@ def section(options, name, view, report, cells):
                         embedded(other, "--ch", "R,G,B", "--colorconvert", "linear", "sRGB")))
     notes = [NOTES.get(name, ""), "" if view else "framing camera"]
     return (f"<h3>{name}</h3><table><tr>" + "".join(f"<td>{picture}{title}" for title, picture in columns) + "</table>"
-            + f"<p>{facts_of(report)}" + "".join(f"<br>{html.escape(note)}" for note in notes if note))
+            + f"<p>{format_facts(report)}" + "".join(f"<br>{html.escape(note)}" for note in notes if note))
 
 
 def pair_lines(options, rendered):

@@ -116,7 +116,7 @@ FrameRun BenchFrame::run(int threads, uint32_t spp) const {
 
 FrameRun BenchFrame::run(int threads, const FrameSampling& s, RenderSink& sink,
                          const std::stop_token& stop,
-                         const std::function<void(const RenderJob&)>& look) const {
+                         const std::function<void(const RenderJob&)>& on_picture) const {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
   FrameSettings settings = options_;
   settings.driver = "bucket";  // avoids the checks of other drivers
@@ -125,7 +125,7 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, RenderSink& sink,
   settings.streams = int(s.streams);
   RenderPlan plan(settings);
   plan.aovs = s.aovs;
-  plan.even = s.driver != "adaptive";
+  plan.is_uniform = s.driver != "adaptive";
   plan.driver_settings.adaptive = s.adaptive;
   const Frame frame = plan.frame(*scene_, camera_, {.light_groups = s.light_groups});
   RenderJob job(frame, driver_factory(s.driver, plan.driver_settings));
@@ -138,7 +138,7 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, RenderSink& sink,
   run.cpu_s = process_cpu() - cpu;
   arena.execute([&] { job.deliver(sink); });
   run.error_estimate = job.error_estimate();
-  if (look) arena.execute([&] { look(job); });
+  if (on_picture) arena.execute([&] { on_picture(job); });
   return run;
 }
 

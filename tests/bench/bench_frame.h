@@ -57,11 +57,11 @@ class BenchFrame {
 
   // Renders without a file or display.
   FrameRun run(int threads, uint32_t spp) const;
-  // Renders into `sink`. Times cover the driver's render(), not its deliver(). `look`, if given, is
-  // called with the finished job.
+  // Renders into `sink`. Times cover the driver's render(), not its deliver(). `on_picture`, if
+  // given, is called with the finished job.
   FrameRun run(int threads, const FrameSampling& sampling, RenderSink& sink,
                const std::stop_token& stop = {},
-               const std::function<void(const RenderJob&)>& look = {}) const;
+               const std::function<void(const RenderJob&)>& on_picture = {}) const;
 
   double load_s = 0, build_s = 0;
   const Scene& scene() const { return *scene_; }

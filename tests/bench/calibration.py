@@ -20,7 +20,7 @@ DUSK = ["--env", str(SCENES / "dusk.hdr")]
 GALLERY = {"teapot": [], "cornell_box": [], "glass_metal": [], "thin_wires": DUSK, "spheres": [],
            "mis_plates": [], "night_street": ["--f-stop", "1.4", "--focus-distance", "1.2"],
            "caustics": []}
-LEAST, MOST = 0.8, 1.25
+MIN_RATIO, MAX_RATIO = 0.8, 1.25
 
 
 def measure(bench, scene, options, folder):
@@ -50,7 +50,7 @@ def main():
             result = measure(options.bench, scene, options, folder)
             for method in options.methods.split(","):
                 ratios = [result[budget][method]["calibration"] for budget in budgets]
-                outside += sum(not LEAST <= ratio <= MOST for ratio in ratios)
+                outside += sum(not MIN_RATIO <= ratio <= MAX_RATIO for ratio in ratios)
                 print(f"| `{scene}`, {method} | " + " | ".join(f"{r:.2f}" for r in ratios) + " |",
                       flush=True)
     return 1 if outside else 0

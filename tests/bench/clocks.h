@@ -19,7 +19,7 @@ inline double wall_clock() { return seconds_of(CLOCK_MONOTONIC); }
 
 // Median, minimum and maximum.
 struct Spread {
-  double median = 0, least = 0, most = 0;
+  double median = 0, minimum = 0, maximum = 0;
 };
 inline Spread spread(std::vector<double> values) {
   if (values.empty()) return {};

@@ -75,7 +75,7 @@ def import_scene(s):
     for o in list(bpy.data.objects):
         bpy.data.objects.remove(o, do_unlink=True)
     op = bpy.ops.import_scene.gltf
-    wanted = {
+    import_options = {
         "filepath": s["gltf"],
         "merge_vertices": False,
         "import_shading": "NORMALS",
@@ -83,8 +83,8 @@ def import_scene(s):
         "convert_lighting_mode": "COMPAT",
         "export_import_convert_lighting_mode": "COMPAT",
     }
-    known = set(op.get_rna_type().properties.keys())
-    op(**{k: v for k, v in wanted.items() if k in known})
+    supported_options = set(op.get_rna_type().properties.keys())
+    op(**{k: v for k, v in import_options.items() if k in supported_options})
     for light in bpy.data.lights:  # glTF's lights have no size
         if light.type == "SUN":
             light.angle = 0.0

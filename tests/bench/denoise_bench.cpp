@@ -134,8 +134,8 @@ int run(int argc, char** argv) {
              errors_of(raw, reference), errors_of(picture, reference),
              calibration(clean.squared_error_before, raw),
              calibration(clean.squared_error_after, picture),
-             covered_blocks(picture, truth_a, truth_b, clean.error), double(clean.kept) / pixels,
-             seconds[seconds.size() / 2]);
+             covered_blocks(picture, truth_a, truth_b, clean.error),
+             double(clean.unchanged_pixels) / pixels, seconds[seconds.size() / 2]);
   return 0;
 }
 

@@ -29,7 +29,7 @@ void line(const std::string& name, const std::vector<double>& seconds) {
   if (seconds.empty()) return;
   const Spread s = spread(seconds);
   fmt::print("{:<28}{:>10.3f} ms   {:.3f} to {:.3f}, {} times\n", name, 1e3 * s.median,
-             1e3 * s.least, 1e3 * s.most, seconds.size());
+             1e3 * s.minimum, 1e3 * s.maximum, seconds.size());
 }
 
 // Applies `edit` to each of `count` objects and undoes it.
@@ -113,7 +113,7 @@ void time_frames(const RenderOptions& options, int repetitions) {
   }
   const Spread s = spread(ratios);
   fmt::print("CPU time of a frame ({:.2f} s), editable against not: {:.3f}   {:.3f} to {:.3f}\n",
-             spread(seconds).median, s.median, s.least, s.most);
+             spread(seconds).median, s.median, s.minimum, s.maximum);
 }
 
 }  // namespace

@@ -47,9 +47,9 @@ void add_share_samples() {
     bounds[i] = {float(8 * (1 + i % 4)), 1024.0f};
   }
   add_benchmark(
-      "error_map/share_samples",
+      "error_map/allocate_samples",
       [rates, bounds, counts = std::vector<float>()]() mutable {
-        share_samples(rates, bounds, 40.0 * double(kPixels), &counts);
+        allocate_samples(rates, bounds, 40.0 * double(kPixels), &counts);
         return counts[0];
       },
       double(kPixels));

@@ -33,10 +33,12 @@ struct Options {
   std::string json;
 };
 
-Json to_json(const Spread& s) { return {{"median", s.median}, {"min", s.least}, {"max", s.most}}; }
+Json to_json(const Spread& s) {
+  return {{"median", s.median}, {"min", s.minimum}, {"max", s.maximum}};
+}
 
 void line(const char* name, const Spread& s, const char* unit) {
-  fmt::print("{:<34}{:>10.4g}   {:.4g} to {:.4g}{}\n", name, s.median, s.least, s.most, unit);
+  fmt::print("{:<34}{:>10.4g}   {:.4g} to {:.4g}{}\n", name, s.median, s.minimum, s.maximum, unit);
 }
 
 // Figures of each repetition; the table and the JSON show their spreads.

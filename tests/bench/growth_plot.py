@@ -6,17 +6,17 @@ WIDTH, HEIGHT = 900, 560
 LEFT, RIGHT, TOP, BOTTOM = 82, 24, 84, 66
 COLORS = ("#0b62a4", "#c2500a", "#2f7d32", "#7b3fa0")  # one for each scene
 INK, GRID = "#222222", "#dddddd"
-LEAST_X, MOST_X = 1, 1000
+MIN_X, MAX_X = 1, 1000
 
 
 class Paper:
     """Maps nodes and seconds to points of the picture."""
 
-    def __init__(self, least_y, most_y):
-        self.low, self.high = math.log10(least_y), math.log10(most_y)
+    def __init__(self, min_y, max_y):
+        self.low, self.high = math.log10(min_y), math.log10(max_y)
 
     def x(self, nodes):
-        return LEFT + (WIDTH - LEFT - RIGHT) * math.log(nodes / LEAST_X) / math.log(MOST_X / LEAST_X)
+        return LEFT + (WIDTH - LEFT - RIGHT) * math.log(nodes / MIN_X) / math.log(MAX_X / MIN_X)
 
     def y(self, seconds):
         return HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) * (math.log10(seconds) - self.low) / (self.high - self.low)

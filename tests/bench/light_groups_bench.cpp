@@ -32,7 +32,7 @@ struct Options {
   int repetitions = 9;
 };
 
-class Nobody final : public RenderSink {
+class NullSink final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
@@ -56,8 +56,8 @@ void add_lamps(int count, SceneDescription& scene) {
 void line(const std::string& name, const std::vector<double>& seconds) {
   if (seconds.empty()) return;
   const Spread s = spread(seconds);
-  fmt::print("{:<44}{:>9.3f} ms   {:.3f} to {:.3f}\n", name, 1e3 * s.median, 1e3 * s.least,
-             1e3 * s.most);
+  fmt::print("{:<44}{:>9.3f} ms   {:.3f} to {:.3f}\n", name, 1e3 * s.median, 1e3 * s.minimum,
+             1e3 * s.maximum);
 }
 
 void measure_cost(const Options& options, const BenchFrame& frame, const LightGroups& groups) {
@@ -72,8 +72,8 @@ void measure_cost(const Options& options, const BenchFrame& frame, const LightGr
       sampling.spp = options.frame.spp.value_or(16);
       sampling.adaptive.budget = sampling.spp;
       if (grouped) sampling.light_groups = &groups;
-      Nobody nobody;
-      cpu[grouped] = frame.run(options.threads, sampling, nobody).cpu_s;
+      NullSink null_sink;
+      cpu[grouped] = frame.run(options.threads, sampling, null_sink).cpu_s;
     }
     without.push_back(cpu[0]);
     const double ratio = std::log(cpu[1] / cpu[0]);
@@ -95,8 +95,8 @@ void measure_relight(const Options& options, const BenchFrame& frame, const Ligh
   sampling.light_groups = &groups;
   std::vector<float> rgba(4 * frame.pixels(), 1.0f);
   std::vector<double> mixing, mixed, plain;
-  Nobody nobody;
-  const auto look = [&](const RenderJob& rendered) {
+  NullSink null_sink;
+  const auto on_picture = [&](const RenderJob& rendered) {
     if (!rendered.picture()) return;  // the driver keeps no picture
     fmt::print("{} light groups, film {:.1f} MiB\n", groups.size(),
                double(rendered.film_bytes()) / 1048576);
@@ -115,7 +115,7 @@ void measure_relight(const Options& options, const BenchFrame& frame, const Ligh
       plain.push_back(wall_clock() - shown);
     }
   };
-  frame.run(options.threads, sampling, nobody, {}, look);
+  frame.run(options.threads, sampling, null_sink, {}, on_picture);
   line("from an edit to its weights", mixing);
   line("from weights to the picture", mixed);
   line("the picture without weights", plain);
@@ -139,7 +139,7 @@ int run_light_groups_bench(int argc, char** argv) {
   const BenchFrame frame(options.frame, {}, [&](SceneDescription& scene) {
     apply({}, scene);
     add_lamps(options.lamps, scene);
-    groups.emplace(outline(scene));
+    groups.emplace(copy_without_geometry(scene));
   });
   measure_relight(options, frame, *groups);
   measure_cost(options, frame, *groups);

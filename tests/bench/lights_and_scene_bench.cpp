@@ -54,7 +54,7 @@ void add_environments() {
   }
 }
 
-Vec3f anywhere(uint32_t stream, uint32_t i, float size) {
+Vec3f random_position(uint32_t stream, uint32_t i, float size) {
   return (Vec3f(random_unit(stream, i), random_unit(stream + 1, i), random_unit(stream + 2, i)) -
           Vec3f(0.5f)) *
          size;
@@ -65,15 +65,15 @@ void add_lights() {
     std::vector<EmissiveTriangle> triangles(count);
     for (uint32_t i = 0; i < count; ++i) {
       EmissiveTriangle& t = triangles[i];
-      t.p0 = anywhere(30, i, 100.0f);
-      t.p1 = t.p0 + anywhere(33, i, 0.3f);
-      t.p2 = t.p0 + anywhere(36, i, 0.3f);
+      t.p0 = random_position(30, i, 100.0f);
+      t.p1 = t.p0 + random_position(33, i, 0.3f);
+      t.p2 = t.p0 + random_position(36, i, 0.3f);
       t.mean_radiance = Rgb(0.1f + random_unit(39, i));
     }
     const auto lights = std::make_shared<const LightSampler>(std::move(triangles),
                                                              std::vector<PointLight>{}, nullptr);
     auto query = inputs([](uint32_t i) {
-      return LightQuery{anywhere(40, i, 100.0f), square_to_sphere(random_point(43, i))};
+      return LightQuery{random_position(40, i, 100.0f), square_to_sphere(random_point(43, i))};
     });
     const std::string name = "lights/" + std::to_string(count);
     add_benchmark(name + "/sample",
@@ -88,7 +88,7 @@ void add_lights() {
 }
 
 // Rays at any time that all hit a sphere of radius 1 around the origin, or almost.
-auto rays_at_the_ball(bool random) {
+auto rays_towards_ball(bool random) {
   return inputs([random](uint32_t i) {
     const Vec3f at = square_to_sphere(random ? random_point(50, i)
                                              : Vec2f(0.3f, 0.4f) + random_point(50, i) * 0.02f) *
@@ -100,7 +100,7 @@ auto rays_at_the_ball(bool random) {
 
 void add_surface(const std::string& name, const std::shared_ptr<const Scene>& scene) {
   for (const bool random : {false, true}) {
-    auto ray = rays_at_the_ball(random);
+    auto ray = rays_towards_ball(random);
     auto hit = inputs([&](uint32_t i) {
       SurfaceHit found;
       if (!scene->intersect(ray.values[i], {}, &found)) std::abort();

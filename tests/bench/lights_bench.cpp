@@ -131,7 +131,7 @@ void bench_triangles() {
                 }));
   }
   std::printf("  pdf               %6.1f ns\n", nanoseconds([&](int i) {
-                return triangle_pdf(see_triangle(p0, p1, p2, points[size_t(i)]), 1.0f);
+                return triangle_pdf(project_triangle(p0, p1, p2, points[size_t(i)]), 1.0f);
               }));
 }
 

@@ -79,13 +79,13 @@ def main():
     p.add_argument("-o", "--output", type=pathlib.Path, default=FIGURES, metavar="PAGE.md")
     options = p.parse_args()
     run("cmake", "--build", ROOT / "build/release", "--target", "emberline", "frame_benches", "parts_bench")
-    wanted = options.only.split(",")
+    selected = options.only.split(",")
     page = options.output
     old = dict(re.findall(r"^## (.*?)\n\n(.*?)(?=^## |\Z)", page.read_text(), re.M | re.S)) if page.exists() else {}
     text = "# Figures\n\nWritten by `tests/bench/measure.py`; tests/bench/README.md says what each figure means.\n\n"
     for key, (title, measure) in SECTIONS.items():
         body = old.get(title, "not measured yet\n")
-        if key in wanted:
+        if key in selected:
             load = os.getloadavg()[0]
             body = (f"{time.strftime('%Y-%m-%d')}, {processor()}, {os.cpu_count()} processors, load average "
                     f"{load:.1f} before.\n\n" + "\n".join(measure(options)) + "\n")

@@ -103,15 +103,15 @@ def one_channel(path, width, height):
 
 def pixel_seconds(program, scene, size, spp, repeat, folder):
     """Returns width, height and the minimum seconds of each pixel, rows from the top."""
-    frame, numbers, least = folder / "frame.exr", folder / "time.exr", None
+    frame, numbers, min_seconds = folder / "frame.exr", folder / "time.exr", None
     width, height = map(int, size.split("x"))
     for i in range(repeat):
         render(program, scene, "-o", frame, "--driver", "bucket", "--aov", "time", "--threads", 1,
                "--size", size, "--spp", spp, "--bucket-order", ORDERS[i % len(ORDERS)])
         subprocess.run([program, "heatmap", frame, "--of", "time", "-o", numbers, "--quiet"], check=True)
         values = one_channel(numbers, width, height)
-        least = array.array("f", map(min, least, values)) if least else values
-    return width, height, least
+        min_seconds = array.array("f", map(min, min_seconds, values)) if min_seconds else values
+    return width, height, min_seconds
 
 
 def hilbert_step(k, x, y):

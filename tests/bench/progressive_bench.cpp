@@ -30,9 +30,9 @@ struct Options {
 };
 
 // Resolves and times the picture at several moments, as a window would.
-class Onlooker final : public RenderSink {
+class ObserverSink final : public RenderSink {
  public:
-  explicit Onlooker(uint64_t pixels) : rgba_(4 * pixels) {
+  explicit ObserverSink(uint64_t pixels) : rgba_(4 * pixels) {
     std::ranges::fill(rgba_, 1.0f);  // touches the memory, as in a window
   }
   void tile_finished(const FilmTile& /*tile*/) override {}
@@ -42,18 +42,18 @@ class Onlooker final : public RenderSink {
     picture.resolve(rgba_);
     resolve_s_[next_] = wall_clock() - before;
     resolve_cpu_s_[next_] = process_cpu() - cpu_before;
-    shown_s_[next_] = wall_clock() - start_ - looked_s_;
-    looked_s_ += next_ == 0 ? 0.0 : resolve_s_[next_];  // the first is part of the latency
+    displayed_s_[next_] = wall_clock() - start_ - observed_s_;
+    observed_s_ += next_ == 0 ? 0.0 : resolve_s_[next_];  // the first is part of the latency
     ++next_;
   }
-  std::optional<uint64_t> picture_wanted_at() const override {
+  std::optional<uint64_t> next_picture_at() const override {
     if (next_ == kMoments) return std::nullopt;
     return uint64_t(std::ceil(kCompletions[next_] * double(rgba_.size() / 4)));
   }
 
   static constexpr size_t kMoments = 5;
   static constexpr double kCompletions[kMoments] = {0.0, 1.0 / 64, 0.25, 0.5, 1.0};
-  double shown_s(size_t moment) const { return shown_s_[moment]; }
+  double displayed_s(size_t moment) const { return displayed_s_[moment]; }
   double resolve_s(size_t moment) const { return resolve_s_[moment]; }
   double resolve_cpu_s(size_t moment) const { return resolve_cpu_s_[moment]; }
 
@@ -61,11 +61,11 @@ class Onlooker final : public RenderSink {
   const double start_ = wall_clock();
   std::vector<float> rgba_;
   size_t next_ = 0;
-  double looked_s_ = 0;
-  double shown_s_[kMoments] = {}, resolve_s_[kMoments] = {}, resolve_cpu_s_[kMoments] = {};
+  double observed_s_ = 0;
+  double displayed_s_[kMoments] = {}, resolve_s_[kMoments] = {}, resolve_cpu_s_[kMoments] = {};
 };
 
-class Nobody final : public RenderSink {
+class NullSink final : public RenderSink {
  public:
   void tile_finished(const FilmTile& /*tile*/) override {}
   void picture_changed(const JobProgress& /*now*/, const LivePicture& /*picture*/) override {
@@ -89,24 +89,24 @@ FrameSampling sampling_of(const std::string& driver, uint32_t spp) {
 void line(const std::string& name, const std::vector<double>& values, double scale,
           const char* unit) {
   const Spread s = spread(values);
-  fmt::print("{:<44}{:>9.4g}   {:.4g} to {:.4g}{}\n", name, s.median * scale, s.least * scale,
-             s.most * scale, unit);
+  fmt::print("{:<44}{:>9.4g}   {:.4g} to {:.4g}{}\n", name, s.median * scale, s.minimum * scale,
+             s.maximum * scale, unit);
 }
 
 void measure_pictures(const Options& options, const BenchFrame& frame) {
-  std::vector<double> shown[Onlooker::kMoments], resolve[Onlooker::kMoments],
-      resolve_cpu[Onlooker::kMoments];
+  std::vector<double> shown[ObserverSink::kMoments], resolve[ObserverSink::kMoments],
+      resolve_cpu[ObserverSink::kMoments];
   for (int i = 0; i < options.repetitions; ++i) {
-    Onlooker onlooker(frame.pixels());
-    frame.run(options.threads, sampling_of(options.frame.driver, 1), onlooker);
-    for (size_t m = 0; m < Onlooker::kMoments; ++m) {
-      shown[m].push_back(onlooker.shown_s(m));
-      resolve[m].push_back(onlooker.resolve_s(m));
-      resolve_cpu[m].push_back(onlooker.resolve_cpu_s(m));
+    ObserverSink observer(frame.pixels());
+    frame.run(options.threads, sampling_of(options.frame.driver, 1), observer);
+    for (size_t m = 0; m < ObserverSink::kMoments; ++m) {
+      shown[m].push_back(observer.displayed_s(m));
+      resolve[m].push_back(observer.resolve_s(m));
+      resolve_cpu[m].push_back(observer.resolve_cpu_s(m));
     }
   }
   const char* names[] = {"first pause", "1/64 of the pixels", "1/4", "1/2", "all"};
-  for (size_t m = 0; m < Onlooker::kMoments; ++m) {
+  for (size_t m = 0; m < ObserverSink::kMoments; ++m) {
     line(fmt::format("picture after {}", names[m]), shown[m], 1e3, " ms");
     line("  of it, resolving", resolve[m], 1e3, " ms");
     line("  and its processor time, all threads", resolve_cpu[m], 1e3, " ms");
@@ -116,7 +116,7 @@ void measure_pictures(const Options& options, const BenchFrame& frame) {
 void measure_stops(const Options& options, const BenchFrame& frame) {
   std::vector<double> latency;
   for (int i = 0; i < 4 * options.repetitions; ++i) {
-    Nobody nobody;
+    NullSink null_sink;
     std::stop_source stop;
     double requested = 0;
     std::thread timer([&] {
@@ -125,7 +125,7 @@ void measure_stops(const Options& options, const BenchFrame& frame) {
       stop.request_stop();
     });
     const FrameRun run = frame.run(options.threads, sampling_of(options.frame.driver, 1u << 20),
-                                   nobody, stop.get_token());
+                                   null_sink, stop.get_token());
     timer.join();
     latency.push_back(run.returned - requested);
   }
@@ -135,9 +135,9 @@ void measure_stops(const Options& options, const BenchFrame& frame) {
 void measure_overhead(const Options& options, const BenchFrame& frame) {
   std::vector<double> cpu, wall, pauses;
   const auto timed = [&](const std::string& name) {
-    Nobody nobody;
-    const FrameRun run = frame.run(options.threads, sampling_of(name, options.spp()), nobody);
-    if (name == options.frame.driver) pauses.push_back(nobody.pauses());
+    NullSink null_sink;
+    const FrameRun run = frame.run(options.threads, sampling_of(name, options.spp()), null_sink);
+    if (name == options.frame.driver) pauses.push_back(null_sink.pauses());
     return run;
   };
   for (int i = 0; i < options.repetitions; ++i) {

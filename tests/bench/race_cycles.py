@@ -231,7 +231,7 @@ def short(name):
     return pathlib.PurePath(name).stem
 
 
-def summary(figures, unread):
+def summary(figures, unreadable_scenes):
     shown = [row for row in SUMMARY if all(row[0] in f for f in figures.values())]
     row = lambda name, values: f"| {name} | " + " | ".join(values) + " |"
     lines = ["Cycles over Emberline, above 1 where Emberline is better:", "",
@@ -241,7 +241,7 @@ def summary(figures, unread):
     medians = [f"{statistics.median(f[key] for f in figures.values()):.2f}" for key, *_ in shown]
     lines += [row("**median**", medians),
               row("asked: each, median", [f"{each:.3g}, {median:.3g}" for _, _, each, median in shown])]
-    lines += ["", *(f"{short(name)} is left out, Blender cannot read it: {what}." for name, what in unread.items())]
+    lines += ["", *(f"{short(name)} is left out, Blender cannot read it: {what}." for name, what in unreadable_scenes.items())]
     return "\n".join(lines) + "\n"
 
 
@@ -288,7 +288,7 @@ def main():
     options.cache = options.cache.resolve()
     views = json.loads((options.assets / "views.json").read_text())
     names = options.scenes or [name for name in views if name.startswith("scenes/")]
-    pages, figures, unread = [], {}, {}
+    pages, figures, unreadable_scenes = [], {}, {}
     record = json.loads(options.json.read_text()) if options.json and options.json.exists() else {}
     names = list(dict.fromkeys([*record, *names]))
     for name in names:
@@ -299,7 +299,7 @@ def main():
             if name not in record:
                 record[name] = race(options, scene, Emberline(options, views[name]), Cycles(options, views[name]))
         except Unreadable as what:
-            unread[name] = what
+            unreadable_scenes[name] = what
             continue
         raced = record[name]
         found = raced["speed"], raced["error"], raced["adaptive"]
@@ -311,7 +311,7 @@ def main():
     if not figures:
         sys.exit("race_cycles.py: Blender can read none of them")
     if len(names) > 1:
-        pages.insert(0, summary(figures, unread))
+        pages.insert(0, summary(figures, unreadable_scenes))
         print(pages[0], file=sys.stderr if options.output else sys.stdout)
     if options.output:
         options.output.write_text(time.strftime("Measured %Y-%m-%d.\n\n") + "\n".join(pages))

@@ -57,25 +57,25 @@ struct RayRecorder::Lists {
 namespace {
 
 std::atomic<RayRecorder::Lists*> recording{nullptr};
-thread_local List* own_list = nullptr;
-thread_local uint64_t own_list_of = 0;
+thread_local List* thread_list = nullptr;
+thread_local uint64_t thread_list_serial = 0;
 
 Record& next_record(RayRecorder::Lists& lists) {
-  if (own_list_of != lists.serial) {
+  if (thread_list_serial != lists.serial) {
     const std::lock_guard lock(lists.mutex);
     lists.lists.push_back(std::make_unique<List>());
-    own_list = lists.lists.back().get();
-    own_list_of = lists.serial;
+    thread_list = lists.lists.back().get();
+    thread_list_serial = lists.serial;
   }
-  if (own_list->empty() || own_list->back()->size() == kBlock) {
-    own_list->push_back(std::make_unique<std::vector<Record>>());
-    own_list->back()->reserve(kBlock);
+  if (thread_list->empty() || thread_list->back()->size() == kBlock) {
+    thread_list->push_back(std::make_unique<std::vector<Record>>());
+    thread_list->back()->reserve(kBlock);
   }
-  return own_list->back()->emplace_back();
+  return thread_list->back()->emplace_back();
 }
 
-void note_question(RayRecorder::Lists& lists, Record& record, RTCScene scene, const RTCRay& ray,
-                   const embree::RayContext& context) {
+void record_query(RayRecorder::Lists& lists, Record& record, RTCScene scene, const RTCRay& ray,
+                  const embree::RayContext& context) {
   record.origin[0] = ray.org_x;
   record.origin[1] = ray.org_y;
   record.origin[2] = ray.org_z;
@@ -107,7 +107,7 @@ RTCRay ray_of(const Record& r) {
   return ray;
 }
 
-void note_answer(Record& record, const RTCRayHit& hit) {
+void record_result(Record& record, const RTCRayHit& hit) {
   const bool missed = hit.hit.geomID == RTC_INVALID_GEOMETRY_ID;  // primID is then undefined
   record.kind_or_primitive = missed ? 0 : hit.hit.primID;
   record.geometry = hit.hit.geomID;
@@ -115,7 +115,7 @@ void note_answer(Record& record, const RTCRayHit& hit) {
   record.found = hit.ray.tfar;
 }
 
-bool same_answer(const Record& a, const RTCRayHit& hit) {
+bool has_same_result(const Record& a, const RTCRayHit& hit) {
   if (a.geometry == RTC_INVALID_GEOMETRY_ID) return hit.hit.geomID == RTC_INVALID_GEOMETRY_ID;
   return a.geometry == hit.hit.geomID && a.instance == hit.hit.instID[0] &&
          a.kind_or_primitive == hit.hit.primID &&
@@ -176,7 +176,7 @@ uint64_t play(RTCScene scene, const List& list) {
         if constexpr (kMode != Mode::kSetUpOnly) trace(scene, context, hit);
         use(context);
         use(hit);
-        if constexpr (kMode == Mode::kCompare) differences += !same_answer(record, hit);
+        if constexpr (kMode == Mode::kCompare) differences += !has_same_result(record, hit);
       }
     }
   }
@@ -267,9 +267,9 @@ void __wrap_rtcIntersect1(RTCScene scene, RTCIntersectContext* context, RTCRayHi
     return;
   }
   emberline::bench::Record& record = emberline::bench::next_record(*lists);
-  emberline::bench::note_question(*lists, record, scene, hit->ray, *ray_context);
+  emberline::bench::record_query(*lists, record, scene, hit->ray, *ray_context);
   real();
-  emberline::bench::note_answer(record, *hit);
+  emberline::bench::record_result(record, *hit);
 }
 
 #if EMBERLINE_EMBREE_MAJOR >= 4
@@ -288,7 +288,7 @@ void __wrap_rtcOccluded1(RTCScene scene, RTCIntersectContext* context, RTCRay* r
     return;
   }
   emberline::bench::Record& record = emberline::bench::next_record(*lists);
-  emberline::bench::note_question(*lists, record, scene, *ray, *ray_context);
+  emberline::bench::record_query(*lists, record, scene, *ray, *ray_context);
   real();
   record.kind_or_primitive = emberline::bench::kOcclusion;
   record.found = ray->tfar < 0.0f ? 1.0f : 0.0f;

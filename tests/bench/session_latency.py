@@ -59,10 +59,10 @@ def measure(program, size, scene):
     for _ in range(5):
         begun = time.perf_counter()
         session = Session(program, "--size", size)
-        session.hear(lambda m: m.get("event") == "hello")
+        session.receive(lambda m: m.get("event") == "hello")
         starts.append(time.perf_counter() - begun)
         begun = time.perf_counter()
-        answer = session.ask("open", scene=scene)
+        answer = session.request("open", scene=scene)
         first_picture(session, answer["edit"])
         opens.append(time.perf_counter() - begun)
         view = answer["scene"]["view"]
@@ -70,13 +70,13 @@ def measure(program, size, scene):
             time.sleep(0.05)
             moved = {**view, "look_from": [view["look_from"][0] + 0.01 * step, *view["look_from"][1:]]}
             begun = time.perf_counter()
-            first_picture(session, session.ask("camera", camera=moved)["edit"])
+            first_picture(session, session.request("camera", camera=moved)["edit"])
             cameras.append(time.perf_counter() - begun)
             change = {"materials": [{"index": 0, "base_color": [step / 40, 0.5, 0.3]}]}
             begun = time.perf_counter()
-            first_picture(session, session.ask("edits", edits=change)["edit"])
+            first_picture(session, session.request("edits", edits=change)["edit"])
             materials.append(time.perf_counter() - begun)
-        session.say("quit")
+        session.send("quit")
         session.process.wait()
     for name, times in (("start to hello", starts), ("open to first picture", opens), ("camera", cameras), ("material", materials)):
         state(f"{size} {name}", times)

@@ -214,7 +214,7 @@ void measure_wakes(const Options& /*options*/, SessionOwner& /*owner*/) {
   line("a sleeping thread wakes up too late by", late);
 }
 
-class Nobody final : public RenderSink {
+class NullSink final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
@@ -239,8 +239,8 @@ void measure_pace(const Options& options, const std::string& driver) {
           std::this_thread::sleep_for(std::chrono::duration<double>(options.idle_s));
           stop.request_stop();
         });
-        Nobody nobody;
-        const FrameRun run = bench.run(threads, sampling, nobody, stop.get_token());
+        NullSink null_sink;
+        const FrameRun run = bench.run(threads, sampling, null_sink, stop.get_token());
         timer.join();
         paces[0] = double(run.counters.samples) / run.wall_s;
       } else {
@@ -274,8 +274,8 @@ void measure_buckets(const Options& options) {
     double seconds[2] = {};
     for (int turn = 0; turn < 2; ++turn) {
       if ((i + turn) % 2 == 0) {
-        Nobody nobody;
-        seconds[0] = bench.run(threads, sampling, nobody).wall_s;
+        NullSink null_sink;
+        seconds[0] = bench.run(threads, sampling, null_sink).wall_s;
       } else {
         ViewSettings settings;
         settings.render = frame;

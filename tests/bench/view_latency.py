@@ -34,8 +34,8 @@ def render_pace(binary, words, driver, seconds):
         report = pathlib.Path(folder) / "r.json"
         subprocess.run([binary, "render", *words, "--driver", driver, "--spp", "4096", "--time-limit", str(seconds), "-q",
                         "-o", str(pathlib.Path(folder) / "r.exr"), "--report", str(report)], check=True)
-        told = json.loads(report.read_text())
-        return told["samples"]["total"] / told["time"]["render_s"]
+        frame_report = json.loads(report.read_text())
+        return frame_report["samples"]["total"] / frame_report["time"]["render_s"]
 
 
 def row(name, summary):

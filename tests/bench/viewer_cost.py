@@ -33,7 +33,7 @@ FRAMES = {
 }
 
 
-def read_and_forget(listener, received):
+def discard_input(listener, received):
     while True:
         connection, _ = listener.accept()
         with connection:
@@ -63,7 +63,7 @@ def main():
     listener = socket.create_server(("127.0.0.1", 0))
     url = "tev://127.0.0.1:%d" % listener.getsockname()[1]
     received = multiprocessing.Value("Q", 0)
-    multiprocessing.Process(target=read_and_forget, args=(listener, received), daemon=True).start()
+    multiprocessing.Process(target=discard_input, args=(listener, received), daemon=True).start()
     picture = 640 * 360 * 16
     lines = ["| frame | processor s | pictures sent | with a viewer against without |", "| --- | --- | --- | --- |"]
     failed = False

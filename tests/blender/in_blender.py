@@ -131,7 +131,7 @@ def light_units():
         check(numpy.abs(ours / theirs - 1).max() < TOLERANCE, f"{kind} {more}: {ours} where Cycles has {theirs}")
 
 
-def refusal():
+def rejection_message():
     """The one line with which a render fails, as Blender shows it to the user."""
     bpy.context.scene.render.engine = "EMBERLINE"
     try:
@@ -142,7 +142,7 @@ def refusal():
 
 
 def expect(words):
-    said = refusal()
+    said = rejection_message()
     check(words in said and len(said.splitlines()) == 1, f"expected '{words}', was told: {said}")
 
 
@@ -581,13 +581,13 @@ def long_render():
     scenes.build("materials")
     bpy.context.scene.emberline.samples = 1 << 24
     bpy.context.scene.render.engine = "EMBERLINE"
-    watch = engine.EmberlineRenderEngine._watch
+    watch = engine.EmberlineRenderEngine._wait_for_frame
 
-    def told(self, process, *more):
+    def print_child_and_watch(self, process, *more):
         print(f"child {process._child.pid}", flush=True)
         return watch(self, process, *more)
 
-    engine.EmberlineRenderEngine._watch = told
+    engine.EmberlineRenderEngine._wait_for_frame = print_child_and_watch
     bpy.ops.render.render()
     check(not os.path.exists(guard.last_frame()), "a cancelled frame has been kept")
 
@@ -720,7 +720,7 @@ def tiles_and_sequences():
     check(render().mean() > 0.1, "does not render any more")
 
 
-def apart(collection, placed, **flags):
+def add_to_collection(collection, placed, **flags):
     """Moves objects into a new collection, with flags in the view layer; returns its name."""
     made = bpy.data.collections.new(collection)
     bpy.context.scene.collection.children.link(made)
@@ -749,7 +749,7 @@ def holdouts():
         balls = {o.active_material.name.split(".")[0]: o for o in scene.objects if o.type == "MESH"}
         balls["gold"].name = "holdouts"
         whole = render()[..., 3].mean()
-        apart("held", [balls["red"], balls["lamp"]], holdout=True)
+        add_to_collection("held", [balls["red"], balls["lamp"]], holdout=True)
         balls["plastic"].is_holdout = True
         compare_alpha(f"a collection, transparent {transparent}", whole - 0.1)
         layer = bpy.context.view_layer
@@ -758,7 +758,7 @@ def holdouts():
         layer.use_pass_cryptomatte_object = False
     scenes.build("focus")
     scene.camera.data.dof.use_dof = False
-    apart("instancers", [o for o in scene.objects if o.type == "EMPTY"], holdout=True)
+    add_to_collection("instancers", [o for o in scene.objects if o.type == "EMPTY"], holdout=True)
     compare_alpha("instancers", 0.999)
     scene.render.use_motion_blur = True
     moves(scene.objects["instance 0"], "location", -1.2, -0.2, 0)
@@ -767,7 +767,7 @@ def holdouts():
     scenes.build("materials")
     ball = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name.startswith("red"))
     check(not any("camera" in line for name, line in limits.of_scene(scene) if name == ball.name), "listed before it is so")
-    apart("unseen", [ball], indirect_only=True)
+    add_to_collection("unseen", [ball], indirect_only=True)
     check(any("indirect only" in line for name, line in limits.of_scene(scene) if name == ball.name), "indirect-only is not listed")
 
 

@@ -44,20 +44,20 @@ def the_viewport():
     return next(iter(viewport._viewports), None)
 
 
-def until(good, said, seconds=60):
-    """Waits for `good()`, and stores the seconds in `took`."""
+def until(is_ready, said, seconds=60):
+    """Waits for `is_ready()`, and stores the seconds in `took`."""
     global took
     began = time.perf_counter()
-    while not good():
+    while not is_ready():
         if time.perf_counter() - began > seconds:
             port = the_viewport()
-            raise Failed(f"{said} (the viewport says: {port and port._said})")
+            raise Failed(f"{said} (the viewport says: {port and port._status})")
         yield
     took = time.perf_counter() - began
 
 
 def new_picture(after=None, samples=0.0):
-    def good():
+    def is_ready():
         port = the_viewport()
         now = port and port._picture
         if not now or now is after:
@@ -65,10 +65,10 @@ def new_picture(after=None, samples=0.0):
         message = now.message
         return message["complete"] and message["samples"] >= samples * message["width"] * message["height"]
 
-    return good
+    return is_ready
 
 
-def shown(seconds=0.3):
+def wait_for_screen(seconds=0.3):
     """Gives the current picture time to appear on the screen."""
     end = time.perf_counter() + seconds
     while time.perf_counter() < end:
@@ -88,7 +88,7 @@ def screenshot():
     return pixels[top : top + r.height, r.x : r.x + r.width]
 
 
-def look(**more):
+def set_view(**more):
     space = area().spaces.active
     space.overlay.show_overlays = space.show_gizmo = False
     for name, value in more.items():
@@ -105,25 +105,25 @@ def begin(name="materials", samples=8):
     space = area().spaces.active
     space.use_render_border = scene.render.use_border = True
     yield
-    look(view_perspective="CAMERA")
+    set_view(view_perspective="CAMERA")
     yield from until(new_picture(samples=samples), "no picture")
 
 
 said = []  # (command, members) sent to sessions
 
 
-def listen():
-    say = session.Session.say
+def record_commands():
+    send_command = session.Session.send_command
 
-    def told(self, do, **members):
+    def record_command(self, do, **members):
         if do != "next":
             said.append((do, members))
-        say(self, do, **members)
+        send_command(self, do, **members)
 
-    session.Session.say = told
+    session.Session.send_command = record_command
 
 
-def orders():
+def take_commands():
     """The commands sent since the last call."""
     names = [do for do, _ in said]
     said.clear()
@@ -150,10 +150,10 @@ def in_frame(picture, x0, y0, x1, y1):
 def viewport_shows():
     """The picture through the camera matches F12 within the camera's frame, with Blender's display transform."""
     yield from begin(samples=32)
-    yield from shown()
+    yield from wait_for_screen()
     first = screenshot()
     bpy.context.scene.view_settings.view_transform = "Standard"
-    yield from shown()
+    yield from wait_for_screen()
     standard = screenshot()
     bpy.context.scene.view_settings.view_transform = "Raw"
     bpy.context.scene.render.use_border = False
@@ -169,11 +169,11 @@ def viewport_shows():
 
 def viewport_changes():
     """Each change sends the expected commands and is visible; without changes nothing is sent."""
-    listen()
+    record_commands()
     yield from begin()
-    check(orders().count("open") == 1, "one scene was to be opened")
-    yield from shown(1.0)
-    check(orders() == [], "something is sent while nothing changes")
+    check(take_commands().count("open") == 1, "one scene was to be opened")
+    yield from wait_for_screen(1.0)
+    check(take_commands() == [], "something is sent while nothing changes")
     exports = []
     export = viewport.Export._export_parts
     viewport.Export._export_parts = lambda *a: exports.append(1) or export(*a)
@@ -189,8 +189,8 @@ def viewport_changes():
 
         yield from until(there, f"{what} is not seen")
         print(f"{what}: seen after {took:.2f} s")
-        yield from shown(0.5)
-        names = orders()
+        yield from wait_for_screen(0.5)
+        names = take_commands()
         check(set(names) <= only, f"{what}: {names} was sent")
         check(names.count("open") <= 1, f"{what}: opened {names.count('open')} times")
         check(len(exports) == exported, f"{what}: {len(exports)} exports of meshes")
@@ -284,8 +284,8 @@ def viewport_changes():
     scenes.render("EMBERLINE", os.path.join(FOLDER, "still.exr"))
     # Blender ends the viewports' engines for F12 and then restarts them.
     yield from until(new_picture(), "no viewport after F12")
-    yield from shown(0.5)
-    check(len(viewport._viewports) == 1 and orders().count("open") == 1, "the viewport does not begin once more, and once")
+    yield from wait_for_screen(0.5)
+    check(len(viewport._viewports) == 1 and take_commands().count("open") == 1, "the viewport does not begin once more, and once")
 
 
 def viewport_borders():
@@ -295,9 +295,9 @@ def viewport_borders():
     bpy.context.scene.render.engine = "EMBERLINE"
     bpy.context.scene.emberline.viewport_samples = 16
     space = area().spaces.active
-    look(view_perspective="PERSP", view_rotation=bpy.context.scene.camera.rotation_euler.to_quaternion(), view_distance=9.0, view_location=(0, 0, 0.5))
+    set_view(view_perspective="PERSP", view_rotation=bpy.context.scene.camera.rotation_euler.to_quaternion(), view_distance=9.0, view_location=(0, 0, 0.5))
     yield from until(new_picture(samples=8), "no picture")
-    yield from shown()
+    yield from wait_for_screen()
     whole = screenshot()
     space.render_border_min_x, space.render_border_max_x = 0.3, 0.6
     space.render_border_min_y, space.render_border_max_y = 0.35, 0.65
@@ -309,7 +309,7 @@ def viewport_borders():
         return (message["width"], message["height"])
 
     yield from until(lambda: size() == wanted and new_picture(samples=8)(), "not the border")
-    yield from shown()
+    yield from wait_for_screen()
     part = screenshot()
     h, w = whole.shape[:2]
     for x0, x1, y0, y1 in ((0.32, 0.44, 0.37, 0.48), (0.46, 0.58, 0.5, 0.63)):
@@ -321,7 +321,7 @@ def viewport_borders():
     space.region_3d.view_camera_offset = (0.2, -0.1)
     whole_size = (region().width, region().height)
     yield from until(lambda: size() == whole_size and new_picture(samples=8)(), "no picture of the camera's view")
-    yield from shown(1.0)
+    yield from wait_for_screen(1.0)
     screen = screenshot()
     still = scenes.render("EMBERLINE", os.path.join(FOLDER, "still.exr"))[..., :3]
     got, wanted = in_frame(screen, 6, 26, 18, 38), still[26:38, 6:18].clip(0, 1).mean((0, 1))
@@ -344,27 +344,27 @@ def viewport_animation():
     balls = [scenes.pixels(os.path.join(FOLDER, f"anim_000{i}.exr"))[:, 50:66, 2].mean() for i in (1, 3)]
     check(abs(balls[0] - balls[1]) > 0.02, f"the frames are alike: {balls}")
     check(len(bpy.data.scenes) == 1, "the export's scene has stayed")
-    yield from shown(0.5)
+    yield from wait_for_screen(0.5)
     yield from until(new_picture(samples=1), "no viewport after it")
 
 
 def viewport_large():
     """100,000 triangles: the first picture, and the one after the view moves."""
-    listen()
+    record_commands()
     scenes.build("materials")
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=224, y_subdivisions=224, size=3, location=(0, 0, 1.5))
     scene, space = bpy.context.scene, area().spaces.active
     count = sum(len(o.data.polygons) * 2 for o in scene.objects if o.type == "MESH")
     check(count >= 100000, f"{count} triangles")
     scene.render.engine = "EMBERLINE"
-    yield from shown()
-    look(view_perspective="CAMERA")
+    yield from wait_for_screen()
+    set_view(view_perspective="CAMERA")
     yield from until(lambda: the_viewport() and the_viewport()._picture, "no picture")
     print(f"large: {count} triangles, {region().width}x{region().height}, first picture after {took:.2f} s")
     check(took < 10, "the first picture took too long")
-    yield from shown(1.0)
+    yield from wait_for_screen(1.0)
     space.region_3d.view_perspective = "PERSP"
-    yield from shown(0.5)
+    yield from wait_for_screen(0.5)
     times = []
     for i in range(10):
         before = the_viewport()._picture.message["edit"]
@@ -372,7 +372,7 @@ def viewport_large():
         space.region_3d.view_distance *= 1.02
         yield from until(lambda: the_viewport()._picture.message["edit"] > before, "the view does not move")
         times.append(took)
-        check(orders() == ["camera"], "more than the camera was sent")
+        check(take_commands() == ["camera"], "more than the camera was sent")
     print(f"large: a move of the view is there after {1000 * sorted(times)[5]:.0f} ms (median of 10)")
     check(sorted(times)[5] < 2, "a move of the view takes too long")
 
@@ -382,8 +382,8 @@ def viewport_ends():
     yield from begin()
     child = the_viewport()._session._child.pid
     os.kill(child, signal.SIGKILL)
-    yield from until(lambda: "signal 9" in (the_viewport()._said or ""), "its end is not said")
-    yield from shown(0.5)
+    yield from until(lambda: "signal 9" in (the_viewport()._status or ""), "its end is not said")
+    yield from wait_for_screen(0.5)
     area().spaces.active.shading.type = "SOLID"
     yield from until(lambda: not the_viewport(), "the viewport's session is still there")
     area().spaces.active.shading.type = "RENDERED"
@@ -399,7 +399,7 @@ def viewport_ends():
     changed = viewport.camera.region_view
     viewport.camera.region_view = lambda *_: 1 / 0
     other.tag_redraw()
-    yield from until(lambda: any("ZeroDivisionError" in (v._said or "") for v in viewport._viewports), "a fault of ours is not said")
+    yield from until(lambda: any("ZeroDivisionError" in (v._status or "") for v in viewport._viewports), "a fault of ours is not said")
     viewport.camera.region_view = changed
     for viewed in both:
         viewed.spaces.active.shading.type = "SOLID"

@@ -136,7 +136,8 @@ TEST_F(Adaptive, ASignalLeavesACompletePictureWithTrueCounts) {
     Process process(adaptive({"--spp", "1000000", "--size", size, "--aov", "stop", "--verbose",
                               "--report", path("r.json")}),
                     {.folder = folder_.path()});
-    ASSERT_TRUE(process.wait_until_busy("loaded in", cpu_s * kSlower)) << process.error_so_far();
+    ASSERT_TRUE(process.wait_until_busy("loaded in", cpu_s * kSanitizerSlowdown))
+        << process.error_so_far();
     process.send(signal);
     const RunResult result = process.wait();
     EXPECT_EQ(result.exit_code, 130) << result.describe();
@@ -160,7 +161,7 @@ TEST_F(Adaptive, ASignalLeavesACompletePictureWithTrueCounts) {
 TEST_F(Adaptive, TimeLimitIsNotAFailure) {
   const RunResult result = render(adaptive({"--spp", "1000000", "--size", "128x96", "--aov", "stop",
                                             "--time-limit", "0.2", "--report", path("r.json")}));
-  EXPECT_LT(result.stop_cpu_s, 10.0 * kSlower);  // all of it
+  EXPECT_LT(result.stop_cpu_s, 10.0 * kSanitizerSlowdown);  // all of it
   expect_true_counts();
   const nlohmann::json json = read_json("r.json");
   EXPECT_EQ(json["exit_code"], 0);

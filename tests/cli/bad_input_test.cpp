@@ -15,20 +15,20 @@ namespace {
 
 class BadInput : public CommandTest {
  protected:
-  void expect_refused(const std::string& file, const Words& says) {
+  void expect_refused(const std::string& file, const Words& message_parts) {
     SCOPED_TRACE(file);
     const std::string name = std::filesystem::path(file).filename().string();
     expect_failure({"render", file, "-o", path("out.exr"), "-o", path("out.png"), "--size", "8x8",
                     "--spp", "1", "--report", path("r.json")},
-                   3, Words{name} + says);
-    expect_failure({"info", file}, 3, Words{name} + says);
+                   3, Words{name} + message_parts);
+    expect_failure({"info", file}, 3, Words{name} + message_parts);
   }
 };
 
 struct Damage {
   const char* name;
-  Words says;
-  std::function<void(GltfBuilder&)> inflict;
+  Words message_parts;
+  std::function<void(GltfBuilder&)> apply;
 };
 
 void PrintTo(const Damage& damage, std::ostream* out) { *out << damage.name; }
@@ -37,8 +37,9 @@ class DamagedScene : public BadInput, public ::testing::WithParamInterface<Damag
 
 TEST_P(DamagedScene, IsRefused) {
   GltfBuilder gltf = lamp_scene();
-  GetParam().inflict(gltf);
-  expect_refused(gltf.write_gltf(path(std::string(GetParam().name) + ".gltf")), GetParam().says);
+  GetParam().apply(gltf);
+  expect_refused(gltf.write_gltf(path(std::string(GetParam().name) + ".gltf")),
+                 GetParam().message_parts);
 }
 
 // An accessor that every picture needs.

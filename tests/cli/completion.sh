@@ -9,7 +9,7 @@ source "$share/bash-completion/completions/emberline"
 [ "$(complete -p emberline)" = "complete -F _emberline emberline" ]
 
 failed=0
-shown() {
+print_completions() {
   COMP_WORDS=("$@") COMP_CWORD=$(($# - 1))
   _emberline
   printf '%s\n' "${COMPREPLY[@]}" | sort -u | paste -sd'|'
@@ -17,7 +17,7 @@ shown() {
 expect() {
   local wanted=$1 got
   shift
-  got=$(shown "$@")
+  got=$(print_completions "$@")
   [ "$got" = "$wanted" ] || {
     echo "of '$*' bash shows '$got', and not '$wanted'"
     failed=1
@@ -54,10 +54,10 @@ expect '--json' emberline farm status --j
 expect 'render' emberline help ren
 expect 'notes.txt' emberline farm status n
 
-for command in '' $(shown emberline '' | tr '|' ' '); do
+for command in '' $(print_completions emberline '' | tr '|' ' '); do
   # shellcheck disable=SC2086
   options=$("$program" $command --help-all | grep -oE '^  (-[a-z], )?--[a-z-]+' | grep -oE -- '--[a-z-]+' | sort)
-  completed=$(shown emberline $command -- | tr '|' '\n')
+  completed=$(print_completions emberline $command -- | tr '|' '\n')
   page=$(zcat "$share/man/man1/emberline${command:+-$command}.1.gz" | sed 's/\\//g')
   [ "$options" = "$completed" ] || {
     echo "emberline $command: --help-all and completion differ:"

@@ -18,10 +18,10 @@ class EditsOption : public CommandTest {
     result_ = render(render_words(Words{"--spp", "4"} + more));
     return read_exr(path("out.exr"));
   }
-  void expect_refused(const std::string& text, const Words& says) {
+  void expect_refused(const std::string& text, const Words& message_parts) {
     write("shot.json", text);
     expect_failure(render_words({"--edits", path("shot.json"), "--report", path("r.json")}), 3,
-                   Words{"shot.json"} + says);
+                   Words{"shot.json"} + message_parts);
   }
   RunResult result_;
 };

@@ -203,7 +203,8 @@ TEST_F(Heatmap, StoppedRenderHasAHeatmap) {
          "--heatmap",     path("s.png"), "--heatmap-of", "samples",       "--heatmap-of",
          "stop"},
         {.folder = folder_.path()});
-    ASSERT_TRUE(process.wait_until_busy("loaded in", 0.2 * kSlower)) << process.error_so_far();
+    ASSERT_TRUE(process.wait_until_busy("loaded in", 0.2 * kSanitizerSlowdown))
+        << process.error_so_far();
     process.send(SIGINT);
     const RunResult result = process.wait();
     EXPECT_EQ(result.exit_code, 130) << result.describe();
@@ -274,9 +275,9 @@ TEST_F(Heatmap, FileWithoutTheNeededChannels) {
                                                    {"stop", {"stop", "--aov stop"}},
                                                    {"time", {"time", "--aov time"}},
                                                    {"non_finite", {"--aov non_finite"}}};
-  for (const auto& [quantity, says] : missing) {
+  for (const auto& [quantity, message_parts] : missing) {
     expect_failure(input + Words{"-o", path("d.png"), "--of", quantity}, 3,
-                   Words{"out.exr", "no channel"} + says);
+                   Words{"out.exr", "no channel"} + message_parts);
   }
   render(render_words({"-o", path("out.png")}));
   expect_failure({"heatmap", path("out.png"), "-o", path("d.png")}, 3,

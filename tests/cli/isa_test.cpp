@@ -17,7 +17,7 @@ class IsaOption : public CommandTest {
     widest_ = isa_of("auto.exr");
     const auto at = std::ranges::find(kIsas, widest_);
     if (at == kIsas.end()) GTEST_SKIP() << "not an x86-64";
-    there_ = Words(kIsas.begin(), at + 1);
+    supported_ = Words(kIsas.begin(), at + 1);
   }
 
   Words frame(const std::string& isa, const Words& more) {
@@ -30,12 +30,12 @@ class IsaOption : public CommandTest {
     return read_exr(path(file)).attributes.at("emberline:isa");
   }
 
-  Words there_;
+  Words supported_;
   std::string widest_;
 };
 
 TEST_F(IsaOption, AllKernelsGiveTheSamePicture) {
-  for (const std::string& isa : there_) {
+  for (const std::string& isa : supported_) {
     render(frame(isa, {"-o", path("one.exr")}));
     EXPECT_EQ(isa_of("one.exr"), isa);
     const RunResult both = run({"compare", path("one.exr"), path("auto.exr"), "--json"});
@@ -47,8 +47,8 @@ TEST_F(IsaOption, AllKernelsGiveTheSamePicture) {
 }
 
 TEST_F(IsaOption, CheckpointsOfDifferentKernelsAreNotMixed) {
-  if (there_.size() == 1) GTEST_SKIP() << "this machine has one kind";
-  const std::string narrowest = there_.front();
+  if (supported_.size() == 1) GTEST_SKIP() << "this machine has one kind";
+  const std::string narrowest = supported_.front();
   render(frame(narrowest, {"-o", path("a.exr"), "--part", "1/2"}));
   render(frame(widest_, {"-o", path("b.exr"), "--part", "2/2"}));
   const std::string a = path("a.exr.part-1-of-2.checkpoint"),
@@ -65,8 +65,8 @@ TEST_F(IsaOption, CheckpointsOfDifferentKernelsAreNotMixed) {
 }
 
 TEST_F(IsaOption, UnsupportedKernelsAreRefused) {
-  if (there_.size() == kIsas.size()) GTEST_SKIP() << "this machine has all";
-  const std::string& next = kIsas[there_.size()];
+  if (supported_.size() == kIsas.size()) GTEST_SKIP() << "this machine has all";
+  const std::string& next = kIsas[supported_.size()];
   expect_failure(frame(next, {"-o", path("a.exr")}), 2,
                  {"--isa " + next, "supports at most " + widest_});
 }

@@ -92,8 +92,8 @@ TEST_F(Limits, ReportsADamagedImageLibrary) {
   const auto expect_damaged = [&](const std::string& part) {
     const int status = std::system(needs_it.c_str());
     EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) != 0) << status;
-    const std::vector<uint8_t> said = read_bytes(path("said"));
-    const std::string text(said.begin(), said.end());
+    const std::vector<uint8_t> log_bytes = read_bytes(path("said"));
+    const std::string text(log_bytes.begin(), log_bytes.end());
     EXPECT_EQ(std::ranges::count(text, '\n'), 1) << text;
     EXPECT_NE(text.find(part), std::string::npos) << text;
   };

@@ -26,7 +26,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "renderer/app/manual").glob("*.md")
 TIMEOUT = 60  # seconds for each command
 
 # New values of options that decide how long a command takes, or that depend on the size of the frame.
-SHORTER = {
+SHORT_VALUES = {
     "--bucket-size": "8",
     "--crop": "0,0,16,9",
     "--explain": "16,9",
@@ -39,7 +39,7 @@ SHORTER = {
     "--turntable": "2",
 }
 # What a command gets if the page does not say it.
-ADDED = {
+DEFAULT_OPTIONS = {
     "render": ("--size", "--spp", "--bucket-size"),
     "farm": ("--size", "--spp", "--bucket-size"),
     "study": ("--size", "--seeds"),
@@ -61,7 +61,7 @@ class Page:
             if block is None and line.startswith("```"):
                 block, language, begin = [], line[3:].strip(), number
             elif block is not None and line.startswith("```"):
-                self.take(comment, language, begin, block)
+                self.add_block(comment, language, begin, block)
                 comment, block = "", None
             elif block is not None:
                 block.append(line)
@@ -72,7 +72,7 @@ class Page:
                 if line.startswith("    ") and line.split()[0] == "emberline":
                     self.faults.append(f"{number}: a command outside of a ```sh block, which is not run")
 
-    def take(self, comment, language, begin, block):
+    def add_block(self, comment, language, begin, block):
         file = re.fullmatch(r"<!-- file: (\S+) -->", comment)
         if file:
             self.files[file[1]] = "\n".join(block) + "\n"
@@ -95,12 +95,12 @@ class Page:
                     self.commands.append(Command(first, words))
 
 
-def shortened(words, folder):
+def shorten_command(words, folder):
     """The words of a command that takes a fraction of a second."""
     command = words[0] if words else ""
     words = [name for word in words for name in (sorted(glob.glob(word, root_dir=folder)) or [word])]
     denoised = {"--denoise", "denoising"} & {part for word in words for part in word.split(",")}
-    values = dict(SHORTER)
+    values = dict(SHORT_VALUES)
     if command == "study":
         values["--spp"] = "1,2"
         if "--seconds" in words:
@@ -118,13 +118,13 @@ def shortened(words, folder):
         before = words[number - 1] if number else ""
         result.append(values.get(before, word))
     if "--sample-range" not in words:
-        for option in ADDED.get(command, ()):
+        for option in DEFAULT_OPTIONS.get(command, ()):
             if option not in words:
                 result += [option, values[option]]
     return result
 
 
-def shortened_script(text):
+def shorten_script(text):
     return re.sub(r"spp=\d+", "spp=16", re.sub(r"size=\(\d+, \d+\)", "size=(32, 18)", text))
 
 
@@ -134,13 +134,13 @@ def run(programs, page):
     with tempfile.TemporaryDirectory() as folder:
         pathlib.Path(folder, "scenes").symlink_to(ROOT / "scenes")
         for name, text in page.files.items():
-            pathlib.Path(folder, name).write_text(shortened_script(text) if name.endswith(".py") else text)
+            pathlib.Path(folder, name).write_text(shorten_script(text) if name.endswith(".py") else text)
         for command in page.commands:
             name, *words = command.words
             if not programs[name]:
                 continue
             if name == "emberline":
-                words = shortened(words, folder)
+                words = shorten_command(words, folder)
             try:
                 done = subprocess.run([programs[name], *words], cwd=folder, stdin=subprocess.DEVNULL, capture_output=True,
                                       text=True, timeout=TIMEOUT)

@@ -15,10 +15,10 @@ namespace emberline::test {
 struct RunOptions {
   std::string folder = {};                              // working folder; empty: the test's own
   std::map<std::string, std::string> environment = {};  // added to the test's own, or overriding it
-  std::string stdout_path = {};     // file for stdout, which is then not captured
-  double timeout_s = 60 * kSlower;  // then the process is killed and counts as hung
-  uint64_t file_size_limit = 0;     // RLIMIT_FSIZE in bytes; 0: none
-  uint64_t data_limit = 0;          // RLIMIT_DATA in bytes; 0: none
+  std::string stdout_path = {};                // file for stdout, which is then not captured
+  double timeout_s = 60 * kSanitizerSlowdown;  // then the process is killed and counts as hung
+  uint64_t file_size_limit = 0;                // RLIMIT_FSIZE in bytes; 0: none
+  uint64_t data_limit = 0;                     // RLIMIT_DATA in bytes; 0: none
   uint64_t process_limit = 0;       // RLIMIT_NPROC, as a separate user; needs root; 0: none
   int processors = 0;               // > 0: restricts it to this many of the test's processors
   int terminal_columns = 0;         // > 0: stderr is a terminal of this width
@@ -56,7 +56,8 @@ class Process {
   bool wait_for_error(const std::string& text, double seconds);
   // Waits until stderr contains `text` and the process has since used `cpu_s` of processor time, a
   // measure of progress that other load does not affect. Returns false if the process ends first.
-  bool wait_until_busy(const std::string& text = "loaded in", double cpu_s = 0.5 * kSlower);
+  bool wait_until_busy(const std::string& text = "loaded in",
+                       double cpu_s = 0.5 * kSanitizerSlowdown);
   RunResult wait();
 
  private:

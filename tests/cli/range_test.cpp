@@ -385,7 +385,8 @@ TEST_F(Range, TruncatedFramesAreRenderedAgain) {
 TEST_F(Range, InterruptWritesTheFrameAndListsTheRest) {
   Process process(endless({"--size", "256x256", "-o", path("a.#.png"), "-o", path("a.#.jpg")}),
                   {.folder = folder_.path()});
-  ASSERT_TRUE(process.wait_until_busy("loaded in", 0.2 * kSlower)) << process.error_so_far();
+  ASSERT_TRUE(process.wait_until_busy("loaded in", 0.2 * kSanitizerSlowdown))
+      << process.error_so_far();
   process.send(SIGINT);
   const RunResult result = process.wait();
   EXPECT_EQ(result.exit_code, 130) << result.describe();
@@ -438,7 +439,7 @@ TEST_F(Range, KilledRangeContinues) {
                        "--turntable", "3",     "--resume", "--skip-existing"};
   {
     Process process(words, {.folder = folder_.path()});
-    ASSERT_TRUE(process.wait_until_busy("frame 2 (2 of 3)", 0.1 * kSlower));
+    ASSERT_TRUE(process.wait_until_busy("frame 2 (2 of 3)", 0.1 * kSanitizerSlowdown));
     process.send(SIGKILL);
     process.wait();
   }

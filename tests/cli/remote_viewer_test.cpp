@@ -100,12 +100,12 @@ TEST_F(RemoteViewer, SeesAProgressiveFrameGrow) {
     for (double limit_s = 0.5; limit_s <= 8.0 && pictures < 4; limit_s *= 2.0) {
       TevServer server;
       render(frame(server.url(), {"--driver", driver, "--spp", "1000000", "--time-limit",
-                                  std::to_string(limit_s * kSlower)}));
+                                  std::to_string(limit_s * kSanitizerSlowdown)}));
       EXPECT_EQ(server.wait(), "");
       const TevImage& image = server.image();
       pictures = image.updates.size() / kTiles;
       // At most one update each tenth of a second, plus the last one.
-      EXPECT_LE(image.updates.size(), kTiles * size_t(2.0 + 10.0 * limit_s * kSlower));
+      EXPECT_LE(image.updates.size(), kTiles * size_t(2.0 + 10.0 * limit_s * kSanitizerSlowdown));
       expect_same_picture(image, file());
     }
     EXPECT_GE(pictures, 4u) << "the first at once, the last at the end, and some between";
@@ -180,7 +180,7 @@ TEST_F(RemoteViewer, SlowViewerDoesNotDelayTheRender) {
       const nlohmann::json time = read_json("r.json")["time"];
       EXPECT_GE(time["write_s"].get<double>(), 1.0) << "the wait is no rendering";
       // Allows the second that the viewer is given to recover, and the variation between runs.
-      in_time = result.seconds < 1.5 * alone.seconds + 2.0 * kSlower;
+      in_time = result.seconds < 1.5 * alone.seconds + 2.0 * kSanitizerSlowdown;
     }
     EXPECT_TRUE(in_time);
   }
@@ -191,22 +191,25 @@ TEST_F(RemoteViewer, SlowViewerDoesNotDelayAStop) {
     SCOPED_TRACE(driver);
     // Other load and the disk can delay it, but not ten times.
     double stop_s = 1e9, write_s = 1e9;
-    for (int tries = 0; tries < 10 && (stop_s >= 2.0 * kSlower || write_s >= kSlower); ++tries) {
+    for (int tries = 0;
+         tries < 10 && (stop_s >= 2.0 * kSanitizerSlowdown || write_s >= kSanitizerSlowdown);
+         ++tries) {
       TevServer server({.reads = false});
       Process process(frame(server.url(), {"--size", "512x512", "--spp", "2048", "--verbose",
                                            "--bucket-size", "16", "--driver", driver}),
                       {.folder = folder_.path()});
-      ASSERT_TRUE(process.wait_until_busy("loaded in", 0.5 * kSlower)) << process.error_so_far();
+      ASSERT_TRUE(process.wait_until_busy("loaded in", 0.5 * kSanitizerSlowdown))
+          << process.error_so_far();
       process.send(SIGINT);
       const double sent = seconds();
       EXPECT_EQ(process.wait().exit_code, 130);
       stop_s = std::min(stop_s, seconds() - sent);
       write_s = std::min(write_s, read_json("r.json")["time"]["write_s"].get<double>());
     }
-    EXPECT_LT(stop_s, 2.0 * kSlower);
+    EXPECT_LT(stop_s, 2.0 * kSanitizerSlowdown);
     // Less than the second that a viewer gets when nothing else waits. The frame is small, because
     // compressing a larger one takes that long on a slow machine.
-    EXPECT_LT(write_s, 1.0 * kSlower);
+    EXPECT_LT(write_s, 1.0 * kSanitizerSlowdown);
   }
 }
 
@@ -215,7 +218,8 @@ TEST_F(RemoteViewer, GetsTheWrittenPictureOfAStoppedFrame) {
   Process process(frame(server.url(),
                         {"--size", "512x512", "--spp", "1024", "--verbose", "--bucket-size", "16"}),
                   {.folder = folder_.path()});
-  ASSERT_TRUE(process.wait_until_busy("loaded in", 0.4 * kSlower)) << process.error_so_far();
+  ASSERT_TRUE(process.wait_until_busy("loaded in", 0.4 * kSanitizerSlowdown))
+      << process.error_so_far();
   process.send(SIGINT);
   EXPECT_EQ(process.wait().exit_code, 130);
   EXPECT_EQ(server.wait(), "");

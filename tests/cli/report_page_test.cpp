@@ -12,8 +12,8 @@ namespace {
 
 class ReportPage : public CommandTest {
  protected:
-  ReadMarkup page(const std::string& name = "r.html") const {
-    ReadMarkup read = read_markup(read_text(path(name)));
+  ParsedMarkup page(const std::string& name = "r.html") const {
+    ParsedMarkup read = read_markup(read_text(path(name)));
     EXPECT_EQ(read.fault, "");
     EXPECT_EQ(read.count("script") + read.count("link"), 0u);
     for (const Element& element : read.elements) {
@@ -23,7 +23,7 @@ class ReportPage : public CommandTest {
     }
     return read;
   }
-  static void expect_text(const ReadMarkup& read, const std::string& text) {
+  static void expect_text(const ParsedMarkup& read, const std::string& text) {
     EXPECT_NE(read.text.find(text), std::string::npos) << "not on the page: " << text;
   }
 };
@@ -40,7 +40,7 @@ TEST_F(ReportPage, MatchesTheJsonForEveryDriver) {
     render(render_words({"--driver", driver, "--size", "40x24", "--spp", "16", "--report",
                          path("r.json"), "--report", path("r.html")}));
     const nlohmann::json json = read_json("r.json");
-    const ReadMarkup read = page();
+    const ParsedMarkup read = page();
     for (const char* count : {"/samples/total", "/samples/min", "/samples/max", "/rays/camera",
                               "/rays/scatter", "/rays/shadow", "/rays/total"}) {
       expect_text(read, grouped(json.at(nlohmann::json::json_pointer(count)).get<uint64_t>()));
@@ -68,7 +68,7 @@ TEST_F(ReportPage, ErrorAgainstTime) {
                        "--snapshots", path("shots"), "--snapshot-at", "first,8spp,15spp",
                        "--reference", path("reference.exr"), "--report", path("r.html"), "--report",
                        path("r.json")}));
-  const ReadMarkup read = page();
+  const ParsedMarkup read = page();
   EXPECT_EQ(read.count("polyline"), 2u);
   expect_text(read, "measured against the reference");
   const auto report = read_json("r.json");
@@ -90,7 +90,7 @@ TEST_F(ReportPage, OddNamesAreEscaped) {
     ASSERT_FALSE(error) << error.message();
     render({"render", odd, "-o", path("out.exr"), "--size", "16x16", "--spp", "1", "--report",
             path("r.html")});
-    const ReadMarkup read = page();
+    const ParsedMarkup read = page();
     EXPECT_EQ(read.count("b") + read.count("i"), 0u);
     const auto seen = std::filesystem::path(odd).filename().string();
     if (seen.find('\xff') == std::string::npos) expect_text(read, seen);
@@ -105,7 +105,7 @@ TEST_F(ReportPage, CommandOnThePageRepeatsTheRender) {
     lamp_scene().write_glb(path(odd));
     render({"render", path(odd), "-o", path("out.exr"), "--size", "24x16", "--spp", "3", "--seed",
             "7", "--report", path("r.html")});
-    const ReadMarkup read = page();
+    const ParsedMarkup read = page();
     const size_t begin = read.text.find("emberline render");
     ASSERT_NE(begin, std::string::npos);
     std::string command = read.text.substr(begin, read.text.find('\n', begin) - begin);
@@ -121,10 +121,11 @@ TEST_F(ReportPage, IsWrittenForAStoppedRender) {
   Process process({"render", scene(), "-o", path("out.exr"), "--size", "256x256", "--spp", "4096",
                    "--verbose", "--bucket-size", "16", "--report", path("r.html")},
                   {.folder = folder_.path()});
-  ASSERT_TRUE(process.wait_until_busy("loaded in", 0.2 * kSlower)) << process.error_so_far();
+  ASSERT_TRUE(process.wait_until_busy("loaded in", 0.2 * kSanitizerSlowdown))
+      << process.error_so_far();
   process.send(SIGINT);
   ASSERT_EQ(process.wait().exit_code, 130);
-  const ReadMarkup read = page();
+  const ParsedMarkup read = page();
   expect_text(read, "The user stopped the render");
   expect_text(read, "Pixels have 0 to ");
 
@@ -146,7 +147,7 @@ TEST_F(ReportPage, DoesNotGrowWithTheFrame) {
   EXPECT_LE(peak, 1.02 * double(result.peak_rss_bytes));
   EXPECT_LT(json["memory"]["film_bytes"].get<double>(), 50e6);
   EXPECT_EQ(json["samples"]["total"], 3600 * 2400);
-  const ReadMarkup read = page();
+  const ParsedMarkup read = page();
   expect_text(read, "Each pixel here is the mean of 3 x 3 pixels of the frame.");
   const auto image = std::ranges::find(read.elements, "img", &Element::name);
   EXPECT_EQ(image->attributes.at("width"), "1200");

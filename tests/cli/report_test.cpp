@@ -130,7 +130,7 @@ TEST_F(Report, TimesAddUp) {
     const double wall = time["wall_s"];
     EXPECT_GE(wall, sum - 1e-9);
     // Another process may take the processor for some milliseconds between two clock readings.
-    EXPECT_LE(wall - sum, std::max(0.02 * wall, 0.01 * kSlower)) << time;
+    EXPECT_LE(wall - sum, std::max(0.02 * wall, 0.01 * kSanitizerSlowdown)) << time;
     EXPECT_LE(wall, result_.seconds);
     EXPECT_LE(wall + time["start_s"].get<double>(), result_.seconds + 0.011);  // a kernel's tick
     EXPECT_GT(time["cpu_s"].get<double>(), 0.0);
@@ -158,7 +158,8 @@ TEST_F(Report, CountsMatchThePictureForEveryDriver) {
           ending.words);
       if (ending.stop_signal) {
         Process process(words, {.folder = folder_.path()});
-        ASSERT_TRUE(process.wait_until_busy("loaded in", 0.2 * kSlower)) << process.error_so_far();
+        ASSERT_TRUE(process.wait_until_busy("loaded in", 0.2 * kSanitizerSlowdown))
+            << process.error_so_far();
         process.send(ending.stop_signal);
         ASSERT_EQ(process.wait().exit_code, 130);
       } else {

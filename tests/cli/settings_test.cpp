@@ -10,9 +10,10 @@ namespace {
 
 class SettingsFile : public CommandTest {
  protected:
-  void expect_refused(const std::string& text, const Words& says) {
+  void expect_refused(const std::string& text, const Words& message_parts) {
     write("look.json", text);
-    expect_failure(render_words({"--settings", path("look.json")}), 3, Words{"look.json"} + says);
+    expect_failure(render_words({"--settings", path("look.json")}), 3,
+                   Words{"look.json"} + message_parts);
   }
 };
 

@@ -99,11 +99,11 @@ TEST_F(Snapshots, AreOnTimeInLongPasses) {
 // Pauses between passes could serve at most two of these times: each pass takes twice as long as
 // the one before, and the last time is three times the first. A busy machine may be late for some.
 TEST_F(Snapshots, AreTakenAtTheirTimes) {
-  const auto time = [](size_t i) { return (0.2 + 0.05 * double(i)) * kSlower; };
+  const auto time = [](size_t i) { return (0.2 + 0.05 * double(i)) * kSanitizerSlowdown; };
   std::string times;
   for (size_t i = 0; i < 9; ++i) times += (i ? "," : "") + std::to_string(time(i)) + "s";
-  render(progressive({"--spp", "65536", "--time-limit", std::to_string(kSlower), "--threads", "1",
-                      "--snapshot-at", times}));
+  render(progressive({"--spp", "65536", "--time-limit", std::to_string(kSanitizerSlowdown),
+                      "--threads", "1", "--snapshot-at", times}));
   const nlohmann::json list = read_json("r.json")["snapshots"];
   ASSERT_EQ(list.size(), 9u);
   std::set<double> pauses;
@@ -171,7 +171,7 @@ TEST_F(Snapshots, AReferenceOfAnotherSizeIsRefused) {
 }
 
 // Whether another user can load the program's libraries: not from a folder such as /root.
-bool others_may_enter(std::filesystem::path folder) {
+bool is_open_to_others(std::filesystem::path folder) {
   using std::filesystem::perms;
   for (; folder != folder.root_path(); folder = folder.parent_path()) {
     const perms allowed = std::filesystem::status(folder).permissions();
@@ -181,7 +181,7 @@ bool others_may_enter(std::filesystem::path folder) {
 }
 
 TEST_F(Snapshots, WriteProtectedFolder) {
-  if (!others_may_enter(std::filesystem::path(EMBERLINE_BINARY).parent_path())) {
+  if (!is_open_to_others(std::filesystem::path(EMBERLINE_BINARY).parent_path())) {
     GTEST_SKIP() << "other users cannot enter the folder of " << EMBERLINE_BINARY;
   }
   scene();

@@ -38,11 +38,12 @@ TEST_F(Stop, DuringTheDenoisingPass) {
                        "400x300",   "--spp",     "16",      "--max-depth",   "1",
                        "--denoise", "--verbose", "--resume"};
   Process process(frame, {.folder = folder_.path()});
-  ASSERT_TRUE(process.wait_for_error("denoising", 60 * kSlower)) << process.error_so_far();
+  ASSERT_TRUE(process.wait_for_error("denoising", 60 * kSanitizerSlowdown))
+      << process.error_so_far();
   process.send(SIGTERM);
   const RunResult result = process.wait();
   EXPECT_EQ(result.exit_code, 130) << result.describe();
-  EXPECT_LT(result.stop_cpu_s, 5.0 * kSlower);
+  EXPECT_LT(result.stop_cpu_s, 5.0 * kSanitizerSlowdown);
   EXPECT_NE(result.err.find("denoising was stopped"), std::string::npos) << result.err;
   const ExrPicture picture = read_exr(path("out.exr"));
   EXPECT_EQ(state_of(picture).first, "false");
@@ -64,11 +65,12 @@ TEST_F(Stop, WritesThePictureWithTrueSampleCounts) {
     Process process(
         endless({"--bucket-size", "16", "--spp", "64", "--size", "640x640", "-o", path("out.png")}),
         {.folder = folder_.path()});
-    ASSERT_TRUE(process.wait_until_busy(kRendering, 0.3 * kSlower)) << process.error_so_far();
+    ASSERT_TRUE(process.wait_until_busy(kRendering, 0.3 * kSanitizerSlowdown))
+        << process.error_so_far();
     process.send(signal);
     const RunResult result = process.wait();
     EXPECT_EQ(result.exit_code, 130) << result.describe();
-    EXPECT_LT(result.stop_cpu_s, 2.0 * kSlower) << "asked to be at once";
+    EXPECT_LT(result.stop_cpu_s, 2.0 * kSanitizerSlowdown) << "asked to be at once";
     EXPECT_NE(result.err.find("stopped after"), std::string::npos) << result.err;
     const ExrPicture picture = read_exr(path("out.exr"));
     const std::vector<float>& samples = picture.channels.at("samples");
@@ -91,7 +93,7 @@ TEST_F(Stop, WritesThePictureWithTrueSampleCounts) {
 TEST_F(Stop, FinishedPixelsEqualThoseOfTheWholeFrame) {
   const Words frame = {"--bucket-size", "8", "--spp", "32", "--size", "1024x1024"};
   Process process(endless(frame), {.folder = folder_.path()});
-  ASSERT_TRUE(process.wait_until_busy(kRendering, 0.3 * kSlower));
+  ASSERT_TRUE(process.wait_until_busy(kRendering, 0.3 * kSanitizerSlowdown));
   process.send(SIGINT);
   ASSERT_EQ(process.wait().exit_code, 130);
   const ExrPicture stopped = read_exr(path("out.exr"));
@@ -118,7 +120,7 @@ TEST_F(Stop, AtTheTimeLimit) {
     EXPECT_EQ(json["stop_cause"], "time limit");
     EXPECT_EQ(json["exit_code"], 0);
     EXPECT_GE(json["time"]["render_s"].get<double>(), 0.3);
-    EXPECT_LT(json["time"]["render_cpu_s"].get<double>(), (0.3 + 1.0 * kSlower) * cores);
+    EXPECT_LT(json["time"]["render_cpu_s"].get<double>(), (0.3 + 1.0 * kSanitizerSlowdown) * cores);
     EXPECT_EQ(json["passes"].back()["samples"], json["samples"]["total"]);
     const ExrPicture picture = read_exr(path("out.exr"));
     const std::vector<float>& samples = picture.channels.at("samples");
@@ -138,11 +140,11 @@ TEST_F(Stop, AtTheTimeLimit) {
 TEST_F(Stop, AProgressiveFrameHasNoHoles) {
   Process process(endless({"--driver", "bisection", "--size", "512x512"}),
                   {.folder = folder_.path()});
-  ASSERT_TRUE(process.wait_until_busy(kRendering, 0.3 * kSlower));
+  ASSERT_TRUE(process.wait_until_busy(kRendering, 0.3 * kSanitizerSlowdown));
   process.send(SIGINT);
   const RunResult result = process.wait();
   EXPECT_EQ(result.exit_code, 130) << result.describe();
-  EXPECT_LT(result.stop_cpu_s, 2.0 * kSlower);
+  EXPECT_LT(result.stop_cpu_s, 2.0 * kSanitizerSlowdown);
   EXPECT_EQ(read_json("r.json")["stop_cause"], "user");
   // The scene has no sky: alpha is 1 where a ray hits floor or lamp, and the picture's middle is
   // floor.
@@ -153,17 +155,18 @@ TEST_F(Stop, AProgressiveFrameHasNoHoles) {
 TEST_F(Stop, StoppedFramesAreMarked) {
   Process process(endless({"--driver", "bisection", "--size", "64x64", "--spp", "1000000"}),
                   {.folder = folder_.path()});
-  ASSERT_TRUE(process.wait_until_busy(kRendering, 0.2 * kSlower));
+  ASSERT_TRUE(process.wait_until_busy(kRendering, 0.2 * kSanitizerSlowdown));
   process.send(SIGINT);
   ASSERT_EQ(process.wait().exit_code, 130);
   const auto [complete, samples] = state_of(read_exr(path("out.exr")));
-  const std::string told = "out.exr: the frame was stopped before it was complete, at " +
-                           std::to_string(samples) + " samples";
+  const std::string expected_message =
+      "out.exr: the frame was stopped before it was complete, at " + std::to_string(samples) +
+      " samples";
   for (const Words& words : {Words{"compare", path("out.exr"), path("out.exr")},
                              Words{"heatmap", path("out.exr"), "-o", path("out.png")}}) {
     const RunResult shown = run(words);
     EXPECT_EQ(shown.exit_code, 0) << shown.describe();
-    EXPECT_NE(shown.err.find(told), std::string::npos) << shown.err;
+    EXPECT_NE(shown.err.find(expected_message), std::string::npos) << shown.err;
   }
 }
 
@@ -176,12 +179,12 @@ TEST_F(Stop, AFrameWithinItsTimeLimitIsNotStopped) {
 TEST_F(Stop, ASecondSignalEndsAtOnceAndLeavesNothing) {
   write("out.exr", "last night's good frame");
   Process process(endless(), {.folder = folder_.path()});
-  ASSERT_TRUE(process.wait_until_busy(kRendering, 0.2 * kSlower));
+  ASSERT_TRUE(process.wait_until_busy(kRendering, 0.2 * kSanitizerSlowdown));
   process.send(SIGINT);
   process.send(SIGTERM);
   const RunResult result = process.wait();
   EXPECT_EQ(result.exit_code, 130) << result.describe();
-  EXPECT_LT(result.stop_cpu_s, 1.0 * kSlower);
+  EXPECT_LT(result.stop_cpu_s, 1.0 * kSanitizerSlowdown);
   EXPECT_EQ(files(), (Words{"out.exr", "scene.glb"}));
   EXPECT_EQ(read_bytes(path("out.exr")).size(), 23u);
 }
@@ -190,12 +193,14 @@ TEST_F(Stop, ASecondSignalEndsAtOnceAndLeavesNothing) {
 // living run.
 TEST_F(Stop, NextRunRemovesFilesOfKilledRuns) {
   Process living(endless({"-o", path("out.png")}), {.folder = folder_.path()});
-  ASSERT_TRUE(living.wait_until_busy(kRendering, 0.1 * kSlower)) << living.error_so_far();
+  ASSERT_TRUE(living.wait_until_busy(kRendering, 0.1 * kSanitizerSlowdown))
+      << living.error_so_far();
   living.send(SIGSTOP);  // it lives, but takes no time from the others
   const Words in_use = files();
   for (int i = 0; i < 2; ++i) {
     Process killed(endless({"-o", path("out.png")}), {.folder = folder_.path()});
-    ASSERT_TRUE(killed.wait_until_busy(kRendering, 0.1 * kSlower)) << killed.error_so_far();
+    ASSERT_TRUE(killed.wait_until_busy(kRendering, 0.1 * kSanitizerSlowdown))
+        << killed.error_so_far();
     killed.send(SIGKILL);
     killed.wait();
   }
@@ -214,7 +219,7 @@ TEST_F(Stop, NextRunRemovesFilesOfKilledRuns) {
 // The kernel repeats SIGXCPU every second until the hard limit kills.
 TEST_F(Stop, ToleratesRepeatedProcessorTimeSignals) {
   Process process(endless({"--size", "512x512"}), {.folder = folder_.path()});
-  ASSERT_TRUE(process.wait_until_busy(kRendering, 0.2 * kSlower));
+  ASSERT_TRUE(process.wait_until_busy(kRendering, 0.2 * kSanitizerSlowdown));
   process.send(SIGXCPU);
   process.send(SIGXCPU);
   EXPECT_EQ(process.wait().exit_code, 130);
@@ -227,9 +232,9 @@ TEST_F(Stop, AnIgnoredSignalStaysIgnored) {
     // A frame so small that a stop would take a tenth of the time that is waited for.
     Process process(endless({"--size", "128x128", "--spp", "1000000", "--bucket-size", "16"}),
                     {.folder = folder_.path(), .ignored_signal = signal});
-    ASSERT_TRUE(process.wait_until_busy(kRendering, 0.2 * kSlower));
+    ASSERT_TRUE(process.wait_until_busy(kRendering, 0.2 * kSanitizerSlowdown));
     process.send(signal);
-    EXPECT_TRUE(process.wait_until_busy(kRendering, 0.6 * kSlower)) << "it has stopped";
+    EXPECT_TRUE(process.wait_until_busy(kRendering, 0.6 * kSanitizerSlowdown)) << "it has stopped";
     process.send(SIGINT);
     EXPECT_EQ(process.wait().exit_code, 130);
   }
@@ -237,12 +242,12 @@ TEST_F(Stop, AnIgnoredSignalStaysIgnored) {
 
 TEST_F(Stop, HugeFramesStopQuickly) {
   Process process(endless({"--size", "16384x16384"}), {.folder = folder_.path()});
-  ASSERT_TRUE(process.wait_until_busy(kRendering, 0.2 * kSlower));
+  ASSERT_TRUE(process.wait_until_busy(kRendering, 0.2 * kSanitizerSlowdown));
   process.send(SIGINT);
   const RunResult result = process.wait();
   EXPECT_EQ(result.exit_code, 130) << result.describe();
   // 65536 tiles must be filled quickly; each must not be compressed separately.
-  EXPECT_LT(result.stop_cpu_s, 5.0 * kSlower);
+  EXPECT_LT(result.stop_cpu_s, 5.0 * kSanitizerSlowdown);
   EXPECT_FALSE(result.hung);
 }
 

@@ -120,12 +120,13 @@ TEST_F(Study, ForgedFileListRemovesNothing) {
   EXPECT_TRUE(std::filesystem::is_symlink(path("s/runs/link.json")));
   EXPECT_TRUE(exists("s/runs"));
   // An invalid list is reported as such.
-  for (const auto& [text, says] :
+  for (const auto& [text, message_parts] :
        {std::pair{"{\"emberline_folder\": 1, \"files\": [3]}", "#/files/0: "},
         {"{\"emberline_folder\": 2, \"files\": []}", "#/emberline_folder: "},
         {"[", "not valid JSON"}}) {
     write("s/emberline-study.json", text);
-    expect_failure(study_words("s", {"--restart"}), 3, {path("s/emberline-study.json"), says});
+    expect_failure(study_words("s", {"--restart"}), 3,
+                   {path("s/emberline-study.json"), message_parts});
   }
 }
 
@@ -134,13 +135,13 @@ TEST_F(Study, ErrorsInDamagedFilesNameThePlace) {
   study(bucket);
   const std::vector<Row> before = contents("s");
   const std::string settings = read_text(path("s/settings.json"));
-  for (const auto& [text, says] :
+  for (const auto& [text, message_parts] :
        {std::pair{"{\"key\": 3}", "#/key: expected a text, found 3"},
         {"{}", "the required member \"key\" is missing"},
         {"{\"key\": \"a\", \"key\": \"b\"}", "#/key: the member appears twice"},
         {"", "not valid JSON"}}) {
     write("s/settings.json", text);
-    expect_failure(bucket, 3, {path("s/settings.json"), says, "--restart"});
+    expect_failure(bucket, 3, {path("s/settings.json"), message_parts, "--restart"});
     EXPECT_EQ(read_text(path("s/settings.json")), text);
   }
   write("s/settings.json", settings);
@@ -152,10 +153,11 @@ TEST_F(Study, ErrorsInDamagedFilesNameThePlace) {
   // The page reads only as many bytes as a picture of this frame can have.
   std::filesystem::resize_file(path("s/pictures/bucket-sobol.png"), uintmax_t(1) << 40);
   const RunResult again = study(bucket);
-  for (const char* says :
+  for (const char* message_parts :
        {"runs/bucket-sobol_0.json#/checkpoints/1/mse: expected a number", "the run is repeated",
         "nested deeper than 256", "pace.json#/key: a number is too large", "measured again"}) {
-    EXPECT_NE(again.err.find(says), std::string::npos) << says << ": " << again.err;
+    EXPECT_NE(again.err.find(message_parts), std::string::npos)
+        << message_parts << ": " << again.err;
   }
   EXPECT_EQ(contents("s"), before);
 }

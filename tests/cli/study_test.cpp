@@ -160,7 +160,8 @@ TEST_F(Study, UsesAGivenReference) {
 }
 
 TEST_F(Study, BudgetsInSeconds) {
-  const std::string seconds = std::to_string(0.01 * kSlower) + "," + std::to_string(0.05 * kSlower);
+  const std::string seconds =
+      std::to_string(0.01 * kSanitizerSlowdown) + "," + std::to_string(0.05 * kSanitizerSlowdown);
   Words words = study_words("s", {"--seconds", seconds, "--seeds", "1", "--reference-spp", "64",
                                   "--samplers", "sobol,blue_noise"});
   const auto spp = std::ranges::find(words, "--spp");
@@ -202,7 +203,8 @@ TEST_F(Study, ResumesToTheSameBitsAfterAKill) {
   study(study_words("whole", more));
   {
     Process process(study_words("killed", more), {.folder = folder_.path()});
-    ASSERT_TRUE(process.wait_for_error("3 of 12 runs", 30 * kSlower)) << process.error_so_far();
+    ASSERT_TRUE(process.wait_for_error("3 of 12 runs", 30 * kSanitizerSlowdown))
+        << process.error_so_far();
     process.send(SIGKILL);
     process.wait();
   }
@@ -222,7 +224,8 @@ TEST_F(Study, ResumesToTheSameBitsAfterAKill) {
 TEST_F(Study, SignalWritesTheFinishedRuns) {
   const Words more = {"--spp", "1,64", "--size", "96x64", "--seeds", "3", "--reference-spp", "8"};
   Process process(study_words("s", more), {.folder = folder_.path()});
-  ASSERT_TRUE(process.wait_for_error("2 of 9 runs", 60 * kSlower)) << process.error_so_far();
+  ASSERT_TRUE(process.wait_for_error("2 of 9 runs", 60 * kSanitizerSlowdown))
+      << process.error_so_far();
   process.send(SIGINT);
   const RunResult result = process.wait();
   EXPECT_EQ(result.exit_code, 130) << result.describe();
@@ -264,7 +267,7 @@ TEST_F(Study, ErrorsAreReportedBeforeAnythingIsWritten) {
   struct Case {
     Words words;
     int exit_code;
-    Words says;
+    Words message_parts;
   };
   const Case cases[] = {
       {{"--drivers", ""}, 2, {"--drivers", "valid names are bucket, bisection, adaptive"}},
@@ -300,7 +303,7 @@ TEST_F(Study, ErrorsAreReportedBeforeAnythingIsWritten) {
   };
   for (const Case& c : cases) {
     SCOPED_TRACE(testing::PrintToString(c.words));
-    expect_failure(study_words("s", c.words), c.exit_code, c.says);
+    expect_failure(study_words("s", c.words), c.exit_code, c.message_parts);
     EXPECT_FALSE(exists("s"));
   }
   expect_failure({"study", path("none.glb"), "-o", path("s")}, 3, {"none.glb"});

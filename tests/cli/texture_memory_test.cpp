@@ -106,7 +106,8 @@ TEST_F(TextureMemory, KilledRunLeavesNoFiles) {
   Process process({"render", textured(), "-o", path("long.exr"), "--spp", "1000000",
                    "--texture-memory", "1K", "--verbose"},
                   {.folder = folder_.path(), .environment = {{"TMPDIR", folder}}});
-  ASSERT_TRUE(process.wait_for_error("loaded in", 30 * kSlower)) << process.error_so_far();
+  ASSERT_TRUE(process.wait_for_error("loaded in", 30 * kSanitizerSlowdown))
+      << process.error_so_far();
   process.send(SIGKILL);
   EXPECT_EQ(process.wait().signal, SIGKILL);
   EXPECT_TRUE(std::filesystem::is_empty(folder));

@@ -16,8 +16,8 @@ class Usage : public CommandTest {};
 struct WrongValue {
   const char* option;
   Words values;
-  Words says;       // expected beside the option's name
-  Words with = {};  // further options that the value needs to be checked
+  Words message_parts;  // expected beside the option's name
+  Words with = {};      // further options that the value needs to be checked
 };
 
 // One row per option of `render` that takes a value, so that a new option without a row fails
@@ -217,7 +217,7 @@ const std::vector<WrongValue>& wrong_values() {
 }
 
 // The name that messages use.
-std::string spoken(const std::string& option) {
+std::string option_in_messages(const std::string& option) {
   return option == "--output" || option == "--difference" ? "-o" : option;
 }
 
@@ -244,7 +244,7 @@ TEST_F(Usage, WrongValuesNameTheOptionAndTheValidOnes) {
   for (const WrongValue& row : wrong_values()) {
     for (const std::string& value : row.values) {
       expect_failure(render_words(row.with + Words{row.option, value}), 2,
-                     Words{spoken(row.option)} + row.says);
+                     Words{option_in_messages(row.option)} + row.message_parts);
     }
   }
 }
@@ -278,7 +278,7 @@ TEST_F(Usage, EmptyValuesAreRefused) {
     for (const HelpedOption& option : options_in(run({words[0], "--help-all"}).out)) {
       if (!option.has_value) continue;
       ++values;
-      expect_failure(words + Words{option.name, ""}, 2, {spoken(option.name)});
+      expect_failure(words + Words{option.name, ""}, 2, {option_in_messages(option.name)});
     }
     EXPECT_GE(values, words[0] == "compare" ? 2u : words[0] == "heatmap" ? 4u : 20u) << words[0];
   }

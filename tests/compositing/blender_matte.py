@@ -82,7 +82,7 @@ def planes_of(path):
     return planes
 
 
-def plain(path, to):
+def read_planes(path, to):
     """A copy of our file for planes_of(), which joins the channels of all parts."""
     info = subprocess.run(["oiiotool", "--info", str(path)], check=True, capture_output=True, text=True).stdout
     layers = [f"{layer}0{rank}" for layer in PICKS for rank in range(3)]
@@ -109,14 +109,14 @@ def manifests(path):
     }
 
 
-def matte(planes, layer, wanted):
-    wanted = struct.unpack("<f", bytes.fromhex(wanted)[::-1])[0]
+def matte(planes, layer, id_hex):
+    id_hex = struct.unpack("<f", bytes.fromhex(id_hex)[::-1])[0]
     sums = None
     for rank in range(3):
         for of_id, of_coverage in (("R", "G"), ("B", "A")):
             ids, coverages = planes[f"{layer}0{rank}.{of_id}"], planes[f"{layer}0{rank}.{of_coverage}"]
             sums = sums or [0.0] * len(ids)
-            sums = [s + (c if i == wanted else 0.0) for s, i, c in zip(sums, ids, coverages)]
+            sums = [s + (c if i == id_hex else 0.0) for s, i, c in zip(sums, ids, coverages)]
     return sums
 
 
@@ -138,7 +138,7 @@ def check(command, blender, folder, more):
     if run.returncode:
         sys.exit(f"Blender failed:\n{run.stdout[-2000:]}{run.stderr[-2000:]}")
     named = manifests(frame)
-    planes = plain(frame, folder / "plain.exr")
+    planes = read_planes(frame, folder / "plain.exr")
     for layer, picks in PICKS.items():
         for index, name in enumerate(picks):
             expected = matte(planes, layer, named[layer][name])

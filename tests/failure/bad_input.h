@@ -67,8 +67,8 @@ inline void expect_input_error(const GltfBuilder& gltf, const std::vector<std::s
 inline SceneDescription expect_warning(const std::string& path,
                                        const std::vector<std::string>& parts,
                                        const GltfOptions& options = {}) {
-  std::vector<std::string> said;
-  set_log_sink([&](LogKind, std::string_view message) { said.emplace_back(message); });
+  std::vector<std::string> warnings;
+  set_log_sink([&](LogKind, std::string_view message) { warnings.emplace_back(message); });
   SceneDescription scene;
   try {
     scene = load_gltf(path, options);
@@ -82,9 +82,9 @@ inline SceneDescription expect_warning(const std::string& path,
              return message.find(part) != std::string::npos;
            });
   };
-  EXPECT_EQ(std::ranges::count_if(said, fits), 1)
-      << "no single warning with " << parts.front() << " among " << said.size() << ": "
-      << (said.empty() ? "" : said.back());
+  EXPECT_EQ(std::ranges::count_if(warnings, fits), 1)
+      << "no single warning with " << parts.front() << " among " << warnings.size() << ": "
+      << (warnings.empty() ? "" : warnings.back());
   return scene;
 }
 
@@ -96,7 +96,7 @@ inline SceneDescription expect_warning(const GltfBuilder& gltf,
 }
 
 // The error of loading with a memory budget; "no error" if there is none.
-inline std::string refusal(const GltfBuilder& gltf, uint64_t budget) {
+inline std::string rejection_message(const GltfBuilder& gltf, uint64_t budget) {
   const TempFolder folder;
   const std::string path = gltf.write_glb(folder / "a.glb");
   LoadProgress progress({}, {}, {std::make_shared<MemoryBudget>(budget), std::nullopt, path});

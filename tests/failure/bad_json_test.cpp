@@ -46,13 +46,13 @@ GltfBuilder rich_scene(bool in_use = false) {
 
 // When the picture needs the spoiled member.
 enum class Needed { kAlways, kInUse, kNever };
-struct Spoiled {
+struct BrokenValue {
   const char* pointer;
   json value;
   Needed needed = Needed::kAlways;
 };
 
-std::vector<Spoiled> spoiled_values() {
+std::vector<BrokenValue> broken_values() {
   using enum Needed;
   return {
       {"/asset", 1},
@@ -160,15 +160,15 @@ TEST(BadJson, WrongTypesAndRanges) {
     const GltfBuilder good = rich_scene(in_use);
     const SceneDescription scene = load_gltf(good.write_gltf(folder / "good.gltf"), {});
     EXPECT_TRUE(scene.coverage.ignored.empty()) << scene.coverage.ignored.front();
-    for (const Spoiled& spoiled : spoiled_values()) {
+    for (const BrokenValue& broken : broken_values()) {
       json document = good.document("data.bin");
-      const std::string text = spoiled.pointer;
-      document[json::json_pointer(text)] = spoiled.value;
+      const std::string text = broken.pointer;
+      document[json::json_pointer(text)] = broken.value;
       test::write_text(folder / "a.gltf", document.dump());
       // The message may name the member itself, its contents or its parent.
       const std::string place = "a.gltf#" + text.substr(0, std::max(text.rfind('/'), size_t(1)));
-      SCOPED_TRACE(text + " = " + spoiled.value.dump() + (in_use ? ", in use" : ""));
-      if (spoiled.needed == Needed::kAlways || (in_use && spoiled.needed == Needed::kInUse)) {
+      SCOPED_TRACE(text + " = " + broken.value.dump() + (in_use ? ", in use" : ""));
+      if (broken.needed == Needed::kAlways || (in_use && broken.needed == Needed::kInUse)) {
         expect_input_error(folder / "a.gltf", {place});
       } else {
         EXPECT_EQ(expect_warning(folder / "a.gltf", {place}).instances.size(), 1u);

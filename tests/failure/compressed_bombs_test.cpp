@@ -66,10 +66,10 @@ TEST(CompressedBombs, DracoAttributesOfZeroBytes) {
                                     {"extensions", {{"KHR_draco_mesh_compression", draco}}}}));
   // 4,096 vertices x 20 attributes x 64 numbers, twice: 42 MB. The mesh alone takes 2 MB.
   ASSERT_LT(stream.size(), 20000u);
-  const std::string message = test::refusal(gltf, uint64_t(16) << 20);
+  const std::string message = test::rejection_message(gltf, uint64_t(16) << 20);
   EXPECT_NE(message.find("KHR_draco_mesh_compression"), std::string::npos) << message;
   EXPECT_NE(message.find("memory"), std::string::npos) << message;
-  EXPECT_EQ(test::refusal(gltf, uint64_t(512) << 20), "no error");
+  EXPECT_EQ(test::rejection_message(gltf, uint64_t(512) << 20), "no error");
 }
 
 TEST(CompressedBombs, ViewsOfOneMeshoptStream) {
@@ -79,7 +79,7 @@ TEST(CompressedBombs, ViewsOfOneMeshoptStream) {
   const json view = gltf.root["bufferViews"][size_t(first)];
   for (int i = 0; i < 300; ++i) gltf.root["bufferViews"].push_back(view);
   gltf.root["buffers"][1]["byteLength"] = 1 << 20;
-  const std::string message = test::refusal(gltf, uint64_t(64) << 20);
+  const std::string message = test::rejection_message(gltf, uint64_t(64) << 20);
   EXPECT_NE(message.find("#/bufferViews/"), std::string::npos) << message;
   EXPECT_NE(message.find("memory"), std::string::npos) << message;
 }

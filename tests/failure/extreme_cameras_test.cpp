@@ -32,10 +32,10 @@ std::unique_ptr<Scene> scene_of(double size, double shrunk) {
 }
 
 // Traces rays across the frame. Returns false if the camera was refused.
-bool look(const Scene& scene, const CameraDescription& view, std::mt19937& random) {
+bool trace_views(const Scene& scene, const CameraDescription& view, std::mt19937& random) {
   std::optional<Camera> camera;
   try {
-    camera.emplace(view, 1280, 720, scene.origin(), scene.scale(), scene.farthest());
+    camera.emplace(view, 1280, 720, scene.origin(), scene.scale(), scene.max_origin());
   } catch (const InputError& error) {
     EXPECT_EQ(std::string(error.what()).find("camera 'extreme': "), 0u);
     return false;
@@ -94,7 +94,7 @@ TEST(ExtremeCameras, AreRefusedOrTraced) {
         }
         const double away = any();
         for (int c = 0; c < 3; ++c) view.to_world[3][c] = i % 7 == 0 ? any() : away * unit();
-        ++(look(*scene, view, random) ? traced : refused);
+        ++(trace_views(*scene, view, random) ? traced : refused);
         if (HasFailure()) FAIL() << "size " << size << ", shrunk " << shrunk << ", camera " << i;
       }
     }
@@ -116,11 +116,11 @@ TEST(ExtremeCameras, NotANumberIsRefused) {
     if (i >= 3) view.orthographic = false;
     if (i == 3) view.fov_y = nan;
     if (i == 4) view.lens_radius = 1, view.focus_distance = nan;
-    EXPECT_FALSE(look(*scene, view, random)) << i;
+    EXPECT_FALSE(trace_views(*scene, view, random)) << i;
   }
 }
 
-std::string refusal(SceneBuilderForTests& b) {
+std::string rejection_message(SceneBuilderForTests& b) {
   try {
     b.build();
   } catch (const InputError& error) {
@@ -137,7 +137,8 @@ TEST(ExtremeInstances, AreRefusedIfRaysCannotEnter) {
     const int mesh = b.add_mesh(b.sphere(1, 4, material));
     for (int i = 0; i < 2; ++i) b.place(mesh, scaling(scale));
     b.description.environment = EnvironmentDescription{};
-    EXPECT_NE(refusal(b).find("too much for rays to be traced in it"), std::string::npos) << scale;
+    EXPECT_NE(rejection_message(b).find("too much for rays to be traced in it"), std::string::npos)
+        << scale;
   }
 }
 
@@ -148,7 +149,7 @@ TEST(ExtremeLights, TooFarFromASmallSceneAreRefused) {
   light.name = "far";
   light.to_world = translation(0, 1e18, 0);
   b.description.lights.push_back(light);
-  EXPECT_NE(refusal(b).find("light 'far' is too far"), std::string::npos);
+  EXPECT_NE(rejection_message(b).find("light 'far' is too far"), std::string::npos);
 }
 
 }  // namespace

@@ -117,7 +117,7 @@ TEST(HostileImages, ACutJpegIsRefusedOrNamed) {
     const ByteList cut(jpeg.begin(), jpeg.begin() + long(size));
     EXPECT_EQ(decode_message(cut).rfind("place: ", 0), 0u) << size;
     try {
-      EXPECT_TRUE(decode_image(cut, "place", true).cut_short);
+      EXPECT_TRUE(decode_image(cut, "place", true).truncated);
       ++taken;
     } catch (const InputError&) {
       EXPECT_LT(size, jpeg.size() / 2);  // too short even for a header

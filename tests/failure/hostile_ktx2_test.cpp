@@ -27,17 +27,17 @@ std::string decode_limited(std::span<const uint8_t> bytes, uint64_t limit) {
   }
 }
 
-constexpr uint64_t kEnough = uint64_t(4) << 20;
+constexpr uint64_t kSufficientMemory = uint64_t(4) << 20;
 
 // Levels are stored from the smallest to the largest, so every byte is needed.
 TEST(HostileKtx2, EveryPrefixIsRefused) {
   for (const std::string name : test::kKtx2Files) {
     const Ktx2File whole = test::ktx2_file(name);
-    ASSERT_EQ(decode_limited(whole, kEnough), "") << name;
+    ASSERT_EQ(decode_limited(whole, kSufficientMemory), "") << name;
     for (size_t size = 0; size < whole.size(); ++size) {
       // A copy of its own, so that AddressSanitizer detects reads past the end.
       const Ktx2File bytes(whole.begin(), whole.begin() + std::ptrdiff_t(size));
-      ASSERT_NE(decode_limited(bytes, kEnough), "") << name << ", " << size << " bytes";
+      ASSERT_NE(decode_limited(bytes, kSufficientMemory), "") << name << ", " << size << " bytes";
     }
   }
 }
@@ -56,7 +56,7 @@ TEST(HostileKtx2, FlippedBitsAreRefusedOrDecoded) {
         bytes[bit / 8] = uint8_t(bytes[bit / 8] ^ 1 << bit % 8);
       }
       SCOPED_TRACE(name + ", round " + std::to_string(round));
-      decode_limited(bytes, kEnough);
+      decode_limited(bytes, kSufficientMemory);
     }
   }
 }
@@ -65,11 +65,11 @@ TEST(HostileKtx2, SizesAreCheckedAgainstTheBytesAndTheBudget) {
   Ktx2File etc1s = test::ktx2_file("etc1s_odd");
   test::set_word(etc1s, 20, 65536);
   test::set_word(etc1s, 24, 65536);
-  EXPECT_NE(decode_limited(etc1s, kEnough).find("65536 x 65536 pixels do not fit"),
+  EXPECT_NE(decode_limited(etc1s, kSufficientMemory).find("65536 x 65536 pixels do not fit"),
             std::string::npos);
   test::set_word(etc1s, 20, 4096);
   test::set_word(etc1s, 24, 4096);
-  EXPECT_NE(decode_limited(etc1s, kEnough).find("memory"), std::string::npos);
+  EXPECT_NE(decode_limited(etc1s, kSufficientMemory).find("memory"), std::string::npos);
 
   // A Zstandard frame that requests a window of 64 MiB: byte 5 of its header, 16 above 2^10.
   Ktx2File uastc = test::ktx2_file("uastc_gradient");
@@ -77,9 +77,9 @@ TEST(HostileKtx2, SizesAreCheckedAgainstTheBytesAndTheBudget) {
   ASSERT_EQ(test::word_at(uastc, level), 0xfd2fb528u);
   uastc[level + 4] = 0;
   uastc[level + 5] = 16 << 3;
-  EXPECT_NE(decode_limited(uastc, kEnough).find("memory"), std::string::npos);
+  EXPECT_NE(decode_limited(uastc, kSufficientMemory).find("memory"), std::string::npos);
   uastc[level + 5] = 31 << 3;
-  EXPECT_NE(decode_limited(uastc, kEnough).find("window"), std::string::npos);
+  EXPECT_NE(decode_limited(uastc, kSufficientMemory).find("window"), std::string::npos);
 }
 
 TEST(HostileKtx2, HugeOffsetsDoNotOverflow) {
@@ -89,7 +89,7 @@ TEST(HostileKtx2, HugeOffsetsDoNotOverflow) {
       for (const uint32_t value : {0xffffffffu, 0xfffffff0u, 0x80000000u}) {
         Ktx2File bytes = test::ktx2_file(name);
         test::set_word(bytes, offset, value);
-        EXPECT_NE(decode_limited(bytes, kEnough), "") << name << " at " << offset;
+        EXPECT_NE(decode_limited(bytes, kSufficientMemory), "") << name << " at " << offset;
       }
     }
   }

@@ -115,9 +115,9 @@ TEST(SharedData, CopiedNamesCountAgainstTheLimit) {
     meshes.root["meshes"][0]["primitives"].push_back(meshes.primitive(0));
   }
   for (const GltfBuilder* gltf : {&cameras, &lamps, &meshes, &nodes}) {
-    EXPECT_NE(test::refusal(*gltf, uint64_t(100) << 20).find("raise memory-limit"),
+    EXPECT_NE(test::rejection_message(*gltf, uint64_t(100) << 20).find("raise memory-limit"),
               std::string::npos);
-    EXPECT_EQ(test::refusal(*gltf, uint64_t(1) << 30), "no error");
+    EXPECT_EQ(test::rejection_message(*gltf, uint64_t(1) << 30), "no error");
   }
 }
 
@@ -133,9 +133,9 @@ TEST(SharedData, PlacementsCountAgainstTheLimitWhileGathered) {
     node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {{"TRANSLATION", places}};
   }
   // 200,000 placements of 144 bytes.
-  const std::string message = test::refusal(gltf, uint64_t(20) << 20);
+  const std::string message = test::rejection_message(gltf, uint64_t(20) << 20);
   EXPECT_NE(message.find("#/nodes/1"), std::string::npos) << message;
-  EXPECT_EQ(test::refusal(gltf, uint64_t(128) << 20), "no error");
+  EXPECT_EQ(test::rejection_message(gltf, uint64_t(128) << 20), "no error");
 }
 
 }  // namespace

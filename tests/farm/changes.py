@@ -97,7 +97,7 @@ def stop(farm, case, folder, settings, scene, seconds=0.05):
 
 def settings(farm):
     for case, first, second, names in SETTINGS:
-        if not farm.wanted(case):
+        if not farm.is_selected(case):
             continue
         folder = farm.folder(case)
         for name in ("dusk.hdr", "cornell_box.glb"):
@@ -188,7 +188,7 @@ def files(farm):
              ("files touched", touched, {}, None),
              ("environment renamed", environment_renamed, {"env": "sky.hdr"}, None))
     for case, change, now, names in cases:
-        if not farm.wanted(case):
+        if not farm.is_selected(case):
             continue
         folder = farm.folder(case)
         write_scene(folder)
@@ -213,7 +213,7 @@ def files(farm):
 def environment_of_edits(farm):
     """Changes an environment that the --edits file names."""
     case = "environment of edits"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     folder = farm.folder(case)
     write_scene(folder)
@@ -233,7 +233,7 @@ def many_light_groups(farm):
     """A checkpoint holds the light of each of many groups."""
     for driver in ("bisection", "adaptive", "bucket"):
         case = f"many light groups of {driver}"
-        if not farm.wanted(case):
+        if not farm.is_selected(case):
             continue
         folder = farm.folder(case)
         write_scene(folder)
@@ -266,7 +266,7 @@ def own_checkpoints(farm):
     for estimator in names_of(farm.program, "--estimator"):
         for budget in budgets:
             case = f"own checkpoint of {estimator} {budget}"
-            if not farm.wanted(case):
+            if not farm.is_selected(case):
                 continue
             chosen = [*SIZE, *FRAME, "--driver", "adaptive", "--estimator", estimator, *budget.split()]
             folder = farm.folder(case)

@@ -34,7 +34,7 @@ class Checkpoints:
         self.folder = farm.folder(f"{driver} damaged")
         self.refused = self.done = 0
 
-    def go_on(self, data, case, replay):
+    def resume_from(self, data, case, replay):
         for path in self.folder.iterdir():
             path.unlink()
         (self.folder / CHECKPOINT).write_bytes(data)
@@ -72,17 +72,17 @@ def main():
         checkpoints = Checkpoints(farm, driver)
         data = checkpoints.bytes
         if not one:
-            checkpoints.go_on(data, f"{driver} whole", f"--driver {driver}")
+            checkpoints.resume_from(data, f"{driver} whole", f"--driver {driver}")
             farm.check(checkpoints.done == 1, f"{driver} whole", "a whole checkpoint is refused")
         cuts = [options.length] if options.length >= 0 else [] if one else lengths(data, options.stride)
         for length in cuts:
-            checkpoints.go_on(data[:length], f"{driver} length {length}", f"--driver {driver} --length {length}")
+            checkpoints.resume_from(data[:length], f"{driver} length {length}", f"--driver {driver} --length {length}")
         dice = random.Random(f"{options.seed} {driver}")
         bits = dice.sample(range(8 * len(data)), min(options.flips, 8 * len(data)))
         for bit in [options.bit] if options.bit >= 0 else [] if one else bits:
             damaged = bytearray(data)
             damaged[bit // 8] ^= 1 << bit % 8
-            checkpoints.go_on(bytes(damaged), f"{driver} bit {bit}", f"--driver {driver} --bit {bit}")
+            checkpoints.resume_from(bytes(damaged), f"{driver} bit {bit}", f"--driver {driver} --bit {bit}")
         print(f"{driver}: {len(data)} bytes, {len(cuts)} lengths, {0 if one else len(bits)} bits: {checkpoints.done} done, "
               f"{checkpoints.refused} refused")
     farm.done()

@@ -38,11 +38,11 @@ def warnings(run):
 def check_warned(farm, run, folder, expected, case, file, stray=()):
     """The frame is done, with one warning that names the file."""
     farm.check_done(run, folder, expected, case, {"report.json", *stray})
-    said = warnings(run)
-    farm.check(len(said) == 1 and file in said[0], case, f"should warn once, of {file}: {run}")
+    warning_lines = warnings(run)
+    farm.check(len(warning_lines) == 1 and file in warning_lines[0], case, f"should warn once, of {file}: {run}")
 
 
-def check_goes_on(farm, driver, folder, file, expected, case):
+def check_resumes(farm, driver, folder, file, expected, case):
     """A run can resume what the failing run left, or starts from nothing."""
     run = farm.run(folder, [*settings_of(farm, driver), *resume(file)])
     farm.check_done(run, folder, expected, case + ", gone on", {"report.json"})
@@ -67,7 +67,7 @@ def failing_calls(farm, drivers):
             failures = ((errno.EIO, 2 if few else 4), (errno.ENOSPC, 3 if few else 7))
             for error, after in failures if LONG or calls == kinds[0] else failures[:1]:
                 case = f"{calls} fails of {driver}, {errno.errorcode[error]} after {after}"
-                if not farm.wanted(case):
+                if not farm.is_selected(case):
                     continue
                 expected, _ = farm.reference(settings_of(farm, driver))
                 folder = farm.folder(case)
@@ -87,7 +87,7 @@ def failing_calls(farm, drivers):
                 process.work(2 * 0.6 * SECONDS)
                 process.signal(signal.SIGKILL)
                 process.wait()
-                check_goes_on(farm, driver, folder, "kept/c", expected, case)
+                check_resumes(farm, driver, folder, "kept/c", expected, case)
 
 
 def failing_products(farm, library):
@@ -99,7 +99,7 @@ def failing_products(farm, library):
     settings = [*FRAME, "--spp", "8"]
     for calls, after in (("pwrite", 4), ("fdatasync", 0)):
         case = f"a part whose {calls} fails"
-        if farm.wanted(case):
+        if farm.is_selected(case):
             folder = farm.folder(case)
             run = farm.run(folder, [*settings, "--part", "1/2"], environment=broken(".part-1-of-2", calls, after))
             # A failed save during the frame is a warning; there is none if the frame ends before the first save.
@@ -113,7 +113,7 @@ def failing_products(farm, library):
                        f"should fail with one line: {run}")
     for driver, calls, after in (("bucket", "pwrite", 4), ("bisection", "pwrite", 2), ("bisection", "rename", 0)):
         case = f"an extended frame of {driver} whose {calls} fails"
-        if not farm.wanted(case):
+        if not farm.is_selected(case):
             continue
         begun = [*FRAME, "--driver", driver, "--resumable", "--spp"]
         expected, _ = farm.reference([*begun[:-2], "--spp", "96"])
@@ -132,7 +132,7 @@ def failing_products(farm, library):
 def lost_picture(farm, driver):
     """The picture cannot be written at the end: the frame must be in the checkpoint."""
     case = f"lost picture of {driver}"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     folder = farm.folder(case)
     (folder / "pictures").mkdir()
@@ -152,7 +152,7 @@ def lost_picture(farm, driver):
 def full_disk(farm, driver):
     """A file system of 64 KiB: the checkpoint is begun, but soon there is no space."""
     case = f"full disk of {driver}"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     expected, _ = farm.reference(settings_of(farm, driver))
     folder, disk = farm.folder(case), farm.folder("full disk")
@@ -167,7 +167,7 @@ def full_disk(farm, driver):
         process.work(1.0)
         process.signal(signal.SIGKILL)
         process.wait()
-        check_goes_on(farm, driver, folder, str(disk / "c"), expected, case)
+        check_resumes(farm, driver, folder, str(disk / "c"), expected, case)
         (disk / "full").write_bytes(bytes(64 << 10))
         run = farm.run(folder, [*settings_of(farm, driver), *resume(str(disk / "c")), "--quiet"])
         farm.check(run.code == EXIT_RENDER_FAILED and len(run.err.splitlines()) == 1, case + " from the start",
@@ -176,10 +176,10 @@ def full_disk(farm, driver):
         subprocess.run(["umount", disk], check=True)
 
 
-def lost_folder(farm, driver, what, lose, back):
+def lost_folder(farm, driver, what, damage, back):
     """The folder disappears in mid-frame; `back` restores it."""
     case = f"{what} of {driver}"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     expected, _ = farm.reference(settings_of(farm, driver))
     folder = farm.folder(case)
@@ -188,15 +188,15 @@ def lost_folder(farm, driver, what, lose, back):
     process = farm.start(folder, [*settings_of(farm, driver), *resume("kept/c")])
     process.wait_until((kept / "c").exists)
     process.work(2 * 0.3 * SECONDS)
-    lose(kept)
+    damage(kept)
     run = process.wait()
     back(kept)
     stray = {name for name in contents(folder) if name.startswith("moved/")}
     farm.check_done(run, folder, expected, case, {"report.json", *stray})
-    said = warnings(run)
+    warning_lines = warnings(run)
     # An open file can be appended to even after it was moved or removed.
-    least = 0 if driver == "bucket" else 1
-    farm.check(least <= len(said) <= 1, case, f"should warn {least} times: {run}")
+    min_warnings = 0 if driver == "bucket" else 1
+    farm.check(min_warnings <= len(warning_lines) <= 1, case, f"should warn {min_warnings} times: {run}")
 
 
 def lost_folders(farm, driver):
@@ -213,7 +213,7 @@ def lost_folders(farm, driver):
         (kept / "other").write_text("mine")
 
     case = f"replaced folder of {driver}"
-    if farm.wanted(case):
+    if farm.is_selected(case):
         expected, _ = farm.reference(settings_of(farm, driver))
         folder = farm.folder(case)
         (folder / "kept").mkdir()
@@ -226,7 +226,7 @@ def lost_folders(farm, driver):
         farm.check_done(run, folder, expected, case, {"report.json", "kept/other", *stray})
         farm.check((folder / "kept/other").read_text() == "mine", case, "another's file is gone")
     case = f"replaced file of {driver}"
-    if driver == "bucket" and farm.wanted(case):
+    if driver == "bucket" and farm.is_selected(case):
         expected, _ = farm.reference(settings_of(farm, driver))
         folder = farm.folder(case)
         (folder / "kept").mkdir()
@@ -242,11 +242,11 @@ def lost_folders(farm, driver):
     lost_folder(farm, driver, "write-protected folder", lambda kept: kept.chmod(0o500), lambda kept: kept.chmod(0o700))
 
 
-def twice_at_once(farm, driver):
+def concurrent_runs(farm, driver):
     """The second run refuses, and the first is not disturbed. If both begin at the same moment, at most one keeps the
     checkpoint's name."""
     case = f"twice at once of {driver}"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     expected, _ = farm.reference(settings_of(farm, driver))
     folder = farm.folder(case)
@@ -269,9 +269,9 @@ def twice_at_once(farm, driver):
     farm.check_done(first.wait(), folder, expected, case, {"report.json"})
 
 
-def same_moment(farm, driver):
+def simultaneous_starts(farm, driver):
     case = f"same moment of {driver}"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     settings = settings_of(farm, driver, SECONDS / 2)  # on one thread
     expected, _ = farm.reference(settings)
@@ -301,7 +301,7 @@ def unusable_paths(farm):
                            ("a long name", "x" * 300), ("below a file", "scene.glb/c"), ("a loop of links", "loop"),
                            ("write-protected", "protected")):
             case = f"checkpoint that is {what}{'' if resumed else ', not resumed'}"
-            if not farm.wanted(case):
+            if not farm.is_selected(case):
                 continue
             if what == "write-protected" and os.geteuid() == 0:
                 farm.skip(case, "the superuser may write everywhere")
@@ -333,8 +333,8 @@ def main():
     for driver in drivers:
         full_disk(farm, driver)
         lost_picture(farm, driver)
-        twice_at_once(farm, driver)
-        same_moment(farm, driver)
+        concurrent_runs(farm, driver)
+        simultaneous_starts(farm, driver)
         lost_folders(farm, driver)
     failing_calls(farm, drivers)
     farm.done()

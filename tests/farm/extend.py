@@ -34,7 +34,7 @@ def first_frame(farm, folder, case, settings):
 def at_once(farm):
     for name, way in WAYS.items():
         case = f"{name} at once"
-        if not farm.wanted(case):
+        if not farm.is_selected(case):
             continue
         settings = [*FRAME, *CHANNELS, *way]
         expected, _ = farm.reference([*settings, "--spp", "20"])
@@ -56,7 +56,7 @@ def interrupted(farm):
     """Killed and stopped repeatedly: the old picture stays until it is replaced by the new one."""
     for name in ("bucket", "bisection"):
         case = f"{name} kills"
-        if not farm.wanted(case):
+        if not farm.is_selected(case):
             continue
         settings = ["--size", "160x120", "--threads", "2", *CHANNELS, *WAYS[name], "--bucket-size", "16"]
         expected, seconds = farm.reference([*settings, "--spp", "48"])
@@ -87,7 +87,7 @@ def adaptive(farm):
          ["--noise-threshold", "0.05"]),
         ("bucket threshold", ["--noise-threshold", "0.1", "--max-spp", "256"], ["--noise-threshold", "0.05"]),
     ):
-        if not farm.wanted(name):
+        if not farm.is_selected(name):
             continue
         folder = farm.folder(name)
         first_frame(farm, folder, name, [*FRAME, *CHANNELS, *settings, "--report", "report.json"])
@@ -103,7 +103,7 @@ def adaptive(farm):
 
 
 def refused(farm):
-    if not farm.wanted("refused"):
+    if not farm.is_selected("refused"):
         return
     folder = farm.folder("refused")
     first_frame(farm, folder, "refused", [*FRAME, "--spp", "4"])
@@ -139,7 +139,7 @@ def refused(farm):
         ("other scene", ["moved.exr", "--spp", "8", "--scene", farm.scene("glass_metal")], EXIT_INPUT, ["scene"]),
     ):
         case = f"refused {name}"
-        if farm.wanted(case):
+        if farm.is_selected(case):
             run = Process([farm.program, "extend", *words, "--quiet"], folder).wait()
             farm.check_refused(run, folder, before, case, (code,), parts)
     run = Process([farm.program, "extend", "named", "--spp", "8", "-o", "picture.exr", "--quiet"], folder).wait()
@@ -158,7 +158,7 @@ def damaged(farm):
         by_tiles = name != "bisection" and name != "light groups"
         for kind in ("bit", "state", "cut"):
             case = f"{name} {kind}"
-            if not farm.wanted(case) or (kind == "state" and not zstd):
+            if not farm.is_selected(case) or (kind == "state" and not zstd):
                 continue
             expected, _ = farm.reference([*settings, "--spp", "8"])
             folder = farm.folder(case)

@@ -139,7 +139,7 @@ class Farm:
         self.failures, self.cases, self.skipped, self.begin = [], 0, [], time.monotonic()
         self.references = {}
 
-    def wanted(self, case):
+    def is_selected(self, case):
         return self.options.only in case
 
     def folder(self, name):

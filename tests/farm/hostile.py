@@ -86,8 +86,8 @@ def starts(head, tail):
 
 def odd_records(state):
     """Lists of records that the program would never write."""
-    most = (1 << 64) - 1
-    for size in (0, 1, len(state) - 1, len(state) + 1, 1 << 20, 1 << 30, 1 << 32, 1 << 36, (1 << 36) + 1, 1 << 63, most):
+    max_uint64 = (1 << 64) - 1
+    for size in (0, 1, len(state) - 1, len(state) + 1, 1 << 20, 1 << 30, 1 << 32, 1 << 36, (1 << 36) + 1, 1 << 63, max_uint64):
         for kind, end in ((TILE, []), (BLOCK, [Record(END, 1, b"")])):
             yield f"kind {kind} that says {size} bytes", [Record(kind, 0, state, size=size), *end]
             yield f"kind {kind} that says {size} bytes, zstd too", [
@@ -95,9 +95,9 @@ def odd_records(state):
     for packed in (b"", b"\0", b"\x28\xb5\x2f\xfd", bytes(1000), b"\xff" * 1000):
         yield f"no zstd {packed[:4].hex()} {len(packed)}", [Record(TILE, 0, state, packed=packed),
                                                              Record(BLOCK, 0, state, packed=packed), Record(END, 1, b"")]
-    for number in (4, 5, 1 << 31, 1 << 32, most):
+    for number in (4, 5, 1 << 31, 1 << 32, max_uint64):
         yield f"tile {number}", [Record(TILE, number, state)]
-    for number in (1, 2, 1 << 32, most):
+    for number in (1, 2, 1 << 32, max_uint64):
         yield f"block {number}", [Record(BLOCK, number, state), Record(END, 1, b"")]
         yield f"end {number}", [Record(BLOCK, 0, state), Record(END, number + 1, b"")]
     for kind in (0, 4, (1 << 32) - 1):
@@ -175,10 +175,10 @@ class Hostile:
             changed = [Record(BLOCK, 0, mutated(self.state(), dice)), Record(END, 1, b"")]
         return packed_file(self.head, changed)
 
-    def go_on(self, case, data, right=False):
+    def resume_from(self, case, data, right=False):
         """Resumes from that file. `right`: if it is done, the bits must be right."""
         case = f"{self.name}: {case}"
-        if not self.farm.wanted(case):
+        if not self.farm.is_selected(case):
             return
         for path in self.folder.iterdir():
             path.unlink()
@@ -192,14 +192,14 @@ class Hostile:
             saved.write_bytes(data)
             replay = f"--driver '{self.name}' --file {saved}"
         failed = len(self.farm.failures)
-        self.judge(case, replay, before, largest, run, right)
+        self.check_run(case, replay, before, largest, run, right)
         if self.name.endswith("stopped"):
             if len(self.farm.failures) > failed:
                 self.farm.options.keep = True
             else:
                 saved.unlink()
 
-    def judge(self, case, replay, before, largest, run, right):
+    def check_run(self, case, replay, before, largest, run, right):
         check = self.farm.check
         if not check(not run.hung and run.code in (EXIT_DONE, EXIT_RENDER_FAILED, EXIT_INPUT), case,
                      f"should be refused or done: {run}", replay):
@@ -231,26 +231,26 @@ def main():
         farm.done()
     chosen = {name: Hostile(farm, name, zstd) for name in SETTINGS if name.startswith(options.driver)}
     if options.file:
-        next(iter(chosen.values())).go_on("file", pathlib.Path(options.file).read_bytes())
+        next(iter(chosen.values())).resume_from("file", pathlib.Path(options.file).read_bytes())
         farm.done()
     for name, hostile in chosen.items():
         again = [Record(record.kind, record.number, record.data) for record in hostile.records]
-        hostile.go_on("packed again", packed_file(hostile.head, again), right=True)
+        hostile.resume_from("packed again", packed_file(hostile.head, again), right=True)
         for number in range(options.mutations):
             dice = random.Random(f"{options.seed} {name} {number}")
-            hostile.go_on(f"mutation {number}", hostile.mutation(dice))
+            hostile.resume_from(f"mutation {number}", hostile.mutation(dice))
         if name not in DRIVERS or options.brief:
             continue
         for text, found in odd_records(hostile.state()):
-            hostile.go_on(f"record, {text}", packed_file(hostile.head, found))
+            hostile.resume_from(f"record, {text}", packed_file(hostile.head, found))
         for other in chosen.values():
             if other is not hostile:
-                hostile.go_on(f"state of {other.name}", packed_file(hostile.head, other.records))
+                hostile.resume_from(f"state of {other.name}", packed_file(hostile.head, other.records))
         if name != "bisection":  # headers are read before the driver matters
             for text, head in heads(hostile.head):
-                hostile.go_on(f"head, {text}", packed_file(head, again), right=True)
+                hostile.resume_from(f"head, {text}", packed_file(head, again), right=True)
             for text, data in starts(hostile.head, b"".join(record.to_bytes() for record in again)):
-                hostile.go_on(f"start, {text}", data, right=True)
+                hostile.resume_from(f"start, {text}", data, right=True)
     for name, hostile in chosen.items():
         print(f"{name}: " + ", ".join(f"{count} {what}" for what, count in hostile.counts.items()))
     farm.done()

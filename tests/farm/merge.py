@@ -44,7 +44,7 @@ def parts_of(farm, folder, case, settings, count, order):
 def tiles(farm):
     for number, (name, settings) in enumerate(WHOLE.items()):
         case = f"tiles {name}"
-        if not farm.wanted(case):
+        if not farm.is_selected(case):
             continue
         settings = [*FRAME, *settings, *CHANNELS]
         expected, _ = farm.reference(settings)
@@ -65,7 +65,7 @@ def ranges(farm):
     """For each driver. Sums are added in another order, so floats may differ in the last bit."""
     for driver in ("bucket", "bisection"):
         case = f"ranges {driver}"
-        if not farm.wanted(case):
+        if not farm.is_selected(case):
             continue
         settings = [*FRAME, *CHANNELS, "--driver", driver]
         expected, _ = farm.reference([*settings, "--spp", "24"])
@@ -88,7 +88,7 @@ def ranges(farm):
 def ranges_by_parts(farm):
     """Both at once: two ranges with two parts each."""
     case = "ranges by parts"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     settings = [*FRAME, *CHANNELS]
     expected, _ = farm.reference([*settings, "--spp", "8"])
@@ -106,7 +106,7 @@ def seeds(farm):
     theirs."""
     for driver in ("adaptive", "bucket"):
         case = f"seeds {driver}"
-        if not farm.wanted(case):
+        if not farm.is_selected(case):
             continue
         folder = farm.folder(case)
         threshold = ["--noise-threshold", "0.05", "--max-spp", "256"] if driver == "bucket" else []
@@ -127,7 +127,7 @@ def seeds(farm):
 
 
 def refused(farm):
-    if not farm.wanted("refused"):
+    if not farm.is_selected("refused"):
         return
     case = "refused"
     folder = farm.folder(case)
@@ -179,7 +179,7 @@ def refused(farm):
         ("no parts", [], EXIT_USAGE, ["parts"]),
     ):
         case = f"refused {name}"
-        if farm.wanted(case):
+        if farm.is_selected(case):
             farm.check_refused(merge(farm, folder, files), folder, before, case, (code,), words)
 
 
@@ -187,7 +187,7 @@ def cannot_be_cut(farm):
     """Samplers whose samples depend on their total number."""
     for sampler in ("stratified", "blue_noise", "hierarchical"):
         case = f"not cut {sampler}"
-        if farm.wanted(case):
+        if farm.is_selected(case):
             folder = farm.folder(case)
             run = farm.run(folder, [*FRAME, "--sample-range", "0-4", "--sampler", sampler])
             farm.check_refused(run, folder, {}, case, (EXIT_USAGE,), ["--sampler", "sobol, poisson_disk or independent"])
@@ -202,7 +202,7 @@ def complete(picture):
 
 def missing_samples(farm):
     case = "missing samples"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     folder = farm.folder(case)
     for samples in ("0-2", "2-4", "4-6"):
@@ -216,7 +216,7 @@ def missing_samples(farm):
 def many_parts(farm):
     """More parts than a process may have files open by default."""
     case = "many parts"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     folder = farm.folder(case)
     settings = ["--size", "48x24", "--bucket-size", "8", "--threads", "1", "--spp", "1"]
@@ -233,7 +233,7 @@ def many_parts(farm):
 
 def holes(farm):
     case = "holes"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     folder = farm.folder(case)
     settings = [*FRAME, "--spp", "2", *CHANNELS]

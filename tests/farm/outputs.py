@@ -60,7 +60,7 @@ def check_page(data):
 CHECKS = {".exr": check_exr, ".png": check_png, ".jpg": check_jpeg, ".html": check_page, ".json": json.loads}
 
 
-def damage_of(path):
+def find_damage(path):
     """Why a file is incomplete; empty if it is complete."""
     try:
         CHECKS[path.suffix](path.read_bytes())
@@ -69,12 +69,12 @@ def damage_of(path):
     return ""
 
 
-def log_of(process):
+def read_log(process):
     """The contents of stderr so far. The file position is shared with the program and must not change."""
     return os.pread(process.log[1].fileno(), 1 << 20, 0).decode(errors="replace")
 
 
-def times_of(folder):
+def write_times(folder):
     """When the pictures and reports were written, at the end of a frame."""
     names = RESULTS - {"progress.json", "settings.json"}
     return {name: (folder / name).stat().st_mtime_ns for name in names if (folder / name).exists()}
@@ -88,13 +88,13 @@ def size_of(path):
 
 
 def wait_for_stage(process, folder, stage, seconds, dice):
-    before = times_of(folder)
+    before = write_times(folder)
     if stage == "tiles":
         process.wait_until(lambda: any(map(size_of, folder.glob("*.emberline.part-*"))))
     elif stage == "end":  # some outputs have their final names, others do not
-        process.wait_until(lambda: times_of(folder) != before)
+        process.wait_until(lambda: write_times(folder) != before)
     else:
-        process.wait_until(lambda: LOGGED[stage] in log_of(process))
+        process.wait_until(lambda: LOGGED[stage] in read_log(process))
     if pause := {"start": 0.05, "load": 0.05, "end": 0.003}.get(stage):
         time.sleep(dice.uniform(0, pause))
     else:
@@ -126,25 +126,25 @@ def disturbed(farm, kind, number):
     process.signal(number_sent)
     run = process.wait()
 
-    told = f"{number_sent.name} in {stage} of {driver}{', resumed' if resume else ''}: {run}"
+    outcome = f"{number_sent.name} in {stage} of {driver}{', resumed' if resume else ''}: {run}"
     codes = {-number_sent, EXIT_DONE} | ({EXIT_STOPPED} if kind == "signal" else set())
-    farm.check(run.code in codes, case, told, replay)
+    farm.check(run.code in codes, case, outcome, replay)
     for name in RESULTS & contents(folder).keys():
-        damage = damage_of(folder / name)
-        farm.check(not damage, case, f"{name} is not whole ({damage}). {told}", replay)
+        damage = find_damage(folder / name)
+        farm.check(not damage, case, f"{name} is not whole ({damage}). {outcome}", replay)
     for name in before:
-        farm.check((folder / name).exists(), case, f"{name}, which was there, is gone. {told}", replay)
+        farm.check((folder / name).exists(), case, f"{name}, which was there, is gone. {outcome}", replay)
     out = folder / "out.exr"
     if out.exists() and contents(folder)["out.exr"] != before.get("out.exr") and run.code != EXIT_STOPPED:
-        farm.check(pixels(out) == expected, case, f"the picture has other bits. {told}", replay)
+        farm.check(pixels(out) == expected, case, f"the picture has other bits. {outcome}", replay)
     if run.code >= 0:  # a run that ends itself removes unfinished files
         stray = contents(folder).keys() - RESULTS - {CHECKPOINT}
-        farm.check(not stray, case, f"left behind: {stray}. {told}", replay)
+        farm.check(not stray, case, f"left behind: {stray}. {outcome}", replay)
 
     run = farm.run(folder, command)
     if farm.check_done(run, folder, expected, case, RESULTS, replay):
         for name in RESULTS:
-            damage = damage_of(folder / name)
+            damage = find_damage(folder / name)
             farm.check(not damage, case, f"{name} of the next run is not whole ({damage})", replay)
     return stage, landed
 

@@ -37,8 +37,8 @@ def fingerprint(data):
 def stored(data, declared=None):
     """A zstd frame of raw blocks that declares an unpacked size."""
     frame = bytearray(b"\x28\xb5\x2f\xfd\xe0" + struct.pack("<Q", len(data) if declared is None else declared))
-    most = 1 << 17
-    parts = [data[i : i + most] for i in range(0, len(data), most)] or [b""]
+    max_part_bytes = 1 << 17
+    parts = [data[i : i + max_part_bytes] for i in range(0, len(data), max_part_bytes)] or [b""]
     for i, part in enumerate(parts):
         frame += (len(part) << 3 | (i == len(parts) - 1)).to_bytes(3, "little") + part
     return bytes(frame)

@@ -33,7 +33,7 @@ def finish(farm, case, folder, settings, expected, carried=True):
 def stopped(farm, driver, name, stop):
     """Stops a run in mid-frame: by stop(process) or by more settings."""
     case = f"{driver} {name}"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     settings, folder = settings_of(farm, driver), farm.folder(case)
     expected, _ = farm.reference(settings)
@@ -68,14 +68,14 @@ def twice(number):
     return stop
 
 
-def ended_at_once(farm, driver):
+def stopped_twice(farm, driver):
     """Two stops in a row, at the start and in mid-frame: at any moment, the next run must have the right bits."""
     settings = settings_of(farm, driver)
     # Seconds after its start, or after a share of the frame.
     moments = [(0, 0.15, signal.SIGINT), (0.02, 0, signal.SIGTERM), (0, 0.05, signal.SIGTERM), (0.05, 0, signal.SIGINT)]
     for i, (pause, share, number) in enumerate(moments if LONG else moments[:2]):
         case = f"{driver} stopped twice {i}"
-        if not farm.wanted(case):
+        if not farm.is_selected(case):
             continue
         expected, _ = farm.reference(settings)
         folder = farm.folder(case)
@@ -91,11 +91,11 @@ def ended_at_once(farm, driver):
         finish(farm, case, folder, settings, expected, carried=False)
 
 
-def again_and_again(farm, driver):
+def stopped_repeatedly(farm, driver):
     """An impatient farm: time limits of a fraction of the frame, with other threads each time. The limits grow, as other
     work on the machine may leave a run no time within one."""
     case = f"{driver} again and again"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     settings, folder = settings_of(farm, driver), farm.folder(case)
     expected, seconds = farm.reference(settings)
@@ -119,7 +119,7 @@ def saved_on_request(farm, driver):
     """SIGUSR1 in mid-frame saves a checkpoint, which survives a kill. Without the kill, the frame runs to its end."""
     settings = settings_of(farm, driver)
     case = f"{driver} SIGUSR1"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     expected, _ = farm.reference(settings)
     folder = farm.folder(case)
@@ -130,11 +130,11 @@ def saved_on_request(farm, driver):
     before = file.stat()
     process.signal(signal.SIGUSR1)
 
-    def fresh():
+    def is_rewritten():
         now = file.stat()
         return now.st_mtime_ns != before.st_mtime_ns and now.st_size > before.st_size
 
-    farm.check(process.wait_until(fresh), case, "the checkpoint is not written anew")
+    farm.check(process.wait_until(is_rewritten), case, "the checkpoint is not written anew")
     farm.check(process.running(), case, "it did not go on")
     process.signal(signal.SIGKILL)
     process.wait()
@@ -154,7 +154,7 @@ def saved_on_request(farm, driver):
 
 def without_checkpoint(farm, driver):
     case = f"{driver} SIGUSR1 without a checkpoint"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     settings, folder = settings_of(farm, driver), farm.folder(case)
     expected, _ = farm.reference(settings)
@@ -169,7 +169,7 @@ def without_checkpoint(farm, driver):
 def ignored_on_start(farm):
     """A signal before the scene is read must not end the program, since its handlers are installed."""
     case = "SIGUSR1 while it starts"
-    if not farm.wanted(case):
+    if not farm.is_selected(case):
         return
     settings = ["--size", "16x12", "--spp", "1", "--threads", "1", *CHANNELS]
     expected, _ = farm.reference(settings)
@@ -177,12 +177,12 @@ def ignored_on_start(farm):
         folder = farm.folder(case)
         process = farm.start(folder, [*settings, "--resume"])
 
-        def caught():
+        def is_handled():
             with open(f"/proc/{process.process.pid}/status") as status:
                 mask = next((line for line in status if line.startswith("SigCgt")), "SigCgt: 0")
             return int(mask.split()[1], 16) >> (signal.SIGUSR1 - 1) & 1
 
-        if process.wait_until(lambda: process.running() and caught()):
+        if process.wait_until(lambda: process.running() and is_handled()):
             os.kill(process.process.pid, signal.SIGUSR1)
         farm.check_done(process.wait(), folder, expected, case)
 
@@ -195,8 +195,8 @@ def main():
             stopped(farm, driver, "SIGINT", once(signal.SIGINT))
             stopped(farm, driver, "--time-limit", ["--time-limit", "0.4"])
             without_checkpoint(farm, driver)
-        ended_at_once(farm, driver)
-        again_and_again(farm, driver)
+        stopped_twice(farm, driver)
+        stopped_repeatedly(farm, driver)
         saved_on_request(farm, driver)
     ignored_on_start(farm)
     farm.done()

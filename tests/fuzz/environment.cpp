@@ -11,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     uint64_t repaired = 0;
     const LoadProgress progress({}, {}, fuzz::small_limits(path));
     const auto image = read_environment(path, &repaired, progress);
-    fuzz::require_none(image->channels == 3 ? test::find_flaw(*image) : "channels");
+    fuzz::require_none(image->channels == 3 ? test::find_scene_violation(*image) : "channels");
   });
   return 0;
 }

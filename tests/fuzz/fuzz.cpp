@@ -22,9 +22,9 @@ extern "C" int LLVMFuzzerInitialize(int*, char***) {
 
 namespace emberline::fuzz {
 
-void require_none(const std::string& flaw) {
-  if (flaw.empty()) return;
-  std::fprintf(stderr, "fuzz: broken promise: %s\n", flaw.c_str());
+void require_none(const std::string& violation) {
+  if (violation.empty()) return;
+  std::fprintf(stderr, "fuzz: broken promise: %s\n", violation.c_str());
   std::abort();
 }
 

@@ -16,7 +16,7 @@ extern "C" size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
 namespace emberline::fuzz {
 
 // Aborts, which libFuzzer reports as a finding, if a reader's result has a flaw.
-void require_none(const std::string& flaw);
+void require_none(const std::string& violation);
 
 // Calls `read`, which may only throw an EmberlineError with a message of at most a few hundred
 // characters.

@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size % 3 == 0) options.time = 0.5;
   fuzz::allow_errors([&] {
     LoadProgress progress({}, {}, fuzz::small_limits(path));
-    fuzz::require_none(test::find_flaw(load_gltf(path, options, progress)));
+    fuzz::require_none(test::find_scene_violation(load_gltf(path, options, progress)));
   });
   return 0;
 }

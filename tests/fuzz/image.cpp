@@ -10,7 +10,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   fuzz::allow_errors([&] {
     const LoadProgress progress({}, {}, fuzz::small_limits("image"));
     const auto image = decode_image({data, size}, "image", size % 2 == 1, progress).image;
-    fuzz::require_none(test::find_flaw(*image));
+    fuzz::require_none(test::find_scene_violation(*image));
   });
   return 0;
 }

@@ -9,14 +9,15 @@ using namespace emberline;
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size < 8) return 0;
-  const uint8_t* said = data + size - 8;
+  const uint8_t* header_bytes = data + size - 8;
   static constexpr const char* kModes[] = {"ATTRIBUTES", "TRIANGLES", "INDICES", "other"};
   static constexpr const char* kFilters[] = {"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL",
                                              "COLOR"};
-  const uint64_t stride = said[2] + uint64_t(1);
-  const uint64_t count = said[4] | uint64_t(said[5]) << 8 | uint64_t(said[6]) << 16;
-  const nlohmann::json extension = {{"mode", kModes[said[0] % 4]},
-                                    {"filter", kFilters[said[1] % 5]},
+  const uint64_t stride = header_bytes[2] + uint64_t(1);
+  const uint64_t count =
+      header_bytes[4] | uint64_t(header_bytes[5]) << 8 | uint64_t(header_bytes[6]) << 16;
+  const nlohmann::json extension = {{"mode", kModes[header_bytes[0] % 4]},
+                                    {"filter", kFilters[header_bytes[1] % 5]},
                                     {"byteStride", stride},
                                     {"count", count}};
   fuzz::allow_errors([&] {

@@ -17,7 +17,7 @@ import tempfile
 
 SEEDS = 16  # seeds of the stills; stills of one seed share a command
 GROUP = 64  # pictures per command line
-MOST = 1.3  # times the noise, which a few thousand pixels determine to a few per cent
+MAX_RATIO = 1.3  # times the noise, which a few thousand pixels determine to a few per cent
 
 
 def run(*words):
@@ -92,7 +92,7 @@ def main():
         for animation, duration in animations(options.program, scene):
             with tempfile.TemporaryDirectory() as folder:
                 error, noise = compare(options.program, scene, animation, duration, options, pathlib.Path(folder))
-            differs = error > MOST * noise
+            differs = error > MAX_RATIO * noise
             wrong += differs
             left = math.sqrt(max(0, error**2 - noise**2))
             print(f"{scene.name} animation {animation}: RMS difference {error:.2e}, of noise {noise:.2e}, "

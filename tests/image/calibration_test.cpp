@@ -54,7 +54,7 @@ void expect_calibrated(const Scene& scene, const References& references,
 }
 
 // All against the same references, whose samples are most of the work.
-TEST(Calibration, TheEstimateIsTheErrorWithinAQuarter) {
+TEST(Calibration, EstimateIsWithinAQuarterOfTheError) {
   const auto scene = busy_scene();
   const References references =
       render_references(*scene, busy_view(), small_frame(), long_or_short(2048u, 1024u));

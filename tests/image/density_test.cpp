@@ -200,18 +200,18 @@ void expect_densities(const RenderSettings& settings, uint32_t reference_spp, fl
 // Measured: 3.7, 2.4 and 3.1 times with --noise-threshold .01; 2.1, 2.1 and 1.9 with a budget of 32
 // samples a pixel, which is allocated by standard deviations instead of variances. The bounds are a
 // fifth lower.
-TEST(Density, OfSpheresIsHighestAtTheirFeatures) {
+TEST(Density, SpheresAreHighestAtFeatures) {
   expect_densities(direct_light("spheres"), 64, 0.01f, {2.9, 1.95, 2.5}, {1.6, 1.6, 1.5});
 }
 
 // Measured: 3.6, 2.8, 3.6 and 1.9, 1.7, 2.0.
-TEST(Density, OfTheTeapotIsHighestAtItsFeatures) {
+TEST(Density, TeapotIsHighestAtFeatures) {
   expect_densities(direct_light("teapot"), 256, 0.01f, {2.9, 2.25, 2.9}, {1.52, 1.38, 1.6});
 }
 
 // Blades that turn by 30 degrees. Measured: 8.1 times, with a budget 2.5; with a threshold of .01,
 // which takes minutes, 8.4.
-TEST(Density, OfAMovingBladeIsHighestWhereItMoves) {
+TEST(Density, MovingBladeIsHighestWhereItMoves) {
   RenderSettings s = direct_light("moving_blade");
   s.time = 0;
   s.shutter = Shutter{0, 0.5};
@@ -219,7 +219,7 @@ TEST(Density, OfAMovingBladeIsHighestWhereItMoves) {
 }
 
 // Measured: 6.2 and 4.2; 13 with a threshold of .01. The white king is in focus.
-TEST(Density, OfShallowFocusIsHighestOutOfFocus) {
+TEST(Density, ShallowFocusIsHighestOutOfFocus) {
   RenderSettings s = direct_light("shallow_focus");
   s.f_stop = 1.4;
   s.focus_distance = 0.64;

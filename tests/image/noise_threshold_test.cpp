@@ -45,7 +45,7 @@ HardScene lamp_behind_a_corner() {
 
 // Small bright dots above a floor, hit only by BSDF sampling: as with a caustic, most paths
 // contribute nothing and a few contribute much.
-HardScene dots_by_chance() {
+HardScene rare_dots() {
   SceneBuilderForTests b;
   b.add_floor(3, 0, b.add_material(lambert(Rgb(0.6f))));
   const int dot = b.add_material(emitter(Rgb(60.0f)));
@@ -142,8 +142,8 @@ Measured measure(const Method& method, const HardScene& hard, float threshold,
   return m;
 }
 
-void expect_threshold_is_kept(const HardScene& hard, float threshold, uint32_t reference_spp,
-                              double least_error) {
+void expect_error_within_threshold(const HardScene& hard, float threshold, uint32_t reference_spp,
+                                   double least_error) {
   const References references =
       render_references(*hard.scene, hard.view, settings_for(hard), reference_spp);
   for (const Method& method : std::span(kMethods).first(long_or_short(4, 2))) {
@@ -155,13 +155,13 @@ void expect_threshold_is_kept(const HardScene& hard, float threshold, uint32_t r
 }
 
 TEST(NoiseThreshold, LampBehindACorner) {
-  expect_threshold_is_kept(lamp_behind_a_corner(), 0.012f, long_or_short(1024u, 128u), 0.5);
+  expect_error_within_threshold(lamp_behind_a_corner(), 0.012f, long_or_short(1024u, 128u), 0.5);
 }
 
-TEST(NoiseThreshold, DotsByChance) { expect_threshold_is_kept(dots_by_chance(), 0.08f, 2048, 0.5); }
+TEST(NoiseThreshold, RareDots) { expect_error_within_threshold(rare_dots(), 0.08f, 2048, 0.5); }
 
 TEST(NoiseThreshold, NearlyBlackHalf) {
-  expect_threshold_is_kept(nearly_black_half(), 0.01f, long_or_short(1024u, 256u), 0.4);
+  expect_error_within_threshold(nearly_black_half(), 0.01f, long_or_short(1024u, 256u), 0.4);
 }
 
 }  // namespace

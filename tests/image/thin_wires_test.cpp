@@ -29,13 +29,13 @@ void add_wire(SceneBuilderForTests& b, double middle, double lean, int material)
              {x1 + dx, y + 1, 0}, material);
 }
 
-constexpr double kMiddles[] = {3.3, 9.1, 15.7, 20.9};
-constexpr double kLeans[] = {0.0, 2.5, -3.7, 1.3};
+constexpr double kWireCenters[] = {3.3, 9.1, 15.7, 20.9};
+constexpr double kWireShifts[] = {0.0, 2.5, -3.7, 1.3};
 
 std::unique_ptr<Scene> wires(float radiance) {
   SceneBuilderForTests b;
   const int glow = b.add_material(emitter(Rgb(radiance)));
-  for (size_t i = 0; i < 4; ++i) add_wire(b, kMiddles[i], kLeans[i], glow);
+  for (size_t i = 0; i < 4; ++i) add_wire(b, kWireCenters[i], kWireShifts[i], glow);
   return b.build();
 }
 
@@ -80,7 +80,7 @@ int seeds() { return long_or_short(1000, 300); }
 
 // Checks the scene and its exact value with uniform sampling. Four standard errors, here and below:
 // a false alarm for 6e-5 of all choices of seeds.
-TEST(ThinWires, UniformSamplingFindsTheirLight) {
+TEST(ThinWires, UniformSamplingIsUnbiased) {
   const auto scene = wires(1.0f);
   RenderSettings s;
   s.spp = 32;
@@ -95,7 +95,7 @@ class Budgets : public testing::TestWithParam<std::tuple<std::string, uint32_t, 
 // neighbours see nothing, only the uniform share of each round continues, and late discoveries get
 // little weight (Kirk & Arvo 1991): -10 to -17 % with 16 samples a pixel; 0 to -3 % with 64, of
 // which 8 are the first.
-TEST_P(Budgets, LosesNoMoreThanIsKnown) {
+TEST_P(Budgets, BiasIsBounded) {
   const auto [estimator, budget, metric] = GetParam();
   const auto scene = wires(1.0f);
   RenderSettings s = adaptive_settings(estimator);
@@ -131,7 +131,7 @@ INSTANTIATE_TEST_SUITE_P(
 // -1.1 % with `nested`, at 32 to 35 samples a pixel.
 class Estimators : public testing::TestWithParam<std::string> {};
 
-TEST_P(Estimators, ThresholdLosesNoMoreThanIsKnown) {
+TEST_P(Estimators, ThresholdBiasIsBounded) {
   const auto scene = wires(1.0f);
   RenderSettings s = adaptive_settings(GetParam());
   s.adaptive.threshold = 0.05f;
@@ -145,7 +145,7 @@ TEST_P(Estimators, ThresholdLosesNoMoreThanIsKnown) {
 
 // Unbiased means over rounds stay unbiased when a threshold ends pixels, because the budget decides
 // the number of rounds.
-TEST_P(Estimators, UnbiasedWithAThreshold) {
+TEST_P(Estimators, UnbiasedWithThreshold) {
   const auto scene = wires(1.0f);
   RenderSettings s = adaptive_settings(GetParam());
   s.adaptive.threshold = 0.05f;

@@ -14,13 +14,13 @@ constexpr int kVarianceSeeds = 4;
 constexpr size_t kVariance = 5;  // index of the channel, after R G B A samples
 
 // Means over pixels, R, G, B and seeds.
-struct Found {
-  double truth = 0, told = 0;
+struct ErrorMeasurement {
+  double truth = 0, estimate = 0;
 };
 
-Found measure(const Scene& scene, RenderSettings s, const References& references) {
+ErrorMeasurement measure(const Scene& scene, RenderSettings s, const References& references) {
   s.aovs = "variance";
-  Found found;
+  ErrorMeasurement found;
   const double terms = 3.0 * s.width * s.height * kVarianceSeeds;
   for (int seed = 0; seed < kVarianceSeeds; ++seed) {
     s.seed = uint32_t(seed);
@@ -32,7 +32,7 @@ Found measure(const Scene& scene, RenderSettings s, const References& references
           const double to_a = double(p[c]) - double(references.a.pixel(x, y)[c]);
           const double to_b = double(p[c]) - double(references.b.pixel(x, y)[c]);
           found.truth += to_a * to_b / terms;
-          found.told += double(p[kVariance + c]) / terms;
+          found.estimate += double(p[kVariance + c]) / terms;
         }
       }
     }
@@ -42,12 +42,12 @@ Found measure(const Scene& scene, RenderSettings s, const References& references
 
 class VarianceChannel : public testing::Test {
  protected:
-  Found uniform(uint32_t spp) const {
+  ErrorMeasurement uniform(uint32_t spp) const {
     RenderSettings s = lit_floor_settings();
     s.spp = spp;
     return measure(*scene_, s, references_);
   }
-  Found nested(const AdaptiveSettings& adaptive) const {
+  ErrorMeasurement nested(const AdaptiveSettings& adaptive) const {
     RenderSettings s = lit_floor_settings();
     s.driver = "adaptive";
     s.adaptive = adaptive;
@@ -63,27 +63,28 @@ class VarianceChannel : public testing::Test {
 // If every pixel ends at n samples, the halves' estimate has the expectation V(n/2) - V(n)
 // (sample_halves.h), which uniform frames of n/2 and n samples measure independently. 6144 pixels,
 // each a square with one degree of freedom, leave 3 % noise in a mean.
-TEST_F(VarianceChannel, OfHalvesIsWhatTheLastDoublingBrings) {
+TEST_F(VarianceChannel, OfHalvesEqualsGainOfLastDoubling) {
   for (const uint32_t n : {32u, 128u}) {
     SCOPED_TRACE(n);
-    const Found half = uniform(n / 2), whole = uniform(n), halves = nested({.max_samples = n});
+    const ErrorMeasurement half = uniform(n / 2), whole = uniform(n),
+                           halves = nested({.max_samples = n});
     EXPECT_EQ(halves.truth, whole.truth) << "the same samples";
     const double expected = half.truth - whole.truth;
     std::printf("  told %.3g, V(n/2) - V(n) %.3g, V(n) %.3g; by the samples' spread %.3g\n",
-                halves.told, expected, whole.truth, whole.told);
-    EXPECT_NEAR(halves.told, expected, 0.15 * expected);
-    EXPECT_GT(whole.told, 3 * whole.truth) << "no scene to tell the two by";
+                halves.estimate, expected, whole.truth, whole.estimate);
+    EXPECT_NEAR(halves.estimate, expected, 0.15 * expected);
+    EXPECT_GT(whole.estimate, 3 * whole.truth) << "no scene to tell the two by";
   }
 }
 
 // The planner distributes a budget.
-TEST_F(VarianceChannel, OfABudgetIsAboveTheTruthByLessThanTwice) {
+TEST_F(VarianceChannel, OfBudgetIsOneToTwoTimesTheTruth) {
   for (const uint32_t budget : {32u, 128u}) {
     SCOPED_TRACE(budget);
-    const Found found = nested({.budget = budget});
-    std::printf("  told over true: %.2f\n", found.told / found.truth);
-    EXPECT_GT(found.told, 1.0 * found.truth);
-    EXPECT_LT(found.told, 2.0 * found.truth);
+    const ErrorMeasurement found = nested({.budget = budget});
+    std::printf("  told over true: %.2f\n", found.estimate / found.truth);
+    EXPECT_GT(found.estimate, 1.0 * found.truth);
+    EXPECT_LT(found.estimate, 2.0 * found.truth);
   }
 }
 

@@ -276,7 +276,7 @@ class SometimesNan final : public Integrator {
   }
 };
 
-class Nobody final : public RenderSink {
+class NullSink final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
@@ -290,9 +290,9 @@ TEST(AdaptiveUnbiased, ALaterRoundsNanIsReplayedFromItsSeed) {
   RenderPlan plan = plan_of(s);
   plan.integrator = std::make_unique<SometimesNan>();
   const Frame frame = plan.frame(*scene, camera);
-  Nobody nobody;
+  NullSink null_sink;
   const RenderCounters counters = RenderJob(frame, driver_factory("adaptive", plan.driver_settings))
-                                      .render(nobody, {})
+                                      .render(null_sink, {})
                                       .counters;
   ASSERT_FALSE(counters.located.empty());
   size_t of_later_rounds = 0;

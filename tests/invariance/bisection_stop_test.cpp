@@ -198,9 +198,9 @@ TEST_F(BisectionStop, IsSoonInAHeavyScene) {
   settings.max_depth = 1000;
   const RenderPlan plan = plan_of(settings);
   const Frame frame = plan.frame(*scene_, camera);
-  class Nobody final : public RenderSink {
+  class NullSink final : public RenderSink {
     void tile_finished(const FilmTile&) override {}
-  } nobody;
+  } null_sink;
   // CPU seconds of all threads; the minimum of several runs, since others disturb the caches.
   double least = 1e9;
   for (const double work : {0.04, 0.1, 0.18, 0.28, 0.4}) {
@@ -212,13 +212,13 @@ TEST_F(BisectionStop, IsSoonInAHeavyScene) {
       stop.request_stop();
     });
     RenderJob job(frame, driver_factory("bisection", {}));
-    const RenderCounters counters = job.render(nobody, stop.get_token()).counters;
+    const RenderCounters counters = job.render(null_sink, stop.get_token()).counters;
     const double returned = test::processor_seconds();
     timer.join();
     EXPECT_TRUE(counters.stopped);
     least = std::min(least, returned - requested);
   }
-  EXPECT_LT(least, 0.01 * std::thread::hardware_concurrency() * test::kSlower);
+  EXPECT_LT(least, 0.01 * std::thread::hardware_concurrency() * test::kSanitizerSlowdown);
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ SceneBuilderForTests sparkling() {
   return b;
 }
 
-Rgb taken_at(const RenderedImage& image, int x, int y) {
+Rgb removed_at(const RenderedImage& image, int x, int y) {
   const auto first = std::ranges::find(image.channels, "clamped.R") - image.channels.begin();
   const float* p = image.pixel(x, y) + first;
   return {p[0], p[1], p[2]};
@@ -60,10 +60,10 @@ TEST(ClampIndirect, RemovedAndRemainingLightAddUpToThePicture) {
   const Scene& scene = lit.scene.scene();
   const RenderedImage without = render(scene, view(), settings({}), &lit.groups);
   const RenderedImage with = render(scene, view(), settings(0.5f), &lit.groups);
-  Rgb taken(0.0f);
+  Rgb removed(0.0f);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      const Rgb left = with.rgb(x, y), lost = taken_at(with, x, y), all = without.rgb(x, y);
+      const Rgb left = with.rgb(x, y), lost = removed_at(with, x, y), all = without.rgb(x, y);
       Rgb lights(0.0f);
       for (int g = 0; g < with.light_groups; ++g) {
         lights += with.light(with.crop.index_of(x, y), g);
@@ -72,24 +72,24 @@ TEST(ClampIndirect, RemovedAndRemainingLightAddUpToThePicture) {
         EXPECT_NEAR(left[c] + lost[c], all[c], 1e-5f * all[c]);
         EXPECT_NEAR(lights[c], left[c], 1e-5f * left[c]);
       }
-      taken += lost;
+      removed += lost;
     }
   }
-  EXPECT_GT(max_component(taken), 1.0f);
+  EXPECT_GT(max_component(removed), 1.0f);
   // The counter equals the mean of the layer, and the groups' shares add up to it.
   const ClampedLight& counted = with.counters.clamped;
   Rgb of_groups(0.0f);
   ASSERT_EQ(counted.groups(), size_t(lit.groups.size()));
   for (size_t g = 0; g < counted.groups(); ++g) {
-    of_groups += counted.taken_of_group(g, with.counters.samples);
+    of_groups += counted.removed_of_group(g, with.counters.samples);
   }
-  const Rgb mean = counted.taken(with.counters.samples);
+  const Rgb mean = counted.removed(with.counters.samples);
   for (int c = 0; c < 3; ++c) {
-    EXPECT_NEAR(mean[c], taken[c] / (kWidth * kHeight), 1e-4f * mean[c]);
+    EXPECT_NEAR(mean[c], removed[c] / (kWidth * kHeight), 1e-4f * mean[c]);
     EXPECT_NEAR(of_groups[c], mean[c], 1e-5f * mean[c]);
   }
-  EXPECT_GT(counted.share(), 0.01);
-  EXPECT_LT(counted.share(), 0.9);
+  EXPECT_GT(counted.fraction(), 0.01);
+  EXPECT_LT(counted.fraction(), 0.9);
 }
 
 TEST(ClampIndirect, DoesNotDependOnDriverOrThreads) {
@@ -102,10 +102,10 @@ TEST(ClampIndirect, DoesNotDependOnDriverOrThreads) {
       s.threads = threads;
       const RenderedImage other = render(lit.scene.scene(), view(), s, &lit.groups);
       expect_same_bits(other, one, driver);
-      EXPECT_EQ(other.counters.clamped.share(), one.counters.clamped.share());
+      EXPECT_EQ(other.counters.clamped.fraction(), one.counters.clamped.fraction());
       for (size_t g = 0; g < one.counters.clamped.groups(); ++g) {
-        EXPECT_EQ(other.counters.clamped.taken_of_group(g, 1),
-                  one.counters.clamped.taken_of_group(g, 1));
+        EXPECT_EQ(other.counters.clamped.removed_of_group(g, 1),
+                  one.counters.clamped.removed_of_group(g, 1));
       }
     }
   }
@@ -127,9 +127,9 @@ TEST(ClampIndirect, LoadsOnlyStateOfTheSameFrame) {
     return into;
   };
   ClampedLight light(0.5f, 3);
-  light.take(1, Rgb(1, 2, 3));
+  light.add_removed(1, Rgb(1, 2, 3));
   const ClampedLight again = load(saved(light), {0.5f, 3});
-  EXPECT_EQ(again.taken_of_group(1, 1), light.taken_of_group(1, 1));
+  EXPECT_EQ(again.removed_of_group(1, 1), light.removed_of_group(1, 1));
   EXPECT_FALSE(load(saved({}), {}).clamps());
   for (const ClampedLight& other : {ClampedLight(), ClampedLight(0.5f, 0), ClampedLight(0.5f, 2),
                                     ClampedLight(0.5f, 64), ClampedLight(0.25f, 3)}) {
@@ -146,10 +146,10 @@ TEST(ClampIndirect, LightBelowTheLimitKeepsItsBits) {
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         ASSERT_EQ(with.rgb(x, y), without.rgb(x, y));
-        ASSERT_EQ(taken_at(with, x, y), Rgb(0.0f));
+        ASSERT_EQ(removed_at(with, x, y), Rgb(0.0f));
       }
     }
-    EXPECT_EQ(with.counters.clamped.share(), 0.0);
+    EXPECT_EQ(with.counters.clamped.fraction(), 0.0);
   }
 }
 
@@ -161,7 +161,7 @@ TEST(ClampIndirect, KeepsVisibleAndDirectLight) {
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         ASSERT_EQ(with.rgb(x, y), without.rgb(x, y)) << what;
-        ASSERT_EQ(taken_at(with, x, y), Rgb(0.0f)) << what;
+        ASSERT_EQ(removed_at(with, x, y), Rgb(0.0f)) << what;
       }
     }
     EXPECT_GT(without.mean, 0.01) << what;
@@ -210,7 +210,7 @@ TEST(ClampIndirect, NoSampleGetsMoreThanTheLimitAllows) {
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         most = std::max(most, max_component(more.rgb(x, y) - seen.rgb(x, y)));
-        most_taken = std::max(most_taken, max_component(taken_at(more, x, y)));
+        most_taken = std::max(most_taken, max_component(removed_at(more, x, y)));
       }
     }
   }

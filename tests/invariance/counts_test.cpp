@@ -172,7 +172,7 @@ TEST(EmptyPixelCounts, OnlyTheirCameraRaysAreSaved) {
   EXPECT_EQ(image.counters.rays.total(), all.counters.rays.total());
 }
 
-class Nobody final : public RenderSink {
+class NullSink final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
@@ -190,15 +190,15 @@ TEST(PixelCosts, CountOnlyThePixelsOwnWork) {
   }
   FilmTile film(AovSet{}, {.rays = true});
   film.reset(s.crop);
-  Nobody nobody;
+  NullSink null_sink;
   RenderWorker worker(frame);
-  worker.render(all, film, nobody, {});
+  worker.render(all, film, null_sink, {});
   uint64_t least = all.size(), most = 0;
   for (const PixelWork& pixel : all) {
     FilmTile alone(AovSet{}, {.rays = true});
     alone.reset({pixel.x, pixel.y, pixel.x + 1, pixel.y + 1});
     intersections = occlusions = 0;
-    worker.render({&pixel, 1}, alone, nobody, {});
+    worker.render({&pixel, 1}, alone, null_sink, {});
     const uint64_t asked = intersections + occlusions;
     EXPECT_EQ(film.rays(s.crop.index_of(pixel.x, pixel.y)), asked) << pixel.x << "," << pixel.y;
     EXPECT_EQ(alone.rays(0), asked);

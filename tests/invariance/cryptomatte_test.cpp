@@ -103,12 +103,12 @@ TEST(CryptomatteIds, DistinguishNodesWithTheSameName) {
             (std::vector<std::string>{"oak", "oak_2", "material 2", "default", "environment"}));
   EXPECT_EQ(names_of(ids.names()[2]),
             (std::vector<std::string>{"chair", "leg", "chair_2", "environment"}));
-  EXPECT_EQ(ids.of_hit(1)[0], cryptomatte_id("leg_2"));
-  EXPECT_EQ(ids.of_hit(2)[0], cryptomatte_id("leg_2"));
-  EXPECT_EQ(ids.of_hit(2)[1], cryptomatte_id("oak_2"));
-  EXPECT_EQ(ids.of_hit(1)[2], cryptomatte_id("chair"));
-  EXPECT_EQ(ids.of_hit(4)[1], cryptomatte_id("default"));
-  EXPECT_EQ(ids.of_hit(0)[2], cryptomatte_id("environment"));
+  EXPECT_EQ(ids.ids_of_hit(1)[0], cryptomatte_id("leg_2"));
+  EXPECT_EQ(ids.ids_of_hit(2)[0], cryptomatte_id("leg_2"));
+  EXPECT_EQ(ids.ids_of_hit(2)[1], cryptomatte_id("oak_2"));
+  EXPECT_EQ(ids.ids_of_hit(1)[2], cryptomatte_id("chair"));
+  EXPECT_EQ(ids.ids_of_hit(4)[1], cryptomatte_id("default"));
+  EXPECT_EQ(ids.ids_of_hit(0)[2], cryptomatte_id("environment"));
 }
 
 // A renamed duplicate does not take a name that another node has.
@@ -125,7 +125,7 @@ TEST(CryptomatteIds, KeepUniqueNames) {
   const CryptomatteIds ids(b.description, std::span(kAll).first(1));
   EXPECT_EQ(names_of(ids.names()[0]),
             (std::vector<std::string>{"twin", "twin_3", "twin_2", "environment", "environment_2"}));
-  EXPECT_EQ(ids.of_hit(3)[0], cryptomatte_id("twin_2"));
+  EXPECT_EQ(ids.ids_of_hit(3)[0], cryptomatte_id("twin_2"));
 }
 
 // Among this many names some hashes collide; such names must get different ids all the same.
@@ -202,17 +202,17 @@ TEST(CryptomatteSums, StayCoveragesWithNegativeLobes) {
 }
 
 TEST(CryptomatteSums, RejectInvalidIdsWhenLoading) {
-  const auto is_sound = [](uint32_t id, double weight) {
+  const auto is_valid = [](uint32_t id, double weight) {
     List list(1);
     list.ids[0] = id;
     list.weights[0] = weight;
-    return list.sums().is_sound();
+    return list.sums().is_valid();
   };
-  EXPECT_TRUE(is_sound(0x3f800000u, 2.0));
-  EXPECT_TRUE(is_sound(0, 0.0));
-  EXPECT_FALSE(is_sound(0x7fc00000u, 2.0));  // NaN
-  EXPECT_FALSE(is_sound(1, 2.0));            // denormal
-  EXPECT_FALSE(is_sound(0x3f800000u, std::nan("")));
+  EXPECT_TRUE(is_valid(0x3f800000u, 2.0));
+  EXPECT_TRUE(is_valid(0, 0.0));
+  EXPECT_FALSE(is_valid(0x7fc00000u, 2.0));  // NaN
+  EXPECT_FALSE(is_valid(1, 2.0));            // denormal
+  EXPECT_FALSE(is_valid(0x3f800000u, std::nan("")));
 }
 
 // ---- pictures

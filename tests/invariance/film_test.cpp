@@ -271,9 +271,9 @@ TEST(Film, StoppedFrameHasTrueCounts) {
   const RenderPlan plan = plan_of(settings);
   const Frame frame = plan.frame(*scene, camera);
 
-  class Stopper final : public RenderSink {
+  class StoppingSink final : public RenderSink {
    public:
-    explicit Stopper(std::stop_source stop) : stop_(std::move(stop)) {}
+    explicit StoppingSink(std::stop_source stop) : stop_(std::move(stop)) {}
     void tile_finished(const FilmTile& tile) override {
       for (int y = tile.rect().y0; y < tile.rect().y1; ++y) {
         for (int x = tile.rect().x0; x < tile.rect().x1; ++x) counted += tile.sample_count(x, y);
@@ -290,7 +290,7 @@ TEST(Film, StoppedFrameHasTrueCounts) {
     test::wait_for_work(0.06);
     stop.request_stop();
   });
-  Stopper sink(stop);
+  StoppingSink sink(stop);
   const RenderCounters counters =
       RenderJob(frame, driver_factory("bucket", {16, BucketOrder::kScanline}))
           .render(sink, stop.get_token())

@@ -20,7 +20,7 @@ from concurrent.futures import ThreadPoolExecutor
 SCENES = ("checker_plane", "cornell_box", "glass_metal", "mis_plates", "moving_blade", "roughness_spheres",
           "shallow_focus", "thin_wires")
 FRAME = "--size 48x36 --spp 16 --threads 2 --quiet --aov variance,albedo,N,Z,id,stop".split()
-FURTHER = (  # other settings than these three
+OTHER_SETTINGS = (  # other settings than these three
     "--integrator direct", "--integrator ambient_occlusion", "--integrator normal", "--crop 5,3,31,29",
     "--seed 7", "--spp 21",
     "--transparent", "--max-depth 2", "--filter gaussian", "--bucket-size 7", "--bucket-order spiral",
@@ -51,7 +51,7 @@ def settings_of(program):
         yield f"--driver adaptive --sampler {sampler} --estimator {estimator}"
         yield f"--driver bucket --sampler {sampler} --estimator {estimator} --noise-threshold 0.08"
         yield f"--driver adaptive --sampler {sampler} --estimator {estimator} --noise-threshold 0.08"
-    yield from FURTHER
+    yield from OTHER_SETTINGS
 
 
 def chunks(data):

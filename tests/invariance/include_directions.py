@@ -5,7 +5,7 @@ import re
 import sys
 
 # Folder -> the folders directly below it. It may also include everything that those may include.
-BELOW = {
+DEPENDENCIES = {
     "renderer/core": [],
     "renderer/description": ["renderer/core"],
     "renderer/film": ["renderer/core"],
@@ -29,23 +29,23 @@ BELOW = {
 }
 
 
-def visible(folder):
-    return {folder}.union(*(visible(below) for below in BELOW[folder]))
+def allowed_folders(folder):
+    return {folder}.union(*(allowed_folders(dependency) for dependency in DEPENDENCIES[folder]))
 
 
-ALLOWED = {folder: visible(folder) for folder in BELOW}
+ALLOWED = {folder: allowed_folders(folder) for folder in DEPENDENCIES}
 
 # Clients render through the engine and may not include the folders that it renders with.
 CLIENTS = ("renderer/api", "renderer/app", "renderer/session", "renderer/statistics/study", "renderer/window")
-INSIDE = ("integrators/", "renderer/drivers/", "renderer/film/")
+INTERNAL_FOLDERS = ("integrators/", "renderer/drivers/", "renderer/film/")
 
 # Embree is named in one header; only the folder's own sources may include it.
 EMBREE = re.compile(r"#include\s*<embree")
-OURS = re.compile(r'#include\s*"([^"]+)"')
+OWN_INCLUDE = re.compile(r'#include\s*"([^"]+)"')
 # Only sources may include these. A header forward-declares the types (io/json/value.h holds a JSON value).
 SOURCES_ONLY = re.compile(r"#include\s*[<\"](nlohmann/json\.hpp|(?:CLI|spdlog)/[^>\"]+)")
 # Header -> headers that it may not include, directly or indirectly.
-BARRED = {
+FORBIDDEN_INCLUDES = {
     "renderer/engine/frame_settings.h": ["io/exr/writer.h", "renderer/film/filter.h", "renderer/scene/embree_isa.h"],
     "integrators/integrator.h": ["renderer/film/film.h", "renderer/scene/scene.h"],
     "renderer/drivers/frame_driver.h": ["renderer/film/film.h"],
@@ -53,21 +53,21 @@ BARRED = {
 GENERATED = "renderer/core/version.h"
 
 
-def is_inside(folder, included):
+def is_private_include(folder, included):
     """Whether the Python module includes more than the public C++ header."""
     ours = (folder + "/", "renderer/api/emberline.h")
     return folder == "renderer/api/python" and not included.startswith(ours)
 
 
 def folder_of(path):
-    return max((f for f in BELOW if path.startswith(f + "/")), key=len, default=None)
+    return max((f for f in DEPENDENCIES if path.startswith(f + "/")), key=len, default=None)
 
 
-def reached(root, header):
+def included_headers(root, header):
     """All of our headers that this one includes, directly or indirectly."""
     found, left = set(), [header]
     while left:
-        for included in OURS.findall((root / left.pop()).read_text(encoding="utf-8")):
+        for included in OWN_INCLUDE.findall((root / left.pop()).read_text(encoding="utf-8")):
             if included not in found and (root / included).exists():
                 found.add(included)
                 left.append(included)
@@ -80,12 +80,12 @@ def costly_headers(root):
         for header in sorted((root / folder).rglob("*.h")):
             for library in SOURCES_ONLY.findall(header.read_text(encoding="utf-8")):
                 failures.append(f"{header.relative_to(root).as_posix()}: only sources may include <{library}>")
-    for header, barred in BARRED.items():
-        for other in barred:
+    for header, forbidden in FORBIDDEN_INCLUDES.items():
+        for other in forbidden:
             if not (root / other).exists():
                 failures.append(f"{other}: is barred from {header}, and is not in the tree")
         failures += [f"{header}: includes {other}, perhaps by way of another header"
-                     for other in sorted(reached(root, header).intersection(barred))]
+                     for other in sorted(included_headers(root, header).intersection(forbidden))]
     return failures
 
 
@@ -101,16 +101,16 @@ def main(root):
         text = source.read_text(encoding="utf-8")
         if EMBREE.search(text) and name != "renderer/scene/embree_api.h":
             failures.append(f"{name}: only renderer/scene/embree_api.h includes Embree")
-        for included in OURS.findall(text):
+        for included in OWN_INCLUDE.findall(text):
             target = folder_of(included)
             if not (root / included).exists() and included != GENERATED:
                 if target is not None or "/" in included:
                     failures.append(f"{name}: includes {included}, which is not in the tree")
-            elif target is not None and (target not in ALLOWED[folder] or is_inside(folder, included)):
+            elif target is not None and (target not in ALLOWED[folder] or is_private_include(folder, included)):
                 failures.append(f"{name}: {folder} may not include {included}")
-            elif folder.startswith(CLIENTS) and included.startswith(INSIDE):
+            elif folder.startswith(CLIENTS) and included.startswith(INTERNAL_FOLDERS):
                 failures.append(f"{name}: a client of the engine does not include {included}")
-    for folder in BELOW:
+    for folder in DEPENDENCIES:
         if not any((root / folder).rglob("*.h")):
             failures.append(f"{folder}: no headers; is it still there?")
     print("\n".join(failures) or f"{checked} files, every include goes the right way")

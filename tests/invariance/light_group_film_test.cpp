@@ -75,7 +75,7 @@ TEST(LightGroupFilm, IsCopiedAndCounted) {
 }
 
 // Law 4: a NaN or infinite sample is black in all groups, and is counted.
-class Faulty final : public Integrator {
+class NanIntegrator final : public Integrator {
  public:
   void estimate(const SampleBatch& batch, PixelSamples&,
                 std::span<SampleValue> values) const override {
@@ -96,9 +96,9 @@ TEST(LightGroupFilm, ABadSampleIsBlackInAllGroups) {
   RenderSettings settings;
   settings.width = settings.height = 8;
   RenderPlan plan = plan_of(settings);
-  plan.integrator = std::make_unique<Faulty>();
+  plan.integrator = std::make_unique<NanIntegrator>();
   const Frame frame = plan.frame(scene, camera, {.light_groups = &lit.groups});
-  class Look final : public RenderSink {
+  class CaptureSink final : public RenderSink {
     void tile_finished(const FilmTile& tile) override {
       EXPECT_EQ(tile.non_finite(3, 3), 4u);
       const size_t i = tile.rect().index_of(3, 3);

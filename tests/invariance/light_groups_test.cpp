@@ -93,9 +93,9 @@ TEST(LightGroups, ExcessLightsShareTheLastGroup) {
   SceneDescription scene = lit_scene();
   for (int i = 0; i < 80; ++i) scene.lights.push_back(scene.lights[0]);
   const GroupedScene many(scene);
-  ASSERT_EQ(many.groups.size(), kMostLightGroups);
+  ASSERT_EQ(many.groups.size(), kMaxLightGroups);
   EXPECT_FALSE(many.groups.list().back().editable);
-  const auto others = uint32_t(kMostLightGroups - 1);
+  const auto others = uint32_t(kMaxLightGroups - 1);
   EXPECT_EQ(many.groups.of_point(62), 62u);  // 0 and 2, then the 80
   EXPECT_EQ(many.groups.of_point(63), others);
   EXPECT_EQ(many.groups.of_environment(), others);
@@ -197,7 +197,7 @@ TEST_P(Groups, EqualRendersOfEachLightAlone) {
   for (int g = 0; g < lit_.groups.size(); ++g) {
     const LightGroup& group = lit_.groups.list()[size_t(g)];
     EditableScene alone(GetParam().scene());
-    alone.set(all_off_but(lit_.groups, g));
+    alone.set(all_off_except(lit_.groups, g));
     RenderSettings other = s;
     other.seed = 77;
     const std::vector<Rgb> expected = rgb_of(render(alone.scene(), GetParam().view(), other));
@@ -405,9 +405,9 @@ TEST(LightGroups, NeutralBaselineRestoresAllLights) {
 
 // Checks every picture of a running frame: with all weights 1 it equals the unmixed picture, with
 // all weights 2 it is twice as bright, and it is equally complete.
-class Onlooker final : public RenderSink {
+class ObserverSink final : public RenderSink {
  public:
-  Onlooker(int groups, const Rect& crop)
+  ObserverSink(int groups, const Rect& crop)
       : same_(std::vector<Rgb>(size_t(groups), Rgb(1.0f))),
         twice_(std::vector<Rgb>(size_t(groups), Rgb(2.0f))),
         plain_(4 * size_t(crop.area())),
@@ -450,9 +450,9 @@ TEST(LightGroups, MixIncompletePictures) {
       DriverSettings how;
       how.reconstruction = reconstruction;
       how.adaptive.budget = 4;
-      Onlooker onlooker(lit.groups.size(), plan.crop);
-      RenderJob(frame, driver_factory(name, how)).render(onlooker, {});
-      EXPECT_GE(onlooker.pictures, 5) << name;
+      ObserverSink observer(lit.groups.size(), plan.crop);
+      RenderJob(frame, driver_factory(name, how)).render(observer, {});
+      EXPECT_GE(observer.pictures, 5) << name;
     }
   }
 }

@@ -22,7 +22,7 @@
 namespace emberline::test {
 namespace {
 
-constexpr double kTrueTo = 0.05;
+constexpr double kRelativeTolerance = 0.05;
 
 // A wavy square of 2 n^2 triangles.
 MeshDescription sheet(uint32_t n, int material, bool attributes) {
@@ -88,11 +88,11 @@ class Memory : public OutputFolder {
     before_ = ProcessMemory::now();
   }
   // Bytes by which the process has grown since.
-  double grown() const { return (ProcessMemory::now() - before_).resident; }
+  double memory_growth() const { return (ProcessMemory::now() - before_).resident; }
 
   static void expect_true(double figure, double measured, const char* what) {
     EXPECT_GT(measured, 30e6) << what << ": too little to tell";
-    EXPECT_NEAR(figure, measured, kTrueTo * measured) << what;
+    EXPECT_NEAR(figure, measured, kRelativeTolerance * measured) << what;
   }
   ProcessMemory before_;
 };
@@ -105,9 +105,9 @@ TEST_F(Memory, GeometryAndBvhOfTwoMillionTriangles) {
   b.description.images = {image(1, 1, 3, TexelType::kUint8)};
   b.set_environment(Rgb(1.0f));
   b.place(b.add_mesh(sheet(1024, material, true)));
-  const double described = grown();
+  const double described = memory_growth();
   const auto scene = build(b);
-  const double built = grown();
+  const double built = memory_growth();
   ASSERT_EQ(scene->triangle_count(), 2u << 20);
   const SceneMemory& memory = scene->memory();
   // The scene takes over the description's arrays; only the BVH is new.
@@ -123,7 +123,8 @@ TEST_F(Memory, Emitters) {
   b.place(b.add_mesh(sheet(592, b.add_material(emitter(Rgb(1.0f))), false)));
   const auto scene = build(b);
   const SceneMemory& memory = scene->memory();
-  expect_true(double(memory.geometry_bytes + memory.bvh_bytes), grown(), "geometry and BVH");
+  expect_true(double(memory.geometry_bytes + memory.bvh_bytes), memory_growth(),
+              "geometry and BVH");
   EXPECT_GT(memory.geometry_bytes, 2 * memory.bvh_bytes) << "the emitters are the larger part";
 }
 
@@ -136,7 +137,8 @@ TEST_F(Memory, ManyInstances) {
   for (int i = 0; i < 300'000; ++i) b.place(mesh, translation(i % 600, i / 600, 0));
   const auto scene = build(b);
   const SceneMemory& memory = scene->memory();
-  expect_true(double(memory.geometry_bytes + memory.bvh_bytes), grown(), "geometry and BVH");
+  expect_true(double(memory.geometry_bytes + memory.bvh_bytes), memory_growth(),
+              "geometry and BVH");
 }
 
 TEST_F(Memory, ManyMeshes) {
@@ -148,7 +150,8 @@ TEST_F(Memory, ManyMeshes) {
   }
   const auto scene = build(b);
   const SceneMemory& memory = scene->memory();
-  expect_true(double(memory.geometry_bytes + memory.bvh_bytes), grown(), "geometry and BVH");
+  expect_true(double(memory.geometry_bytes + memory.bvh_bytes), memory_growth(),
+              "geometry and BVH");
 }
 
 TEST_F(Memory, TexturesAndEnvironment) {
@@ -172,7 +175,7 @@ TEST_F(Memory, TexturesAndEnvironment) {
   const double least = 4096. * 4096 * 4 + 2048. * 2048 * 6 + 4096. * 2048 * (6 + 4);
   EXPECT_GE(double(scene->memory().texture_bytes), least);
   EXPECT_LT(double(scene->memory().texture_bytes), least + 4096. * 4096 * 4);
-  expect_true(double(scene->memory().texture_bytes), grown(), "textures");
+  expect_true(double(scene->memory().texture_bytes), memory_growth(), "textures");
 }
 
 // Forwards to FrameOutputs and measures the process after each tile. The lock admits one tile at a
@@ -183,14 +186,14 @@ class MeasuredOutputs final : public RenderSink {
   void tile_finished(const FilmTile& tile) override {
     const std::lock_guard lock(mutex_);
     outputs_.tile_finished(tile);
-    most_ = std::max(most_, ProcessMemory::now().resident);
+    peak_ = std::max(peak_, ProcessMemory::now().resident);
   }
-  double most_resident() const { return most_; }
+  double peak_resident() const { return peak_; }
 
  private:
   FrameOutputs& outputs_;
   std::mutex mutex_;
-  double most_ = 0;
+  double peak_ = 0;
 };
 
 TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
@@ -225,7 +228,7 @@ TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
   arena.execute([&] {
     RenderJob(frame, driver_factory("bucket", {kTile, BucketOrder::kScanline})).render(sink, {});
   });
-  const double measured = sink.most_resident() - before;
+  const double measured = sink.peak_resident() - before;
   expect_true(double(outputs.film_bytes()), measured, "film");
 }
 

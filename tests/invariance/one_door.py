@@ -4,9 +4,9 @@ import pathlib
 import re
 import sys
 
-DOORS = {"io/files/input_file.cpp", "io/files/atomic_file.cpp"}
+FILE_OPENERS = {"io/files/input_file.cpp", "io/files/atomic_file.cpp"}
 # Calls that open a file by name: C++ streams, C, the system, and the libraries that we use.
-OPENS = re.compile(
+OPEN_CALL = re.compile(
     r"\b(?:std::)?[io]?fstream\b"
     r"|\b(?:f|fd|fre|p)open(?:64)?\s*\("
     r"|(?<![\w>])::(?:open|openat|creat|mkstemp)(?:64)?\s*\("
@@ -34,10 +34,10 @@ def main(root):
     for folder in ("renderer", "integrators", "samplers", "io"):
         for source in sorted((root / folder).rglob("*")):
             name = source.relative_to(root).as_posix()
-            if source.suffix not in (".h", ".cpp") or name in DOORS:
+            if source.suffix not in (".h", ".cpp") or name in FILE_OPENERS:
                 continue
             for number, line in enumerate(source.read_text().splitlines(), 1):
-                found = OPENS.search(COMMENT.sub("", line))
+                found = OPEN_CALL.search(COMMENT.sub("", line))
                 if not found:
                     continue
                 if found.group(0) in ALLOWED.get(name, ()):

@@ -147,8 +147,8 @@ TEST_P(PathLayersOf, AddUpAndChangeNoBit) {
 }
 
 TEST_P(PathLayersOf, DoNotDependOnTheDriver) {
-  expect_same_bits_whoever_renders(settings(), {5, 3, 20, 17},
-                                   [&](const RenderSettings& s) { return image(s); });
+  expect_same_bits_with_every_driver(settings(), {5, 3, 20, 17},
+                                     [&](const RenderSettings& s) { return image(s); });
 }
 
 TEST_P(PathLayersOf, AddUpWhereSamplesAreAdaptive) {
@@ -260,10 +260,10 @@ TEST(PathLayers, CountReflections) {
 }
 
 // Checks every picture of a running frame: the layers are as complete as it is.
-class Onlooker final : public RenderSink {
+class ObserverSink final : public RenderSink {
  public:
-  explicit Onlooker(const Rect& crop)
-      : all_(std::vector<Rgb>(kPathLayers, Rgb(1.0f)), LightMix::Of::kPaths),
+  explicit ObserverSink(const Rect& crop)
+      : all_(std::vector<Rgb>(kPathLayers, Rgb(1.0f)), LightMix::Source::kPaths),
         plain_(4 * size_t(crop.area())),
         sum_(plain_) {}
   void tile_finished(const FilmTile&) override {}
@@ -297,9 +297,9 @@ TEST(PathLayers, AddUpInIncompletePictures) {
       DriverSettings how;
       how.reconstruction = reconstruction;
       how.adaptive.budget = 4;
-      Onlooker onlooker(plan.crop);
-      RenderJob(frame, driver_factory(name, how)).render(onlooker, {});
-      EXPECT_GE(onlooker.pictures, 5) << name;
+      ObserverSink observer(plan.crop);
+      RenderJob(frame, driver_factory(name, how)).render(observer, {});
+      EXPECT_GE(observer.pictures, 5) << name;
     }
   }
 }
@@ -308,10 +308,10 @@ TEST(PathLayers, AddUpInIncompletePictures) {
 TEST(PathLayers, OfAFilm) {
   const AovSet aovs = AovSet::parse("indirect,direct");
   const PathLayers layers(aovs);
-  EXPECT_EQ(layers.place_of(PathLayer::kIndirect), 1u);
+  EXPECT_EQ(layers.index_of(PathLayer::kIndirect), 1u);
   LightGroupValues values(layers.size());
-  values.add(0, layers.place_of(PathLayer::kIndirect), Rgb(2.0f), Rgb(1, 2, 3));
-  values.add(0, layers.place_of(PathLayer::kReflection), Rgb(1.0f), Rgb(9.0f));  // not requested
+  values.add(0, layers.index_of(PathLayer::kIndirect), Rgb(2.0f), Rgb(1, 2, 3));
+  values.add(0, layers.index_of(PathLayer::kReflection), Rgb(1.0f), Rgb(9.0f));  // not requested
   FilmTile film(aovs), other(aovs), read(aovs);
   for (FilmTile* tile : {&film, &other, &read}) tile->reset({0, 0, 2, 1});
   const SampleValue lit{Rgb(2, 4, 6), 1.0f, {}, {}}, black{Rgb(0.0f), 1.0f, {}, {}};

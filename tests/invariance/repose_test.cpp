@@ -52,15 +52,15 @@ class Repose : public testing::TestWithParam<const char*> {
     return render(scene, camera, s);
   }
 
-  static RenderedImage fresh(const FrameSettings& settings, const SceneEdits& edits = {}) {
+  static RenderedImage render_new(const FrameSettings& settings, const SceneEdits& edits = {}) {
     SceneDescription description = load_scene(settings);
     apply(edits, description);
     const CameraDescription camera = description.cameras.at(0);
     return picture(*build_scene(std::move(description), {}), camera);
   }
-  RenderedImage fresh(const std::string& animation, const When& when,
-                      const SceneEdits& edits = {}) const {
-    return fresh(at(animation, when), edits);
+  RenderedImage render_new(const std::string& animation, const When& when,
+                           const SceneEdits& edits = {}) const {
+    return render_new(at(animation, when), edits);
   }
 
   const AnimatedStage stage_;
@@ -71,7 +71,7 @@ class Repose : public testing::TestWithParam<const char*> {
 // An open scene, as a session has it.
 class PosedScene {
  public:
-  explicit PosedScene(const FrameSettings& s, LoadProgress& progress = LoadProgress::unwatched())
+  explicit PosedScene(const FrameSettings& s, LoadProgress& progress = LoadProgress::none())
       : progress_(progress) {
     ReadScene read(s, {}, {.edits = true, .poses = true}, progress);
     camera_ = read.description().cameras.at(0);
@@ -87,17 +87,17 @@ class PosedScene {
   ReadScene read(const FrameSettings& s, const SceneEdits& edits = {}) {
     return scene_->read(s, edits, progress_);
   }
-  void pose(ReadScene read) { reposed_ = scene_->pose(std::move(read), progress_); }
+  void pose(ReadScene read) { is_reposed_ = scene_->pose(std::move(read), progress_); }
   EditableScene& edited() { return scene_->editable(); }
   const Scene& scene() const { return scene_->scene(); }
   const CameraDescription& camera() const { return camera_; }
-  bool reposed() const { return reposed_; }
+  bool reposed() const { return is_reposed_; }
 
  private:
   LoadProgress& progress_;
   CameraDescription camera_;
   std::unique_ptr<OpenScene> scene_;
-  bool reposed_ = false;
+  bool is_reposed_ = false;
 };
 
 TEST_P(Repose, GivesTheBitsOfAFreshLoad) {
@@ -110,7 +110,7 @@ TEST_P(Repose, GivesTheBitsOfAFreshLoad) {
     posed.pose(at(animation, when));
     EXPECT_TRUE(posed.reposed());
     expect_same_bits(
-        picture(posed.scene(), posed.camera()), fresh(animation, when),
+        picture(posed.scene(), posed.camera()), render_new(animation, when),
         animation + " at " + std::to_string(when.time) + (when.shutter ? " open" : ""));
   }
 }
@@ -125,9 +125,11 @@ INSTANTIATE_TEST_SUITE_P(Each, Repose,
 
 TEST_F(Repose, TheAnimationIsSeen) {
   for (const char* animation : {"all that moves", "camera", "light", "box", "vanishing"}) {
-    EXPECT_NE(fresh(animation, {0.2}).values, fresh(animation, {1.3}).values) << animation;
+    EXPECT_NE(render_new(animation, {0.2}).values, render_new(animation, {1.3}).values)
+        << animation;
     if (std::string(animation) == "light") continue;
-    EXPECT_NE(fresh(animation, {0.7}).values, fresh(animation, {0.7, true}).values) << animation;
+    EXPECT_NE(render_new(animation, {0.7}).values, render_new(animation, {0.7, true}).values)
+        << animation;
   }
 }
 
@@ -136,7 +138,8 @@ TEST_F(Repose, TakesAnotherAnimation) {
   PosedScene posed(at("box", {0.5}));
   for (const char* animation : {"camera", "all that moves", "vanishing", "box"}) {
     posed.pose(at(animation, {0.9}));
-    expect_same_bits(picture(posed.scene(), posed.camera()), fresh(animation, {0.9}), animation);
+    expect_same_bits(picture(posed.scene(), posed.camera()), render_new(animation, {0.9}),
+                     animation);
   }
 }
 
@@ -148,7 +151,7 @@ TEST_F(Repose, KeptEmissiveMeshesCountAsLights) {
   PosedScene posed(settings(file, "box", {0.0}));
   const FrameSettings later = settings(file, "box", {1.2});
   posed.pose(later);
-  expect_same_bits(picture(posed.scene(), posed.camera()), fresh(later), "lit by meshes");
+  expect_same_bits(picture(posed.scene(), posed.camera()), render_new(later), "lit by meshes");
 }
 
 TEST_F(Repose, KeepsTheEdits) {
@@ -160,10 +163,10 @@ TEST_F(Repose, KeepsTheEdits) {
   PosedScene posed(at("all that moves", {0.0}));
   posed.edited().set(edits);
   posed.pose(at("all that moves", {1.1}), edits);
-  expect_same_bits(picture(posed.scene(), posed.camera()), fresh("all that moves", {1.1}, edits),
-                   "edited, then posed");
+  expect_same_bits(picture(posed.scene(), posed.camera()),
+                   render_new("all that moves", {1.1}, edits), "edited, then posed");
   posed.edited().set({});
-  expect_same_bits(picture(posed.scene(), posed.camera()), fresh("all that moves", {1.1}),
+  expect_same_bits(picture(posed.scene(), posed.camera()), render_new("all that moves", {1.1}),
                    "posed, then undone");
 }
 
@@ -185,7 +188,7 @@ TEST_F(Repose, VanishedObjectsReappear) {
   PosedScene posed(at("vanishing", {0.5}));
   for (const double time : {1.0, 0.5, 1.0, 1.5}) {
     posed.pose(at("vanishing", {time}));
-    expect_same_bits(picture(posed.scene(), posed.camera()), fresh("vanishing", {time}),
+    expect_same_bits(picture(posed.scene(), posed.camera()), render_new("vanishing", {time}),
                      std::to_string(time));
   }
 }
@@ -204,7 +207,7 @@ TEST_F(Repose, BrokenPoseKeepsTheOldOne) {
   expect_same_bits(picture(posed.scene(), posed.camera()), before, "after the broken pose");
   EXPECT_THROW(posed.pose(settings(file, "nothing", {0.0})), UsageError);
   posed.pose(lost(2.0));
-  expect_same_bits(picture(posed.scene(), posed.camera()), fresh(lost(2.0)), "and the next");
+  expect_same_bits(picture(posed.scene(), posed.camera()), render_new(lost(2.0)), "and the next");
 }
 
 // Here the build fails, not the load: a lamp moves beyond the reach of rays.
@@ -226,7 +229,7 @@ TEST_F(Repose, FailedBuildKeepsTheOldPose) {
   EXPECT_THROW(posed.pose(far(1.0)), InputError);
   expect_same_bits(picture(posed.scene(), posed.camera()), before, "after the failed build");
   posed.pose(far(2.0));
-  expect_same_bits(picture(posed.scene(), posed.camera()), fresh(far(2.0)), "and the next");
+  expect_same_bits(picture(posed.scene(), posed.camera()), render_new(far(2.0)), "and the next");
 }
 
 // In the pose that fails, the environment is edited and lamps are switched on.

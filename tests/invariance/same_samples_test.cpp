@@ -326,7 +326,7 @@ TEST(NonFiniteSamples, TheFirstAreKept) {
   RenderCounters one, other;
   for (int i = 99; i >= 0; --i) (i % 3 == 0 ? one : other).locate({i % 10, i / 10, 7, 1});
   one.merge(other);
-  ASSERT_EQ(one.located.size(), RenderCounters::kLocatedLimit);
+  ASSERT_EQ(one.located.size(), RenderCounters::kMaxLocated);
   for (int i = 0; i < int(one.located.size()); ++i) {
     EXPECT_EQ(one.located[size_t(i)].x + 10 * one.located[size_t(i)].y, i);
   }

@@ -25,17 +25,17 @@ namespace emberline {
 namespace {
 
 // Lists a driver's requests, on a film that gets made-up numbers instead of samples.
-class Listed {
+class DriverRecord {
  public:
-  Listed(const DriverEntry& entry, const Frame& frame, const Rect& pixels,
-         const DriverSettings& settings)
+  DriverRecord(const DriverEntry& entry, const Frame& frame, const Rect& pixels,
+               const DriverSettings& settings)
       : film_(frame.aovs, entry.film_extras(settings)), seed_(frame.seed) {
     film_.reset(pixels);
     driver_ = entry.create(frame, pixels, settings);
   }
 
   // Carries out at most `parts` parts, in an order that no thread would use.
-  void go_on(size_t parts) {
+  void run_parts(size_t parts) {
     std::vector<PixelWork> list;
     while (parts > 0 && !driver_->finished()) {
       const std::optional<Round> round = driver_->next(film_, {});
@@ -56,11 +56,11 @@ class Listed {
       driver_->rendered({0, count, complete, {}}, film_);
       if (!complete) break;
     }
-    EXPECT_EQ(driver_->least_samples(film_), film_.least_samples());
+    EXPECT_EQ(driver_->min_samples(film_), film_.min_samples());
   }
 
   // Carries out one part of the current round.
-  void carry_out(size_t part) {
+  void run_part(size_t part) {
     std::vector<PixelWork> list;
     driver_->expand(part, list);
     for (const PixelWork& work : list) add(work);
@@ -138,17 +138,17 @@ TEST_P(Rounds, AskForEachSampleOnceAndInOrder) {
     settings_.adaptive.max_samples = 64;
     for (const Rect& crop : kRoundWindows) {
       const Frame whole = frame(crop);
-      Listed listed(entry(), whole, crop, settings_);
-      listed.go_on(std::numeric_limits<size_t>::max());
-      EXPECT_TRUE(listed.driver().finished());
-      listed.driver().end(listed.film(), PixelStop::kUser);
+      DriverRecord record(entry(), whole, crop, settings_);
+      record.run_parts(std::numeric_limits<size_t>::max());
+      EXPECT_TRUE(record.driver().finished());
+      record.driver().end(record.film(), PixelStop::kUser);
       uint64_t samples = 0;
       for (size_t i = 0; i < size_t(crop.area()); ++i) {
         const int x = crop.x_of(i), y = crop.y_of(i);
-        samples += listed.film().sample_count(x, y);
-        EXPECT_NE(listed.film().stop(x, y), PixelStop::kUser);
-        EXPECT_NE(listed.film().stop(x, y), PixelStop::kNone);
-        EXPECT_EQ(listed.film().stop(x, y), listed.driver().stop_so_far(listed.film(), x, y));
+        samples += record.film().sample_count(x, y);
+        EXPECT_NE(record.film().stop(x, y), PixelStop::kUser);
+        EXPECT_NE(record.film().stop(x, y), PixelStop::kNone);
+        EXPECT_EQ(record.film().stop(x, y), record.driver().current_stop(record.film(), x, y));
       }
       if (threshold > 0.0f) continue;
       const double mean = double(samples) / double(crop.area());
@@ -162,53 +162,53 @@ TEST_P(Rounds, AreCorrectWhereverTheyAreCut) {
   const Rect crop = kRoundWindows[0];
   const Frame whole = frame(crop);
   for (size_t parts = 1; parts < 3000; parts += 1 + parts / 3) {
-    Listed listed(entry(), whole, crop, settings_);
-    listed.go_on(parts);
-    if (listed.driver().finished()) break;
-    listed.driver().end(listed.film(), PixelStop::kTimeLimit);
+    DriverRecord record(entry(), whole, crop, settings_);
+    record.run_parts(parts);
+    if (record.driver().finished()) break;
+    record.driver().end(record.film(), PixelStop::kTimeLimit);
     std::vector<float> rgba(4 * size_t(crop.area()), std::numeric_limits<float>::quiet_NaN());
-    listed.driver().resolve(listed.film(), rgba, nullptr);
+    record.driver().resolve(record.film(), rgba, nullptr);
     EXPECT_TRUE(std::ranges::all_of(rgba, [](float v) { return std::isfinite(v); }));
-    size_t lacking = 0;
+    size_t unfinished = 0;
     for (size_t i = 0; i < size_t(crop.area()); ++i) {
       const int x = crop.x_of(i), y = crop.y_of(i);
-      const PixelStop stop = listed.film().stop(x, y);
-      EXPECT_EQ(stop == PixelStop::kNone, listed.film().sample_count(x, y) == 0);
-      lacking += stop == PixelStop::kTimeLimit || stop == PixelStop::kNone;
+      const PixelStop stop = record.film().stop(x, y);
+      EXPECT_EQ(stop == PixelStop::kNone, record.film().sample_count(x, y) == 0);
+      unfinished += stop == PixelStop::kTimeLimit || stop == PixelStop::kNone;
     }
-    EXPECT_GT(lacking, 0u) << parts;
+    EXPECT_GT(unfinished, 0u) << parts;
   }
 }
 
 // Carries the rounds out part by part. If `replaced`, a new driver that has loaded the old one's
 // saved state takes over at each boundary between two parts.
-FilmTile carried_out(const DriverEntry& entry, const Frame& frame, const Rect& pixels,
-                     const DriverSettings& settings, bool replaced, std::vector<std::byte>* state,
-                     std::string* explanation) {
-  Listed listed(entry, frame, pixels, settings);
+FilmTile run_by_parts(const DriverEntry& entry, const Frame& frame, const Rect& pixels,
+                      const DriverSettings& settings, bool replaced, std::vector<std::byte>* state,
+                      std::string* explanation) {
+  DriverRecord record(entry, frame, pixels, settings);
   const auto replace = [&] {
     if (!replaced) return;
     std::vector<std::byte> bytes;
     Archive saving(bytes);
-    listed.driver().archive(saving, listed.film());
-    const Round round = listed.driver().round();
-    listed.set_driver(entry.create(frame, pixels, settings));
+    record.driver().archive(saving, record.film());
+    const Round round = record.driver().round();
+    record.set_driver(entry.create(frame, pixels, settings));
     Archive loading{std::span<const std::byte>(bytes)};
-    listed.driver().archive(loading, listed.film());
+    record.driver().archive(loading, record.film());
     loading.end();
-    EXPECT_EQ(listed.driver().round(), round);
+    EXPECT_EQ(record.driver().round(), round);
   };
-  for (replace(); listed.driver().next(listed.film(), {}); replace()) {
-    for (size_t part = 0; part < listed.driver().round().parts; ++part) {
+  for (replace(); record.driver().next(record.film(), {}); replace()) {
+    for (size_t part = 0; part < record.driver().round().parts; ++part) {
       replace();
-      listed.carry_out(part);
+      record.run_part(part);
     }
   }
-  listed.driver().end(listed.film(), PixelStop::kUser);
+  record.driver().end(record.film(), PixelStop::kUser);
   Archive saving(*state);
-  listed.driver().archive(saving, listed.film());
-  *explanation = listed.driver().explain(listed.film(), 5, 3);
-  return std::move(listed.film());
+  record.driver().archive(saving, record.film());
+  *explanation = record.driver().explain(record.film(), 5, 3);
+  return std::move(record.film());
 }
 
 TEST_P(Rounds, ResumeFromEveryBoundaryToTheSameBits) {
@@ -234,8 +234,9 @@ TEST_P(Rounds, ResumeFromEveryBoundaryToTheSameBits) {
     std::vector<std::byte> state_once, state;
     std::string explained_once, explained;
     const FilmTile once =
-        carried_out(entry(), whole, crop, settings, false, &state_once, &explained_once);
-    const FilmTile replaced = carried_out(entry(), whole, crop, settings, true, &state, &explained);
+        run_by_parts(entry(), whole, crop, settings, false, &state_once, &explained_once);
+    const FilmTile replaced =
+        run_by_parts(entry(), whole, crop, settings, true, &state, &explained);
     std::vector<float> expected, found;
     once.resolve(expected);
     replaced.resolve(found);
@@ -250,11 +251,11 @@ TEST_P(Rounds, ADamagedStateIsRefusedOrHarmless) {
   const Rect crop{3, 2, 52, 35};
   const Frame whole = frame(crop);
   for (const size_t parts : {2u, 9u, 30u}) {
-    Listed listed(entry(), whole, crop, settings_);
-    listed.go_on(parts);
+    DriverRecord record(entry(), whole, crop, settings_);
+    record.run_parts(parts);
     std::vector<std::byte> state;
     Archive saving(state);
-    listed.driver().archive(saving, listed.film());
+    record.driver().archive(saving, record.film());
     size_t refused = 0;
     constexpr uint32_t kTrials = 600;
     for (uint32_t trial = 0; trial < kTrials; ++trial) {
@@ -270,7 +271,7 @@ TEST_P(Rounds, ADamagedStateIsRefusedOrHarmless) {
       const auto driver = entry().create(whole, crop, settings_);
       try {
         Archive loading{std::span<const std::byte>(damaged)};
-        driver->archive(loading, listed.film());
+        driver->archive(loading, record.film());
         loading.end();
       } catch (const InputError&) {
         ++refused;
@@ -284,7 +285,7 @@ TEST_P(Rounds, ADamagedStateIsRefusedOrHarmless) {
         ASSERT_LE(work.first_sample + work.sample_count, kMaxSamples);
       }
       std::vector<float> rgba(4 * size_t(crop.area()));
-      driver->resolve(listed.film(), rgba, nullptr);
+      driver->resolve(record.film(), rgba, nullptr);
     }
     EXPECT_GT(refused, kTrials / 20);
   }

@@ -10,7 +10,7 @@ import subprocess
 import sys
 
 source, program = pathlib.Path(sys.argv[1]), sys.argv[2]
-ROOMS = ("renderer", "integrators", "samplers", "io")
+FOLDERS = ("renderer", "integrators", "samplers", "io")
 COMMAND = source / "renderer/app"
 
 LITERAL_OR_COMMENT = re.compile(r'"(?:[^"\\\n]|\\.)*"|//[^\n]*|/\*.*?\*/', re.S)
@@ -35,8 +35,8 @@ def main():
     if "noise-threshold" not in names or "env" not in names:
         sys.exit("the help texts list no options")
     found = seen = 0
-    for room in ROOMS:
-        for file in sorted((source / room).rglob("*")):
+    for folder in FOLDERS:
+        for file in sorted((source / folder).rglob("*")):
             if file.suffix not in (".cpp", ".h") or COMMAND in file.parents:
                 continue
             text = file.read_text()

@@ -23,11 +23,11 @@ using namespace test;
 constexpr int kThreads = 3;
 
 // Each thread waits at its first report until all threads have made one, or a minute has passed.
-class AllTogether : public RenderSink {
+class BarrierSink : public RenderSink {
  public:
   void tile_finished(const FilmTile& tile) override {
     for (const Rect r = tile.rect(); const int y : {r.y0, r.y1 - 1}) {
-      least_ = std::min(least_, tile.sample_count(r.x0, y));
+      min_count_ = std::min(min_count_, tile.sample_count(r.x0, y));
     }
     ++tiles_;
   }
@@ -35,24 +35,25 @@ class AllTogether : public RenderSink {
     std::unique_lock lock(mutex_);
     samples_ += count;
     threads_.insert(std::this_thread::get_id());
-    all_here_.notify_all();
-    all_here_.wait_for(lock, std::chrono::minutes(1), [&] { return threads_.size() == kThreads; });
+    all_arrived_.notify_all();
+    all_arrived_.wait_for(lock, std::chrono::minutes(1),
+                          [&] { return threads_.size() == kThreads; });
     reported(lock);
   }
 
   size_t threads() const { return threads_.size(); }
   uint64_t samples() const { return samples_; }
-  uint32_t least() const { return least_; }
+  uint32_t min_count() const { return min_count_; }
   int tiles() const { return tiles_; }
 
  private:
   virtual void reported(std::unique_lock<std::mutex>& /*lock*/) {}
 
   std::mutex mutex_;
-  std::condition_variable all_here_;
+  std::condition_variable all_arrived_;
   std::set<std::thread::id> threads_;
   uint64_t samples_ = 0;
-  uint32_t least_ = UINT32_MAX;
+  uint32_t min_count_ = UINT32_MAX;
   int tiles_ = 0;
 };
 
@@ -82,11 +83,11 @@ class SharedTile : public testing::Test {
 };
 
 TEST_F(SharedTile, IsRenderedByAllThreads) {
-  AllTogether sink;
+  BarrierSink sink;
   const RenderCounters counters = render_for(sink);
   EXPECT_EQ(sink.threads(), size_t(kThreads));
   EXPECT_EQ(sink.tiles(), 1);
-  EXPECT_EQ(sink.least(), settings_.spp);
+  EXPECT_EQ(sink.min_count(), settings_.spp);
   const uint64_t samples = 37 * 29 * settings_.spp;
   EXPECT_EQ(counters.samples, samples);
   EXPECT_EQ(sink.samples(), samples);
@@ -110,14 +111,14 @@ TEST_F(SharedTile, OfManyRoundsHasTheBitsOfOneThread) {
   expect_same_bits(three, one, "three threads");
   EXPECT_EQ(three.counters.samples, one.counters.samples);
   EXPECT_EQ(three.counters.rays.total(), one.counters.rays.total());
-  AllTogether sink;
+  BarrierSink sink;
   EXPECT_EQ(render_for(sink).samples, one.counters.samples);
   EXPECT_EQ(sink.threads(), size_t(kThreads));
 }
 
 // Whichever thread throws, the frame ends soon and the exception reaches the caller.
 TEST_F(SharedTile, AnExceptionEndsTheFrame) {
-  struct Throws final : AllTogether {
+  struct Throws final : BarrierSink {
     explicit Throws(int the_thrower) : thrower(the_thrower) {}
     void reported(std::unique_lock<std::mutex>& lock) override {
       if (reports++ == thrower) throw RenderError("the sink had enough");
@@ -137,7 +138,7 @@ TEST_F(SharedTile, AnExceptionEndsTheFrame) {
 }
 
 TEST_F(SharedTile, StopsSoonAndCountsItsSamples) {
-  struct Stops final : AllTogether {
+  struct Stops final : BarrierSink {
     void reported(std::unique_lock<std::mutex>&) override { source.request_stop(); }
     std::stop_source source;
   } sink;

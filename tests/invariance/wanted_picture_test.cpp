@@ -14,43 +14,44 @@ namespace {
 
 using namespace test;
 
-struct Wants {
+struct PictureRequests {
   bool always = false;
   std::vector<uint64_t> at = {};
 };
 
-class Impatient final : public RenderSink {
+class RequestingSink final : public RenderSink {
  public:
-  Impatient(RenderedImage& image, const Wants& wants) : memory_(image), wants_(wants) {}
+  RequestingSink(RenderedImage& image, const PictureRequests& requests)
+      : memory_(image), requests_(requests) {}
   void tile_finished(const FilmTile& tile) override { memory_.tile_finished(tile); }
-  bool picture_wanted() const override { return wants_.always; }
-  std::optional<uint64_t> picture_wanted_at() const override {
-    if (arrived_.size() == wants_.at.size()) return std::nullopt;
-    return wants_.at[arrived_.size()];
+  bool needs_picture() const override { return requests_.always; }
+  std::optional<uint64_t> next_picture_at() const override {
+    if (arrived_.size() == requests_.at.size()) return std::nullopt;
+    return requests_.at[arrived_.size()];
   }
   void picture_changed(const JobProgress& progress, const LivePicture& /*picture*/) override {
     EXPECT_GE(progress.samples, samples_);
-    most_between_ = std::max(most_between_, progress.samples - samples_);
+    max_interval_ = std::max(max_interval_, progress.samples - samples_);
     samples_ = progress.samples;
-    while (arrived_.size() < wants_.at.size() && samples_ >= wants_.at[arrived_.size()]) {
+    while (arrived_.size() < requests_.at.size() && samples_ >= requests_.at[arrived_.size()]) {
       arrived_.push_back(samples_);
     }
   }
   // Samples from one pause to the next.
-  uint64_t most_between() const { return most_between_; }
+  uint64_t max_interval() const { return max_interval_; }
   // Sample counts at which the requested pictures arrived.
   const std::vector<uint64_t>& arrived() const { return arrived_; }
 
  private:
   MemorySink memory_;
-  const Wants wants_;
-  uint64_t samples_ = 0, most_between_ = 0;
+  const PictureRequests requests_;
+  uint64_t samples_ = 0, max_interval_ = 0;
   std::vector<uint64_t> arrived_;
 };
 
 class WantedPicture : public testing::TestWithParam<const char*> {
  protected:
-  RenderedImage render(const Wants& wants, int threads, uint64_t* most_between,
+  RenderedImage render(const PictureRequests& requests, int threads, uint64_t* max_interval,
                        std::vector<uint64_t>* arrived = nullptr) const {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
     const Camera camera(perspective({0, 2, 2}, {0, 0, 0}, 40), kWidth, kHeight, scene_->origin(),
@@ -63,17 +64,17 @@ class WantedPicture : public testing::TestWithParam<const char*> {
     settings.driver = GetParam();
     settings.bucket_size = 64;
     RenderPlan plan = plan_of(settings);
-    plan.even = false;
+    plan.is_uniform = false;
     RenderedImage image = blank_image(plan);
     const Frame frame = plan.frame(*scene_, camera);
-    Impatient sink(image, wants);
+    RequestingSink sink(image, requests);
     RenderJob job(frame, driver_factory(GetParam(), plan.driver_settings));
     tbb::task_arena arena(threads);
     arena.execute([&] {
       image.counters = job.render(sink, {}).counters;
       job.deliver(sink);
     });
-    *most_between = sink.most_between();
+    *max_interval = sink.max_interval();
     if (arrived) *arrived = sink.arrived();
     return image;
   }
@@ -107,20 +108,21 @@ TEST_P(WantedPicture, ArrivesSoonerWithTheSameSamples) {
 }
 
 TEST_P(WantedPicture, ArrivesWithThePartThatAddsTheSamples) {
-  Wants wants;
+  PictureRequests requests;
   for (uint64_t samples = 500; samples < 60u * kWidth * kHeight; samples += 500 + samples / 3) {
-    wants.at.push_back(samples);
+    requests.at.push_back(samples);
   }
-  uint64_t most_between = 0;
+  uint64_t max_interval = 0;
   std::vector<uint64_t> one, arrived;
-  const RenderedImage expected = render({}, 1, &most_between);
-  render(wants, 1, &most_between, &one);
-  const RenderedImage image = render(wants, 2, &most_between, &arrived);
+  const RenderedImage expected = render({}, 1, &max_interval);
+  render(requests, 1, &max_interval, &one);
+  const RenderedImage image = render(requests, 2, &max_interval, &arrived);
   EXPECT_EQ(image.values, expected.values);
   EXPECT_EQ(arrived, one) << "whatever the threads";
-  ASSERT_EQ(arrived.size(), wants.at.size());
+  ASSERT_EQ(arrived.size(), requests.at.size());
   for (size_t i = 0; i < arrived.size(); ++i) {
-    EXPECT_LT(arrived[i], wants.at[i] + kPart + 4 * kSpp) << "a part, whose last pixel is not cut";
+    EXPECT_LT(arrived[i], requests.at[i] + kPart + 4 * kSpp)
+        << "a part, whose last pixel is not cut";
   }
 }
 

@@ -19,8 +19,8 @@ TEST(AmbientOcclusion, BesideAWall) {
   EXPECT_GT(reach, 1.2);
   EXPECT_LT(reach, 4.9);
   for (const double d : {1e-3, .3, .75, 1.2, 2 * reach}) {
-    const CaseName name = {"E13",
-                           "ambient occlusion " + shown(d) + " from a wall, reach " + shown(reach)};
+    const CaseName name = {"E13", "ambient occlusion " + format_value(d) + " from a wall, reach " +
+                                      format_value(reach)};
     RenderSettings s = direct_light_settings(1024);
     s.integrator = "ambient_occlusion";
     s.seed = seed_of(name);

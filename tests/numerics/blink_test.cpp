@@ -91,7 +91,7 @@ TEST(Blink, ColoursOfAPointLight) {
 void expect_lamp(const std::string& what, const Share& share, double exact) {
   SceneBuilderForTests b = white_floor();
   MaterialDescription lamp = emitter(Rgb(50.0f));
-  lamp.emission_share = share;
+  lamp.emission_scale = share;
   add_lamp(b, lamp);
   const double steady = lamp_irradiance([](double) { return 1.0; });
   expect_irradiance_at(kCase, b, exact * steady, 2e-5, what);
@@ -162,10 +162,10 @@ TEST(Blink, ManyLamps) {
       exact += double(radiance) * spot_irradiance(to);
     } else {
       MaterialDescription lamp = emitter(Rgb(radiance));
-      if (i % 4 == 2) lamp.emission_share = on(begin, end);
+      if (i % 4 == 2) lamp.emission_scale = on(begin, end);
       const Vec3f p(at), x(.1f, 0, 0), z(0, 0, .2f);
       b.add_quad(p, p + x, p + x + z, p + z, b.add_material(lamp));
-      if (i % 4 == 3) b.description.instances.back().shown = shown_from(false, {begin, end});
+      if (i % 4 == 3) b.description.instances.back().visibility = visible_from(false, {begin, end});
       const double e = polygon_irradiance({Vec3d(p), Vec3d(p + x), Vec3d(p + x + z), Vec3d(p + z)},
                                           point, Vec3d(0, 1, 0));
       exact += share * double(radiance) * std::abs(e);
@@ -218,7 +218,7 @@ TEST(Blink, ThingsThatAppear) {
   SceneBuilderForTests b;
   const int mesh = b.add_mesh(square_of(b.add_material(emitter(Rgb(1.0f)))));
   b.place(mesh);
-  b.description.instances[0].shown = shown_from(false, {.25f, .55f});
+  b.description.instances[0].visibility = visible_from(false, {.25f, .55f});
   expect_seen("square, there for .3", b, .3);
   // A second instance far away is always visible, so that neither is baked.
   b.place(mesh, translation(9, 0, 0));
@@ -231,7 +231,7 @@ TEST(Blink, ThingsThatAppear) {
     changes.push_back(float((i + .3) / kTimes));
     changes.push_back(float((i + 1.0) / kTimes));
   }
-  b.description.instances[0].shown = shown_from(true, changes);
+  b.description.instances[0].visibility = visible_from(true, changes);
   // 5e-3: floats near 1 are a 300th of a period apart.
   expect_seen("square that comes and goes 50000 times", b, .3, 5e-3 * .3);
 }
@@ -242,7 +242,7 @@ TEST(Blink, WhatHasAlphaAppears) {
   card.alpha_mode = AlphaMode::kBlend;
   card.alpha = .5f;
   b.place(b.add_mesh(square_of(b.add_material(card))));
-  b.description.instances[0].shown = shown_from(true, {.4f});
+  b.description.instances[0].visibility = visible_from(true, {.4f});
   expect_seen("square of alpha .5, there for .4", b, .2);
 }
 
@@ -252,7 +252,7 @@ TEST(Blink, AFlushLampAppears) {
     SceneBuilderForTests b;
     b.place(b.add_mesh(square_of(b.add_material(lambert(Rgb(0.0f))))));
     b.place(b.add_mesh(square_of(b.add_material(emitter(Rgb(1.0f))))));
-    b.description.instances[lamp_goes].shown = shown_from(true, {.7f});
+    b.description.instances[lamp_goes].visibility = visible_from(true, {.7f});
     expect_seen(lamp_goes ? "lamp that leaves its wall at .7" : "wall that leaves its lamp at .7",
                 b, lamp_goes ? .7 : 1);
   }
@@ -272,7 +272,7 @@ TEST(Blink, ShadowsThatVanish) {
     MaterialDescription card = lambert(Rgb(0.0f));
     card.double_sided = true;
     b.add_quad({.5f, 1, -1}, {.5f, 1, 1}, {2, 1, 1}, {2, 1, -1}, b.add_material(card));
-    b.description.instances.back().shown = shown_from(true, {.4f});
+    b.description.instances.back().visibility = visible_from(true, {.4f});
     expect_irradiance_at(
         kCase, b, .6 * steady, 2e-5,
         std::string("shadow of a ") + (point ? "point light" : "lamp") + " that vanishes");
@@ -283,11 +283,11 @@ TEST(Blink, ShadowsThatVanish) {
 TEST(Blink, ALampThatAppears) {
   SceneBuilderForTests b = white_floor();
   add_lamp(b);
-  b.description.instances.back().shown = shown_from(false, {.1f, .35f});
+  b.description.instances.back().visibility = visible_from(false, {.1f, .35f});
   const double steady = lamp_irradiance([](double) { return 1.0; });
   expect_irradiance_at(kCase, b, .25 * steady, 2e-5, "lamp that is there for .25");
   b.add_point_light({.1, .8, 0}, Rgb(1.0f));
-  b.description.lights[0].shown = shown_from(true, {.5f});
+  b.description.lights[0].visibility = visible_from(true, {.5f});
   expect_irradiance_at(kCase, b, .25 * steady + .5 * unit_irradiance(), 2e-5,
                        "lamp and point light that appear");
 }

@@ -40,15 +40,15 @@ SceneBuilderForTests wall_behind(float depth, bool closed = true) {
   return b;
 }
 
-const Vec3d kEye(.1, .2, 2), kAhead(.1, .2, 0);
+const Vec3d kEye(.1, .2, 2), kTarget(.1, .2, 0);
 
 TEST(CameraSolids, BeersLawFromTheCamera) {
   const RenderSettings s = settings();
-  expect_exact(render(*wall_behind(5).build(), perspective(kEye, kAhead, 1e-3), s), .25, 1e-5, s,
+  expect_exact(render(*wall_behind(5).build(), perspective(kEye, kTarget, 1e-3), s), .25, 1e-5, s,
                {"E54", "from inside a solid"});
-  expect_exact(render(*wall_behind(1).build(), perspective(kEye, kAhead, 1e-3), s), .5, 1e-5, s,
+  expect_exact(render(*wall_behind(1).build(), perspective(kEye, kTarget, 1e-3), s), .5, 1e-5, s,
                {"E54", "from in front of a solid"});
-  expect_exact(render(*wall_behind(5).build(), orthographic(kEye, kAhead, 1e-3), s), .25, 1e-5, s,
+  expect_exact(render(*wall_behind(5).build(), orthographic(kEye, kTarget, 1e-3), s), .25, 1e-5, s,
                {"E54", "from inside a solid, orthographic"});
 }
 
@@ -57,7 +57,7 @@ TEST(CameraSolids, InsideOfTwo) {
   // A clear solid around the camera, half of the way to the wall.
   b.add_box({-1, -1, 1}, {1, 1, 3}, b.add_material(glass(1, 0)));
   const RenderSettings s = settings();
-  expect_exact(render(*b.build(), perspective(kEye, kAhead, 1e-3), s), .5, 1e-5, s,
+  expect_exact(render(*b.build(), perspective(kEye, kTarget, 1e-3), s), .5, 1e-5, s,
                {"E54", "from inside a clear solid in a dark one"});
 }
 
@@ -69,7 +69,7 @@ TEST(CameraSolids, AtAnyScale) {
       for (Vec3f& p : mesh.positions) p *= float(scale);
     }
     const RenderSettings s = settings();
-    expect_exact(render(*b.build(), perspective(kEye * scale, kAhead * scale, 1e-3), s), .25, 1e-5,
+    expect_exact(render(*b.build(), perspective(kEye * scale, kTarget * scale, 1e-3), s), .25, 1e-5,
                  s, {"E54", "from inside a solid, scaled by " + std::to_string(scale)});
   }
 }
@@ -84,7 +84,7 @@ TEST(CameraSolids, InsideOfInstances) {
   b.add_quad({-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}, b.add_material(emitter(Rgb(1.0f))));
   b.set_environment(Rgb(0.0f));
   const RenderSettings s = settings();
-  expect_exact(render(*b.build(), perspective(kEye, kAhead, 1e-3), s), .25, 1e-5, s,
+  expect_exact(render(*b.build(), perspective(kEye, kTarget, 1e-3), s), .25, 1e-5, s,
                {"E54", "from inside a mirrored instance"});
 }
 
@@ -163,16 +163,16 @@ TEST(CameraSolids, UnderWater) {
 
 // A mesh that lacks a face is no solid for the camera, and a warning says so.
 TEST(CameraSolids, AnOpenMeshIsNone) {
-  std::vector<std::string> said;
-  set_log_sink([&](LogKind, std::string_view message) { said.emplace_back(message); });
+  std::vector<std::string> warnings;
+  set_log_sink([&](LogKind, std::string_view message) { warnings.emplace_back(message); });
   const RenderSettings s = settings();
   const RenderedImage image =
-      render(*wall_behind(5, false).build(), perspective(kEye, kAhead, 1e-3), s);
+      render(*wall_behind(5, false).build(), perspective(kEye, kTarget, 1e-3), s);
   set_log_sink(nullptr);
   EXPECT_NEAR(image.mean, 1, 1e-6);
-  ASSERT_EQ(said.size(), 1u);
-  EXPECT_NE(said[0].find("'box'"), std::string::npos) << said[0];
-  EXPECT_NE(said[0].find("not closed"), std::string::npos) << said[0];
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("'box'"), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[0].find("not closed"), std::string::npos) << warnings[0];
 }
 
 struct Part {
@@ -181,8 +181,8 @@ struct Part {
 };
 
 // Splits a mesh into primitives of one node.
-void place_split(const MeshDescription& whole, const std::vector<Part>& parts,
-                 SceneBuilderForTests& b, const Mat44d& to_world = Mat44d()) {
+void place_in_parts(const MeshDescription& whole, const std::vector<Part>& parts,
+                    SceneBuilderForTests& b, const Mat44d& to_world = Mat44d()) {
   auto face = whole.triangles.begin();
   for (const Part& part : parts) {
     MeshDescription mesh = whole;
@@ -200,21 +200,22 @@ void add_wall(SceneBuilderForTests& b) {
   b.set_environment(Rgb(0.0f));
 }
 
-struct SeenAndSaid {
+struct ImageAndWarnings {
   RenderedImage image;
   std::vector<std::string> warnings;
 };
 
-SeenAndSaid look(const SceneBuilderForTests& b, const CameraDescription& camera,
-                 const RenderSettings& s) {
-  SeenAndSaid result;
+ImageAndWarnings look(const SceneBuilderForTests& b, const CameraDescription& camera,
+                      const RenderSettings& s) {
+  ImageAndWarnings result;
   set_log_sink([&](LogKind, std::string_view message) { result.warnings.emplace_back(message); });
   result.image = render(*b.build(), camera, s);
   set_log_sink(nullptr);
   return result;
 }
 
-void expect_same(const SeenAndSaid& split, const SeenAndSaid& whole, const std::string& what) {
+void expect_same(const ImageAndWarnings& split, const ImageAndWarnings& whole,
+                 const std::string& what) {
   SCOPED_TRACE(what);
   EXPECT_EQ(split.image.values, whole.image.values);
   EXPECT_EQ(split.warnings, whole.warnings);
@@ -238,17 +239,17 @@ TEST(CameraSolids, PartsThatAreClosedTogether) {
       const size_t faces = mesh.triangles.size(), half = faces / 2;
       const std::vector<Part> halves = {{0, half}, {0, faces - half}};
       const std::vector<Part> sides = {{0, 2}, {0, 2}, {1, 2}, {0, 2}, {0, 2}, {0, 2}};
-      place_split(mesh, faces == 12 ? sides : halves, split, to_world);
+      place_in_parts(mesh, faces == 12 ? sides : halves, split, to_world);
       // A smaller clear solid inside displaces it.
       for (SceneBuilderForTests* b : {&whole, &split}) {
         add_wall(*b);
         b->add_box({-1, -1, .5f}, {1, 1, 1}, b->add_material(glass(1, 0)));
       }
       RenderSettings s = settings();
-      const SeenAndSaid seen = look(split, perspective(kEye, kAhead, 1e-3), s);
+      const ImageAndWarnings seen = look(split, perspective(kEye, kTarget, 1e-3), s);
       expect_exact(seen.image, std::pow(.5, 1.5), 1e-5, s, {"E54", "from inside of parts"});
       EXPECT_TRUE(seen.warnings.empty()) << seen.warnings[0];
-      expect_same(seen, look(whole, perspective(kEye, kAhead, 1e-3), s), "pinhole");
+      expect_same(seen, look(whole, perspective(kEye, kTarget, 1e-3), s), "pinhole");
       CameraDescription lens = perspective({8.9, 0, 2}, {8.9, 0, 0}, 1e-3);
       lens.lens_radius = .5;
       lens.focus_distance = 2;
@@ -261,8 +262,8 @@ TEST(CameraSolids, PartsThatAreClosedTogether) {
         }
       }
       s.shutter = Shutter{0, 1};
-      const CameraDescription ahead = perspective(kEye, kAhead, 1e-3);
-      const SeenAndSaid left = look(split, ahead, s);
+      const CameraDescription ahead = perspective(kEye, kTarget, 1e-3);
+      const ImageAndWarnings left = look(split, ahead, s);
       expect_same(left, look(whole, ahead, s), "in motion");
       EXPECT_GT(left.image.mean, .5);
     }
@@ -279,10 +280,10 @@ TEST(CameraSolids, AnOpaquePartClosesASolid) {
     MaterialDescription label = lambert(Rgb(.5f));
     label.double_sided = is_double_sided;
     b.add_material(label);
-    place_split(box, {{0, 10}, {1, 2}}, b);
+    place_in_parts(box, {{0, 10}, {1, 2}}, b);
     add_wall(b);
     // A single-sided label is a hole when seen from behind.
-    const SeenAndSaid seen = look(b, perspective(kEye, kAhead, 1e-3), s);
+    const ImageAndWarnings seen = look(b, perspective(kEye, kTarget, 1e-3), s);
     EXPECT_NEAR(seen.image.mean, is_double_sided ? .25 : 1, 1e-5);
     EXPECT_EQ(seen.warnings.empty(), is_double_sided);
     for (const std::string& warning : seen.warnings) {
@@ -298,9 +299,9 @@ TEST(CameraSolids, PartsOfTwoMediaStayOpen) {
   MaterialDescription other = half_per_unit();
   other.attenuation_distance = 2;
   b.add_material(other);
-  place_split(SceneBuilderForTests::box({-9, -8, -7}, {9, 8, 7}, 0), {{0, 10}, {1, 2}}, b);
+  place_in_parts(SceneBuilderForTests::box({-9, -8, -7}, {9, 8, 7}, 0), {{0, 10}, {1, 2}}, b);
   add_wall(b);
-  const SeenAndSaid seen = look(b, perspective(kEye, kAhead, 1e-3), settings());
+  const ImageAndWarnings seen = look(b, perspective(kEye, kTarget, 1e-3), settings());
   EXPECT_NEAR(seen.image.mean, 1, 1e-6);
   EXPECT_FALSE(seen.warnings.empty());
 }
@@ -314,7 +315,7 @@ TEST(CameraSolids, PartsAreSeenAsOneSolid) {
     b->set_environment(upper_half());
   }
   whole.place(whole.add_mesh(box));
-  place_split(box, {{0, 3}, {0, 4}, {0, 5}}, split);
+  place_in_parts(box, {{0, 3}, {0, 4}, {0, 5}}, split);
   for (SceneBuilderForTests* b : {&whole, &split}) {
     b->add_box({.3f, -.2f, -.3f}, {2, .3f, .4f}, b->add_material(glass(1.8f, 0)));
     b->add_box({-1, -.3f, -.2f}, {-.6f, .2f, .3f}, b->add_material(glass(1.33f, 0)));
@@ -330,7 +331,7 @@ TEST(CameraSolids, PartsAreSeenAsOneSolid) {
 // A camera outside of all solids has nothing to look up.
 TEST(CameraSolids, NothingIsAskedOutsideOfSolids) {
   const auto scene = wall_behind(1).build();
-  const CameraDescription view = perspective(kEye, kAhead, 10);
+  const CameraDescription view = perspective(kEye, kTarget, 10);
   const Camera camera(view, 8, 8, scene->origin(), scene->scale());
   EXPECT_EQ(CameraSolids::find(*scene, camera), nullptr);
 }

@@ -125,14 +125,14 @@ TEST(Cameras, OnePixelAndLateSamples) {
   FilmTile tile{AovSet{}};
   tile.reset(plan.crop);
   RenderWorker worker(frame);
-  struct Nobody final : RenderSink {
+  struct NullSink final : RenderSink {
     void tile_finished(const FilmTile&) override {}
-  } nobody;
+  } null_sink;
   std::vector<PixelWork> list;
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 32; ++x) list.push_back({x, y, 1u << 31, 64});
   }
-  ASSERT_TRUE(worker.render(list, tile, nobody, {}));
+  ASSERT_TRUE(worker.render(list, tile, null_sink, {}));
   double sum = 0;
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 32; ++x) sum += double(tile.mean(x, y).x) / 1024;

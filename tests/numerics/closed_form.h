@@ -64,7 +64,7 @@ inline std::string replay(const RenderSettings& s) {
 }
 
 // A number as the table shows it: .1, 1e-06.
-inline std::string shown(double value) {
+inline std::string format_value(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", value);
   return text;

@@ -15,13 +15,13 @@ TEST(Distance, RadianceIsInvariant) {
     b.add_floor(float(d), float(d), b.add_material(emitter(Rgb(3.25f))), /*up=*/false);
     const auto scene = b.build();
     RenderSettings s = direct_light_settings(16);
-    expect_case({"E9", "emitter seen from " + shown(d) + " m"},
+    expect_case({"E9", "emitter seen from " + format_value(d) + " m"},
                 compared(render(*scene, perspective({0, 0, 0}, {0, d, 0}, 10), s), 3.25, 0),
                 replay(s));
     // From farther and farther away: 10 degrees, then the angle that the emitter fills.
     if (d > 1)
       expect_case(
-          {"E9", "emitter of 2 m seen from " + shown(d) + " m"},
+          {"E9", "emitter of 2 m seen from " + format_value(d) + " m"},
           [&] {
             SceneBuilderForTests small;
             small.add_floor(1, 0, small.add_material(emitter(Rgb(3.25f))), /*up=*/false);
@@ -46,7 +46,8 @@ TEST(Distance, OnlySolidAngleCounts) {
     r.camera_height = .05 * d;
     r.view_half_size = 1e-5 * d;
     EXPECT_NEAR(exact_irradiance(lamp, r.point, r.normal), .683537, 1e-6);
-    expect_irradiance_of(lamp, r, {"E9", "the rectangle of case 6, all times " + shown(d)}, false);
+    expect_irradiance_of(lamp, r, {"E9", "the rectangle of case 6, all times " + format_value(d)},
+                         false);
   }
 }
 
@@ -65,7 +66,8 @@ TEST(Distance, AlmostTouching) {
     Receiver r;
     r.half_size = .5;
     r.camera_height = gap / 2;
-    expect_irradiance_of(lamp_overhead(gap), r, {"E10", "lamp overhead at " + shown(gap)}, true);
+    expect_irradiance_of(lamp_overhead(gap), r, {"E10", "lamp overhead at " + format_value(gap)},
+                         true);
   }
 }
 
@@ -81,7 +83,7 @@ TEST(Distance, TouchingWithinTenOffsets) {
   const RenderSettings s = direct_light_settings(32768);
   const double exact = exact_irradiance(lamp, r.point, r.normal);
   expect_known_failure(
-      {"E10", "lamp overhead at " + shown(gap)},
+      {"E10", "lamp overhead at " + format_value(gap)},
       measured_irradiance(render(*b.build(), view_of(r), s), exact, 1e-5 * exact), .02 * exact,
       "lights are sampled from the surface, rays start an offset of 3e-7 above it: the two see "
       "another triangle along one direction, and their weights miss 1 by some offset / gap near "
@@ -102,7 +104,7 @@ TEST(Distance, FootOfAShiningWall) {
     r.view_half_size = gap * 1e-3;
     const double exact = exact_irradiance(wall, r.point, r.normal);
     EXPECT_NEAR(exact, kPiD / 2, 2 * gap);
-    expect_irradiance_of(wall, r, {"E10", "foot of a wall at " + shown(gap)}, true);
+    expect_irradiance_of(wall, r, {"E10", "foot of a wall at " + format_value(gap)}, true);
   }
 }
 

@@ -24,7 +24,8 @@ TEST(RectangleLight, OverTheCorner) {
     const double exact = kPiD * corner_form_factor(a, b);
     // 1e-6: the corners are rounded to float.
     EXPECT_NEAR(exact_irradiance(lamp, Vec3d(0.0), {0, 1, 0}), exact, 1e-6 * exact);
-    expect_irradiance_of(lamp, {}, {"6", "over the corner, a " + shown(a) + ", b " + shown(b)},
+    expect_irradiance_of(lamp, {},
+                         {"6", "over the corner, a " + format_value(a) + ", b " + format_value(b)},
                          exact > .05);
   }
 }
@@ -101,7 +102,8 @@ TEST(DiskLight, Coaxial) {
     EXPECT_NEAR(exact_irradiance(lamp, Vec3d(0.0), {0, 1, 0}) / exact, 1, 2e-3);
     Receiver r;
     r.camera_height = .05;
-    expect_irradiance_of(lamp, r, {"8", "radius " + shown(radius) + ", height " + shown(h)},
+    expect_irradiance_of(lamp, r,
+                         {"8", "radius " + format_value(radius) + ", height " + format_value(h)},
                          radius > .1);
   }
 }
@@ -123,7 +125,9 @@ TEST(SunDisc, EveryHalfAngle) {
       EXPECT_NEAR(exact_irradiance(sun, Vec3d(0.0), r.normal) / (kPiD * cosine * polygon), 1,
                   a * a + 1e-6);
       expect_irradiance_of(
-          sun, r, {"9", "sun of half-angle " + shown(a) + ", cosine " + shown(cosine)}, a >= .1);
+          sun, r,
+          {"9", "sun of half-angle " + format_value(a) + ", cosine " + format_value(cosine)},
+          a >= .1);
     }
 }
 

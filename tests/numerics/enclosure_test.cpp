@@ -37,7 +37,7 @@ TEST(Enclosure, DepthSeries) {
       const double rho = double(reflectance);
       const double exact = (1 - std::pow(rho, depth + 1)) / (1 - rho);
       const CaseName name = {
-          "3", "closed sphere, rho " + shown(rho) + ", to depth " + std::to_string(depth)};
+          "3", "closed sphere, rho " + format_value(rho) + ", to depth " + std::to_string(depth)};
       s.seed = seed_of(name);
       expect_exact(inside_sphere(1.0f, reflectance, depth, s), exact, 1e-5, s, name);
     }
@@ -49,7 +49,7 @@ TEST(Enclosure, RouletteCarriesLongPaths) {
   s.width = s.height = 8;
   s.spp = long_or_short(256u, 64u);
   for (const float rho : {.5f, .9f, .99f}) {
-    const CaseName name = {"3", "closed sphere, rho " + shown(double(rho)) + ", to the end"};
+    const CaseName name = {"3", "closed sphere, rho " + format_value(double(rho)) + ", to the end"};
     s.seed = seed_of(name);
     expect_exact(inside_sphere(1 - rho, rho, 100000, s), 1.0, 1e-5, s, name);
   }
@@ -77,8 +77,8 @@ TEST(Enclosure, SphereWithOpening) {
     b.set_environment(Rgb(0.0f));
     const auto scene = b.build();
     const double exact = 1 / (1 - rho * (1 - f));
-    const CaseName name = {"4",
-                           "opening of " + shown(a * 180 / kPiD) + " degrees, rho " + shown(rho)};
+    const CaseName name = {
+        "4", "opening of " + format_value(a * 180 / kPiD) + " degrees, rho " + format_value(rho)};
     RenderSettings s = enclosure_settings();
     s.max_depth = 1000;
     s.seed = seed_of(name);
@@ -119,7 +119,7 @@ TEST(Enclosure, IntegratingSphereOffCentre) {
         float(radius), 48, b.add_material(lambert(Rgb(float(rho)))), true)));
     b.add_point_light({off, 0, 0}, Rgb(float(intensity)));
     const auto scene = b.build();
-    const CaseName name = {"5", "light " + shown(off) + " off the centre, indirect"};
+    const CaseName name = {"5", "light " + format_value(off) + " off the centre, indirect"};
     RenderSettings s = enclosure_settings();
     s.spp = 256;
     s.seed = seed_of(name);

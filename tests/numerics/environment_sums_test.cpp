@@ -101,7 +101,7 @@ TEST(EnvironmentSums, GradientOnTiltedReceivers) {
   for (const double tilt : {0.0, .5, kPiD / 2, 2.5, kPiD}) {
     const Vec3d n(std::sin(tilt), std::cos(tilt), 0);
     expect_environment(map, n, kPiD * a + 2 * kPiD * b / 3 * n.y, tolerance,
-                       {"11", "gradient sky, receiver tilted by " + shown(tilt)}, true);
+                       {"11", "gradient sky, receiver tilted by " + format_value(tilt)}, true);
   }
 }
 
@@ -139,9 +139,10 @@ TEST(EnvironmentSums, LoneTexels) {
       map.texels[size_t(row * 8 + column)] = 100;
       const Vec3d n = row < 2 ? unit({-.5, 1, .2}) : unit({-.5, -1, .2});
       const double exact = exact_irradiance(map, n, 48);
-      expect_environment(map, n, exact, 1e-5 * exact,
-                         {"12", "one texel, row " + shown(row) + ", column " + shown(column)},
-                         false);
+      expect_environment(
+          map, n, exact, 1e-5 * exact,
+          {"12", "one texel, row " + format_value(row) + ", column " + format_value(column)},
+          false);
     }
 }
 
@@ -163,7 +164,7 @@ TEST(EnvironmentSums, SeenByTheCamera) {
       // Float knows x and z of a direction to 6e-8, and so the azimuth at 1e-3 from the pole to
       // 1e-4: a thousandth of a texel's contrast of 10 over .8.
       const double at_pole = std::sin(theta) < 1e-2 ? 1e-4 / (2 * kPiD / 8) * 10 : 0;
-      expect_case({"12", "seen at theta " + shown(theta) + ", phi " + shown(phi)},
+      expect_case({"12", "seen at theta " + format_value(theta) + ", phi " + format_value(phi)},
                   {map.towards(d), image.mean, 0, 2e-5 + at_pole}, replay(s));
     }
 }
@@ -196,9 +197,10 @@ TEST(EnvironmentSums, SunInAMap) {
       if (a > .02) {  // the outline consists of whole texels
         EXPECT_NEAR(exact / disc, 1, .05);
       }
-      expect_environment(
-          map, {0, 1, 0}, exact, 1e-5 * exact,
-          {"9", "sun of half-angle " + shown(a) + " in a map, sky " + shown(double(sky))}, false);
+      expect_environment(map, {0, 1, 0}, exact, 1e-5 * exact,
+                         {"9", "sun of half-angle " + format_value(a) + " in a map, sky " +
+                                   format_value(double(sky))},
+                         false);
     }
 }
 

@@ -36,8 +36,8 @@ TEST(FormFactors, AreReciprocal) {
       return MeasuredMean{m.mean * area, m.standard_error * area};
     };
     const MeasuredMean there = flux(first, second, 1), back = flux(second, first, 2);
-    const std::string what =
-        "squares of " + shown(2 * first) + " and " + shown(2 * second) + " at " + shown(distance);
+    const std::string what = "squares of " + format_value(2 * first) + " and " +
+                             format_value(2 * second) + " at " + format_value(distance);
     // 1e-5: float.
     expect_case({"E6", what + ", flux 1 to 2 against 2 to 1"},
                 {back.mean, there.mean, std::hypot(there.standard_error, back.standard_error),
@@ -96,8 +96,8 @@ TEST(Reciprocity, LampAndDetectorChangePlaces) {
       wall.metallic = metallic;
       wall.roughness = roughness;
       const CaseName name = {"E7", "lamp and detector change places, metallic " +
-                                       shown(double(metallic)) + ", roughness " +
-                                       shown(double(roughness))};
+                                       format_value(double(metallic)) + ", roughness " +
+                                       format_value(double(roughness))};
       const MeasuredMean there = received(wall, false, name), back = received(wall, true, name);
       EXPECT_GT(there.mean, 0);
       // 1e-5: float. The albedo tables scale the diffuse lobe symmetrically in both directions.
@@ -139,7 +139,7 @@ TEST(EnergyBalance, WallsAbsorbWhatTheLampSends) {
       ++s.seed;  // gives the walls independent errors
     }
     const double exact = 4 * kPiD * 2;
-    expect_case({"E8", "box of reflectance " + shown(rho)},
+    expect_case({"E8", "box of reflectance " + format_value(rho)},
                 {exact, absorbed, std::sqrt(variance), 1e-5 * exact}, "seeds 1 to 6, " + replay(s));
   }
 }

@@ -35,7 +35,8 @@ TEST(Furnace, IntermediateMetalness) {
     m.metallic = metallic;
     m.roughness = 0.6f;
     const RenderSettings s = furnace_settings();
-    expect_exact(albedo_of(m, 0.7, s), 1.0, 2e-3, s, {"1", "metallic " + shown(double(metallic))});
+    expect_exact(albedo_of(m, 0.7, s), 1.0, 2e-3, s,
+                 {"1", "metallic " + format_value(double(metallic))});
   }
 }
 
@@ -53,7 +54,7 @@ TEST(Furnace, SpecularColorScalesTheReflection) {
     m.specular_color = Rgb(color);
     const double f0 = color * square(999.0 / 1001.0), grazing = std::pow(1 - 0.6, 5.0);
     expect_exact(albedo_of(m, 0.6, s), f0 + (1 - f0) * grazing, 1e-5, s,
-                 {"1", "specular colour " + shown(double(color))});
+                 {"1", "specular colour " + format_value(double(color))});
   }
 }
 

@@ -20,7 +20,7 @@ TEST(Layers, CoatDimsALamp) {
     const double exact = lamp_irradiance(
         [&](double mu) { return 1 - double(clearcoat) * (.04 + .96 * std::pow(1 - mu, 5)); });
     // 1e-4: the lamp's corners are floats, and the midpoint rule errs by 1 / 24 steps^2.
-    expect_irradiance_at("E42", b, exact, 1e-4, "lamp under a coat of " + shown(clearcoat));
+    expect_irradiance_at("E42", b, exact, 1e-4, "lamp under a coat of " + format_value(clearcoat));
   }
 }
 
@@ -36,7 +36,7 @@ struct Prism {
     return kIor + b * (1 / square(nanometres) - 1 / square(587.56));
   }
   // Offset from the exit point at which the ray hits the screen.
-  static double aside(double nanometres) {
+  static double deflection(double nanometres) {
     return kScreen * std::tan(std::asin(ior(nanometres) * std::sin(kAngle)) - kAngle);
   }
   static double transmitted(double nanometres) {
@@ -71,14 +71,14 @@ TEST(Layers, PrismBendsByTheWavelength) {
     b.add_quad({-run, -3 - rise, -1}, {run, -3 + rise, -1}, {run, -3 + rise, 1},
                {-run, -3 - rise, 1}, material);
     // Refracted light leaves towards -X.
-    const auto x0 = float(-Prism::aside(edge)), y = float(-3 - Prism::kScreen);
+    const auto x0 = float(-Prism::deflection(edge)), y = float(-3 - Prism::kScreen);
     b.add_quad({-900, y, 900}, {x0, y, 900}, {x0, y, -900}, {-900, y, -900},
                b.add_material(emitter(Rgb(1.0f))));
     const auto scene = b.build();
     RenderSettings s = direct_light_settings(long_or_short(4096u, 1024u));
     s.max_depth = 2;
     s.light_samples = 0;
-    const std::string below = edge > 700 ? "all of it" : "below " + shown(edge) + " nm";
+    const std::string below = edge > 700 ? "all of it" : "below " + format_value(edge) + " nm";
     s.seed = seed_of({"E43", below});
     const RenderedImage image = render(*scene, orthographic({0, 1, 0}, {0, 0, 0}, 1e-4), s);
     EXPECT_EQ(image.counters.non_finite_samples, 0u);

@@ -86,8 +86,9 @@ TEST(Linearity, ExtremeRadiance) {
       Emitters lamps;
       lamps.add({{-1, 1, 0}, {-.5, 1, 0}, {-.5, 1, .5}, {-1, 1, .5}}, double(float(bright)));
       lamps.add({{.5, 1, 0}, {1.5, 1, 0}, {1.5, 1, .5}, {.5, 1, .5}}, double(float(dim * .5)));
-      expect_irradiance_of(lamps, {},
-                           {"E5", "lamps of " + shown(bright) + " and " + shown(dim * .5)}, true);
+      expect_irradiance_of(
+          lamps, {}, {"E5", "lamps of " + format_value(bright) + " and " + format_value(dim * .5)},
+          true);
     }
   Emitters dim;
   dim.add({{-1, 1, 0}, {-.5, 1, 0}, {-.5, 1, .5}, {-1, 1, .5}}, double(1e-30f));

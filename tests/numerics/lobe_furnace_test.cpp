@@ -20,7 +20,9 @@ constexpr double kCosines[] = {1, .5, .1, .01};
 // catalogue of hard cases also allows 2e-3.
 constexpr double kTables = 2e-3;
 
-std::string at(double alpha, double mu) { return ", alpha " + shown(alpha) + ", mu " + shown(mu); }
+std::string at(double alpha, double mu) {
+  return ", alpha " + format_value(alpha) + ", mu " + format_value(mu);
+}
 
 // alpha = roughness^2, rounded so that kMirrorAlpha itself is not taken for a mirror.
 float roughness(double alpha) {
@@ -97,7 +99,7 @@ TEST(LobeFurnace, Metal) {
         const double exact =
             f0 == 1 ? 1
                     : compensated_albedo(double(f0), lobe_integrals(mu, effective(alpha)), average);
-        expect_albedo("metal F0 " + shown(double(f0)) + at(alpha, mu),
+        expect_albedo("metal F0 " + format_value(double(f0)) + at(alpha, mu),
                       metal(Rgb(f0), roughness(alpha)), mu, exact, kTables);
       }
   }
@@ -116,7 +118,7 @@ TEST(LobeFurnace, DielectricCoat) {
         m.base_color = Rgb(rho);
         m.metallic = 0;
         m.roughness = roughness(alpha);
-        expect_albedo("coat on " + shown(double(rho)) + at(alpha, mu), m, mu,
+        expect_albedo("coat on " + format_value(double(rho)) + at(alpha, mu), m, mu,
                       coat + double(rho) * (1 - coat), kTables);
       }
     }
@@ -130,8 +132,8 @@ TEST(LobeFurnace, Diffuse) {
       for (const float rough : {0.0f, 1.0f}) {
         MaterialDescription m = lambert(Rgb(rho));
         m.roughness = rough;
-        expect_albedo("Lambert " + shown(double(rho)) + ", roughness " + shown(double(rough)) +
-                          ", mu " + shown(mu),
+        expect_albedo("Lambert " + format_value(double(rho)) + ", roughness " +
+                          format_value(double(rough)) + ", mu " + format_value(mu),
                       m, mu, double(rho), 1e-6);
       }
 }
@@ -155,8 +157,9 @@ TEST(LobeFurnace, ThinTransmission) {
         const LobeIntegrals lobe = lobe_integrals(mu, effective(alpha));
         const double t = double(tint), exact = t + (1 - t) * lobe.fresnel / lobe.white;
         // The table's error of 6e-4 in E is in the divisor.
-        expect_albedo("thin pane, tint " + shown(t) + at(alpha, mu), clear(alpha, tint, true), mu,
-                      exact, alpha < 1e-3 ? 1e-6 : 6e-4 / lobe.white * exact);
+        expect_albedo("thin pane, tint " + format_value(t) + at(alpha, mu),
+                      clear(alpha, tint, true), mu, exact,
+                      alpha < 1e-3 ? 1e-6 : 6e-4 / lobe.white * exact);
       }
 }
 
@@ -183,10 +186,10 @@ RenderedImage solid_face(const MaterialDescription& material, bool inside, doubl
 // (unit/shading/transmission_test.cpp); at 1, README.md of renderer/shading promises 3e-2 from
 // inside.
 constexpr double kRefractionTable = 4e-3;
-bool known_to_fail(bool is_clear, bool inside, double alpha, double mu) {
+bool is_known_failure(bool is_clear, bool inside, double alpha, double mu) {
   return inside && alpha == 1 && (mu == .01 || (mu == 1 && is_clear));
 }
-constexpr char kWhy[] =
+constexpr char kFailureReason[] =
     "the refraction table's interpolation at total reflection; four times the nodes, twice the "
     "roughnesses and indices make it 2.7 times better and 17 times slower to build (184 ms)";
 
@@ -194,11 +197,11 @@ void expect_face(bool is_clear, bool inside, double alpha, double mu, double exa
   const CaseName name = {"1", std::string(is_clear ? "solid, clear, " : "solid, black, ") +
                                   (inside ? "from inside" : "from outside") + at(alpha, mu)};
   RenderSettings s = lobe_settings(name);
-  s.spp = long_or_short(1024u, known_to_fail(is_clear, inside, alpha, mu) ? 1024u : 256u);
+  s.spp = long_or_short(1024u, is_known_failure(is_clear, inside, alpha, mu) ? 1024u : 256u);
   const RenderedImage image = solid_face(clear(alpha, is_clear, false), inside, mu, s);
   const Comparison comparison = compared(image, exact, kRefractionTable);
-  if (known_to_fail(is_clear, inside, alpha, mu))
-    expect_known_failure(name, comparison, 3e-2, kWhy, replay(s));
+  if (is_known_failure(is_clear, inside, alpha, mu))
+    expect_known_failure(name, comparison, 3e-2, kFailureReason, replay(s));
   else
     expect_case(name, comparison, replay(s));
 }

@@ -155,7 +155,7 @@ TEST(Motion, SectorIsLinearInAngle) {
   b.description.instances[0].motion = {turned(kTurn / 2), turned(kTurn)};
   const auto scene = b.build();
   for (const double angle : {.1, .3, .8, 1.5, 1.7}) {
-    const std::string what = "sector at " + shown(angle) + " rad";
+    const std::string what = "sector at " + format_value(angle) + " rad";
     RenderSettings s = settings_for({"23", what}, 1024);
     s.width = s.height = 8;
     const Vec3d at(.7 * std::cos(angle), .7 * std::sin(angle), 0);
@@ -345,7 +345,7 @@ TEST(Motion, AMirrorThatMoves) {
   const auto scene = b.build();
   // A ray at x hits the mirror at z = x + way t.
   for (const double x : {-.6, -.3, 0.0, .05, .2}) {
-    const std::string what = "mirror that moves, seen at " + shown(x);
+    const std::string what = "mirror that moves, seen at " + format_value(x);
     RenderSettings s = settings_for({"E46", what}, 1024);
     s.width = s.height = 8;
     const auto view = orthographic({x, 0, 8}, {x, 0, 0}, 1e-4);
@@ -366,7 +366,7 @@ struct MovingShell {
 
 // Paths that bounce randomly from face to face, each at its own time.
 struct Bounces {
-  double escaped = 0, met_itself = 0;
+  double escaped = 0, self_hits = 0;
 };
 Bounces bounce_within(const Scene& scene, const MovingShell& shell) {
   Bounces result;
@@ -388,7 +388,7 @@ Bounces bounce_within(const Scene& scene, const MovingShell& shell) {
         ++result.escaped;
         break;
       }
-      result.met_itself += hit.instance == last.instance && hit.primitive == last.primitive;
+      result.self_hits += hit.instance == last.instance && hit.primitive == last.primitive;
       last = hit;
       SurfaceInteraction s;
       scene.interaction(hit, time, &s);
@@ -430,7 +430,7 @@ TEST(Motion, RaysLeaveMovingFacesOnTheirSide) {
     expect_case({"E44", "rays lost from a shell, " + shell.what}, {0, bounces.escaped, 0, 0},
                 replay);
     expect_case({"E44", "rays that met the face they left, " + shell.what},
-                {0, bounces.met_itself, 0, 0}, replay);
+                {0, bounces.self_hits, 0, 0}, replay);
   }
 }
 

@@ -56,7 +56,7 @@ class NaivePathTracer {
       double distance = 1e300;
       const Triangle* hit = nullptr;
       for (const Triangle& t : triangles_)
-        if (&t != from && (t.double_sided || t.n.dot(d) < 0) && meets(t, origin, d, &distance))
+        if (&t != from && (t.double_sided || t.n.dot(d) < 0) && intersects(t, origin, d, &distance))
           hit = &t;
       if (!hit) return sum + throughput * sky_;
       sum += throughput * hit->emission;
@@ -90,7 +90,7 @@ class NaivePathTracer {
     return result;
   }
 
-  static bool meets(const Triangle& t, const Vec3d& origin, const Vec3d& d, double* distance) {
+  static bool intersects(const Triangle& t, const Vec3d& origin, const Vec3d& d, double* distance) {
     const Vec3d p = d.cross(t.ac);
     const double determinant = t.ab.dot(p);
     if (determinant == 0) return false;

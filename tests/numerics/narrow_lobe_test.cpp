@@ -67,9 +67,9 @@ double exact_reflection(double mu, double alpha) {
 TEST(NarrowLobe, SkyInARoughMetal) {
   for (const double alpha : {.01, .1, .25, .5, 1.0})
     for (const double mu : {1.0, .5, .1, .01})
-      expect_reflection({"2", "sky in metal, alpha " + shown(alpha) + ", mu " + shown(mu)},
-                        float(std::sqrt(alpha)), mu, exact_reflection(mu, alpha),
-                        2e-3 * (kBase + kSlope));
+      expect_reflection(
+          {"2", "sky in metal, alpha " + format_value(alpha) + ", mu " + format_value(mu)},
+          float(std::sqrt(alpha)), mu, exact_reflection(mu, alpha), 2e-3 * (kBase + kSlope));
 }
 
 // Roughness towards 0. Below kMirrorAlpha the lobe is a mirror; just above, it spreads by alpha^2
@@ -80,8 +80,8 @@ TEST(NarrowLobe, MeetsTheMirror) {
     for (const float roughness : {0.0f, float(std::sqrt(1e-7)), 0.0316f, narrowest}) {
       const bool mirror = roughness < narrowest;
       // 1e-6: float.
-      expect_reflection({"2", "mirror's limit, alpha " + shown(double(square(roughness))) +
-                                  (mirror ? " (mirror)" : "") + ", mu " + shown(mu)},
+      expect_reflection({"2", "mirror's limit, alpha " + format_value(double(square(roughness))) +
+                                  (mirror ? " (mirror)" : "") + ", mu " + format_value(mu)},
                         roughness, mu, kBase + kSlope * mu, mirror ? kRowError + 1e-6 : 1e-3);
     }
 }

@@ -75,12 +75,13 @@ void expect_furnace(const SceneBuilderForTests& solids, const std::string& what)
   // The noise comes from roulette. 2e-5: index ratios in float, once for each face hit.
   expect_case({"E53", what}, {1.0, image.mean, image.standard_error, 2e-5}, replay(s));
   EXPECT_EQ(image.counters.non_finite_samples, 0u);
-  EXPECT_EQ(image.counters.optics.solids_forgotten, 0u);
+  EXPECT_EQ(image.counters.optics.dropped_solids, 0u);
 }
 
-constexpr float kWide = 40;
+constexpr float kSlabWidth = 40;
 
-void add_slab(SceneBuilderForTests& b, double ior, float top, float bottom, float wide = kWide) {
+void add_slab(SceneBuilderForTests& b, double ior, float top, float bottom,
+              float wide = kSlabWidth) {
   b.add_box({-wide, bottom, -wide}, {wide, top, wide}, b.add_material(glass(float(ior), 0)));
 }
 
@@ -90,7 +91,7 @@ TEST(NestedSolids, SlabsToEightLevels) {
     std::vector<double> layers;
     for (size_t i = 0; i < depth; ++i) {
       const float half = 1 - .1f * float(i);
-      add_slab(b, kIndices[i], half, -half, kWide * half);
+      add_slab(b, kIndices[i], half, -half, kSlabWidth * half);
       layers.push_back(kIndices[i]);
     }
     for (size_t i = depth - 1; i-- > 0;) layers.push_back(kIndices[i]);
@@ -105,8 +106,8 @@ TEST(NestedSolids, OpenSlabsToEightLevels) {
   for (size_t i = 0; i < 8; ++i) {
     const float half = 1 - .1f * float(i);
     const int material = b.add_material(glass(float(kIndices[i]), 0));
-    b.add_floor(kWide, half, material, true);
-    b.add_floor(kWide, -half, material, false);
+    b.add_floor(kSlabWidth, half, material, true);
+    b.add_floor(kSlabWidth, -half, material, false);
     layers.push_back(kIndices[i]);
   }
   for (size_t i = 7; i-- > 0;) layers.push_back(kIndices[i]);
@@ -151,7 +152,7 @@ TEST(OverlappingSolids, SlabsInBothOrders) {
     expect_stack(thin_above, {above, below}, "two slabs overlap" + what);
 
     SceneBuilderForTests in_another;
-    add_slab(in_another, 1.5, .5f, -1.0f, 2 * kWide);
+    add_slab(in_another, 1.5, .5f, -1.0f, 2 * kSlabWidth);
     add_slab(in_another, above, 0, -.2f);
     add_slab(in_another, below, -.1f, -.5f);
     expect_stack(in_another, {1.5, above, below, 1.5}, "two slabs overlap in a third" + what);
@@ -162,16 +163,18 @@ TEST(OverlappingSolids, SlabsInBothOrders) {
 TEST(OverlappingSolids, OfOneMaterialAreOne) {
   SceneBuilderForTests b;
   const int material = b.add_material(glass(1.5f, 0));
-  b.add_box({-kWide, -.3f, -kWide}, {kWide, 0, kWide}, material);
-  b.add_box({-kWide, -.5f, -kWide}, {kWide, -.2f, kWide}, material);
+  b.add_box({-kSlabWidth, -.3f, -kSlabWidth}, {kSlabWidth, 0, kSlabWidth}, material);
+  b.add_box({-kSlabWidth, -.5f, -kSlabWidth}, {kSlabWidth, -.2f, kSlabWidth}, material);
   expect_stack(b, {1.5}, "two slabs of one material overlap");
 
   // A single mesh that overlaps itself three times.
   SceneBuilderForTests mesh;
-  MeshDescription all = SceneBuilderForTests::box({-kWide, -.3f, -kWide}, {kWide, 0, kWide}, 0);
+  MeshDescription all =
+      SceneBuilderForTests::box({-kSlabWidth, -.3f, -kSlabWidth}, {kSlabWidth, 0, kSlabWidth}, 0);
   for (const float top : {-.1f, -.2f}) {
-    const MeshDescription more = SceneBuilderForTests::box(
-        {-kWide, top - .3f, -kWide}, {kWide, top, kWide}, mesh.add_material(glass(1.5f, 0)));
+    const MeshDescription more =
+        SceneBuilderForTests::box({-kSlabWidth, top - .3f, -kSlabWidth},
+                                  {kSlabWidth, top, kSlabWidth}, mesh.add_material(glass(1.5f, 0)));
     const auto first = uint32_t(all.positions.size());
     all.positions.insert(all.positions.end(), more.positions.begin(), more.positions.end());
     for (const auto& t : more.triangles) {
@@ -216,10 +219,12 @@ TEST(TouchingSolids, SlabsShareAFace) {
     SceneBuilderForTests b;
     const auto add = [&](double ior, float top, float bottom) {
       const int material = b.add_material(glass(float(ior), 0));
-      if (!instanced) return b.add_box({-kWide, bottom, -kWide}, {kWide, top, kWide}, material);
+      if (!instanced)
+        return b.add_box({-kSlabWidth, bottom, -kSlabWidth}, {kSlabWidth, top, kSlabWidth},
+                         material);
       // A second use, far below, makes the mesh an instance.
       const int mesh = b.add_mesh(SceneBuilderForTests::box({-1, 0, -1}, {1, 1, 1}, material));
-      b.place(mesh, scaling(kWide, top - bottom, kWide) * translation(0, bottom, 0));
+      b.place(mesh, scaling(kSlabWidth, top - bottom, kSlabWidth) * translation(0, bottom, 0));
       b.place(mesh, translation(0, -500, 0));
     };
     add(1.5, 0, -.1f);
@@ -367,14 +372,16 @@ TEST(NestedSolids, AFlatSolidIsAWall) {
     const int clear = b.add_material(glass(1.5f, 0));
     if (kind[0] == 't') {
       MeshDescription sheets;
-      sheets.positions = {
-          {-kWide, 0, -kWide}, {-kWide, 0, kWide}, {kWide, 0, kWide}, {kWide, 0, -kWide}};
+      sheets.positions = {{-kSlabWidth, 0, -kSlabWidth},
+                          {-kSlabWidth, 0, kSlabWidth},
+                          {kSlabWidth, 0, kSlabWidth},
+                          {kSlabWidth, 0, -kSlabWidth}};
       sheets.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 2, 1}, {0, 3, 2}};
       sheets.material = clear;
       b.place(b.add_mesh(sheets));
     } else {
       b.place(b.add_mesh(SceneBuilderForTests::box({-1, -1, -1}, {1, 1, 1}, clear)),
-              scaling(kWide, 1e-8, kWide));
+              scaling(kSlabWidth, 1e-8, kSlabWidth));
     }
     b.set_environment(upper_half());
     const auto scene = b.build();
@@ -391,7 +398,7 @@ TEST(NestedSolids, AFlatSolidLetsLightSamplesThrough) {
   SceneBuilderForTests b;
   b.place(b.add_mesh(
               SceneBuilderForTests::box({-1, -1, -1}, {1, 1, 1}, b.add_material(glass(1.5f, 0)))),
-          scaling(kWide, 1e-8, kWide) * translation(0, 1, 0));
+          scaling(kSlabWidth, 1e-8, kSlabWidth) * translation(0, 1, 0));
   b.add_floor(5, 0, b.add_material(lambert(Rgb(1.0f))));
   b.add_point_light({0, 2, 0}, Rgb(4.0f));
   RenderSettings s = solid_settings(16);
@@ -405,8 +412,9 @@ TEST(TouchingSolids, SlabsThatMoveTogether) {
   SceneBuilderForTests b;
   for (const auto& [ior, top, bottom] :
        {std::tuple{1.5f, 0.f, -.1f}, std::tuple{1.33f, -.1f, -.3f}}) {
-    const int mesh = b.add_mesh(SceneBuilderForTests::box(
-        {-kWide, bottom, -kWide}, {kWide, top, kWide}, b.add_material(glass(ior, 0))));
+    const int mesh = b.add_mesh(SceneBuilderForTests::box({-kSlabWidth, bottom, -kSlabWidth},
+                                                          {kSlabWidth, top, kSlabWidth},
+                                                          b.add_material(glass(ior, 0))));
     b.place(mesh);
     b.description.instances.back().motion = {translation(.3, .7, .1)};
   }
@@ -415,13 +423,13 @@ TEST(TouchingSolids, SlabsThatMoveTogether) {
 
 TEST(NestedSolids, TooManyAreCounted) {
   SceneBuilderForTests b;
-  for (int i = 0; i < Interior::kMost + 2; ++i) {
+  for (int i = 0; i < Interior::kLimit + 2; ++i) {
     const float half = 2 - .05f * float(i);
-    add_slab(b, kIndices[i % 8], half, -half, kWide * half);
+    add_slab(b, kIndices[i % 8], half, -half, kSlabWidth * half);
   }
   b.set_environment(Rgb(1.0f));
   const RenderSettings s = solid_settings(16);
-  EXPECT_GT(render(*b.build(), seen_along(.1, true), s).counters.optics.solids_forgotten, 0u);
+  EXPECT_GT(render(*b.build(), seen_along(.1, true), s).counters.optics.dropped_solids, 0u);
 }
 
 // 300 panes in a row, none of which is a solid.
@@ -433,7 +441,7 @@ TEST(ThinWalls, ThreeHundredPanes) {
   const RenderSettings s = solid_settings(64);
   const RenderedImage image = render(*b.build(), seen_along(.3, true), s);
   expect_exact(image, 1.0, 1e-4, s, {"E40", "300 panes in a furnace"});
-  EXPECT_EQ(image.counters.optics.rays_ended_at_walls, 0u);
+  EXPECT_EQ(image.counters.optics.rays_ended_at_panes, 0u);
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ TEST(PunctualLight, PointFromNearAndFar) {
       const Vec3d at(d * std::sqrt(1 - cosine * cosine), d * cosine, 0);
       const RenderSettings s = direct_light_settings(16);
       const double exact = 3 * cosine;
-      expect_case({"10", "point at " + shown(d) + ", cosine " + shown(cosine)},
+      expect_case({"10", "point at " + format_value(d) + ", cosine " + format_value(cosine)},
                   measured_irradiance(
                       lit(lamp(PunctualType::kPoint, at, {0, -1, 0.1}, float(3 * d * d)), r, s),
                       exact, exact * (1e-5 + 1.2e-7 / cosine)),
@@ -59,7 +59,7 @@ TEST(PunctualLight, Range) {
           lamp(PunctualType::kPoint, {0, d, 0}, {0, -1, 0.1}, float(3 * d * d));
       light.range = float(d / share);
       const double exact = share < 1 ? 3 : 0;
-      expect_case({"10", "point at " + shown(share) + " of its range, " + shown(d)},
+      expect_case({"10", "point at " + format_value(share) + " of its range, " + format_value(d)},
                   measured_irradiance(lit(light, r, s), exact, exact * 1.1e-5), replay(s));
     }
 }
@@ -92,8 +92,8 @@ TEST(PunctualLight, FluxThroughAClosedBox) {
     }
     const double exact = 4 * kPiD * kIntensity;
     // 1e-5: float.
-    expect_case({"10", "flux through a box, light at " + shown(at.x) + ", " + shown(at.y) + ", " +
-                           shown(at.z)},
+    expect_case({"10", "flux through a box, light at " + format_value(at.x) + ", " +
+                           format_value(at.y) + ", " + format_value(at.z)},
                 {exact, flux.mean(), flux.standard_error(), 1e-5 * exact},
                 "seeds 1 to 64, " + replay(s));
   }
@@ -116,7 +116,7 @@ TEST(PunctualLight, SpotProfile) {
     const RenderSettings s = direct_light_settings(16);
     // 1e-4 of the light's own E: near the outer edge the falloff doubles the rounding of the cosine
     // over the cone's narrow range.
-    expect_case({"10", "spot at " + shown(angle) + " of .3 to .7"},
+    expect_case({"10", "spot at " + format_value(angle) + " of .3 to .7"},
                 measured_irradiance(lit(light, r, s), exact, 1e-4 * exact + 1e-6), replay(s));
   }
 }
@@ -153,7 +153,7 @@ TEST(PunctualLight, Directional) {
     const RenderSettings s = direct_light_settings(16);
     const double exact = 7 * std::max(0.0, cosine);
     // Float rounds the direction by 6e-8, and so a cosine of .01 by 6e-6.
-    expect_case({"10", "directional, cosine " + shown(cosine)},
+    expect_case({"10", "directional, cosine " + format_value(cosine)},
                 measured_irradiance(lit(lamp(PunctualType::kDirectional, {3, 4, 5}, axis, 7), r, s),
                                     exact, 1e-5 * exact),
                 replay(s));

@@ -31,9 +31,9 @@ Vec3d towards(double theta, double phi) {
   return {std::sin(t) * std::cos(p), std::sin(t) * std::sin(p), std::cos(t)};
 }
 
-struct ViewAndLight {
+struct DirectionPair {
   int view, light, azimuth;  // indices
-  explicit ViewAndLight(int i) : view(i / 9), light(i / 3 % 3), azimuth(i % 3) {}
+  explicit DirectionPair(int i) : view(i / 9), light(i / 3 % 3), azimuth(i % 3) {}
   int reversed() const { return (light * 3 + view) * 3 + azimuth; }
   Vec3d wo() const { return towards(kMetalAngles[view], 0); }
   Vec3d wi() const { return towards(kMetalAngles[light], kMetalAzimuths[azimuth]); }
@@ -48,23 +48,23 @@ SurfaceBsdf bare_metal(double alpha, double f0, const Vec3d& wo) {
 }
 
 std::string alpha_and_view(double alpha, double view) {
-  return ", alpha " + shown(alpha) + ", view " + shown(view);
+  return ", alpha " + format_value(alpha) + ", view " + format_value(view);
 }
 
 // Results of the walk, F = 1: f after one bounce, after more, and in total. The total uses the
 // closed form of the single bounce, and both directions of each pair for the rest.
-struct Walked {
+struct WalkResult {
   Moments once[kPairs], more[kPairs];
   double f[kPairs], standard_error[kPairs];
 };
 
-std::string walk_replay(double alpha) { return "walk_from() with alpha " + shown(alpha); }
+std::string walk_replay(double alpha) { return "walk_from() with alpha " + format_value(alpha); }
 
-void walk_from(int view, double alpha, Walked* result) {
+void walk_from(int view, double alpha, WalkResult* result) {
   const uint32_t seed = seed_of({"E52", "walks" + alpha_and_view(alpha, kMetalAngles[view])});
   const SmithWalk surface(alpha);
   Vec3d lights[9];
-  for (int k = 0; k < 9; ++k) lights[k] = ViewAndLight(k).wi();
+  for (int k = 0; k < 9; ++k) lights[k] = DirectionPair(k).wi();
   for (uint64_t i = 0; i < walks(); ++i) {
     TestRandom random(seed, i);
     double once[9] = {}, more[9] = {}, escaped = 0;
@@ -81,14 +81,14 @@ void walk_from(int view, double alpha, Walked* result) {
   }
 }
 
-const Walked& walked(double alpha) {
-  static std::map<double, Walked> known;
+const WalkResult& walk_result(double alpha) {
+  static std::map<double, WalkResult> known;
   const auto [found, is_new] = known.try_emplace(alpha);
-  Walked& w = found->second;
+  WalkResult& w = found->second;
   if (!is_new) return w;
   for (int view = 0; view < 3; ++view) walk_from(view, alpha, &w);
   for (int i = 0; i < kPairs; ++i) {
-    const ViewAndLight pair(i);
+    const DirectionPair pair(i);
     const Moments& there = w.more[i];
     const Moments& back = w.more[pair.reversed()];
     const double a = square(there.standard_error()), b = square(back.standard_error());
@@ -104,7 +104,8 @@ const Walked& walked(double alpha) {
 // The largest of up to 27 deviations in standard errors; 5.5 are allowed, which a correct walk
 // exceeds once in a million.
 void expect_worst(const std::string& what, double worst, double alpha) {
-  expect_case({"E52", what + ", alpha " + shown(alpha)}, {0, worst, 1, .5}, walk_replay(alpha));
+  expect_case({"E52", what + ", alpha " + format_value(alpha)}, {0, worst, 1, .5},
+              walk_replay(alpha));
 }
 
 TEST(RoughMetal, WalkReflectsWithItsDensity) {
@@ -134,12 +135,12 @@ TEST(RoughMetal, WalkAndLobeShareTheSingleBounce) {
   for (const double alpha : kMetalAlphas) {
     double worst = 0;
     for (int i = 0; i < kPairs; ++i) {
-      const Vec3d wo = ViewAndLight(i).wo(), wi = ViewAndLight(i).wi();
+      const Vec3d wo = DirectionPair(i).wo(), wi = DirectionPair(i).wi();
       const double exact = SmithWalk(alpha).single(wo, wi);
       const GgxReflection lobe{float(alpha), Vec3f(wo)};
       // 1e-5: float.
       EXPECT_NEAR(double(lobe.evaluate(Vec3f(wi)).cosine_brdf), exact, 1e-5 * exact) << i;
-      const Moments& once = walked(alpha).once[i];
+      const Moments& once = walk_result(alpha).once[i];
       worst = std::max(worst, std::abs(once.mean() - exact / wi.z) / once.standard_error());
     }
     expect_worst("walk, single bounces against the lobe, worst of 27", worst, alpha);
@@ -150,10 +151,10 @@ TEST(RoughMetal, WalkIsReciprocal) {
   for (const double alpha : kMetalAlphas) {
     double worst = 0;
     for (int i = 0; i < kPairs; ++i) {
-      const int j = ViewAndLight(i).reversed();
+      const int j = DirectionPair(i).reversed();
       if (j <= i) continue;
-      const Moments& there = walked(alpha).more[i];
-      const Moments& back = walked(alpha).more[j];
+      const Moments& there = walk_result(alpha).more[i];
+      const Moments& back = walk_result(alpha).more[j];
       worst = std::max(worst, std::abs(there.mean() - back.mean()) /
                                   std::hypot(there.standard_error(), back.standard_error()));
     }
@@ -203,7 +204,7 @@ TEST(RoughMetal, WalkMeetsEveryHeightAlike) {
     const double k = std::sqrt(1 - alpha * alpha);
     const double area = 1 + alpha * alpha * (k > 0 ? std::atanh(k) / k : 1);
     Moments met, low;
-    const CaseName name{"E52", "walk, microfacets met, alpha " + shown(alpha)};
+    const CaseName name{"E52", "walk, microfacets met, alpha " + format_value(alpha)};
     for (uint64_t i = 0; i < walks(); ++i) {
       TestRandom random(seed_of(name), i);
       const double theta = std::asin(std::sqrt(random.next_double())) * 180 / kPiD;
@@ -217,7 +218,7 @@ TEST(RoughMetal, WalkMeetsEveryHeightAlike) {
       low.add(weights[1]);
     }
     expect_case(name, {area, met.mean(), met.standard_error(), 0}, "TestRandom(seed_of, walk)");
-    expect_case({"E52", "walk, microfacets met below a quarter, alpha " + shown(alpha)},
+    expect_case({"E52", "walk, microfacets met below a quarter, alpha " + format_value(alpha)},
                 {area / 4, low.mean(), low.standard_error(), 0}, "TestRandom(seed_of, walk)");
   }
 }
@@ -243,23 +244,23 @@ TEST(RoughMetal, GreyMetalInAFurnace) {
 bool is_too_bright(double alpha, double view, double light, double azimuth) {
   return alpha == .25 && azimuth < 180 && view + light >= (azimuth == 0 ? 95 : 100);
 }
-constexpr double kTooBright = .37;
+constexpr double kKnownExcess = .37;
 
 TEST(RoughMetal, EveryViewAndLight) {
   for (const double alpha : kMetalAlphas)
     for (int i = 0; i < kPairs; ++i) {
-      const ViewAndLight pair(i);
+      const DirectionPair pair(i);
       const double view = kMetalAngles[pair.view], light = kMetalAngles[pair.light];
       const double azimuth = kMetalAzimuths[pair.azimuth];
       const CaseName name{"E52", "metal over walk" + alpha_and_view(alpha, view) + ", light " +
-                                     shown(light) + ", azimuth " + shown(azimuth)};
-      const Walked& walk = walked(alpha);
+                                     format_value(light) + ", azimuth " + format_value(azimuth)};
+      const WalkResult& walk = walk_result(alpha);
       const Rgb ours = bare_metal(alpha, 1, pair.wo()).eval(Vec3f(pair.wi()));
       const double ratio = double(ours.x) / pair.wi().z / walk.f[i];
       const Comparison c = {1, ratio, ratio * walk.standard_error[i] / walk.f[i],
                             alpha == 1 ? .11 : .1};
       if (is_too_bright(alpha, view, light, azimuth)) {
-        expect_known_failure(name, c, kTooBright,
+        expect_known_failure(name, c, kKnownExcess,
                              "the lobe of multiple scattering is even, the walk's goes forward",
                              walk_replay(alpha));
       } else {
@@ -272,8 +273,8 @@ TEST(RoughMetal, EveryViewAndLight) {
 class Shape {
  public:
   void add(double ratio, double standard_error) {
-    least_ = std::min(least_, {ratio, standard_error});
-    most_ = std::max(most_, {ratio, standard_error});
+    min_ = std::min(min_, {ratio, standard_error});
+    max_ = std::max(max_, {ratio, standard_error});
     squares_ += square(ratio - 1);
     errors_ += square((ratio - 1) * standard_error);
   }
@@ -281,11 +282,11 @@ class Shape {
     return {0, std::sqrt(squares_ / kPairs), std::sqrt(errors_ / squares_ / kPairs), tolerance};
   }
   // .01: two digits are stated.
-  Comparison least(double stated) const { return {stated, least_.first, least_.second, .01}; }
-  Comparison most(double stated) const { return {stated, most_.first, most_.second, .01}; }
+  Comparison minimum(double stated) const { return {stated, min_.first, min_.second, .01}; }
+  Comparison maximum(double stated) const { return {stated, max_.first, max_.second, .01}; }
 
  private:
-  std::pair<double, double> least_{1e9, 0}, most_{0, 0};
+  std::pair<double, double> min_{1e9, 0}, max_{0, 0};
   double squares_ = 0, errors_ = 0;
 };
 
@@ -294,15 +295,15 @@ class Shape {
 // reciprocal. Split: (1 + gain) times single scattering, plus Kulla & Conty's lobe for the rest.
 // The rest is negative at grazing angles; the sum is not. The gains are fitted to a finer grid of
 // directions.
-struct Stated {  // upper bounds of the rms, exact extremes, and the split's gain
-  double alpha, ours, scaled, scaled_least, scaled_most, gain, split;
+struct ExpectedShape {  // upper bounds of the rms, exact extremes, and the split's gain
+  double alpha, ours, scaled, scaled_min, scaled_max, gain, split;
 };
 
 TEST(RoughMetal, Shapes) {
-  for (const Stated& s :
-       {Stated{.25, .16, .2, .62, 1.11, .05, .11}, Stated{.5, .05, .15, .71, 1.28, .065, .03},
-        Stated{1, .07, .29, .75, 1.63, .23, .04}}) {
-    const Walked& walk = walked(s.alpha);
+  for (const ExpectedShape& s : {ExpectedShape{.25, .16, .2, .62, 1.11, .05, .11},
+                                 ExpectedShape{.5, .05, .15, .71, 1.28, .065, .03},
+                                 ExpectedShape{1, .07, .29, .75, 1.63, .23, .04}}) {
+    const WalkResult& walk = walk_result(s.alpha);
     double albedo[3];
     for (int k = 0; k < 3; ++k) {
       albedo[k] = lobe_integrals(towards(kMetalAngles[k], 0).z, s.alpha).white;
@@ -311,7 +312,7 @@ TEST(RoughMetal, Shapes) {
     const auto rest = [&](double e) { return 1 - (1 + s.gain) * e; };
     Shape ours, scaled, split;
     for (int i = 0; i < kPairs; ++i) {
-      const ViewAndLight pair(i);
+      const DirectionPair pair(i);
       const auto add = [&](double f, Shape* shape) {
         shape->add(f / walk.f[i], f * walk.standard_error[i] / square(walk.f[i]));
       };
@@ -322,13 +323,13 @@ TEST(RoughMetal, Shapes) {
       add((1 + s.gain) * single + even / kPiD, &split);
     }
     const auto expect = [&](const std::string& what, const Comparison& c) {
-      expect_case({"E52", what + ", alpha " + shown(s.alpha)}, c, walk_replay(s.alpha));
+      expect_case({"E52", what + ", alpha " + format_value(s.alpha)}, c, walk_replay(s.alpha));
     };
     expect("rms of 27, ours", ours.rms(s.ours));
     expect("rms of 27, not ours: scaled", scaled.rms(s.scaled));
     expect("rms of 27, not ours: split", split.rms(s.split));
-    expect("darkest of 27, not ours: scaled", scaled.least(s.scaled_least));
-    expect("brightest of 27, not ours: scaled", scaled.most(s.scaled_most));
+    expect("darkest of 27, not ours: scaled", scaled.minimum(s.scaled_min));
+    expect("brightest of 27, not ours: scaled", scaled.maximum(s.scaled_max));
   }
 }
 

@@ -45,7 +45,7 @@ def deviation(row):
     return row["measured"] - row["exact"]
 
 
-def load(row):
+def allowance_used(row):
     """Deviation as a share of the allowed one: above 1 the comparison fails."""
     if any(not isinstance(row[k], (int, float)) for k in ("measured", "exact", "standard_error")):
         return math.inf  # JSON writes a NaN as null
@@ -67,7 +67,7 @@ def number(value, digits):
     return "NaN" if value is None else f"{value:.{digits}g}"
 
 
-def errors_off(row):
+def deviation_in_errors(row):
     if row["measured"] is None:
         return "NaN"
     if not has_spread(row):
@@ -75,7 +75,7 @@ def errors_off(row):
     return f"{deviation(row) / row['standard_error']:+.2f}"
 
 
-def escaped(text):
+def escape_markdown(text):
     return text.replace("\\", "\\\\").replace("|", "\\|").replace("<", "&lt;")
 
 
@@ -90,7 +90,7 @@ HEADER = ["case", "test", "what", "exact", "measured", "standard error", "deviat
 def figures(row):
     tolerance = row["tolerance"]
     return [number(row["exact"], 7), number(row["measured"], 7),
-            number(row["standard_error"], 2) if row["standard_error"] else "0", errors_off(row),
+            number(row["standard_error"], 2) if row["standard_error"] else "0", deviation_in_errors(row),
             number(tolerance, 2) if tolerance else "0"]
 
 
@@ -98,11 +98,11 @@ def summary(rows):
     verdicts = collections.Counter(verdict(r) for r in rows)
     known = verdicts["known failure"]
     others = sum(verdicts.values()) - verdicts["pass"] - known
-    worst = max((r for r in rows if verdict(r) == "pass"), key=load)
+    worst = max((r for r in rows if verdict(r) == "pass"), key=allowance_used)
     lines = [
         f"{len({r['case'] for r in rows})} cases, {len(rows)} comparisons: {verdicts['pass']} pass, "
         f"{known} known failure{'' if known == 1 else 's'}, {others} fail. The closest call among the "
-        f"passes is case {worst['case']}, {escaped(worst['what'])}: {load(worst):.0%} of what it is allowed.",
+        f"passes is case {worst['case']}, {escape_markdown(worst['what'])}: {allowance_used(worst):.0%} of what it is allowed.",
         "",
         "Allowed is 5 standard errors, which a right answer exceeds once in 1.7 million comparisons (two-sided "
         f"normal; about {len(rows) / 1.74e6:.1g} false alarms expected in this table), plus the tolerance, which is "
@@ -110,14 +110,14 @@ def summary(rows):
     ]
     honest = [r for r in rows if has_spread(r) and r["tolerance"] <= r["standard_error"] / 4 and r["passes"]]
     if honest:
-        off = [abs(deviation(r)) / r["standard_error"] for r in honest]
-        rms = math.sqrt(sum(z * z for z in off) / len(off))
-        beyond = ", ".join(f"{sum(z > k for z in off) / len(off):.1%} beyond {k} (normal: {p})"
+        deviations = [abs(deviation(r)) / r["standard_error"] for r in honest]
+        rms = math.sqrt(sum(z * z for z in deviations) / len(deviations))
+        beyond = ", ".join(f"{sum(z > k for z in deviations) / len(deviations):.1%} beyond {k} (normal: {p})"
                            for k, p in ((1, "31.7%"), (2, "4.6%"), (3, "0.3%")))
         lines += [
             "",
             f"Are the standard errors honest? Of the {len(honest)} comparisons whose tolerance is at most a quarter of "
-            f"the standard error, so that chance alone decides: {beyond}; the largest is {max(off):.2f}, the root mean "
+            f"the standard error, so that chance alone decides: {beyond}; the largest is {max(deviations):.2f}, the root mean "
             f"square {rms:.2f} (normal: 1).",
         ]
     return lines
@@ -131,11 +131,11 @@ def worst_of_each_test(rows):
              cells("case", "test", "comparisons", "worst of them", *HEADER[3:-1]),
              cells(*["---"] * 10)]
     for (case, test), members in groups.items():
-        worst = max(members, key=load)
+        worst = max(members, key=allowance_used)
         bad = [full_verdict(r) for r in members if verdict(r) != "pass"]
         verdicts = "pass" if not bad else bad[0] if len(bad) == 1 else f"{len(bad)} x {bad[0]}"
-        lines.append(cells(case, f"`{test}`", str(len(members)), escaped(worst["what"]),
-                           *figures(worst), escaped(verdicts)))
+        lines.append(cells(case, f"`{test}`", str(len(members)), escape_markdown(worst["what"]),
+                           *figures(worst), escape_markdown(verdicts)))
     return lines
 
 

@@ -24,7 +24,7 @@ MaterialDescription two_sided(MaterialDescription m) {
 }
 
 // Transmittance of a pane of index 1.5 at this cosine.
-double passes(double cosine) { return 1 - fresnel(std::acos(cosine), 1.5); }
+double pane_transmittance(double cosine) { return 1 - fresnel(std::acos(cosine), 1.5); }
 
 // ---- closed forms
 // --------------------------------------------------------------------------------
@@ -64,7 +64,7 @@ TEST(ThinWalls, ConstantSky) {
     constexpr int kSteps = 20000;
     for (int i = 0; i < kSteps; ++i) {
       const double mu = (i + .5) / kSteps;
-      sum += 2 * kPiD * mu / kSteps * std::pow(c.weight * passes(mu), c.panes);
+      sum += 2 * kPiD * mu / kSteps * std::pow(c.weight * pane_transmittance(mu), c.panes);
     }
     // 1e-5: float arithmetic, and the sky beside the pane.
     expect_irradiance_at("E40", b, sum, 1e-5, c.what);
@@ -78,7 +78,7 @@ TEST(ThinWalls, Lamp) {
     for (int i = 0; i < panes; ++i) b.add_floor(5, .6f + .1f * float(i), material);
     add_lamp(b);
     const double exact =
-        lamp_irradiance([&](double mu) { return std::pow(.9 * passes(mu), panes); });
+        lamp_irradiance([&](double mu) { return std::pow(.9 * pane_transmittance(mu), panes); });
     // 1e-4: the lamp's corners are floats, and the midpoint rule errs by 1 / 24 steps^2.
     expect_irradiance_at("E40", b, exact, 1e-4, "lamp through " + std::to_string(panes) + " panes");
   }
@@ -93,7 +93,7 @@ TEST(ThinWalls, BlendedPane) {
     m.alpha_mode = AlphaMode::kBlend;
     m.alpha = .4f;
     b.add_floor(5, .6f, b.add_material(m));
-    const auto transmittance = [](double mu) { return .6 + .4 * .5 * passes(mu); };
+    const auto transmittance = [](double mu) { return .6 + .4 * .5 * pane_transmittance(mu); };
     if (point_light) {
       b.add_point_light({1.3, 2, .1}, Rgb(9.0f));
       const double mu = 2 / std::sqrt(5.0);
@@ -366,7 +366,7 @@ TEST(SolidGlass, LightSamplesThatItBlocksAreCounted) {
     const OpticsCounters counted =
         render(*b.build(), perspective({1, .3, 0}, {0, 0, 0}, 20), s).counters.optics;
     EXPECT_EQ(counted.point_light_samples > 100u, solid);
-    EXPECT_EQ(counted.blocked_share(), solid ? 1.0 : 0.0);
+    EXPECT_EQ(counted.blocked_fraction(), solid ? 1.0 : 0.0);
   }
 }
 

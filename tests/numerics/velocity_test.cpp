@@ -76,11 +76,11 @@ struct MovingSquare {
       const Mat44d there = to_world * motion * to_world.inverse();
       moved.push_back(Vec3f(transform_point(there, Vec3d(p))));
     }
-    if (vertices && frames == 0) mesh.later = moved;
+    if (vertices && frames == 0) mesh.next_frame = moved;
     if (vertices && frames > 0) mesh.motion = {{moved, {}, {}}};
     const int index = b.add_mesh(mesh);
     b.place(index, to_world);
-    if (!vertices && frames == 0) b.description.later_instances = {{0, to_world * motion}};
+    if (!vertices && frames == 0) b.description.next_frame_instances = {{0, to_world * motion}};
     if (!vertices && frames > 0) b.description.instances[0].motion = {to_world * motion};
     if (twice) b.place(index, translation(90, 0, 0));
     std::optional<Shutter> shutter;
@@ -157,7 +157,7 @@ TEST(Velocity, OfACameraThatPasses) {
         if (lens) view.lens_radius = .1, view.focus_distance = 3;
         const Mat44d there = view.to_world * translation(.1, .2, 0);
         if (open) view.motion = {there};
-        if (!open) view.later = there;
+        if (!open) view.next_frame = there;
         const RenderedImage image = render(
             *b.build(), view, settings_of(open ? std::optional(Shutter{0, .5}) : std::nullopt));
         // At depth 1 the picture is 2 wide.
@@ -193,7 +193,7 @@ TEST(Velocity, OfACameraThatTurns) {
         CameraDescription view = straight_view();
         const Mat44d there = turn(roll, kAngle) * view.to_world;
         if (open) view.motion = {there};
-        if (!open) view.later = there;
+        if (!open) view.next_frame = there;
         const RenderedImage image = render(*b.build(), view, settings_of(shutter));
         for (int i = 0; i < kFrame; ++i) {
           const Vec3d seen((i + .5) * kPixelWidth - 1, 1 - 4.5 * kPixelWidth, -1);
@@ -224,7 +224,7 @@ TEST(Velocity, OfACameraThatComesNearer) {
   // The last two pass the wall: no nearer than a hundredth of the depth.
   for (const double way : {.5, 3.0, -4.0, 3.99, 5.0}) {
     CameraDescription view = straight_view();
-    view.later = view.to_world * translation(0, 0, -way);
+    view.next_frame = view.to_world * translation(0, 0, -way);
     const RenderedImage image = render(*scene, view, settings_of());
     const double growth = 4 / std::max(4 - way, .04) - 1;
     for (int i = 0; i < kFrame; ++i) {
@@ -239,7 +239,7 @@ TEST(Velocity, OfACameraThatComesNearer) {
 // floats.
 TEST(Velocity, IsFiniteWhereverThingsAre) {
   CameraDescription description = straight_view();
-  description.later = turned(.5) * description.to_world * translation(0, 0, .5);
+  description.next_frame = turned(.5) * description.to_world * translation(0, 0, .5);
   const double places[] = {0, 4, 4.5, -4, 4 - 1e-300, 1e-30, 1e18, -1e18, 1e300, 1e308, -1e308};
   for (const bool flat : {false, true}) {
     description.orthographic = flat;
@@ -290,7 +290,7 @@ TEST(Velocity, BlursASharpPictureAsTheShutterDoes) {
   b.place(b.add_mesh(bar));
   SceneBuilderForTests open = b;
   const auto pose = [](double t) { return turned(.4 * t) * translation(.3 * t, .1 * t, .4 * t); };
-  b.description.later_instances = {{0, pose(1)}};
+  b.description.next_frame_instances = {{0, pose(1)}};
   open.description.instances[0].motion = {pose(.5), pose(1)};
   const CameraDescription view = perspective({0, 0, 4}, {0, 0, 0}, 30);
   RenderSettings s = settings_of();
@@ -334,11 +334,11 @@ TEST(Velocity, LeavesThePictureItsBits) {
   CameraDescription view = moving.view_at(.3);
   for (uint32_t i = 1; i < b.description.instances.size(); ++i) {
     const Mat44d& now = b.description.instances[i].to_world;
-    b.description.later_instances.push_back({i, turned(.2) * now * translation(.1, .05, 0)});
+    b.description.next_frame_instances.push_back({i, turned(.2) * now * translation(.1, .05, 0)});
   }
   MeshDescription& wave = b.description.meshes.back();
-  wave.later = wave.positions;
-  for (Vec3f& p : wave.later) p.y += .1f;
+  wave.next_frame = wave.positions;
+  for (Vec3f& p : wave.next_frame) p.y += .1f;
   for (const NamedValue<Aov>& aov : aov_table()) {
     RenderSettings s = settings_of();
     s.aovs = aov.name;
@@ -348,7 +348,7 @@ TEST(Velocity, LeavesThePictureItsBits) {
     const RenderedImage without = render(*plain.build(), view, s);
     s.aovs += ",velocity";
     CameraDescription moved = view;
-    moved.later = view.to_world * translation(0, .1, 0);
+    moved.next_frame = view.to_world * translation(0, .1, 0);
     const RenderedImage with = render(*b.build(), moved, s);
     if (aov.value == Aov::kVelocity || aov.value == Aov::kTime) continue;
     for (int y = 0; y < kFrame; ++y) {

@@ -55,7 +55,7 @@ def channels_of(row, picture):
     return [name for name in picture.channels if name.startswith(row["name"])]
 
 
-def is_of_clock(channel):
+def depends_on_clock(channel):
     return channel == "time"
 
 
@@ -71,14 +71,14 @@ class Channels(Test):
 
     def assert_same(self, picture, channels, expected, where=np.s_[:]):
         for name in channels:
-            if is_of_clock(name):
+            if depends_on_clock(name):
                 self.assertGreater(picture[name].sum(), 0.0)
                 continue
             with self.subTest(name):
                 a, b = picture[name].view(np.uint32), expected(name)[where].view(np.uint32)
                 np.testing.assert_array_equal(a, b)
 
-    def of_all(self, name):
+    def all_values(self, name):
         return np.ascontiguousarray(self.picture[name])
 
     def render_file(self, **more):
@@ -121,17 +121,17 @@ class Channels(Test):
             with self.subTest(f"{compression}, {parts}"):
                 picture = self.render_file(exr_compression=compression, exr_parts=parts)
                 self.assertEqual(set(picture.channels), set(self.picture.channels))
-                self.assert_same(picture, picture.channels, self.of_all)
+                self.assert_same(picture, picture.channels, self.all_values)
 
     def test_lossy_files_keep_what_is_no_colour(self):
         lossy = {name for row in ROWS if row["lossy"] for name in channels_of(row, self.picture)}
         for compression in LOSSY:
             with self.subTest(compression):
                 picture = self.render_file(exr_compression=compression, exr_parts="layers")
-                self.assert_same(picture, set(picture.channels) - lossy, self.of_all)
+                self.assert_same(picture, set(picture.channels) - lossy, self.all_values)
                 for name in lossy - {"A"}:
-                    most = np.abs(self.of_all(name)).max()
-                    np.testing.assert_allclose(picture[name], self.of_all(name), atol=0.1 * most + 1e-3)
+                    peak = np.abs(self.all_values(name)).max()
+                    np.testing.assert_allclose(picture[name], self.all_values(name), atol=0.1 * peak + 1e-3)
 
     def test_half_floats(self):
         layers = [row["name"] for row in ROWS if row["half"]]
@@ -140,13 +140,13 @@ class Channels(Test):
 
         def as_half(name):
             if name not in halves:
-                return self.of_all(name)
-            return np.clip(self.of_all(name), -65504, 65504).astype(np.float16).astype(np.float32)
+                return self.all_values(name)
+            return np.clip(self.all_values(name), -65504, 65504).astype(np.float16).astype(np.float32)
 
         self.assert_same(picture, picture.channels, as_half)
         for row in ROWS:
             if not row["half"]:
-                with self.says(emberline.UsageError, "half: "):
+                with self.assert_error(emberline.UsageError, "half: "):
                     emberline.Settings(half=row["name"])
 
     def test_resumed(self):
@@ -156,7 +156,7 @@ class Channels(Test):
             begun = emberline.render(self.scene, driver=driver, checkpoint=file, progress=stop)
             self.assertFalse(begun.complete)
             picture = emberline.render(self.scene, driver=driver, checkpoint=file, resume=True)
-            self.assert_same(picture, picture.channels, self.of_all)
+            self.assert_same(picture, picture.channels, self.all_values)
 
     def test_parts_are_merged(self):
         files = [self.work / str(part) for part in (1, 2)]
@@ -164,7 +164,7 @@ class Channels(Test):
             emberline.render(self.scene, part=f"{part}/2", checkpoint=file)
         merged = emberline.merge(files, parts=True)
         self.assertEqual(set(np.unique(merged["part"])), {1.0, 2.0})
-        self.assert_same(merged, set(merged.channels) - {"part"}, self.of_all)
+        self.assert_same(merged, set(merged.channels) - {"part"}, self.all_values)
 
     def test_samples_are_merged(self):
         """Two sample ranges are merged by adding sums. Means are rounded differently than in a single run, and full
@@ -176,15 +176,15 @@ class Channels(Test):
             emberline.render(scene, sample_range=file.name, checkpoint=file)
         merged = emberline.merge(files)
         for name in merged.channels:
-            if not is_of_clock(name) and not name.startswith(("Crypto", "dropped", "part")):
+            if not depends_on_clock(name) and not name.startswith(("Crypto", "dropped", "part")):
                 with self.subTest(name):
-                    np.testing.assert_allclose(merged[name], self.of_all(name), rtol=1e-4, atol=1e-5)
+                    np.testing.assert_allclose(merged[name], self.all_values(name), rtol=1e-4, atol=1e-5)
 
     def test_crops(self):
         picture = emberline.render(self.scene, crop="5,3,17,12")
         # At a crop's border, the denoiser and the sums of neighbours' samples have less data.
         channels = [n for n in picture.channels if not n.startswith("denoised.") and ".shared" not in n]
-        self.assert_same(picture, channels, self.of_all, np.s_[3:12, 5:17])
+        self.assert_same(picture, channels, self.all_values, np.s_[3:12, 5:17])
 
 
 def add_row(row):
@@ -192,7 +192,7 @@ def add_row(row):
         picture = emberline.render(emberline.Scene(SCENE, **settings_of([row])))
         channels = channels_of(row, picture)
         self.assertTrue(channels)
-        self.assert_same(picture, channels, self.of_all)
+        self.assert_same(picture, channels, self.all_values)
 
     setattr(Channels, f"test_{row['name']}_alone", test)
 

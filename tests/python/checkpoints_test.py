@@ -54,12 +54,12 @@ class Checkpoints(Test):
         again = emberline.render(self.box, driver="bisection", checkpoint=checkpoint, resume=True,
                                  keep_checkpoint=True, progress=lambda now: seen.append(now.samples))
         self.assert_same(again, emberline.read(out))
-        with self.says(emberline.InputError, "seed: 0 (now 4)"):
+        with self.assert_error(emberline.InputError, "seed: 0 (now 4)"):
             emberline.render(self.box, driver="bisection", checkpoint=checkpoint, resume=True, seed=4)
         more = emberline.extend(checkpoint, spp=32)
         self.assert_same(more, emberline.render(self.box, driver="bisection", spp=32))
         self.assertEqual(emberline.stored_frame(checkpoint).settings["spp"], "32")
-        with self.says(emberline.UsageError, "spp: ", "already has 32"):
+        with self.assert_error(emberline.UsageError, "spp: ", "already has 32"):
             emberline.extend(checkpoint, self.box, spp=16)
 
     def test_parts_of_both_are_merged_by_both(self):
@@ -73,7 +73,7 @@ class Checkpoints(Test):
         merged = emberline.merge([ours, theirs], parts=True)
         self.assert_same(merged, whole)
         self.assertEqual(set(np.unique(merged["part"])), {1, 2})
-        with self.says(emberline.InputError, "the parts lack", "allow_holes"):
+        with self.assert_error(emberline.InputError, "the parts lack", "allow_holes"):
             emberline.merge([ours])
 
     def test_heatmaps_are_the_commands(self):
@@ -96,7 +96,7 @@ class Checkpoints(Test):
                 emberline.write(ours, drawn)
                 self.assertEqual(ours.read_bytes(), theirs.read_bytes())
         np.testing.assert_array_equal(emberline.heatmap_values(picture), picture["samples"])
-        with self.says(emberline.InputError, "render it with aov time"):
+        with self.assert_error(emberline.InputError, "render it with aov time"):
             emberline.heatmap_values(picture, "time")
 
     def test_a_study_has_the_rows_of_its_file(self):
@@ -116,14 +116,14 @@ class Checkpoints(Test):
         again = emberline.study(BOX, folder, drivers=["bucket", "bisection"], spp=[1, 2], seeds=2, size=(16, 16),
                                 max_depth=2)
         self.assertEqual(again.rows, table.rows)  # read from the folder
-        with self.says(emberline.UsageError, "working_space"):
+        with self.assert_error(emberline.UsageError, "working_space"):
             emberline.study(BOX, folder, working_space="acescg")
         for name, value in (("light_groups", True), ("noise_threshold", 0.1), ("aov", "N"), ("edits", "a.json")):
-            with self.says(emberline.UsageError, name + ": a study has no such setting"):
+            with self.assert_error(emberline.UsageError, name + ": a study has no such setting"):
                 emberline.study(BOX, folder, **{name: value})
-        with self.says(emberline.UsageError, "reference_spp", "whole number"):
+        with self.assert_error(emberline.UsageError, "reference_spp", "whole number"):
             emberline.study(BOX, folder, reference_spp="many")
-        with self.says(emberline.UsageError, "reference_spp, cache", "reference names a picture"):
+        with self.assert_error(emberline.UsageError, "reference_spp, cache", "reference names a picture"):
             emberline.study(BOX, folder, reference="a.exr", reference_spp=8)
 
     def test_a_scene_whose_files_have_changed_is_not_saved(self):
@@ -132,7 +132,7 @@ class Checkpoints(Test):
         scene = emberline.Scene(file, **FRAME)
         emberline.render(scene, checkpoint=self.file)
         file.write_bytes(BOX.read_bytes())
-        with self.says(emberline.InputError, "box.glb: its files have changed since they were read; start again"):
+        with self.assert_error(emberline.InputError, "box.glb: its files have changed since they were read; start again"):
             emberline.render(scene, checkpoint=self.file)
         self.assertFalse(self.file.exists())
         self.assert_same(emberline.render(scene), emberline.render(self.box))

@@ -14,7 +14,7 @@ from support import BOX, ROOT, SMALL, Test, python
 
 
 # Uses every member of an object that was never initialised, in a process that may crash.
-UNMADE = """
+UNINITIALISED_SCRIPT = """
 import copy, pickle, sys, types
 import emberline
 made = "before its __init__() has run"
@@ -51,7 +51,7 @@ class Unmade(Test):
 
     def test_nothing_can_be_asked_of_them(self):
         names = ("Settings", "Scene", "Progress", "Picture", "Comparison", "StoredFrame", "StudyTable")
-        process = python(UNMADE, *names)
+        process = python(UNINITIALISED_SCRIPT, *names)
         out, err = process.communicate(timeout=100)
         self.assertEqual((process.returncode, err), (0, ""))
         for name, tried in zip(names, out.splitlines(), strict=True):
@@ -71,9 +71,9 @@ class Unmade(Test):
             lambda: emberline.flip(picture, picture),
             lambda: self.box.edit({}, environment=picture),
         ):
-            with self.says(TypeError, "before its __init__() has run"):
+            with self.assert_error(TypeError, "before its __init__() has run"):
                 call()
-        with self.says(TypeError, "not Mock"):
+        with self.assert_error(TypeError, "not Mock"):
             emberline.compare(mock.Mock(spec=emberline.Picture), np.zeros((2, 2, 3), "float32"))
 
     def test_subclasses_that_use_themselves_too_early(self):
@@ -92,7 +92,7 @@ class Unmade(Test):
                 self.lights
 
         for kind in (Early, Presets, Both):
-            with self.says(TypeError, "before its __init__() has run"):
+            with self.assert_error(TypeError, "before its __init__() has run"):
                 kind()
 
         class Late(emberline.Scene):
@@ -118,25 +118,25 @@ class WrongInput(Test):
                 return self
 
         for value in (loop, [loop], (1, loop), np.array([loop, 1], dtype=object), deep, [[1, 2], 3]):
-            with self.says(TypeError, "look-at: expected an array with one dimension"):
+            with self.assert_error(TypeError, "look-at: expected an array with one dimension"):
                 emberline.Settings(look_at=value)
         with self.assertRaises(RecursionError):
             emberline.Settings(spp=Item())
-        with self.says(ValueError, "Circular"):
+        with self.assert_error(ValueError, "Circular"):
             self.box.edit({"lights": loop})
-        with self.says(TypeError, "channels: expected a string, not list"):
+        with self.assert_error(TypeError, "channels: expected a string, not list"):
             emberline.write("a.exr", np.zeros((2, 2, 1), "float32"), channels=loop)
 
     def test_bools_sets_and_control_characters(self):
         picture = np.zeros((2, 2, 3), "float32")
         for names in ({"R", "G", "B"}, frozenset("RGB")):
-            with self.says(TypeError, "channels: ", "names in order"):
+            with self.assert_error(TypeError, "channels: ", "names in order"):
                 emberline.write("a.exr", picture, channels=names)
         for name in ("R\n", "R\x7f", "\tR"):
-            with self.says(ValueError, "channels", "control characters"):
+            with self.assert_error(ValueError, "channels", "control characters"):
                 emberline.write("a.exr", picture, channels=[name, "G", "B"])
         for name in ("threads", "load_timeout", "memory_limit"):
-            with self.says(TypeError, name):
+            with self.assert_error(TypeError, name):
                 emberline.Scene(BOX, **{name: True})
 
     def test_what_the_machine_gives(self):
@@ -146,21 +146,21 @@ class WrongInput(Test):
         read = functools.partial(emberline.read, ROOT / "scenes/dusk.hdr")
         for threads in (-1, 4097, 1 << 40):
             for call in (scene, render):
-                with self.says(emberline.UsageError, f"threads: {threads}"):
+                with self.assert_error(emberline.UsageError, f"threads: {threads}"):
                     call(threads=threads)
         for seconds in (-1, 0, 0.0009, 1e10, float("nan"), float("inf")):
             for call in (scene, read):
-                with self.says(emberline.UsageError, "load_timeout", "0.001 to 1000000000"):
+                with self.assert_error(emberline.UsageError, "load_timeout", "0.001 to 1000000000"):
                     call(load_timeout=seconds)
         for size in (-1, 0):
             for call in (scene, read):
-                with self.says(emberline.UsageError, "memory", str(size)):
+                with self.assert_error(emberline.UsageError, "memory", str(size)):
                     call(memory_limit=size)
         for wrong, name in ((2.0, "threads"), ("2", "threads"), ("1G", "memory_limit"), (1.5, "memory_limit"),
                             ("1", "load_timeout"), ([], "load_timeout")):
-            with self.says(TypeError, name):
+            with self.assert_error(TypeError, name):
                 scene(**{name: wrong})
-        with self.says(ValueError, "threads"):
+        with self.assert_error(ValueError, "threads"):
             scene(threads=1 << 100)
         render(threads=np.int32(2))
         scene(threads=4096, load_timeout=np.float32(60), memory_limit=np.int64(1 << 32))
@@ -172,50 +172,50 @@ class WrongInput(Test):
         self.assertEqual(emberline.Error.__bases__, (Exception,))
 
     def test_settings(self):
-        with self.says(emberline.UsageError, "did you mean 'spp'"):
+        with self.assert_error(emberline.UsageError, "did you mean 'spp'"):
             emberline.Settings(sppp=1)
-        with self.says(emberline.UsageError, "spp", "'0'"):
+        with self.assert_error(emberline.UsageError, "spp", "'0'"):
             emberline.render(self.box, spp=0)
-        with self.says(emberline.UsageError, "did you mean 'sobol'"):
+        with self.assert_error(emberline.UsageError, "did you mean 'sobol'"):
             emberline.render(self.box, sampler="sobel")
-        with self.says(TypeError, "spp: expected", "NoneType"):
+        with self.assert_error(TypeError, "spp: expected", "NoneType"):
             emberline.Settings(spp=None)
-        with self.says(TypeError, "spp: expected", "object"):
+        with self.assert_error(TypeError, "spp: expected", "object"):
             emberline.Settings()["spp"] = object()
-        with self.says(TypeError, "look-at: expected an array with one dimension"):
+        with self.assert_error(TypeError, "look-at: expected an array with one dimension"):
             emberline.Settings(look_at=np.eye(3))
-        with self.says(ValueError, "env: has a null character"):
+        with self.assert_error(ValueError, "env: has a null character"):
             emberline.Settings(env="a.hdr\0.png")
-        with self.says(emberline.UsageError, "env: it takes effect when the scene is loaded"):
+        with self.assert_error(emberline.UsageError, "env: it takes effect when the scene is loaded"):
             emberline.render(self.box, env="studio.hdr")
-        with self.says(emberline.UsageError, "threads: -1"):
+        with self.assert_error(emberline.UsageError, "threads: -1"):
             emberline.render(self.box, threads=-1)
-        with self.says(emberline.UsageError, "working_space: it takes effect when the scene is loaded"):
+        with self.assert_error(emberline.UsageError, "working_space: it takes effect when the scene is loaded"):
             emberline.render(self.box, working_space="acescg")
-        with self.says(emberline.UsageError, "cryptomatte: the scene was loaded without"):
+        with self.assert_error(emberline.UsageError, "cryptomatte: the scene was loaded without"):
             emberline.render(self.box, cryptomatte="object")
-        with self.says(emberline.UsageError, "light_groups requires integrator path or direct: normal does not compute lighting"):
+        with self.assert_error(emberline.UsageError, "light_groups requires integrator path or direct: normal does not compute lighting"):
             emberline.render(self.box, light_groups=True, integrator="normal")
-        with self.says(TypeError, "resume and keep_checkpoint require checkpoint"):
+        with self.assert_error(TypeError, "resume and keep_checkpoint require checkpoint"):
             emberline.render(self.box, resume=True)
-        with self.says(emberline.UsageError, "checkpoint_interval: nan"):
+        with self.assert_error(emberline.UsageError, "checkpoint_interval: nan"):
             emberline.render(self.box, checkpoint="a", checkpoint_interval=float("nan"))
-        with self.says(emberline.UsageError, "merge needs at least one checkpoint"):
+        with self.assert_error(emberline.UsageError, "merge needs at least one checkpoint"):
             emberline.merge([])
-        with self.says(emberline.InputError, str(BOX)):
+        with self.assert_error(emberline.InputError, str(BOX)):
             emberline.merge([BOX])
-        with self.says(emberline.InputError, "/no/file"):
+        with self.assert_error(emberline.InputError, "/no/file"):
             emberline.stored_frame("/no/file")
-        with self.says(emberline.UsageError, "did you mean"):
+        with self.assert_error(emberline.UsageError, "did you mean"):
             emberline.Settings.help("drivr")
-        with self.says(TypeError, "progress: expected a function"):
+        with self.assert_error(TypeError, "progress: expected a function"):
             emberline.render(self.box, progress=3)
 
     def test_files(self):
         folder = self.folder()
-        with self.says(emberline.InputError, "/no/scene.glb"):
+        with self.assert_error(emberline.InputError, "/no/scene.glb"):
             emberline.Scene("/no/scene.glb")
-        with self.says(ValueError, "null character"):
+        with self.assert_error(ValueError, "null character"):
             emberline.Scene(str(BOX) + "\0")
         with self.assertRaises(TypeError):
             emberline.Scene(7)
@@ -227,18 +227,18 @@ class WrongInput(Test):
             "meshes": [{"primitives": [{"attributes": {"POSITION": 9}}]}],
         }
         (folder / "broken.gltf").write_text(json.dumps(broken))
-        with self.says(emberline.InputError, "broken.gltf#/meshes/0/primitives/0"):
+        with self.assert_error(emberline.InputError, "broken.gltf#/meshes/0/primitives/0"):
             emberline.Scene(folder / "broken.gltf")
-        with self.says(emberline.InputError, "raise memory_limit"):
+        with self.assert_error(emberline.InputError, "raise memory_limit"):
             emberline.Scene(BOX, memory_limit=1000)
-        with self.says(emberline.InputError, "README.md"):
+        with self.assert_error(emberline.InputError, "README.md"):
             emberline.read(ROOT / "README.md")
-        with self.says(emberline.InputError):
+        with self.assert_error(emberline.InputError):
             emberline.read(folder / "\udcff.exr")
         picture = emberline.render(self.box)
-        with self.says(emberline.UsageError, ".png, .jpg, .jpeg"):
+        with self.assert_error(emberline.UsageError, ".png, .jpg, .jpeg"):
             emberline.write(folder / "a.gif", picture)
-        with self.says(emberline.RenderError, "does not exist"):
+        with self.assert_error(emberline.RenderError, "does not exist"):
             emberline.write(folder / "no" / "a.exr", picture)
         self.assertEqual(os.listdir(folder), ["broken.gltf"])
 
@@ -247,19 +247,19 @@ class WrongInput(Test):
                             ({"lihgts": []}, emberline.InputError), (3, TypeError), ({1j: 2}, TypeError),
                             ({"environment": {"strength": float("nan")}}, ValueError),
                             ({"lights": [object()]}, TypeError), ({"emberline_edits": 99}, emberline.InputError)):
-            with self.subTest(edits), self.says(kind):
+            with self.subTest(edits), self.assert_error(kind):
                 self.box.edit(edits)
 
         sky = np.ones((4, 8, 3), "float32")
         for wrong, kind, text in ((sky[0], ValueError, "environment"), (sky.astype("float64"), TypeError, "float64")):
-            with self.says(kind, text):
+            with self.assert_error(kind, text):
                 self.box.edit({}, environment=wrong)
         for value in (np.nan, np.inf, -1):
             sky[1, 2, 0] = value
-            with self.says(emberline.UsageError, "at column 2 of row 1"):
+            with self.assert_error(emberline.UsageError, "at column 2 of row 1"):
                 self.box.edit({}, environment=sky)
         file = {"environment": {"file": str(ROOT / "scenes/dusk.hdr")}}
-        with self.says(emberline.UsageError, "a file in the edits"):
+        with self.assert_error(emberline.UsageError, "a file in the edits"):
             self.box.edit(file, environment=np.ones((4, 8, 3), "float32"))
 
     def test_arrays(self):
@@ -291,12 +291,12 @@ class WrongInput(Test):
         ):
             with self.subTest(text):
                 for call in (emberline.compare, emberline.flip):
-                    with self.says(kind, text):
+                    with self.assert_error(kind, text):
                         call(wrong, black)
         huge = np.broadcast_to(np.float32(0), (2**31, 1, 3))
-        with self.says(ValueError, "too large"):
+        with self.assert_error(ValueError, "too large"):
             emberline.compare(huge, huge)
-        with self.says(emberline.UsageError, "exposure"):
+        with self.assert_error(emberline.UsageError, "exposure"):
             emberline.compare(rgb, rgb, exposure=float("inf"))
         rgb[0, 0, 0] = np.nan
         self.assertEqual(emberline.compare(rgb, black).non_finite, 1)
@@ -327,12 +327,12 @@ class WrongInput(Test):
             (np.zeros(3, "uint8"), ValueError, "(3,)", {}),
             (emberline.render(self.box), TypeError, "its own names", {"channels": ["a"]}),
         ):
-            with self.subTest(text), self.says(kind, text):
+            with self.subTest(text), self.assert_error(kind, text):
                 emberline.write(out, wrong, **more)
         many = np.zeros((1, 1, 4097), "float32")
-        with self.says(emberline.UsageError, "more than 4096 channels"):
+        with self.assert_error(emberline.UsageError, "more than 4096 channels"):
             emberline.write(out, many, channels=map(str, range(4097)))
-        with self.says(emberline.UsageError, "no channel R"):
+        with self.assert_error(emberline.UsageError, "no channel R"):
             emberline.write(folder / "a.png", rgb[..., 0])
         self.assertEqual(os.listdir(folder), [])
 

@@ -97,11 +97,11 @@ class Pictures(Test):
             seen.append(picture["RGB"])
         self.assertFalse(np.array_equal(seen[0], seen[1]))
         for wrong in ({"time": "soon"}, {"animation": "none"}, {"time": 0.1, "frame": 2}):
-            with self.says(emberline.UsageError, *list(wrong)[:1]):
+            with self.assert_error(emberline.UsageError, *list(wrong)[:1]):
                 scene.pose(**wrong)
         np.testing.assert_array_equal(emberline.render(scene)["RGB"], seen[2])
         for still in (emberline.Scene(blade, **SMALL), emberline.Scene(BOX, animated=True, **SMALL)):
-            with self.says(emberline.UsageError, "pose"):
+            with self.assert_error(emberline.UsageError, "pose"):
                 still.pose(time=1)
 
     def test_catchers_and_holdouts(self):
@@ -113,7 +113,7 @@ class Pictures(Test):
         for layer in layers:
             np.testing.assert_array_equal(picture[layer], command[layer])
         self.assertEqual(picture["A"].min(), 0)
-        with self.says(emberline.UsageError, "holdout", "loaded with another value"):
+        with self.assert_error(emberline.UsageError, "holdout", "loaded with another value"):
             emberline.render(scene, holdout="short block")
 
     def test_edits(self):
@@ -123,7 +123,7 @@ class Pictures(Test):
                      '{"emberline_edits": 1, "lights": [{"kind": "material", "name": "light", "intensity": 0.5}]}'):
             scene.edit(edit)
             np.testing.assert_array_equal(2 * emberline.render(scene)["RGB"], whole)
-        with self.says(emberline.InputError, "the edits#/lights/0", "'white'"):
+        with self.assert_error(emberline.InputError, "the edits#/lights/0", "'white'"):
             scene.edit({"lights": [{**LIGHT, "name": "lihgt"}]})
         np.testing.assert_array_equal(2 * emberline.render(scene)["RGB"], whole)
         scene.edit({})

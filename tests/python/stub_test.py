@@ -9,7 +9,7 @@ import emberline
 
 FOLDER = Path(emberline.__file__).parent
 # Members of every class are listed only if ours differ.
-SPOKEN = ("__init__", "__getitem__", "__setitem__", "__iter__", "__contains__", "__copy__", "__deepcopy__")
+PUBLIC_SPECIAL_METHODS = ("__init__", "__getitem__", "__setitem__", "__iter__", "__contains__", "__copy__", "__deepcopy__")
 
 
 def is_public(name):
@@ -53,7 +53,7 @@ class Stub(unittest.TestCase):
                 self.assertEqual([base.id for base in node.bases], [base.__name__ for base in kind.__bases__])
                 continue
             members = {n.name: n for n in node.body if isinstance(n, ast.FunctionDef)}
-            real = {m for m in vars(kind) if is_public(m) or (m in SPOKEN and not self.is_refused(kind, m))}
+            real = {m for m in vars(kind) if is_public(m) or (m in PUBLIC_SPECIAL_METHODS and not self.is_refused(kind, m))}
             self.assertEqual(real, set(members), name)
             for member, function in members.items():
                 value = inspect.getattr_static(kind, member)

@@ -26,7 +26,7 @@ class Test(unittest.TestCase):
         cls.box = emberline.Scene(BOX, **SMALL)
 
     @contextlib.contextmanager
-    def says(self, kind, *texts):
+    def assert_error(self, kind, *texts):
         """Expects an error of exactly this type, in one line that contains these texts."""
         with self.assertRaises(kind) as caught:
             yield

@@ -69,7 +69,7 @@ class Callbacks(Test):
 
     def test_a_scene_is_not_edited_while_it_renders(self):
         scene = emberline.Scene(BOX, **SMALL)
-        with self.says(emberline.UsageError, "cannot be edited while it is rendered"):
+        with self.assert_error(emberline.UsageError, "cannot be edited while it is rendered"):
             emberline.render(scene, driver="bisection", progress=lambda now: scene.edit({}))
         scene.edit({})
         inner = []

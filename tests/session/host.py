@@ -11,7 +11,7 @@ import time
 
 PROGRAM, SCENES, EXAMPLE = sys.argv[1:4]
 SCENE = os.path.join(SCENES, "cornell_box.glb")
-PATIENCE_S = 240  # enough for a sanitizer, too
+TIMEOUT_S = 240  # enough for a sanitizer, too
 
 
 def wait_until(true, seconds=30):
@@ -32,7 +32,7 @@ class Host:
     def __init__(self, *options):
         self.process = subprocess.Popen([PROGRAM, "session", "--threads", "2", *options], stdin=subprocess.PIPE,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        self.watchdog = threading.Timer(PATIENCE_S, self.process.kill)
+        self.watchdog = threading.Timer(TIMEOUT_S, self.process.kill)
         self.watchdog.start()
         self.commands, self.segment, self.memory, self.events = 0, 0, None, []
         self.hello = json.loads(self.process.stdout.readline())
@@ -50,7 +50,7 @@ class Host:
             self.process.stdin.write(data)
             self.process.stdin.flush()
 
-    def say(self, do, **members):
+    def send_command(self, do, **members):
         self.send(json.dumps({"do": do, **members}).encode() + b"\n")
 
     def read(self):
@@ -61,18 +61,18 @@ class Host:
         self.events.append(message)
         return message
 
-    def hear(self, wanted):
+    def receive(self, accept):
         while (message := self.read()) is not None:
             if message.get("event") == "picture":
-                self.say("next", after=message["number"])
-            if wanted(message):
+                self.send_command("next", after=message["number"])
+            if accept(message):
                 return message
         raise AssertionError("the session has ended: " + self.process.stderr.read().decode())
 
-    def ask(self, do, **members):
+    def request(self, do, **members):
         self.commands += 1
-        self.say(do, id=self.commands, **members)
-        return self.hear(lambda m: m.get("id") == self.commands)
+        self.send_command(do, id=self.commands, **members)
+        return self.receive(lambda m: m.get("id") == self.commands)
 
     def map(self, picture):
         if picture["segment"] != self.segment:
@@ -83,7 +83,7 @@ class Host:
         return self.memory[begin:begin + picture["stride"] * picture["height"]]
 
     def picture(self, good):
-        found = self.hear(lambda m: m.get("event") == "picture" and good(m))
+        found = self.receive(lambda m: m.get("event") == "picture" and good(m))
         return found, self.map(found)
 
     def finished(self, edit=0):

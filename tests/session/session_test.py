@@ -16,7 +16,7 @@ import tempfile
 import time
 import unittest
 
-from host import EXAMPLE, PATIENCE_S, PROGRAM, SCENE, SCENES, Host, rendered, shared_memory, wait_until
+from host import EXAMPLE, TIMEOUT_S, PROGRAM, SCENE, SCENES, Host, rendered, shared_memory, wait_until
 
 
 class SessionTest(unittest.TestCase):
@@ -35,7 +35,7 @@ class SessionTest(unittest.TestCase):
 
     def opened(self, *options, **members):
         host = self.host("--size", "64x48", "--driver", "bisection", "--spp", "4", *options)
-        answer = host.ask("open", scene=SCENE, **members)
+        answer = host.request("open", scene=SCENE, **members)
         self.assertTrue(answer["ok"], answer)
         return host, answer
 
@@ -60,31 +60,31 @@ class Pictures(SessionTest):
         camera = {"look_from": [1.5, 1.2, 4], "look_at": [0, 1, 0], "fov_y": 45}
         material = {"index": 0, "base_color": [0.9, 0.2, 0.1], "roughness": 0.4}
         host, answer = self.opened()
-        host.ask("camera", camera=camera)
-        edit = host.ask("edits", edits={"materials": [{"index": 0, "base_color": [0, 0, 1]}]})["edit"]
-        edit = host.ask("edits", edits={"materials": [material]})["edit"]  # replaces the other edit
+        host.request("camera", camera=camera)
+        edit = host.request("edits", edits={"materials": [{"index": 0, "base_color": [0, 0, 1]}]})["edit"]
+        edit = host.request("edits", edits={"materials": [material]})["edit"]  # replaces the other edit
         pixels = host.finished(edit)[1]
         look = os.path.join(self.folder.name, "look.json")
         with open(look, "w") as file:
             json.dump({"emberline_edits": 1, "camera": camera, "materials": [material]}, file)
         self.assertEqual(pixels, rendered(self.folder.name, *self.COMMON, "--edits", look))
         # Edits saved by the session give the same picture.
-        self.assertTrue(host.ask("save", file=look)["ok"])
+        self.assertTrue(host.request("save", file=look)["ok"])
         self.assertEqual(pixels, rendered(self.folder.name, *self.COMMON, "--edits", look))
         # Part of the edits is reset.
-        host.ask("camera", camera=None)
-        edit = host.ask("edits", edits={"materials": None})["edit"]
+        host.request("camera", camera=None)
+        edit = host.request("edits", edits={"materials": None})["edit"]
         self.assertEqual(host.finished(edit)[1], rendered(self.folder.name, *self.COMMON))
 
     def test_matrix(self):
         host, _ = self.opened()
         view = {"look_from": [0, 1, 5], "look_at": [0, 1, 4], "fov_y": 40}
-        seen = host.finished(host.ask("camera", camera=view)["edit"])[1]
-        host.finished(host.ask("camera", camera={**view, "look_from": [1, 1, 5]})["edit"])
+        seen = host.finished(host.request("camera", camera=view)["edit"])[1]
+        host.finished(host.request("camera", camera={**view, "look_from": [1, 1, 5]})["edit"])
         matrix = [2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 1, 5, 1]
-        again = host.finished(host.ask("camera", camera={"matrix": matrix, "fov_y": 40})["edit"])[1]
+        again = host.finished(host.request("camera", camera={"matrix": matrix, "fov_y": 40})["edit"])[1]
         self.assertEqual(seen, again)
-        mirrored = host.finished(host.ask("camera", camera={"matrix": [-2] + matrix[1:], "fov_y": 40})["edit"])[1]
+        mirrored = host.finished(host.request("camera", camera={"matrix": [-2] + matrix[1:], "fov_y": 40})["edit"])[1]
         row = 64 * 16
         self.assertNotEqual(seen, mirrored)
         # The mirrored scene, up to its noise.
@@ -95,32 +95,32 @@ class Pictures(SessionTest):
 
     def test_crop(self):
         host, _ = self.opened()
-        edit = host.ask("settings", settings={"crop": "10,5,40,33"})["edit"]
+        edit = host.request("settings", settings={"crop": "10,5,40,33"})["edit"]
         picture, pixels = host.finished(edit)
         self.assertEqual([picture[k] for k in ("x", "y", "width", "height")], [10, 5, 30, 28])
         self.assertEqual(pixels, rendered(self.folder.name, *self.COMMON, "--crop", "10,5,40,33"))
         saved = os.path.join(self.folder.name, "crop.png")
-        self.assertTrue(host.ask("save", file=saved)["ok"])
-        edit = host.ask("settings", settings={"crop": None})["edit"]
+        self.assertTrue(host.request("save", file=saved)["ok"])
+        edit = host.request("settings", settings={"crop": None})["edit"]
         self.assertEqual(host.finished(edit)[1], rendered(self.folder.name, *self.COMMON))
-        refused = host.ask("settings", settings={"crop": "10,5,400,33"})
-        problem = host.hear(lambda m: m.get("event") == "problem" and m["text"])["text"]
+        refused = host.request("settings", settings={"crop": "10,5,400,33"})
+        problem = host.receive(lambda m: m.get("event") == "problem" and m["text"])["text"]
         self.assertTrue(refused["ok"] and "--crop" in problem, problem)
 
     def test_crop_by_all_drivers(self):
         host, _ = self.opened()
         for session, render in (("bucket", "bucket"), ("adaptive", "adaptive"), ("live", "adaptive")):
             for crop in (None, "20,7,61,40"):
-                edit = host.ask("settings", settings={"driver": session, "spp": 8, "crop": crop})["edit"]
+                edit = host.request("settings", settings={"driver": session, "spp": 8, "crop": crop})["edit"]
                 options = ("--crop", crop) if crop else ()
                 self.assertEqual(host.finished(edit)[1], rendered(self.folder.name, "--size", "64x48", "--driver", render,
                                                                   "--spp", "8", *options), (session, crop))
 
     def test_saved_crop(self):
         host, _ = self.opened()
-        host.finished(host.ask("settings", settings={"crop": "10,5,40,33"})["edit"])
+        host.finished(host.request("settings", settings={"crop": "10,5,40,33"})["edit"])
         ours, theirs = (os.path.join(self.folder.name, name) for name in ("ours.exr", "theirs.exr"))
-        self.assertTrue(host.ask("save", file=ours)["ok"])
+        self.assertTrue(host.request("save", file=ours)["ok"])
         subprocess.run([PROGRAM, "render", SCENE, "-o", theirs, "-q", *self.COMMON, "--crop", "10,5,40,33"], check=True)
         compared = subprocess.check_output([PROGRAM, "compare", ours, theirs, "--json"])
         self.assertEqual(json.loads(compared)["mse"], 0)
@@ -134,12 +134,12 @@ class Pictures(SessionTest):
             if line[0] == "→":
                 host.send(line[2:].replace("/home/me/teapot.glb", SCENE).encode() + b"\n")
                 continue
-            shown = json.loads(line[2:].replace(", ...}", "}").replace("{...}", "{}"))
-            if shown.get("event") == "hello":
-                self.assertEqual(shown.keys(), host.hello.keys())
-            elif shown.get("event") != "loading":  # may occur any number of times
-                fixed = {key: shown[key] for key in ("event", "id", "ok", "edit") if key in shown}
-                host.hear(lambda m: fixed.items() <= m.items() and shown.keys() <= m.keys())
+            example = json.loads(line[2:].replace(", ...}", "}").replace("{...}", "{}"))
+            if example.get("event") == "hello":
+                self.assertEqual(example.keys(), host.hello.keys())
+            elif example.get("event") != "loading":  # may occur any number of times
+                fixed = {key: example[key] for key in ("event", "id", "ok", "edit") if key in example}
+                host.receive(lambda m: fixed.items() <= m.items() and example.keys() <= m.keys())
         self.assertEqual(host.end()[0], 0)
 
     def test_scene(self):
@@ -158,7 +158,7 @@ class Pictures(SessionTest):
         host, _ = self.opened()
         before, _ = host.finished()
         old = host.memory
-        edit = host.ask("settings", settings={"size": "96x64"})["edit"]
+        edit = host.request("settings", settings={"size": "96x64"})["edit"]
         picture, pixels = host.finished(edit)
         self.assertGreater(picture["segment"], before["segment"])
         self.assertEqual(len(pixels), 96 * 64 * 16)
@@ -166,26 +166,26 @@ class Pictures(SessionTest):
 
     def test_display_and_overlay(self):
         host, _ = self.opened()
-        edit = host.ask("settings", settings={"format": "display"})["edit"]
+        edit = host.request("settings", settings={"format": "display"})["edit"]
         picture, pixels = host.finished(edit)
         self.assertEqual((picture["format"], len(pixels)), ("display", 64 * 48 * 4))
-        host.ask("settings", settings={"format": None, "overlay": "samples"})
+        host.request("settings", settings={"format": None, "overlay": "samples"})
         picture, pixels = host.picture(lambda p: p["legend"])
         self.assertEqual((picture["format"], len(pixels)), ("display", 64 * 48 * 4))
 
     def test_pause(self):
         host, _ = self.opened()
         host.finished()
-        host.ask("settings", settings={"paused": True})
-        edit = host.ask("settings", settings={"spp": 100000})["edit"]
+        host.request("settings", settings={"paused": True})
+        edit = host.request("settings", settings={"spp": 100000})["edit"]
         host.picture(lambda p: p["edit"] >= edit)  # it pauses after showing one picture
         time.sleep(0.3)
-        host.ask("settings", settings={"exposure": 1})  # shows the same picture again
+        host.request("settings", settings={"exposure": 1})  # shows the same picture again
         first = host.picture(lambda p: True)[0]["samples"]
         time.sleep(0.3)
-        host.ask("settings", settings={"exposure": 2})
+        host.request("settings", settings={"exposure": 2})
         self.assertEqual(host.picture(lambda p: True)[0]["samples"], first)
-        host.ask("settings", settings={"paused": None})
+        host.request("settings", settings={"paused": None})
         host.picture(lambda p: p["samples"] > first)
 
     def test_picture_stays_until_next(self):
@@ -195,7 +195,7 @@ class Pictures(SessionTest):
         pixels = host.map(message)
         time.sleep(0.5)
         self.assertEqual(pixels, host.map(message))
-        host.say("next", after=message["number"])
+        host.send_command("next", after=message["number"])
         while (later := host.read()).get("event") != "picture":
             pass
         self.assertEqual(later["number"], message["number"] + 1)
@@ -218,28 +218,28 @@ class Pictures(SessionTest):
         host, first = self.opened()
         host.finished()
         other = os.path.join(SCENES, "spheres.glb")
-        answer = host.ask("open", scene=other)
+        answer = host.request("open", scene=other)
         self.assertGreater(answer["edit"], first["edit"])
         host.finished(answer["edit"])
         # A bad scene leaves the open one unchanged.
-        refused = host.ask("open", scene=os.path.join(SCENES, "none.glb"))
+        refused = host.request("open", scene=os.path.join(SCENES, "none.glb"))
         self.assertFalse(refused["ok"])
         self.assertIn("none.glb", refused["error"])
-        host.finished(host.ask("camera", camera={"look_from": [0, 1, 5], "look_at": [0, 0, 0]})["edit"])
+        host.finished(host.request("camera", camera={"look_from": [0, 1, 5], "look_at": [0, 0, 0]})["edit"])
 
     def test_newest_open_counts(self):
         host = self.host("--size", "64x48", "--spp", "1")
         for number in (1, 2, 3):
-            host.say("open", id=number, scene=SCENE)
-        host.hear(lambda m: m.get("id") == 3 and m["ok"])
+            host.send_command("open", id=number, scene=SCENE)
+        host.receive(lambda m: m.get("id") == 3 and m["ok"])
         refused = [m["id"] for m in host.events if m.get("ok") is False]
         self.assertEqual(refused, [1, 2])
 
     def test_example(self):
         out = os.path.join(self.folder.name, "last.pfm")
-        shown = subprocess.run([sys.executable, EXAMPLE, SCENE, out, PROGRAM, "64x48", "4"], check=True,
-                               stdout=subprocess.PIPE, timeout=PATIENCE_S).stdout.decode()
-        self.assertEqual(shown.count("degrees"), 36)
+        example = subprocess.run([sys.executable, EXAMPLE, SCENE, out, PROGRAM, "64x48", "4"], check=True,
+                               stdout=subprocess.PIPE, timeout=TIMEOUT_S).stdout.decode()
+        self.assertEqual(example.count("degrees"), 36)
         self.assertEqual(os.path.getsize(out), len("PF\n64 48\n-1\n") + 64 * 48 * 12)
         with open(EXAMPLE) as file:
             self.assertLessEqual(len(file.readlines()), 60)
@@ -247,7 +247,7 @@ class Pictures(SessionTest):
 
 class Refusals(SessionTest):
     def refused(self, host, words, do, **members):
-        answer = host.ask(do, **members)
+        answer = host.request(do, **members)
         self.assertFalse(answer["ok"], answer)
         self.assertIn(words, answer["error"])
         self.assertNotIn("\n", answer["error"])
@@ -258,8 +258,8 @@ class Refusals(SessionTest):
         self.refused(host, "no scene is open", "edits", edits={})
         self.refused(host, "no picture", "save", file=os.path.join(self.folder.name, "x.png"))
         self.refused(host, "there is no picture 7", "next", after=7)
-        self.assertTrue(host.ask("settings", settings={"spp": 4})["ok"])
-        self.assertTrue(host.ask("cancel")["ok"])
+        self.assertTrue(host.request("settings", settings={"spp": 4})["ok"])
+        self.assertTrue(host.request("cancel")["ok"])
 
     def test_commands(self):
         host = self.host()
@@ -271,25 +271,25 @@ class Refusals(SessionTest):
         self.refused(host, "expected", "next", after=-1)
         self.refused(host, "expected", "settings", settings=[1])
         host.send(b'{"id": [1], "do": "quit"}\n{"id": 1}\n')
-        self.assertFalse(host.hear(lambda m: "ok" in m)["ok"])
-        self.assertIn("do", host.hear(lambda m: "ok" in m)["error"])
+        self.assertFalse(host.receive(lambda m: "ok" in m)["ok"])
+        self.assertIn("do", host.receive(lambda m: "ok" in m)["error"])
 
     def test_settings_as_the_command_line_says(self):
         host = self.host()
         for option, value in (("spp", "0"), ("spp", "many"), ("sampler", "sobel"), ("size", "0x5"), ("threads", "0"),
                               ("filter-radius", "nan"), ("overlay", "errors"), ("env-strength", "-1")):
-            said = subprocess.run([PROGRAM, "session", f"--{option}={value}"], stdin=subprocess.DEVNULL,
+            output = subprocess.run([PROGRAM, "session", f"--{option}={value}"], stdin=subprocess.DEVNULL,
                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-            self.assertEqual(said.returncode, 2)
-            answer = host.ask("settings", settings={option: value})
+            self.assertEqual(output.returncode, 2)
+            answer = host.request("settings", settings={option: value})
             self.assertFalse(answer["ok"], option)
-            self.assertEqual("emberline: error: " + answer["error"], said.stderr.decode().strip())
+            self.assertEqual("emberline: error: " + answer["error"], output.stderr.decode().strip())
         self.refused(host, "did you mean '--spp'", "settings", settings={"sppp": 3})
         for name in ("", "help", "-", "--spp", "settings=x", "spp=4 --seed", "Spp"):
             self.refused(host, "", "settings", settings={name: "1"})
         self.refused(host, "neither true nor false", "settings", settings={"transparent": "maybe"})
         self.refused(host, "--spp", "settings", settings={"spp": True})
-        self.assertTrue(host.ask("settings", settings={"transparent": True, "paused": False, "lenient": "no"})["ok"])
+        self.assertTrue(host.request("settings", settings={"transparent": True, "paused": False, "lenient": "no"})["ok"])
         # A refused setting leaves the others of its command unchanged.
         self.refused(host, "--seed", "settings", settings={"size": "8x8", "seed": -1})
 
@@ -303,39 +303,39 @@ class Refusals(SessionTest):
         self.refused(host, "matrix", "camera", camera={"matrix": [0] * 16})
         self.refused(host, "matrix", "camera", camera={"matrix": [1] * 16, "up": [0, 1, 0]})
         self.refused(host, "camera", "camera", camera=[])
-        host.finished(host.ask("edits", edits={"materials": [{"index": 0, "roughness": 0.5}]})["edit"])
+        host.finished(host.request("edits", edits={"materials": [{"index": 0, "roughness": 0.5}]})["edit"])
 
     def test_missing_environment_is_a_problem(self):
         host, _ = self.opened()
-        self.assertTrue(host.ask("edits", edits={"environment": {"file": "/none.hdr"}})["ok"])
-        self.assertIn("/none.hdr", host.hear(lambda m: m.get("event") == "problem" and m["text"])["text"])
-        edit = host.ask("edits", edits={"environment": None})["edit"]
+        self.assertTrue(host.request("edits", edits={"environment": {"file": "/none.hdr"}})["ok"])
+        self.assertIn("/none.hdr", host.receive(lambda m: m.get("event") == "problem" and m["text"])["text"])
+        edit = host.request("edits", edits={"environment": None})["edit"]
         host.finished(edit)
         self.assertEqual([m["text"] for m in host.events if m.get("event") == "problem"][-1], "")
 
     def test_huge_size_is_a_problem(self):
         host, _ = self.opened("--memory-limit", "300M")
         host.finished()
-        host.ask("settings", settings={"size": "65536x65536"})
-        problem = host.hear(lambda m: m.get("event") == "problem" and m["text"])["text"]
+        host.request("settings", settings={"size": "65536x65536"})
+        problem = host.receive(lambda m: m.get("event") == "problem" and m["text"])["text"]
         self.assertIn("65536", problem)
-        host.finished(host.ask("settings", settings={"size": "32x32"})["edit"])
+        host.finished(host.request("settings", settings={"size": "32x32"})["edit"])
 
 
 class Ends(SessionTest):
-    def ends(self, data, code, words):
+    def expect_end(self, data, code, words):
         host = self.host()
-        exit_code, said, complaints = host.end(data)
+        exit_code, output, complaints = host.end(data)
         self.assertEqual((exit_code, len(complaints)), (code, 1), complaints)
         self.assertIn(words, complaints[0])
-        return said
+        return output
 
     def test_quit(self):
         host, _ = self.opened("--spp", "100000")
-        self.assertTrue(host.ask("quit")["ok"])
+        self.assertTrue(host.request("quit")["ok"])
         self.assertEqual(host.end()[0::2], (0, []))
 
-    def saving(self, *files):
+    def save_commands(self, *files):
         """Lines that save to these files, and quit."""
         lines = [{"do": "save", "id": f"save {file}", "file": os.path.join(self.folder.name, file)} for file in files]
         return b"".join(json.dumps(line).encode() + b"\n" for line in [*lines, {"do": "quit", "id": "quit"}])
@@ -351,8 +351,8 @@ class Ends(SessionTest):
             with self.subTest(files):
                 host, _ = self.opened()
                 host.finished()
-                exit_code, said, complaints = host.end(self.saving(*files))
-                answers = {message["id"]: message["ok"] for message in said if "ok" in message}
+                exit_code, output, complaints = host.end(self.save_commands(*files))
+                answers = {message["id"]: message["ok"] for message in output if "ok" in message}
                 written = [file for file in files if os.path.exists(os.path.join(self.folder.name, file))]
                 self.assertEqual(answers, {"quit": True, **{f"save {file}": file in written for file in files}})
                 self.assertEqual((exit_code, len(complaints)), (code, 1 if complaint else 0), complaints)
@@ -362,24 +362,24 @@ class Ends(SessionTest):
 
     def test_a_save_that_is_refused_counts_as_failed(self):
         host = self.host()
-        exit_code, said, complaints = host.end(self.saving("a.exr"))
+        exit_code, output, complaints = host.end(self.save_commands("a.exr"))
         self.assertEqual((exit_code, len(complaints)), (1, 1), complaints)
         self.assertIn("no picture", complaints[0])
         host = self.host()
-        exit_code, said, complaints = host.end(b'{"id":{},"do":"save","file":"q.exr"}\n{"do": "quit"}\n')
+        exit_code, output, complaints = host.end(b'{"id":{},"do":"save","file":"q.exr"}\n{"do": "quit"}\n')
         self.assertEqual((exit_code, len(complaints)), (1, 1), complaints)
         host = self.host()
         command = json.dumps({"id": 1, "do": "open", "scene": SCENE}).encode() + b"\n"
-        exit_code, said, _ = host.end(command + b'{"do": "quit"}\n')
+        exit_code, output, _ = host.end(command + b'{"do": "quit"}\n')
         self.assertEqual(exit_code, 0)
-        self.assertEqual([message["id"] for message in said if "ok" in message], [1])
+        self.assertEqual([message["id"] for message in output if "ok" in message], [1])
 
     def test_saves_before_the_end_without_quit(self):
         host, _ = self.opened()
         host.finished()
-        exit_code, said, complaints = host.end(self.saving("a.exr", "no/b.exr").replace(b"quit", b"cancel"))
+        exit_code, output, complaints = host.end(self.save_commands("a.exr", "no/b.exr").replace(b"quit", b"cancel"))
         self.assertEqual((exit_code, len(complaints)), (3, 1), complaints)
-        self.assertEqual({m["id"]: m["ok"] for m in said if "ok" in m and "save" in m["id"]},
+        self.assertEqual({m["id"]: m["ok"] for m in output if "ok" in m and "save" in m["id"]},
                          {"save a.exr": True, "save no/b.exr": False})
 
     def test_what_a_writer_leaves_in_the_pipe_is_carried_out(self):
@@ -390,7 +390,7 @@ class Ends(SessionTest):
                 host.finished()
                 fcntl.fcntl(host.process.stdin, fcntl.F_SETPIPE_SZ, 1 << 20)
                 line = b'{"id": "' + b"x" * 900 + b'", "do": "cancel"}\n'
-                host.send(800 * line + self.saving(file))
+                host.send(800 * line + self.save_commands(file))
                 time.sleep(0.3)
                 self.assertIsNone(host.process.poll())
                 host.process.stdin.close()
@@ -401,20 +401,20 @@ class Ends(SessionTest):
     def test_a_slow_reader_gets_all(self):
         host, _ = self.opened()
         host.finished()
-        host.send(100 * (b'{"id": "' + b"x" * 900 + b'", "do": "cancel"}\n') + self.saving("no/a.exr"))
-        said = b""
+        host.send(100 * (b'{"id": "' + b"x" * 900 + b'", "do": "cancel"}\n') + self.save_commands("no/a.exr"))
+        output = b""
         while chunk := os.read(host.process.stdout.fileno(), 4096):
-            said += chunk
+            output += chunk
             time.sleep(0.1)
-        self.assertTrue(b'"id":"save no/a.exr","ok":false' in said)
+        self.assertTrue(b'"id":"save no/a.exr","ok":false' in output)
         self.assertEqual(host.process.wait(), 1)
 
     def test_nonsense(self):
-        said = self.ends(b"nonsense\n", 3, "line 1")
-        self.assertEqual(said[-1]["event"], "error")
+        output = self.expect_end(b"nonsense\n", 3, "line 1")
+        self.assertEqual(output[-1]["event"], "error")
         for data in (b"[]\n", b"7\n", b"\n", b"{\n", b'{"do": NaN}\n', b'{"do": 1e999}\n', b"\xff\xfe\n", b"\0\0\0\n",
                      b'{"do": "quit", "do": "quit"}\n', b'{"a": ' + b"[" * 100000 + b"\n"):
-            self.ends(data, 3, "line 1")
+            self.expect_end(data, 3, "line 1")
 
     def test_nonsense_ends_it_at_once(self):
         host, _ = self.opened("--spp", "100000")
@@ -423,8 +423,8 @@ class Ends(SessionTest):
         self.assertEqual(host.process.returncode, 3)
 
     def test_half_a_line(self):
-        self.ends(b'{"do": "qu', 3, "in the middle of a line")
-        self.ends(b"", 3, "without \"quit\"")
+        self.expect_end(b'{"do": "qu', 3, "in the middle of a line")
+        self.expect_end(b"", 3, "without \"quit\"")
 
     def test_line_without_end(self):
         host = self.host()

@@ -36,19 +36,19 @@ class StageBuilder {
   enum Material { kFloor, kLamp, kRed, kVeil, kGreen, kGlow };
 
   void add_materials() {
-    const auto plain = [&](double r, double g, double b) -> json& {
+    const auto add_material = [&](double r, double g, double b) -> json& {
       gltf.push("materials", {{"pbrMetallicRoughness",
                                {{"baseColorFactor", {r, g, b, 1.0}}, {"roughnessFactor", 0.6}}}});
       return gltf.root["materials"].back();
     };
-    plain(0.7, 0.7, 0.7);
-    plain(0.1, 0.1, 0.1)["emissiveFactor"] = {1.0, 0.9, 0.5};
-    plain(0.8, 0.1, 0.1);
-    json& veil = plain(0.2, 0.3, 0.9);
+    add_material(0.7, 0.7, 0.7);
+    add_material(0.1, 0.1, 0.1)["emissiveFactor"] = {1.0, 0.9, 0.5};
+    add_material(0.8, 0.1, 0.1);
+    json& veil = add_material(0.2, 0.3, 0.9);
     veil["alphaMode"] = "BLEND";
     veil["pbrMetallicRoughness"]["baseColorFactor"][3] = 0.5;
-    plain(0.1, 0.7, 0.2)["doubleSided"] = true;
-    json& glow = plain(0.2, 0.2, 0.2);
+    add_material(0.1, 0.7, 0.2)["doubleSided"] = true;
+    json& glow = add_material(0.2, 0.2, 0.2);
     glow["emissiveFactor"] = {0.2, 0.6, 1.0};
     glow["doubleSided"] = true;
   }
@@ -56,13 +56,13 @@ class StageBuilder {
   int mesh(const std::vector<float>& positions, const std::vector<uint16_t>& indices,
            int material) {
     const int accessor = gltf.add_accessor<float>("VEC3", positions);
-    std::vector<float> least(3, 1e9f), most(3, -1e9f);
+    std::vector<float> minimum(3, 1e9f), maximum(3, -1e9f);
     for (size_t i = 0; i < positions.size(); ++i) {
-      least[i % 3] = std::min(least[i % 3], positions[i]);
-      most[i % 3] = std::max(most[i % 3], positions[i]);
+      minimum[i % 3] = std::min(minimum[i % 3], positions[i]);
+      maximum[i % 3] = std::max(maximum[i % 3], positions[i]);
     }
-    gltf.root["accessors"][size_t(accessor)]["min"] = least;
-    gltf.root["accessors"][size_t(accessor)]["max"] = most;
+    gltf.root["accessors"][size_t(accessor)]["min"] = minimum;
+    gltf.root["accessors"][size_t(accessor)]["max"] = maximum;
     return gltf.add_mesh({{"attributes", {{"POSITION", accessor}}},
                           {"indices", gltf.add_accessor<uint16_t>("SCALAR", indices)},
                           {"material", material}});

@@ -77,7 +77,7 @@ struct ChiSquareSettings {
   double min_expected = 5;  // smaller bins are pooled (Cochran 1954)
   // Share of draws that may land where their own density is 0, because rounding moves points beyond
   // the edge of the support.
-  double zero_density_share = 1e-4;
+  double zero_density_fraction = 1e-4;
 };
 
 using ChiSquareSampler = std::function<std::optional<ChiSquarePoint>(TestRandom&)>;
@@ -194,7 +194,7 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
     weighted |= p->weight != 1;
     inside += 1;
   }
-  if (double(zero_density) > settings.zero_density_share * n)
+  if (double(zero_density) > settings.zero_density_fraction * n)
     return failure() << zero_density << " draws have density 0 themselves, the first is draw "
                      << first_zero;
 
@@ -224,11 +224,11 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
       statistic += square(o - e) / e;
       ++degrees;
     };
-    const double rest = std::max(0.0, n * (1 - mass));  // refused draws
-    if (rest >= settings.min_expected)
-      add(rest, n - inside);
+    const double expected_rejected = std::max(0.0, n * (1 - mass));  // refused draws
+    if (expected_rejected >= settings.min_expected)
+      add(expected_rejected, n - inside);
     else
-      pooled_expected += rest, pooled_observed += n - inside;
+      pooled_expected += expected_rejected, pooled_observed += n - inside;
     for (size_t i = 0; i < sum.size(); ++i) {
       const double term = square(sum[i] - expected[i]) / std::max(expected[i], 1.0);
       if (term > worst_term) worst_term = term, worst = i;

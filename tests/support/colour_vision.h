@@ -55,13 +55,13 @@ inline Triple cielab(const Rgb8& colour, const Matrix& vision = kVisions[0]) {
 inline double lightness(const Rgb8& colour) { return cielab(colour)[0]; }
 
 // The smallest CIE 1976 difference of two colours over all visions; 2.3 is just noticeable.
-inline double least_difference(const Rgb8& a, const Rgb8& b) {
-  double least = 1e9;
+inline double min_difference(const Rgb8& a, const Rgb8& b) {
+  double smallest = 1e9;
   for (const Matrix& vision : kVisions) {
     const Triple p = cielab(a, vision), q = cielab(b, vision);
-    least = std::min(least, std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]));
+    smallest = std::min(smallest, std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]));
   }
-  return least;
+  return smallest;
 }
 
 }  // namespace emberline::test

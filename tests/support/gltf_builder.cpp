@@ -42,8 +42,8 @@ int GltfBuilder::add_view(const void* bytes, size_t size, int stride) {
   return push("bufferViews", view);
 }
 
-int GltfBuilder::add_accessor_of(int view, int component_type, size_t count,
-                                 const std::string& type, bool normalized) {
+int GltfBuilder::add_accessor_for_view(int view, int component_type, size_t count,
+                                       const std::string& type, bool normalized) {
   json accessor = {
       {"bufferView", view}, {"componentType", component_type}, {"count", count}, {"type", type}};
   if (normalized) accessor["normalized"] = true;

@@ -62,12 +62,12 @@ class GltfBuilder {
   // A tightly packed accessor over a view of its own; returns its index.
   template <class T>
   int add_accessor(const std::string& type, const std::vector<T>& values, bool normalized = false) {
-    return add_accessor_of(add_view(values), component_type<T>(),
-                           values.size() / component_count(type), type, normalized);
+    return add_accessor_for_view(add_view(values), component_type<T>(),
+                                 values.size() / component_count(type), type, normalized);
   }
   // Adds an accessor over an existing view.
-  int add_accessor_of(int view, int component_type, size_t count, const std::string& type,
-                      bool normalized);
+  int add_accessor_for_view(int view, int component_type, size_t count, const std::string& type,
+                            bool normalized);
 
   // Appends to a top-level array; returns the new index.
   int push(const std::string& name, const json& value);

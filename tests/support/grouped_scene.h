@@ -22,10 +22,10 @@ struct GroupedScene {
 inline void turn_off(SceneEdits& edits, const LightGroup& group) {
   light(edits, group.kind, group.target.index).on = false;
 }
-inline SceneEdits all_off_but(const LightGroups& groups, int kept) {
+inline SceneEdits all_off_except(const LightGroups& groups, int group_on) {
   SceneEdits edits;
   for (int g = 0; g < groups.size(); ++g) {
-    if (g != kept) turn_off(edits, groups.list()[size_t(g)]);
+    if (g != group_on) turn_off(edits, groups.list()[size_t(g)]);
   }
   return edits;
 }

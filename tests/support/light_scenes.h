@@ -58,9 +58,9 @@ std::vector<PointLight> points_of(const Points&... points) {
   return result;
 }
 
-inline LightSampler make(Triangles triangles, std::vector<PointLight> points = {},
-                         std::shared_ptr<const EnvironmentLight> environment = nullptr,
-                         uint32_t threshold = 16) {
+inline LightSampler make_light_sampler(
+    Triangles triangles, std::vector<PointLight> points = {},
+    std::shared_ptr<const EnvironmentLight> environment = nullptr, uint32_t threshold = 16) {
   return LightSampler(std::move(triangles), std::move(points), std::move(environment), nullptr,
                       threshold);
 }

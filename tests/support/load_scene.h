@@ -6,7 +6,7 @@
 namespace emberline::test {
 
 inline SceneDescription load_scene(const FrameSettings& settings,
-                                   LoadProgress& progress = LoadProgress::unwatched()) {
+                                   LoadProgress& progress = LoadProgress::none()) {
   return SceneFile(settings, progress, true, false).pose(settings, {}, progress);
 }
 

@@ -16,7 +16,7 @@ struct Element {
   std::map<std::string, std::string> attributes;  // values with entities replaced
 };
 
-struct ReadMarkup {
+struct ParsedMarkup {
   std::string fault;  // empty if well formed
   std::vector<Element> elements;
   std::string text;  // between the tags, entities replaced
@@ -49,26 +49,26 @@ inline bool unescape(std::string_view from, std::string* to) {
 inline bool read_element(std::string_view tag, Element* element) {
   const size_t name_end = std::min(tag.find_first_of(" \n"), tag.size());
   element->name = tag.substr(0, name_end);
-  std::string_view rest = tag.substr(name_end);
-  while (!rest.empty()) {
-    const size_t begin = rest.find_first_not_of(" \n");
+  std::string_view remaining = tag.substr(name_end);
+  while (!remaining.empty()) {
+    const size_t begin = remaining.find_first_not_of(" \n");
     if (begin == std::string_view::npos) break;
-    const size_t equals = rest.find("=\"", begin);
+    const size_t equals = remaining.find("=\"", begin);
     if (begin == 0 || equals == std::string_view::npos) return false;
-    const size_t end = rest.find('"', equals + 2);
+    const size_t end = remaining.find('"', equals + 2);
     if (end == std::string_view::npos) return false;
-    const std::string name(rest.substr(begin, equals - begin));
+    const std::string name(remaining.substr(begin, equals - begin));
     if (name.empty() || name.find_first_of(" <>'&") != std::string::npos) return false;
     std::string value;
-    if (!unescape(rest.substr(equals + 2, end - equals - 2), &value)) return false;
+    if (!unescape(remaining.substr(equals + 2, end - equals - 2), &value)) return false;
     if (!element->attributes.emplace(name, value).second) return false;
-    rest.remove_prefix(end + 1);
+    remaining.remove_prefix(end + 1);
   }
   return !element->name.empty();
 }
 
-inline ReadMarkup read_markup(std::string_view html) {
-  ReadMarkup read;
+inline ParsedMarkup read_markup(std::string_view html) {
+  ParsedMarkup read;
   std::vector<std::string> open;
   const auto fail = [&](const std::string& what, size_t at) {
     read.fault = what + " at \"" + std::string(html.substr(at, 80)) + "\"";

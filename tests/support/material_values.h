@@ -27,9 +27,9 @@ inline SurfaceAttributes at(float u, float v) {
   return a;
 }
 
-inline TexelPlaces texels_of(const Material& material, const SurfaceAttributes& a,
-                             float u_texture) {
-  TexelPlaces texels;
+inline TexelPositions texels_of(const Material& material, const SurfaceAttributes& a,
+                                float u_texture) {
+  TexelPositions texels;
   material.find_texels(a, u_texture, &texels);
   return texels;
 }

@@ -25,8 +25,10 @@ std::shared_ptr<const TimeCurve<Value>> over_time(std::vector<float> times,
       TimeCurve<Value>{std::move(times), std::move(values)});
 }
 
-inline std::shared_ptr<const ShownTimes> shown_from(bool at_opening, std::vector<float> changes) {
-  return std::make_shared<const ShownTimes>(ShownTimes{at_opening, std::move(changes)});
+inline std::shared_ptr<const VisibilityTimes> visible_from(bool visible_at_open,
+                                                           std::vector<float> toggle_times) {
+  return std::make_shared<const VisibilityTimes>(
+      VisibilityTimes{visible_at_open, std::move(toggle_times)});
 }
 
 // A room with objects that turn by up to a quarter turn while moving straight, lamps that change,
@@ -42,11 +44,11 @@ class MovingScene {
     for (int i = 0; i < kSteps; ++i) times.push_back(double(i) / (kSteps - 1));
     return build(times);
   }
-  CameraDescription view_at(double time) const { return look({time}); }
-  CameraDescription view() const { return look({0, .5, 1}); }
+  CameraDescription view_at(double time) const { return camera_at({time}); }
+  CameraDescription view() const { return camera_at({0, .5, 1}); }
 
  private:
-  static CameraDescription look(const std::vector<double>& times) {
+  static CameraDescription camera_at(const std::vector<double>& times) {
     CameraDescription camera = perspective({0, .6, 3}, {0, .4, 0}, 50);
     camera.lens_radius = .03;
     camera.focus_distance = 3;
@@ -86,12 +88,12 @@ class MovingScene {
     place(
         b, ball(.3f, card),
         [](double t) { return scaling(.8 + .4 * t) * translation(.1, .2 + .3 * t, -.4); }, times);
-    const auto shown = shown_from(false, {.125f, .75f});
-    if (times.size() > 1 || shown->at(float(times[0]))) {
+    const auto visibility = visible_from(false, {.125f, .75f});
+    if (times.size() > 1 || visibility->at(float(times[0]))) {
       place(
           b, ball(.25f, metal(Rgb(.9f), 0)),
           [](double t) { return turned(-t) * translation(.8, .2, .2 + .4 * t); }, times);
-      if (times.size() > 1) b.description.instances.back().shown = shown;
+      if (times.size() > 1) b.description.instances.back().visibility = visibility;
     }
     place(
         b, ball(.08f, blinking(times)),
@@ -109,7 +111,7 @@ class MovingScene {
     const auto share =
         over_time<Rgb>({0, .25f, .25f, 1}, {Rgb(1.0f), Rgb(1.0f), {1, .2f, .2f}, {.5f, .1f, .1f}});
     if (times.size() > 1) {
-      lamp.emission_share = share;
+      lamp.emission_scale = share;
     } else {
       lamp.emission *= share->at(float(times[0]));
     }
@@ -140,14 +142,14 @@ class MovingScene {
     light.inner_cone = .3f;
     light.outer_cone = .8f;
     const auto cones = over_time<Vec2f>({0, 1}, {{.1f, .2f}, {.3f, .8f}});
-    const auto shown = shown_from(true, {.875f});
+    const auto visibility = visible_from(true, {.875f});
     if (times.size() > 1) {
       light.cones = cones;
-      light.shown = shown;
+      light.visibility = visibility;
     } else {
       light.inner_cone = cones->at(float(times[0])).x;
       light.outer_cone = cones->at(float(times[0])).y;
-      if (!shown->at(float(times[0]))) return;
+      if (!visibility->at(float(times[0]))) return;
     }
     b.description.lights.push_back(light);
   }

@@ -22,11 +22,11 @@ void MemorySink::tile_finished(const FilmTile& tile) {
         (size_t(y - image_.crop.y0) * size_t(image_.crop.width()) + size_t(r.x0 - image_.crop.x0)) *
         channels;
     std::copy_n(&pixels[from], size_t(r.width()) * channels, &image_.values[to]);
-    for (int x = r.x0; x < r.x1 && image_.light_groups > 0; ++x) keep_lights(tile, x, y);
+    for (int x = r.x0; x < r.x1 && image_.light_groups > 0; ++x) store_lights(tile, x, y);
   }
 }
 
-void MemorySink::keep_lights(const FilmTile& tile, int x, int y) {
+void MemorySink::store_lights(const FilmTile& tile, int x, int y) {
   const auto groups = size_t(image_.light_groups);
   for (size_t g = 0; g < groups; ++g) {
     image_.lights[image_.crop.index_of(x, y) * groups + g] =
@@ -43,9 +43,9 @@ RenderPlan plan_of(const RenderSettings& s) {
   RenderPlan plan(settings);
   plan.driver = &find_driver(s.driver);
   plan.driver_settings.adaptive = s.adaptive;
-  plan.even = s.driver != "adaptive" && s.adaptive.threshold <= 0.0f;
+  plan.is_uniform = s.driver != "adaptive" && s.adaptive.threshold <= 0.0f;
   plan.find_empty_pixels = s.find_empty_pixels;
-  if (!plan.even) plan.samples_per_pixel = s.adaptive.budget;
+  if (!plan.is_uniform) plan.samples_per_pixel = s.adaptive.budget;
   return plan;
 }
 
@@ -58,7 +58,8 @@ RenderedImage blank_image(const RenderPlan& plan) {
 }
 
 RenderedImage render(const Scene& scene, const CameraDescription& view, const RenderSettings& s,
-                     const LightGroups* groups, const std::function<void(const LivePicture*)>& look,
+                     const LightGroups* groups,
+                     const std::function<void(const LivePicture*)>& on_picture,
                      const SurfaceRoles* roles) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
   const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
@@ -77,7 +78,7 @@ RenderedImage render(const Scene& scene, const CameraDescription& view, const Re
     image.counters = job.render(sink, {}).counters;
     job.deliver(sink);
     image.error_estimate = job.error_estimate();
-    if (look) look(job.picture());
+    if (on_picture) on_picture(job.picture());
   });
 
   double sum = 0, sum2 = 0;

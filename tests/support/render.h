@@ -66,7 +66,7 @@ class MemorySink final : public RenderSink {
   void tile_finished(const FilmTile& tile) override;
 
  private:
-  void keep_lights(const FilmTile& tile, int x, int y);
+  void store_lights(const FilmTile& tile, int x, int y);
 
   RenderedImage& image_;
   std::mutex mutex_;
@@ -78,11 +78,11 @@ RenderPlan plan_of(const RenderSettings& s);
 // An image of the plan's frame with black pixels.
 RenderedImage blank_image(const RenderPlan& plan);
 
-// With `groups`, each light's contribution is kept separately. `look`, if given, receives the
+// With `groups`, each light's contribution is kept separately. `on_picture`, if given, receives the
 // driver's final picture, or null if the driver keeps none.
 RenderedImage render(const Scene& scene, const CameraDescription& view, const RenderSettings& s,
                      const LightGroups* groups = nullptr,
-                     const std::function<void(const LivePicture*)>& look = {},
+                     const std::function<void(const LivePicture*)>& on_picture = {},
                      const SurfaceRoles* roles = nullptr);
 
 // Expects the same bits in every channel of the pixels that both images contain.

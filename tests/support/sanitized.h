@@ -5,10 +5,10 @@ namespace emberline::test {
 
 // Tests multiply time limits by this, and skip limits on memory.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr double kSlower = 10.0;
+inline constexpr double kSanitizerSlowdown = 10.0;
 #else
-inline constexpr double kSlower = 1.0;
+inline constexpr double kSanitizerSlowdown = 1.0;
 #endif
-inline constexpr bool kSanitized = kSlower > 1.0;
+inline constexpr bool kSanitized = kSanitizerSlowdown > 1.0;
 
 }  // namespace emberline::test

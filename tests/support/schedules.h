@@ -11,8 +11,8 @@ namespace emberline::test {
 // `image(settings)` renders the frame: first with one thread, then with each driver and two numbers
 // of threads, then the crop alone.
 template <typename Image>
-void expect_same_bits_whoever_renders(const RenderSettings& settings, const Rect& crop,
-                                      const Image& image) {
+void expect_same_bits_with_every_driver(const RenderSettings& settings, const Rect& crop,
+                                        const Image& image) {
   RenderSettings s = settings;
   s.threads = 1;
   const RenderedImage expected = image(s);

@@ -19,7 +19,7 @@ class SessionOwner {
     session.on_change([this] {
       {
         const std::lock_guard lock(mutex_);
-        news_ = true;
+        has_changed_ = true;
       }
       changed_.notify_one();
     });
@@ -31,13 +31,14 @@ class SessionOwner {
   // Waits until `done()`, which is called after each piece of news. Returns false after `seconds`.
   bool wait(double seconds, const std::function<bool()>& done) {
     using Clock = std::chrono::steady_clock;
-    const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                        std::chrono::duration<double>(kSlower * seconds));
+    const auto end =
+        Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                           std::chrono::duration<double>(kSanitizerSlowdown * seconds));
     while (!done()) {
       if (Clock::now() >= end) return false;
       std::unique_lock lock(mutex_);
-      changed_.wait_until(lock, end, [&] { return news_; });
-      news_ = false;
+      changed_.wait_until(lock, end, [&] { return has_changed_; });
+      has_changed_ = false;
     }
     return true;
   }
@@ -67,7 +68,7 @@ class SessionOwner {
  private:
   std::mutex mutex_;
   std::condition_variable changed_;
-  bool news_ = false;
+  bool has_changed_ = false;
 };
 
 }  // namespace emberline::test

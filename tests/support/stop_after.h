@@ -17,9 +17,12 @@ namespace emberline::test {
 // delivered one in `image`.
 class StopAfter final : public RenderSink {
  public:
-  // If `bright`, no picture may contain a value of 0.
-  StopAfter(MemorySink& image, uint64_t samples, const Rect& crop, bool bright)
-      : image_(image), samples_(samples), bright_(bright), rgba_(4 * size_t(crop.area())) {}
+  // If `require_positive`, no picture may contain a value of 0.
+  StopAfter(MemorySink& image, uint64_t samples, const Rect& crop, bool require_positive)
+      : image_(image),
+        samples_(samples),
+        requires_positive_(require_positive),
+        rgba_(4 * size_t(crop.area())) {}
 
   void tile_finished(const FilmTile& tile) override { image_.tile_finished(tile); }
   void samples_finished(uint64_t count) override {
@@ -35,7 +38,7 @@ class StopAfter final : public RenderSink {
     picture.resolve(rgba_);
     for (size_t i = 0; i < rgba_.size(); ++i) {
       ASSERT_TRUE(std::isfinite(rgba_[i])) << "value " << i;
-      if (bright_) {
+      if (requires_positive_) {
         ASSERT_GT(rgba_[i], 0.0f) << "value " << i;
       }
     }
@@ -49,7 +52,7 @@ class StopAfter final : public RenderSink {
  private:
   MemorySink& image_;
   uint64_t samples_;
-  bool bright_;
+  bool requires_positive_;
   std::vector<float> rgba_;
   std::atomic<uint64_t> done_{0};
   std::stop_source stop_;

@@ -50,13 +50,13 @@ class TevPacketReader {
     for (unsigned char c; (c = byte()) != 0;) text += char(c);
     return text;
   }
-  float number_at(size_t index) const {  // index into the floats that begin here
+  float float_at(size_t index) const {  // index into the floats that begin here
     if (at_ + 4 * index + 4 > bytes_.size()) throw std::runtime_error("too few values");
     float value;
     std::memcpy(&value, &bytes_[at_ + 4 * index], 4);
     return value;
   }
-  size_t rest() const { return bytes_.size() - at_; }
+  size_t remaining_bytes() const { return bytes_.size() - at_; }
   unsigned char byte() {
     if (at_ >= bytes_.size()) throw std::runtime_error("a packet ends too soon");
     return bytes_[at_++];
@@ -78,7 +78,7 @@ inline void decode_create(TevPacketReader& packet, TevImages& images) {
     image.channels.push_back(packet.string());
     image.values[image.channels.back()].resize(size_t(image.width) * size_t(image.height));
   }
-  if (packet.rest() != 0) throw std::runtime_error("CreateImage is too long");
+  if (packet.remaining_bytes() != 0) throw std::runtime_error("CreateImage is too long");
 }
 
 inline void decode_update(TevPacketReader& packet, TevImages& images) {
@@ -99,12 +99,12 @@ inline void decode_update(TevPacketReader& packet, TevImages& images) {
   for (size_t c = 0; c < channels.size(); ++c) {
     std::vector<float>& values = image.values.at(channels[c]);
     for (int64_t i = 0; i < rect.area(); ++i) {
-      const size_t place =
+      const size_t pixel_index =
           size_t(rect.y_of(size_t(i))) * size_t(image.width) + size_t(rect.x_of(size_t(i)));
-      values[place] = packet.number_at(size_t(offsets[c] + i * strides[c]));
+      values[pixel_index] = packet.float_at(size_t(offsets[c] + i * strides[c]));
     }
   }
-  if (packet.rest() != channels.size() * size_t(rect.area()) * 4) {
+  if (packet.remaining_bytes() != channels.size() * size_t(rect.area()) * 4) {
     throw std::runtime_error("an update has another number of values than pixels");
   }
 }
@@ -127,17 +127,17 @@ inline void decode_tev_packet(const std::vector<unsigned char>& bytes, TevImages
 // Serves one connection, on its own thread, until the peer closes it.
 class TevServer {
  public:
-  struct Manners {
+  struct Behaviour {
     bool ipv6 = false;
-    bool reads = true;  // otherwise it accepts, but reads nothing until read_on()
+    bool reads = true;  // otherwise it accepts, but reads nothing until start_reading()
     size_t closes_after = std::numeric_limits<size_t>::max();  // bytes
     useconds_t pause_us = 0;                                   // before each check of the socket
   };
 
-  TevServer() : TevServer(Manners()) {}
-  explicit TevServer(const Manners& manners) : manners_(manners), reads_(manners.reads) {
-    listener_ = ::socket(manners.ipv6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    if (!manners.reads || manners.pause_us > 0) {
+  TevServer() : TevServer(Behaviour()) {}
+  explicit TevServer(const Behaviour& behaviour) : behaviour_(behaviour), reads_(behaviour.reads) {
+    listener_ = ::socket(behaviour.ipv6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (!behaviour.reads || behaviour.pause_us > 0) {
       // Small, so that the system buffers little for a peer that does not read.
       const int size = 4096;
       ::setsockopt(listener_, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
@@ -149,11 +149,11 @@ class TevServer {
     v4.sin_family = AF_INET;
     v4.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     auto* address =
-        manners.ipv6 ? reinterpret_cast<sockaddr*>(&v6) : reinterpret_cast<sockaddr*>(&v4);
-    socklen_t size = manners.ipv6 ? sizeof v6 : sizeof v4;
+        behaviour.ipv6 ? reinterpret_cast<sockaddr*>(&v6) : reinterpret_cast<sockaddr*>(&v4);
+    socklen_t size = behaviour.ipv6 ? sizeof v6 : sizeof v4;
     if (::bind(listener_, address, size) != 0 || ::listen(listener_, 1) != 0) return;
     ::getsockname(listener_, address, &size);
-    port_ = ntohs(manners.ipv6 ? v6.sin6_port : v4.sin_port);
+    port_ = ntohs(behaviour.ipv6 ? v6.sin6_port : v4.sin_port);
     thread_ = std::thread([this] { serve(); });
   }
   ~TevServer() {
@@ -166,10 +166,10 @@ class TevServer {
 
   int port() const { return port_; }  // 0 if this kind of network is missing
   std::string url() const {
-    return (manners_.ipv6 ? "tev://[::1]:" : "tev://127.0.0.1:") + std::to_string(port_);
+    return (behaviour_.ipv6 ? "tev://[::1]:" : "tev://127.0.0.1:") + std::to_string(port_);
   }
 
-  void read_on() { reads_ = true; }
+  void start_reading() { reads_ = true; }
 
   // Waits for the connection's end. Returns the first fault in the packets, or "".
   std::string wait() {
@@ -198,11 +198,11 @@ class TevServer {
     while (!reads_ && !stop_) ::usleep(1000);
     std::vector<unsigned char> bytes(1 << 16), pending;
     for (size_t total = 0; readable(socket);) {
-      ::usleep(manners_.pause_us);
+      ::usleep(behaviour_.pause_us);
       const ssize_t n = ::recv(socket, bytes.data(), bytes.size(), 0);
       if (n <= 0) break;
       total += size_t(n);
-      if (total >= manners_.closes_after) break;
+      if (total >= behaviour_.closes_after) break;
       pending.insert(pending.end(), bytes.begin(), bytes.begin() + n);
       decode(pending);
     }
@@ -228,7 +228,7 @@ class TevServer {
     pending.erase(pending.begin(), pending.begin() + ptrdiff_t(at));
   }
 
-  const Manners manners_;
+  const Behaviour behaviour_;
   int listener_ = -1;
   int port_ = 0;
   std::atomic<bool> reads_, stop_{false}, connected_{false};

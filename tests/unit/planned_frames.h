@@ -20,7 +20,8 @@ inline SyntheticFrame even_noise(int width, int height, uint64_t seed) {
 }
 
 // Settings with two streams, where counts need no steps; step_planner_test.cpp tests `nested`.
-inline AdaptiveSettings of_budget(uint32_t budget, ErrorMetric allocation = ErrorMetric::kMse) {
+inline AdaptiveSettings budget_settings(uint32_t budget,
+                                        ErrorMetric allocation = ErrorMetric::kMse) {
   AdaptiveSettings s;
   s.estimator = "two-stream";
   s.budget = budget;
@@ -29,7 +30,7 @@ inline AdaptiveSettings of_budget(uint32_t budget, ErrorMetric allocation = Erro
 }
 
 // Mean samples of a noise-free pixel in a frame of which one half is noisy.
-inline double samples_beside_noise(const AdaptiveSettings& settings) {
+inline double noiseless_samples(const AdaptiveSettings& settings) {
   SyntheticFrame frame(64, 64, 6, [](int x, int, TestRandom& random) {
     return x < 32 ? noisy(random, 0.5f, 0.2f) : SyntheticFrame::Sample{0.5f, 2};
   });
@@ -44,7 +45,7 @@ inline double samples_beside_noise(const AdaptiveSettings& settings) {
 }
 
 // Ratio of the samples of two halves, one with four times the other's deviation.
-inline double counts_at_four_times_the_noise(const AdaptiveSettings& settings) {
+inline double sample_ratio_by_noise(const AdaptiveSettings& settings) {
   SyntheticFrame frame(96, 48, 13, [](int x, int, TestRandom& random) {
     return noisy(random, 0.4f, x < 48 ? 0.03f : 0.12f);
   });
@@ -61,7 +62,7 @@ inline double counts_at_four_times_the_noise(const AdaptiveSettings& settings) {
 }
 
 // Ratio of the samples of two halves, one with a cost of 1.17 per sample and the other with 8.17.
-inline double counts_at_a_seventh_of_the_cost(const AdaptiveSettings& settings) {
+inline double sample_ratio_by_cost(const AdaptiveSettings& settings) {
   SyntheticFrame frame(96, 48, 12, [](int x, int, TestRandom& random) {
     return noisy(random, 0.4f, 0.1f, x < 48 ? 2 : 9);
   });
@@ -75,7 +76,7 @@ inline double counts_at_a_seventh_of_the_cost(const AdaptiveSettings& settings) 
 }
 
 // Samples of a uniformly noisy frame, relative to those that bring its error to the threshold.
-inline double spent_over_needed(const AdaptiveSettings& settings) {
+inline double spent_to_needed_ratio(const AdaptiveSettings& settings) {
   SyntheticFrame frame = even_noise(64, 64, 9);
   RoundPlanner planner(settings, 64, 64, 5);
   frame.render(planner);

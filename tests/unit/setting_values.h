@@ -8,7 +8,7 @@
 
 namespace emberline::test {
 
-inline const std::map<std::string, std::string>& other_values() {
+inline const std::map<std::string, std::string>& non_default_values() {
   static const std::map<std::string, std::string> values = {
       {"edits", "/look/edits.json"},
       {"variant", "2"},

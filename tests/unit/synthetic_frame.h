@@ -27,7 +27,7 @@ class SyntheticFrame {
         width_(width),
         seed_(seed),
         draw_(std::move(draw)),
-        have_(size_t(width) * size_t(height), 0) {
+        sample_counts_(size_t(width) * size_t(height), 0) {
     film_.reset({0, 0, width, height});
   }
 
@@ -35,28 +35,28 @@ class SyntheticFrame {
   static constexpr float kAlbedo = 0.5f, kNearness = 1.0f;
 
   // Adds samples in index order, streams in blocks of eight (samplers/sampler.h).
-  void bring_to(std::span<const uint32_t> targets) {
+  void add_samples_until(std::span<const uint32_t> targets) {
     const DenoiserFeatures seen = {Rgb(kAlbedo), Vec3f(0.0f, 0.0f, 1.0f), kNearness, 1.0f};
-    for (size_t i = 0; i < have_.size(); ++i) {
+    for (size_t i = 0; i < sample_counts_.size(); ++i) {
       const int x = int(i % size_t(width_)), y = int(i / size_t(width_));
-      for (; have_[i] < targets[i]; ++have_[i]) {
-        TestRandom random(seed_, (uint64_t(i) << 32) + have_[i]);
+      for (; sample_counts_[i] < targets[i]; ++sample_counts_[i]) {
+        TestRandom random(seed_, (uint64_t(i) << 32) + sample_counts_[i]);
         const Sample sample = draw_(x, y, random);
         const SampleValue value = {
             .radiance = Rgb(sample.radiance), .alpha = 1.0f, .rays = {.scatter = sample.rays - 1}};
-        film_.add(x, y, {value, 1.0f, int((have_[i] >> 3) & 1u), &seen});
+        film_.add(x, y, {value, 1.0f, int((sample_counts_[i] >> 3) & 1u), &seen});
       }
     }
   }
 
-  // Renders the pilot and all rounds until the planner ends. `look` is called before each round,
-  // when its targets are known.
-  template <typename Look>
-  void render(RoundPlanner& planner, const Look& look) {
-    bring_to(planner.targets());
+  // Renders the pilot and all rounds until the planner ends. `on_round` is called before each
+  // round, when its targets are known.
+  template <typename OnRound>
+  void render(RoundPlanner& planner, const OnRound& on_round) {
+    add_samples_until(planner.targets());
     while (planner.plan(film_)) {
-      look();
-      bring_to(planner.targets());
+      on_round();
+      add_samples_until(planner.targets());
     }
   }
   void render(RoundPlanner& planner) {
@@ -64,12 +64,14 @@ class SyntheticFrame {
   }
 
   const FilmTile& film() const { return film_; }
-  std::span<const uint32_t> counts() const { return have_; }
-  uint32_t count(int x, int y) const { return have_[size_t(y) * size_t(width_) + size_t(x)]; }
+  std::span<const uint32_t> counts() const { return sample_counts_; }
+  uint32_t count(int x, int y) const {
+    return sample_counts_[size_t(y) * size_t(width_) + size_t(x)];
+  }
   double mean_count() const {
     double sum = 0;
-    for (const uint32_t n : have_) sum += n;
-    return sum / double(have_.size());
+    for (const uint32_t n : sample_counts_) sum += n;
+    return sum / double(sample_counts_.size());
   }
 
  private:
@@ -77,7 +79,7 @@ class SyntheticFrame {
   int width_;
   uint64_t seed_;
   Draw draw_;
-  std::vector<uint32_t> have_;
+  std::vector<uint32_t> sample_counts_;
 };
 
 }  // namespace emberline::test

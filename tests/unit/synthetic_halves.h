@@ -41,7 +41,7 @@ class SyntheticHalves {
 
   // Shares each pixel's samples equally with its 3 x 3 neighbours: except at the border, a pixel's
   // value is their mean.
-  void share_evenly() {
+  void blur_with_neighbours() {
     shared_ = colour_;
     for (size_t s = 0; s < 2; ++s) {
       for (int y = 1; y + 1 < height_; ++y) {
@@ -57,7 +57,7 @@ class SyntheticHalves {
     }
   }
 
-  void share_with_none() { shared_ = {}; }
+  void clear_shared() { shared_ = {}; }
 
   std::vector<float>& shared(size_t half) { return shared_[half]; }
   std::vector<float>& colour(size_t half) { return colour_[half]; }

@@ -11,7 +11,7 @@ import time
 import zlib
 
 # Sanitized builds and busy machines are slow.
-PATIENCE_S = float(os.environ.get("EMBERLINE_VIEW_PATIENCE", "60"))
+TIMEOUT_S = float(os.environ.get("EMBERLINE_VIEW_PATIENCE", "60"))
 
 
 def missing_programs():
@@ -40,7 +40,7 @@ class Display:
 
     def xdotool(self, *words):
         result = subprocess.run(["xdotool", *map(str, words)], env=self.environment, text=True,
-                                capture_output=True, timeout=PATIENCE_S)
+                                capture_output=True, timeout=TIMEOUT_S)
         return result.stdout.strip()
 
     def close(self):
@@ -81,7 +81,7 @@ class Window:
         self.update()
         return next((e for e in reversed(self.events) if e["event"] == name), None)
 
-    def wait_for(self, name, accept=lambda event: True, since=0, seconds=PATIENCE_S):
+    def wait_for(self, name, accept=lambda event: True, since=0, seconds=TIMEOUT_S):
         """Returns the first event of that name, from number `since` on, that `accept` accepts."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
@@ -150,7 +150,7 @@ class Window:
 
     # ---- exit
 
-    def end(self, send=None, seconds=PATIENCE_S):
+    def end(self, send=None, seconds=TIMEOUT_S):
         """Returns the exit code after ctrl+Q or a signal."""
         if self.process.poll() is None:
             if send is None:

@@ -128,12 +128,12 @@ class WindowTest(unittest.TestCase):
             window.move_to_pixel(x, y)
             time.sleep(0.3)
             window.key("ctrl+c")
-            told = window.wait_for("pixel", since=since)
-            self.assertEqual((told["x"], told["y"]), (x, y))
-            for told_value, value in zip(told["rgb"], values[x, y], strict=True):
-                self.assertAlmostEqual(told_value, value, delta=1e-5 * max(1, abs(value)))
-            self.assertTrue(told["known"])
-            self.assertEqual(told["samples"], 4)
+            event = window.wait_for("pixel", since=since)
+            self.assertEqual((event["x"], event["y"]), (x, y))
+            for event_value, value in zip(event["rgb"], values[x, y], strict=True):
+                self.assertAlmostEqual(event_value, value, delta=1e-5 * max(1, abs(value)))
+            self.assertTrue(event["known"])
+            self.assertEqual(event["samples"], 4)
 
     def test_explains_a_pixel(self):
         window = self.finished(*small(driver="adaptive", spp=24))
@@ -154,8 +154,8 @@ class WindowTest(unittest.TestCase):
         window.screenshot()  # when it comes, the move before it is dealt with
         self.assertFalse([e for e in window.events[since:] if e["event"] == "explanation"])
         window.display.xdotool("click", 1)
-        told = window.wait_for("explanation", since=since)
-        self.assertEqual((told["x"], told["y"]), (150, 10))
+        event = window.wait_for("explanation", since=since)
+        self.assertEqual((event["x"], event["y"]), (150, 10))
         before = window.screenshot()
         window.key("F3")
         time.sleep(0.3)
@@ -366,8 +366,8 @@ class WindowTest(unittest.TestCase):
         for key, expected in (("period", 1 / 24), ("period", 2 / 24), ("comma", 1 / 24)):
             since = window.mark()
             window.key(key)
-            told = window.wait_for("edits", lambda e: e["time"] is not None, since)
-            self.assertAlmostEqual(told["time"], expected, delta=1e-9)
+            event = window.wait_for("edits", lambda e: e["time"] is not None, since)
+            self.assertAlmostEqual(event["time"], expected, delta=1e-9)
             window.wait_until_finished(since)
             pictures.append(window.screenshot()[2])
         self.assertNotEqual(pictures[0], pictures[2])
@@ -395,8 +395,8 @@ class WindowTest(unittest.TestCase):
         since = window.mark()
         window.key("k", "period")
         window.drag((-60, 10))
-        told = window.wait_for("edits", since=since)
-        self.assertIsNone(told["time"])
+        event = window.wait_for("edits", since=since)
+        self.assertIsNone(event["time"])
 
     def window_of_a_copy(self):
         """A window with a copied scene that edits can be saved beside and that may be replaced."""
@@ -427,9 +427,9 @@ class WindowTest(unittest.TestCase):
         time.sleep(0.3)
         since = window.mark()
         window.key("ctrl+c")
-        told = window.wait_for("pixel", since=since)
-        for told_value, value in zip(told["rgb"], self.values_of(exr)[70, 50], strict=True):
-            self.assertAlmostEqual(told_value, value, delta=1e-5 * max(1, abs(value)))
+        event = window.wait_for("pixel", since=since)
+        for event_value, value in zip(event["rgb"], self.values_of(exr)[70, 50], strict=True):
+            self.assertAlmostEqual(event_value, value, delta=1e-5 * max(1, abs(value)))
 
     def test_saving_replaces_nothing_unasked(self):
         box, window = self.window_of_a_copy()
@@ -437,8 +437,8 @@ class WindowTest(unittest.TestCase):
         mine.write_text("last week's")
         since = window.mark()
         window.key("ctrl+s")
-        told = window.wait_for("message", lambda e: "Edits saved" in e["text"], since)
-        self.assertEqual(told["text"], f"Edits saved: {box.with_name('box-2.edits.json')}")
+        event = window.wait_for("message", lambda e: "Edits saved" in e["text"], since)
+        self.assertEqual(event["text"], f"Edits saved: {box.with_name('box-2.edits.json')}")
         self.assertEqual(mine.read_text(), "last week's")
         picture = box.with_name("frame.png")
         picture.write_text("last week's")
@@ -457,12 +457,12 @@ class WindowTest(unittest.TestCase):
         self.choose_in_dialog(window, "ctrl+shift+s", other)
         time.sleep(1)
         window.key("Return")
-        told = window.wait_for("message", lambda e: "other.png" in e["text"], since)
-        self.assertIn("the scene reads", told["text"])
+        event = window.wait_for("message", lambda e: "other.png" in e["text"], since)
+        self.assertIn("the scene reads", event["text"])
         self.assertEqual(other.read_bytes(), before)
         for option in ("--journal", "--measure", "--screenshot"):
             run = subprocess.run([BINARY, "view", str(box), option, str(other)], capture_output=True, text=True,
-                                 env=self.display.environment, timeout=screens.PATIENCE_S)
+                                 env=self.display.environment, timeout=screens.TIMEOUT_S)
             self.assertEqual((run.returncode, run.stderr.count("\n")), (2, 1), run.stderr)
             self.assertIn("it is the scene", run.stderr)
             self.assertEqual(other.read_bytes(), before)
@@ -481,7 +481,7 @@ class WindowTest(unittest.TestCase):
         for option, name in (("--journal", "a.bin"), ("--screenshot", "a.png")):
             run = subprocess.run([BINARY, "view", str(folder / "a.gltf"), *map(str, small()[1:]), "--forget", option,
                                   str(folder / name)], capture_output=True, text=True,
-                                 env=self.display.environment, timeout=screens.PATIENCE_S)
+                                 env=self.display.environment, timeout=screens.TIMEOUT_S)
             self.assertEqual(run.returncode, 2, run.stderr)
             self.assertIn("the scene reads", run.stderr)
             self.assertEqual((folder / "a.bin").read_bytes(), before)
@@ -499,11 +499,11 @@ class WindowTest(unittest.TestCase):
                      lambda: window.key("f")):
             since = window.mark()
             move()
-            told = window.wait_for("edits", lambda e: e["camera"], since)
+            event = window.wait_for("edits", lambda e: e["camera"], since)
             window.wait_until_finished(since)
-            told = window.last("edits")
-            self.assertTrue(told["mirrored"])
-            heights.append(told["orthographic_height"])
+            event = window.last("edits")
+            self.assertTrue(event["mirrored"])
+            heights.append(event["orthographic_height"])
         self.assertTrue(all(abs(h - 540) < 1e-9 for h in heights[:3]), heights)
         self.assertLess(heights[3], 500)
         since = window.mark()
@@ -695,7 +695,7 @@ class WindowTest(unittest.TestCase):
         folder = pathlib.Path(self.window_folder())
         run = subprocess.run([BINARY, "view", *map(str, small()), "--journal", "/dev/full", "--screenshot",
                               str(folder / "window.png")], capture_output=True, text=True,
-                             env=dict(self.display.environment, XDG_CONFIG_HOME=str(folder)), timeout=screens.PATIENCE_S)
+                             env=dict(self.display.environment, XDG_CONFIG_HOME=str(folder)), timeout=screens.TIMEOUT_S)
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertEqual(run.stderr.count("the journal ends here: cannot write /dev/full"), 1, run.stderr)
         self.assertGreater(screens.read_png(folder / "window.png")[0], 0)
@@ -705,7 +705,7 @@ class WindowTest(unittest.TestCase):
         script = folder / "script.json"
         script.write_text('[{"at_s": 0.2, "edit": {"orbit": [20, 0]}}, {"at_s": 0.5, "edit": {"light": 0, "intensity": 2}}]')
         window = self.window(*small(spp=None), "--measure", folder / "m.json", "--measure-script", script)
-        self.assertEqual(window.process.wait(screens.PATIENCE_S), 0)
+        self.assertEqual(window.process.wait(screens.TIMEOUT_S), 0)
         result = json.loads((folder / "m.json").read_text())
         self.assertTrue(result["complete"])
         self.assertEqual([e["what"] for e in result["edits"]], ["camera", "light"])

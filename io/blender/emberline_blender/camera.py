@@ -3,7 +3,7 @@ import math
 
 from mathutils import Matrix, Vector
 
-from .command import Refused
+from .command import EmberlineError
 from .glb import point
 
 
@@ -16,7 +16,7 @@ class View:
         self.width, self.height, self.crop, self.edit, self.placed = width, height, crop, edit, placed
         self.left, self.bottom = left, bottom
 
-    def follow(self, glb, animation, views):
+    def animate(self, glb, animation, views):
         """If one of `views`, one per moment, differs from this one, turns the view into a moving camera of
         the file. Returns the new nodes."""
         angles = [view.edit.get("fov_y") for view in views]
@@ -25,7 +25,7 @@ class View:
         if "fov_y" in self.edit:
             lens = {"type": "perspective", "perspective": {"yfov": math.radians(self.edit["fov_y"]), "znear": 0.01}}
             if angles.count(angles[0]) < len(angles):
-                animation.point_at("/cameras/0/perspective/yfov", [math.radians(angle) for angle in angles])
+                animation.animate_value("/cameras/0/perspective/yfov", [math.radians(angle) for angle in angles])
         else:
             half = self.edit["orthographic_height"] / 2
             lens = {"type": "orthographic", "orthographic": {"ymag": half, "xmag": half * self.width / self.height, "znear": 0, "zfar": 1e6}}
@@ -42,14 +42,14 @@ def pixels(render):
     width = render.resolution_x * render.resolution_percentage // 100
     height = render.resolution_y * render.resolution_percentage // 100
     if width < 1 or height < 1:
-        raise Refused("Emberline: the frame has no pixels; increase the resolution")
+        raise EmberlineError("Emberline: the frame has no pixels; increase the resolution")
     border = (0, 0, width, height)
     if render.use_border:
         x0, x1 = int(render.border_min_x * width), int(render.border_max_x * width)
         y0, y1 = int(render.border_min_y * height), int(render.border_max_y * height)
         border = (x0, height - y1, x1, height - y0)
         if x0 >= x1 or y0 >= y1:
-            raise Refused("Emberline: the render region has no pixels; make it larger")
+            raise EmberlineError("Emberline: the render region has no pixels; make it larger")
     return width, height, border
 
 
@@ -78,11 +78,11 @@ def _up(top):
 def view(depsgraph):
     scene = depsgraph.scene_eval
     if not scene.camera:
-        raise Refused("Emberline: the scene has no camera; set one in Scene Properties")
+        raise EmberlineError("Emberline: the scene has no camera; set one in Scene Properties")
     placed = scene.camera.evaluated_get(depsgraph)
     camera = placed.data
     if placed.type != "CAMERA" or camera.type not in ("PERSP", "ORTHO"):
-        raise Refused(f"Emberline: camera '{placed.name}' is not supported; its type must be Perspective or Orthographic")
+        raise EmberlineError(f"Emberline: camera '{placed.name}' is not supported; its type must be Perspective or Orthographic")
     width, height, border = pixels(scene.render)
 
     fit = camera.sensor_fit
@@ -96,7 +96,7 @@ def view(depsgraph):
     right, up = round(2 * camera.shift_x * fitted), round(2 * camera.shift_y * fitted)
     whole = (width + abs(right), height + abs(up))
     if max(whole) > 65536:
-        raise Refused(f"Emberline: camera '{placed.name}' is shifted too far; reduce Shift X and Y")
+        raise EmberlineError(f"Emberline: camera '{placed.name}' is shifted too far; reduce Shift X and Y")
     x0, y0 = max(right, 0), max(-up, 0)
     crop = (border[0] + x0, border[1] + y0, border[2] + x0, border[3] + y0)
 
@@ -105,21 +105,21 @@ def view(depsgraph):
     # Ignores the scale of the camera's object, as Cycles does.
     back, top = matrix.col[2].normalized(), matrix.col[1].normalized()
     if not (back.length > 0 and top.length > 0 and all(map(math.isfinite, eye))):
-        raise Refused(f"Emberline: camera '{placed.name}' has a scale of 0; change its scale")
+        raise EmberlineError(f"Emberline: camera '{placed.name}' has a scale of 0; change its scale")
     edit = {"look_from": point(eye), "look_at": point(Vector(eye) - back), "up": _up(top)}
     right = top.cross(back).normalized()
     if matrix.determinant() < 0:
         edit["mirrored"] = True
         right = -right
-    placed_plainly = Matrix((right, top, back)).transposed().to_4x4()
-    placed_plainly.translation = eye
+    camera_matrix = Matrix((right, top, back)).transposed().to_4x4()
+    camera_matrix.translation = eye
     if camera.type == "ORTHO":
         edit["orthographic_height"] = camera.ortho_scale * whole[1] / fitted
-        return View(*whole, crop, edit, placed_plainly)
+        return View(*whole, crop, edit, camera_matrix)
     slope = 0.5 * sensor / camera.lens * whole[1] / fitted
     edit["fov_y"] = math.degrees(2 * math.atan(slope))
     _add_lens(edit, slope, placed, depsgraph)
-    return View(*whole, crop, edit, placed_plainly)
+    return View(*whole, crop, edit, camera_matrix)
 
 
 def _region_border(context, depsgraph, width, height):
@@ -144,7 +144,7 @@ def _region_border(context, depsgraph, width, height):
         return 0, 0, width, height
     x0, x1, y0, y1 = max(x0, 0), min(x1, width), max(y0, 0), min(y1, height)
     if x0 >= x1 or y0 >= y1:
-        raise Refused("Emberline: the render region is outside the view")
+        raise EmberlineError("Emberline: the render region is outside the view")
     return x0, y0, x1, y1
 
 
@@ -161,7 +161,7 @@ def region_view(context, depsgraph):
     more_x, more_y = round(abs(axis[0]) * width), round(abs(axis[1]) * height)
     whole = (width + more_x, height + more_y)
     if max(whole) > 32768:
-        raise Refused("Emberline: the view is zoomed in too far; zoom out")
+        raise EmberlineError("Emberline: the view is zoomed in too far; zoom out")
     x0, y0 = more_x if axis[0] < 0 else 0, more_y if axis[1] > 0 else 0
     crop = (x0 + left, y0 + height - top_edge, x0 + right_edge, y0 + height - bottom)
 

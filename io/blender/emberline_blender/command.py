@@ -12,7 +12,7 @@ import numpy
 from . import guard
 
 
-class Refused(Exception):
+class EmberlineError(Exception):
     """Nothing can be rendered; the message is one line for the user."""
 
 
@@ -22,14 +22,14 @@ def find(preferred=""):
     if preferred:
         found = shutil.which(preferred)
         if not found:
-            raise Refused(f"Emberline: {preferred} is not a program; change the path in Preferences > Add-ons > Emberline")
+            raise EmberlineError(f"Emberline: {preferred} is not a program; change the path in Preferences > Add-ons > Emberline")
         return found
     here = os.path.dirname(os.path.abspath(__file__))
     for folder in (None, here, os.path.join(here, "bin"), os.path.dirname(here)):
         found = shutil.which(name) if folder is None else shutil.which(os.path.join(folder, name))
         if found:
             return found
-    raise Refused("Emberline: the program was not found on PATH or beside the add-on; set its path in Preferences > Add-ons > Emberline")
+    raise EmberlineError("Emberline: the program was not found on PATH or beside the add-on; set its path in Preferences > Add-ons > Emberline")
 
 
 def environment():
@@ -120,7 +120,7 @@ class Process:
                     env=environment(),
                 )
         except OSError as error:
-            raise Refused(f"Emberline: {arguments[0]} cannot be started: {error.strerror}") from error
+            raise EmberlineError(f"Emberline: {arguments[0]} cannot be started: {error.strerror}") from error
         guard.watch(self._child.pid)
 
     def wait(self, seconds):
@@ -149,7 +149,7 @@ class Process:
         """One line that describes the error."""
         with open(self._log, encoding="utf-8", errors="replace") as file:
             lines = [line.strip() for line in file if line.strip()]
-        said = next((line for line in reversed(lines) if "error" in line.lower()), lines[-1] if lines else "")
+        message = next((line for line in reversed(lines) if "error" in line.lower()), lines[-1] if lines else "")
         if code < 0:
-            return f"Emberline crashed (signal {-code})" + (f": {said}" if said else "")
-        return f"Emberline failed (exit code {code})" + (f": {said}" if said else "")
+            return f"Emberline crashed (signal {-code})" + (f": {message}" if message else "")
+        return f"Emberline failed (exit code {code})" + (f": {message}" if message else "")

@@ -11,11 +11,11 @@ from concurrent import futures
 import bpy
 
 from . import camera, command, exr, guard, limits, motion, passes, settings, versions, viewport, world
-from .command import Refused
+from .command import EmberlineError
 from .scene_export import Export
 
-_LOOK = 0.1  # seconds between two checks for Esc
-_SHOW = 0.25  # seconds between two picture updates
+_POLL_SECONDS = 0.1  # seconds between two checks for Esc
+_UPDATE_SECONDS = 0.25  # seconds between two picture updates
 
 
 class _Cancelled(Exception):
@@ -46,7 +46,7 @@ def _on_main_thread(engine, function):
             future.set_exception(error)
 
     _main_thread_jobs.put(job)
-    while not futures.wait((future,), _LOOK).done:
+    while not futures.wait((future,), _POLL_SECONDS).done:
         if engine.test_break():
             future.cancel()
             raise _Cancelled
@@ -81,7 +81,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
 
     def update_render_passes(self, scene, renderlayer):
         self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
-        for name, channels, kind in passes.wanted(scene, renderlayer):
+        for name, channels, kind in passes.requested_passes(scene, renderlayer):
             self.register_pass(scene, renderlayer, name, len(channels), channels, kind)
 
     def render(self, depsgraph):
@@ -90,7 +90,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             self._render(depsgraph, folder)
         except _Cancelled:
             pass
-        except (Refused, exr.BadFile, OSError) as fault:
+        except (EmberlineError, exr.ExrError, OSError) as fault:
             self._fail(str(fault))
         except Exception as fault:  # a bug here, or an image that lacks a layer: an empty frame needs an explanation
             traceback.print_exc()
@@ -100,13 +100,13 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
 
     def _fail(self, line):
         self.report({"ERROR"}, line)
-        if not versions.REPORTS_SHOW:
+        if not versions.REPORT_SHOWS_ERRORS:
             self.error_set(line)
 
     def _render(self, depsgraph, folder):
         scene, layer = depsgraph.scene, depsgraph.view_layer
         if scene.render.use_multiview:
-            raise Refused("Emberline: stereo is not supported; turn off Output Properties > Stereoscopy")
+            raise EmberlineError("Emberline: stereo is not supported; turn off Output Properties > Stereoscopy")
         program = command.find(settings.preferred_command())
         view = camera.view(depsgraph)
         for name, line in limits.missing_libraries():
@@ -116,11 +116,11 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         def export():
             shutter = motion.Shutter(self, scene) if scene.render.use_motion_blur else None
             exported = Export(depsgraph, folder, passes.light_groups(layer), shutter=shutter)
-            versions.data_were_made(depsgraph)
+            versions.update_after_export(depsgraph)
             return exported, world.options(depsgraph.scene_eval.world, folder)
 
         exported, light = _on_main_thread(self, export)
-        for line in exported.said:
+        for line in exported.warnings:
             self.report({"WARNING"}, f"Emberline: {line}")
         view = exported.view or view
         groups = dict(exported.groups)
@@ -138,7 +138,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         arguments += motion.OPTIONS if exported.moves else []
         arguments += ["--holdout", exported.holdout] if exported.holdout else []
         try:
-            self._watch(command.Process(arguments, folder), viewer, view.crop, layer)
+            self._wait_for_frame(command.Process(arguments, folder), viewer, view.crop, layer)
         finally:
             viewer.close()
         self._finish(frame, report, groups, scene, layer)
@@ -146,28 +146,28 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
     def _result(self, layer, crop):
         return self.begin_result(0, 0, crop[2] - crop[0], crop[3] - crop[1], layer=layer.name)
 
-    def _watch(self, process, viewer, crop, layer):
+    def _wait_for_frame(self, process, viewer, crop, layer):
         """Waits for the end of the frame. Esc kills the process; its files go with our folder."""
         shown = time.monotonic()
         result = self._result(layer, crop)
         code = None
         try:
             while code is None:
-                code = process.wait(_LOOK)
+                code = process.wait(_POLL_SECONDS)
                 if self.test_break():
                     raise _Cancelled
-                if time.monotonic() - shown >= _SHOW:
-                    self._show(viewer.take(), result, crop)
-                    self._tell(process.progress())
+                if time.monotonic() - shown >= _UPDATE_SECONDS:
+                    self._show_picture(viewer.take(), result, crop)
+                    self._show_progress(process.progress())
                     shown = time.monotonic()
         finally:
             if code is None:
                 process.kill()
             self.end_result(result, cancel=code != 0)
         if code != 0:
-            raise Refused(process.fault(code))
+            raise EmberlineError(process.fault(code))
 
-    def _show(self, picture, result, crop):
+    def _show_picture(self, picture, result, crop):
         if picture is None:
             return
         x0, y0, x1, y1 = crop
@@ -175,7 +175,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         passes.fill(result.layers[0], "Combined", [part[:, :, c] for c in range(4)])
         self.update_result(result)
 
-    def _tell(self, progress):
+    def _show_progress(self, progress):
         done = progress.get("done") or 0.0
         self.update_progress(min(max(done, 0.0), 1.0))
         left = progress.get("left_s")
@@ -190,8 +190,8 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         result = self._result(layer, (0, 0, width, height))
         passes.put(result.layers[0], scene, layer, planes, groups)
         self.end_result(result)
-        passes.put_cryptomatte_names(self.get_result(), layer, texts)
-        limits.note_report(scene, report)
+        passes.store_cryptomatte_names(self.get_result(), layer, texts)
+        limits.store_report_warnings(scene, report)
         try:
             shutil.move(frame, guard.last_frame())
         except OSError:

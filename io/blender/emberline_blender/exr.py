@@ -9,7 +9,7 @@ import numpy
 _TYPES = {0: numpy.dtype("<u4"), 1: numpy.dtype("<f2"), 2: numpy.dtype("<f4")}
 
 
-class BadFile(Exception):
+class ExrError(Exception):
     pass
 
 
@@ -42,7 +42,7 @@ def read(path):
     try:
         return _read(data)
     except (ValueError, IndexError, KeyError, struct.error) as error:
-        raise BadFile(f"{path}: the add-on cannot read this EXR file: {error}") from error
+        raise ExrError(f"{path}: the add-on cannot read this EXR file: {error}") from error
 
 
 def _read(data):

@@ -12,7 +12,7 @@ class Glb:
     def __init__(self, path=None):
         self.json = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}]}
         self.buffer = bytearray()
-        self._bare = None
+        self._default_material = None
         if path:
             self._read(path)
 
@@ -53,10 +53,10 @@ class Glb:
     _LISTS = ("accessors", "bufferViews", "materials", "meshes")
 
     def end(self):
-        """The current sizes, for cut()."""
+        """The current sizes, for truncate()."""
         return len(self.buffer), {member: len(self.json.get(member, ())) for member in self._LISTS}
 
-    def cut(self, end):
+    def truncate(self, end):
         """Removes additions since end(), except extensionsUsed, and all nodes, cameras, animations and extensions."""
         del self.buffer[end[0] :]
         for member, count in end[1].items():
@@ -90,20 +90,20 @@ class Glb:
     def add_indices(self, triangles):
         return self._accessor(numpy.ascontiguousarray(triangles, "<u4").ravel(), 5125, "SCALAR")
 
-    def bare_material(self):
+    def default_material(self):
         """Blender's default grey, for faces without a material."""
-        if self._bare is None:
+        if self._default_material is None:
             plain = {"baseColorFactor": [0.8, 0.8, 0.8, 1], "metallicFactor": 0, "roughnessFactor": 1}
             self.use("KHR_materials_specular")
-            self._bare = self.add(
+            self._default_material = self.add(
                 "materials", {"pbrMetallicRoughness": plain, "extensions": {"KHR_materials_specular": {"specularFactor": 0}}}
             )
-        return self._bare
+        return self._default_material
 
     def add_emitter(self, name, points, triangles, radiance):
         """Adds a mesh that emits `radiance` from the front of its triangles and reflects nothing."""
-        most = max(radiance)
-        emission = {"emissiveFactor": [c / most for c in radiance]} if most > 0 else {}
+        peak = max(radiance)
+        emission = {"emissiveFactor": [c / peak for c in radiance]} if peak > 0 else {}
         material = {
             "name": name,
             "pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0, "roughnessFactor": 1},
@@ -111,9 +111,9 @@ class Glb:
             **emission,
         }
         self.use("KHR_materials_specular")
-        if most > 0:
+        if peak > 0:
             self.use("KHR_materials_emissive_strength")
-            material["extensions"]["KHR_materials_emissive_strength"] = {"emissiveStrength": most}
+            material["extensions"]["KHR_materials_emissive_strength"] = {"emissiveStrength": peak}
         primitive = {
             "attributes": {"POSITION": self.add_vectors(points, bounds=True)},
             "indices": self.add_indices(triangles),

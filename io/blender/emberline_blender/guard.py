@@ -12,13 +12,13 @@ import tempfile
 import threading
 
 _lock = threading.Lock()
-_guard = None  # the helper process
+_helper = None  # the helper process
 _folder = None
 
 
 def folder():
     """Returns a new private folder, which is removed with Blender at the latest."""
-    global _guard, _folder
+    global _helper, _folder
     with _lock:
         if not _folder or not os.path.isdir(_folder):
             stop()
@@ -26,7 +26,7 @@ def folder():
             arguments = [sys.executable, "-I", "-S", os.path.abspath(__file__), _folder]
             try:
                 # A new session, so that Ctrl-C in Blender's terminal does not reach it.
-                _guard = subprocess.Popen(
+                _helper = subprocess.Popen(
                     arguments,
                     bufsize=0,
                     stdin=subprocess.PIPE,
@@ -35,7 +35,7 @@ def folder():
                     start_new_session=True,
                 )
             except OSError:
-                _guard = None  # then files stay behind only if Blender is killed
+                _helper = None  # then files stay behind only if Blender is killed
         return tempfile.mkdtemp(dir=_folder)
 
 
@@ -44,36 +44,36 @@ def last_frame():
     return os.path.join(_folder or tempfile.gettempdir(), "emberline-last-frame.exr")
 
 
-def _tell(sign, child):
+def _notify_helper(sign, child):
     with _lock:
         try:
-            if _guard:
-                _guard.stdin.write(b"%c%d\n" % (sign, child))
+            if _helper:
+                _helper.stdin.write(b"%c%d\n" % (sign, child))
         except (OSError, ValueError):
             pass  # the helper has ended
 
 
 def watch(child):
-    _tell(b"+", child)
+    _notify_helper(b"+", child)
 
 
 def forget(child):
-    _tell(b"-", child)
+    _notify_helper(b"-", child)
 
 
 def stop():
     """Cleans up as at the end of Blender."""
-    global _guard, _folder
-    if _guard:
-        ended, _guard = _guard, None
+    global _helper, _folder
+    if _helper:
+        ended, _helper = _helper, None
         ended.stdin.close()
         ended.wait()
     if _folder:
         shutil.rmtree(_folder, ignore_errors=True)
-    _guard = _folder = None
+    _helper = _folder = None
 
 
-def _stand_guard(path):
+def _run_helper(path):
     children = set()
     for line in sys.stdin.buffer:
         (children.add if line[:1] == b"+" else children.discard)(int(line[1:]))
@@ -86,4 +86,4 @@ def _stand_guard(path):
 
 
 if __name__ == "__main__":
-    _stand_guard(sys.argv[1])
+    _run_helper(sys.argv[1])

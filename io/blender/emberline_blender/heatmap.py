@@ -37,7 +37,7 @@ class EMBERLINE_OT_heatmap(bpy.types.Operator):
             picture = os.path.join(folder, "heatmap.png")
             try:
                 program = command.find(settings.preferred_command())
-            except command.Refused as fault:
+            except command.EmberlineError as fault:
                 self.report({"ERROR"}, str(fault))
                 return {"CANCELLED"}
             arguments = [program, "heatmap", guard.last_frame(), "-o", picture, "--of", self.of, "--colors", "inferno"]
@@ -45,8 +45,8 @@ class EMBERLINE_OT_heatmap(bpy.types.Operator):
                 arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", env=command.environment()
             )
             if run.returncode:
-                said = (run.stderr.strip() or run.stdout.strip() or "the heatmap failed without a message").splitlines()
-                self.report({"ERROR"}, f"Emberline: {said[-1]}")
+                output_lines = (run.stderr.strip() or run.stdout.strip() or "the heatmap failed without a message").splitlines()
+                self.report({"ERROR"}, f"Emberline: {output_lines[-1]}")
                 return {"CANCELLED"}
             self._show(context, picture)
         return {"FINISHED"}

@@ -80,8 +80,8 @@ def is_exported(image, is_colour, uses_alpha):
         return (settings.name in _LINEAR if is_colour else settings.is_data) and is_opaque(image)
     if uses_alpha and image.alpha_mode == "NONE" and not is_opaque(image):
         return False
-    means = "sRGB" if is_colour else "linear"
-    known = kind is None or kind == means or kind == "data" and not is_colour
+    expected_space = "sRGB" if is_colour else "linear"
+    known = kind is None or kind == expected_space or kind == "data" and not is_colour
     return known and (uses_alpha or not _is_associated(image) or is_opaque(image))
 
 
@@ -132,19 +132,19 @@ def is_missing(node, frame):
     return not node.image.size[0]
 
 
-def faults(image):
+def differences(image):
     """Differences from Blender for an image that exists."""
-    said = []
+    warnings = []
     if image.source == "TILED" and len(image.tiles) > 1:
-        said.append(f"the image '{image.name}' has {len(image.tiles)} tiles (UDIM); only the first one is used")
+        warnings.append(f"the image '{image.name}' has {len(image.tiles)} tiles (UDIM); only the first one is used")
     if image.source == "MOVIE":
-        said.append(f"only one frame of the movie '{image.name}' is used")
+        warnings.append(f"only one frame of the movie '{image.name}' is used")
     if space(image) is None:
-        said.append(f"the colour space {image.colorspace_settings.name} of the image '{image.name}' is not supported; sRGB is used")
-    return said
+        warnings.append(f"the colour space {image.colorspace_settings.name} of the image '{image.name}' is not supported; sRGB is used")
+    return warnings
 
 
-class StandIns:
+class SubstituteImages:
     """Substitute images for one export. New images are appended to `ids`, to be removed afterwards."""
 
     def __init__(self, ids, frame):
@@ -185,17 +185,17 @@ class StandIns:
         return self._make((path, image), load)
 
 
-def put_in(node, stand_ins):
-    """Applies the result of StandIns.of() to a node; adds a second node if two images are needed."""
+def apply_substitutes(node, substitutes):
+    """Applies the result of SubstituteImages.of() to a node; adds a second node if two images are needed."""
     colours, values, _ = uses(node)
-    if colours and values and stand_ins.get(True) != stand_ins.get(False):
+    if colours and values and substitutes.get(True) != substitutes.get(False):
         tree = node.id_data
         other = tree.nodes.new(node.bl_idname)
         for name in ("interpolation", "projection", "extension"):
             setattr(other, name, getattr(node, name))
-        other.image = stand_ins.get(False, node.image)
+        other.image = substitutes.get(False, node.image)
         for link in node.inputs["Vector"].links:
             tree.links.new(link.from_socket, other.inputs["Vector"])
         for socket in [link.to_socket for link in values]:
             tree.links.new(other.outputs["Color"], socket)
-    node.image = stand_ins.get(bool(colours), node.image)
+    node.image = substitutes.get(bool(colours), node.image)

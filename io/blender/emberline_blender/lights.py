@@ -38,7 +38,7 @@ def _unnormalized(light):
     return 4 * math.pi * light.shadow_soft_size**2 if light.shadow_soft_size > 0 else 4.0
 
 
-def shown_node(tree, output):
+def active_surface_node(tree, output):
     """The node connected to the surface of the tree's active output of type `output`."""
     for node in tree.nodes if tree else ():
         if node.type == output and node.is_active_output and node.inputs["Surface"].is_linked:
@@ -48,7 +48,7 @@ def shown_node(tree, output):
 
 def emission_node(light):
     """The light's Emission node, if its nodes consist of only that."""
-    source = shown_node(light.node_tree, "OUTPUT_LIGHT") if light.use_nodes else None
+    source = active_surface_node(light.node_tree, "OUTPUT_LIGHT") if light.use_nodes else None
     return source if source and source.type == "EMISSION" else None
 
 
@@ -61,8 +61,8 @@ def in_view(scene, camera, light, placed):
         at = camera.matrix_world.translation + 1e4 * placed.to_3x3().col[2].normalized()
     elif light.type == "AREA" and placed.to_3x3().col[2].dot(camera.matrix_world.translation - at) > 0:
         return False
-    seen = world_to_camera_view(scene, camera, Vector(at))
-    return seen.z > 0 and -0.2 < seen.x < 1.2 and -0.2 < seen.y < 1.2
+    projected = world_to_camera_view(scene, camera, Vector(at))
+    return projected.z > 0 and -0.2 < projected.x < 1.2 and -0.2 < projected.y < 1.2
 
 
 def _scaled(rgb, factor):
@@ -120,17 +120,17 @@ def _shape(light):
     return [(-x, -y, 0.0), (x, -y, 0.0), (x, y, 0.0), (-x, y, 0.0)]
 
 
-def add(glb, animation, name, light, track, centre, radius, unseen):
+def add(glb, animation, name, light, track, centre, radius, hidden_from_camera):
     """Adds a light that moves along `track` (matrix_world). Returns the node's index, or None if it emits
     nothing. `centre` is the centre of the scene.
 
-    The name becomes that of its light-group layer. `unseen`: the light is in the camera's view but must be
+    The name becomes that of its light-group layer. `hidden_from_camera`: the light is in the camera's view but must be
     invisible; a point light or sun then gets no size.
     """
     rgb = _scaled(colour(light), light.energy * _unnormalized(light))
     if max(rgb) <= 0:
         return None
-    turned = [m.to_3x3().normalized().to_4x4() for m in track]
+    rotations = [m.to_3x3().normalized().to_4x4() for m in track]
     at = [Matrix.Translation(m.translation) for m in track]
 
     def emitter(points, faces, radiance, places):
@@ -145,22 +145,22 @@ def add(glb, animation, name, light, track, centre, radius, unseen):
         size = area if getattr(light, "normalize", True) else 1.0
         # Cycles uses the exact shape's area here, not that of its polygon.
         return emitter(outline, _fan(outline), _scaled(rgb, versions.AREA_RADIANCE / size), track)
-    if light.type == "SUN" and light.angle > 1e-4 and not unseen:
+    if light.type == "SUN" and light.angle > 1e-4 and not hidden_from_camera:
         half = min(light.angle, math.radians(170)) / 2
         distance = _SUN_RADII * radius
         outline = _circle(distance * math.tan(half), distance * math.tan(half))
         # Mean cosine over Cycles' disc, for a surface that faces its centre.
         mean = 2 * (1 / math.cos(half) - 1) / math.tan(half) ** 2
         radiance = _scaled(rgb, mean / (math.pi * math.sin(half) ** 2))
-        far = [Matrix.Translation(centre) @ r @ Matrix.Translation((0, 0, distance)) for r in turned]
+        far = [Matrix.Translation(centre) @ r @ Matrix.Translation((0, 0, distance)) for r in rotations]
         return emitter(outline, _fan(outline), radiance, far)
-    if light.type == "POINT" and light.shadow_soft_size > 1e-6 and not unseen:
+    if light.type == "POINT" and light.shadow_soft_size > 1e-6 and not hidden_from_camera:
         points, faces = _sphere(light.shadow_soft_size)
         area = sum(_triangle_area(points, f) for f in faces)
         return emitter(points, faces, _scaled(rgb, 1 / (math.pi * area)), at)
     intensity = 1.0 if light.type == "SUN" else 1 / (4 * math.pi)
     # glTF lights shine along their node's -Z, and so do Blender's; the rotation converts the axes.
-    places = [a @ r @ Matrix.Rotation(-math.pi / 2, 4, "X") for a, r in zip(at, turned)]
+    places = [a @ r @ Matrix.Rotation(-math.pi / 2, 4, "X") for a, r in zip(at, rotations)]
     shining = {"light": _punctual(glb, name, light, _scaled(rgb, intensity))}
     return animation.node(places, name=name, extensions={"KHR_lights_punctual": shining})
 
@@ -170,8 +170,8 @@ def _gl(p):
 
 
 def _punctual(glb, name, light, rgb):
-    most = max(rgb)
-    entry = {"name": name, "color": [c / most for c in rgb], "intensity": most}
+    peak = max(rgb)
+    entry = {"name": name, "color": [c / peak for c in rgb], "intensity": peak}
     entry["type"] = {"SUN": "directional", "POINT": "point", "SPOT": "spot"}[light.type]
     if light.type == "SPOT":
         outer = min(light.spot_size / 2, math.pi / 2 - 1e-4)

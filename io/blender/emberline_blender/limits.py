@@ -7,14 +7,14 @@ import bpy
 from . import images, lights, materials, versions, world
 
 # Nodes that Blender's glTF exporter or this add-on reads; others are reported as ignored.
-_READ = {
+_SUPPORTED_NODES = {
     "OUTPUT_MATERIAL", "BSDF_PRINCIPLED", "EMISSION", "BSDF_DIFFUSE", "BSDF_GLOSSY", "TEX_IMAGE", "MAPPING", "UVMAP",
     "NORMAL_MAP", "SEPRGB", "SEPARATE_COLOR", "FRAME", "REROUTE", "RGB", "VALUE", "TEX_COORD",
 }  # fmt: skip
-_SURFACES = {"BSDF_PRINCIPLED", "EMISSION", "BSDF_DIFFUSE", "BSDF_GLOSSY"}
-_MESHES = {"MESH", "CURVE", "SURFACE", "FONT", "META", "LIGHT", "CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
+_SUPPORTED_SURFACES = {"BSDF_PRINCIPLED", "EMISSION", "BSDF_DIFFUSE", "BSDF_GLOSSY"}
+_SUPPORTED_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META", "LIGHT", "CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
 _KINDS = {"VOLUME": "volume", "CURVES": "hair curves", "POINTCLOUD": "point cloud", "GPENCIL": "grease pencil", "GREASEPENCIL": "grease pencil"}
-_MOST = 2000  # objects that are examined while a panel is drawn
+_MAX_OBJECTS = 2000  # objects that are examined while a panel is drawn
 
 _from_renders = {}  # scene: lines of the last frame's report
 _cache = {}  # scene: lines
@@ -25,101 +25,101 @@ def of_material(material):
     if not material.use_nodes or not material.node_tree:
         return []
     surface = materials.surface_node(material)
-    said = []
-    if surface and surface.type not in _SURFACES:
-        said.append(f"the surface node '{surface.name}' ({surface.bl_label}) is not supported; use a Principled BSDF")
+    warnings = []
+    if surface and surface.type not in _SUPPORTED_SURFACES:
+        warnings.append(f"the surface node '{surface.name}' ({surface.bl_label}) is not supported; use a Principled BSDF")
     for node in materials.used_nodes(material.node_tree):
         if node.type == "OUTPUT_MATERIAL":
             for what in ("Volume", "Displacement"):
                 if node.inputs[what].is_linked:
-                    said.append(f"the {what.lower()} is ignored")
-        elif node.type not in _READ and node is not surface:
-            said.append(f"the node '{node.name}' ({node.bl_label}) is ignored")
+                    warnings.append(f"the {what.lower()} is ignored")
+        elif node.type not in _SUPPORTED_NODES and node is not surface:
+            warnings.append(f"the node '{node.name}' ({node.bl_label}) is ignored")
         elif node.type == "TEX_IMAGE" and node.image:
             image = node.image
-            said += [f"the image '{image.name}' is missing"] if images.is_missing(node, bpy.context.scene.frame_current) else images.faults(image)
+            warnings += [f"the image '{image.name}' is missing"] if images.is_missing(node, bpy.context.scene.frame_current) else images.differences(image)
             if image.is_float:
-                said.append(f"the image '{image.name}' is reduced to 8 bits; values above 1 are clipped")
+                warnings.append(f"the image '{image.name}' is reduced to 8 bits; values above 1 are clipped")
         elif node.type == "BSDF_PRINCIPLED":
             for what in ("Subsurface", "Subsurface Weight", "Anisotropic", "Diffuse Roughness"):
                 entry = node.inputs.get(what)
                 if entry and (entry.is_linked or entry.default_value > 0):
-                    said.append(f"{what} is ignored")
-    return said
+                    warnings.append(f"{what} is ignored")
+    return warnings
 
 
 def of_light(data):
-    said = []
+    warnings = []
     if data.use_nodes and data.node_tree:
         emission = lights.emission_node(data)
         if not emission or any(emission.inputs[i].is_linked for i in ("Color", "Strength")):
-            said.append("the nodes are ignored, except for the colour and strength of an Emission node")
+            warnings.append("the nodes are ignored, except for the colour and strength of an Emission node")
     if data.type == "SPOT" and data.shadow_soft_size > 0:
-        said.append("the radius of a spot light is ignored; its shadows are sharp")
+        warnings.append("the radius of a spot light is ignored; its shadows are sharp")
     if not versions.casts_shadows(data):
-        said.append("the light casts shadows, although they are turned off")
+        warnings.append("the light casts shadows, although they are turned off")
     if data.type == "AREA" and data.spread < 3.1:
-        said.append("the spread is ignored; the light shines over a hemisphere")
+        warnings.append("the spread is ignored; the light shines over a hemisphere")
     if data.type == "SPOT" and data.spot_size > 3.14:
-        said.append("the cone is limited to 180 degrees")
-    return said
+        warnings.append("the cone is limited to 180 degrees")
+    return warnings
 
 
 def of_world(data):
     if not data or not getattr(data, "use_nodes", True) or not data.node_tree:
         return []
-    background, said = world.background_node(data), []
+    background, warnings = world.background_node(data), []
     if not background:
         return ["the surface is not a Background node; the world is black"]
     if background.inputs["Strength"].is_linked:
-        said.append("the nodes that set the strength are ignored")
+        warnings.append("the nodes that set the strength are ignored")
     environment = world.environment_node(data)
     if background.inputs["Color"].is_linked and not environment:
-        said.append("the nodes that set the colour are ignored, except for an Environment Texture")
+        warnings.append("the nodes that set the colour are ignored, except for an Environment Texture")
     if environment:
-        if not environment.image.size[0] and not world.file_as_is(environment.image):
-            said.append(f"the image '{environment.image.name}' is missing; the world is black")
+        if not environment.image.size[0] and not world.directly_readable_path(environment.image):
+            warnings.append(f"the image '{environment.image.name}' is missing; the world is black")
         if environment.image.source not in ("FILE", "GENERATED"):
-            said.append("only one frame of the environment image is used")
+            warnings.append("only one frame of the environment image is used")
         elif environment.image.size[0]:
-            said += images.faults(environment.image)
+            warnings += images.differences(environment.image)
         if environment.projection != "EQUIRECTANGULAR":
-            said.append("the environment is projected as equirectangular")
+            warnings.append("the environment is projected as equirectangular")
         if environment.inputs["Vector"].is_linked:
             node = environment.inputs["Vector"].links[0].from_node
             turned = node.inputs["Rotation"].default_value if node.type == "MAPPING" else (0, 0, 0)
             if node.type not in ("MAPPING", "TEX_COORD") or abs(turned[0]) + abs(turned[1]) > 1e-6:
-                said.append("the environment is rotated only about Z")
-    return said
+                warnings.append("the environment is rotated only about Z")
+    return warnings
 
 
-def of_object(scene, placed):
-    said = []
-    if placed.type in _KINDS:
-        said.append(f"objects of type {_KINDS[placed.type]} are not rendered")
-    elif placed.type not in _MESHES:
-        said.append(f"objects of type {placed.type} are not rendered")
-    if any(system.settings.type == "HAIR" and system.settings.render_type == "PATH" for system in placed.particle_systems):
-        said.append("hair is not rendered")
+def of_object(scene, obj):
+    warnings = []
+    if obj.type in _KINDS:
+        warnings.append(f"objects of type {_KINDS[obj.type]} are not rendered")
+    elif obj.type not in _SUPPORTED_TYPES:
+        warnings.append(f"objects of type {obj.type} are not rendered")
+    if any(system.settings.type == "HAIR" and system.settings.render_type == "PATH" for system in obj.particle_systems):
+        warnings.append("hair is not rendered")
     layer = bpy.context.view_layer
-    if placed.type != "LIGHT" and layer and placed.visible_camera and placed.indirect_only_get(view_layer=layer):
-        said.append("camera rays see it, although its collection is indirect only")
+    if obj.type != "LIGHT" and layer and obj.visible_camera and obj.indirect_only_get(view_layer=layer):
+        warnings.append("camera rays see it, although its collection is indirect only")
     for kind in ("camera", "diffuse", "glossy", "transmission", "shadow"):
-        if placed.type != "LIGHT" and not getattr(placed, f"visible_{kind}", True):
-            said.append(f"{kind} rays see it, although this is turned off")
-    if placed.type != "LIGHT" and getattr(placed, "is_shadow_catcher", False):
-        said.append("Shadow Catcher is ignored")
-    linking = getattr(placed, "light_linking", None)
+        if obj.type != "LIGHT" and not getattr(obj, f"visible_{kind}", True):
+            warnings.append(f"{kind} rays see it, although this is turned off")
+    if obj.type != "LIGHT" and getattr(obj, "is_shadow_catcher", False):
+        warnings.append("Shadow Catcher is ignored")
+    linking = getattr(obj, "light_linking", None)
     if linking and (linking.receiver_collection or linking.blocker_collection):
-        said.append("light linking is ignored; it lights all objects, and all objects cast shadows")
-    if placed.type == "LIGHT":
-        said += of_light(placed.data)
-        if not placed.visible_camera and lights.in_view(scene, scene.camera, placed.data, placed.matrix_world):
-            if placed.data.type == "AREA":
-                said.append("the camera sees the light, although this is turned off")
-            elif placed.data.type == "SUN" and placed.data.angle > 1e-4 or placed.data.type == "POINT" and placed.data.shadow_soft_size > 1e-6:
-                said.append("its shadows are sharp, because it is in view and hidden from the camera")
-    return said
+        warnings.append("light linking is ignored; it lights all objects, and all objects cast shadows")
+    if obj.type == "LIGHT":
+        warnings += of_light(obj.data)
+        if not obj.visible_camera and lights.in_view(scene, scene.camera, obj.data, obj.matrix_world):
+            if obj.data.type == "AREA":
+                warnings.append("the camera sees the light, although this is turned off")
+            elif obj.data.type == "SUN" and obj.data.angle > 1e-4 or obj.data.type == "POINT" and obj.data.shadow_soft_size > 1e-6:
+                warnings.append("its shadows are sharp, because it is in view and hidden from the camera")
+    return warnings
 
 
 def missing_libraries():
@@ -133,11 +133,11 @@ def missing_libraries():
 def of_scene(scene):
     """Returns (name, difference from Blender), without duplicates."""
     lines, materials_seen = list(missing_libraries()), {}
-    for placed in scene.objects:
-        if placed.hide_render:
+    for obj in scene.objects:
+        if obj.hide_render:
             continue
-        lines += [(placed.name, line) for line in of_object(scene, placed)]
-        for slot in placed.material_slots:
+        lines += [(obj.name, line) for line in of_object(scene, obj)]
+        for slot in obj.material_slots:
             if slot.material and slot.material.name_full not in materials_seen:
                 materials_seen[slot.material.name_full] = of_material(slot.material)
                 lines += [(slot.material.name, line) for line in materials_seen[slot.material.name_full]]
@@ -159,12 +159,12 @@ def of_scene(scene):
 def _of_motion(scene):
     if any(abs(point.location[1] - 1) > 1e-3 for point in scene.render.motion_blur_shutter_curve.curves[0].points if 0.1 < point.location[0] < 0.9):
         yield scene.name, "the shutter curve is ignored"
-    for placed in scene.objects:
-        if not getattr(getattr(placed, "cycles", None), "use_motion_blur", True):
-            yield placed.name, "it has motion blur, although this is turned off"
+    for obj in scene.objects:
+        if not getattr(getattr(obj, "cycles", None), "use_motion_blur", True):
+            yield obj.name, "it has motion blur, although this is turned off"
 
 
-def note_report(scene, path):
+def store_report_warnings(scene, path):
     """Keeps the warnings of the last frame's report."""
     try:
         with open(path, encoding="utf-8") as file:
@@ -189,7 +189,7 @@ def for_panel(scene):
         _cache.clear()
         _dirty = False
     if scene.name not in _cache:
-        if len(scene.objects) > _MOST:
+        if len(scene.objects) > _MAX_OBJECTS:
             return None
         _cache[scene.name] = of_scene(scene)
     return _cache[scene.name]

@@ -43,7 +43,7 @@ def light_edit(before, now):
     if any(b <= 0 < n for b, n in zip(before, now)):
         return None
     factors = [n / b if b > 0 else 0.0 for b, n in zip(before, now)]
-    most = max(factors)
-    if most <= 0:
+    peak = max(factors)
+    if peak <= 0:
         return {"on": False}
-    return {"intensity": most, "color": [f / most for f in factors]} if most < 1e9 else None
+    return {"intensity": peak, "color": [f / peak for f in factors]} if peak < 1e9 else None

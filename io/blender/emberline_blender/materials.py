@@ -30,7 +30,7 @@ class Copies:
     def __init__(self, depsgraph, ids, names):
         """`names` receives the copies' names, mapped to the originals'."""
         self._depsgraph, self._ids, self._copies = depsgraph, ids, {}
-        self._stand_ins = images.StandIns(ids, depsgraph.scene.frame_current)
+        self._substitutes = images.SubstituteImages(ids, depsgraph.scene.frame_current)
         self.names = names
 
     def of(self, material):
@@ -40,12 +40,12 @@ class Copies:
         if original not in self._copies:
             tree = original.node_tree
             animated = original.animation_data or (tree and tree.animation_data)
-            stand_ins = {node.name: self._stand_ins.of(node) for node in image_nodes(original)}
-            stand_ins = {name: found for name, found in stand_ins.items() if found}
-            self._copies[original] = self._copy(original, stand_ins) if animated or stand_ins else original
+            substitutes = {node.name: self._substitutes.of(node) for node in image_nodes(original)}
+            substitutes = {name: found for name, found in substitutes.items() if found}
+            self._copies[original] = self._copy(original, substitutes) if animated or substitutes else original
         return self._copies[original]
 
-    def _copy(self, original, stand_ins):
+    def _copy(self, original, substitutes):
         copied = original.copy()
         self._ids.append(copied)
         self.names[copied.name] = original.name
@@ -54,13 +54,13 @@ class Copies:
         if original.node_tree:
             copied.node_tree.animation_data_clear()
             for node in copied.node_tree.nodes:
-                self._take_values(node, evaluated.node_tree.nodes.get(node.name))
-        for name, found in stand_ins.items():
-            images.put_in(copied.node_tree.nodes[name], found)
+                self._copy_values(node, evaluated.node_tree.nodes.get(node.name))
+        for name, found in substitutes.items():
+            images.apply_substitutes(copied.node_tree.nodes[name], found)
         return copied
 
     @staticmethod
-    def _take_values(node, evaluated):
+    def _copy_values(node, evaluated):
         if not evaluated:
             return
         for to, of in (*zip(node.inputs, evaluated.inputs), *zip(node.outputs, evaluated.outputs)):
@@ -70,7 +70,7 @@ class Copies:
 
 def surface_node(material):
     """The node connected to the material's active output."""
-    return lights.shown_node(material.node_tree, "OUTPUT_MATERIAL") if material.use_nodes else None
+    return lights.active_surface_node(material.node_tree, "OUTPUT_MATERIAL") if material.use_nodes else None
 
 
 def restore_names(glb, names):

@@ -48,7 +48,7 @@ class Mesh:
             used[triangles] = True
             self.slots[int(slot)] = numpy.flatnonzero(used), (numpy.cumsum(used, dtype=numpy.uint32) - 1)[triangles]
         self.of = of
-        self.worn = {}  # by slot: key of the material
+        self.used_materials = {}  # by slot: key of the material
         self._poses, self._changes_faces = [], False
 
     def add_pose(self, mesh):
@@ -72,7 +72,7 @@ class Mesh:
             for i, uv in enumerate(self._uvs):
                 attributes[f"TEXCOORD_{i}"] = glb.add_vectors(numpy.float32((0, 1)) + numpy.float32((1, -1)) * uv[corners])
             primitive = {"attributes": attributes, "indices": glb.add_indices(triangles)}
-            primitive["material"] = materials[self.worn[slot]] if slot in self.worn else glb.bare_material()
+            primitive["material"] = materials[self.used_materials[slot]] if slot in self.used_materials else glb.default_material()
             if self._poses:
                 primitive["targets"] = [
                     {"POSITION": glb.add_vectors(_axes(p[corners]), bounds=True), "NORMAL": glb.add_vectors(_axes(n[corners]))}

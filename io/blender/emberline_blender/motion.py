@@ -70,11 +70,11 @@ class Animation:
         leaf = None
         if any(_differ(Matrix.LocRotScale(*part), m) for part, m in zip(parts, placed)):
             # Shear: the leaf keeps the middle's matrix, and a parent rotates and scales it about its own origin.
-            still = middle.to_3x3()
-            leaf = self._glb.add("nodes", {**members, "matrix": flat(still.to_4x4())})
+            middle_matrix = middle.to_3x3()
+            leaf = self._glb.add("nodes", {**members, "matrix": flat(middle_matrix.to_4x4())})
             members = {"children": [leaf]}
-            undone = still.inverted_safe()
-            parts = [(Matrix.Translation(m.translation) @ (m.to_3x3() @ undone).to_4x4()).decompose() for m in placed]
+            inverse = middle_matrix.inverted_safe()
+            parts = [(Matrix.Translation(m.translation) @ (m.to_3x3() @ inverse).to_4x4()).decompose() for m in placed]
         for before, (_, turned, _) in zip(parts, parts[1:]):
             turned.make_compatible(before[1])
         place, turned, scale = ([list(part[i]) for part in parts] for i in range(3))
@@ -86,7 +86,7 @@ class Animation:
                 self._channel({"node": root, "path": path}, values)
         return root if leaf is None else leaf, root
 
-    def point_at(self, pointer, values):
+    def animate_value(self, pointer, values):
         """Animates the value at `pointer` in the file's JSON with one of `values` per time."""
         self._glb.use("KHR_animation_pointer")
         self._channel({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}}, values)

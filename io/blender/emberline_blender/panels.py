@@ -7,11 +7,11 @@ from . import limits, versions
 
 ENGINE = "EMBERLINE"
 # Built-in panels of all engines that we exclude, and panels of other engines that we include.
-_NOT_OURS = {
+_EXCLUDED_PANELS = {
     "VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_simplify", "DATA_PT_light", "NODE_DATA_PT_light",
     "RENDER_PT_freestyle",
 }  # fmt: skip
-_OF_OTHERS = {
+_SHARED_PANELS = {
     "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "DATA_PT_EEVEE_light", "NODE_DATA_PT_EEVEE_light",
     "EEVEE_MATERIAL_PT_context_material", "EEVEE_MATERIAL_PT_surface", "EEVEE_WORLD_PT_surface",
     "VIEWLAYER_PT_layer_passes_cryptomatte", "VIEWLAYER_PT_layer_passes_lightgroups", "CYCLES_OBJECT_PT_lightgroup", "CYCLES_WORLD_PT_settings_light_group",
@@ -145,10 +145,10 @@ class EMBERLINE_PT_limits(_Panel, bpy.types.Panel):
                 column.label(text=part)
         if len(lines) > 50:
             column.label(text=f"And {len(lines) - 50} more")
-        said = limits.from_last_render(context.scene)
-        if said:
+        messages = limits.from_last_render(context.scene)
+        if messages:
             column.label(text="Last render:")
-        for line in said[:20]:
+        for line in messages[:20]:
             for i, part in enumerate(textwrap.wrap(line, characters)):
                 column.label(text=part, icon="NONE" if i else "INFO")
 
@@ -181,30 +181,30 @@ def _all_panels(base=bpy.types.Panel):
         yield from _all_panels(panel)
 
 
-def _of_blender():
+def _compatible_panels():
     for panel in _all_panels():
         engines = getattr(panel, "COMPAT_ENGINES", None)
         name = panel.__name__
-        if engines is not None and name not in _NOT_OURS and ("BLENDER_RENDER" in engines or name in _OF_OTHERS):
+        if engines is not None and name not in _EXCLUDED_PANELS and ("BLENDER_RENDER" in engines or name in _SHARED_PANELS):
             yield panel
 
 
-_before = {}  # built-in panels: their previous engines
+_previous_engines = {}  # built-in panels: their previous engines
 
 
 def register():
     _register_classes()
     # Assigns new sets, since panels may share one.
-    for panel in list(_of_blender()):
-        _before[panel] = panel.__dict__.get("COMPAT_ENGINES")
+    for panel in list(_compatible_panels()):
+        _previous_engines[panel] = panel.__dict__.get("COMPAT_ENGINES")
         panel.COMPAT_ENGINES = panel.COMPAT_ENGINES | {ENGINE}
 
 
 def unregister():
-    for panel, engines in _before.items():
+    for panel, engines in _previous_engines.items():
         if engines is None:
             del panel.COMPAT_ENGINES
         else:
             panel.COMPAT_ENGINES = engines
-    _before.clear()
+    _previous_engines.clear()
     _unregister_classes()

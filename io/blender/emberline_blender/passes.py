@@ -27,7 +27,7 @@ def light_groups(layer):
     return [group.name for group in getattr(layer, "lightgroups", ())]
 
 
-def wanted(scene, layer):
+def requested_passes(scene, layer):
     """(name, channels, type) of each pass of a view layer except Combined."""
     settings, own = scene.emberline, layer.emberline
     passes = [p[:3] for p in _PASSES if getattr(layer, p[4], False)]
@@ -45,7 +45,7 @@ def wanted(scene, layer):
 
 def options(scene, layer):
     """The command's options that produce these passes."""
-    names = {p[0] for p in wanted(scene, layer)}
+    names = {p[0] for p in requested_passes(scene, layer)}
     aovs = [channels[0].partition(".")[0] for name, _, _, channels, _ in _PASSES if name in names]
     if ERROR in names or scene.emberline.use_maps:
         aovs.append("variance")
@@ -90,7 +90,7 @@ def put(result_layer, scene, layer, planes, groups):
     shown = "denoised." if scene.emberline.use_denoising and "denoised.R" in planes else ""
     raw = [planes[c] for c in "RGBA"]
     fill(result_layer, "Combined", [planes[shown + c] for c in "RGB"] + [planes["A"]])
-    names = {p[0] for p in wanted(scene, layer)}
+    names = {p[0] for p in requested_passes(scene, layer)}
     if NOISY in names:
         fill(result_layer, NOISY, raw)
     for name, _, _, channels, _ in _PASSES:
@@ -112,7 +112,7 @@ def put(result_layer, scene, layer, planes, groups):
             fill(result_layer, name, [planes[f"{name}.{c}"] for c in "RGBA"])
 
 
-def put_cryptomatte_names(result, layer, texts):
+def store_cryptomatte_names(result, layer, texts):
     """Stores the manifests where Blender's Cryptomatte node expects them."""
     for key, name in texts.items():
         if not key.startswith("cryptomatte/") or not key.endswith("/name"):

@@ -12,22 +12,22 @@ import bpy
 from mathutils import Vector
 
 from . import camera, images, lights, materials
-from .command import Refused
+from .command import EmberlineError
 from .glb import Glb
 from .meshes import Mesh
 from .motion import Animation
 
-_MESHES = ("MESH", "CURVE", "SURFACE", "FONT", "META")
+_MESH_TYPES = ("MESH", "CURVE", "SURFACE", "FONT", "META")
 
 
-class _Scratch:
+class _MaterialScene:
     """A temporary scene with one triangle for each material in use, for the exporter."""
 
     def __init__(self, depsgraph):
         self.scene = bpy.data.scenes.new("Emberline export")
-        self.ids, self.original_names, self.said = [], {}, []
+        self.ids, self.original_names, self.warnings = [], {}, []
         self._copies = materials.Copies(depsgraph, self.ids, self.original_names)
-        self._triangles, self._wearers = {}, {}  # names by key; material and user by triangle
+        self._triangles, self._users = {}, {}  # names by key; material and user by triangle
 
     def __enter__(self):
         return self
@@ -36,25 +36,25 @@ class _Scratch:
         bpy.data.scenes.remove(self.scene)
         bpy.data.batch_remove(self.ids)
 
-    def triangle(self, material, uv_maps, shown_uv_map, wearer):
-        """Returns the triangle's name; `wearer` is the name of an object with the material. Textures refer to
+    def triangle(self, material, uv_maps, active_uv_map, user):
+        """Returns the triangle's name; `user` is the name of an object with the material. Textures refer to
         UV maps, so meshes with different UV maps need separate triangles."""
-        worn = (self._copies.of(material), uv_maps, shown_uv_map)
-        if worn not in self._triangles:
+        used_materials = (self._copies.of(material), uv_maps, active_uv_map)
+        if used_materials not in self._triangles:
             mesh = bpy.data.meshes.new("emberline")
             placed = bpy.data.objects.new(f"emberline {len(self._triangles)}", mesh)
             self.ids += [placed, mesh]
             mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
-            mesh.materials.append(worn[0])
+            mesh.materials.append(used_materials[0])
             for name in uv_maps:
-                mesh.uv_layers.new(name=name).active_render = name == shown_uv_map
+                mesh.uv_layers.new(name=name).active_render = name == active_uv_map
             self.scene.collection.objects.link(placed)
-            self._triangles[worn] = placed.name
-            self._wearers[placed] = (material.name, wearer)
+            self._triangles[used_materials] = placed.name
+            self._users[placed] = (material.name, user)
             for node in materials.image_nodes(material.original):
                 if node.image.source == "TILED":
-                    self.said += [f"{wearer}: {material.name}: {line}" for line in images.faults(node.image)]
-        return self._triangles[worn]
+                    self.warnings += [f"{user}: {material.name}: {line}" for line in images.differences(node.image)]
+        return self._triangles[used_materials]
 
     def export(self, folder):
         """Returns the exporter's file and the material index of each triangle."""
@@ -64,19 +64,19 @@ class _Scratch:
         try:
             _export(self, path)
         except _ExporterFailed as fault:
-            raise Refused(f"Emberline: Blender's glTF exporter failed{self._blame(path)}: {fault}") from fault
+            raise EmberlineError(f"Emberline: Blender's glTF exporter failed{self._find_failing_material(path)}: {fault}") from fault
         glb = Glb(path)
         os.remove(path)
         meshes = glb.json.pop("meshes", [])
-        worn = {n["name"]: meshes[n["mesh"]]["primitives"][0].get("material") for n in glb.json.pop("nodes", []) if "mesh" in n}
+        used_materials = {n["name"]: meshes[n["mesh"]]["primitives"][0].get("material") for n in glb.json.pop("nodes", []) if "mesh" in n}
         materials.restore_names(glb, self.original_names)
         materials.complete(glb)
-        return glb, worn
+        return glb, used_materials
 
 
-    def _blame(self, path):
+    def _find_failing_material(self, path):
         """Finds the material at which the exporter fails, and an object that uses it."""
-        placed = list(self._wearers)
+        placed = list(self._users)
         for one in placed:
             self.scene.collection.objects.unlink(one)
         for one in placed:
@@ -84,8 +84,8 @@ class _Scratch:
             try:
                 _export(self, path)
             except _ExporterFailed:
-                material, wearer = self._wearers[one]
-                return f" at the material '{material}' of '{wearer}'"
+                material, user = self._users[one]
+                return f" at the material '{material}' of '{user}'"
             self.scene.collection.objects.unlink(one)
         return ""
 
@@ -130,7 +130,7 @@ def _export(scratch, path):
     try:
         known = set(operator.get_rna_type().properties.keys())
     except KeyError:
-        raise Refused("Emberline: the glTF exporter is off; enable the add-on 'glTF 2.0 format' in Preferences > Add-ons") from None
+        raise EmberlineError("Emberline: the glTF exporter is off; enable the add-on 'glTF 2.0 format' in Preferences > Add-ons") from None
     override = {"scene": scratch.scene, "view_layer": scratch.scene.view_layers[0], "selected_objects": []}
     context = bpy.context
     with context.temp_override(**override, active_object=None, object=None):
@@ -150,19 +150,19 @@ def _operator_fault():
     kind, fault = bpy.types.EXPORT_SCENE_OT_gltf, {}
     execute = kind.execute
 
-    def noting(self, context):
+    def recording_execute(self, context):
         try:
             return execute(self, context)
         except Exception as error:
             fault["raised"] = error
             raise
 
-    had, own = "execute" in vars(kind), vars(kind).get("execute")
-    kind.execute = noting
+    had_execute, own = "execute" in vars(kind), vars(kind).get("execute")
+    kind.execute = recording_execute
     try:
         yield fault
     finally:
-        if had:
+        if had_execute:
             kind.execute = own
         else:
             del kind.execute
@@ -180,13 +180,13 @@ class Parts:
         self.path, self.meshes, self.end = "", {}, None
 
 
-def worn_by(placed):
+def material_names(placed):
     """Names of the materials in the object's slots."""
     return tuple(slot.material.name_full if slot.material else "" for slot in placed.material_slots)
 
 
 # A mesh or a light. `track`: matrices per moment; `key`: of its mesh; `holdout`: it is a hole to the camera.
-_Thing = collections.namedtuple("_Thing", "name data track group key unseen holdout", defaults=(None, False, False))
+_ExportItem = collections.namedtuple("_ExportItem", "name data track group key hidden_from_camera holdout", defaults=(None, False, False))
 
 
 class Export:
@@ -202,12 +202,12 @@ class Export:
     def __init__(self, depsgraph, folder, light_groups=(), parts=None, shutter=None, only=None):
         self._depsgraph = depsgraph
         self._light_groups = set(light_groups)
-        self._shutter, self._only = shutter, only
-        self.view, self.groups, self.said = None, {}, []
+        self._shutter, self._visible_names = shutter, only
+        self.view, self.groups, self.warnings = None, {}, []
         self.path = os.path.join(folder, "scene.glb")
-        if parts and self._gather(parts.meshes):
+        if parts and self._collect(parts.meshes):
             glb = Glb(parts.path)
-            glb.cut(parts.end)
+            glb.truncate(parts.end)
         else:
             parts, glb = self._export_parts(folder)
         self._place(glb, parts)
@@ -217,25 +217,25 @@ class Export:
 
     def lights(self):
         """Object name and light data of each light."""
-        return [(thing.name, thing.data) for thing in self._things.values() if not thing.key]
+        return [(item.name, item.data) for item in self._items.values() if not item.key]
 
     def _export_parts(self, folder):
         parts, read, self._views = Parts(), {}, {}
-        with _Scratch(self._depsgraph) as scratch:
+        with _MaterialScene(self._depsgraph) as scratch:
             if self._shutter:
                 for moment in self._shutter.moments():
                     self._views[moment] = camera.view(self._depsgraph)
                     if moment == self._shutter.middle:
-                        self._gather(read, scratch)
+                        self._collect(read, scratch)
                     else:
-                        self._follow(moment, read)
+                        self._record_moment(moment, read)
                 self.view = self._views[self._shutter.middle]
             else:
-                self._gather(read, scratch)
-            self.said += scratch.said
-            glb, worn = scratch.export(folder)
+                self._collect(read, scratch)
+            self.warnings += scratch.warnings
+            glb, used_materials = scratch.export(folder)
         for key, mesh in read.items():
-            parts.meshes[key] = mesh and mesh.add_to(glb, worn)
+            parts.meshes[key] = mesh and mesh.add_to(glb, used_materials)
         parts.end = glb.end()
         return parts, glb
 
@@ -243,18 +243,18 @@ class Export:
         """Yields what is rendered: a name that is stable over time, the object, its owner, and its matrix."""
         for instance in self._depsgraph.object_instances:
             placed = instance.object
-            if instance.show_self and (placed.type == "LIGHT" or placed.type in _MESHES and placed.data):
+            if instance.show_self and (placed.type == "LIGHT" or placed.type in _MESH_TYPES and placed.data):
                 name = placed.name_full
                 owner = instance.parent if instance.is_instance else placed
-                if self._only is not None and owner.name_full not in self._only:
+                if self._visible_names is not None and owner.name_full not in self._visible_names:
                     continue
                 if instance.is_instance:
                     name = (name, owner.name_full, *instance.persistent_id)
                 yield name, placed, owner, instance.matrix_world.copy()
 
-    def _gather(self, meshes, scratch=None):
+    def _collect(self, meshes, scratch=None):
         """Lists the objects to export and reads new meshes into `meshes`; without `scratch`, returns False instead."""
-        self._things, self.worn = {}, {}
+        self._items, self.used_materials = {}, {}
         self._low, self._high = Vector((1e30,) * 3), Vector((-1e30,) * 3)
         scene = self._depsgraph.scene_eval
         seen_by = scene.camera.evaluated_get(self._depsgraph) if scene.camera else None
@@ -264,14 +264,14 @@ class Export:
             group = group if group in self._light_groups else ""
             track = [world] * moments
             if placed.type == "LIGHT":
-                unseen = not placed.visible_camera and lights.in_view(scene, seen_by, placed.data, world)
-                self._things[name] = _Thing(placed.name, placed.data, track, group, unseen=unseen)
+                hidden_from_camera = not placed.visible_camera and lights.in_view(scene, seen_by, placed.data, world)
+                self._items[name] = _ExportItem(placed.name, placed.data, track, group, hidden_from_camera=hidden_from_camera)
                 continue
-            worn = self.worn[placed.name_full] = worn_by(placed)
+            used_materials = self.used_materials[placed.name_full] = material_names(placed)
             # Objects without modifiers share their data; evaluated data of others have separate addresses.
-            key = (placed.data.as_pointer(), placed.type, worn)
+            key = (placed.data.as_pointer(), placed.type, used_materials)
             if placed.type != "MESH":
-                key = (placed.original.as_pointer(), placed.type, worn)
+                key = (placed.original.as_pointer(), placed.type, used_materials)
             if key not in meshes:
                 if not scratch:
                     return False
@@ -279,7 +279,7 @@ class Export:
             if meshes[key] is None:
                 continue
             holdout = owner.holdout_get(view_layer=self._depsgraph.view_layer_eval)
-            self._things[name] = _Thing(placed.name, placed.data, track, group, key, holdout=holdout)
+            self._items[name] = _ExportItem(placed.name, placed.data, track, group, key, holdout=holdout)
             for corner in placed.bound_box:
                 at = world @ Vector(corner)
                 self._low = Vector(map(min, self._low, at))
@@ -296,37 +296,37 @@ class Export:
         try:
             if not mesh or not mesh.polygons:
                 return None
-            worn = [slot.material for slot in placed.material_slots]
-            worn += list(mesh.materials)[len(worn) :]
+            used_materials = [slot.material for slot in placed.material_slots]
+            used_materials += list(mesh.materials)[len(used_materials) :]
             uv_maps = tuple(layer.name for layer in mesh.uv_layers)
             shown = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
             read = Mesh(mesh, name)
             if not read.finite:
-                raise Refused(f"Emberline: '{placed.name}' has vertices with coordinates that are not numbers")
+                raise EmberlineError(f"Emberline: '{placed.name}' has vertices with coordinates that are not numbers")
             for slot in read.slots:
-                if slot < len(worn) and worn[slot]:
-                    read.worn[slot] = scratch.triangle(worn[slot], uv_maps, shown, placed.name)
+                if slot < len(used_materials) and used_materials[slot]:
+                    read.used_materials[slot] = scratch.triangle(used_materials[slot], uv_maps, shown, placed.name)
             return read
         finally:
             placed.to_mesh_clear()
 
-    def _follow(self, moment, meshes):
+    def _record_moment(self, moment, meshes):
         """Records transforms and changed shapes at another moment."""
         changed = {update.id.original for update in self._depsgraph.updates if update.is_updated_geometry}
         for name, placed, _, world in self._instances():
-            thing = self._things.get(name)
-            if not thing:
+            item = self._items.get(name)
+            if not item:
                 continue
-            thing.track[moment] = world
-            mesh = meshes.get(thing.key)
+            item.track[moment] = world
+            mesh = meshes.get(item.key)
             if mesh and mesh.of == name and placed.original in changed:
-                line = f"{thing.name}: the faces change while the shutter is open; the change of shape is not blurred"
-                if not mesh.add_pose(placed.to_mesh()) and line not in self.said:
-                    self.said.append(line)
+                line = f"{item.name}: the faces change while the shutter is open; the change of shape is not blurred"
+                if not mesh.add_pose(placed.to_mesh()) and line not in self.warnings:
+                    self.warnings.append(line)
                 placed.to_mesh_clear()
 
     @staticmethod
-    def _above(glb, nodes):
+    def _add_parent(glb, nodes):
         """Adds a parent node for `nodes` and returns its unique name."""
         name, taken = "holdouts", {node.get("name") for node in glb.json["nodes"]}
         while name in taken:
@@ -336,29 +336,29 @@ class Export:
 
     def _place(self, glb, parts):
         animation = Animation(glb, self._shutter.times if self._shutter else ())
-        placed, holes, split = [], [], materials.LightGroups(glb)
+        placed, holdout_nodes, split = [], [], materials.LightGroups(glb)
         centre = (self._low + self._high) / 2 if self._low.x <= self._high.x else Vector((0, 0, 0))
         radius = max((self._high - self._low).length / 2, 1e-6) if self._low.x <= self._high.x else 1.0
         light_layers = {}
-        for index, thing in enumerate(self._things.values()):
-            if thing.key:
-                mesh = parts.meshes[thing.key]
+        for index, item in enumerate(self._items.values()):
+            if item.key:
+                mesh = parts.meshes[item.key]
                 morphs = len(glb.json["meshes"][mesh].get("weights", ()))
-                node = animation.node(thing.track, morphs, name=thing.name, mesh=split.mesh(mesh, thing.group))
-                (holes if thing.holdout else placed).append(node)
+                node = animation.node(item.track, morphs, name=item.name, mesh=split.mesh(mesh, item.group))
+                (holdout_nodes if item.holdout else placed).append(node)
                 continue
             # Light groups are found by the layer's name, which two lights might share.
-            layer = f"group{index}-{thing.name}" if thing.group else thing.name
-            if thing.group:
-                light_layers[layer] = thing.group
-            placed.append(lights.add(glb, animation, layer, thing.data, thing.track, centre, radius, thing.unseen))
-        placed, holes = ([node for node in nodes if node is not None] for nodes in (placed, holes))
-        self.holdout = self._above(glb, holes) if holes else None
-        placed += [len(glb.json["nodes"]) - 1] if holes else []
+            layer = f"group{index}-{item.name}" if item.group else item.name
+            if item.group:
+                light_layers[layer] = item.group
+            placed.append(lights.add(glb, animation, layer, item.data, item.track, centre, radius, item.hidden_from_camera))
+        placed, holdout_nodes = ([node for node in nodes if node is not None] for nodes in (placed, holdout_nodes))
+        self.holdout = self._add_parent(glb, holdout_nodes) if holdout_nodes else None
+        placed += [len(glb.json["nodes"]) - 1] if holdout_nodes else []
         if not placed:
-            self.said.append("the scene has no mesh and no light; only the world is rendered")
+            self.warnings.append("the scene has no mesh and no light; only the world is rendered")
         if self.view:
-            placed += self.view.follow(glb, animation, [self._views[i] for i in sorted(self._views)])
+            placed += self.view.animate(glb, animation, [self._views[i] for i in sorted(self._views)])
         glb.json["scene"], glb.json["scenes"] = 0, [{"nodes": placed} if placed else {}]
         split.name_emitters()
         self.groups = {**split.layers, **light_layers}

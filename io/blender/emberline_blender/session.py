@@ -10,7 +10,7 @@ import threading
 import numpy
 
 from . import guard
-from .command import Refused, environment
+from .command import EmberlineError, environment
 
 
 # RGBA, linear, rows from the bottom like Blender's textures.
@@ -24,7 +24,7 @@ class Session:
                 pipe = subprocess.PIPE
                 self._child = subprocess.Popen([program, "session"], stdin=pipe, stdout=pipe, stderr=out, env=environment())
         except OSError as error:
-            raise Refused(f"Emberline: {program} cannot be started: {error.strerror}") from error
+            raise EmberlineError(f"Emberline: {program} cannot be started: {error.strerror}") from error
         guard.watch(self._child.pid)
         self.fault = ""  # one line, set if the session has ended unexpectedly
         self.problem = ""  # why the latest change is not shown
@@ -33,7 +33,7 @@ class Session:
         for run in (self._write, self._read):
             threading.Thread(target=run, daemon=True).start()
 
-    def say(self, do, **members):
+    def send_command(self, do, **members):
         self._commands.put({"do": do, **members})
 
     def take_picture(self):
@@ -74,7 +74,7 @@ class Session:
                     picture = Picture(message, _pixels(memory, message))
                     with self._lock:
                         self._picture = picture
-                    self.say("next", after=message["number"])
+                    self.send_command("next", after=message["number"])
                 elif event == "problem":
                     self.problem = message.get("text", "")
                 elif event == "error":

@@ -141,7 +141,7 @@ class EmberlinePreferences(bpy.types.AddonPreferences):
         self.layout.prop(self, "command")
         try:
             self.layout.label(text=command.find(self.command), icon="CHECKMARK")
-        except command.Refused as fault:
+        except command.EmberlineError as fault:
             self.layout.label(text=str(fault), icon="ERROR")
 
 

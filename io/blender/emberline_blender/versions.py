@@ -7,7 +7,7 @@ AREA_RADIANCE = 0.25 if bpy.app.version < (4, 0) else 1 / numpy.pi
 
 
 # Since 4.0 an engine's report() of an error also shows in the window; before, only error_set() did.
-REPORTS_SHOW = bpy.app.version >= (4, 0)
+REPORT_SHOWS_ERRORS = bpy.app.version >= (4, 0)
 
 
 def corner_normals(mesh):
@@ -27,7 +27,7 @@ def shutter_owner(scene):
     return next(owner for owner in (render, getattr(scene, "cycles", None), scene.eevee) if hasattr(owner, "motion_blur_position"))
 
 
-def data_were_made(depsgraph):
+def update_after_export(depsgraph):
     """Call after a render's export. If relations are still to be rebuilt at the next frame of an animation,
     Blender 5.2 crashes, with any engine."""
     if bpy.app.version >= (5, 0):

@@ -15,12 +15,12 @@ import gpu
 from gpu_extras.presets import draw_texture_2d
 
 from . import camera, command, guard, live_edits, settings, world
-from .command import Refused
-from .scene_export import Export, worn_by
+from .command import EmberlineError
+from .scene_export import Export, material_names
 from .session import Session
 
-_LOOK = 1 / 60  # seconds between two checks for pictures and changes
-_NOTHING, _PLACES, _ALL = range(3)  # how much must be exported again
+_POLL_SECONDS = 1 / 60  # seconds between two checks for pictures and changes
+_NOTHING, _TRANSFORMS, _ALL = range(3)  # how much must be exported again
 
 _viewports = set()
 _exporting = False
@@ -50,9 +50,9 @@ class _Changes:
         elif kind != "Object":
             self.extent = _ALL
         elif data.type == "LIGHT":
-            self.extent = max(self.extent, _PLACES if update.is_updated_transform else _NOTHING)
+            self.extent = max(self.extent, _TRANSFORMS if update.is_updated_transform else _NOTHING)
         elif data.type == "EMPTY" or not (update.is_updated_geometry or update.is_updated_shading):
-            self.extent = max(self.extent, _PLACES if data.type != "CAMERA" else _NOTHING)
+            self.extent = max(self.extent, _TRANSFORMS if data.type != "CAMERA" else _NOTHING)
         elif data.type != "CAMERA":
             self.extent = _ALL
 
@@ -78,20 +78,20 @@ class Viewport:
         self._changes, self._objects = _Changes(_ALL), -1
         self._materials, self._lights = {}, {}  # states at export, see live_edits.py
         self._edits = {"materials": {}, "lights": {}}  # edits since then, by name
-        self._listed = {}  # names in the open scene
+        self._scene_names = {}  # names in the open scene
         self._parts = None  # of the last export, for reuse
-        self._worn = {}  # material names by object
+        self._material_names = {}  # material names by object
         self._worlds = 0  # number of worlds sent
-        self._only = None  # names of the objects visible in local view
+        self._visible_names = None  # names of the objects visible in local view
         self._view, self._settings = None, {}
-        self._opening = self._opened = 0  # ids of `open` commands
+        self._requested_id = self._open_id = 0  # ids of `open` commands
         self._picture, self._texture = None, None
-        self._said, self._shown_line, self._not_before = None, None, 0.0
+        self._status, self._drawn_status, self._next_export_time = None, None, 0.0
         try:
             self._session = Session(command.find(settings.preferred_command()), os.path.join(self._folder, "log.txt"))
-            self._said = "Emberline: exporting the scene"
-        except Refused as fault:
-            self._said = str(fault)
+            self._status = "Emberline: exporting the scene"
+        except EmberlineError as fault:
+            self._status = str(fault)
         _viewports.add(self)
 
     def close(self):
@@ -107,19 +107,19 @@ class Viewport:
         updates = list(depsgraph.updates)
         materials = any(isinstance(update.id, bpy.types.Material) for update in updates)
         for update in updates:
-            if not (materials and self._only_wears(update)):
+            if not (materials and self._is_material_update(update)):
                 self._changes.add(update)
         count = len(depsgraph.objects)
         if count != self._objects:
             self._changes.extent, self._objects = _ALL, count
 
-    def _only_wears(self, update):
+    def _is_material_update(self, update):
         """Whether the update lists the object only because one of its materials changed, as Blender 4 does."""
         data = update.id
         if update.is_updated_geometry or update.is_updated_transform:
             return False
         if isinstance(data, bpy.types.Object) and data.type != "LIGHT":
-            return worn_by(data) == self._worn.get(data.name_full)
+            return material_names(data) == self._material_names.get(data.name_full)
         return isinstance(data, bpy.types.Mesh)
 
     # Called by a timer on the main thread.
@@ -131,42 +131,42 @@ class Viewport:
         if not self._session:
             return
         if self._session.fault:
-            self._said = f"Emberline: {self._session.fault}"
+            self._status = f"Emberline: {self._session.fault}"
             self._session = None
             engine.tag_redraw()
             return
         for answer in self._session.take_answers():
-            self._answered(answer)
+            self._handle_answer(answer)
         if self._changes and self._view and not bpy.app.is_job_running("RENDER"):
-            if not self._changes.extent and self._opened == self._opening and not self._edit():
+            if not self._changes.extent and self._open_id == self._requested_id and not self._edit():
                 self._changes.extent = _ALL
-            if self._changes.extent and time.monotonic() >= self._not_before:
+            if self._changes.extent and time.monotonic() >= self._next_export_time:
                 began = time.monotonic()
                 self._export()
                 # During continuous changes, leaves half of the time to Blender.
-                self._not_before = 2 * time.monotonic() - began
+                self._next_export_time = 2 * time.monotonic() - began
                 if not self._session:
                     engine.tag_redraw()
                     return
         if self._session.problem:
-            self._said = f"Emberline: {self._session.problem}"
+            self._status = f"Emberline: {self._session.problem}"
         picture = self._session.take_picture()
         # Redraws only when needed: a redraw costs CPU time that the session needs for loading.
-        if picture or self._said != self._shown_line:
+        if picture or self._status != self._drawn_status:
             self._picture = picture or self._picture
-            self._shown_line = self._said
+            self._drawn_status = self._status
             engine.tag_redraw()
 
-    def _answered(self, answer):
+    def _handle_answer(self, answer):
         if not answer["ok"]:
-            self._said = f"Emberline: {answer.get('error', 'the session refused a command')}"
-        if answer.get("id") == self._opening:
-            self._opened = self._opening
+            self._status = f"Emberline: {answer.get('error', 'the session refused a command')}"
+        if answer.get("id") == self._requested_id:
+            self._open_id = self._requested_id
             if answer["ok"]:
-                self._said = None
-                self._listed = answer["scene"]
+                self._status = None
+                self._scene_names = answer["scene"]
                 # The view may have changed since `open`.
-                self._session.say("camera", camera=self._view.edit)
+                self._session.send_command("camera", camera=self._view.edit)
 
     def _edit(self):
         """Sends the changes as edits; False if they are not enough."""
@@ -174,7 +174,7 @@ class Viewport:
         for name in changes.materials:
             material = bpy.data.materials.get(name)
             now, before = material and live_edits.material_state(material), self._materials.get(name)
-            if not now or not before or now[0] != before[0] or self._listed.get("materials", []).count(name) != 1:
+            if not now or not before or now[0] != before[0] or self._scene_names.get("materials", []).count(name) != 1:
                 return False
             edits["materials"].append({"name": name, **now[1]})
         for name, (data, before) in self._lights.items():
@@ -183,8 +183,8 @@ class Viewport:
             light = bpy.data.lights.get(data)
             now = live_edits.light_state(light) if light else None
             edit = live_edits.light_edit(before[1], now[1]) if now and now[0] == before[0] else None
-            kind = "punctual" if name in self._listed.get("lights", []) else "material"
-            if not edit or self._listed.get("lights" if kind == "punctual" else "materials", []).count(name) != 1:
+            kind = "punctual" if name in self._scene_names.get("lights", []) else "material"
+            if not edit or self._scene_names.get("lights" if kind == "punctual" else "materials", []).count(name) != 1:
                 return False
             edits["lights"].append({"kind": kind, "name": name, **edit})
         if changes.world:
@@ -193,7 +193,7 @@ class Viewport:
         for part, entries in changed.items():
             self._edits[part].update({entry["name"]: entry for entry in entries})
         if changed:
-            self._session.say("edits", edits=changed)
+            self._session.send_command("edits", edits=changed)
         self._changes = _Changes(_NOTHING)
         return True
 
@@ -203,17 +203,17 @@ class Viewport:
         folder = os.path.join(self._folder, f"world {self._worlds % 2}")
         self._worlds += 1
         os.makedirs(folder, exist_ok=True)
-        light = _as_settings(world.options(self._layer_now().depsgraph.scene_eval.world, folder))
-        self._session.say("settings", settings=light)
+        light = _as_settings(world.options(self._find_layer().depsgraph.scene_eval.world, folder))
+        self._session.send_command("settings", settings=light)
         turn = float(light.get("env-rotation", 0))
-        self._session.say("edits", edits={"environment": {"file": light["env"], "strength": float(light["env-strength"]), "rotation": turn}})
+        self._session.send_command("edits", edits={"environment": {"file": light["env"], "strength": float(light["env-strength"]), "rotation": turn}})
 
-    def _layer_now(self):
+    def _find_layer(self):
         """The view layer, or None if it has been removed."""
         scene = bpy.data.scenes.get(self._scene)
         return scene.view_layers.get(self._layer) if scene else None
 
-    def _note_states(self, exported, again):
+    def _record_states(self, exported, again):
         """Records the exported states, for comparison with later changes."""
         self._lights = {name: (data.name_full, live_edits.light_state(data)) for name, data in exported.lights()}
         self._edits["lights"] = {}
@@ -225,55 +225,55 @@ class Viewport:
     def _export(self):
         """Exports the scene and opens it in the session. A failure is shown in the viewport."""
         global _exporting
-        layer = self._layer_now()
+        layer = self._find_layer()
         if not layer:
             return
         changes, self._changes = self._changes, _Changes(_NOTHING)
-        folder = os.path.join(self._folder, str(self._opening + 1))
+        folder = os.path.join(self._folder, str(self._requested_id + 1))
         os.makedirs(folder, exist_ok=True)
         _exporting = True
         try:
             depsgraph = layer.depsgraph
             # Changed materials are not in the old file, so its parts cannot be reused.
-            parts = self._parts if changes.extent == _PLACES and not changes.materials else None
-            exported = Export(depsgraph, folder, parts=parts, only=self._only)
-            self._note_states(exported, exported.parts is not parts)
-            self._parts, self._worn = exported.parts, exported.worn
+            parts = self._parts if changes.extent == _TRANSFORMS and not changes.materials else None
+            exported = Export(depsgraph, folder, parts=parts, only=self._visible_names)
+            self._record_states(exported, exported.parts is not parts)
+            self._parts, self._material_names = exported.parts, exported.used_materials
             light = world.options(depsgraph.scene_eval.world, folder)
             layer.update()  # so that updates caused by the export's own scene do not count as changes
-        except (Refused, OSError) as fault:
-            self._said = str(fault)
+        except (EmberlineError, OSError) as fault:
+            self._status = str(fault)
             return
         except Exception as fault:
             self._fail(fault)
             return
         finally:
             _exporting = False
-        self._opening += 1
-        self._session.say("settings", settings=_as_settings(light))
+        self._requested_id += 1
+        self._session.send_command("settings", settings=_as_settings(light))
         edits = {"camera": self._view.edit, "materials": list(self._edits["materials"].values())}
-        self._session.say("open", id=self._opening, scene=exported.path, edits=edits)
+        self._session.send_command("open", id=self._requested_id, scene=exported.path, edits=edits)
         self._remove_old_files()
 
     def _remove_old_files(self):
         """Removes files of scenes before the open one, except meshes that are still in use."""
-        kept = {str(n) for n in range(self._opened, self._opening + 1)}
+        kept = {str(n) for n in range(self._open_id, self._requested_id + 1)}
         if self._parts:
             kept.add(os.path.basename(os.path.dirname(self._parts.path)))
         for name in os.listdir(self._folder):
             if name.isdigit() and name not in kept:
                 shutil.rmtree(os.path.join(self._folder, name), ignore_errors=True)
 
-    def _look_at_local_view(self, space, depsgraph):
+    def _update_local_view(self, space, depsgraph):
         only = None
         if space.local_view or space.use_local_collections:
             only = {placed.name_full for placed in depsgraph.objects if placed.visible_in_viewport_get(space)}
-        if only != self._only:
-            self._only = only
-            self._changes.extent = max(self._changes.extent, _PLACES)
+        if only != self._visible_names:
+            self._visible_names = only
+            self._changes.extent = max(self._changes.extent, _TRANSFORMS)
 
     def _send(self, context, depsgraph):
-        self._look_at_local_view(context.space_data, depsgraph)
+        self._update_local_view(context.space_data, depsgraph)
         view = camera.region_view(context, depsgraph)
         wanted = _as_settings(settings.viewport_options(depsgraph.scene))
         wanted["size"] = f"{view.width}x{view.height}"
@@ -281,33 +281,33 @@ class Viewport:
         wanted["crop"] = None if whole else ",".join(map(str, view.crop))
         changed = {name: wanted.get(name) for name in {*wanted, *self._settings} if wanted.get(name) != self._settings.get(name)}
         if changed:
-            self._session.say("settings", settings=changed)
+            self._session.send_command("settings", settings=changed)
             self._settings = wanted
-        if self._view and view.edit != self._view.edit and self._opened:
-            self._session.say("camera", camera=view.edit)
+        if self._view and view.edit != self._view.edit and self._open_id:
+            self._session.send_command("camera", camera=view.edit)
         self._view = view
 
     def _fail(self, fault):
         """Reports a bug in the add-on once and closes the session."""
         traceback.print_exc()
-        self._said = f"Emberline: the add-on failed: {type(fault).__name__}: {fault}"
+        self._status = f"Emberline: the add-on failed: {type(fault).__name__}: {fault}"
         self._picture = None
         if self._session:
             self._session.close()
             self._session = None
 
     def draw(self, engine, context, depsgraph):
-        said = self._said
+        status = self._status
         try:
             if self._session:
                 self._send(context, depsgraph)
             self._draw_picture(engine, depsgraph.scene)
-        except Refused as refused:
-            said = str(refused)
+        except EmberlineError as refused:
+            status = str(refused)
         except Exception as fault:
             self._fail(fault)
-            said = self._said
-        engine.update_stats("", said or self._progress())
+            status = self._status
+        engine.update_stats("", status or self._progress())
 
     def _progress(self):
         message = self._picture.message if self._picture else {}
@@ -340,7 +340,7 @@ def _step_all():
             viewport.close()
         except Exception as fault:
             viewport._fail(fault)
-    return _LOOK
+    return _POLL_SECONDS
 
 
 def register():

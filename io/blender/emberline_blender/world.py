@@ -12,7 +12,7 @@ _LINEAR = ("Linear", "Linear Rec.709", "Non-Color", "Raw")
 
 def background_node(world):
     """The Background node connected to the world's active output, or None."""
-    source = lights.shown_node(world.node_tree, "OUTPUT_WORLD")
+    source = lights.active_surface_node(world.node_tree, "OUTPUT_WORLD")
     return source if source and source.type == "BACKGROUND" else None
 
 
@@ -24,7 +24,7 @@ def environment_node(world):
     return source if source.type == "TEX_ENVIRONMENT" and source.image else None
 
 
-def turn(environment):
+def rotation(environment):
     """Rotation in degrees, as for --env-rotation."""
     if not environment.inputs["Vector"].is_linked:
         return 0.0
@@ -36,7 +36,7 @@ def turn(environment):
     return angle if mapping.vector_type == "TEXTURE" else -angle
 
 
-def file_as_is(image):
+def directly_readable_path(image):
     """The path of an image that the command can read itself, including EXR layers; else None."""
     path = bpy.path.abspath(image.filepath_raw, library=image.library)
     linear = image.colorspace_settings.name in _LINEAR
@@ -57,11 +57,11 @@ def options(world, folder):
                 strength = max(background.inputs["Strength"].default_value, 0.0)
                 rgb = background.inputs["Color"].default_value[:3]
     path = os.path.join(folder, "world.exr")
-    source = node and file_as_is(node.image)
+    source = node and directly_readable_path(node.image)
     if source or node and node.image.size[0] and node.image.size[1]:
         if not source:
             exr.write(path, numpy.maximum(images.linear(node.image)[::-1, :, :3], 0))
         path = source or path
-        return ["--env", path, "--env-strength", repr(strength), "--env-rotation", repr(turn(node))]
+        return ["--env", path, "--env-strength", repr(strength), "--env-rotation", repr(rotation(node))]
     exr.write(path, numpy.full((2, 4, 3), [max(c, 0.0) for c in rgb], numpy.float32))
     return ["--env", path, "--env-strength", repr(strength)]

@@ -25,7 +25,7 @@ class AnimationReader {
       : document_(document), animation_(animation) {}
 
   void read(size_t index);
-  void warn_of_repairs() const;
+  void warn_about_repairs() const;
 
  private:
   using Numbers = KeyFrames::Numbers;
@@ -44,8 +44,8 @@ class AnimationReader {
   GltfAnimation& animation_;
   std::map<int, Numbers> times_;  // by accessor
   std::map<ValuesKey, Numbers> values_;
-  uint64_t not_of_unit_length_ = 0;
-  std::string first_of_them_;
+  uint64_t non_unit_rotations_ = 0;
+  std::string first_non_unit_place_;
 };
 
 void AnimationReader::read(size_t index) {
@@ -61,7 +61,7 @@ void AnimationReader::read(size_t index) {
       add_track(target,
                 read_keys(sampler, target, document_.place(sampler_pointer(index, channels[c]))));
     } catch (const NoTarget& reason) {
-      document_.faults->leave_out(pointer, reason);
+      document_.faults->note_defaulted(pointer, reason);
     }
   }
 }
@@ -103,7 +103,7 @@ KeyFrames AnimationReader::read_keys(const json& sampler, const GltfTarget& targ
 
 std::vector<float> AnimationReader::read_numbers(int accessor, size_t components,
                                                  const std::string& place) {
-  check_zeros(document_, accessor, place);
+  check_zero_count(document_, accessor, place);
   animation_.memory.add(bytes_of(document_.accessor(accessor).count, components * sizeof(float)),
                         place);
   std::vector<float> numbers = read_floats(document_, accessor, int(components), place);
@@ -154,22 +154,22 @@ void AnimationReader::check_rotations(const std::vector<float>& values, bool spl
       throw InputError(place, "the rotation of key frame {} is zero", at / stride);
     }
     if (std::abs(length - 1.0) <= kTolerance) continue;
-    if (not_of_unit_length_++ == 0) first_of_them_ = place;
+    if (non_unit_rotations_++ == 0) first_non_unit_place_ = place;
   }
 }
 
-void AnimationReader::warn_of_repairs() const {
-  if (not_of_unit_length_ == 0) return;
+void AnimationReader::warn_about_repairs() const {
+  if (non_unit_rotations_ == 0) return;
   log_warning(fmt::format(
       "{}: {} rotations (this is the first) do not have unit length; they are normalised",
-      first_of_them_, not_of_unit_length_));
+      first_non_unit_place_, non_unit_rotations_));
 }
 
 // ---- selection
 
 // A broken animation has no known name, so it may be the wanted one.
-size_t choose_one(const GltfDocument& document, const std::string& wanted,
-                  const std::vector<AnimationDescription>& list) {
+size_t choose_animation(const GltfDocument& document, const std::string& wanted,
+                        const std::vector<AnimationDescription>& list) {
   try {
     return find_name_or_index("animation", wanted, list);
   } catch (const UsageError&) {
@@ -197,14 +197,14 @@ std::vector<size_t> choose_animations(const GltfDocument& document, const GltfOp
   }
   const bool all = wanted == "all" && !list.empty() &&
                    std::ranges::find(list, wanted, &AnimationDescription::name) == list.end();
-  if (!all) return {choose_one(document, wanted, list)};
-  std::vector<size_t> every(list.size());
-  std::iota(every.begin(), every.end(), size_t(0));
-  return every;
+  if (!all) return {choose_animation(document, wanted, list)};
+  std::vector<size_t> indices(list.size());
+  std::iota(indices.begin(), indices.end(), size_t(0));
+  return indices;
 }
 
 // Key times are floats, so the time of a frame at the last key may round beyond it.
-void say_if_outside(const GltfDocument& document, const GltfAnimation& animation) {
+void log_if_outside(const GltfDocument& document, const GltfAnimation& animation) {
   const bool before = animation.time < 0.0;
   if (!before && float(animation.time) <= float(animation.duration)) return;
   log_info(fmt::format(
@@ -214,7 +214,7 @@ void say_if_outside(const GltfDocument& document, const GltfAnimation& animation
 
 // ---- at a time
 
-void pose_node(const NodeTrack& track, double time, NodePose& pose) {
+void apply_track(const NodeTrack& track, double time, NodePose& pose) {
   const NodeTarget& target = track.target;
   if (target.property == NodeProperty::kWeights) return sample_keys(track.keys, time, pose.weights);
   Quaternion value{};  // all other properties have at most four numbers
@@ -249,7 +249,7 @@ GltfAnimation read_animation(const GltfDocument& document, const GltfOptions& op
   animation.at_rest = false;
   AnimationReader reader(document, animation);
   for (const size_t index : chosen) reader.read(index);
-  reader.warn_of_repairs();
+  reader.warn_about_repairs();
   return animation;
 }
 
@@ -259,11 +259,11 @@ void set_time(const GltfDocument& document, const GltfOptions& options, GltfAnim
   const GltfOptions::Shutter shutter = options.shutter.value_or(GltfOptions::Shutter{});
   animation.open = animation.time + shutter.open;
   animation.close = animation.time + shutter.close;
-  animation.later.reset();
-  if (options.later && !(animation.open < animation.close)) {
-    animation.later = animation.open + *options.later;
+  animation.next_frame.reset();
+  if (options.next_frame && !(animation.open < animation.close)) {
+    animation.next_frame = animation.open + *options.next_frame;
   }
-  say_if_outside(document, animation);
+  log_if_outside(document, animation);
 }
 
 std::vector<char> nodes_that_may_move(const GltfDocument& document,
@@ -285,17 +285,17 @@ std::vector<char> nodes_that_may_move(const GltfDocument& document,
 GltfPose pose_at(const GltfAnimation& animation, double time) {
   GltfPose pose;
   for (const auto& [node, weights] : animation.weights) pose[node].weights = weights;
-  for (const NodeTrack& track : animation.nodes) pose_node(track, time, pose[track.target.node]);
+  for (const NodeTrack& track : animation.nodes) apply_track(track, time, pose[track.target.node]);
   return pose;
 }
 
 // Compares as floats, the type of key times: a time that rounds to a key's counts as that key.
-std::vector<double> times_within(const GltfAnimation& animation,
-                                 std::span<const KeyFrames* const> keys) {
+std::vector<double> shutter_key_times(const GltfAnimation& animation,
+                                      std::span<const KeyFrames* const> keys) {
   if (!(animation.open < animation.close)) return {animation.open};
   std::vector<double> all = {animation.open};
-  for (const KeyFrames* of : keys) {
-    const std::vector<float>& times = *of->times;
+  for (const KeyFrames* frames : keys) {
+    const std::vector<float>& times = *frames->times;
     const auto first = std::upper_bound(times.begin(), times.end(), float(animation.open));
     all.insert(all.end(), first, std::lower_bound(first, times.end(), float(animation.close)));
   }
@@ -312,14 +312,14 @@ void sample_value(const PointerTrack& track, double time, std::span<double> valu
     const double sampled = number;
     number = std::clamp(number, track.property->minimum, track.property->maximum);
     if (std::abs(sampled - number) > kRounding * std::max(1.0, std::abs(number))) {
-      track.goes_beyond = true;
+      track.was_clamped = true;
     }
   }
 }
 
 void write_values_at(const GltfAnimation& animation, double time, json& document) {
   for (const PointerTrack& track : animation.pointers) {
-    track.goes_beyond = false;
+    track.was_clamped = false;
     std::vector<double> values(track.keys.width);
     sample_value(track, time, values);
     json& target = document[json::json_pointer(track.pointer)];
@@ -332,14 +332,14 @@ void write_values_at(const GltfAnimation& animation, double time, json& document
 }
 
 void report_clamped_values(const GltfDocument& document, const GltfAnimation& animation) {
-  constexpr size_t kMost = 8;  // of the named values: a file may have any number
+  constexpr size_t kMaxNamed = 8;  // of the named values: a file may have any number
   std::string names;
   size_t count = 0;
   for (const PointerTrack& track : animation.pointers) {
-    if (!track.goes_beyond || ++count > kMost) continue;
+    if (!track.was_clamped || ++count > kMaxNamed) continue;
     names += (names.empty() ? "" : ", ") + track.pointer;
   }
-  if (count > kMost) names += fmt::format(", and {} more", count - kMost);
+  if (count > kMaxNamed) names += fmt::format(", and {} more", count - kMaxNamed);
   if (count > 0) {
     log_warning(document.file + ": animated values outside the specification's range are " +
                 "clamped: " + names);

@@ -32,16 +32,16 @@ struct PointerTrack {
   const schema::Property* property = nullptr;
   KeyFrames keys;
   // Set if sample_value clamped a value since the last write_values_at. Not thread-safe.
-  mutable bool goes_beyond = false;
+  mutable bool was_clamped = false;
 };
 
 // The animations that pose the scene; or none, and the scene is at rest.
 struct GltfAnimation {
   bool at_rest = true;
-  double time = 0.0;               // requested time in seconds
-  double open = 0.0, close = 0.0;  // shutter interval in seconds; equal for an instant
-  std::optional<double> later;     // GltfOptions::later, for an instant
-  double duration = 0.0;           // of the longest animation
+  double time = 0.0;                 // requested time in seconds
+  double open = 0.0, close = 0.0;    // shutter interval in seconds; equal for an instant
+  std::optional<double> next_frame;  // GltfOptions::later, for an instant
+  double duration = 0.0;             // of the longest animation
   // In file order; if two tracks have the same target, the later wins.
   std::vector<NodeTrack> nodes;            // without visibility
   std::map<size_t, KeyFrames> visibility;  // by node
@@ -50,7 +50,7 @@ struct GltfAnimation {
   std::map<size_t, std::vector<double>> weights;
   MemoryReservation memory;
 
-  float share_of_shutter(double seconds) const {
+  float shutter_fraction(double seconds) const {
     return open < close ? float((seconds - open) / (close - open)) : 0.0f;
   }
 };
@@ -84,8 +84,8 @@ std::vector<char> nodes_that_may_move(const GltfDocument& document, const GltfAn
 // the number of keys per track.
 GltfPose pose_at(const GltfAnimation& animation, double time);
 // Shutter opening, the key times in between, and shutter closing, ascending; one for an instant.
-std::vector<double> times_within(const GltfAnimation& animation,
-                                 std::span<const KeyFrames* const> keys);
+std::vector<double> shutter_key_times(const GltfAnimation& animation,
+                                      std::span<const KeyFrames* const> keys);
 // The pointer's value, clamped to the range of the specification, since splines may overshoot.
 void sample_value(const PointerTrack& track, double time, std::span<double> value);
 // Writes all other animated values at this time, overwriting earlier ones.

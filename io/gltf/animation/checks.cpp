@@ -53,16 +53,16 @@ void check_sampler(const GltfDocument& document, const json& sampler, const Gltf
   }
 }
 
-// Rejects a target that equals, contains or is part of one of the pointers in `before`.
-void check_new_target(std::set<std::string>& before, const std::string& target,
+// Rejects a target that equals, contains or is part of one of the pointers in `earlier_targets`.
+void check_new_target(std::set<std::string>& earlier_targets, const std::string& target,
                       const std::string& place) {
   const std::string parts = target + "/";
-  const auto part = before.lower_bound(parts);
-  const bool is_there = before.contains(target) ||
-                        before.contains(target.substr(0, target.rfind('/'))) ||
-                        (part != before.end() && part->starts_with(parts));
+  const auto part = earlier_targets.lower_bound(parts);
+  const bool is_there = earlier_targets.contains(target) ||
+                        earlier_targets.contains(target.substr(0, target.rfind('/'))) ||
+                        (part != earlier_targets.end() && part->starts_with(parts));
   if (is_there) throw InputError(place, "{} is animated twice", target);
-  before.insert(target);
+  earlier_targets.insert(target);
 }
 
 void check_animation(const GltfDocument& document, const json& animation, size_t index) {
@@ -93,17 +93,17 @@ void check_animation(const GltfDocument& document, const json& animation, size_t
 class DurationReader {
  public:
   explicit DurationReader(const GltfDocument& document)
-      : document_(document), most_sparse_((uint64_t(1) << 22) + document.total_bytes) {}
+      : document_(document), max_sparse_elements_((uint64_t(1) << 22) + document.total_bytes) {}
 
   double last_time(int accessor, const std::string& place) {
     const auto known = last_.find(accessor);
     if (known != last_.end()) return known->second;
     document_.progress->check();
     const GltfAccessor& times = document_.accessor(accessor);
-    check_zeros(document_, accessor, place);
+    check_zero_count(document_, accessor, place);
     // Each sparse index is searched for the last element.
-    sparse_ += times.sparse.count;
-    if (times.count > UINT32_MAX || sparse_ > most_sparse_) {
+    sparse_elements_ += times.sparse.count;
+    if (times.count > UINT32_MAX || sparse_elements_ > max_sparse_elements_) {
       throw InputError(place, "too many key frames for a file of this size");
     }
     const std::vector<uint32_t> element = {uint32_t(times.count - 1)};
@@ -113,8 +113,8 @@ class DurationReader {
 
  private:
   const GltfDocument& document_;
-  const uint64_t most_sparse_;
-  uint64_t sparse_ = 0;
+  const uint64_t max_sparse_elements_;
+  uint64_t sparse_elements_ = 0;
   std::map<int, double> last_;
 };
 
@@ -167,7 +167,7 @@ std::vector<AnimationDescription> describe_animations(const GltfDocument& docume
     try {
       describe(document, i, durations, list[i]);
     } catch (const InputError& error) {
-      document.faults->note(animation_pointer(i), error);
+      document.faults->note_broken(animation_pointer(i), error);
       list[i].fault = error.what();
     }
     document.reserve(MemoryPart::kFile, list[i].name.capacity() + list[i].fault.capacity());

@@ -42,10 +42,10 @@ const SkinPose& GltfPoses::skin(int index) {
     document_.faults->require("/nodes/" + std::to_string(joint));
   std::vector<float> inverse_bind;
   if (source.inverseBindMatrices >= 0) {
-    std::vector<uint32_t> of_joints(source.joints.size());
-    std::iota(of_joints.begin(), of_joints.end(), 0u);
+    std::vector<uint32_t> joint_elements(source.joints.size());
+    std::iota(joint_elements.begin(), joint_elements.end(), 0u);
     inverse_bind = read_floats(document_, source.inverseBindMatrices, 16,
-                               place + "/inverseBindMatrices", &of_joints);
+                               place + "/inverseBindMatrices", &joint_elements);
   }
   // Joints place vertices in world space; the node's own transform is ignored (section 3.7.3.3).
   const Mat44d& first = shutter_.world()[size_t(source.joints[0])];
@@ -82,7 +82,7 @@ const std::vector<double>& GltfPoses::weights_of(size_t node, size_t step) const
   return source.weights.empty() ? defaults_[size_t(source.mesh)].weights : source.weights;
 }
 
-std::vector<MeshPose> GltfPoses::of(size_t node) {
+std::vector<MeshPose> GltfPoses::mesh_poses(size_t node) {
   const tinygltf::Node& source = document_.model->nodes[node];
   const bool morphs = defaults_[size_t(source.mesh)].morphs;
   static const std::vector<std::vector<Mat44d>> no_skin;
@@ -100,7 +100,7 @@ std::vector<MeshPose> GltfPoses::of(size_t node) {
   if (!moves) return {pose(0)};
   std::vector<MeshPose> all;
   for (size_t step = 0; step < shutter_.steps(); ++step) all.push_back(pose(step));
-  return thinned_poses(std::move(all), shutter_.radius(size_t(source.mesh)));
+  return reduce_poses(std::move(all), shutter_.radius(size_t(source.mesh)));
 }
 
 bool GltfPoses::has_own_weights(size_t node) const {

@@ -26,9 +26,9 @@ class GltfPoses {
   bool has_own_weights(size_t node) const;
   // Loaded on first use. Throws InputError.
   const SkinPose& skin(int index);
-  const SkinPose& known_skin(int index) const { return skins_.at(index); }
+  const SkinPose& loaded_skin(int index) const { return skins_.at(index); }
   // A node's mesh in as many poses as linear motion between them requires. Throws InputError.
-  std::vector<MeshPose> of(size_t node);
+  std::vector<MeshPose> mesh_poses(size_t node);
 
  private:
   // The mesh's default weights, for nodes without their own.

@@ -15,14 +15,14 @@ namespace {
 using nlohmann::json;
 
 // Our choice; Embree supports 128 segments.
-constexpr size_t kMostSegments = 64;
-constexpr size_t kMostTransforms = size_t(1) << 22;  // nodes times steps: 512 MiB
+constexpr size_t kMaxSegments = 64;
+constexpr size_t kMaxTransforms = size_t(1) << 22;  // nodes times steps: 512 MiB
 // Largest visible deviation from the path, relative to the object's radius.
 constexpr double kTolerance = 1e-3;
 // Where vertices move linearly between steps: a chord leaves an arc of this angle by kTolerance.
-constexpr double kJointTurn = 0.09;
-constexpr double kTurn = 0.8;      // where Embree interpolates the rotation
-constexpr double kMostTurn = 1.6;  // between the steps that are kept
+constexpr double kMaxJointRotation = 0.09;
+constexpr double kMaxRotation = 0.8;      // where Embree interpolates the rotation
+constexpr double kMaxKeptRotation = 1.6;  // between the steps that are kept
 
 double angle_between(const Imath::Quatd& a, const Imath::Quatd& b) {
   return 2.0 * std::acos(std::min(1.0, std::abs(a ^ b)));
@@ -38,7 +38,7 @@ double distance_between(const Mat44d& a, const Mat44d& b, double radius) {
   return std::sqrt(shift) + radius * std::sqrt(turn);
 }
 
-double largest_stretch(const Mat44d& m) {
+double max_scale(const Mat44d& m) {
   double sum = 0.0;
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c < 3; ++c) sum += square(m[r][c]);
@@ -69,7 +69,7 @@ WorldBounds position_bounds(const GltfDocument& document, const json& mesh) {
 }
 
 // Key frames in the interval of the track that has the most: between key frames, motion is smooth.
-size_t keys_within(const GltfAnimation& animation, double open, double close) {
+size_t max_keys_within(const GltfAnimation& animation, double open, double close) {
   size_t most = 0;
   for (const NodeTrack& track : animation.nodes) {
     const std::vector<float>& times = *track.keys.times;
@@ -86,7 +86,7 @@ GltfShutter::GltfShutter(const GltfDocument& document, const GltfAnimation& anim
     : document_(document),
       animation_(animation),
       open_(animation.open),
-      close_(animation.later.value_or(animation.close)),
+      close_(animation.next_frame.value_or(animation.close)),
       memory_(document.progress->budget(), MemoryPart::kGeometry) {
   if (!animation.at_rest) {
     for (const json& mesh : document.array("meshes")) {
@@ -97,8 +97,8 @@ GltfShutter::GltfShutter(const GltfDocument& document, const GltfAnimation& anim
   world_ = world_transforms(document, poses_[0]);
   if (!(open_ < close_) || animation.nodes.empty()) return;
   find_moving_nodes();
-  size_t most = is_instant() ? 1 : kMostSegments;
-  while (most > 2 && order_.size() * (most + 1) > kMostTransforms) most /= 2;
+  size_t most = is_instant() ? 1 : kMaxSegments;
+  while (most > 2 && order_.size() * (most + 1) > kMaxTransforms) most /= 2;
   // The matrices, and the poses from which they are computed.
   size_t numbers = 0;
   for (const NodeTrack& track : animation.nodes) numbers += track.keys.width;
@@ -107,10 +107,10 @@ GltfShutter::GltfShutter(const GltfDocument& document, const GltfAnimation& anim
                                          animation.nodes.size() * 2 * sizeof(NodePose)),
               document.file);
   size_t segments = std::min(most, size_t(2));
-  while (segments < most && segments < 2 * (keys_within(animation, open_, close_) + 1))
+  while (segments < most && segments < 2 * (max_keys_within(animation, open_, close_) + 1))
     segments *= 2;
-  pose_at_steps(segments);
-  while (segments < most && !fine_enough()) pose_at_steps(segments *= 2);
+  sample_poses(segments);
+  while (segments < most && !is_fine_enough()) sample_poses(segments *= 2);
 }
 
 void GltfShutter::find_moving_nodes() {
@@ -122,17 +122,17 @@ void GltfShutter::find_moving_nodes() {
       posed[track.target.node] = 1;
     }
   }
-  moving_.assign(document_.model->nodes.size(), kAtRest);
+  moving_.assign(document_.model->nodes.size(), kNotMoving);
   for (const int node : document_.node_order) {
     const int parent = document_.parents[size_t(node)];
-    const bool carried = parent >= 0 && moving_[size_t(parent)] != kAtRest;
-    if (!posed[size_t(node)] && !carried) continue;
+    const bool parent_moves = parent >= 0 && moving_[size_t(parent)] != kNotMoving;
+    if (!posed[size_t(node)] && !parent_moves) continue;
     moving_[size_t(node)] = uint32_t(order_.size());
     order_.push_back(size_t(node));
   }
 }
 
-void GltfShutter::pose_at_steps(size_t segments) {
+void GltfShutter::sample_poses(size_t segments) {
   poses_.resize(1);
   motion_.assign(1, {});
   for (const size_t node : order_) motion_[0].push_back(world_[node]);
@@ -156,29 +156,29 @@ void GltfShutter::pose_at_steps(size_t segments) {
 
 // Radius of the node's mesh, at its largest while the shutter is open; 0 without a mesh. If the
 // mesh's bounds are unknown, the length of its path.
-double GltfShutter::radius_of(size_t i) const {
+double GltfShutter::node_radius(size_t i) const {
   const size_t node = order_[i];
   const int mesh = document_.model->nodes[node].mesh;
   if (mesh < 0) return 0.0;
   const double of_mesh = radius(size_t(mesh));
   if (std::isfinite(of_mesh)) {
-    const double opening = largest_stretch(world_[node]);
+    const double opening = max_scale(world_[node]);
     if (opening > 0.0) return of_mesh * opening;
     double largest = 0.0;
     for (const std::vector<Mat44d>& step : motion_) {
-      largest = std::max(largest, largest_stretch(step[i]));
+      largest = std::max(largest, max_scale(step[i]));
     }
     return of_mesh * largest;
   }
-  double way = 0.0;
+  double path_length = 0.0;
   for (size_t step = 1; step < steps(); ++step) {
-    way += distance_between(motion_[step - 1][i], motion_[step][i], 0.0);
+    path_length += distance_between(motion_[step - 1][i], motion_[step][i], 0.0);
   }
-  return way;
+  return path_length;
 }
 
 // Whether the object's handedness flips on the way, which interpolation cannot show.
-bool GltfShutter::is_mirrored_midway(size_t i) const {
+bool GltfShutter::flips_handedness(size_t i) const {
   double before = 0.0;
   for (size_t step = 0; step < steps(); ++step) {
     const Mat44d& m = motion_[step][i];
@@ -191,11 +191,11 @@ bool GltfShutter::is_mirrored_midway(size_t i) const {
 }
 
 // Whether interpolation between the even steps predicts every odd step.
-bool GltfShutter::fine_enough() const {
+bool GltfShutter::is_fine_enough() const {
   for (size_t i = 0; i < order_.size(); ++i) {
-    const double radius = radius_of(i);
+    const double radius = node_radius(i);
     const bool is_seen = radius > 0.0;
-    if (is_seen && is_mirrored_midway(i)) return false;
+    if (is_seen && flips_handedness(i)) return false;
     const int mesh = document_.model->nodes[order_[i]].mesh;
     const double of_mesh = mesh < 0 ? 0.0 : this->radius(size_t(mesh));
     const double own = std::isfinite(of_mesh) ? of_mesh : 1.0;
@@ -210,9 +210,10 @@ bool GltfShutter::fine_enough() const {
         continue;
       }
       const TransformParts a(motion_[step][i]), b(motion_[step + 2][i]);
-      if (angle_between(a.rotation, b.rotation) > (is_seen ? kTurn : kJointTurn)) return false;
-      const Mat44d expected = between(a, b, 0.5).matrix();
-      const double stretch = largest_stretch(middle);
+      if (angle_between(a.rotation, b.rotation) > (is_seen ? kMaxRotation : kMaxJointRotation))
+        return false;
+      const Mat44d expected = interpolate(a, b, 0.5).matrix();
+      const double stretch = max_scale(middle);
       if (is_seen && stretch > 0.0 &&
           distance_between(expected, middle, radius / stretch) > kTolerance * radius) {
         return false;
@@ -247,19 +248,20 @@ void thicken(std::vector<Mat44d>& steps, const Vec3d& center) {
 
 }  // namespace
 
-std::vector<Mat44d> with_inverses(std::vector<Mat44d> steps, const Vec3d& center) {
+std::vector<Mat44d> make_invertible(std::vector<Mat44d> steps, const Vec3d& center) {
   thicken(steps, center);
-  std::vector<size_t> whole;
+  std::vector<size_t> invertible;
   for (size_t i = 0; i < steps.size(); ++i) {
-    if (!is_singular(steps[i])) whole.push_back(i);
+    if (!is_singular(steps[i])) invertible.push_back(i);
   }
-  if (whole.empty()) return {};
+  if (invertible.empty()) return {};
   size_t next = 0;
   for (size_t i = 0; i < steps.size(); ++i) {
-    while (next + 1 < whole.size() && whole[next] < i) ++next;
-    if (whole[next] == i) continue;
-    const bool nearer = next > 0 && i - whole[next - 1] < (whole[next] > i ? whole[next] - i : i);
-    const Mat44d& like = steps[nearer ? whole[next - 1] : whole[next]];
+    while (next + 1 < invertible.size() && invertible[next] < i) ++next;
+    if (invertible[next] == i) continue;
+    const bool nearer =
+        next > 0 && i - invertible[next - 1] < (invertible[next] > i ? invertible[next] - i : i);
+    const Mat44d& like = steps[nearer ? invertible[next - 1] : invertible[next]];
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 3; ++c) steps[i][r][c] = 1e-4 * like[r][c];
     }
@@ -272,7 +274,7 @@ namespace {
 // The smallest number of segments (1, 2, 4, ... of `segments`) for which error(step, before,
 // after), the error of interpolating `step`, is at most `most`.
 template <class Error>
-size_t enough_segments(size_t segments, double most, const Error& error) {
+size_t required_segments(size_t segments, double most, const Error& error) {
   for (size_t count = 1; count < segments; count *= 2) {
     const size_t stride = segments / count;
     bool enough = true;
@@ -286,7 +288,7 @@ size_t enough_segments(size_t segments, double most, const Error& error) {
 }
 
 template <class Step>
-std::vector<Step> every(size_t stride, const std::vector<Step>& steps) {
+std::vector<Step> subsample(size_t stride, const std::vector<Step>& steps) {
   std::vector<Step> kept;
   for (size_t step = 0; step < steps.size(); step += stride) kept.push_back(steps[step]);
   return kept;
@@ -294,7 +296,7 @@ std::vector<Step> every(size_t stride, const std::vector<Step>& steps) {
 
 }  // namespace
 
-std::vector<MeshPose> thinned_poses(std::vector<MeshPose> steps, double radius) {
+std::vector<MeshPose> reduce_poses(std::vector<MeshPose> steps, double radius) {
   const auto blend = [](const auto& a, const auto& b, double share) { return a + (b - a) * share; };
   const auto error = [&](size_t step, size_t before, size_t after) {
     const MeshPose &a = steps[before], &b = steps[after], &at = steps[step];
@@ -313,24 +315,25 @@ std::vector<MeshPose> thinned_poses(std::vector<MeshPose> steps, double radius) 
   };
   if (!std::isfinite(radius)) return steps;
   const size_t segments = steps.size() - 1;
-  return every(segments / enough_segments(segments, kTolerance * radius, error), steps);
+  return subsample(segments / required_segments(segments, kTolerance * radius, error), steps);
 }
 
-std::vector<Mat44d> thinned_transforms(std::vector<Mat44d> steps, double radius) {
+std::vector<Mat44d> reduce_transforms(std::vector<Mat44d> steps, double radius) {
   if (std::ranges::all_of(steps, [&](const Mat44d& m) { return m == steps[0]; })) return {};
   std::vector<TransformParts> parts;
   for (const Mat44d& m : steps) parts.emplace_back(m);
   double largest = 0.0;
-  for (const Mat44d& m : steps) largest = std::max(largest, radius * largest_stretch(m));
+  for (const Mat44d& m : steps) largest = std::max(largest, radius * max_scale(m));
   const auto error = [&](size_t step, size_t before, size_t after) {
     // Beyond half a turn the direction is ambiguous.
-    if (angle_between(parts[before].rotation, parts[after].rotation) > kMostTurn) return HUGE_VAL;
+    if (angle_between(parts[before].rotation, parts[after].rotation) > kMaxKeptRotation)
+      return HUGE_VAL;
     const double share = double(step - before) / double(after - before);
-    const Mat44d expected = between(parts[before], parts[after], share).matrix();
+    const Mat44d expected = interpolate(parts[before], parts[after], share).matrix();
     return distance_between(expected, steps[step], radius);
   };
   const size_t segments = steps.size() - 1;
-  return every(segments / enough_segments(segments, kTolerance * largest, error), steps);
+  return subsample(segments / required_segments(segments, kTolerance * largest, error), steps);
 }
 
 }  // namespace emberline

@@ -26,18 +26,18 @@ class GltfShutter {
   // Number of poses, including the first; 1: nothing moves.
   size_t steps() const { return poses_.size(); }
   // True if the second pose, if any, is GltfAnimation::later.
-  bool is_instant() const { return animation_.later.has_value(); }
-  bool moves(size_t node) const { return !moving_.empty() && moving_[node] != kAtRest; }
+  bool is_instant() const { return animation_.next_frame.has_value(); }
+  bool moves(size_t node) const { return !moving_.empty() && moving_[node] != kNotMoving; }
   // The node must move.
   const Mat44d& world(size_t node, size_t step) const { return motion_[step][moving_[node]]; }
 
  private:
-  static constexpr uint32_t kAtRest = ~0u;
+  static constexpr uint32_t kNotMoving = ~0u;
   void find_moving_nodes();
-  void pose_at_steps(size_t segments);
-  bool fine_enough() const;
-  bool is_mirrored_midway(size_t i) const;
-  double radius_of(size_t i) const;  // `i` indexes order_
+  void sample_poses(size_t segments);
+  bool is_fine_enough() const;
+  bool flips_handedness(size_t i) const;
+  double node_radius(size_t i) const;  // `i` indexes order_
 
   const GltfDocument& document_;
   const GltfAnimation& animation_;
@@ -58,13 +58,13 @@ inline constexpr double kThickness = 4e-6;
 // Makes all steps invertible. A flattened object gets thickness kThickness around `center`. An
 // object scaled to nothing gets the transform of the nearest invertible step at 1/10000 of its
 // size. Empty if no step is invertible.
-std::vector<Mat44d> with_inverses(std::vector<Mat44d> steps, const Vec3d& center);
+std::vector<Mat44d> make_invertible(std::vector<Mat44d> steps, const Vec3d& center);
 
 // Reduces the steps, evenly, so that linear motion between them keeps every vertex of a mesh of
 // that radius within 1/1000 of the radius of its original path.
-std::vector<MeshPose> thinned_poses(std::vector<MeshPose> steps, double radius);
+std::vector<MeshPose> reduce_poses(std::vector<MeshPose> steps, double radius);
 // The same for transforms, between which Embree interpolates rotations; `radius` is the mesh's.
 // Empty if nothing moves.
-std::vector<Mat44d> thinned_transforms(std::vector<Mat44d> steps, double radius);
+std::vector<Mat44d> reduce_transforms(std::vector<Mat44d> steps, double radius);
 
 }  // namespace emberline

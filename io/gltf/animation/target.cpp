@@ -44,14 +44,14 @@ class TargetFinder {
 
  private:
   template <class... Values>
-  [[noreturn]] void give_up(const char* member, fmt::format_string<Values...> reason,
-                            Values&&... values) const {
+  [[noreturn]] void throw_no_target(const char* member, fmt::format_string<Values...> reason,
+                                    Values&&... values) const {
     throw NoTarget(InputError(document_.place(pointer_ + member),
                               fmt::format(reason, std::forward<Values>(values)...)));
   }
-  GltfTarget of_node(size_t node, std::string_view path, bool by_pointer) const;
-  GltfTarget of_pointer(const std::string& text) const;
-  GltfTarget of_number(const std::string& text) const;
+  GltfTarget node_target(size_t node, std::string_view path, bool by_pointer) const;
+  GltfTarget pointer_target(const std::string& text) const;
+  GltfTarget number_target(const std::string& text) const;
   bool is_defined(const std::string& text) const;
 
   static constexpr const char* kPointer = "/extensions/KHR_animation_pointer/pointer";
@@ -63,25 +63,25 @@ GltfTarget TargetFinder::find(const json& target) const {
   const std::string path = target.at("path").get<std::string>();
   if (path == "pointer") {
     const json* extension = find_extension(target, "KHR_animation_pointer");
-    if (!extension) give_up("", "it has no pointer");
-    return of_pointer(extension->at("pointer").get<std::string>());
+    if (!extension) throw_no_target("", "it has no pointer");
+    return pointer_target(extension->at("pointer").get<std::string>());
   }
   const json* node = find_member(target, "node");
-  if (!node) give_up("", "it does not name a node");
-  return of_node(node->get<size_t>(), path, false);
+  if (!node) throw_no_target("", "it does not name a node");
+  return node_target(node->get<size_t>(), path, false);
 }
 
-GltfTarget TargetFinder::of_node(size_t node, std::string_view path, bool by_pointer) const {
+GltfTarget TargetFinder::node_target(size_t node, std::string_view path, bool by_pointer) const {
   const char* member = by_pointer ? kPointer : "/path";
   const json& object = document_.array("nodes")[node];
-  if (object.is_null()) give_up(member, "node {} is broken", node);
-  constexpr std::string_view kOneWeight = "weights/";
-  const bool one_weight = by_pointer && path.starts_with(kOneWeight);
+  if (object.is_null()) throw_no_target(member, "node {} is broken", node);
+  constexpr std::string_view kWeightPrefix = "weights/";
+  const bool one_weight = by_pointer && path.starts_with(kWeightPrefix);
   const auto entry =
       std::ranges::find(kNodeProperties, one_weight ? "weights" : path, &NodePropertyEntry::path);
   const bool known = entry != std::end(kNodeProperties) &&
                      (by_pointer || entry->property != NodeProperty::kVisible);
-  if (!known) give_up(member, "unknown property \"{}\"", shortened(path));
+  if (!known) throw_no_target(member, "unknown property \"{}\"", shortened(path));
   GltfTarget target;
   target.pointer = "/nodes/" + std::to_string(node) + "/" + std::string(path);
   target.width = entry->width;
@@ -96,7 +96,7 @@ GltfTarget TargetFinder::of_node(size_t node, std::string_view path, bool by_poi
     throw fault;
   }
   if (target.has(NodeProperty::kVisible) && !find_extension(object, "KHR_node_visibility")) {
-    give_up(member, "node {} has no KHR_node_visibility", node);
+    throw_no_target(member, "node {} has no KHR_node_visibility", node);
   }
   if (!target.is_array()) return target;
   const size_t weights = morph_target_count(document_, node);
@@ -108,38 +108,39 @@ GltfTarget TargetFinder::of_node(size_t node, std::string_view path, bool by_poi
   }
   target.width = weights;
   if (one_weight) {
-    const auto which = pointer_index(path.substr(kOneWeight.size()), weights);
-    if (!which) give_up(member, "the mesh of node {} has only {} morph targets", node, weights);
+    const auto which = pointer_index(path.substr(kWeightPrefix.size()), weights);
+    if (!which)
+      throw_no_target(member, "the mesh of node {} has only {} morph targets", node, weights);
     target.node = {node, NodeProperty::kWeight, *which};
     target.width = 1;
   }
   return target;
 }
 
-GltfTarget TargetFinder::of_pointer(const std::string& text) const {
+GltfTarget TargetFinder::pointer_target(const std::string& text) const {
   constexpr std::string_view kNodes = "/nodes/";
-  if (!text.starts_with(kNodes)) return of_number(text);
+  if (!text.starts_with(kNodes)) return number_target(text);
   const std::string_view rest = std::string_view(text).substr(kNodes.size());
   const size_t slash = std::min(rest.find('/'), rest.size());
   const auto node = pointer_index(rest.substr(0, slash), document_.array("nodes").size());
-  if (!node) give_up(kPointer, "\"{}\" does not exist", shortened(text));
-  return of_node(*node, rest.substr(std::min(slash + 1, rest.size())), true);
+  if (!node) throw_no_target(kPointer, "\"{}\" does not exist", shortened(text));
+  return node_target(*node, rest.substr(std::min(slash + 1, rest.size())), true);
 }
 
 // Accepts numbers that the glTF object model allows to change and that this loader reads.
-GltfTarget TargetFinder::of_number(const std::string& text) const {
-  constexpr std::string_view kChangeable[] = {"/materials/", "/cameras/",
-                                              "/extensions/KHR_lights_punctual/lights/"};
+GltfTarget TargetFinder::number_target(const std::string& text) const {
+  constexpr std::string_view kAnimatableRoots[] = {"/materials/", "/cameras/",
+                                                   "/extensions/KHR_lights_punctual/lights/"};
   using schema::Kind;
   const schema::Property* property = nullptr;
-  if (std::ranges::any_of(kChangeable, [&](auto root) { return text.starts_with(root); })) {
+  if (std::ranges::any_of(kAnimatableRoots, [&](auto root) { return text.starts_with(root); })) {
     property = find_property(text);
   }
   const bool numbers = property && property->kind == Kind::kNumbers;
   if (!numbers && !(property && property->kind == Kind::kNumber)) {
-    give_up(kPointer, "\"{}\" cannot be animated", shortened(text));
+    throw_no_target(kPointer, "\"{}\" cannot be animated", shortened(text));
   }
-  if (!is_defined(text)) give_up(kPointer, "\"{}\" does not exist", shortened(text));
+  if (!is_defined(text)) throw_no_target(kPointer, "\"{}\" does not exist", shortened(text));
   GltfTarget target;
   target.pointer = text;
   target.width = numbers ? property->count : 1;

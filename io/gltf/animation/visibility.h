@@ -20,23 +20,25 @@ class GltfVisibility {
   GltfVisibility(const GltfDocument& document, const GltfAnimation& animation);
 
   // Whether a node is visible at some time; and when (null: always).
-  bool shows(size_t node) const { return shown_[node] != never_; }
-  const std::shared_ptr<const ShownTimes>& times(size_t node) const { return shown_[node]; }
+  bool is_ever_visible(size_t node) const { return visible_times_[node] != never_visible_; }
+  const std::shared_ptr<const VisibilityTimes>& times(size_t node) const {
+    return visible_times_[node];
+  }
   // Whether it may be visible at another time of the animation.
-  bool may_show(size_t node) const { return may_show_[node]; }
+  bool may_be_visible(size_t node) const { return may_be_visible_[node]; }
 
  private:
-  using Shown = std::shared_ptr<const ShownTimes>;
-  Shown read(const GltfAnimation& animation, const KeyFrames& keys);
-  Shown both(const Shown& a, const Shown& b);
-  Shown keep(ShownTimes times);
+  using TimesPtr = std::shared_ptr<const VisibilityTimes>;
+  TimesPtr read(const GltfAnimation& animation, const KeyFrames& keys);
+  TimesPtr intersect(const TimesPtr& a, const TimesPtr& b);
+  TimesPtr share_times(VisibilityTimes times);
 
   const GltfDocument& document_;
-  const Shown never_ = std::make_shared<ShownTimes>(ShownTimes{false, {}});
-  std::vector<Shown> shown_;  // per node
-  std::vector<char> may_show_;
+  const TimesPtr never_visible_ = std::make_shared<VisibilityTimes>(VisibilityTimes{false, {}});
+  std::vector<TimesPtr> visible_times_;  // per node
+  std::vector<char> may_be_visible_;
   // Caches, by a track's times and values, and by the two combined nodes.
-  std::map<std::pair<const void*, const void*>, Shown> of_keys_, of_both_;
+  std::map<std::pair<const void*, const void*>, TimesPtr> track_cache_, intersection_cache_;
   uint64_t changes_ = 0;  // of all nodes
 };
 

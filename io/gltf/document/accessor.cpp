@@ -70,9 +70,9 @@ void for_each_sparse(const GltfDocument& document, const GltfAccessor& accessor,
 
 }  // namespace
 
-void check_zeros(const GltfDocument& document, int index, const std::string& place) {
+void check_zero_count(const GltfDocument& document, int index, const std::string& place) {
   const GltfAccessor& accessor = document.accessor(index);
-  if (accessor.view >= 0 || accessor.count <= document.most_zeros) return;
+  if (accessor.view >= 0 || accessor.count <= document.max_zeros) return;
   throw InputError(place, "its accessor declares " + std::to_string(accessor.count) +
                               " elements without data, too many for a file of this size");
 }
@@ -101,7 +101,7 @@ void check_floats(const GltfDocument& document, int index, int components,
     throw InputError(place, "accessor {} has {} components, expected {}", index,
                      accessor.components, components);
   }
-  check_zeros(document, index, place);
+  check_zero_count(document, index, place);
 }
 
 void copy_floats(const GltfDocument& document, int index, const std::string& place,
@@ -151,7 +151,7 @@ uint64_t check_indices(const GltfDocument& document, int index, const std::strin
   if (accessor.components != 1 || (type != 5121 && type != 5123 && type != kUint32Type)) {
     throw InputError(place, "accessor {} does not hold unsigned integer scalars", index);
   }
-  check_zeros(document, index, place);
+  check_zero_count(document, index, place);
   return accessor.count;
 }
 

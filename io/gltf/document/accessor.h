@@ -8,7 +8,7 @@ namespace emberline {
 
 // Throws InputError at `place` if an accessor without data claims too many zeros for the file's
 // size.
-void check_zeros(const GltfDocument& document, int accessor, const std::string& place);
+void check_zero_count(const GltfDocument& document, int accessor, const std::string& place);
 
 // Reads all elements, or only `elements` (ascending, below the accessor's count), components
 // interleaved. Integers are normalised if the accessor says so (specification section 3.11: signed

@@ -57,7 +57,8 @@ std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, const json& buff
 }
 
 // The range of a buffer that a view, or its compressed form, refers to.
-GltfView bounded(const GltfDocument& document, const json& reference, const std::string& place) {
+GltfView checked_range(const GltfDocument& document, const json& reference,
+                       const std::string& place) {
   GltfView view;
   view.buffer = reference.at("buffer").get<int>();
   view.offset = reference.value("byteOffset", uint64_t(0));
@@ -78,9 +79,9 @@ GltfView bounded(const GltfDocument& document, const json& reference, const std:
   return view;
 }
 
-GltfView decompressed(const GltfDocument& document, const json& object, const json& compressed,
-                      const std::string& place) {
-  const GltfView source = bounded(document, compressed, place);
+GltfView decompress_view(const GltfDocument& document, const json& object, const json& compressed,
+                         const std::string& place) {
+  const GltfView source = checked_range(document, compressed, place);
   const ByteSpan encoded = document.buffers[size_t(source.buffer)]->bytes(
       source.offset, source.offset + source.size, *document.progress);
   GltfView view;
@@ -97,18 +98,18 @@ GltfView read_view(const GltfDocument& document, const json& object, const std::
   const char* name = meshopt_name(object);
   if (const json* compressed = find_extension(object, name)) {
     try {
-      return decompressed(document, object, *compressed,
-                          document.place(pointer + "/extensions/" + name));
+      return decompress_view(document, object, *compressed,
+                             document.place(pointer + "/extensions/" + name));
     } catch (const InputError& error) {
-      GltfFaults::let_limits_pass(error);
+      GltfFaults::rethrow_limit_error(error);
       if (document.requires_extension(name)) throw;
       fault = error;
     }
   }
   try {
-    return bounded(document, object, document.place(pointer));
+    return checked_range(document, object, document.place(pointer));
   } catch (const InputError& error) {
-    GltfFaults::let_limits_pass(error);
+    GltfFaults::rethrow_limit_error(error);
     if (fault) throw InputError(*fault);
     // If check_schema removed the extension, that fault is the reason to report.
     for (const char* extension : kMeshopt) {
@@ -129,34 +130,34 @@ ByteSpan GltfBuffer::bytes(uint64_t begin, uint64_t end, const LoadProgress& pro
     reserved_ = MemoryReservation(progress.budget(), MemoryPart::kFile);
   }
   // Merges all ranges that touch this one and reads the gaps between them.
-  auto next = present_.upper_bound(begin);
-  if (next != present_.begin() && std::prev(next)->second >= begin) --next;
+  auto next = loaded_ranges_.upper_bound(begin);
+  if (next != loaded_ranges_.begin() && std::prev(next)->second >= begin) --next;
   uint64_t first = begin, at = begin;
   const auto read_to = [&](uint64_t stop) {
     if (stop <= at) return;
     reserved_.add(stop - at, file_->place());
     file_->read(offset_ + at, stop - at, memory_.begin() + at, progress);
   };
-  while (next != present_.end() && next->first <= end) {
+  while (next != loaded_ranges_.end() && next->first <= end) {
     first = std::min(first, next->first);
     read_to(next->first);
     at = std::max(at, next->second);
-    next = present_.erase(next);
+    next = loaded_ranges_.erase(next);
   }
   read_to(end);
-  present_[first] = std::max(at, end);
+  loaded_ranges_[first] = std::max(at, end);
   return ByteSpan(memory_.begin() + begin, end - begin);
 }
 
-bool GltfBuffer::has(uint64_t begin, uint64_t end) {
+bool GltfBuffer::is_loaded(uint64_t begin, uint64_t end) {
   const std::lock_guard lock(mutex_);
-  const auto next = present_.upper_bound(begin);
-  return next != present_.begin() && std::prev(next)->second >= end;
+  const auto next = loaded_ranges_.upper_bound(begin);
+  return next != loaded_ranges_.begin() && std::prev(next)->second >= end;
 }
 
 void GltfBuffer::copy(uint64_t begin, uint64_t end, void* out, const LoadProgress& progress) {
   auto* const to = static_cast<uint8_t*>(out);
-  if (!file_ || has(begin, end)) {
+  if (!file_ || is_loaded(begin, end)) {
     std::ranges::copy(bytes(begin, end, progress), to);
     return;
   }
@@ -170,7 +171,7 @@ void GltfBuffer::copy(uint64_t begin, uint64_t end, void* out, const LoadProgres
 void GltfBuffer::forget() {
   const std::lock_guard lock(mutex_);
   memory_ = {};
-  present_.clear();
+  loaded_ranges_.clear();
   reserved_.release();
 }
 
@@ -183,21 +184,21 @@ void load_gltf_buffers(GltfDocument& document) {
   const json& views = document.array("bufferViews");
   document.views.resize(views.size());
   const auto pointer = [](size_t i) { return "/bufferViews/" + std::to_string(i); };
-  std::vector<std::optional<InputError>> replaced(views.size());
+  std::vector<std::optional<InputError>> extension_faults(views.size());
   const std::vector<std::exception_ptr> errors = document.try_each(views.size(), [&](size_t i) {
     if (views[i].is_null()) return;
-    document.views[i] = read_view(document, views[i], pointer(i), replaced[i]);
+    document.views[i] = read_view(document, views[i], pointer(i), extension_faults[i]);
   });
   // In file order, so that messages do not depend on timing.
   for (size_t i = 0; i < views.size(); ++i) {
     try {
       if (errors[i]) std::rethrow_exception(errors[i]);
-      if (replaced[i]) {
-        document.faults->leave_out(pointer(i) + "/extensions/" + meshopt_name(views[i]),
-                                   *replaced[i]);
+      if (extension_faults[i]) {
+        document.faults->note_defaulted(pointer(i) + "/extensions/" + meshopt_name(views[i]),
+                                        *extension_faults[i]);
       }
     } catch (const InputError& error) {
-      document.faults->note(pointer(i), error);
+      document.faults->note_broken(pointer(i), error);
     }
   }
 }

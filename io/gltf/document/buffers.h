@@ -39,14 +39,14 @@ class GltfBuffer {
   void forget();
 
  private:
-  bool has(uint64_t begin, uint64_t end);  // whether the range is loaded
+  bool is_loaded(uint64_t begin, uint64_t end);  // whether the range is loaded
 
   std::vector<uint8_t> bytes_;
   std::optional<InputFile> file_;
   uint64_t offset_ = 0, size_ = 0;
   std::mutex mutex_;
   ZeroedArray<uint8_t> memory_;  // the whole buffer; pages that were never read take no memory
-  std::map<uint64_t, uint64_t> present_;  // loaded disjoint ranges, begin to end
+  std::map<uint64_t, uint64_t> loaded_ranges_;  // loaded disjoint ranges, begin to end
   MemoryReservation reserved_;
 };
 

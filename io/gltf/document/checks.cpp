@@ -39,11 +39,11 @@ int checked_component_size(const json& object, const std::string& place) {
 
 // Throws unless `count` elements of `size` bytes, `stride` apart, lie within the view. All values
 // are at most 2^53 and the stride below 2^16; the first test keeps the product below 2^63.
-void check_reach(const GltfView& view, uint64_t offset, uint64_t count, uint64_t stride,
+void check_range(const GltfView& view, uint64_t offset, uint64_t count, uint64_t stride,
                  uint64_t size, const std::string& place) {
-  const bool absurd = count > view.size;
+  const bool exceeds_view = count > view.size;
   if (count == 0) return;
-  if (absurd || offset + (count - 1) * stride + size > view.size) {
+  if (exceeds_view || offset + (count - 1) * stride + size > view.size) {
     throw InputError(
         place, "{} elements of {} bytes from offset {} do not fit into the buffer view of {} bytes",
         count, size, offset, view.size);
@@ -69,9 +69,9 @@ GltfAccessor::Sparse check_sparse(const GltfDocument& document, const json& obje
     throw InputError(place + "/count", "more sparse elements than the accessor has");
   }
   const uint64_t element_size = uint64_t(accessor.component_size) * uint64_t(accessor.components);
-  check_reach(document.view(sparse.index_view), sparse.index_offset, sparse.count, index_size,
+  check_range(document.view(sparse.index_view), sparse.index_offset, sparse.count, index_size,
               index_size, place + "/indices");
-  check_reach(document.view(sparse.value_view), sparse.value_offset, sparse.count, element_size,
+  check_range(document.view(sparse.value_view), sparse.value_offset, sparse.count, element_size,
               element_size, place + "/values");
   return sparse;
 }
@@ -101,7 +101,7 @@ GltfAccessor check_accessor(const GltfDocument& document, const json& object,
                        "the byteStride of its buffer view ({}) is less than an element ({} bytes)",
                        accessor.stride, element_size);
     }
-    check_reach(bytes, accessor.offset, accessor.count, accessor.stride, element_size, place);
+    check_range(bytes, accessor.offset, accessor.count, accessor.stride, element_size, place);
   }
   if (const json* sparse = find_member(object, "sparse")) {
     accessor.sparse = check_sparse(document, *sparse, accessor, place + "/sparse");
@@ -187,11 +187,11 @@ void NodeGraph::link_outside(size_t node, size_t k) {
   try {
     link(node, k);
   } catch (const InputError& error) {
-    document_.faults->note(pointer(node), error);
+    document_.faults->note_broken(pointer(node), error);
     const size_t linked = child(node, k);
-    const bool of_two = linked != node && document_.parents[linked] != int(node);
-    if (of_two && !in_scene_[linked]) {
-      document_.faults->note(pointer(linked), GltfFaults::Known(error));
+    const bool has_two_parents = linked != node && document_.parents[linked] != int(node);
+    if (has_two_parents && !in_scene_[linked]) {
+      document_.faults->note_broken(pointer(linked), GltfFaults::KnownFault(error));
     }
   }
 }
@@ -229,10 +229,10 @@ void NodeGraph::find_cycles() const {
     if (reached_[i]) continue;
     if (in_scene_[i]) throw fault_of(i);
     if (first) {
-      document_.faults->note(pointer(i), GltfFaults::Known(*first));
+      document_.faults->note_broken(pointer(i), GltfFaults::KnownFault(*first));
     } else {
       first = fault_of(i);
-      document_.faults->note(pointer(i), *first);
+      document_.faults->note_broken(pointer(i), *first);
     }
   }
 }
@@ -241,16 +241,16 @@ void NodeGraph::find_cycles() const {
 
 void check_gltf_accessors(GltfDocument& document) {
   document.accessors.resize(document.array("accessors").size());
-  uint64_t largest_backed = 0;
+  uint64_t max_backed_count = 0;
   document.check_each("/accessors", [&](const json& object, const std::string& place, size_t i) {
     const GltfAccessor accessor = check_accessor(document, object, place);
     if (accessor.view >= 0) {
-      largest_backed = std::max(largest_backed, accessor.count);
+      max_backed_count = std::max(max_backed_count, accessor.count);
     }
     document.accessors[i] = accessor;
   });
   // An accessor without data consists of zeros, so a few bytes could claim any number of them.
-  document.most_zeros = std::max(largest_backed, document.total_bytes);
+  document.max_zeros = std::max(max_backed_count, document.total_bytes);
 }
 
 void check_gltf_nodes(GltfDocument& document) { NodeGraph(document).check(); }

@@ -29,9 +29,9 @@ std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
                               MemoryReservation& text_memory) {
   // The specification defines two chunks and extensions may add more. The limit stops files of
   // endless empty chunks.
-  constexpr int kMostChunks = 1000;
+  constexpr int kMaxChunks = 1000;
   const std::string& file = document.file;
-  const auto sizes = [](uint64_t needed, uint64_t found) {
+  const auto describe_sizes = [](uint64_t needed, uint64_t found) {
     return std::to_string(needed) + " bytes declared, " + std::to_string(found) + " found";
   };
   if (input.size() < 12) {
@@ -46,7 +46,7 @@ std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
   }
   const uint64_t length = little_endian(header, 8, 4);
   if (length > input.size()) {
-    throw InputError(file, "truncated GLB: " + sizes(length, input.size()));
+    throw InputError(file, "truncated GLB: " + describe_sizes(length, input.size()));
   }
   if (length < 20) {
     throw InputError(file,
@@ -62,8 +62,8 @@ std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
   uint64_t offset = 12;
   for (int chunk = 0; offset < length; ++chunk) {
     if (length - offset < 8) throw InputError(file, "truncated GLB: incomplete chunk header");
-    if (chunk == kMostChunks) {
-      throw InputError(file, "the GLB has more than {} chunks", kMostChunks);
+    if (chunk == kMaxChunks) {
+      throw InputError(file, "the GLB has more than {} chunks", kMaxChunks);
     }
     input.read(offset, 8, header.data());
     const uint64_t chunk_length = little_endian(header, 0, 4);
@@ -71,7 +71,7 @@ std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
     offset += 8;
     if (chunk_length > length - offset) {
       throw InputError(file, "GLB chunk {} does not fit into the file: {}", chunk,
-                       sizes(chunk_length, length - offset));
+                       describe_sizes(chunk_length, length - offset));
     }
     if (chunk == 0) {
       if (type != kJsonChunk) throw InputError(file, "the first GLB chunk is not JSON");
@@ -93,9 +93,10 @@ void check_version(const GltfDocument& document) {
   const auto major = [&](const char* key) {
     const std::string text = asset.at(key).get<std::string>();
     const size_t dot = text.find('.');
-    const bool sane = dot != std::string::npos && dot > 0 && dot < 9 && dot + 1 < text.size() &&
-                      text.find_first_not_of("0123456789.") == std::string::npos;
-    if (!sane) {
+    const bool is_well_formed = dot != std::string::npos && dot > 0 && dot < 9 &&
+                                dot + 1 < text.size() &&
+                                text.find_first_not_of("0123456789.") == std::string::npos;
+    if (!is_well_formed) {
       throw InputError(document.place(std::string("/asset/") + key),
                        "expected a version such as \"2.0\", found \"{}\"", shortened(text));
     }
@@ -141,7 +142,7 @@ void GltfDocument::check_each(const std::string& pointer, const Check& check) {
     try {
       check(objects[i], place(its_pointer), i);
     } catch (const InputError& error) {
-      faults->note(its_pointer, error);
+      faults->note_broken(its_pointer, error);
       objects[i] = nullptr;
     }
   }
@@ -170,7 +171,7 @@ GltfDocument open_gltf_document(const std::string& path, const std::string& reso
   document.resources.root =
       resource_root.empty() ? document.resources.directory : std::filesystem::path(resource_root);
   const InputFile input(path);
-  document.opened_->list.push_back(input.named(path));
+  document.opened_->list.push_back(input.named_file(path));
   document.total_bytes = input.size();
   if (input.size() == 0) throw InputError(path, "the file is empty");
 
@@ -192,7 +193,7 @@ GltfDocument open_gltf_document(const std::string& path, const std::string& reso
   }
   *document.json =
       parse_json(std::string_view(reinterpret_cast<const char*>(text.data()), text.size()), path,
-                 DuplicateMembers::kWarnedOf, progress, &document.json_memory);
+                 DuplicateMembers::kWarn, progress, &document.json_memory);
   check_schema(*document.json, path, *document.faults);
   for (const json& name : document.array("extensionsRequired")) {
     document.required_extensions.insert(name.get<std::string>());
@@ -205,7 +206,7 @@ GltfDocument open_gltf_document(const std::string& path, const std::string& reso
 InputFile GltfDocument::open_resource(const std::string& uri, const std::string& uri_place) const {
   InputFile resource(resolve_uri(uri, resources, uri_place).file, uri_place);
   const std::lock_guard lock(opened_->mutex);
-  opened_->list.push_back(resource.named(uri));
+  opened_->list.push_back(resource.named_file(uri));
   return resource;
 }
 

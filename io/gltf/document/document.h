@@ -55,8 +55,8 @@ struct GltfAccessor {
 };
 
 struct GltfDocument {
-  LoadProgress* progress = &LoadProgress::unwatched();  // of the current load
-  std::string file;                                     // as given by the user
+  LoadProgress* progress = &LoadProgress::none();  // of the current load
+  std::string file;                                // as given by the user
   ResourceFolder resources;
   // Passed check_schema: members that this loader reads have the right type, indices are in range,
   // and integers are stored as integers. Broken objects are null.
@@ -76,7 +76,7 @@ struct GltfDocument {
   std::shared_ptr<const tinygltf::Model> model;  // see parse_gltf_model
   MemoryReservation model_memory;
   uint64_t total_bytes = 0;  // of the file and its buffers: the limit for counts
-  uint64_t most_zeros = 0;   // limit for accessors without data
+  uint64_t max_zeros = 0;    // limit for accessors without data
 
   // "file#/json/pointer", for InputError.
   std::string place(const std::string& pointer) const { return file + "#" + pointer; }

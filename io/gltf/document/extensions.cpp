@@ -13,7 +13,7 @@
 namespace emberline {
 namespace {
 
-constexpr std::string_view kHonoured[] = {
+constexpr std::string_view kSupported[] = {
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -79,29 +79,29 @@ std::string with_reason(const std::string& extension) {
   const auto* found =
       std::ranges::find(kIgnored, extension, &std::pair<std::string_view, std::string_view>::first);
   const std::string_view why = found == std::end(kIgnored) ? "unknown extension" : found->second;
-  return shortened(extension) + " (" + spelled(why) + ")";
+  return shortened(extension) + " (" + spell_setting_names(why) + ")";
 }
 
 // Returns false if the text is already listed or the list is full (its last entry then says so). A
 // hostile file may list any number of things.
 bool add_once(std::vector<std::string>& list, const std::string& text) {
-  constexpr size_t kLongest = 100;
-  if (std::ranges::find(list, text) != list.end() || list.size() > kLongest) return false;
-  list.push_back(list.size() < kLongest ? text : "and more");
-  return list.size() <= kLongest;
+  constexpr size_t kMaxEntries = 100;
+  if (std::ranges::find(list, text) != list.end() || list.size() > kMaxEntries) return false;
+  list.push_back(list.size() < kMaxEntries ? text : "and more");
+  return list.size() <= kMaxEntries;
 }
 
 }  // namespace
 
-bool is_honoured(std::string_view extension) {
-  return std::ranges::find(kHonoured, extension) != std::end(kHonoured);
+bool is_supported(std::string_view extension) {
+  return std::ranges::find(kSupported, extension) != std::end(kSupported);
 }
 
 void check_required_extensions(const GltfDocument& document) {
   size_t i = 0;
   for (const auto& element : document.array("extensionsRequired")) {
     const std::string name = element.get<std::string>();
-    if (!is_honoured(name)) {
+    if (!is_supported(name)) {
       throw InputError(document.place("/extensionsRequired/" + std::to_string(i)),
                        "the file requires the extension " + shortened(name) +
                            ", which is not supported; export the file without it");
@@ -139,7 +139,7 @@ void report_extensions(const GltfDocument& document, CoverageReport& coverage) {
   for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
     for (const auto& element : document.array(list)) {
       const std::string& name = element.get_ref<const std::string&>();
-      if (is_honoured(name)) {
+      if (is_supported(name)) {
         add_once(coverage.used, name);
       } else {
         report_ignored(document.file, with_reason(name), coverage);

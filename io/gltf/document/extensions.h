@@ -11,7 +11,7 @@
 namespace emberline {
 
 // Whether the extension is supported.
-bool is_honoured(std::string_view extension);
+bool is_supported(std::string_view extension);
 
 // Throws InputError for the first unsupported extension in extensionsRequired.
 void check_required_extensions(const GltfDocument& document);

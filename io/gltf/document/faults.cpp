@@ -9,7 +9,7 @@ namespace emberline {
 namespace {
 
 // The pointer without indices and attribute names: "/meshes/*/primitives/*/attributes".
-std::string kind_of_place(const std::string& pointer) {
+std::string pointer_kind(const std::string& pointer) {
   std::string kind;
   for (size_t at = 0; at < pointer.size();) {
     const size_t end = std::min(pointer.find('/', at + 1), pointer.size());
@@ -24,19 +24,19 @@ std::string kind_of_place(const std::string& pointer) {
 
 }  // namespace
 
-void GltfFaults::let_limits_pass(const InputError& caught) {
+void GltfFaults::rethrow_limit_error(const InputError& caught) {
   if (dynamic_cast<const LimitError*>(&caught))
     throw LimitError(static_cast<const LimitError&>(caught));
 }
 
-void GltfFaults::add(const std::string& pointer, const InputError& fault, bool left_out) {
-  let_limits_pass(fault);
-  const bool told = dynamic_cast<const Known*>(&fault) != nullptr;
+void GltfFaults::add(const std::string& pointer, const InputError& fault, bool defaulted) {
+  rethrow_limit_error(fault);
+  const bool is_reported = dynamic_cast<const KnownFault*>(&fault) != nullptr;
   const std::string text = fault.what();
   const std::lock_guard lock(mutex_);
   if (found_.contains(pointer)) return;
   memory_.add(sizeof(Fault) + pointer.size() + text.size() + 100, pointer);
-  faults_.push_back({pointer, fault, left_out, told});
+  faults_.push_back({pointer, fault, defaulted, is_reported});
   found_.emplace(faults_.back().pointer, faults_.size() - 1);
 }
 
@@ -48,14 +48,14 @@ bool GltfFaults::has(const std::string& pointer) const {
 void GltfFaults::require(const std::string& pointer) const {
   const std::lock_guard lock(mutex_);
   const auto found = found_.find(pointer);
-  if (found != found_.end()) throw Known(faults_[found->second].error);
+  if (found != found_.end()) throw KnownFault(faults_[found->second].error);
 }
 
-std::optional<InputError> GltfFaults::hand_over(const std::string& pointer) {
+std::optional<InputError> GltfFaults::take_fault(const std::string& pointer) {
   const std::lock_guard lock(mutex_);
   const auto found = found_.find(pointer);
   if (found == found_.end()) return {};
-  faults_[found->second].told = true;
+  faults_[found->second].is_reported = true;
   return faults_[found->second].error;
 }
 
@@ -72,12 +72,12 @@ void GltfFaults::forget(size_t count) {
   }
 }
 
-std::optional<std::string> GltfFaults::first_below(
+std::optional<std::string> GltfFaults::first_fault_below(
     std::initializer_list<std::string_view> parts) const {
   const std::lock_guard lock(mutex_);
   for (const Fault& fault : faults_) {
     const std::string_view pointer = fault.pointer;
-    if (fault.told || pointer.find("/extensions/") != pointer.npos) continue;
+    if (fault.is_reported || pointer.find("/extensions/") != pointer.npos) continue;
     const auto is_below = [&](std::string_view part) { return pointer.starts_with(part); };
     if (std::ranges::any_of(parts, is_below)) return fault.error.what();
   }
@@ -86,7 +86,7 @@ std::optional<std::string> GltfFaults::first_below(
 
 std::vector<std::string> GltfFaults::lines() const {
   // More than the schema tables have; further kinds are counted with the last.
-  constexpr size_t kMostKinds = 60;
+  constexpr size_t kMaxKinds = 60;
   struct Line {
     std::string kind, text;
     uint64_t more = 0;
@@ -94,13 +94,13 @@ std::vector<std::string> GltfFaults::lines() const {
   std::vector<Line> lines;
   const std::lock_guard lock(mutex_);
   for (const Fault& fault : faults_) {
-    if (fault.told) continue;
-    const char* remedy = fault.left_out ? "; it is left out" : "; it is not used";
-    const std::string kind = kind_of_place(fault.pointer) + remedy;
+    if (fault.is_reported) continue;
+    const char* remedy = fault.defaulted ? "; it is left out" : "; it is not used";
+    const std::string kind = pointer_kind(fault.pointer) + remedy;
     const auto same = std::ranges::find(lines, kind, &Line::kind);
     if (same != lines.end()) {
       ++same->more;
-    } else if (lines.size() == kMostKinds) {
+    } else if (lines.size() == kMaxKinds) {
       ++lines.back().more;
     } else {
       lines.push_back({kind, fault.error.what() + std::string(remedy)});

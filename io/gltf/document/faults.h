@@ -1,8 +1,8 @@
 // Faults in a glTF file, collected until it is known whether the image needs the faulty objects.
 //
 // A fault in a needed object aborts the load; a fault in an unneeded one or in an optional
-// extension is a warning. A check that finds a broken object calls note(), a user of the object
-// calls require(), and faults that were never required are warned about at the end.
+// extension is a warning. A check that finds a broken object calls note_broken(), a user of the
+// object calls require(), and faults that were never required are warned about at the end.
 #pragma once
 
 #include <deque>
@@ -27,24 +27,28 @@ class GltfFaults {
       : memory_(std::move(budget), MemoryPart::kFile) {}
 
   // A fault that has been noted elsewhere, as the cause of this one; it is not warned about again.
-  struct Known : InputError {
-    explicit Known(const InputError& fault) : InputError(fault) {}
+  struct KnownFault : InputError {
+    explicit KnownFault(const InputError& fault) : InputError(fault) {}
   };
 
   // Rethrows `caught` if it is a LimitError, which is not a fault of the file. Call it in every
-  // handler; note() and leave_out() call it themselves.
-  static void let_limits_pass(const InputError& caught);
+  // handler; note_broken() and note_defaulted() call it themselves.
+  static void rethrow_limit_error(const InputError& caught);
 
   // Marks the object at `pointer` ("/cameras/3") as unusable. Only its first fault is kept.
-  void note(const std::string& pointer, const InputError& fault) { add(pointer, fault, false); }
+  void note_broken(const std::string& pointer, const InputError& fault) {
+    add(pointer, fault, false);
+  }
   // Records that the value at `pointer` is replaced by its default.
-  void leave_out(const std::string& pointer, const InputError& fault) { add(pointer, fault, true); }
+  void note_defaulted(const std::string& pointer, const InputError& fault) {
+    add(pointer, fault, true);
+  }
 
   bool has(const std::string& pointer) const;
-  // Throws Known if `pointer` was noted or left out.
+  // Throws KnownFault if `pointer` was noted or left out.
   void require(const std::string& pointer) const;
   // Returns the object's fault and drops its warning; the caller reports it.
-  std::optional<InputError> hand_over(const std::string& pointer);
+  std::optional<InputError> take_fault(const std::string& pointer);
 
   // The number of faults; and drops all after the first `count`, those of the previous pose.
   size_t count() const;
@@ -54,15 +58,15 @@ class GltfFaults {
   std::vector<std::string> lines() const;
   // The first fault of lines() below one of these parts of the document ("/meshes/"), except faults
   // in extensions, which have defaults.
-  std::optional<std::string> first_below(std::initializer_list<std::string_view> parts) const;
+  std::optional<std::string> first_fault_below(std::initializer_list<std::string_view> parts) const;
 
  private:
   struct Fault {
     std::string pointer;
     InputError error;
-    bool left_out, told;
+    bool defaulted, is_reported;
   };
-  void add(const std::string& pointer, const InputError& fault, bool left_out);
+  void add(const std::string& pointer, const InputError& fault, bool defaulted);
 
   mutable std::mutex mutex_;
   std::deque<Fault> faults_;                  // in order of discovery

@@ -15,11 +15,11 @@ namespace {
 // Minimum number of bytes for `count` elements, from the extension's appendix A: a vertex stream
 // spends 2 header bits per 16 bytes of a byte plane, an index stream one byte per triangle, an
 // index sequence one byte per index.
-uint64_t least_encoded_size(const std::string& mode, ByteSpan encoded, uint64_t count,
-                            uint64_t stride) {
+uint64_t min_encoded_size(const std::string& mode, ByteSpan encoded, uint64_t count,
+                          uint64_t stride) {
   if (mode == "TRIANGLES") return 1 + count / 3;
   if (mode != "ATTRIBUTES") return 1 + count;
-  return is_meshopt_v1(encoded) ? least_meshopt_v1_size(count, stride) : 1 + count * stride / 64;
+  return is_meshopt_v1(encoded) ? min_meshopt_v1_size(count, stride) : 1 + count * stride / 64;
 }
 
 // The extension's members, which check_schema has validated.
@@ -43,7 +43,7 @@ void check_description(const Description& d, ByteSpan encoded, uint64_t byte_len
   if (triangles && d.count % 3 != 0) {
     throw InputError(place + "/count", "TRIANGLES needs a multiple of three indices");
   }
-  if (least_encoded_size(d.mode, encoded, d.count, d.stride) > encoded.size()) {
+  if (min_encoded_size(d.mode, encoded, d.count, d.stride) > encoded.size()) {
     throw InputError(place + "/count", "{} elements do not fit into {} compressed bytes", d.count,
                      encoded.size());
   }

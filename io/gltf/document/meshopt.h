@@ -10,7 +10,7 @@ namespace emberline {
 // before allocating. Throws InputError.
 std::vector<uint8_t> decode_meshopt_view(const nlohmann::json& extension, ByteSpan encoded,
                                          uint64_t byte_length, const std::string& place,
-                                         const LoadProgress& progress = LoadProgress::unwatched());
+                                         const LoadProgress& progress = LoadProgress::none());
 
 // The functions below (meshopt_v1.cpp) implement what KHR_meshopt_compression adds to
 // EXT_meshopt_compression and meshoptimizer 0.18 lacks: version 1 of the attribute codec, and the
@@ -20,7 +20,7 @@ std::vector<uint8_t> decode_meshopt_view(const nlohmann::json& extension, ByteSp
 bool is_meshopt_v1(std::span<const uint8_t> encoded);
 
 // Minimum number of bytes for this many elements (a stream of zeros).
-uint64_t least_meshopt_v1_size(uint64_t count, uint64_t stride);
+uint64_t min_meshopt_v1_size(uint64_t count, uint64_t stride);
 
 // Decodes `count` elements of `stride` bytes (a multiple of 4, at most 256) into `decoded`, which
 // must have room for them. Returns false for an invalid stream; never reads outside it.

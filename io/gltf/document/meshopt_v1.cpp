@@ -12,14 +12,14 @@ namespace emberline {
 namespace {
 
 constexpr uint8_t kHeader = 0xa1;
-constexpr size_t kGroup = 16;          // elements whose deltas of one byte are stored together
-constexpr size_t kMostElements = 256;  // per block
-constexpr size_t kBlockBytes = 8192;   // approximate size of a decoded block
-constexpr size_t kMostStride = 256;
-constexpr size_t kLeastTail = 24;
+constexpr size_t kGroupSize = 16;     // elements whose deltas of one byte are stored together
+constexpr size_t kMaxElements = 256;  // per block
+constexpr size_t kBlockBytes = 8192;  // approximate size of a decoded block
+constexpr size_t kMaxStride = 256;
+constexpr size_t kMinTail = 24;
 
 size_t block_elements(size_t stride) {
-  return std::min(kBlockBytes / stride & ~(kGroup - 1), kMostElements);
+  return std::min(kBlockBytes / stride & ~(kGroupSize - 1), kMaxElements);
 }
 
 // Read position in the stream. take() returns null if too few bytes remain.
@@ -42,18 +42,18 @@ class Stream {
 // Reads sixteen deltas of `bits` each. A delta of all ones means that the value follows as a byte.
 bool read_group(Stream& stream, int bits, uint8_t* deltas) {
   if (bits == 0) {
-    std::fill_n(deltas, kGroup, uint8_t(0));
+    std::fill_n(deltas, kGroupSize, uint8_t(0));
     return true;
   }
-  const uint8_t* packed = stream.take(kGroup * size_t(bits) / 8);
+  const uint8_t* packed = stream.take(kGroupSize * size_t(bits) / 8);
   if (!packed) return false;
   if (bits == 8) {
-    std::copy_n(packed, kGroup, deltas);
+    std::copy_n(packed, kGroupSize, deltas);
     return true;
   }
   const unsigned sentinel = (1u << bits) - 1u;
   const size_t per_byte = 8 / size_t(bits);
-  for (size_t i = 0; i < kGroup; ++i) {
+  for (size_t i = 0; i < kGroupSize; ++i) {
     // Single bits are stored from the lowest up, wider ones from the highest down.
     const size_t place = bits == 1 ? i % per_byte : per_byte - 1 - i % per_byte;
     const unsigned value = packed[i / per_byte] >> (place * size_t(bits)) & sentinel;
@@ -66,7 +66,7 @@ bool read_group(Stream& stream, int bits, uint8_t* deltas) {
 
 // Reads the deltas of one byte plane of `count` elements; `deltas` has room for whole groups.
 bool read_deltas(Stream& stream, int control, size_t count, uint8_t* deltas) {
-  const size_t groups = (count + kGroup - 1) / kGroup;
+  const size_t groups = (count + kGroupSize - 1) / kGroupSize;
   if (control == 2) {
     std::fill_n(deltas, count, uint8_t(0));
     return true;
@@ -81,7 +81,7 @@ bool read_deltas(Stream& stream, int control, size_t count, uint8_t* deltas) {
   if (!header) return false;
   for (size_t g = 0; g < groups; ++g) {
     const int mode = header[g / 4] >> (g % 4 * 2) & 3;
-    if (!read_group(stream, kBits[control][mode], deltas + g * kGroup)) return false;
+    if (!read_group(stream, kBits[control][mode], deltas + g * kGroupSize)) return false;
   }
   return true;
 }
@@ -110,16 +110,16 @@ bool read_block(Stream& stream, const uint8_t* channels, size_t count, size_t st
                 uint8_t* decoded) {
   const uint8_t* controls = stream.take(stride / 4);
   if (!controls) return false;
-  std::array<uint8_t, 4 * kMostElements> deltas;
+  std::array<uint8_t, 4 * kMaxElements> deltas;
   for (size_t k = 0; k < stride; k += 4) {
     for (size_t b = 0; b < 4; ++b) {
       const int control = controls[k / 4] >> (2 * b) & 3;
-      if (!read_deltas(stream, control, count, deltas.data() + b * kMostElements)) return false;
+      if (!read_deltas(stream, control, count, deltas.data() + b * kMaxElements)) return false;
     }
     uint32_t value = little_endian({last + k, 4}, 0, 4);
     for (size_t i = 0; i < count; ++i) {
       uint32_t delta = 0;
-      for (size_t b = 0; b < 4; ++b) delta |= uint32_t(deltas[b * kMostElements + i]) << (8 * b);
+      for (size_t b = 0; b < 4; ++b) delta |= uint32_t(deltas[b * kMaxElements + i]) << (8 * b);
       value = next_value(value, delta, channels[k / 4]);
       store_u32(value, decoded + i * stride + k);
     }
@@ -151,20 +151,20 @@ bool is_meshopt_v1(std::span<const uint8_t> encoded) {
   return !encoded.empty() && encoded[0] == kHeader;
 }
 
-uint64_t least_meshopt_v1_size(uint64_t count, uint64_t stride) {
+uint64_t min_meshopt_v1_size(uint64_t count, uint64_t stride) {
   const uint64_t block = block_elements(stride);
-  return 1 + kLeastTail + (count + block - 1) / block * (stride / 4);
+  return 1 + kMinTail + (count + block - 1) / block * (stride / 4);
 }
 
 bool decode_meshopt_v1(std::span<const uint8_t> encoded, size_t count, size_t stride,
                        uint8_t* decoded) {
-  if (stride == 0 || stride % 4 != 0 || stride > kMostStride) return false;
+  if (stride == 0 || stride % 4 != 0 || stride > kMaxStride) return false;
   // The stream ends with padding, the initial element, and the mode of each group of four bytes.
-  const size_t described = stride + stride / 4;
-  const size_t tail = std::max(described, kLeastTail);
+  const size_t tail_data_bytes = stride + stride / 4;
+  const size_t tail = std::max(tail_data_bytes, kMinTail);
   if (!is_meshopt_v1(encoded) || encoded.size() < 1 + tail) return false;
-  std::array<uint8_t, kMostStride> last;
-  std::copy_n(encoded.data() + encoded.size() - described, stride, last.data());
+  std::array<uint8_t, kMaxStride> last;
+  std::copy_n(encoded.data() + encoded.size() - tail_data_bytes, stride, last.data());
   const uint8_t* channels = encoded.data() + encoded.size() - stride / 4;
   for (size_t k = 0; k < stride / 4; ++k) {
     const int mode = channels[k] & 15;

@@ -12,8 +12,8 @@ namespace {
 using nlohmann::json;
 
 // Copies only the members `keys` of each object in the array `name`.
-json stripped(const GltfDocument& document, const char* name,
-              std::initializer_list<const char*> keys) {
+json copy_members(const GltfDocument& document, const char* name,
+                  std::initializer_list<const char*> keys) {
   json result = json::array();
   for (const json& object : document.array(name)) {
     json copy = json::object();
@@ -26,9 +26,9 @@ json stripped(const GltfDocument& document, const char* name,
 }
 
 // Replaces broken objects that must have a type by a placeholder, which is never used.
-void fill_broken(json& list, const json& filling) {
+void replace_broken(json& list, const json& placeholder) {
   for (json& object : list) {
-    if (object.empty()) object = filling;
+    if (object.empty()) object = placeholder;
   }
 }
 
@@ -69,25 +69,25 @@ void parse_gltf_model(GltfDocument& document) {
   reduced["asset"]["version"] = asset.at("version");
   if (asset.contains("generator")) reduced["asset"]["generator"] = asset.at("generator");
   if (document.json->contains("scene")) reduced["scene"] = document.json->at("scene");
-  reduced["scenes"] = stripped(document, "scenes", {"name", "nodes"});
-  reduced["nodes"] = stripped(document, "nodes",
-                              {"name", "children", "mesh", "camera", "skin", "matrix",
-                               "translation", "rotation", "scale", "weights"});
+  reduced["scenes"] = copy_members(document, "scenes", {"name", "nodes"});
+  reduced["nodes"] = copy_members(document, "nodes",
+                                  {"name", "children", "mesh", "camera", "skin", "matrix",
+                                   "translation", "rotation", "scale", "weights"});
   reduced["materials"] =
-      stripped(document, "materials", {"name", "alphaMode", "alphaCutoff", "doubleSided"});
-  reduced["textures"] = stripped(document, "textures", {"sampler", "source"});
+      copy_members(document, "materials", {"name", "alphaMode", "alphaCutoff", "doubleSided"});
+  reduced["textures"] = copy_members(document, "textures", {"sampler", "source"});
   reduced["samplers"] =
-      stripped(document, "samplers", {"magFilter", "minFilter", "wrapS", "wrapT"});
+      copy_members(document, "samplers", {"magFilter", "minFilter", "wrapS", "wrapT"});
   reduced["cameras"] =
-      stripped(document, "cameras", {"name", "type", "perspective", "orthographic"});
+      copy_members(document, "cameras", {"name", "type", "perspective", "orthographic"});
   const json lens = {{"yfov", 1.0}, {"znear", 1.0}};
-  fill_broken(reduced["cameras"], {{"type", "perspective"}, {"perspective", lens}});
-  reduced["skins"] = stripped(document, "skins", {"inverseBindMatrices", "skeleton", "joints"});
-  fill_broken(reduced["skins"], {{"joints", json::array({0})}});
+  replace_broken(reduced["cameras"], {{"type", "perspective"}, {"perspective", lens}});
+  reduced["skins"] = copy_members(document, "skins", {"inverseBindMatrices", "skeleton", "joints"});
+  replace_broken(reduced["skins"], {{"joints", json::array({0})}});
   drop_extensions(reduced);
   if (const json* lights = find_extension(*document.json, "KHR_lights_punctual")) {
     json copy = lights->at("lights");
-    fill_broken(copy, {{"type", "point"}});
+    replace_broken(copy, {{"type", "point"}});
     drop_extensions(copy);
     reduced["extensions"]["KHR_lights_punctual"]["lights"] = std::move(copy);
   }

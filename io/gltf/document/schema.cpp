@@ -48,13 +48,13 @@ constexpr Property kBuffer[] = {string("uri"), required(integer("byteLength")),
                                 object("extensions", kBufferExtensions)};
 
 constexpr Property kImage[] = {string("uri"), index("bufferView", "/bufferViews"),
-                               spare(string("mimeType")), name()};
+                               defaultable(string("mimeType")), name()};
 constexpr Property kSampler[] = {integer("magFilter"), integer("minFilter"), integer("wrapS"),
                                  integer("wrapT")};
 constexpr Property kTextureSource[] = {required(index("source", "/images"))};
 constexpr Property kTextureExtensions[] = {object("EXT_texture_webp", kTextureSource),
                                            object("KHR_texture_basisu", kTextureSource)};
-constexpr Property kTexture[] = {following(index("sampler", "/samplers")),
+constexpr Property kTexture[] = {propagating(index("sampler", "/samplers")),
                                  index("source", "/images"),
                                  object("extensions", kTextureExtensions)};
 
@@ -64,12 +64,12 @@ constexpr Property kTextureTransform[] = {numbers("offset", 2), number("rotation
 constexpr Property kTextureInfoExtensions[] = {object("KHR_texture_transform", kTextureTransform)};
 // The code that resolves the texture checks the index and may be lenient.
 constexpr Property kTextureInfo[] = {required(integer("index")), integer("texCoord", 0, 15),
-                                     number("scale"), spare(number("strength")),
+                                     number("scale"), defaultable(number("strength")),
                                      object("extensions", kTextureInfoExtensions)};
 // A texture that the image can do without.
-constexpr Property kSpareTextureInfo[] = {required(following(index("index", "/textures"))),
-                                          integer("texCoord", 0, 15), spare(number("strength")),
-                                          object("extensions", kTextureInfoExtensions)};
+constexpr Property kDefaultableTextureInfo[] = {
+    required(propagating(index("index", "/textures"))), integer("texCoord", 0, 15),
+    defaultable(number("strength")), object("extensions", kTextureInfoExtensions)};
 constexpr Property kMetallicRoughness[] = {numbers("baseColorFactor", 4),
                                            object("baseColorTexture", kTextureInfo),
                                            number("metallicFactor"), number("roughnessFactor"),
@@ -125,7 +125,7 @@ constexpr Property kMaterialExtensions[] = {
 constexpr Property kMaterial[] = {name(),
                                   object("pbrMetallicRoughness", kMetallicRoughness),
                                   object("normalTexture", kTextureInfo),
-                                  spare(object("occlusionTexture", kSpareTextureInfo)),
+                                  defaultable(object("occlusionTexture", kDefaultableTextureInfo)),
                                   object("emissiveTexture", kTextureInfo),
                                   numbers("emissiveFactor", 3),
                                   string("alphaMode"),
@@ -134,19 +134,20 @@ constexpr Property kMaterial[] = {name(),
                                   object("extensions", kMaterialExtensions)};
 
 constexpr Property kDraco[] = {required(index("bufferView", "/bufferViews")),
-                               required(to("attributes", Kind::kIndexMap, nullptr))};
+                               required(reference("attributes", Kind::kIndexMap, nullptr))};
 constexpr Property kVariantMapping[] = {
     required(index("material", "/materials")),
-    required(to("variants", Kind::kIndices, "/extensions/KHR_materials_variants/variants"))};
-constexpr Property kVariantMappings[] = {required(separate(objects("mappings", kVariantMapping)))};
+    required(reference("variants", Kind::kIndices, "/extensions/KHR_materials_variants/variants"))};
+constexpr Property kVariantMappings[] = {
+    required(per_element(objects("mappings", kVariantMapping)))};
 constexpr Property kPrimitiveExtensions[] = {object("KHR_draco_mesh_compression", kDraco),
                                              object("KHR_materials_variants", kVariantMappings)};
 constexpr Property kPrimitive[] = {
-    required(separate(to("attributes", Kind::kIndexMap, "/accessors"))),
+    required(per_element(reference("attributes", Kind::kIndexMap, "/accessors"))),
     index("indices", "/accessors"),
     index("material", "/materials"),
     integer("mode", 0, 6),
-    separate(to("targets", Kind::kIndexMaps, "/accessors")),
+    per_element(reference("targets", Kind::kIndexMaps, "/accessors")),
     object("extensions", kPrimitiveExtensions)};
 constexpr Property kMesh[] = {name(), required(objects("primitives", kPrimitive)),
                               numbers("weights", 0)};
@@ -154,15 +155,15 @@ constexpr Property kMesh[] = {name(), required(objects("primitives", kPrimitive)
 constexpr Property kNodeLight[] = {
     required(index("light", "/extensions/KHR_lights_punctual/lights"))};
 constexpr Property kNodeInstancing[] = {
-    required(separate(to("attributes", Kind::kIndexMap, "/accessors")))};
+    required(per_element(reference("attributes", Kind::kIndexMap, "/accessors")))};
 constexpr Property kNodeVisibility[] = {boolean("visible")};
-constexpr Property kNodeExtensions[] = {object("KHR_lights_punctual", kNodeLight),
-                                        object("KHR_node_visibility", kNodeVisibility),
-                                        needed(object("EXT_mesh_gpu_instancing", kNodeInstancing))};
+constexpr Property kNodeExtensions[] = {
+    object("KHR_lights_punctual", kNodeLight), object("KHR_node_visibility", kNodeVisibility),
+    essential(object("EXT_mesh_gpu_instancing", kNodeInstancing))};
 constexpr Property kNode[] = {name(),
-                              to("children", Kind::kIndices, "/nodes"),
+                              reference("children", Kind::kIndices, "/nodes"),
                               index("mesh", "/meshes"),
-                              spare(index("camera", "/cameras")),
+                              defaultable(index("camera", "/cameras")),
                               index("skin", "/skins"),
                               numbers("matrix", 16),
                               numbers("translation", 3),
@@ -170,37 +171,38 @@ constexpr Property kNode[] = {name(),
                               numbers("scale", 3),
                               numbers("weights", 0),
                               object("extensions", kNodeExtensions)};
-constexpr Property kScene[] = {name(), to("nodes", Kind::kIndices, "/nodes")};
+constexpr Property kScene[] = {name(), reference("nodes", Kind::kIndices, "/nodes")};
 constexpr Property kSkin[] = {index("inverseBindMatrices", "/accessors"),
-                              spare(index("skeleton", "/nodes")),
-                              required(to("joints", Kind::kIndices, "/nodes"))};
+                              defaultable(index("skeleton", "/nodes")),
+                              required(reference("joints", Kind::kIndices, "/nodes"))};
 
 // Clip planes are ignored.
-constexpr Property kPerspective[] = {required(number("yfov")), required(spare(number("znear"))),
-                                     spare(number("aspectRatio")), spare(number("zfar"))};
+constexpr Property kPerspective[] = {
+    required(number("yfov")), required(defaultable(number("znear"))),
+    defaultable(number("aspectRatio")), defaultable(number("zfar"))};
 // xmag is only a hint about the frame's aspect ratio.
-constexpr Property kOrthographic[] = {required(spare(number("xmag"))), required(number("ymag")),
-                                      required(spare(number("znear"))),
-                                      required(spare(number("zfar")))};
+constexpr Property kOrthographic[] = {
+    required(defaultable(number("xmag"))), required(number("ymag")),
+    required(defaultable(number("znear"))), required(defaultable(number("zfar")))};
 constexpr Property kCamera[] = {name(), required(string("type")),
                                 object("perspective", kPerspective),
                                 object("orthographic", kOrthographic)};
 constexpr Property kSpot[] = {number("innerConeAngle", 0),
-                              number("outerConeAngle", FLT_TRUE_MIN, kWidestCone)};
+                              number("outerConeAngle", FLT_TRUE_MIN, kMaxOuterCone)};
 constexpr Property kLight[] = {name(),
                                numbers("color", 3),
                                number("intensity", 0),
                                positive("range"),
                                required(string("type")),
                                object("spot", kSpot)};
-constexpr Property kLights[] = {required(separate(objects("lights", kLight)))};
+constexpr Property kLights[] = {required(per_element(objects("lights", kLight)))};
 constexpr Property kVariant[] = {name()};
-constexpr Property kVariants[] = {required(separate(objects("variants", kVariant)))};
+constexpr Property kVariants[] = {required(per_element(objects("variants", kVariant)))};
 constexpr Property kRootExtensions[] = {object("KHR_lights_punctual", kLights),
                                         object("KHR_materials_variants", kVariants)};
 
 constexpr Property kAsset[] = {required(string("version")), string("minVersion"),
-                               spare(string("generator"))};
+                               defaultable(string("generator"))};
 
 constexpr Property kAnimationPointer[] = {required(string("pointer"))};
 constexpr Property kTargetExtensions[] = {object("KHR_animation_pointer", kAnimationPointer)};
@@ -212,17 +214,25 @@ constexpr Property kAnimationSampler[] = {required(index("input", "/accessors"))
                                           required(index("output", "/accessors"))};
 constexpr Property kAnimation[] = {name(), required(objects("channels", kChannel)),
                                    required(objects("samplers", kAnimationSampler))};
-// Targets of `following` indices must come before the objects that refer to them.
-constexpr Property kRoot[] = {
-    required(object("asset", kAsset)),           index("scene", "/scenes"),
-    plain("extensionsRequired", Kind::kStrings), spare(plain("extensionsUsed", Kind::kStrings)),
-    separate(objects("buffers", kBuffer)),       separate(objects("bufferViews", kBufferView)),
-    separate(objects("accessors", kAccessor)),   separate(objects("animations", kAnimation)),
-    separate(objects("cameras", kCamera)),       separate(objects("images", kImage)),
-    separate(objects("samplers", kSampler)),     separate(objects("textures", kTexture)),
-    object("extensions", kRootExtensions),       separate(objects("materials", kMaterial)),
-    separate(objects("meshes", kMesh)),          needed(separate(objects("nodes", kNode))),
-    needed(separate(objects("scenes", kScene))), separate(objects("skins", kSkin))};
+// Targets of `propagating` indices must come before the objects that refer to them.
+constexpr Property kRoot[] = {required(object("asset", kAsset)),
+                              index("scene", "/scenes"),
+                              plain("extensionsRequired", Kind::kStrings),
+                              defaultable(plain("extensionsUsed", Kind::kStrings)),
+                              per_element(objects("buffers", kBuffer)),
+                              per_element(objects("bufferViews", kBufferView)),
+                              per_element(objects("accessors", kAccessor)),
+                              per_element(objects("animations", kAnimation)),
+                              per_element(objects("cameras", kCamera)),
+                              per_element(objects("images", kImage)),
+                              per_element(objects("samplers", kSampler)),
+                              per_element(objects("textures", kTexture)),
+                              object("extensions", kRootExtensions),
+                              per_element(objects("materials", kMaterial)),
+                              per_element(objects("meshes", kMesh)),
+                              essential(per_element(objects("nodes", kNode))),
+                              essential(per_element(objects("scenes", kScene))),
+                              per_element(objects("skins", kSkin))};
 
 // Removes and returns the next step of the pointer.
 std::string_view take_step(std::string_view& pointer) {
@@ -240,9 +250,9 @@ void find_unknown(const nlohmann::json& value, Schema schema, const std::string&
     return;
   }
   if (!value.is_object()) return;
-  constexpr size_t kMostShown = 100;
+  constexpr size_t kMaxFound = 100;
   for (const auto& [name, member] : value.items()) {
-    if (name == "extras" || name == "extensions" || found.size() >= kMostShown) continue;
+    if (name == "extras" || name == "extensions" || found.size() >= kMaxFound) continue;
     const auto property = std::ranges::find(schema, name, &Property::name);
     if (property == schema.end()) {
       std::string text = "\"" + shortened(name) + "\" of " + kind;
@@ -259,8 +269,9 @@ std::vector<std::string> unknown_members(const nlohmann::json& root) {
   std::vector<std::string> found;
   for (const Property& property : kRoot) {
     const std::string name = property.name;
-    const bool counts = name == "nodes" || name == "meshes" || name == "materials";
-    if (counts && root.contains(name)) find_unknown(root.at(name), property.schema, name, found);
+    const bool is_checked = name == "nodes" || name == "meshes" || name == "materials";
+    if (is_checked && root.contains(name))
+      find_unknown(root.at(name), property.schema, name, found);
   }
   return found;
 }

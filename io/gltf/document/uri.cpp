@@ -62,18 +62,18 @@ int escaped_byte(std::string_view text, size_t i) {
 
 struct Unescaped {
   std::string text;
-  bool sound = true;  // every % begins an escape that was decoded
+  bool is_valid = true;  // every % begins an escape that was decoded
 };
 
-// Decodes escapes of bytes >= `least` and keeps the others.
-Unescaped unescape(std::string_view text, int least) {
+// Decodes escapes of bytes >= `min_byte` and keeps the others.
+Unescaped unescape(std::string_view text, int min_byte) {
   Unescaped result;
   result.text.reserve(text.size());
   for (size_t i = 0; i < text.size(); ++i) {
     const int byte = text[i] == '%' ? escaped_byte(text, i) : -1;
-    result.sound = result.sound && (text[i] != '%' || byte >= least);
-    result.text += byte >= least ? char(byte) : text[i];
-    if (byte >= least) i += 2;
+    result.is_valid = result.is_valid && (text[i] != '%' || byte >= min_byte);
+    result.text += byte >= min_byte ? char(byte) : text[i];
+    if (byte >= min_byte) i += 2;
   }
   return result;
 }
@@ -119,7 +119,7 @@ std::filesystem::path file_in_root(const std::filesystem::path& relative, std::s
 }
 
 // File names that a URI may mean, likeliest first. Query and fragment count as part of the name.
-std::vector<std::string> possible_names(std::string_view uri) {
+std::vector<std::string> candidate_names(std::string_view uri) {
   const std::string decoded = unescape(uri, 1).text;
   std::vector<std::string> names = {decoded};
   if (decoded != uri) names.emplace_back(uri);
@@ -175,11 +175,11 @@ std::vector<uint8_t> decode_data_uri(std::string_view uri, const std::string& pl
     // Some writers percent-encode "+", "/" and "=".
     if (payload.find('%') == std::string_view::npos) return decode_base64(payload, place);
     const Unescaped text = unescape(payload, 1);
-    if (!text.sound) throw malformed_escape(payload, place);
+    if (!text.is_valid) throw malformed_escape(payload, place);
     return decode_base64(text.text, place);
   }
   const Unescaped bytes = unescape(payload, 0);
-  if (!bytes.sound) throw InputError(place, "data URI with a malformed % escape");
+  if (!bytes.is_valid) throw InputError(place, "data URI with a malformed % escape");
   return {bytes.text.begin(), bytes.text.end()};
 }
 
@@ -195,20 +195,20 @@ ResolvedUri resolve_uri(std::string_view uri, const ResourceFolder& folder,
     throw InputError(place, "the URI contains a NUL character");
   }
   std::optional<InputError> fault;
-  std::optional<ResolvedUri> absent;
-  if (!unescape(uri, 1).sound) fault = malformed_escape(uri, place);
-  for (const std::string& name : possible_names(uri)) {
+  std::optional<ResolvedUri> first_missing;
+  if (!unescape(uri, 1).is_valid) fault = malformed_escape(uri, place);
+  for (const std::string& name : candidate_names(uri)) {
     try {
       ResolvedUri found = {name, file_in_root(name, uri, folder, place)};
       std::error_code ignored;
       if (std::filesystem::exists(found.file, ignored)) return found;
-      if (!absent) absent = std::move(found);
+      if (!first_missing) first_missing = std::move(found);
     } catch (const InputError& error) {
       if (!fault) fault = error;
     }
   }
   if (fault) throw InputError(*fault);
-  return *absent;  // opening it reports that it is missing
+  return *first_missing;  // opening it reports that it is missing
 }
 
 }  // namespace emberline

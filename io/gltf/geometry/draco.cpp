@@ -19,7 +19,7 @@ namespace {
 
 // Limit on faces and vertices per byte, our choice: 1/32 bit each. Draco has no minimum (its
 // entropy coder approaches zero for regular meshes), but real meshes need at least a bit per face.
-constexpr uint64_t kMostPerByte = 256;
+constexpr uint64_t kMaxPerByte = 256;
 
 // Reads the counts in the header, because Draco allocates by them before it reads the data. Layout:
 // Draco bitstream specification 2.2, "Decode header", "Decode metadata", "Decode connectivity
@@ -148,17 +148,17 @@ std::vector<float> read_attribute(const draco::Mesh& mesh, const DracoRequest& r
 }  // namespace
 
 DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& requests,
-                            uint64_t announced_indices, const std::string& place,
+                            uint64_t declared_indices, const std::string& place,
                             const LoadProgress& progress) {
   const std::optional<DracoCounts> counts = peek_counts(encoded, place);
   if (!counts) throw InputError(place, "the Draco data is truncated or corrupt");
   const auto [method, faces, points] = *counts;
-  const uint64_t most = encoded.size() * kMostPerByte;
-  if (faces > most || points > most || faces * 3 > announced_indices) {
+  const uint64_t max_count = encoded.size() * kMaxPerByte;
+  if (faces > max_count || points > max_count || faces * 3 > declared_indices) {
     throw InputError(
         place,
         "the Draco data declares {} faces and {} vertices, its accessor {} indices in {} bytes",
-        faces, points, announced_indices, encoded.size());
+        faces, points, declared_indices, encoded.size());
   }
   // Approximate bytes of the faces, the corner table and the traversal stacks.
   MemoryReservation memory(progress.budget(), MemoryPart::kGeometry, faces * 128 + points * 32,

@@ -21,9 +21,9 @@ struct DracoPrimitive {
 };
 
 // Throws InputError at `place` for a corrupt stream, for counts above what its size bears out,
-// above `announced_indices` or above the memory budget of `progress`, and for missing attributes.
+// above `declared_indices` or above the memory budget of `progress`, and for missing attributes.
 DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& requests,
-                            uint64_t announced_indices, const std::string& place,
-                            const LoadProgress& progress = LoadProgress::unwatched());
+                            uint64_t declared_indices, const std::string& place,
+                            const LoadProgress& progress = LoadProgress::none());
 
 }  // namespace emberline

@@ -28,7 +28,7 @@ enum Mode { kPoints, kLines, kLineLoop, kLineStrip, kTriangles, kTriangleStrip, 
 constexpr size_t kMeshGrain = size_t(1) << 14;
 
 // The number of points or lines that a primitive draws; 0 if its accessor is broken.
-uint64_t count_without_surface(const GltfDocument& document, const json& primitive, int mode) {
+uint64_t count_points_or_lines(const GltfDocument& document, const json& primitive, int mode) {
   const json* list = find_member(primitive, "indices");
   if (!list) list = find_member(primitive.at("attributes"), "POSITION");
   if (!list || list->is_null()) return 0;
@@ -40,7 +40,7 @@ uint64_t count_without_surface(const GltfDocument& document, const json& primiti
 
 // Specification section 3.7.2.1: every second triangle of a strip is reversed, and a fan's
 // triangles start at the rim. Surplus vertices at the end are ignored.
-std::vector<Triangle> unroll(PrimitiveReader& reader, int mode) {
+std::vector<Triangle> to_triangle_list(PrimitiveReader& reader, int mode) {
   if (mode == kTriangles || reader.is_draco()) return reader.take_triangles();
   const std::span<const uint32_t> indices = reader.indices();
   std::vector<Triangle> triangles;
@@ -68,26 +68,24 @@ bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 }
 
 // Larger coordinates overflow when squared in float, so rays could not be intersected.
-constexpr float kLargestCoordinate = 1e18f;
+constexpr float kMaxCoordinate = 1e18f;
 
-bool is_usable(const Vec3f& p) {
-  return is_finite(p) && max_abs_component(p) <= kLargestCoordinate;
-}
+bool is_usable(const Vec3f& p) { return is_finite(p) && max_abs_component(p) <= kMaxCoordinate; }
 
 // Drops triangles that are not finite at some step, and those without area at all steps.
 void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
   std::vector<const std::vector<Vec3f>*> steps = {&mesh.positions};
   for (const MeshStep& step : mesh.motion) steps.push_back(&step.positions);
-  enum class Fault { kNone, kBeyond, kNoArea };
+  enum class Fault { kNone, kNotFinite, kDegenerate };
   const auto fault_of = [&](const Triangle& t) {
-    const auto has_corner_beyond = [&](const std::vector<Vec3f>* p) {
+    const auto has_unusable_corner = [&](const std::vector<Vec3f>* p) {
       return !is_usable((*p)[t[0]]) || !is_usable((*p)[t[1]]) || !is_usable((*p)[t[2]]);
     };
     const auto has_no_area = [&](const std::vector<Vec3f>* p) {
       return is_degenerate(Vec3d((*p)[t[0]]), Vec3d((*p)[t[1]]), Vec3d((*p)[t[2]]));
     };
-    if (std::ranges::any_of(steps, has_corner_beyond)) return Fault::kBeyond;
-    return std::ranges::all_of(steps, has_no_area) ? Fault::kNoArea : Fault::kNone;
+    if (std::ranges::any_of(steps, has_unusable_corner)) return Fault::kNotFinite;
+    return std::ranges::all_of(steps, has_no_area) ? Fault::kDegenerate : Fault::kNone;
   };
   // Most meshes have no bad triangles, so a parallel search comes first.
   std::atomic<bool> any = false;
@@ -97,8 +95,8 @@ void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
   if (!any) return;
   std::erase_if(mesh.triangles, [&](const Triangle& t) {
     const Fault fault = fault_of(t);
-    repairs.non_finite_triangles += fault == Fault::kBeyond;
-    repairs.degenerate_triangles += fault == Fault::kNoArea;
+    repairs.non_finite_triangles += fault == Fault::kNotFinite;
+    repairs.degenerate_triangles += fault == Fault::kDegenerate;
     return fault != Fault::kNone;
   });
 }
@@ -135,12 +133,12 @@ void drop_unused_vertices(MeshDescription& mesh) {
 class VertexFaults {
  public:
   // Values of one attribute, vertex by vertex.
-  void look_at(std::span<const float> values, size_t components);
+  void find_non_finite(std::span<const float> values, size_t components);
   template <class Vector>
-  void look_at(const std::vector<Vector>& values) {
+  void find_non_finite(const std::vector<Vector>& values) {
     constexpr size_t kComponents = sizeof(Vector) / sizeof(float);
-    look_at({reinterpret_cast<const float*>(values.data()), values.size() * kComponents},
-            kComponents);
+    find_non_finite({reinterpret_cast<const float*>(values.data()), values.size() * kComponents},
+                    kComponents);
   }
   // Number of faulty vertices that triangles use.
   uint64_t count(std::span<const Triangle> triangles) const;
@@ -149,7 +147,7 @@ class VertexFaults {
   std::vector<uint8_t> is_faulty_;  // empty: no faults
 };
 
-void VertexFaults::look_at(std::span<const float> values, size_t components) {
+void VertexFaults::find_non_finite(std::span<const float> values, size_t components) {
   // A fast test, since most attributes have no fault: 0 times a finite number is 0, otherwise NaN.
   constexpr size_t kAtOnce = 16;
   float sums[kAtOnce] = {};
@@ -196,18 +194,18 @@ void read_uv_sets(const PrimitiveReader& reader, Materials materials, LoadedMesh
   MeshDescription& mesh = loaded.mesh;
   const std::set<int> used = used_uv_sets(materials);
   // Materials with higher sets are rejected when they are compiled, if they are used.
-  constexpr int kMostSets = 16;
-  const int last = used.empty() ? 0 : std::min(*used.rbegin(), kMostSets);
+  constexpr int kMaxUvSets = 16;
+  const int last = used.empty() ? 0 : std::min(*used.rbegin(), kMaxUvSets);
   for (int set = 0; set <= last; ++set) {
     const std::string name = "TEXCOORD_" + std::to_string(set);
     std::vector<Vec2f> uv;
-    if (used.contains(set) ? reader.has(name) : set == 0 && reader.usable(name)) {
+    if (used.contains(set) ? reader.has(name) : set == 0 && reader.is_intact(name)) {
       uv = reader.vectors<Vec2f>(name);
     } else if (used.contains(set)) {
       uv.assign(mesh.positions.size(), Vec2f(0.0f));
       loaded.ignored.push_back("textures on " + mesh.name + ", which has no " + name);
     }
-    faults.look_at(uv);
+    faults.find_non_finite(uv);
     for (Vec2f& v : uv) {
       if (!std::isfinite(v.x) || !std::isfinite(v.y)) v = Vec2f(0.0f);
     }
@@ -219,7 +217,7 @@ void read_colors(const PrimitiveReader& reader, MeshDescription& mesh, VertexFau
   if (!reader.has("COLOR_0")) return;
   const int components = reader.components("COLOR_0") == 3 ? 3 : 4;
   const std::vector<float> values = reader.floats("COLOR_0", components);
-  faults.look_at(values, size_t(components));
+  faults.find_non_finite(values, size_t(components));
   mesh.colors.assign(mesh.positions.size(), Vec4f(1.0f));
   for (size_t i = 0; i < mesh.colors.size(); ++i) {
     for (int c = 0; c < components; ++c) {
@@ -246,9 +244,9 @@ TextureRef tangent_layout(const MaterialDescription& material) {
   return {};
 }
 
-// The layout of the first material that needs tangents; nothing if none does and not `wanted`.
+// The layout of the first material that needs tangents; nothing if none does and not `required`.
 std::optional<TextureRef> find_tangent_layout(const PrimitiveReader& reader, Materials materials,
-                                              bool wanted, LoadedMesh& loaded) {
+                                              bool required, LoadedMesh& loaded) {
   std::optional<TextureRef> found;
   for (const MaterialDescription* material : materials) {
     if (!has_tangent_space(*material)) continue;
@@ -263,7 +261,7 @@ std::optional<TextureRef> find_tangent_layout(const PrimitiveReader& reader, Mat
                                   ", which use other texture coordinates than the first variant");
     break;
   }
-  if (!found && wanted) found = tangent_layout(*materials.front());
+  if (!found && required) found = tangent_layout(*materials.front());
   return found;
 }
 
@@ -281,21 +279,22 @@ void normalise_directions(auto& vertices) {
 }
 
 // A vertex without a usable later position stays where it is.
-std::vector<Vec3f> usable_or(std::vector<Vec3f> later, const std::vector<Vec3f>& positions) {
-  for (size_t v = 0; v < later.size(); ++v) {
-    if (!is_usable(later[v])) later[v] = positions[v];
+std::vector<Vec3f> replace_unusable(std::vector<Vec3f> next_frame,
+                                    const std::vector<Vec3f>& positions) {
+  for (size_t v = 0; v < next_frame.size(); ++v) {
+    if (!is_usable(next_frame[v])) next_frame[v] = positions[v];
   }
-  return later;
+  return next_frame;
 }
 
 // Deforms the mesh from its rest pose into `poses`.
 void apply_poses(const PrimitiveReader& reader, const GltfDocument& document, const json& primitive,
-                 const std::string& pointer, std::span<const MeshPose> poses, bool later,
+                 const std::string& pointer, std::span<const MeshPose> poses, bool next_frame,
                  MeshDescription& mesh) {
   MeshDescription unposed;
   if (poses.size() > 1) {
     unposed.positions = mesh.positions;
-    if (!later) {
+    if (!next_frame) {
       unposed.normals = mesh.normals;
       unposed.tangents = mesh.tangents;
     }
@@ -309,8 +308,8 @@ void apply_poses(const PrimitiveReader& reader, const GltfDocument& document, co
   for (const MeshPose& pose : poses.subspan(1)) {
     MeshDescription posed = unposed;
     apply(pose, posed);
-    if (later) {
-      mesh.later = usable_or(std::move(posed.positions), mesh.positions);
+    if (next_frame) {
+      mesh.next_frame = replace_unusable(std::move(posed.positions), mesh.positions);
       continue;
     }
     mesh.motion.push_back(
@@ -319,7 +318,7 @@ void apply_poses(const PrimitiveReader& reader, const GltfDocument& document, co
 }
 
 // Whether morph targets change colours or UVs between poses.
-bool morphs_what_is_held(const json& primitive, std::span<const MeshPose> poses) {
+bool morphs_held_attributes(const json& primitive, std::span<const MeshPose> poses) {
   const json* targets = find_member(primitive, "targets");
   if (!targets) return false;
   for (size_t t = 0; t < targets->size(); ++t) {
@@ -338,9 +337,9 @@ bool morphs_what_is_held(const json& primitive, std::span<const MeshPose> poses)
 
 // Upper bound on the memory that load_primitive holds at any time, including the result, from the
 // primitive's stated counts.
-uint64_t announced_bytes(const GltfDocument& document, const PrimitiveReader& reader,
-                         const json& primitive, std::span<const MeshPose> poses,
-                         Materials materials, bool tangents_made) {
+uint64_t max_load_bytes(const GltfDocument& document, const PrimitiveReader& reader,
+                        const json& primitive, std::span<const MeshPose> poses, Materials materials,
+                        bool generates_tangents) {
   const uint64_t vertices = reader.vertex_count();
   uint64_t per_vertex = sizeof(Vec3f) + sizeof(Vec4f) + sizeof(uint32_t);  // and a list of floats
   if (reader.has("NORMAL")) per_vertex += sizeof(Vec3f);
@@ -351,7 +350,7 @@ uint64_t announced_bytes(const GltfDocument& document, const PrimitiveReader& re
   // Plus one copy of the undeformed vertices.
   if (poses.size() > 1) per_vertex += poses.size() * (2 * sizeof(Vec3f) + sizeof(Vec4f));
   // generate_tangents() needs groups and up to twice as many vertices.
-  if (tangents_made) per_vertex = 2 * per_vertex + 256;
+  if (generates_tangents) per_vertex = 2 * per_vertex + 256;
   const json* member = find_member(primitive, "indices");
   const uint64_t indices = member ? document.accessor(member->get<int>()).count : vertices;
   const bool list = primitive.value("mode", int(kTriangles)) == kTriangles;
@@ -360,7 +359,7 @@ uint64_t announced_bytes(const GltfDocument& document, const PrimitiveReader& re
                                            : list            ? 0
                                                              : sizeof(Triangle));
   // Flat faces with tangents get vertices of their own.
-  if (tangents_made && !reader.has("NORMAL")) per_index += per_vertex;
+  if (generates_tangents && !reader.has("NORMAL")) per_index += per_vertex;
   return bytes_of(vertices, per_vertex) + bytes_of(indices, per_index);
 }
 
@@ -371,7 +370,7 @@ bool has_surface(const GltfDocument& document, const json& primitive, LoadedMesh
     loaded.ignored.push_back(std::string("primitive mode ") + kModeNames[mode] +
                              " (has no surface)");
     loaded.mode = mode;
-    loaded.without_surface = count_without_surface(document, primitive, mode);
+    loaded.surfaceless_count = count_points_or_lines(document, primitive, mode);
     return false;
   }
   if (!primitive.at("attributes").contains("POSITION")) {
@@ -381,7 +380,7 @@ bool has_surface(const GltfDocument& document, const json& primitive, LoadedMesh
   return true;
 }
 
-std::string name_of(const json& mesh, size_t index) {
+std::string mesh_name(const json& mesh, size_t index) {
   const std::string name = mesh.value("name", "");
   return name.empty() ? "mesh " + std::to_string(index) : name;
 }
@@ -398,7 +397,7 @@ std::vector<TangentLayout> tangent_layouts(Materials materials) {
 }
 
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_t primitive_index,
-                          std::span<const MeshPose> poses, bool later, Materials materials,
+                          std::span<const MeshPose> poses, bool next_frame, Materials materials,
                           bool tangents, bool flat) {
   const json& mesh_object = document.json->at("meshes")[mesh_index];
   const json& primitive = mesh_object.at("primitives")[primitive_index];
@@ -407,7 +406,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
 
   LoadedMesh loaded;
   MeshDescription& mesh = loaded.mesh;
-  mesh.name = name_of(mesh_object, mesh_index) + "/" + std::to_string(primitive_index);
+  mesh.name = mesh_name(mesh_object, mesh_index) + "/" + std::to_string(primitive_index);
   mesh.material = primitive.value("material", -1);
 
   if (!has_surface(document, primitive, loaded)) return loaded;
@@ -420,7 +419,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   const bool has_tangents = layout && has_normals && reader.has("TANGENT");
   MemoryReservation memory(
       document.progress->budget(), MemoryPart::kGeometry,
-      announced_bytes(document, reader, primitive, poses, materials, layout && !has_tangents),
+      max_load_bytes(document, reader, primitive, poses, materials, layout && !has_tangents),
       document.place(pointer));
   mesh.positions = reader.vectors<Vec3f>("POSITION", 1);  // Embree reads past the last one
   if (mesh.positions.size() >= UINT32_MAX) {
@@ -433,17 +432,17 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   read_colors(reader, mesh, faults);
   if (reader.has("COLOR_1")) loaded.ignored.push_back("COLOR_1 (only COLOR_0 is supported)");
 
-  apply_poses(reader, document, primitive, pointer, poses, later, mesh);
-  if (!later && morphs_what_is_held(primitive, poses)) {
+  apply_poses(reader, document, primitive, pointer, poses, next_frame, mesh);
+  if (!next_frame && morphs_held_attributes(primitive, poses)) {
     loaded.approximated.push_back(
         "morphed colours and texture coordinates (held while the shutter is open)");
   }
-  faults.look_at(mesh.normals);
-  faults.look_at(mesh.tangents);
-  faults.look_at(mesh.colors);
+  faults.find_non_finite(mesh.normals);
+  faults.find_non_finite(mesh.tangents);
+  faults.find_non_finite(mesh.colors);
   clamp_colors(mesh.colors);
 
-  mesh.triangles = unroll(reader, primitive.value("mode", int(kTriangles)));
+  mesh.triangles = to_triangle_list(reader, primitive.value("mode", int(kTriangles)));
   drop_bad_triangles(mesh, loaded.repairs);
   loaded.repairs.non_finite_attributes = faults.count(mesh.triangles);
   drop_unused_vertices(mesh);
@@ -452,7 +451,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   if (layout && mesh.tangents.empty()) generate_tangents(mesh, *layout);
   // The rest was needed only while reading.
   memory.release();
-  loaded.bytes = mesh.name.capacity() + held_bytes(mesh);
+  loaded.bytes = mesh.name.capacity() + allocated_bytes(mesh);
   document.reserve(MemoryPart::kGeometry, loaded.bytes, document.place(pointer));
   return loaded;
 }

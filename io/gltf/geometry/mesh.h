@@ -21,7 +21,7 @@ struct MeshPose {
 
 // The part of a material that determines a mesh's tangents.
 struct TangentLayout {
-  bool wanted = false;
+  bool required = false;
   int uv_set = 0;
   std::array<float, 6> uv_transform = {};
 
@@ -37,7 +37,7 @@ struct LoadedMesh {
   std::optional<InputError> variants_fault;        // set if the variants' materials failed
   // For points or lines: the mode, and the number of primitives drawn.
   int mode = 4;
-  uint64_t without_surface = 0;
+  uint64_t surfaceless_count = 0;
   uint64_t bytes = 0;  // reserved for the mesh
 };
 
@@ -47,7 +47,7 @@ struct LoadedMesh {
 // `tangents` requires them. `flat` means that the instance transform flattens the mesh; normals are
 // then not read and are those of the plane. Throws InputError. Thread-safe.
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh, size_t primitive,
-                          std::span<const MeshPose> poses, bool later,
+                          std::span<const MeshPose> poses, bool next_frame,
                           std::span<const MaterialDescription* const> materials, bool tangents,
                           bool flat = false);
 

@@ -88,7 +88,7 @@ struct GltfMeshUses::Primitive {
   MeshUse* use = nullptr;
   size_t primitive = 0;
   std::vector<TangentLayout> layouts = {};
-  const RestMesh* known = nullptr;  // already read for an earlier pose
+  const StaticMesh* cached = nullptr;  // already read for an earlier pose
   LoadedMesh result = {};
 };
 
@@ -119,50 +119,50 @@ void GltfMeshUses::load(Primitive& task) const {
   }
   task.layouts = tangent_layouts(materials);
   const auto found =
-      use.rests ? rest_.meshes.find({use.mesh, task.primitive, use.skin, use.node, use.flat})
-                : rest_.meshes.end();
-  if (found != rest_.meshes.end() && found->second.layouts == task.layouts) {
-    task.known = &found->second;
-    const bool is_empty = task.known->key == 0;
-    if (is_empty || std::ranges::binary_search(held_, task.known->key)) {
-      task.result = task.known->loaded;
+      use.undeformed ? cache_.meshes.find({use.mesh, task.primitive, use.skin, use.node, use.flat})
+                     : cache_.meshes.end();
+  if (found != cache_.meshes.end() && found->second.layouts == task.layouts) {
+    task.cached = &found->second;
+    const bool is_empty = task.cached->key == 0;
+    if (is_empty || std::ranges::binary_search(held_, task.cached->key)) {
+      task.result = task.cached->loaded;
       return;
     }
   }
-  task.result = load_primitive(document_, use.mesh, task.primitive, use.poses, later_, materials,
-                               scene_.tangents_read, use.flat);
+  task.result = load_primitive(document_, use.mesh, task.primitive, use.poses, next_frame_,
+                               materials, scene_.tangents_read, use.flat);
   task.result.mesh.variant_materials = std::move(others);
   task.result.variants_fault = variants_fault;
 }
 
 // Stores what later poses need not read again; null for a deforming mesh.
-const RestMesh* GltfMeshUses::know(Primitive& task) {
+const StaticMesh* GltfMeshUses::cache_mesh(Primitive& task) {
   const MeshUse& use = *task.use;
   MeshDescription& mesh = task.result.mesh;
   mesh.may_move = use.may_move;
-  if (!use.rests) {
-    rest_.deforms = true;
+  if (!use.undeformed) {
+    cache_.deforms = true;
     return nullptr;
   }
   const bool is_read = !mesh.triangles.empty();
-  if (is_read) rest_.read_bytes += task.result.bytes;
-  const GltfRest::MeshId id(use.mesh, task.primitive, use.skin, use.node, use.flat);
-  if (!task.known) {
-    RestMesh known;
-    if (is_read) known.key = ++rest_.last_key;
-    known.layouts = std::move(task.layouts);
-    known.radius = radius_of(mesh);
-    for (const Vec3f& p : mesh.positions) known.bounds.extendBy(to_double(p));
+  if (is_read) cache_.new_static_bytes += task.result.bytes;
+  const GltfCache::MeshId id(use.mesh, task.primitive, use.skin, use.node, use.flat);
+  if (!task.cached) {
+    StaticMesh cached;
+    if (is_read) cached.key = ++cache_.last_key;
+    cached.layouts = std::move(task.layouts);
+    cached.radius = radius_of(mesh);
+    for (const Vec3f& p : mesh.positions) cached.bounds.extendBy(to_double(p));
     MeshArrays arrays = std::exchange<MeshArrays>(mesh, {});
-    known.loaded = task.result;
+    cached.loaded = task.result;
     static_cast<MeshArrays&>(mesh) = std::move(arrays);
-    rest_.memory.add(sizeof(RestMesh) + mesh.name.size(), document_.file);
-    task.known = &rest_.meshes.insert_or_assign(id, std::move(known)).first->second;
+    cache_.memory.add(sizeof(StaticMesh) + mesh.name.size(), document_.file);
+    task.cached = &cache_.meshes.insert_or_assign(id, std::move(cached)).first->second;
   }
-  mesh.key = task.known->key;
-  if (mesh.key != 0 && !is_read) mesh.held = task.known->bounds;
-  rest_.resting_bytes += task.result.bytes;
-  return task.known;
+  mesh.key = task.cached->key;
+  if (mesh.key != 0 && !is_read) mesh.reused_bounds = task.cached->bounds;
+  cache_.static_bytes += task.result.bytes;
+  return task.cached;
 }
 
 // Adds the primitive and its reports to the scene; false if nothing of it is left.
@@ -173,17 +173,18 @@ bool GltfMeshUses::add(Primitive& task) {
   for (const std::string& what : task.result.approximated) {
     report_approximated(document_.file, what, scene_.coverage);
   }
-  note_without_surface(task.result, task.use->placements);
+  count_surfaceless(task.result, task.use->placements);
   const std::string extensions = primitive_pointer(task.use->mesh, task.primitive) + "/extensions/";
-  const auto left_out = [&](const std::optional<InputError>& fault, const char* extension) {
-    if (fault) document_.faults->leave_out(extensions + extension, *fault);
+  const auto note_extension_fault = [&](const std::optional<InputError>& fault,
+                                        const char* extension) {
+    if (fault) document_.faults->note_defaulted(extensions + extension, *fault);
   };
-  left_out(task.result.draco_fault, "KHR_draco_mesh_compression");
-  left_out(task.result.variants_fault, "KHR_materials_variants");
+  note_extension_fault(task.result.draco_fault, "KHR_draco_mesh_compression");
+  note_extension_fault(task.result.variants_fault, "KHR_materials_variants");
   scene_.repairs.degenerate_triangles += task.result.repairs.degenerate_triangles;
   scene_.repairs.non_finite_triangles += task.result.repairs.non_finite_triangles;
   scene_.repairs.non_finite_attributes += task.result.repairs.non_finite_attributes;
-  if (task.result.mesh.triangles.empty() && !task.result.mesh.held) {
+  if (task.result.mesh.triangles.empty() && !task.result.mesh.reused_bounds) {
     const bool deforms = task.use->skin >= 0 || !task.use->poses[0].weights.empty();
     const LoadRepairs& repairs = task.result.repairs;
     if (deforms && repairs.non_finite_triangles == 0)
@@ -195,9 +196,9 @@ bool GltfMeshUses::add(Primitive& task) {
   return true;
 }
 
-void GltfMeshUses::note_without_surface(const LoadedMesh& loaded, uint64_t placements) {
+void GltfMeshUses::count_surfaceless(const LoadedMesh& loaded, uint64_t placements) {
   uint64_t& sum = loaded.mode == 0 ? points_ : lines_;
-  const uint64_t placed = bytes_of(loaded.without_surface, placements);
+  const uint64_t placed = bytes_of(loaded.surfaceless_count, placements);
   sum += std::min(placed, UINT64_MAX - sum);
 }
 
@@ -215,20 +216,20 @@ void GltfMeshUses::load(std::vector<MeshUse>& uses, bool at_rest) {
   for (const std::exception_ptr& error : errors) {
     if (error) std::rethrow_exception(error);
   }
-  rest_.deforms = false;
-  rest_.read_bytes = rest_.resting_bytes = 0;
+  cache_.deforms = false;
+  cache_.new_static_bytes = cache_.static_bytes = 0;
   for (Primitive& task : tasks) {
-    const RestMesh* known = know(task);
-    if (add(task)) resting_.push_back(known);
+    const StaticMesh* cached = cache_mesh(task);
+    if (add(task)) static_meshes_.push_back(cached);
   }
-  rest_.deforms = rest_.deforms && !at_rest;
+  cache_.deforms = cache_.deforms && !at_rest;
 }
 
 Vec3d GltfMeshUses::center(const MeshUse& use) const {
   WorldBounds bounds;
   for (const int mesh : use.loaded) {
-    if (const RestMesh* rests = resting_[size_t(mesh)]) {
-      bounds.add(rests->bounds, Mat44d());
+    if (const StaticMesh* undeformed = static_meshes_[size_t(mesh)]) {
+      bounds.add(undeformed->bounds, Mat44d());
     } else {
       for (const Vec3f& p : scene_.meshes[size_t(mesh)].positions) bounds.extendBy(to_double(p));
     }
@@ -237,7 +238,7 @@ Vec3d GltfMeshUses::center(const MeshUse& use) const {
 }
 
 double GltfMeshUses::radius(size_t mesh) const {
-  return resting_[mesh] ? resting_[mesh]->radius : radius_of(scene_.meshes[mesh]);
+  return static_meshes_[mesh] ? static_meshes_[mesh]->radius : radius_of(scene_.meshes[mesh]);
 }
 
 }  // namespace emberline

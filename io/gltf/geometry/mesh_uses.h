@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "io/gltf/animation/rest.h"
+#include "io/gltf/animation/cache.h"
 #include "io/gltf/document/document.h"
 #include "io/gltf/geometry/mesh.h"
 #include "renderer/description/scene_description.h"
@@ -19,7 +19,7 @@ struct MeshUse {
   std::vector<MeshPose> poses;
   uint64_t placements = 0;
   int skin = -1, node = -1;  // node: only if it has its own weights
-  bool rests = false;        // never deformed
+  bool undeformed = false;   // never deformed
   bool may_move = false;     // for MeshDescription
   bool flat = false;         // for load_primitive
   // Cache of GltfMeshUses::center().
@@ -29,12 +29,12 @@ struct MeshUse {
 
 class GltfMeshUses {
  public:
-  // `later` as in load_primitive. Meshes known to `rest` are not read again, and new resting meshes
-  // are added to it; meshes whose keys are in `held` (ascending) are not read at all. All arguments
-  // must outlive this object.
-  GltfMeshUses(const GltfDocument& document, bool later, std::span<const uint64_t> held,
-               GltfRest& rest, SceneDescription& scene)
-      : document_(document), later_(later), held_(held), rest_(rest), scene_(scene) {}
+  // `later` as in load_primitive. Meshes known to `cache` are not read again, and new resting
+  // meshes are added to it; meshes whose keys are in `held` (ascending) are not read at all. All
+  // arguments must outlive this object.
+  GltfMeshUses(const GltfDocument& document, bool next_frame, std::span<const uint64_t> held,
+               GltfCache& cache, SceneDescription& scene)
+      : document_(document), next_frame_(next_frame), held_(held), cache_(cache), scene_(scene) {}
 
   // Adds the meshes to the scene. Throws InputError.
   void load(std::vector<MeshUse>& uses, bool at_rest);
@@ -54,16 +54,16 @@ class GltfMeshUses {
   void check_budget(std::span<const MeshUse> uses) const;
   uint64_t count_elements(const nlohmann::json& primitive, std::span<const MeshPose> poses) const;
   void load(Primitive& task) const;
-  const RestMesh* know(Primitive& task);
+  const StaticMesh* cache_mesh(Primitive& task);
   bool add(Primitive& task);
-  void note_without_surface(const LoadedMesh& loaded, uint64_t placements);
+  void count_surfaceless(const LoadedMesh& loaded, uint64_t placements);
 
   const GltfDocument& document_;
-  const bool later_;
+  const bool next_frame_;
   const std::span<const uint64_t> held_;
-  GltfRest& rest_;
+  GltfCache& cache_;
   SceneDescription& scene_;
-  std::vector<const RestMesh*> resting_;  // per mesh of the scene; null: it deforms
+  std::vector<const StaticMesh*> static_meshes_;  // per mesh of the scene; null: it deforms
   uint64_t points_ = 0, lines_ = 0;
   bool collapsed_ = false;
 };

@@ -38,11 +38,11 @@ double magnification(double ymag, const std::string& place) {
 
 namespace {
 
-void leave_out_of_lamp(const GltfDocument& document, const std::string& pointer,
-                       const std::string& message) {
+void note_defaulted_light(const GltfDocument& document, const std::string& pointer,
+                          const std::string& message) {
   const InputError fault(document.place(pointer), message);
   if (document.requires_extension("KHR_lights_punctual")) throw InputError(fault);
-  document.faults->leave_out(pointer, fault);
+  document.faults->note_defaulted(pointer, fault);
 }
 
 }  // namespace
@@ -50,14 +50,14 @@ void leave_out_of_lamp(const GltfDocument& document, const std::string& pointer,
 Vec2f cone_angles(double inner, double outer, const GltfDocument& document,
                   const std::string& pointer) {
   const std::string spot = pointer + "/spot/";
-  if (!(outer > 0.0 && outer <= kWidestCone)) {
-    leave_out_of_lamp(document, spot + "outerConeAngle",
-                      fmt::format("the number {} is out of range", outer));
+  if (!(outer > 0.0 && outer <= kMaxOuterCone)) {
+    note_defaulted_light(document, spot + "outerConeAngle",
+                         fmt::format("the number {} is out of range", outer));
     outer = kPiD / 4.0;
   }
   // Writers of hard-edged spots give both the same angle, possibly rounded.
   if (!(inner >= 0.0 && inner <= outer * (1.0 + 1e-6))) {
-    leave_out_of_lamp(
+    note_defaulted_light(
         document, spot + "innerConeAngle",
         fmt::format("the number {} is not between 0 and outerConeAngle, {}", inner, outer));
     inner = inner > outer ? outer : 0.0;
@@ -69,7 +69,7 @@ Vec2f cone_angles(double inner, double outer, const GltfDocument& document,
 float light_range(double range, const GltfDocument& document, const std::string& pointer) {
   // Animated values are clamped to this bound of the schema.
   if (range > double(FLT_TRUE_MIN)) return float(range);
-  leave_out_of_lamp(document, pointer + "/range", "expected a number above 0");
+  note_defaulted_light(document, pointer + "/range", "expected a number above 0");
   return std::numeric_limits<float>::infinity();
 }
 
@@ -80,7 +80,7 @@ std::optional<double> orthographic_aspect(const GltfDocument& document,
                                           const tinygltf::OrthographicCamera& lens,
                                           const std::string& pointer) {
   if (lens.xmag == 0.0) {
-    document.faults->leave_out(pointer, InputError(document.place(pointer), "must not be 0"));
+    document.faults->note_defaulted(pointer, InputError(document.place(pointer), "must not be 0"));
   }
   const double aspect = std::abs(lens.xmag / lens.ymag);
   if (document.faults->has(pointer) || !std::isnormal(aspect)) return std::nullopt;
@@ -104,10 +104,10 @@ void read_lens(const GltfDocument& document, const tinygltf::Camera& source,
 
 // Whether the clip planes might cut off something. Exporters without a near plane write one of up
 // to a decimetre, which is ignored.
-bool clips(const json& camera) {
-  constexpr double kNearest = 0.101;
+bool may_clip(const json& camera) {
+  constexpr double kIgnoredNear = 0.101;
   const json& lens = camera.at(camera.at("type").get_ref<const std::string&>());
-  return lens.contains("zfar") || lens.at("znear").get<double>() > kNearest;
+  return lens.contains("zfar") || lens.at("znear").get<double>() > kIgnoredNear;
 }
 
 }  // namespace
@@ -118,7 +118,7 @@ CameraDescription* read_camera(const GltfDocument& document, size_t node, const 
   // Use the node's member if it refers to no camera.
   const std::string pointer = index < 0 ? "/nodes/" + std::to_string(node) + "/camera"
                                         : "/cameras/" + std::to_string(index);
-  std::optional<InputError> fault = document.faults->hand_over(pointer);
+  std::optional<InputError> fault = document.faults->take_fault(pointer);
   if (index < 0 && !fault) return nullptr;
   const std::optional<Mat44d> directed = aimed_transform(document, node, pose, to_world);
   if (!directed) {
@@ -138,7 +138,7 @@ CameraDescription* read_camera(const GltfDocument& document, size_t node, const 
   camera.to_world = *directed;
   try {
     if (!fault) read_lens(document, document.model->cameras[size_t(index)], pointer, camera);
-    if (!fault && clips(document.json->at("cameras")[size_t(index)])) {
+    if (!fault && may_clip(document.json->at("cameras")[size_t(index)])) {
       note_approximated("clip planes of cameras (nothing is clipped)", scene.coverage);
     }
   } catch (const InputError& error) {
@@ -181,7 +181,7 @@ PunctualLightDescription* read_punctual_light(const GltfDocument& document, size
   const auto color = object.value("color", std::vector<double>{1.0, 1.0, 1.0});
   for (int c = 0; c < 3; ++c) {
     if (color[size_t(c)] < 0.0) {
-      document.faults->leave_out(
+      document.faults->note_defaulted(
           pointer + "/color/" + std::to_string(c),
           InputError(place + "/color/" + std::to_string(c),
                      "expected a number of at least 0, found {}; 0 is used", color[size_t(c)]));
@@ -215,7 +215,7 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
     return index.is_null() ? 0 : document.accessors[index.get<size_t>()].count;
   };
   size_t count = 0;
-  bool counted = false;
+  bool has_count = false;
   if (!attributes.empty()) {
     // Ten floats and the resulting matrix.
     memory.add(bytes_of(count_of(attributes.begin().value()), 10 * sizeof(float) + sizeof(Mat44d)),
@@ -228,23 +228,23 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
     std::vector<float> values =
         read_floats(document, member->get<int>(), components, place + "/attributes/" + name);
     const size_t elements = values.size() / size_t(components);
-    if (counted && elements != count) {
+    if (has_count && elements != count) {
       throw InputError(place, "the instance attributes have different counts");
     }
     count = elements;
-    counted = true;
+    has_count = true;
     return values;
   };
   const std::vector<float> translations = read("TRANSLATION", 3);
   const std::vector<float> rotations = read("ROTATION", 4);
   const std::vector<float> scales = read("SCALE", 3);
-  if (!counted) {
+  if (!has_count) {
     // Only attributes that have no meaning here, such as _ID.
     if (attributes.empty()) return {};
     const auto first = attributes.begin();
     if (first->is_null()) document.faults->require(pointer + "/attributes/" + first.key());
     count = size_t(document.accessor(first->get<int>()).count);
-    if (count > document.most_zeros)
+    if (count > document.max_zeros)
       throw InputError(place, "more instances than the file has data for");
   }
   std::vector<Mat44d> transforms;

@@ -30,7 +30,7 @@ Vec2f cone_angles(double inner, double outer, const GltfDocument& document,
                   const std::string& pointer);
 float light_range(double range, const GltfDocument& document, const std::string& pointer);
 // The maximum outerConeAngle is pi / 2, which writers may have rounded up.
-inline constexpr double kWidestCone = kPiD / 2.0 * (1.0 + 1e-6);
+inline constexpr double kMaxOuterCone = kPiD / 2.0 * (1.0 + 1e-6);
 
 // EXT_mesh_gpu_instancing: one transform per instance, relative to the node; counted in `memory`.
 std::vector<Mat44d> read_instance_transforms(const GltfDocument& document,

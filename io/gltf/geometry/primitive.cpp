@@ -22,7 +22,7 @@ PrimitiveReader::PrimitiveReader(const GltfDocument& document, const json& primi
       read_draco(*extension);
       return;
     } catch (const InputError& error) {
-      GltfFaults::let_limits_pass(error);
+      GltfFaults::rethrow_limit_error(error);
       if (document.requires_extension(kDracoExtension) || !has_fallback()) throw;
       draco_.reset();
       draco_fault_ = error;
@@ -33,14 +33,14 @@ PrimitiveReader::PrimitiveReader(const GltfDocument& document, const json& primi
   }
   vertex_count_ = document.accessor(accessor("POSITION")).count;
   read_corners();
-  choose_vertices();
+  select_used_vertices();
 }
 
 void PrimitiveReader::read_draco(const json& extension) {
   const std::string place = document_.place(pointer_ + "/extensions/" + kDracoExtension);
   std::vector<DracoRequest> requests;
   for (const auto& [name, id] : extension.at("attributes").items()) {
-    if (!usable(name)) continue;
+    if (!is_intact(name)) continue;
     const GltfAccessor& described = document_.accessor(accessor(name));
     requests.push_back({name, id.get<uint32_t>(), described.components, described.normalized});
   }
@@ -89,7 +89,7 @@ bool PrimitiveReader::has(const std::string& attribute) const {
   return primitive_.at("attributes").contains(attribute);
 }
 
-bool PrimitiveReader::usable(const std::string& attribute) const {
+bool PrimitiveReader::is_intact(const std::string& attribute) const {
   const json* index = find_member(primitive_.at("attributes"), attribute.c_str());
   return index && !index->is_null() && document_.accessors[index->get<size_t>()].components > 0;
 }
@@ -124,7 +124,7 @@ void PrimitiveReader::copy(const std::string& attribute, int components, float* 
   if (const std::vector<float>* decoded = draco_floats(attribute)) {
     std::copy_n(decoded->data(), vertex_count_ * uint64_t(components), out);
   } else {
-    copy_floats(document_, accessor(attribute), place_of(attribute), chosen(), out);
+    copy_floats(document_, accessor(attribute), place_of(attribute), selected_vertices(), out);
   }
 }
 
@@ -155,25 +155,26 @@ void PrimitiveReader::check_count(int index, const std::string& place) const {
 std::vector<float> PrimitiveReader::read(int index, int components,
                                          const std::string& place) const {
   check_count(index, place);
-  return read_floats(document_, index, components, place, chosen());
+  return read_floats(document_, index, components, place, selected_vertices());
 }
 
 // For files in which thousands of primitives use a few triangles of one huge accessor.
-void PrimitiveReader::choose_vertices() {
+void PrimitiveReader::select_used_vertices() {
   constexpr uint64_t kFew = 4;  // a quarter: below, sorting costs less than reading all
   if (index_count_ == 0 || index_count_ > vertex_count_ / kFew) return;
-  used_.assign(corners(), corners() + index_count_);
-  std::ranges::sort(used_);
-  used_.erase(std::unique(used_.begin(), used_.end()), used_.end());
+  used_vertices_.assign(corners(), corners() + index_count_);
+  std::ranges::sort(used_vertices_);
+  used_vertices_.erase(std::unique(used_vertices_.begin(), used_vertices_.end()),
+                       used_vertices_.end());
   for (uint32_t& index : std::span(corners(), index_count_)) {
-    index = uint32_t(std::ranges::lower_bound(used_, index) - used_.begin());
+    index = uint32_t(std::ranges::lower_bound(used_vertices_, index) - used_vertices_.begin());
   }
 }
 
 void PrimitiveReader::read_corners() {
   const json* member = find_member(primitive_, "indices");
   if (!member) {
-    check_zeros(document_, accessor("POSITION"), place_of("POSITION"));
+    check_zero_count(document_, accessor("POSITION"), place_of("POSITION"));
     set_index_count(vertex_count_);
     std::iota(corners(), corners() + index_count_, 0u);
     return;

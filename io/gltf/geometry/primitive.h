@@ -20,19 +20,19 @@ class PrimitiveReader {
 
   bool has(const std::string& attribute) const;
   // Whether the attribute exists and is not broken.
-  bool usable(const std::string& attribute) const;
+  bool is_intact(const std::string& attribute) const;
   bool is_draco() const { return draco_.has_value(); }
   // Why the Draco stream was not used, if there is one.
   const std::optional<InputError>& draco_fault() const { return draco_fault_; }
   // vertex_count() x components floats. Throws InputError if the count differs from POSITION's.
   std::vector<float> floats(const std::string& attribute, int components) const;
-  // The same as vectors, with capacity for `spare` more.
+  // The same as vectors, with capacity for `extra_capacity` more.
   template <class Vector>
-  std::vector<Vector> vectors(const std::string& attribute, size_t spare = 0) const {
+  std::vector<Vector> vectors(const std::string& attribute, size_t extra_capacity = 0) const {
     const int components = int(sizeof(Vector) / sizeof(float));
     check(attribute, components);
     std::vector<Vector> values;
-    values.reserve(vertex_count() + spare);
+    values.reserve(vertex_count() + extra_capacity);
     values.resize(vertex_count());  // Imath does not initialise them
     copy(attribute, components, reinterpret_cast<float*>(values.data()));
     return values;
@@ -44,9 +44,11 @@ class PrimitiveReader {
                                    int components) const;
 
   // Vertices read: all, or only the indexed ones if the accessors hold far more than is drawn.
-  uint64_t vertex_count() const { return used_.empty() ? vertex_count_ : used_.size(); }
+  uint64_t vertex_count() const {
+    return used_vertices_.empty() ? vertex_count_ : used_vertices_.size();
+  }
   // Index of vertex `i` in the file.
-  uint64_t file_vertex(size_t i) const { return used_.empty() ? i : used_[i]; }
+  uint64_t file_vertex(size_t i) const { return used_vertices_.empty() ? i : used_vertices_[i]; }
   // Corner indices in drawing order, below vertex_count(); 0, 1, 2... without an index accessor.
   std::span<const uint32_t> indices() const { return {corners(), index_count_}; }
   // Moves the indices out as triangles; an incomplete last triangle is dropped.
@@ -62,11 +64,13 @@ class PrimitiveReader {
   uint32_t* corners() { return triangles_.empty() ? nullptr : triangles_[0].data(); }
   std::string place_of(const std::string& attribute) const;
   const std::vector<float>* draco_floats(const std::string& attribute) const;
-  const std::vector<uint32_t>* chosen() const { return used_.empty() ? nullptr : &used_; }
+  const std::vector<uint32_t>* selected_vertices() const {
+    return used_vertices_.empty() ? nullptr : &used_vertices_;
+  }
   void check(const std::string& attribute, int components) const;
   void check_count(int accessor, const std::string& place) const;
   void copy(const std::string& attribute, int components, float* out) const;
-  void choose_vertices();
+  void select_used_vertices();
   std::vector<float> read(int accessor, int components, const std::string& place) const;
 
   const GltfDocument& document_;
@@ -77,7 +81,7 @@ class PrimitiveReader {
   uint64_t vertex_count_ = 0;                       // in the file
   std::vector<std::array<uint32_t, 3>> triangles_;  // all indices; the last may be partial
   uint64_t index_count_ = 0;
-  std::vector<uint32_t> used_;  // ascending; empty: all
+  std::vector<uint32_t> used_vertices_;  // ascending; empty: all
 };
 
 }  // namespace emberline

@@ -36,19 +36,19 @@ struct Placement {
 class SceneGraphReader {
  public:
   SceneGraphReader(const GltfDocument& document, const GltfAnimation& animation,
-                   const GltfChanges& changes, std::span<const uint64_t> held, GltfRest& rest,
-                   SceneDescription& scene)
+                   const GltfAnimatedValues& changes, std::span<const uint64_t> held,
+                   GltfCache& cache, SceneDescription& scene)
       : document_(document),
         changes_(changes),
         scene_(scene),
         animation_(animation),
-        rest_(rest),
+        cache_(cache),
         at_rest_(animation.at_rest),
         shutter_(document, animation),
         world_(shutter_.world()),
         visibility_(document, animation),
         poses_(document, shutter_),
-        meshes_(document, shutter_.is_instant(), held, rest, scene),
+        meshes_(document, shutter_.is_instant(), held, cache, scene),
         placements_memory_(document.progress->budget(), MemoryPart::kGeometry),
         instances_memory_(document.progress->budget(), MemoryPart::kGeometry) {}
 
@@ -71,38 +71,38 @@ class SceneGraphReader {
   void add_motion(size_t node, std::vector<Mat44d>& motion) const;
   void find_moving_meshes();
   // Transforms of EXT_mesh_gpu_instancing; valid until the next call.
-  const std::vector<Mat44d>& instances_of(const json& instancing, size_t node);
-  size_t find_use(size_t node, bool flat);
+  const std::vector<Mat44d>& instance_transforms(const json& instancing, size_t node);
+  size_t find_or_add_use(size_t node, bool flat);
   bool is_flat(const Placement& placement) const;
   // Invertible transforms of a placement; `later` is its position at the later time of an instant.
   struct Transforms {
     Mat44d to_world;
     std::vector<Mat44d> motion;
-    std::optional<Mat44d> later;
+    std::optional<Mat44d> next_frame;
   };
-  std::optional<Transforms> transforms_of(const Placement& placement);
-  bool rests(size_t node) const;
+  std::optional<Transforms> invertible_transforms(const Placement& placement);
+  bool undeformed(size_t node) const;
   void place_meshes();
   WorldBounds rest_bounds() const;
-  [[noreturn]] void fail_empty(const std::string& dropped) const;
-  std::optional<std::string> broken_geometry() const;
+  [[noreturn]] void throw_empty(const std::string& dropped) const;
+  std::optional<std::string> find_broken_geometry() const;
   void check_empty(const std::string& dropped) const;
   void report();
 
   const GltfDocument& document_;
-  const GltfChanges& changes_;
+  const GltfAnimatedValues& changes_;
   SceneDescription& scene_;
   const GltfAnimation& animation_;
-  GltfRest& rest_;
-  std::vector<char> may_move_;       // per node
-  std::vector<char> mesh_may_move_;  // per mesh: whether a node that uses it may move
-  bool meshes_change_ = false;       // by animation pointers
+  GltfCache& cache_;
+  std::vector<char> may_move_;          // per node
+  std::vector<char> mesh_may_move_;     // per mesh: whether a node that uses it may move
+  bool mesh_weights_animated_ = false;  // by animation pointers
   const bool at_rest_;
   const GltfShutter shutter_;
   const std::vector<Mat44d>& world_;  // per node, at shutter opening
   const GltfVisibility visibility_;
-  std::vector<size_t> hidden_;  // nodes with meshes
-  uint64_t scaled_away_ = 0;    // instances collapsed to a line or a point by their scale
+  std::vector<size_t> hidden_nodes_;  // nodes with meshes
+  uint64_t collapsed_instances_ = 0;  // instances collapsed to a line or a point by their scale
   GltfPoses poses_;
   GltfMeshUses meshes_;
   std::vector<MeshUse> uses_;
@@ -110,7 +110,7 @@ class SceneGraphReader {
   std::map<std::tuple<int, int, bool>, size_t> shared_uses_;
   std::deque<Placement> placements_;  // a deque, so that growing does not copy
   MemoryReservation placements_memory_;
-  std::vector<Mat44d> instances_;  // at rest, where they are not cached in rest_
+  std::vector<Mat44d> instances_;  // at rest, where they are not cached in cache_
   MemoryReservation instances_memory_;
 };
 
@@ -145,22 +145,22 @@ void SceneGraphReader::read_node(size_t node) {
   const json& object = document_.json->at("nodes")[node];
   document_.faults->require("/nodes/" + std::to_string(node));
   if (source.mesh >= 0) {
-    if (visibility_.shows(node)) {
+    if (visibility_.is_ever_visible(node)) {
       read_mesh_node(node);
     } else {
-      hidden_.push_back(node);
+      hidden_nodes_.push_back(node);
     }
   }
   read_camera_node(node);
   constexpr const char* kPunctual = "KHR_lights_punctual";
-  if (!visibility_.shows(node) || !find_extension(object, kPunctual)) return;
+  if (!visibility_.is_ever_visible(node) || !find_extension(object, kPunctual)) return;
   try {
     read_light_node(node);
   } catch (const InputError& error) {
-    GltfFaults::let_limits_pass(error);
+    GltfFaults::rethrow_limit_error(error);
     if (document_.requires_extension(kPunctual)) throw;
-    document_.faults->leave_out("/nodes/" + std::to_string(node) + "/extensions/" + kPunctual,
-                                error);
+    document_.faults->note_defaulted("/nodes/" + std::to_string(node) + "/extensions/" + kPunctual,
+                                     error);
   }
 }
 
@@ -170,7 +170,7 @@ void SceneGraphReader::read_camera_node(size_t node) {
   if (!camera) return;
   add_motion(node, camera->motion);
   if (shutter_.is_instant() && shutter_.moves(node)) {
-    camera->later = aimed(node, 1).value_or(camera->to_world);
+    camera->next_frame = aimed(node, 1).value_or(camera->to_world);
   }
   changes_.apply(size_t(document_.model->nodes[node].camera), *camera);
 }
@@ -183,7 +183,7 @@ void SceneGraphReader::read_light_node(size_t node) {
   const json& object = document_.json->at("nodes")[node];
   const json& reference = *find_extension(object, "KHR_lights_punctual");
   changes_.apply(reference.at("light").get<size_t>(), *light);
-  light->shown = visibility_.times(node);
+  light->visibility = visibility_.times(node);
 }
 
 std::optional<Mat44d> SceneGraphReader::aimed(size_t node, size_t step) const {
@@ -213,15 +213,16 @@ void SceneGraphReader::find_moving_meshes() {
     }
   }
   for (const PointerTrack& track : animation_.pointers) {
-    if (track.pointer.starts_with("/meshes/")) meshes_change_ = true;
+    if (track.pointer.starts_with("/meshes/")) mesh_weights_animated_ = true;
   }
 }
 
 // Whether the node's mesh is never deformed. False at rest, where the scene is posed only once.
-bool SceneGraphReader::rests(size_t node) const {
+bool SceneGraphReader::undeformed(size_t node) const {
   const tinygltf::Node& source = document_.model->nodes[node];
   if (at_rest_) return false;
-  if (poses_.morphs(size_t(source.mesh)) && (meshes_change_ || animation_.weights.contains(node))) {
+  if (poses_.morphs(size_t(source.mesh)) &&
+      (mesh_weights_animated_ || animation_.weights.contains(node))) {
     return false;
   }
   return source.skin < 0 ||
@@ -229,7 +230,7 @@ bool SceneGraphReader::rests(size_t node) const {
                               [this](int joint) { return may_move_[size_t(joint)]; });
 }
 
-size_t SceneGraphReader::find_use(size_t node, bool flat) {
+size_t SceneGraphReader::find_or_add_use(size_t node, bool flat) {
   const tinygltf::Node& source = document_.model->nodes[node];
   document_.faults->require("/meshes/" + std::to_string(source.mesh));
   const auto report_rest = [&](bool is_there, const std::string& what) {
@@ -245,24 +246,25 @@ size_t SceneGraphReader::find_use(size_t node, bool flat) {
   if (!own_weights && shared_uses_.contains(key)) return shared_uses_.at(key);
   MeshUse& use = uses_.emplace_back();
   use.mesh = size_t(source.mesh);
-  use.poses = poses_.of(node);
+  use.poses = poses_.mesh_poses(node);
   use.skin = source.skin;
   use.node = own_weights ? int(node) : -1;
-  use.rests = rests(node);
+  use.undeformed = undeformed(node);
   use.may_move = mesh_may_move_[use.mesh];
   use.flat = flat;
   if (!own_weights) shared_uses_.emplace(key, uses_.size() - 1);
   return uses_.size() - 1;
 }
 
-const std::vector<Mat44d>& SceneGraphReader::instances_of(const json& instancing, size_t node) {
-  const auto known = rest_.instancing.find(node);
-  if (known != rest_.instancing.end()) return known->second;
+const std::vector<Mat44d>& SceneGraphReader::instance_transforms(const json& instancing,
+                                                                 size_t node) {
+  const auto cached = cache_.instancing.find(node);
+  if (cached != cache_.instancing.end()) return cached->second;
   if (at_rest_) instances_memory_.release();
-  MemoryReservation& memory = at_rest_ ? instances_memory_ : rest_.memory;
+  MemoryReservation& memory = at_rest_ ? instances_memory_ : cache_.memory;
   std::vector<Mat44d> read = read_instance_transforms(document_, instancing, node, memory);
   if (at_rest_) return instances_ = std::move(read);
-  return rest_.instancing[node] = std::move(read);
+  return cache_.instancing[node] = std::move(read);
 }
 
 void SceneGraphReader::read_mesh_node(size_t node) {
@@ -275,7 +277,7 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   const std::string place = document_.place("/nodes/" + std::to_string(node));
   const json* instancing = find_extension(object, "EXT_mesh_gpu_instancing");
   static const std::vector<Mat44d> one = {Mat44d()};
-  const std::vector<Mat44d>& instances = instancing ? instances_of(*instancing, node) : one;
+  const std::vector<Mat44d>& instances = instancing ? instance_transforms(*instancing, node) : one;
   // A few nodes and primitives can multiply to more than memory holds.
   const size_t most = (size_t(1) << 20) + size_t(document_.total_bytes);
   if (placements_.size() + instances.size() > most) {
@@ -287,7 +289,7 @@ void SceneGraphReader::read_mesh_node(size_t node) {
                          place);
   std::optional<size_t> uses[2];  // unflattened, flattened
   const auto use_of = [&](bool flat) {
-    if (!uses[flat]) uses[flat] = find_use(node, flat);
+    if (!uses[flat]) uses[flat] = find_or_add_use(node, flat);
     return *uses[flat];
   };
   if (instances.empty()) use_of(false);
@@ -309,28 +311,28 @@ bool SceneGraphReader::is_flat(const Placement& placement) const {
 }
 
 // Nothing if no part of the placement is ever visible.
-std::optional<SceneGraphReader::Transforms> SceneGraphReader::transforms_of(
+std::optional<SceneGraphReader::Transforms> SceneGraphReader::invertible_transforms(
     const Placement& placement) {
   const std::vector<Mat44d>& motion = placement.motion;
   const bool moves = !motion.empty() && !shutter_.is_instant();
   Transforms placed{placement.to_world, {}, {}};
-  const bool is_whole =
+  const bool is_invertible =
       moves ? std::ranges::none_of(motion, is_singular) : !is_singular(placed.to_world);
   MeshUse& use = uses_[placement.use];
-  if (!is_whole && !use.center) use.center = meshes_.center(use);
+  if (!is_invertible && !use.center) use.center = meshes_.center(use);
   if (moves) {
-    placed.motion = with_inverses(motion, use.center.value_or(Vec3d(0.0)));
+    placed.motion = make_invertible(motion, use.center.value_or(Vec3d(0.0)));
     if (placed.motion.empty()) return {};
     placed.to_world = placed.motion[0];
     return placed;
   }
-  const bool goes = !motion.empty() && motion[1] != placement.to_world;
-  if (goes) placed.later = motion[1];
-  if (is_whole) return placed;
+  const bool changes_position = !motion.empty() && motion[1] != placement.to_world;
+  if (changes_position) placed.next_frame = motion[1];
+  if (is_invertible) return placed;
   const std::optional<Vec3d> axis = flattened_axis(placed.to_world);
   if (!axis) return {};
   placed.to_world = thickened(placed.to_world, *axis, kThickness, *use.center);
-  if (goes) placed.later = flattened(motion[1], *axis, *use.center);
+  if (changes_position) placed.next_frame = flattened(motion[1], *axis, *use.center);
   return placed;
 }
 
@@ -346,17 +348,17 @@ void SceneGraphReader::place_meshes() {
     throw InputError(document_.file, "{} instances, too many for a file of this size", count);
   }
   const size_t bytes_each =
-      sizeof(InstanceDescription) + (shutter_.is_instant() ? sizeof(LaterInstance) : 0);
+      sizeof(InstanceDescription) + (shutter_.is_instant() ? sizeof(NextFrameInstance) : 0);
   document_.reserve(MemoryPart::kGeometry, bytes_of(count, bytes_each) + name_bytes);
   scene_.instances.reserve(count);
   std::vector<double> radii(scene_.meshes.size(), -1.0);  // of moving meshes
   for (const Placement& placement : placements_) {
     const std::string place = document_.place("/nodes/" + std::to_string(placement.node));
     check_transform(placement.to_world, place);
-    const std::optional<Transforms> placed = transforms_of(placement);
+    const std::optional<Transforms> placed = invertible_transforms(placement);
     if (!placed) {
       ++scene_.repairs.singular_instances;
-      if (!uses_[placement.use].loaded.empty()) ++scaled_away_;
+      if (!uses_[placement.use].loaded.empty()) ++collapsed_instances_;
       continue;
     }
     const std::string name = node_name(document_, placement.node);
@@ -366,12 +368,13 @@ void SceneGraphReader::place_meshes() {
       if (!placed->motion.empty()) {
         double& radius = radii[size_t(mesh)];
         if (radius < 0.0) radius = meshes_.radius(size_t(mesh));
-        instance.motion = thinned_transforms(placed->motion, radius);
+        instance.motion = reduce_transforms(placed->motion, radius);
         if (!instance.motion.empty()) instance.motion.erase(instance.motion.begin());
-      } else if (placed->later) {
-        scene_.later_instances.push_back({uint32_t(scene_.instances.size()), *placed->later});
+      } else if (placed->next_frame) {
+        scene_.next_frame_instances.push_back(
+            {uint32_t(scene_.instances.size()), *placed->next_frame});
       }
-      instance.shown = visibility_.times(placement.node);
+      instance.visibility = visibility_.times(placement.node);
       scene_.instances.push_back(std::move(instance));
     }
   }
@@ -389,7 +392,7 @@ WorldBounds SceneGraphReader::rest_bounds() const {
     if (const int skin = document_.model->nodes[node].skin; skin >= 0) {
       // If the skin is bound at its rest pose, vertices are where the mesh has them.
       const auto joint = size_t(document_.model->skins[size_t(skin)].joints[0]);
-      const SkinPose& pose = poses_.known_skin(skin);
+      const SkinPose& pose = poses_.loaded_skin(skin);
       const Mat44d bind =
           pose.joints[0][0] * Mat44d().setTranslation(pose.origin) * world_[joint].inverse();
       bounds.add(box, bind * at_rest[joint]);
@@ -399,15 +402,15 @@ WorldBounds SceneGraphReader::rest_bounds() const {
                                          : placement.to_world * world.inverse() * at_rest[node]);
     }
   }
-  for (const size_t node : hidden_) {
-    if (!visibility_.may_show(node) || document_.model->nodes[node].skin >= 0) continue;
+  for (const size_t node : hidden_nodes_) {
+    if (!visibility_.may_be_visible(node) || document_.model->nodes[node].skin >= 0) continue;
     bounds.add(shutter_.bounds(size_t(document_.model->nodes[node].mesh)), at_rest[node]);
   }
   return bounds.isEmpty() ? world_bounds(scene_) : bounds;
 }
 
 // Reports that the file never shows anything, because its geometry is broken or has no surface.
-void SceneGraphReader::fail_empty(const std::string& dropped) const {
+void SceneGraphReader::throw_empty(const std::string& dropped) const {
   std::string found;
   for (const auto& [count, what] :
        {std::pair(meshes_.points(), " points"), std::pair(meshes_.lines(), " lines")}) {
@@ -416,33 +419,34 @@ void SceneGraphReader::fail_empty(const std::string& dropped) const {
   std::string text = found.empty() ? "no geometry to render"
                                    : "nothing to render: " + found + ", which have no surface";
   if (!dropped.empty()) text += " (left out: " + dropped + ")";
-  if (const auto broken = broken_geometry()) text += "; the first error is: " + *broken;
+  if (const auto broken = find_broken_geometry()) text += "; the first error is: " + *broken;
   throw InputError(document_.file, text);
 }
 
-std::optional<std::string> SceneGraphReader::broken_geometry() const {
-  return document_.faults->first_below(
+std::optional<std::string> SceneGraphReader::find_broken_geometry() const {
+  return document_.faults->first_fault_below(
       {"/scenes/", "/nodes/", "/meshes/", "/skins/", "/accessors/", "/bufferViews/", "/buffers/"});
 }
 
 // Decides whether a scene without instances renders as its environment alone. It is an error if the
 // file has geometry that can never be seen.
 void SceneGraphReader::check_empty(const std::string& dropped) const {
-  const auto may_show = [&](size_t node) { return visibility_.may_show(node); };
-  const bool appears = !at_rest_ && std::ranges::any_of(hidden_, may_show);
+  const auto may_be_visible = [&](size_t node) { return visibility_.may_be_visible(node); };
+  const bool visible_later = !at_rest_ && std::ranges::any_of(hidden_nodes_, may_be_visible);
   const LoadRepairs& repairs = scene_.repairs;
-  if (!appears && scaled_away_ == 0 && !meshes_.collapsed()) {
-    if (repairs.degenerate_triangles + repairs.non_finite_triangles > 0) fail_empty(dropped);
-    if (meshes_.points() + meshes_.lines() > 0 && hidden_.empty()) fail_empty(dropped);
-    if (broken_geometry()) fail_empty(dropped);
+  if (!visible_later && collapsed_instances_ == 0 && !meshes_.collapsed()) {
+    if (repairs.degenerate_triangles + repairs.non_finite_triangles > 0) throw_empty(dropped);
+    if (meshes_.points() + meshes_.lines() > 0 && hidden_nodes_.empty()) throw_empty(dropped);
+    if (find_broken_geometry()) throw_empty(dropped);
   }
   std::string why;
-  if (!hidden_.empty()) why = std::to_string(hidden_.size()) + " invisible nodes";
-  if (scaled_away_ > 0) {
-    why += (why.empty() ? "" : ", ") + std::to_string(scaled_away_) + " objects scaled to nothing";
+  if (!hidden_nodes_.empty()) why = std::to_string(hidden_nodes_.size()) + " invisible nodes";
+  if (collapsed_instances_ > 0) {
+    why += (why.empty() ? "" : ", ") + std::to_string(collapsed_instances_) +
+           " objects scaled to nothing";
   }
   log_warning(document_.file +
-              (appears ? ": the animation hides everything" : ": nothing is visible") +
+              (visible_later ? ": the animation hides everything" : ": nothing is visible") +
               (why.empty() ? "" : " (" + why + ")") + "; the picture shows only the environment");
 }
 
@@ -468,9 +472,9 @@ void SceneGraphReader::report() {
 }  // namespace
 
 void load_scene_graph(const GltfDocument& document, const GltfAnimation& animation,
-                      const GltfChanges& changes, std::span<const uint64_t> held, GltfRest& rest,
-                      SceneDescription& scene) {
-  SceneGraphReader(document, animation, changes, held, rest, scene).read();
+                      const GltfAnimatedValues& changes, std::span<const uint64_t> held,
+                      GltfCache& cache, SceneDescription& scene) {
+  SceneGraphReader(document, animation, changes, held, cache, scene).read();
 }
 
 std::vector<NodeDescription> read_nodes(const GltfDocument& document) {

@@ -3,9 +3,9 @@
 
 #include <span>
 
+#include "io/gltf/animation/animated_values.h"
 #include "io/gltf/animation/animation.h"
-#include "io/gltf/animation/changes.h"
-#include "io/gltf/animation/rest.h"
+#include "io/gltf/animation/cache.h"
 #include "io/gltf/document/document.h"
 #include "renderer/description/scene_description.h"
 
@@ -13,13 +13,13 @@ namespace emberline {
 
 // Fills meshes, instances, lights and cameras of `scene`, whose materials must have been read, from
 // the file's default scene (`scene`, else scene 0, else all root nodes) in the animation's pose.
-// Loads meshes in parallel; adds repairs and coverage. Meshes known to `rest` are not read again,
+// Loads meshes in parallel; adds repairs and coverage. Meshes known to `cache` are not read again,
 // and new resting meshes are added to it; meshes whose keys are in `held` (ascending) are not read
 // at all. Throws InputError, also if nothing is left to render; objects hidden only at this time
 // count.
 void load_scene_graph(const GltfDocument& document, const GltfAnimation& animation,
-                      const GltfChanges& changes, std::span<const uint64_t> held, GltfRest& rest,
-                      SceneDescription& scene);
+                      const GltfAnimatedValues& changes, std::span<const uint64_t> held,
+                      GltfCache& cache, SceneDescription& scene);
 
 // In file order.
 std::vector<NodeDescription> read_nodes(const GltfDocument& document);

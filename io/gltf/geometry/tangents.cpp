@@ -152,8 +152,8 @@ uint32_t duplicate_vertex(MeshDescription& mesh, std::vector<Vec3f>& normals,
 
 // Tangents of the motion steps. Vertices stay split as in the first step, since the UV orientation
 // of a triangle does not change.
-void add_later_tangents(MeshDescription& mesh, const std::vector<Vec2f>& uv,
-                        const std::vector<int8_t>& orientation) {
+void add_motion_tangents(MeshDescription& mesh, const std::vector<Vec2f>& uv,
+                         const std::vector<int8_t>& orientation) {
   for (MeshStep& step : mesh.motion) {
     const std::vector<Vec3f> normals =
         step.normals.empty() ? face_normals(step.positions, mesh.triangles) : step.normals;
@@ -197,7 +197,7 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
   // The first orientation of a vertex keeps its index, the other gets a copy.
   constexpr uint32_t kNone = UINT32_MAX;
   const size_t original_count = mesh.positions.size();
-  std::vector<std::array<uint32_t, 2>> numbered(original_count, {kNone, kNone});
+  std::vector<std::array<uint32_t, 2>> vertex_of_side(original_count, {kNone, kNone});
   mesh.tangents.assign(original_count, Vec4f(1.0f, 0.0f, 0.0f, 1.0f));
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (uint32_t& corner : mesh.triangles[i]) {
@@ -206,9 +206,9 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
       const size_t side = orientation[i] != 0
                               ? (orientation[i] > 0 ? 0 : 1)
                               : (groups.has(vertex, 0) || !groups.has(vertex, 1) ? 0 : 1);
-      uint32_t& number = numbered[vertex][side];
+      uint32_t& number = vertex_of_side[vertex][side];
       if (number == kNone) {
-        if (numbered[vertex][1 - side] == kNone) {
+        if (vertex_of_side[vertex][1 - side] == kNone) {
           number = vertex;
         } else {
           number = duplicate_vertex(mesh, normals, uv, vertex);
@@ -219,7 +219,7 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
     }
   }
   if (!flat) mesh.normals = std::move(normals);
-  add_later_tangents(mesh, uv, orientation);
+  add_motion_tangents(mesh, uv, orientation);
 }
 
 }  // namespace emberline

@@ -54,8 +54,8 @@ bool is_singular(const Mat44d& m) {
   const double l0 = std::sqrt(dot(r0, r0)), l1 = std::sqrt(dot(r1, r1)),
                l2 = std::sqrt(dot(r2, r2));
   // True for an axis that rounds to 0 in float, and for axes that span no volume up to rounding.
-  constexpr double kLeastScale = 1e-30;
-  if (!(l0 > kLeastScale && l1 > kLeastScale && l2 > kLeastScale)) return true;
+  constexpr double kMinScale = 1e-30;
+  if (!(l0 > kMinScale && l1 > kMinScale && l2 > kMinScale)) return true;
   return !(std::abs(dot(r0 / l0, cross(r1 / l1, r2 / l2))) > 1e-12);
 }
 
@@ -105,7 +105,7 @@ Mat44d flattened(const Mat44d& m, const Vec3d& axis, const Vec3d& center) {
   return flat;
 }
 
-std::optional<Mat44d> with_directions(const Mat44d& m) {
+std::optional<Mat44d> restore_directions(const Mat44d& m) {
   if (!is_singular(m)) return m;
   const std::optional<Vec3d> axis = flattened_axis(m);
   if (!axis) return {};
@@ -149,14 +149,14 @@ Mat44d local_transform(const GltfDocument& document, size_t index, const GltfPos
 
 std::optional<Mat44d> aimed_transform(const GltfDocument& document, size_t node,
                                       const GltfPose& pose, const Mat44d& world) {
-  if (const std::optional<Mat44d> directed = with_directions(world)) return directed;
+  if (const std::optional<Mat44d> directed = restore_directions(world)) return directed;
   Mat44d aimed;
   for (int at = int(node); at >= 0; at = document.parents[size_t(at)]) {
     const tinygltf::Node& source = document.model->nodes[size_t(at)];
     std::optional<Mat44d> turned =
         compose_transform(Vec3d(0.0), rotation_of(source, pose_of(pose, at)), Vec3d(1.0));
     if (source.matrix.size() == 16) {
-      turned = with_directions(local_transform(document, size_t(at), pose));
+      turned = restore_directions(local_transform(document, size_t(at), pose));
     }
     if (!turned) return {};
     aimed = aimed * *turned;
@@ -177,7 +177,7 @@ std::vector<Mat44d> world_transforms(const GltfDocument& document, const GltfPos
       check_transform(m, document.place(pointer));
       world[size_t(node)] = m;
     } catch (const InputError& error) {
-      document.faults->note(pointer, error);
+      document.faults->note_broken(pointer, error);
     }
   }
   return world;

@@ -34,7 +34,7 @@ Mat44d thickened(const Mat44d& flat, const Vec3d& axis, double thickness,
 Mat44d flattened(const Mat44d& m, const Vec3d& axis, const Vec3d& center);
 // Makes a flat transform usable for a camera or light by restoring its directions. Returns other
 // transforms unchanged, and nothing if no directions are left.
-std::optional<Mat44d> with_directions(const Mat44d& m);
+std::optional<Mat44d> restore_directions(const Mat44d& m);
 
 // A transform at the node's position that keeps the directions of its -Z and +Y even if scales on
 // the way are 0. Nothing if a matrix leaves no directions.

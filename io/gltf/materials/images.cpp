@@ -53,7 +53,8 @@ DecodedImage decode(const GltfDocument& document, int index, bool lenient) {
   return decoded;
 }
 
-std::shared_ptr<const Image> one_texel(const std::string& name, std::array<uint8_t, 3> rgb) {
+std::shared_ptr<const Image> make_uniform_image(const std::string& name,
+                                                std::array<uint8_t, 3> rgb) {
   auto image = std::make_shared<Image>();
   image->name = name;
   image->width = image->height = 1;
@@ -63,9 +64,9 @@ std::shared_ptr<const Image> one_texel(const std::string& name, std::array<uint8
 }
 
 // Replaces failed images in slots where white is not neutral by a texel of the given colour.
-void replace_by(SceneDescription& scene, const std::vector<const GltfImage*>& images,
-                const char* name, std::array<uint8_t, 3> rgb,
-                std::initializer_list<TextureRef MaterialDescription::*> slots) {
+void replace_failed(SceneDescription& scene, const std::vector<const GltfImage*>& images,
+                    const char* name, std::array<uint8_t, 3> rgb,
+                    std::initializer_list<TextureRef MaterialDescription::*> slots) {
   int replacement = -1;
   for (MaterialDescription& material : scene.materials) {
     for (const auto slot : slots) {
@@ -73,7 +74,7 @@ void replace_by(SceneDescription& scene, const std::vector<const GltfImage*>& im
       if (image < 0 || size_t(image) >= images.size() || !images[size_t(image)]->error) continue;
       if (replacement < 0) {
         replacement = int(scene.images.size());
-        scene.images.push_back(one_texel(name, rgb));
+        scene.images.push_back(make_uniform_image(name, rgb));
       }
       image = replacement;
     }
@@ -95,19 +96,20 @@ std::map<int, std::vector<int>> fallback_images(const GltfDocument& document) {
 
 // Decodes the image or, if that fails, the first of `others` that decodes; `fault` is then the
 // image's error. Throws that error if none decodes.
-DecodedImage decode_one_of(const GltfDocument& document, int image, const std::vector<int>& others,
-                           bool lenient, std::string& fault) {
+DecodedImage decode_with_fallbacks(const GltfDocument& document, int image,
+                                   const std::vector<int>& others, bool lenient,
+                                   std::string& fault) {
   try {
     return decode(document, image, lenient);
   } catch (const InputError& error) {
-    GltfFaults::let_limits_pass(error);
+    GltfFaults::rethrow_limit_error(error);
     for (const int other : others) {
       try {
         DecodedImage decoded = decode(document, other, lenient);
         fault = error.what();
         return decoded;
-      } catch (const InputError& as_well) {
-        GltfFaults::let_limits_pass(as_well);
+      } catch (const InputError& fallback_error) {
+        GltfFaults::rethrow_limit_error(fallback_error);
       }
     }
     throw;
@@ -116,8 +118,8 @@ DecodedImage decode_one_of(const GltfDocument& document, int image, const std::v
 
 // KHR_texture_basisu requires the transfer function that the use implies. The use decides, as for
 // all images (glTF 2.0, section 3.9.2); this warns if the file states another.
-void warn_of_transfer(const SceneDescription& scene, const std::vector<const GltfImage*>& images,
-                      const std::string& file) {
+void warn_about_transfer(const SceneDescription& scene, const std::vector<const GltfImage*>& images,
+                         const std::string& file) {
   std::vector<char> warned(images.size(), 0);
   const auto expect = [&](const TextureRef& slot, const char* transfer) {
     if (slot.image < 0 || warned[size_t(slot.image)]) return;
@@ -145,33 +147,34 @@ void warn_of_transfer(const SceneDescription& scene, const std::vector<const Glt
   }
 }
 
-// Returns the wanted images, after adding missing ones to `known`.
+// Returns the wanted images, after adding missing ones to `cached`.
 std::vector<const GltfImage*> decode_images(const GltfDocument& document,
                                             const GltfOptions& options,
                                             const std::vector<int>& wanted,
-                                            std::map<int, GltfImage>& known, TextureStore& store) {
-  std::vector<int> fresh;
+                                            std::map<int, GltfImage>& cached, TextureStore& store) {
+  std::vector<int> uncached;
   for (const int image : wanted) {
-    if (!known.contains(image)) fresh.push_back(image);
+    if (!cached.contains(image)) uncached.push_back(image);
   }
-  document.progress->begin(LoadStage::kImages, fresh.size());
-  std::vector<GltfImage> images(fresh.size());
+  document.progress->begin(LoadStage::kImages, uncached.size());
+  std::vector<GltfImage> images(uncached.size());
   const std::map<int, std::vector<int>> fallbacks = fallback_images(document);
-  const std::vector<std::exception_ptr> errors = document.try_each(fresh.size(), [&](size_t i) {
-    const auto found = fallbacks.find(fresh[i]);
+  const std::vector<std::exception_ptr> errors = document.try_each(uncached.size(), [&](size_t i) {
+    const auto found = fallbacks.find(uncached[i]);
     const std::vector<int> others = found == fallbacks.end() ? std::vector<int>() : found->second;
-    images[i].decoded = decode_one_of(document, fresh[i], others, options.lenient, images[i].fault);
+    images[i].decoded =
+        decode_with_fallbacks(document, uncached[i], others, options.lenient, images[i].fault);
     // The image is not shared yet.
     store.add(std::const_pointer_cast<Image>(images[i].decoded.image), *document.progress);
   });
-  store.end_load();
-  for (size_t i = 0; i < fresh.size(); ++i) {
+  store.finish_load();
+  for (size_t i = 0; i < uncached.size(); ++i) {
     if (errors[i] && !options.lenient) std::rethrow_exception(errors[i]);
     images[i].error = errors[i];
   }
-  for (size_t i = 0; i < fresh.size(); ++i) known.emplace(fresh[i], std::move(images[i]));
+  for (size_t i = 0; i < uncached.size(); ++i) cached.emplace(uncached[i], std::move(images[i]));
   std::vector<const GltfImage*> result;
-  for (const int image : wanted) result.push_back(&known.at(image));
+  for (const int image : wanted) result.push_back(&cached.at(image));
   return result;
 }
 
@@ -189,17 +192,17 @@ std::vector<int> texture_sources(const json& texture) {
 }
 
 void load_images(const GltfDocument& document, const GltfOptions& options,
-                 std::map<int, GltfImage>& known, TextureStore& store, SceneDescription& scene) {
+                 std::map<int, GltfImage>& cached, TextureStore& store, SceneDescription& scene) {
   std::map<int, int> numbers;  // glTF image -> index in scene.images
   std::vector<int> wanted;
-  std::vector<char> worn(scene.materials.size(), 0);
+  std::vector<char> is_used(scene.materials.size(), 0);
   for (const MeshDescription& mesh : scene.meshes) {
-    if (mesh.material >= 0) worn[size_t(mesh.material)] = 1;
-    for (const VariantMaterial& other : mesh.variant_materials) worn[size_t(other.material)] = 1;
+    if (mesh.material >= 0) is_used[size_t(mesh.material)] = 1;
+    for (const VariantMaterial& other : mesh.variant_materials) is_used[size_t(other.material)] = 1;
   }
   for (size_t m = 0; m < scene.materials.size(); ++m) {
     for (TextureRef* slot : texture_slots(scene.materials[m])) {
-      if (!worn[m]) *slot = TextureRef();
+      if (!is_used[m]) *slot = TextureRef();
       if (slot->image < 0) continue;
       const auto [entry, is_new] = numbers.try_emplace(slot->image, int(wanted.size()));
       if (is_new) wanted.push_back(slot->image);
@@ -208,7 +211,7 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
   }
 
   const std::vector<const GltfImage*> images =
-      decode_images(document, options, wanted, known, store);
+      decode_images(document, options, wanted, cached, store);
   for (size_t i = 0; i < wanted.size(); ++i) {
     const GltfImage& image = *images[i];
     scene.repairs.non_finite_texels += image.decoded.non_finite;
@@ -216,7 +219,7 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
       log_warning(image.fault + "; the texture's other image is used");
     }
     if (!image.error) {
-      if (image.decoded.cut_short) {
+      if (image.decoded.truncated) {
         log_warning(document.place("/images/" + std::to_string(wanted[i])) + " (" +
                     shortened(image.decoded.image->name) +
                     "): the JPEG is truncated; the missing part is grey");
@@ -231,15 +234,15 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
     }
     ++scene.repairs.replaced_images;
     scene.images.push_back(
-        one_texel("replaced image " + std::to_string(wanted[i]), {255, 255, 255}));
+        make_uniform_image("replaced image " + std::to_string(wanted[i]), {255, 255, 255}));
   }
-  warn_of_transfer(scene, images, document.file);
+  warn_about_transfer(scene, images, document.file);
   // 128 rather than 127: (128/255) * 2 - 1 = 0.004, the usual encoding of "straight up".
-  replace_by(
+  replace_failed(
       scene, images, "replaced normal map", {128, 128, 255},
       {&MaterialDescription::normal_texture, &MaterialDescription::clearcoat_normal_texture});
-  replace_by(scene, images, "replaced directions", {255, 128, 255},
-             {&MaterialDescription::anisotropy_texture});
+  replace_failed(scene, images, "replaced directions", {255, 128, 255},
+                 {&MaterialDescription::anisotropy_texture});
   if (scene.repairs.non_finite_texels > 0) {
     log_warning(document.file + ": " + std::to_string(scene.repairs.non_finite_texels) +
                 " texels were not finite; 0 is used instead");

@@ -28,9 +28,9 @@ struct GltfImage {
 // mesh uses lose their textures. Counts repairs and warns about them. If KHR_texture_basisu or
 // EXT_texture_webp is optional and its image does not decode, uses the texture's next image, with a
 // warning. Throws InputError for an image that is missing or does not decode; with options.lenient
-// it becomes white, or a flat normal in a normal map. Images in `known`, by glTF index, are not
+// it becomes white, or a flat normal in a normal map. Images in `cached`, by glTF index, are not
 // decoded again; new ones are added to it, with texels kept in `store`.
 void load_images(const GltfDocument& document, const GltfOptions& options,
-                 std::map<int, GltfImage>& known, TextureStore& store, SceneDescription& scene);
+                 std::map<int, GltfImage>& cached, TextureStore& store, SceneDescription& scene);
 
 }  // namespace emberline

@@ -15,10 +15,10 @@ namespace emberline {
 namespace {
 
 void read_metallic_roughness(const GltfMaterialObject& object, MaterialDescription& material) {
-  object.shares("baseColorFactor", material.base_color, material.alpha);
+  object.unit_factors("baseColorFactor", material.base_color, material.alpha);
   object.texture("baseColorTexture", material.base_color_texture);
-  object.share("metallicFactor", material.metallic);
-  object.share("roughnessFactor", material.roughness);
+  object.unit_factor("metallicFactor", material.metallic);
+  object.unit_factor("roughnessFactor", material.roughness);
   object.texture("metallicRoughnessTexture", material.metallic_roughness_texture);
 }
 
@@ -81,7 +81,7 @@ MaterialDescription read_material(const MaterialFile& file, size_t i) {
   return material;
 }
 
-void warn_of(const std::string& what, const ClampedFactors::List& list) {
+void warn_clamped(const std::string& what, const ClampedFactors::List& list) {
   if (list.named.empty()) return;
   std::string text = fmt::format("{}: {}", what, fmt::join(list.named, ", "));
   if (list.more > 0) text += fmt::format(", and {} more", list.more);
@@ -102,11 +102,12 @@ std::vector<MaterialDescription> read_materials(const GltfDocument& document,
     try {
       materials.back() = read_material(file, i);
     } catch (const InputError& error) {
-      document.faults->note("/materials/" + std::to_string(i), error);
+      document.faults->note_broken("/materials/" + std::to_string(i), error);
     }
   }
-  warn_of(document.file + ": material factors outside [0, 1] are clamped", clamped.shares);
-  warn_of(document.file + ": negative material colours are replaced by 0", clamped.colors);
+  warn_clamped(document.file + ": material factors outside [0, 1] are clamped",
+               clamped.unit_factors);
+  warn_clamped(document.file + ": negative material colours are replaced by 0", clamped.colors);
   return materials;
 }
 

@@ -48,31 +48,32 @@ std::array<float, 6> transform_matrix(const json& extension) {
 void GltfMaterialObject::fail(const std::string& name, const std::string& message) const {
   const InputError fault(place(name), message);
   if (!optional_) throw InputError(fault);
-  file_.document.faults->leave_out(pointer_ + "/" + name, fault);
+  file_.document.faults->note_defaulted(pointer_ + "/" + name, fault);
 }
 
-void GltfMaterialObject::refuse(const std::string& name, const std::string& message,
-                                const std::string& instead) const {
+void GltfMaterialObject::reject_value(const std::string& name, const std::string& message,
+                                      const std::string& fallback) const {
   if (!file_.options.lenient) return fail(name, message);
-  log_warning(place(name) + ": " + message + "; " + instead);
+  log_warning(place(name) + ": " + message + "; " + fallback);
 }
 
 void GltfMaterialObject::report_ignored(const std::string& what) const {
   emberline::report_ignored(file_.document.file, what, file_.coverage);
 }
 
-void GltfMaterialObject::clamp(const char* name, std::span<float> values, double most) const {
+void GltfMaterialObject::clamp(const char* name, std::span<float> values, double max_value) const {
   const json* found = find_member(object_, name);
   if (!found) return;
   bool fits = true;
   for (size_t i = 0; i < values.size(); ++i) {
     const double value = (found->is_array() ? found->at(i) : *found).get<double>();
-    values[i] = float(std::clamp(value, 0.0, most));
-    fits = fits && value >= 0.0 && value <= most;
+    values[i] = float(std::clamp(value, 0.0, max_value));
+    fits = fits && value >= 0.0 && value <= max_value;
   }
   if (fits) return;
-  ClampedFactors::List& list = std::isinf(most) ? file_.clamped.colors : file_.clamped.shares;
-  if (list.named.size() == list.kMost) {
+  ClampedFactors::List& list =
+      std::isinf(max_value) ? file_.clamped.colors : file_.clamped.unit_factors;
+  if (list.named.size() == list.kMaxNamed) {
     ++list.more;
     return;
   }
@@ -83,15 +84,15 @@ void GltfMaterialObject::clamp(const char* name, std::span<float> values, double
                                    shortened(found->dump())));
 }
 
-void GltfMaterialObject::share(const char* name, float& value) const {
+void GltfMaterialObject::unit_factor(const char* name, float& value) const {
   clamp(name, {&value, 1}, 1.0);
 }
 
-void GltfMaterialObject::shares(const char* name, Rgb& value) const {
+void GltfMaterialObject::unit_factors(const char* name, Rgb& value) const {
   clamp(name, {&value[0], 3}, 1.0);
 }
 
-void GltfMaterialObject::shares(const char* name, Rgb& value, float& alpha) const {
+void GltfMaterialObject::unit_factors(const char* name, Rgb& value, float& alpha) const {
   float all[] = {value[0], value[1], value[2], alpha};
   clamp(name, all, 1.0);
   for (int c = 0; c < 3; ++c) value[c] = all[c];
@@ -106,12 +107,12 @@ void GltfMaterialObject::number(const char* name, float& value, const ValidNumbe
   const json* found = find_member(object_, name);
   if (!found) return;
   const auto read = float(found->get<double>());
-  if (std::isfinite(read) && valid.contain(read)) {
+  if (std::isfinite(read) && valid.accepts(read)) {
     value = read;
     return;
   }
-  refuse(name, fmt::format("expected {}, found {}", valid.expected, shortened(found->dump())),
-         fmt::format("the default, {}, is used", value));
+  reject_value(name, fmt::format("expected {}, found {}", valid.expected, shortened(found->dump())),
+               fmt::format("the default, {}, is used", value));
 }
 
 const json* GltfMaterialObject::texture_info(const char* name) const {
@@ -124,9 +125,10 @@ const json* GltfMaterialObject::texture_info(const char* name) const {
     file_.document.faults->require("/textures/" + index.dump());
     return info;
   }
-  refuse(name + std::string("/index"),
-         fmt::format("index {} is out of range: the file has {} textures", index.dump(), count),
-         "no texture is used");
+  reject_value(
+      name + std::string("/index"),
+      fmt::format("index {} is out of range: the file has {} textures", index.dump(), count),
+      "no texture is used");
   return nullptr;
 }
 

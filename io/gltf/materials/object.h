@@ -16,11 +16,11 @@ namespace emberline {
 // Clamped members, for one combined warning.
 struct ClampedFactors {
   struct List {
-    static constexpr size_t kMost = 8;  // listed by name: a file may have any number
-    std::vector<std::string> named;     // with their values
+    static constexpr size_t kMaxNamed = 8;  // listed by name: a file may have any number
+    std::vector<std::string> named;         // with their values
     uint64_t more = 0;
   };
-  List shares, colors;  // clamped to [0, 1] and to [0, inf)
+  List unit_factors, colors;  // clamped to [0, 1] and to [0, inf)
 };
 
 // Shared state for reading all materials of a file.
@@ -33,7 +33,7 @@ struct MaterialFile {
 
 // A property's valid range and its description for messages. Infinity and NaN are never valid.
 struct ValidNumbers {
-  bool (*contain)(float);
+  bool (*accepts)(float);
   const char* expected;
 };
 inline constexpr ValidNumbers kNotNegative = {[](float x) { return x >= 0.0f; },
@@ -49,9 +49,9 @@ class GltfMaterialObject {
       : file_(file), object_(object), pointer_(std::move(pointer)) {}
 
   // Clamp to [0, 1] and record clamped members in ClampedFactors.
-  void share(const char* name, float& value) const;
-  void shares(const char* name, Rgb& value) const;
-  void shares(const char* name, Rgb& value, float& alpha) const;  // four numbers
+  void unit_factor(const char* name, float& value) const;
+  void unit_factors(const char* name, Rgb& value) const;
+  void unit_factors(const char* name, Rgb& value, float& alpha) const;  // four numbers
   // Clamps to [0, inf).
   void non_negative(const char* name, Rgb& value) const;
   void number(const char* name, float& value, const ValidNumbers& valid) const;
@@ -75,12 +75,12 @@ class GltfMaterialObject {
   }
 
  private:
-  void clamp(const char* name, std::span<float> values, double most) const;
+  void clamp(const char* name, std::span<float> values, double max_value) const;
   const nlohmann::json* texture_info(const char* name) const;
   TextureRef texture_ref(const nlohmann::json& info, const char* name) const;
-  // Throws, or warns and says what is used `instead`.
-  void refuse(const std::string& name, const std::string& message,
-              const std::string& instead) const;
+  // Throws, or warns and says what is used `fallback`.
+  void reject_value(const std::string& name, const std::string& message,
+                    const std::string& fallback) const;
 
   const MaterialFile& file_;
   const nlohmann::json& object_;

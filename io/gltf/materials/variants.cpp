@@ -33,9 +33,9 @@ uint64_t variant_material_count(const nlohmann::json& primitive) {
 std::vector<VariantMaterial> read_variant_materials(const GltfDocument& document,
                                                     const nlohmann::json& primitive,
                                                     const std::string& pointer) {
-  std::vector<VariantMaterial> worn;
+  std::vector<VariantMaterial> variant_materials;
   const nlohmann::json* extension = find_extension(primitive, kExtension);
-  if (!extension) return worn;
+  if (!extension) return variant_materials;
   const std::string place = pointer + "/extensions/" + kExtension + "/mappings";
   size_t i = 0;
   for (const nlohmann::json& mapping : extension->at("mappings")) {
@@ -49,15 +49,15 @@ std::vector<VariantMaterial> read_variant_materials(const GltfDocument& document
     if (!document.requires_extension(kExtension) && document.faults->has(material_pointer))
       continue;
     for (const nlohmann::json& variant : mapping.at("variants")) {
-      worn.push_back({variant.get<int>(), material});
+      variant_materials.push_back({variant.get<int>(), material});
     }
   }
-  std::ranges::sort(worn, {}, &VariantMaterial::variant);
-  const auto twice = std::ranges::adjacent_find(worn, {}, &VariantMaterial::variant);
-  if (twice != worn.end()) {
+  std::ranges::sort(variant_materials, {}, &VariantMaterial::variant);
+  const auto twice = std::ranges::adjacent_find(variant_materials, {}, &VariantMaterial::variant);
+  if (twice != variant_materials.end()) {
     throw InputError(document.place(place), "variant {} has two materials", twice->variant);
   }
-  return worn;
+  return variant_materials;
 }
 
 }  // namespace emberline

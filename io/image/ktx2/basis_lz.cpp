@@ -10,7 +10,7 @@ constexpr size_t kGlobalHeader = 20, kImageEntry = 20;
 constexpr uint32_t kPFrame = 2;
 
 // Reads groups of `width` bits, lowest first; one more bit per group says whether another follows.
-uint64_t take_variable(BitReader& bits, int width) {
+uint64_t take_varint(BitReader& bits, int width) {
   uint64_t value = 0;
   for (int shift = 0; shift < 32; shift += width) {
     const uint32_t group = bits.take(width + 1);
@@ -113,20 +113,20 @@ SliceReader::SliceReader(const BasisLzTables& tables, Bytes slice, size_t blocks
     : tables_(tables),
       bits_(slice, place, "slices"),
       row_(blocks_across),
-      above_(blocks_across),
+      previous_endpoints_(blocks_across),
       predictions_((blocks_across + 1) / 2),
       history_(tables.history),
       rover_(tables.history / 2) {}
 
 std::span<const SliceReader::Block> SliceReader::next_row() {
-  for (size_t x = 0; x < row_.size(); ++x) above_[x] = row_[x].endpoint;
+  for (size_t x = 0; x < row_.size(); ++x) previous_endpoints_[x] = row_[x].endpoint;
   uint32_t prediction = 0;
   for (size_t x = 0; x < row_.size(); ++x) {
     // Two bits for each of 2 x 2 blocks; the lower two blocks' bits are kept for the next row.
     if (x % 2 == 0) {
-      uint8_t& waiting = predictions_[x / 2];
-      prediction = row_number_ % 2 == 0 ? next_prediction() : waiting;
-      waiting = uint8_t(prediction >> 4);
+      uint8_t& stored_prediction = predictions_[x / 2];
+      prediction = row_number_ % 2 == 0 ? next_prediction() : stored_prediction;
+      stored_prediction = uint8_t(prediction >> 4);
     }
     row_[x].endpoint = next_endpoint(x, prediction & 3);
     row_[x].selector = next_selector();
@@ -145,7 +145,7 @@ uint32_t SliceReader::next_prediction() {
   const uint32_t symbol = tables_.endpoint_prediction.decode(bits_);
   if (symbol > kRepeat) throw_damaged(bits_.place(), "has an unknown prediction");
   if (symbol == kRepeat) {
-    prediction_run_ = take_variable(bits_, 4) + kShortestRun - 1;
+    prediction_run_ = take_varint(bits_, 4) + kShortestRun - 1;
   } else {
     last_prediction_ = symbol;
   }
@@ -159,9 +159,9 @@ uint16_t SliceReader::next_endpoint(size_t x, uint32_t prediction) {
     throw_damaged(bits_.place(), "has a block that refers outside the picture");
   }
   if (prediction == 1) {
-    last_endpoint_ = above_[x];
+    last_endpoint_ = previous_endpoints_[x];
   } else if (prediction == 2) {
-    last_endpoint_ = above_[x - 1];
+    last_endpoint_ = previous_endpoints_[x - 1];
   } else if (prediction == 3) {
     const uint32_t count = uint32_t(tables_.endpoints.size());
     last_endpoint_ += tables_.endpoint_delta.decode(bits_);
@@ -183,7 +183,7 @@ uint16_t SliceReader::next_selector() {
     symbol = tables_.selector.decode(bits_);
     if (symbol == run) {
       const uint32_t length = tables_.selector_run.decode(bits_);
-      selector_run_ = (length == kLongRun ? take_variable(bits_, 7) : length) + kShortestRun - 1;
+      selector_run_ = (length == kLongRun ? take_varint(bits_, 7) : length) + kShortestRun - 1;
       symbol = count;
     }
   }

@@ -70,8 +70,8 @@ class SliceReader {
   BitReader bits_;
   uint64_t row_number_ = 0;
   std::vector<Block> row_;
-  std::vector<uint16_t> above_;       // endpoints of the previous row
-  std::vector<uint8_t> predictions_;  // per pair of blocks, for the odd row
+  std::vector<uint16_t> previous_endpoints_;  // endpoints of the previous row
+  std::vector<uint8_t> predictions_;          // per pair of blocks, for the odd row
   uint32_t last_prediction_ = 0;
   uint64_t prediction_run_ = 0;
   uint32_t last_endpoint_ = 0;

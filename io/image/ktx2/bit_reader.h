@@ -17,16 +17,16 @@ class BitReader {
       : bytes_(bytes), place_(std::move(place)), name_(name) {}
 
   uint32_t take(int count) {  // 0 to 32 bits
-    while (held_ < count) {
+    while (buffered_bit_count_ < count) {
       if (next_ == bytes_.size()) {
         throw_damaged(place_, std::string("has ") + name_ + " that end early");
       }
-      held_bits_ |= uint64_t(bytes_[next_++]) << held_;
-      held_ += 8;
+      buffered_bits_ |= uint64_t(bytes_[next_++]) << buffered_bit_count_;
+      buffered_bit_count_ += 8;
     }
-    const uint32_t value = uint32_t(held_bits_ & ((uint64_t(1) << count) - 1));
-    held_bits_ >>= count;
-    held_ -= count;
+    const uint32_t value = uint32_t(buffered_bits_ & ((uint64_t(1) << count) - 1));
+    buffered_bits_ >>= count;
+    buffered_bit_count_ -= count;
     return value;
   }
 
@@ -37,8 +37,8 @@ class BitReader {
   std::string place_;
   const char* name_;
   size_t next_ = 0;
-  uint64_t held_bits_ = 0;
-  int held_ = 0;
+  uint64_t buffered_bits_ = 0;
+  int buffered_bit_count_ = 0;
 };
 
 }  // namespace emberline::ktx2

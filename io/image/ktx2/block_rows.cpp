@@ -54,9 +54,9 @@ class Etc1sRows final : public BlockRows {
 };
 
 // Uncompressed UASTC blocks.
-class PlainRows final : public BlockRows {
+class UncompressedRows final : public BlockRows {
  public:
-  explicit PlainRows(Bytes blocks) : unread_(blocks) {}
+  explicit UncompressedRows(Bytes blocks) : unread_(blocks) {}
 
   void next(std::span<BlockPixels> row) override {
     for (BlockPixels& pixels : row) {
@@ -85,11 +85,11 @@ uint64_t zstd_window(Bytes frame) {
 }
 
 // Zstandard's smallest window, and the largest that its decoder accepts by default.
-constexpr int kSmallestWindowLog = 10, kLargestWindowLog = 27;
+constexpr int kMinWindowLog = 10, kMaxWindowLog = 27;
 
 uint64_t checked_window(const Container& container, const std::string& place) {
   const uint64_t window = zstd_window(container.level);
-  if (window == 0 || window > uint64_t(1) << kLargestWindowLog) {
+  if (window == 0 || window > uint64_t(1) << kMaxWindowLog) {
     throw_damaged(place,
                   "has a level that is not a Zstandard frame with a window of at most 128 MiB");
   }
@@ -106,7 +106,7 @@ class ZstdRows final : public BlockRows {
     if (!stream_) throw std::bad_alloc();
     // Later frames may not exceed the window that was counted.
     const int log = int(std::bit_width(checked_window(container, place) - 1));
-    ZSTD_DCtx_setParameter(stream_.get(), ZSTD_d_windowLogMax, std::max(kSmallestWindowLog, log));
+    ZSTD_DCtx_setParameter(stream_.get(), ZSTD_d_windowLogMax, std::max(kMinWindowLog, log));
   }
 
   void next(std::span<BlockPixels> row) override {
@@ -121,7 +121,7 @@ class ZstdRows final : public BlockRows {
         throw_damaged(place_, "has a truncated level");
       }
     }
-    PlainRows(blocks_).next(row);
+    UncompressedRows(blocks_).next(row);
   }
 
  private:
@@ -151,7 +151,7 @@ uint64_t block_rows_bytes(const Container& container, const std::string& place) 
 std::unique_ptr<BlockRows> make_block_rows(const Container& container, const std::string& place) {
   if (container.codec == Codec::kEtc1s) return std::make_unique<Etc1sRows>(container, place);
   if (container.is_zstd) return std::make_unique<ZstdRows>(container, place);
-  return std::make_unique<PlainRows>(container.level);
+  return std::make_unique<UncompressedRows>(container.level);
 }
 
 }  // namespace emberline::ktx2

@@ -28,7 +28,7 @@ class ContainerReader {
     if (file_.size() < kHeaderBytes) throw_damaged(place_, "is truncated in its header");
     read_header();
     read_descriptor();
-    check_texts();
+    check_key_values();
     read_levels();
     return container_;
   }
@@ -45,7 +45,7 @@ class ContainerReader {
     return file_.subspan(size_t(offset), size_t(length));
   }
 
-  [[noreturn]] void refuse(const std::string& what) const {
+  [[noreturn]] void throw_unsupported(const std::string& what) const {
     throw InputError(place_, "KTX 2 with {} is not supported", what);
   }
 
@@ -56,14 +56,16 @@ class ContainerReader {
     levels_ = word(40);
     supercompression_ = word(44);
     if (vk_format != 0) {
-      refuse("a GPU format (VkFormat " + std::to_string(vk_format) + "; use ETC1S or UASTC)");
+      throw_unsupported("a GPU format (VkFormat " + std::to_string(vk_format) +
+                        "; use ETC1S or UASTC)");
     }
-    if (depth != 0 || layers != 0 || faces != 1) refuse("several layers, faces or slices");
+    if (depth != 0 || layers != 0 || faces != 1)
+      throw_unsupported("several layers, faces or slices");
     if (container_.width == 0 || container_.height == 0) throw_damaged(place_, "is empty");
     // Section 3.7: at most down to one pixel.
-    const uint64_t most =
+    const uint64_t max_levels =
         uint64_t(std::bit_width(uint64_t(std::max(container_.width, container_.height))));
-    if (levels_ == 0 || levels_ > most) {
+    if (levels_ == 0 || levels_ > max_levels) {
       throw_damaged(place_, "has " + std::to_string(levels_) + " levels");
     }
   }
@@ -92,22 +94,22 @@ class ContainerReader {
       container_.codec = Codec::kUastc;
       container_.is_zstd = supercompression_ == kZstandard;
     } else {
-      refuse("colour model " + std::to_string(model) + " and supercompression " +
-             std::to_string(supercompression_) +
-             " (use ETC1S in BasisLZ, or UASTC plain or in Zstandard)");
+      throw_unsupported("colour model " + std::to_string(model) + " and supercompression " +
+                        std::to_string(supercompression_) +
+                        " (use ETC1S in BasisLZ, or UASTC plain or in Zstandard)");
     }
     if (transfer != kTransferLinear && transfer != kTransferSrgb) {
-      refuse("the transfer function " + std::to_string(transfer));
+      throw_unsupported("the transfer function " + std::to_string(transfer));
     }
     container_.is_srgb = transfer == kTransferSrgb;
-    if ((byte(15) & kFlagPremultiplied) != 0) refuse("premultiplied alpha");
+    if ((byte(15) & kFlagPremultiplied) != 0) throw_unsupported("premultiplied alpha");
     if (at(16) != 0x0303) throw_damaged(place_, "has blocks that are not of 4 x 4 pixels");
     if (samples == 1) {
       read_channels(channel(0), -1);
     } else if (samples == 2) {
       read_channels(channel(0), int(channel(1)));
     } else {
-      refuse(std::to_string(samples) + " samples");
+      throw_unsupported(std::to_string(samples) + " samples");
     }
   }
 
@@ -138,12 +140,12 @@ class ContainerReader {
       container_.has_second_slice = row.second >= 0;
       return;
     }
-    refuse("the channels " + std::to_string(first) +
-           (second >= 0 ? " and " + std::to_string(second) : ""));
+    throw_unsupported("the channels " + std::to_string(first) +
+                      (second >= 0 ? " and " + std::to_string(second) : ""));
   }
 
   // Section 3.11. KHR_texture_basisu requires the default values.
-  void check_texts() const {
+  void check_key_values() const {
     if (word(60) == 0) return;
     const Bytes data = part(word(56), word(60), "key/value data");
     for (size_t offset = 0; data.size() - offset >= 4;) {
@@ -156,9 +158,9 @@ class ContainerReader {
       const std::string_view key = text.substr(0, end);
       std::string_view value = text.substr(std::min(end + 1, text.size()));
       value = value.substr(0, value.find('\0'));
-      if (key == "KTXswizzle" && value != "rgba") refuse("swizzled channels");
+      if (key == "KTXswizzle" && value != "rgba") throw_unsupported("swizzled channels");
       if (key == "KTXorientation" && value != "rd")
-        refuse("an orientation other than from the top left");
+        throw_unsupported("an orientation other than from the top left");
       offset = std::min(offset + size_t(length + 3) / 4 * 4, data.size());
     }
   }

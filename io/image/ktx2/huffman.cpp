@@ -8,14 +8,14 @@ HuffmanTable::HuffmanTable(std::span<const uint8_t> lengths, const std::string& 
   // Codes of the longest length that are used up; a complete table uses all 2^16.
   uint64_t taken = 0;
   size_t used = 0;
-  std::array<uint32_t, kLongest + 2> first = {};  // index of the first symbol of each length
-  for (int length = 1; length <= kLongest; ++length) {
+  std::array<uint32_t, kMaxCodeLength + 2> first = {};  // index of the first symbol of each length
+  for (int length = 1; length <= kMaxCodeLength; ++length) {
     const uint32_t count = counts_[size_t(length)];
-    taken += uint64_t(count) << (kLongest - length);
+    taken += uint64_t(count) << (kMaxCodeLength - length);
     used += count;
     first[size_t(length) + 1] = uint32_t(used);
   }
-  const uint64_t all = uint64_t(1) << kLongest;
+  const uint64_t all = uint64_t(1) << kMaxCodeLength;
   if (taken > all || (taken < all && used > 1)) {
     throw_damaged(place, "has an invalid Huffman table");
   }
@@ -29,7 +29,7 @@ HuffmanTable::HuffmanTable(std::span<const uint8_t> lengths, const std::string& 
 uint32_t HuffmanTable::decode(BitReader& bits) const {
   // Codes of one length are consecutive; the next length begins at twice the next free code.
   uint32_t code = 0, first = 0, index = 0;
-  for (size_t length = 1; length <= kLongest; ++length) {
+  for (size_t length = 1; length <= kMaxCodeLength; ++length) {
     code |= bits.take(1);
     const uint32_t count = counts_[length];
     if (code - first < count) return symbols_[index + (code - first)];
@@ -55,7 +55,7 @@ HuffmanTable HuffmanTable::read(BitReader& bits) {
   lengths.reserve(total);
   while (lengths.size() < total) {
     const uint32_t symbol = codes.decode(bits);
-    if (symbol <= uint32_t(kLongest)) {
+    if (symbol <= uint32_t(kMaxCodeLength)) {
       lengths.push_back(uint8_t(symbol));
       continue;
     }

@@ -24,9 +24,9 @@ class HuffmanTable {
   uint32_t decode(BitReader& bits) const;
 
  private:
-  static constexpr int kLongest = 16;
-  std::array<uint32_t, kLongest + 1> counts_ = {};  // number of codes of each length
-  std::vector<uint16_t> symbols_;                   // in code order
+  static constexpr int kMaxCodeLength = 16;
+  std::array<uint32_t, kMaxCodeLength + 1> counts_ = {};  // number of codes of each length
+  std::vector<uint16_t> symbols_;                         // in code order
 };
 
 }  // namespace emberline::ktx2

@@ -126,19 +126,20 @@ uint8_t unquantize(Digits digits, int bit_count, uint32_t bits, uint32_t digit) 
 }
 
 // Low and high value of each channel of each subset, in storage order.
-constexpr size_t kMostValues = 18;
-using Values = std::array<uint8_t, kMostValues>;
+constexpr size_t kMaxValues = 18;
+using Values = std::array<uint8_t, kMaxValues>;
 
 Values take_values(const Mode& mode, BlockBits& bits) {
   const size_t count = size_t(2 * mode.channels * mode.subsets);
-  std::array<uint32_t, kMostValues> digits = {};
+  std::array<uint32_t, kMaxValues> digits = {};
   // Five trits or three quints share a number; the last group may be smaller and takes fewer bits.
-  const size_t shared = mode.digits == kTrits ? 5 : 3;
-  for (size_t i = 0; mode.digits != kBits && i < count; i += shared) {
-    const size_t here = std::min(shared, count - i);
+  const size_t group_size = mode.digits == kTrits ? 5 : 3;
+  for (size_t i = 0; mode.digits != kBits && i < count; i += group_size) {
+    const size_t group_count = std::min(group_size, count - i);
     constexpr std::array<int, 6> kTritBits = {0, 2, 4, 5, 7, 8}, kQuintBits = {0, 3, 5, 7, 0, 0};
-    uint32_t packed = bits.take((mode.digits == kTrits ? kTritBits : kQuintBits)[here]);
-    for (size_t k = 0; k < here; ++k, packed /= mode.digits) digits[i + k] = packed % mode.digits;
+    uint32_t packed = bits.take((mode.digits == kTrits ? kTritBits : kQuintBits)[group_count]);
+    for (size_t k = 0; k < group_count; ++k, packed /= mode.digits)
+      digits[i + k] = packed % mode.digits;
   }
   Values values = {};
   for (size_t i = 0; i < count; ++i) {
@@ -198,12 +199,12 @@ BlockPixels decode_uastc(std::span<const uint8_t, kUastcBlockBytes> block) {
   };
 
   BlockPixels pixels;
-  std::array<bool, 3> begun = {};
+  std::array<bool, 3> has_weight = {};
   for (size_t i = 0; i < kBlockPixels; ++i) {
     const size_t subset = subsets[i];
     // The highest bit of each subset's first weight is 0 and not stored.
-    const int stored = begun[subset] ? mode.weight_bits : mode.weight_bits - 1;
-    begun[subset] = true;
+    const int stored = has_weight[subset] ? mode.weight_bits : mode.weight_bits - 1;
+    has_weight[subset] = true;
     std::array<int, 2> weights = {};
     for (size_t plane = 0; plane < mode.planes; ++plane) {
       weights[plane] = unquantize_weight(bits.take(stored), mode.weight_bits);

@@ -18,13 +18,13 @@ namespace emberline::python {
 namespace {
 
 // Our choice: Ctrl-C should take effect immediately.
-constexpr auto kPoll = std::chrono::milliseconds(20);
+constexpr auto kPollInterval = std::chrono::milliseconds(20);
 
 // Messages come from any thread while the library holds a lock. Acquiring the GIL there could
 // deadlock with a thread that holds the GIL and logs, so messages are queued.
 struct Messages {
   std::mutex mutex;
-  std::vector<std::pair<api::Message, std::string>> waiting;
+  std::vector<std::pair<api::Message, std::string>> queued;
 };
 // Never destroyed, since a thread may log while the process ends.
 Messages& messages() {
@@ -36,7 +36,7 @@ void log_messages() {
   std::vector<std::pair<api::Message, std::string>> now;
   {
     const std::lock_guard lock(messages().mutex);
-    now.swap(messages().waiting);
+    now.swap(messages().queued);
   }
   if (now.empty()) return;
   const py::object logger = py::module_::import("logging").attr("getLogger")("emberline");
@@ -48,7 +48,7 @@ void log_messages() {
   }
 }
 
-std::atomic<bool> g_interpreter_ends{false};
+std::atomic<bool> g_is_finalizing{false};
 std::atomic<int> g_calls{0};
 
 constexpr const char* kForked =
@@ -68,13 +68,13 @@ void check_process() {
 
 class WaitingCall final : public Call {
  public:
-  std::stop_token given_up() const override { return give_up_.get_token(); }
+  std::stop_token cancellation() const override { return cancel_.get_token(); }
 
-  void in_python(const std::function<void()>& work) override {
+  void run_in_python(const std::function<void()>& work) override {
     std::unique_lock lock(mutex_);
-    asked_ = &work;
+    python_work_ = &work;
     changed_.notify_all();
-    changed_.wait(lock, [this] { return !asked_; });
+    changed_.wait(lock, [this] { return !python_work_; });
   }
 
   // Called on the thread that called from Python, without the GIL.
@@ -93,19 +93,19 @@ class WaitingCall final : public Call {
     });
     std::unique_lock lock(mutex_);
     while (!done_) {
-      changed_.wait_for(lock, kPoll, [this] { return done_ || asked_; });
+      changed_.wait_for(lock, kPollInterval, [this] { return done_ || python_work_; });
       if (done_) break;
-      const std::function<void()>* const asked = asked_;
+      const std::function<void()>* const python_work = python_work_;
       lock.unlock();
-      attend(asked);
+      attend_to_python(python_work);
       if (is_forked()) {  // a callback forked; the worker is in the parent process
         worker.detach();
         error_ = std::make_exception_ptr(api::RenderError(kForked));
         return;
       }
       lock.lock();
-      if (asked) {
-        asked_ = nullptr;
+      if (python_work) {
+        python_work_ = nullptr;
         changed_.notify_all();
       }
     }
@@ -118,23 +118,23 @@ class WaitingCall final : public Call {
   }
 
  private:
-  void attend(const std::function<void()>* asked) {
+  void attend_to_python(const std::function<void()>* python_work) {
     const py::gil_scoped_acquire gil;
     try {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      if (g_interpreter_ends) throw api::RenderError("the interpreter is shutting down");
-      if (asked && !error_in_python_) (*asked)();
+      if (g_is_finalizing) throw api::RenderError("the interpreter is shutting down");
+      if (python_work && !error_in_python_) (*python_work)();
       log_messages();
     } catch (...) {
       error_in_python_ = std::current_exception();
-      give_up_.request_stop();
+      cancel_.request_stop();
     }
   }
 
-  std::stop_source give_up_;
+  std::stop_source cancel_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  const std::function<void()>* asked_ = nullptr;
+  const std::function<void()>* python_work_ = nullptr;
   bool done_ = false;
   std::exception_ptr error_, error_in_python_;
 };
@@ -142,11 +142,11 @@ class WaitingCall final : public Call {
 // Waits for all calls before the interpreter is gone: a thread that then waits for the GIL is
 // terminated, which its C++ frames do not survive. Non-daemon threads have ended by now. A forked
 // process has the count of calls, but none of their threads.
-void end_calls() {
+void wait_for_calls() {
   if (is_forked()) return;
-  g_interpreter_ends = true;
+  g_is_finalizing = true;
   const py::gil_scoped_release no_gil;
-  while (g_calls > 0) std::this_thread::sleep_for(kPoll / 4);
+  while (g_calls > 0) std::this_thread::sleep_for(kPollInterval / 4);
 }
 
 }  // namespace
@@ -156,7 +156,7 @@ bool is_forked() {
   return first != 0 && first != ::getpid();
 }
 
-void carry_out(const std::function<void(Call&)>& work) {
+void run_call(const std::function<void(Call&)>& work) {
   check_process();
   auto call = std::make_unique<WaitingCall>();
   ++g_calls;
@@ -179,12 +179,12 @@ py::str text(std::string_view bytes) {
   return py::reinterpret_steal<py::str>(text);
 }
 
-void set_up_calls() {
+void init_calls() {
   api::set_log([](api::Message kind, std::string_view message) {
     const std::lock_guard lock(messages().mutex);
-    messages().waiting.emplace_back(kind, message);
+    messages().queued.emplace_back(kind, message);
   });
-  py::module_::import("atexit").attr("register")(py::cpp_function(&end_calls));
+  py::module_::import("atexit").attr("register")(py::cpp_function(&wait_for_calls));
 }
 
 }  // namespace emberline::python

@@ -18,21 +18,21 @@ class Call {
  public:
   virtual ~Call() = default;
   // Requests a stop after an exception in Python; the result is then discarded.
-  virtual std::stop_token given_up() const = 0;
+  virtual std::stop_token cancellation() const = 0;
   // Runs `work` with the GIL on the thread that called from Python, and waits for it. Does nothing
   // once the call is given up.
-  virtual void in_python(const std::function<void()>& work) = 0;
+  virtual void run_in_python(const std::function<void()>& work) = 0;
 };
 
 // Runs `work` on a separate thread. Meanwhile the calling thread releases the GIL, checks for
 // Ctrl-C fifty times a second and passes messages to Python's `logging`. Throws what `work`, a
-// signal handler or in_python() throws.
-void carry_out(const std::function<void(Call&)>& work);
+// signal handler or run_in_python() throws.
+void run_call(const std::function<void(Call&)>& work);
 
 template <typename Work>
-auto result_of(const Work& work) {
+auto run_call_for_result(const Work& work) {
   std::optional<decltype(work(std::declval<Call&>()))> result;
-  carry_out([&](Call& call) { result = work(call); });
+  run_call([&](Call& call) { result = work(call); });
   return std::move(*result);
 }
 
@@ -41,7 +41,7 @@ auto result_of(const Work& work) {
 bool is_forked();
 
 // Call once, when the module is imported.
-void set_up_calls();
+void init_calls();
 
 // Decodes arbitrary bytes as UTF-8, with backslash escapes for invalid ones.
 py::str text(std::string_view bytes);

@@ -70,7 +70,7 @@ void add_comparisons(py::module_& module) {
       "compare",
       [](const py::object& image, const py::object& reference, double exposure) {
         const auto [a, b] = pair_of(image, reference);
-        return result_of([&, &x = a, &r = b](Call&) {
+        return run_call_for_result([&, &x = a, &r = b](Call&) {
           return api::compare(x.data(), r.data(), int(x.shape(1)), int(x.shape(0)), exposure);
         });
       },
@@ -81,7 +81,7 @@ void add_comparisons(py::module_& module) {
       "flip",
       [](const py::object& image, const py::object& reference, double exposure) {
         const auto [a, b] = pair_of(image, reference);
-        const std::vector<float> map = result_of([&, &x = a, &r = b](Call&) {
+        const std::vector<float> map = run_call_for_result([&, &x = a, &r = b](Call&) {
           return api::flip(x.data(), r.data(), int(x.shape(1)), int(x.shape(0)), exposure);
         });
         return py::array_t<float>({a.shape(0), a.shape(1)}, map.data());

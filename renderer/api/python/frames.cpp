@@ -29,16 +29,18 @@ void check_progress(const py::object& progress) {
 
 // Runs `work(call, watch, stop)`, which renders, with a Python progress callback.
 template <typename Work>
-std::shared_ptr<api::RenderedPicture> watched(const py::object& progress, const Work& work) {
+std::shared_ptr<api::RenderedPicture> render_with_progress(const py::object& progress,
+                                                           const Work& work) {
   std::stop_source stop;
-  return result_of([&](Call& call) {
+  return run_call_for_result([&](Call& call) {
     std::function<void(const api::Progress&)> watch;
     if (!progress.is_none()) {
       watch = [&](const api::Progress& now) {
-        call.in_python([&] {
+        call.run_in_python([&] {
           const py::object answer = progress(progress_of(now));
-          py::detail::make_caster<bool> going_on;  // accepts only Python's and NumPy's bool
-          if (going_on.load(answer, false) && !static_cast<bool>(going_on)) stop.request_stop();
+          py::detail::make_caster<bool> should_continue;  // accepts only Python's and NumPy's bool
+          if (should_continue.load(answer, false) && !static_cast<bool>(should_continue))
+            stop.request_stop();
         });
       };
     }
@@ -75,17 +77,18 @@ std::shared_ptr<api::RenderedPicture> render(Scene& scene, const api::Settings* 
   check_progress(progress);
   const api::RenderFiles files = files_of(checkpoint, resume, checkpoint_interval, keep_checkpoint);
   const api::Resources resources = resources_of(threads, py::none(), py::none());
-  const Use use(scene, false);
-  return watched(progress, [&](Call& call, const auto& watch, const std::stop_token& stop) {
-    return api::render(files, *scene.scene, all, resources, stop, watch, call.given_up());
-  });
+  const SceneLock lock(scene, false);
+  return render_with_progress(
+      progress, [&](Call& call, const auto& watch, const std::stop_token& stop) {
+        return api::render(files, *scene.scene, all, resources, stop, watch, call.cancellation());
+      });
 }
 
-std::shared_ptr<Scene> load_stored(const std::string& file) {
-  return result_of([&](Call& call) {
+std::shared_ptr<Scene> load_stored_scene(const std::string& file) {
+  return run_call_for_result([&](Call& call) {
     const api::StoredFrame stored = api::stored_frame(file);
-    return std::make_shared<Scene>(api::Scene(stored.scene, stored.settings, {}, call.given_up()),
-                                   stored.settings);
+    return std::make_shared<Scene>(
+        api::Scene(stored.scene, stored.settings, {}, call.cancellation()), stored.settings);
   });
 }
 
@@ -98,11 +101,12 @@ std::shared_ptr<api::RenderedPicture> extend(const py::object& checkpoint,
   apply(options, more);
   check_progress(progress);
   const api::Resources resources = resources_of(threads, py::none(), py::none());
-  if (!scene) scene = load_stored(file);
-  const Use use(*scene, false);
-  return watched(progress, [&](Call& call, const auto& watch, const std::stop_token& stop) {
-    return api::extend(file, *scene->scene, more, resources, stop, watch, call.given_up());
-  });
+  if (!scene) scene = load_stored_scene(file);
+  const SceneLock lock(*scene, false);
+  return render_with_progress(
+      progress, [&](Call& call, const auto& watch, const std::stop_token& stop) {
+        return api::extend(file, *scene->scene, more, resources, stop, watch, call.cancellation());
+      });
 }
 
 std::shared_ptr<api::RenderedPicture> merge(const py::iterable& checkpoints, bool allow_holes,
@@ -111,17 +115,18 @@ std::shared_ptr<api::RenderedPicture> merge(const py::iterable& checkpoints, boo
   std::vector<std::string> files;
   for (const py::handle checkpoint : checkpoints) files.push_back(path_of(checkpoint));
   const api::Resources resources = resources_of(threads, memory_limit, py::none());
-  return result_of([&](Call& call) {
+  return run_call_for_result([&](Call& call) {
     return std::make_shared<api::RenderedPicture>(
-        api::merge(files, {allow_holes, strict, parts}, resources, call.given_up()));
+        api::merge(files, {allow_holes, strict, parts}, resources, call.cancellation()));
   });
 }
 
 py::dict matte_names(Scene& scene, const api::Settings* settings, const py::kwargs& options) {
   api::Settings all = settings ? *settings : scene.settings;
   apply(options, all);
-  const Use use(scene, false);
-  return mattes_dict(result_of([&](Call&) { return api::matte_names(*scene.scene, all); }));
+  const SceneLock lock(scene, false);
+  return mattes_dict(
+      run_call_for_result([&](Call&) { return api::matte_names(*scene.scene, all); }));
 }
 
 void add_frame_types(py::module_& module) {
@@ -153,7 +158,7 @@ void add_frames(py::module_& module) {
       "stored_frame",
       [](const py::object& checkpoint) {
         const std::string file = path_of(checkpoint);
-        return result_of([&](Call&) { return api::stored_frame(file); });
+        return run_call_for_result([&](Call&) { return api::stored_frame(file); });
       },
       "checkpoint"_a, "Describes the frame in a checkpoint, or in a part for merge().");
   module.def(

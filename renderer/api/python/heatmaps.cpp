@@ -26,7 +26,7 @@ void add_heatmaps(py::module_& module) {
          const py::object& range, bool log, bool plain) {
         const api::HeatmapLook look = look_of(colors, range, log, plain);
         const api::DisplayedPicture drawn =
-            result_of([&](Call&) { return api::heatmap(*picture, of, look); });
+            run_call_for_result([&](Call&) { return api::heatmap(*picture, of, look); });
         return py::array_t<uint8_t>(
             {py::ssize_t(drawn.height), py::ssize_t(drawn.width), py::ssize_t(3)},
             drawn.values.data());
@@ -42,7 +42,7 @@ void add_heatmaps(py::module_& module) {
       "heatmap_values",
       [](const Pictures& picture, const std::string& of) {
         const std::vector<float> values =
-            result_of([&](Call&) { return api::heatmap_values(*picture, of); });
+            run_call_for_result([&](Call&) { return api::heatmap_values(*picture, of); });
         return py::array_t<float>({py::ssize_t(picture->height), py::ssize_t(picture->width)},
                                   values.data());
       },

@@ -6,8 +6,8 @@ namespace {
 
 // For old protocols Python's default would create an object of pybind11's base class, which aborts
 // the process.
-void refuse_pickling(py::module_& module) {
-  const auto refuse = [](const py::handle& self, const py::args&) -> py::object {
+void disable_pickling(py::module_& module) {
+  const auto throw_error = [](const py::handle& self, const py::args&) -> py::object {
     throw py::type_error("cannot pickle or copy a " +
                          std::string(py::str(py::type::handle_of(self).attr("__name__"))));
   };
@@ -15,7 +15,7 @@ void refuse_pickling(py::module_& module) {
        {"Settings", "Scene", "Progress", "Picture", "StoredFrame", "StudyTable", "Comparison"}) {
     const py::object type = module.attr(name);
     for (const char* const method : {"__reduce__", "__reduce_ex__"}) {
-      type.attr(method) = py::cpp_function(refuse, py::name(method), py::is_method(type));
+      type.attr(method) = py::cpp_function(throw_error, py::name(method), py::is_method(type));
     }
   }
 }
@@ -33,8 +33,8 @@ PYBIND11_MODULE(_emberline, module) {
   add_comparisons(module);
   add_studies(module);
   add_heatmaps(module);
-  refuse_pickling(module);
-  set_up_calls();
+  disable_pickling(module);
+  init_calls();
 }
 
 }  // namespace emberline::python

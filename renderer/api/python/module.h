@@ -20,21 +20,23 @@ namespace emberline::python {
 using namespace pybind11::literals;  // "name"_a
 
 // Leaks scenes in a forked process, which lacks the threads and locks that the destructor needs.
-struct LeaveInForks {
+struct LeakInForks {
   void operator()(const api::Scene* scene) const {
     if (!is_forked()) delete scene;
   }
 };
 
 struct Scene {
-  Scene(api::Scene made, const api::Settings& with)
-      : scene(new api::Scene(std::move(made))), loaded(with), settings(with) {}
+  Scene(api::Scene loaded_scene, const api::Settings& load_settings)
+      : scene(new api::Scene(std::move(loaded_scene))),
+        loaded(load_settings),
+        settings(load_settings) {}
 
-  std::unique_ptr<api::Scene, LeaveInForks> scene;
+  std::unique_ptr<api::Scene, LeakInForks> scene;
   api::Settings loaded;    // used for loading
   api::Settings settings;  // as loaded, with the current pose; the default of render()
   int renders = 0;         // in progress; accessed with the GIL
-  bool edited = false;
+  bool is_being_edited = false;
 };
 
 // Passed to a progress callback, which may keep it.
@@ -45,18 +47,19 @@ struct Progress {
 };
 
 // Locks a scene for use by one editor or any number of renders.
-class Use {
+class SceneLock {
  public:
-  Use(Scene& scene, bool edits) : scene_(scene), edits_(edits) {
-    if (scene.edited || (edits && scene.renders > 0)) {
-      throw api::UsageError(scene.edited ? "the scene is being edited by another thread"
-                                         : "the scene cannot be edited while it is rendered");
+  SceneLock(Scene& scene, bool edits) : scene_(scene), edits_(edits) {
+    if (scene.is_being_edited || (edits && scene.renders > 0)) {
+      throw api::UsageError(scene.is_being_edited
+                                ? "the scene is being edited by another thread"
+                                : "the scene cannot be edited while it is rendered");
     }
-    edits ? void(scene.edited = true) : void(++scene.renders);
+    edits ? void(scene.is_being_edited = true) : void(++scene.renders);
   }
-  ~Use() { edits_ ? void(scene_.edited = false) : void(--scene_.renders); }
-  Use(const Use&) = delete;
-  Use& operator=(const Use&) = delete;
+  ~SceneLock() { edits_ ? void(scene_.is_being_edited = false) : void(--scene_.renders); }
+  SceneLock(const SceneLock&) = delete;
+  SceneLock& operator=(const SceneLock&) = delete;
 
  private:
   Scene& scene_;
@@ -65,10 +68,10 @@ class Use {
 
 }  // namespace emberline::python
 
-EMBERLINE_CHECK_IS_MADE(emberline::python::Scene);
-EMBERLINE_CHECK_IS_MADE(emberline::python::Progress);
-EMBERLINE_CHECK_IS_MADE(emberline::api::StoredFrame);
-EMBERLINE_CHECK_IS_MADE(emberline::api::StudyTable);
+EMBERLINE_CHECK_IS_CONSTRUCTED(emberline::python::Scene);
+EMBERLINE_CHECK_IS_CONSTRUCTED(emberline::python::Progress);
+EMBERLINE_CHECK_IS_CONSTRUCTED(emberline::api::StoredFrame);
+EMBERLINE_CHECK_IS_CONSTRUCTED(emberline::api::StudyTable);
 
 namespace emberline::python {
 

@@ -13,23 +13,23 @@ std::shared_ptr<api::RenderedPicture> read(const py::object& path, const py::obj
                                            const py::object& load_timeout) {
   const std::string file = path_of(path);
   const api::Resources resources = resources_of(py::none(), memory_limit, load_timeout);
-  return result_of([&](Call& call) {
+  return run_call_for_result([&](Call& call) {
     return std::make_shared<api::RenderedPicture>(
-        api::read_picture(file, resources, call.given_up()));
+        api::read_picture(file, resources, call.cancellation()));
   });
 }
 
 void write_bytes(const std::string& file, const py::array& array) {
   const py::array_t<uint8_t, py::array::c_style> values(array);
   const py::ssize_t channels = values.ndim() == 3 ? values.shape(2) : 1;
-  constexpr auto kMost = std::numeric_limits<int>::max();
-  if (values.ndim() < 2 || values.ndim() > 3 || values.shape(0) > kMost ||
-      values.shape(1) > kMost || channels > 4) {
+  constexpr auto kMaxSide = std::numeric_limits<int>::max();
+  if (values.ndim() < 2 || values.ndim() > 3 || values.shape(0) > kMaxSide ||
+      values.shape(1) > kMaxSide || channels > 4) {
     throw py::value_error(
         "picture: expected an array of shape (height, width) or (height, width, 3 or 4), not " +
         shape_of(values));
   }
-  carry_out([&](Call&) {
+  run_call([&](Call&) {
     api::write_picture(file, values.data(), int(values.shape(1)), int(values.shape(0)),
                        int(channels));
   });
@@ -48,7 +48,7 @@ void write(const py::object& path, const py::object& picture, double exposure,
     if (!channels.is_none())
       throw py::type_error("channels: leave it out, because a Picture has its own names");
     const auto& values = py::cast<const api::RenderedPicture&>(picture);
-    return carry_out([&](Call&) { api::write_picture(file, values, exposure); });
+    return run_call([&](Call&) { api::write_picture(file, values, exposure); });
   }
   if (holds_bytes(picture)) {
     if (exposure != 0 || !channels.is_none()) {
@@ -58,7 +58,7 @@ void write(const py::object& path, const py::object& picture, double exposure,
     return write_bytes(file, py::reinterpret_borrow<py::array>(picture));
   }
   const api::RenderedPicture values = picture_of(floats_of(picture, "picture"), channels);
-  carry_out([&](Call&) { api::write_picture(file, values, exposure); });
+  run_call([&](Call&) { api::write_picture(file, values, exposure); });
 }
 
 std::string describe(const api::RenderedPicture& picture) {

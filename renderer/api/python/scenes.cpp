@@ -17,11 +17,11 @@ std::shared_ptr<Scene> load(const py::object& path, const api::Settings* setting
   api::Settings all = settings ? *settings : api::Settings();
   apply(options, all);
   const api::Resources resources = resources_of(threads, memory_limit, load_timeout);
-  return result_of([&](Call& call) {
-    return std::make_shared<Scene>(animated
-                                       ? api::Scene::animated(file, all, resources, call.given_up())
-                                       : api::Scene(file, all, resources, call.given_up()),
-                                   all);
+  return run_call_for_result([&](Call& call) {
+    return std::make_shared<Scene>(
+        animated ? api::Scene::animated(file, all, resources, call.cancellation())
+                 : api::Scene(file, all, resources, call.cancellation()),
+        all);
   });
 }
 
@@ -29,8 +29,8 @@ void edit(Scene& scene, const py::object& edits, const py::object& environment) 
   const std::string json = edits_text(edits);
   std::optional<FloatArray> rgb;
   if (!environment.is_none()) rgb = rgb_of(environment, "environment");
-  const Use use(scene, true);
-  carry_out([&](Call&) {
+  const SceneLock lock(scene, true);
+  run_call([&](Call&) {
     if (!rgb) return scene.scene->edit(json);
     scene.scene->edit(json, {rgb->data(), int(rgb->shape(1)), int(rgb->shape(0))});
   });
@@ -39,14 +39,14 @@ void edit(Scene& scene, const py::object& edits, const py::object& environment) 
 void pose(Scene& scene, const py::kwargs& options) {
   api::Settings settings = scene.loaded;
   apply(options, settings);
-  const Use use(scene, true);
-  carry_out([&](Call& call) { scene.scene->pose(settings, call.given_up()); });
+  const SceneLock lock(scene, true);
+  run_call([&](Call& call) { scene.scene->pose(settings, call.cancellation()); });
   scene.settings = std::move(settings);
 }
 
 template <std::vector<std::string> (api::Scene::*names)() const>
 py::list names_of(Scene& scene) {
-  const Use use(scene, false);
+  const SceneLock lock(scene, false);
   return texts(((*scene.scene).*names)());
 }
 

@@ -25,7 +25,7 @@ void raise(const py::handle& type, const char* what) {
   PyErr_SetObject(type.ptr(), text(what).ptr());
 }
 
-std::vector<std::string> given(const api::Settings& settings) {
+std::vector<std::string> names_with_values(const api::Settings& settings) {
   std::vector<std::string> names;
   for (const auto& row : api::Settings::help()) {
     if (!settings.get(row.name).empty()) names.push_back(row.name);
@@ -36,7 +36,7 @@ std::vector<std::string> given(const api::Settings& settings) {
 std::string settings_repr(const api::Settings& settings) {
   const api::Settings defaults;
   std::string all;
-  for (const std::string& name : given(settings)) {
+  for (const std::string& name : names_with_values(settings)) {
     const std::string value = settings.get(name);
     if (value == defaults.get(name)) continue;
     all +=
@@ -109,8 +109,9 @@ void add_settings(py::module_& module) {
           "path"_a, "Reads the settings from a file that the command has saved.")
       .def("__getitem__", get, "name"_a, "The setting's value as text; None if it is not set.")
       .def("__setitem__", set, "name"_a, "value"_a)
-      .def("keys", &given, "The names of the settings that have a value.")
-      .def("__iter__", [](const api::Settings& s) { return py::iter(py::cast(given(s))); })
+      .def("keys", &names_with_values, "The names of the settings that have a value.")
+      .def("__iter__",
+           [](const api::Settings& s) { return py::iter(py::cast(names_with_values(s))); })
       .def("__copy__", [](const api::Settings& settings) { return api::Settings(settings); })
       .def(
           "__deepcopy__",

@@ -49,14 +49,14 @@ api::StudyTable study(const py::object& scene, const py::object& folder,
   api::Settings all = settings ? *settings : api::Settings();
   for (const auto& [key, value] : options) {
     const std::string name = setting_name(py::cast<std::string>(key));
-    const bool own = std::ranges::find(kOptions, name) != std::end(kOptions);
-    if (own && value.is_none()) continue;  // keep the default
+    const bool is_study_option = std::ranges::find(kOptions, name) != std::end(kOptions);
+    if (is_study_option && value.is_none()) continue;  // keep the default
     const std::string text = setting_text(name, value);
-    own ? void(request.set(name, text)) : void(all.set(name, text));
+    is_study_option ? void(request.set(name, text)) : void(all.set(name, text));
   }
   const api::Resources resources = resources_of(threads, py::none(), py::none());
-  return result_of(
-      [&](Call& call) { return api::study(file, all, request, resources, call.given_up()); });
+  return run_call_for_result(
+      [&](Call& call) { return api::study(file, all, request, resources, call.cancellation()); });
 }
 
 }  // namespace

@@ -14,12 +14,12 @@ std::string type_name(const py::handle& value) {
 }
 
 // Rejects null characters, which would truncate a C string.
-std::string without_nul(std::string text, const std::string& what) {
+std::string check_no_nul(std::string text, const std::string& what) {
   if (text.find('\0') != std::string::npos) throw py::value_error(what + ": has a null character");
   return text;
 }
 
-std::string encoded(const py::handle& path) {
+std::string encode_path(const py::handle& path) {
   return py::bytes(py::module_::import("os").attr("fsencode")(path));
 }
 
@@ -46,9 +46,9 @@ std::vector<size_t> channels_of(const api::RenderedPicture& picture, const std::
   add(prefix, "RGBA");  // EXR sorts names alphabetically
   for (size_t i = 0; i < picture.channels.size(); ++i) {
     const std::string& name = picture.channels[i];
-    const bool here =
+    const bool is_in_layer =
         name.starts_with(prefix) && name.find('.', prefix.size()) == std::string::npos;
-    if (here && std::ranges::find(indices, i) == indices.end()) indices.push_back(i);
+    if (is_in_layer && std::ranges::find(indices, i) == indices.end()) indices.push_back(i);
   }
   return indices;
 }
@@ -60,10 +60,10 @@ py::array planes(const std::shared_ptr<api::RenderedPicture>& picture,
   const auto count = py::ssize_t(p.channels.size()), size = py::ssize_t(sizeof(float));
   const auto at = [&](size_t i) { return py::ssize_t(indices[i]); };
   const py::ssize_t step = indices.size() > 1 ? at(1) - at(0) : 1;
-  bool even = true;
-  for (size_t i = 1; i < indices.size(); ++i) even &= at(i) - at(i - 1) == step;
+  bool is_evenly_spaced = true;
+  for (size_t i = 1; i < indices.size(); ++i) is_evenly_spaced &= at(i) - at(i - 1) == step;
   const auto channels = py::ssize_t(indices.size());
-  if (even) {
+  if (is_evenly_spaced) {
     return py::array_t<float>({py::ssize_t(p.height), py::ssize_t(p.width), channels},
                               {p.width * count * size, count * size, step * size},
                               p.values.data() + indices[0], py::cast(picture));
@@ -114,14 +114,14 @@ bool is_list(const py::handle& value) {
   return py::isinstance<py::tuple>(value) || py::isinstance<py::list>(value);
 }
 
-[[noreturn]] void wrong_type(const std::string& what, const std::string& is,
-                             const std::string& wanted) {
-  throw py::type_error(what + ": expected " + wanted + ", not " + is);
+[[noreturn]] void throw_wrong_type(const std::string& what, const std::string& is,
+                                   const std::string& expected) {
+  throw py::type_error(what + ": expected " + expected + ", not " + is);
 }
 
 }  // namespace
 
-std::string path_of(const py::handle& path) { return without_nul(encoded(path), "path"); }
+std::string path_of(const py::handle& path) { return check_no_nul(encode_path(path), "path"); }
 
 std::string setting_name(std::string_view name) {
   std::string dashed(name);
@@ -138,7 +138,7 @@ std::string argument_name(std::string_view name) {
 std::string setting_text(const std::string& name, const py::handle& value) {
   if (PyBool_Check(value.ptr())) return value.ptr() == Py_True ? "yes" : "no";
   if (py::isinstance<py::str>(value) || py::hasattr(value, "__fspath__")) {
-    return without_nul(encoded(value), name);
+    return check_no_nul(encode_path(value), name);
   }
   const NestedCall nested;
   // A NumPy scalar or 0-dimensional array.
@@ -158,7 +158,7 @@ std::string setting_text(const std::string& name, const py::handle& value) {
     }
     return list;
   }
-  wrong_type(name, type_name(value), "a string, a number, a bool or a list");
+  throw_wrong_type(name, type_name(value), "a string, a number, a bool or a list");
 }
 
 void apply(const py::kwargs& options, api::Settings& settings) {
@@ -171,18 +171,18 @@ void apply(const py::kwargs& options, api::Settings& settings) {
 std::string edits_text(const py::object& edits) {
   if (py::isinstance<py::str>(edits)) return py::cast<std::string>(edits);
   if (!py::isinstance<py::dict>(edits)) {
-    wrong_type("edits", type_name(edits), "a dict or JSON");
+    throw_wrong_type("edits", type_name(edits), "a dict or JSON");
   }
   py::dict all;
   all["emberline_edits"] = 1;
   all.attr("update")(edits);
-  const py::cpp_function plain([](const py::object& value) -> py::object {
+  const py::cpp_function to_plain_value([](const py::object& value) -> py::object {
     if (py::hasattr(value, "tolist")) return value.attr("tolist")();
     return py::module_::import("os").attr("fspath")(value);  // or throws its TypeError
   });
   const py::object dumps = py::module_::import("json").attr("dumps");
   return py::cast<std::string>(
-      dumps(all, py::arg("default") = plain, py::arg("allow_nan") = false));
+      dumps(all, py::arg("default") = to_plain_value, py::arg("allow_nan") = false));
 }
 
 py::array pixels(const std::shared_ptr<api::RenderedPicture>& picture) {
@@ -219,13 +219,14 @@ std::string shape_of(const py::array& array) { return py::str(array.attr("shape"
 
 FloatArray floats_of(const py::handle& array, const std::string& what) {
   if (!py::isinstance<py::array>(array)) {
-    wrong_type(what, type_name(array), "a NumPy array or a Picture");
+    throw_wrong_type(what, type_name(array), "a NumPy array or a Picture");
   }
   const auto values = py::reinterpret_borrow<py::array>(array);
   const py::dtype type = values.dtype();
   if (type.kind() != 'f' || type.itemsize() > py::ssize_t(sizeof(float))) {
-    wrong_type(what, std::string(py::str(py::handle(type))) + "; astype(\"float32\") converts it",
-               "float32");
+    throw_wrong_type(what,
+                     std::string(py::str(py::handle(type))) + "; astype(\"float32\") converts it",
+                     "float32");
   }
   for (py::ssize_t i = 0; i < values.ndim(); ++i) {
     if (values.shape(i) > INT_MAX)
@@ -251,7 +252,7 @@ FloatArray rgb_of(const py::handle& picture, const std::string& what) {
 std::optional<int64_t> whole_number(const py::handle& value, const std::string& what) {
   if (value.is_none()) return std::nullopt;
   if (PyBool_Check(value.ptr()) || !PyIndex_Check(value.ptr())) {
-    wrong_type(what, type_name(value), "a whole number");
+    throw_wrong_type(what, type_name(value), "a whole number");
   }
   const py::int_ number(py::reinterpret_borrow<py::object>(value));
   int overflow = 0;
@@ -262,11 +263,11 @@ std::optional<int64_t> whole_number(const py::handle& value, const std::string& 
 
 std::optional<double> real_number(const py::handle& value, const std::string& what) {
   if (value.is_none()) return std::nullopt;
-  if (PyBool_Check(value.ptr())) wrong_type(what, "bool", "a number");
+  if (PyBool_Check(value.ptr())) throw_wrong_type(what, "bool", "a number");
   const double number = PyFloat_AsDouble(value.ptr());
   if (number == -1.0 && PyErr_Occurred()) {
     PyErr_Clear();
-    wrong_type(what, type_name(value), "a number");
+    throw_wrong_type(what, type_name(value), "a number");
   }
   return number;
 }
@@ -283,7 +284,7 @@ api::RenderedPicture picture_of(const py::array& array, const py::object& channe
   picture.height = int(values.shape(0));
   picture.width = int(values.shape(1));
   if (PyAnySet_Check(channels.ptr())) {
-    wrong_type("channels", type_name(channels), "names in order");
+    throw_wrong_type("channels", type_name(channels), "names in order");
   }
   if (!channels.is_none()) {
     for (const py::handle name : channels) {

@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "renderer/api/emberline.h"
-#include "renderer/api/python/made_objects.h"
+#include "renderer/api/python/constructed_objects.h"
 
 namespace emberline::python {
 

@@ -60,12 +60,12 @@ std::string absolute(const std::string& path) {
 
 // Makes paths absolute, since the jobs run in another folder, and adds the channels that the
 // heatmaps need.
-RenderOptions farm_frame(const FarmOptions& farm) {
+RenderOptions prepare_options(const FarmOptions& farm) {
   RenderOptions o = farm.frame;
   for (std::string* path : {&o.scene, &o.resource_root, &o.environment, &o.edits})
     *path = absolute(*path);
   for (auto* list : {&o.outputs, &o.heatmaps, &o.reports}) {
-    for (std::string& path : *list) path = absolute(frame_file(path));
+    for (std::string& path : *list) path = absolute(expand_frame_zero(path));
   }
   for (const HeatmapRequest& heatmap : heatmap_requests(o)) {
     if (!heatmap.quantity->aov) continue;
@@ -95,15 +95,15 @@ void check_names(const RenderOptions& o) {
 
 // The folder may come from another user, so a symbolic link must not lead the jobs' writes out of
 // it.
-void check_places(const FarmFolder& folder) {
+void check_file_types(const FarmFolder& folder) {
   std::error_code unknown;
-  const auto check = [&](const fs::path& path, fs::file_type wanted) {
+  const auto check = [&](const fs::path& path, fs::file_type expected_type) {
     const fs::file_type type = fs::symlink_status(path, unknown).type();
-    if (type == fs::file_type::not_found || type == wanted) return;
+    if (type == fs::file_type::not_found || type == expected_type) return;
     throw UsageError("{}: it is {}; remove it, or choose another output", path.string(),
-                     type == fs::file_type::symlink       ? "a symbolic link"
-                     : wanted == fs::file_type::directory ? "not a folder"
-                                                          : "not a regular file");
+                     type == fs::file_type::symlink              ? "a symbolic link"
+                     : expected_type == fs::file_type::directory ? "not a folder"
+                                                                 : "not a regular file");
   };
   for (const char* name : {"job.json", "settings.json", "part.sh", "merge.sh", "merge.json"})
     check(folder.file(name), fs::file_type::regular);
@@ -132,17 +132,17 @@ void check_frame(const RenderOptions& options, uint32_t parts) {
   }
 }
 
-std::vector<SlurmTask> tasks_of(const std::vector<uint64_t>& jobs) {
+std::vector<SlurmTask> require_queued_tasks(const std::vector<uint64_t>& jobs) {
   auto tasks = queued_tasks(jobs);
   if (tasks) return *std::move(tasks);
   throw RenderError("squeue cannot list the jobs; try again when Slurm answers");
 }
 
-void refuse_running(const FarmFolder& folder) {
+void reject_running(const FarmFolder& folder) {
   if (!fs::exists(folder.file("job.json"))) return;
   const std::vector<uint64_t> jobs = read_record(folder).jobs();
   if (jobs.empty()) return;
-  const std::vector<SlurmTask> tasks = tasks_of(jobs);
+  const std::vector<SlurmTask> tasks = require_queued_tasks(jobs);
   if (tasks.empty()) return;
   throw RenderError(
       "{}: it has jobs in the queue ({} tasks); wait for them, or cancel them with farm cancel",
@@ -159,11 +159,11 @@ int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, u
   LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
   const nlohmann::json head =
       checkpoint_head(options, plan, {}, input_fingerprints(options, progress));
-  int there = 0;
+  int resumable_parts = 0;
   for (uint32_t part = 1; part <= parts; ++part) {
     const std::string path = folder.checkpoint(part, parts);
     check_checkpoint(path, true);
-    if (!InputFile::open_if_there(path)) continue;
+    if (!InputFile::try_open(path)) continue;
     const RecordFile file(path);
     const auto different = differences(head, parse_json(file.head(), path), {"part"});
     if (!file.records().empty() && !different.empty()) {
@@ -171,13 +171,13 @@ int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, u
           path, "it belongs to another frame: {}; remove {}.part-*, or choose another output",
           fmt::join(different, "; "), folder.output);
     }
-    ++there;
+    ++resumable_parts;
   }
-  return there;
+  return resumable_parts;
 }
 
 // Removes the progress of earlier jobs, which would otherwise count for the new ones.
-void forget_progress(const FarmFolder& folder, const std::vector<uint32_t>& parts) {
+void remove_progress(const FarmFolder& folder, const std::vector<uint32_t>& parts) {
   std::error_code ignored;
   for (const uint32_t part : parts) fs::remove(folder.progress(part), ignored);
   fs::remove(folder.file("merge.json"), ignored);
@@ -196,7 +196,7 @@ void write_folder(const FarmFrame& frame, bool stage) {
     fs::create_directory(folder.file(name), error);
     if (error) throw RenderError("{}: {}", folder.file(name), error.message());
   }
-  forget_progress(folder, all_parts(frame.parts));
+  remove_progress(folder, all_parts(frame.parts));
   const std::string settings = folder.file("settings.json");
   write_file_atomically(settings, settings_json(frame.options, settings));
   write_file_atomically(folder.file("part.sh"), part_script(frame, stage));
@@ -204,7 +204,7 @@ void write_folder(const FarmFrame& frame, bool stage) {
 }
 
 // "1-3,7".
-std::string ranges_of(const std::vector<uint32_t>& parts) {
+std::string format_ranges(const std::vector<uint32_t>& parts) {
   std::string text;
   for (size_t i = 0, end = 0; i < parts.size(); i = end) {
     for (end = i + 1; end < parts.size() && parts[end] == parts[end - 1] + 1;) ++end;
@@ -214,7 +214,7 @@ std::string ranges_of(const std::vector<uint32_t>& parts) {
   return text;
 }
 
-std::string log_word(const FarmFolder& folder, const std::string& name) {
+std::string log_argument(const FarmFolder& folder, const std::string& name) {
   return "--output=" + (folder.slurm_writes_logs() ? "logs/" + name : "/dev/null");
 }
 
@@ -227,22 +227,22 @@ void write_record(const FarmFolder& folder, const FarmRecord& record) {
 // job even after a crash.
 void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint32_t>& parts,
             const std::vector<std::string>& others) {
-  std::vector<std::string> waited = others;
+  std::vector<std::string> dependencies = others;
   std::vector<uint64_t> submitted;
   write_record(folder, record);  // fails before any job is submitted
   try {
     if (!parts.empty()) {
       // The script's process gets a signal a minute before the time limit and saves the part.
-      submitted.push_back(submit_job(
-          record.request, folder.path, "part.sh",
-          {"--array=" + ranges_of(parts), log_word(folder, "part-%a.log"), "--signal=B:TERM@60"}));
+      submitted.push_back(submit_job(record.request, folder.path, "part.sh",
+                                     {"--array=" + format_ranges(parts),
+                                      log_argument(folder, "part-%a.log"), "--signal=B:TERM@60"}));
       record.arrays.push_back(submitted.back());
       write_record(folder, record);
-      waited.push_back(std::to_string(submitted.back()));
+      dependencies.push_back(std::to_string(submitted.back()));
     }
-    std::vector<std::string> words = {log_word(folder, "merge.log")};
-    if (!waited.empty()) {
-      words.push_back(fmt::format("--dependency=afterok:{}", fmt::join(waited, ":")));
+    std::vector<std::string> words = {log_argument(folder, "merge.log")};
+    if (!dependencies.empty()) {
+      words.push_back(fmt::format("--dependency=afterok:{}", fmt::join(dependencies, ":")));
       words.push_back("--kill-on-invalid-dep=yes");
     }
     submitted.push_back(submit_job(record.request, folder.path, "merge.sh", words));
@@ -257,7 +257,7 @@ void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint
                        record.arrays.back(), *record.merge));
 }
 
-std::string own_program() {
+std::string executable_path() {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   if (error) throw RenderError("/proc/self/exe: {}", error.message());
@@ -266,19 +266,19 @@ std::string own_program() {
 
 int submit_frame(const FarmOptions& farm) {
   check_request(farm);
-  const FarmFrame frame{farm_frame(farm), FarmFolder(farm.frame.outputs.front()), farm.parts,
-                        own_program()};
+  const FarmFrame frame{prepare_options(farm), FarmFolder(farm.frame.outputs.front()), farm.parts,
+                        executable_path()};
   check_names(frame.options);
   check_frame(frame.options, frame.parts);
   const FarmFolder& folder = frame.folder;
   if (!farm.print) require_slurm();
   OwnedFolder owned(folder.path,
                     {.option = "-o", .marker = "emberline-farm.json", .exclusive = true});
-  check_places(folder);
-  refuse_running(folder);
+  check_file_types(folder);
+  reject_running(folder);
   const std::vector<std::string> names = {"settings.json", "part.sh", "merge.sh", "job.json"};
   owned.claim(names);
-  const int there = check_checkpoints(folder, frame.options, frame.parts);
+  const int resumable_parts = check_checkpoints(folder, frame.options, frame.parts);
   write_folder(frame, farm.stage);
   FarmRecord record{frame.options.scene, frame.parts, farm.request, {}, {}};
   if (farm.print) {
@@ -288,16 +288,16 @@ int submit_frame(const FarmOptions& farm) {
                  merge_command(frame) + "\n");
     return kExitDone;
   }
-  if (there > 0) {
-    log_info(fmt::format("{} of the parts continue from their checkpoints", there));
+  if (resumable_parts > 0) {
+    log_info(fmt::format("{} of the parts continue from their checkpoints", resumable_parts));
   }
   submit(folder, record, all_parts(frame.parts), {});
   return kExitDone;
 }
 
-bool is_whole(const FarmFolder& folder, uint32_t part, uint32_t parts) {
+bool is_complete_part(const FarmFolder& folder, uint32_t part, uint32_t parts) {
   try {
-    return StoredFrame(folder.checkpoint(part, parts)).is_whole({part, parts});
+    return StoredFrame(folder.checkpoint(part, parts)).is_complete_part({part, parts});
   } catch (const InputError&) {
     return false;
   }
@@ -306,37 +306,38 @@ bool is_whole(const FarmFolder& folder, uint32_t part, uint32_t parts) {
 // Leaves parts that wait or run alone; the merge waits for them too.
 int retry_frame(const FarmFolder& folder) {
   FarmRecord record = read_record(folder);
-  check_places(folder);
+  check_file_types(folder);
   require_slurm();
   FrameSettings settings;
   read_settings(folder.file("settings.json"), settings);
   settings.scene = record.scene;
   check_checkpoints(folder, settings, record.parts);
-  const std::vector<SlurmTask> tasks = tasks_of(record.jobs());
-  bool merge_waits = false;
-  std::set<uint32_t> busy;
+  const std::vector<SlurmTask> tasks = require_queued_tasks(record.jobs());
+  bool is_merge_queued = false;
+  std::set<uint32_t> queued_parts;
   std::vector<std::string> others;
   for (const SlurmTask& task : tasks) {
-    merge_waits |= record.merge == task.job;
-    if (!task.task || !busy.insert(*task.task).second) continue;
+    is_merge_queued |= record.merge == task.job;
+    if (!task.task || !queued_parts.insert(*task.task).second) continue;
     others.push_back(task.id());
   }
-  std::vector<uint32_t> lacking;
+  std::vector<uint32_t> missing_parts;
   for (const uint32_t part : all_parts(record.parts)) {
-    if (!busy.contains(part) && !is_whole(folder, part, record.parts)) lacking.push_back(part);
+    if (!queued_parts.contains(part) && !is_complete_part(folder, part, record.parts))
+      missing_parts.push_back(part);
   }
-  const bool merged = busy.empty() && fs::exists(folder.file("merge.json"));
-  if (lacking.empty() && (merged || merge_waits)) {
+  const bool merged = queued_parts.empty() && fs::exists(folder.file("merge.json"));
+  if (missing_parts.empty() && (merged || is_merge_queued)) {
     log_info(merged ? "all parts are finished and merged"
-             : busy.empty()
+             : queued_parts.empty()
                  ? "all parts are finished; the merge is waiting or running"
                  : fmt::format("all parts are finished except {} that are waiting or running",
-                               busy.size()));
+                               queued_parts.size()));
     return kExitDone;
   }
   if (record.merge) cancel_jobs(std::span(&*record.merge, 1));
-  forget_progress(folder, lacking);
-  submit(folder, record, lacking, others);
+  remove_progress(folder, missing_parts);
+  submit(folder, record, missing_parts, others);
   return kExitDone;
 }
 

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kSuffix = ".farm";
-constexpr uint64_t kVersion = 1, kMostParts = 65536, kMostJob = UINT32_MAX;
+constexpr uint64_t kVersion = 1, kMaxParts = 65536, kMaxJob = UINT32_MAX;
 
 template <typename T>
 nlohmann::ordered_json value_or_null(const std::optional<T>& value) {
@@ -24,13 +24,13 @@ nlohmann::ordered_json value_or_null(const std::optional<T>& value) {
 }
 
 template <typename T>
-std::optional<T> optional_whole(const JsonReader& json, uint64_t most) {
-  return json.null() ? std::nullopt : std::optional(T(json.whole(1, most)));
+std::optional<T> read_optional_integer(const JsonReader& json, uint64_t maximum) {
+  return json.is_null() ? std::nullopt : std::optional(T(json.whole_number(1, maximum)));
 }
 
 }  // namespace
 
-std::string frame_file(std::string name) {
+std::string expand_frame_zero(std::string name) {
   for (size_t begin = name.find("####"); begin != std::string::npos;
        begin = name.find("####", begin)) {
     for (; begin < name.size() && name[begin] == '#'; ++begin) name[begin] = '0';
@@ -39,12 +39,12 @@ std::string frame_file(std::string name) {
 }
 
 FarmFolder::FarmFolder(const std::string& name) {
-  std::string given = fs::absolute(name).string();
-  while (given.size() > 1 && given.ends_with('/')) given.pop_back();
-  const bool itself = given.ends_with(kSuffix) && fs::is_directory(given);
-  if (itself) given.resize(given.size() - kSuffix.size());
-  path = given + std::string(kSuffix);
-  output = frame_file(given);
+  std::string absolute_path = fs::absolute(name).string();
+  while (absolute_path.size() > 1 && absolute_path.ends_with('/')) absolute_path.pop_back();
+  const bool is_farm_folder = absolute_path.ends_with(kSuffix) && fs::is_directory(absolute_path);
+  if (is_farm_folder) absolute_path.resize(absolute_path.size() - kSuffix.size());
+  path = absolute_path + std::string(kSuffix);
+  output = expand_frame_zero(absolute_path);
 }
 
 std::string FarmFolder::progress(uint32_t part) const {
@@ -81,19 +81,22 @@ FarmRecord read_record(const FarmFolder& folder) {
   const std::string file = folder.file("job.json");
   const nlohmann::json document = read_json(file);
   const JsonReader json(document, file);
-  json["emberline_farm"].whole(kVersion, kVersion);
+  json["emberline_farm"].whole_number(kVersion, kVersion);
   FarmRecord record;
   record.scene = json["scene"].text();
-  record.parts = uint32_t(json["parts"].whole(1, kMostParts));
+  record.parts = uint32_t(json["parts"].whole_number(1, kMaxParts));
   record.request.partition = json["partition"].text();
-  if (!is_partition(record.request.partition)) json["partition"].expected("names of partitions");
-  record.request.cpus = optional_whole<int>(json["cpus"], 4096);
-  record.request.memory_bytes = optional_whole<uint64_t>(json["memory_bytes"], uint64_t(1) << 63);
-  record.request.minutes = optional_whole<int>(json["minutes"], 10000000);
+  if (!is_partition(record.request.partition))
+    json["partition"].throw_expected("names of partitions");
+  record.request.cpus = read_optional_integer<int>(json["cpus"], 4096);
+  record.request.memory_bytes =
+      read_optional_integer<uint64_t>(json["memory_bytes"], uint64_t(1) << 63);
+  record.request.minutes = read_optional_integer<int>(json["minutes"], 10000000);
   const JsonReader arrays = json["arrays"];
-  if (arrays.size() > 10000) arrays.expected("at most 10000 jobs");
-  for (size_t i = 0; i < arrays.size(); ++i) record.arrays.push_back(arrays[i].whole(1, kMostJob));
-  record.merge = optional_whole<uint64_t>(json["merge"], kMostJob);
+  if (arrays.size() > 10000) arrays.throw_expected("at most 10000 jobs");
+  for (size_t i = 0; i < arrays.size(); ++i)
+    record.arrays.push_back(arrays[i].whole_number(1, kMaxJob));
+  record.merge = read_optional_integer<uint64_t>(json["merge"], kMaxJob);
   return record;
 }
 

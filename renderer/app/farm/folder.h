@@ -20,7 +20,7 @@ namespace emberline {
 
 // "shot.####.exr" -> "shot.0000.exr": replaces every run of four or more '#' by the frame's number,
 // which is always 0 here.
-std::string frame_file(std::string name);
+std::string expand_frame_zero(std::string name);
 
 // Absolute paths, which need not exist.
 struct FarmFolder {

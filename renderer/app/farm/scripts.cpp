@@ -50,37 +50,37 @@ if safe "$folder" && own "$stage" && each kept; then
 fi
 )sh";
 
-std::string quoted_pair(const char* option, const std::string& value) {
+std::string quoted_option(const char* option, const std::string& value) {
   return value.empty() ? "" : fmt::format(" {} {}", option, shell_quoted(value));
 }
 
-std::string style_words(const HeatmapStyle& style) {
+std::string style_arguments(const HeatmapStyle& style) {
   std::string words;
   for (const ColourMapEntry& entry : colour_map_table()) {
     if (entry.map == style.colours) words += fmt::format(" --colors {}", entry.name);
   }
-  if (style.range) words += fmt::format(" --range={},{}", style.range->least, style.range->most);
+  if (style.range) words += fmt::format(" --range={},{}", style.range->min, style.range->max);
   if (style.logarithmic) words += " --log";
   if (style.plain) words += " --plain";
   return words;
 }
 
-std::string merge_words(const FarmFrame& frame) {
+std::string merge_arguments(const FarmFrame& frame) {
   const RenderOptions& o = frame.options;
   std::string words = shell_quoted(frame.program) + " merge";
-  for (const std::string& output : o.outputs) words += quoted_pair("-o", output);
-  for (const std::string& heatmap : o.heatmaps) words += quoted_pair("--heatmap", heatmap);
-  for (const std::string& of : o.heatmap_of) words += quoted_pair("--heatmap-of", of);
-  if (!o.heatmaps.empty()) words += style_words(o.heatmap_style);
-  words += quoted_pair("--display", o.display.display) + quoted_pair("--view", o.display.view) +
-           quoted_pair("--look", o.display.look);
+  for (const std::string& output : o.outputs) words += quoted_option("-o", output);
+  for (const std::string& heatmap : o.heatmaps) words += quoted_option("--heatmap", heatmap);
+  for (const std::string& of : o.heatmap_of) words += quoted_option("--heatmap-of", of);
+  if (!o.heatmaps.empty()) words += style_arguments(o.heatmap_style);
+  words += quoted_option("--display", o.display.display) + quoted_option("--view", o.display.view) +
+           quoted_option("--look", o.display.look);
   if (o.display.exposure != 0) words += fmt::format(" --exposure={}", o.display.exposure);
-  for (const std::string& report : o.reports) words += quoted_pair("--report", report);
-  return words + quoted_pair("--report", frame.folder.file("merge.json"));
+  for (const std::string& report : o.reports) words += quoted_option("--report", report);
+  return words + quoted_option("--report", frame.folder.file("merge.json"));
 }
 
 // "size seconds.nanoseconds", as stat prints them.
-std::string state_of(const fs::path& file) {
+std::string file_state(const fs::path& file) {
   std::error_code error;
   const auto size = fs::file_size(file, error);
   const auto time = error ? fs::file_time_type() : fs::last_write_time(file, error);
@@ -93,12 +93,13 @@ std::string state_of(const fs::path& file) {
 // The deepest folder that contains all files.
 fs::path common_folder(const std::vector<fs::path>& files) {
   fs::path common = files.front().parent_path();
-  const auto is_above = [](const fs::path& folder, const fs::path& file) {
+  const auto contains_file = [](const fs::path& folder, const fs::path& file) {
     const fs::path relative = file.lexically_relative(folder);
     return !relative.empty() && *relative.begin() != "..";
   };
   for (const fs::path& file : files) {
-    while (!is_above(common, file) && common != common.parent_path()) common = common.parent_path();
+    while (!contains_file(common, file) && common != common.parent_path())
+      common = common.parent_path();
   }
   return common;
 }
@@ -112,15 +113,15 @@ struct Stage {
   std::string add(const fs::path& source, const fs::path& name) {
     hash = fingerprint(name.string(), hash);
     files += fmt::format("  \"$1\" {} {} '{}' &&\n", shell_quoted(source.string()),
-                         shell_quoted(name.string()), state_of(source));
-    if (made.insert(name.parent_path()).second) {
+                         shell_quoted(name.string()), file_state(source));
+    if (created_folders.insert(name.parent_path()).second) {
       folders += " \"$copy\"/" + shell_quoted(name.parent_path().string());
     }
     return "\"$stage\"/" + shell_quoted(name.string());
   }
 
  private:
-  std::set<fs::path> made;
+  std::set<fs::path> created_folders;
 };
 
 std::string stage_script(const RenderOptions& options) {
@@ -144,15 +145,15 @@ std::string stage_script(const RenderOptions& options) {
          "    mkdir -p" + stage.folders + " &&\n" + fmt::format(fmt::runtime(kStageEnd), staged);
 }
 
-// `rest` is appended unquoted, for the shell to expand.
-std::string log_line(const FarmFolder& folder, const std::string& name, const std::string& rest) {
+// `suffix` is appended unquoted, for the shell to expand.
+std::string log_line(const FarmFolder& folder, const std::string& name, const std::string& suffix) {
   if (folder.slurm_writes_logs()) return "";
-  return "exec >>" + shell_quoted(folder.file("logs/" + name)) + rest + " 2>&1\n";
+  return "exec >>" + shell_quoted(folder.file("logs/" + name)) + suffix + " 2>&1\n";
 }
 
 // `scene` is shell text that names the scene.
-std::string part_words(const FarmFrame& frame, const std::string& scene, const std::string& part,
-                       const std::string& parts) {
+std::string part_arguments(const FarmFrame& frame, const std::string& scene,
+                           const std::string& part, const std::string& parts) {
   return fmt::format(
       "{} render {} --settings {} -o {} --part {}/{} --resume --progress-file {}{}.json"
       " --verbose",
@@ -165,11 +166,11 @@ std::string part_words(const FarmFrame& frame, const std::string& scene, const s
 
 std::string part_command(const FarmFrame& frame, const std::string& part,
                          const std::string& parts) {
-  return part_words(frame, shell_quoted(frame.options.scene), part, parts);
+  return part_arguments(frame, shell_quoted(frame.options.scene), part, parts);
 }
 
 std::string merge_command(const FarmFrame& frame) {
-  return merge_words(frame) + " " + shell_quoted(frame.folder.output + ".part-") +
+  return merge_arguments(frame) + " " + shell_quoted(frame.folder.output + ".part-") +
          fmt::format("*-of-{}.checkpoint", frame.parts);
 }
 
@@ -184,20 +185,20 @@ std::string part_script(const FarmFrame& frame, bool stage) {
   // exec: signals to this process must reach the renderer.
   if (!stage) {
     const std::string scene = shell_quoted(options.scene);
-    return text + "exec " + part_words(frame, scene, "\"$part\"", parts) + "\n";
+    return text + "exec " + part_arguments(frame, scene, "\"$part\"", parts) + "\n";
   }
   text += "scene=" + shell_quoted(options.scene) + "\n";
-  std::string more;
+  std::string extra_arguments;
   if (!options.resource_root.empty()) {
     text += "root=" + shell_quoted(options.resource_root) + "\n";
-    more += " --resource-root \"$root\"";
+    extra_arguments += " --resource-root \"$root\"";
   }
   if (!options.environment.empty()) {
     text += "env=" + shell_quoted(options.environment) + "\n";
-    more += " --env \"$env\"";
+    extra_arguments += " --env \"$env\"";
   }
   return text + stage_script(options) + "exec " +
-         part_words(frame, "\"$scene\"", "\"$part\"", parts) + more + "\n";
+         part_arguments(frame, "\"$scene\"", "\"$part\"", parts) + extra_arguments + "\n";
 }
 
 // Names every part: a pattern could miss files that a network file system shows late.
@@ -207,7 +208,7 @@ std::string merge_script(const FarmFrame& frame) {
       "set --\npart=1\nwhile [ $part -le {0} ]; do\n"
       "  set -- \"$@\" {1}\"$part\"-of-{0}.checkpoint\n  part=$((part + 1))\ndone\n"
       "exec {2} \"$@\"\n",
-      frame.parts, shell_quoted(frame.folder.output + ".part-"), merge_words(frame),
+      frame.parts, shell_quoted(frame.folder.output + ".part-"), merge_arguments(frame),
       log_line(frame.folder, "merge.log", ""));
 }
 

@@ -82,7 +82,7 @@ std::optional<ToolResult> run_tool(const std::vector<std::string>& words) {
   return result;
 }
 
-RenderError no_slurm(const std::string& program) {
+RenderError missing_slurm_error(const std::string& program) {
   return RenderError(
       "cannot find {}: this machine has no Slurm; farm --print shows the commands for another "
       "queue",
@@ -93,7 +93,7 @@ std::string first_line(const std::string& text) { return text.substr(0, text.fin
 
 ToolResult run_slurm(const std::vector<std::string>& words) {
   const std::optional<ToolResult> result = run_tool(words);
-  if (!result) throw no_slurm(words[0]);
+  if (!result) throw missing_slurm_error(words[0]);
   if (result->exit_code != 0) {
     throw RenderError("{}: {}", words[0],
                       result->err.empty() ? fmt::format("exit code {}", result->exit_code)
@@ -102,20 +102,20 @@ ToolResult run_slurm(const std::vector<std::string>& words) {
   return *result;
 }
 
-bool is_plain(char c) {
+bool is_name_character(char c) {
   const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
   return letter || c == '.' || c == '-' || c == '_';
 }
 
 // For names that Slurm shows.
-std::string plain(std::string text) {
+std::string sanitize_name(std::string text) {
   std::ranges::replace_if(
-      text, [](char c) { return !is_plain(c); }, '_');
+      text, [](char c) { return !is_name_character(c); }, '_');
   return text;
 }
 
 template <size_t kCount>
-std::array<std::string, kCount> fields_of(const std::string& line) {
+std::array<std::string, kCount> split_fields(const std::string& line) {
   std::array<std::string, kCount> fields;
   std::istringstream stream(line);
   for (std::string& field : fields) std::getline(stream, field, '|');
@@ -129,31 +129,32 @@ std::string SlurmTask::id() const {
 }
 
 bool is_partition(const std::string& text) {
-  return std::ranges::all_of(text, [](char c) { return is_plain(c) || c == ','; });
+  return std::ranges::all_of(text, [](char c) { return is_name_character(c) || c == ','; });
 }
 
 void require_slurm() {
-  if (!run_tool({"sbatch", "--version"})) throw no_slurm("sbatch");
+  if (!run_tool({"sbatch", "--version"})) throw missing_slurm_error("sbatch");
 }
 
 uint64_t submit_job(const SlurmRequest& request, const std::string& folder,
                     const std::string& script, const std::vector<std::string>& words) {
   const std::filesystem::path name = std::filesystem::path(folder).stem();
-  std::vector<std::string> all = {"sbatch",
-                                  "--parsable",
-                                  "--job-name=" + plain(name.string()),
-                                  "--chdir=" + folder,
-                                  "--open-mode=append",
-                                  "--requeue"};
-  if (!request.partition.empty()) all.push_back("--partition=" + request.partition);
-  all.push_back(request.cpus ? fmt::format("--cpus-per-task={}", *request.cpus) : "--exclusive");
+  std::vector<std::string> command = {"sbatch",
+                                      "--parsable",
+                                      "--job-name=" + sanitize_name(name.string()),
+                                      "--chdir=" + folder,
+                                      "--open-mode=append",
+                                      "--requeue"};
+  if (!request.partition.empty()) command.push_back("--partition=" + request.partition);
+  command.push_back(request.cpus ? fmt::format("--cpus-per-task={}", *request.cpus)
+                                 : "--exclusive");
   if (request.memory_bytes) {
-    all.push_back(fmt::format("--mem={}M", (*request.memory_bytes + 0xFFFFF) >> 20));
+    command.push_back(fmt::format("--mem={}M", (*request.memory_bytes + 0xFFFFF) >> 20));
   }
-  if (request.minutes) all.push_back(fmt::format("--time={}", *request.minutes));
-  all.insert(all.end(), words.begin(), words.end());
-  all.push_back(folder + "/" + script);
-  const std::string answer = first_line(run_slurm(all).out);  // "12", or "12;cluster"
+  if (request.minutes) command.push_back(fmt::format("--time={}", *request.minutes));
+  command.insert(command.end(), words.begin(), words.end());
+  command.push_back(folder + "/" + script);
+  const std::string answer = first_line(run_slurm(command).out);  // "12", or "12;cluster"
   const auto job = parse_number<uint64_t>(answer.substr(0, answer.find(';')));
   if (!job || *job == 0)
     throw RenderError("sbatch answers '{}', which is not a job number", shortened(answer));
@@ -174,7 +175,7 @@ std::optional<std::vector<SlurmTask>> queued_tasks(std::span<const uint64_t> job
     }
     std::istringstream lines(result->out);
     for (std::string line; std::getline(lines, line);) {
-      const auto [number, task, state, node, reason] = fields_of<5>(line);
+      const auto [number, task, state, node, reason] = split_fields<5>(line);
       if (parse_number<uint64_t>(number) != job) continue;
       const bool running = state == "RUNNING" || state == "COMPLETING";
       tasks.push_back({job, parse_number<uint32_t>(task), running, state, node, reason});
@@ -192,7 +193,7 @@ std::map<std::string, std::string> ended_tasks(std::span<const uint64_t> jobs) {
   if (!result || result->exit_code != 0) return states;
   std::istringstream lines(result->out);
   for (std::string line; std::getline(lines, line);) {
-    const auto [job, state] = fields_of<2>(line);
+    const auto [job, state] = split_fields<2>(line);
     states[job] = state.substr(0, state.find(' '));  // "CANCELLED by 1000"
   }
   return states;
@@ -203,7 +204,7 @@ void cancel_jobs(std::span<const uint64_t> jobs) {
   std::vector<std::string> words = {"scancel"};
   for (const uint64_t job : jobs) words.push_back(std::to_string(job));
   const std::optional<ToolResult> result = run_tool(words);
-  if (!result) throw no_slurm("scancel");
+  if (!result) throw missing_slurm_error("scancel");
   if (result->exit_code != 0 && result->err.find("Invalid job id") == std::string::npos) {
     throw RenderError("scancel: {}", first_line(result->err));
   }

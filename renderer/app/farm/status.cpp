@@ -32,7 +32,7 @@ std::string_view state_name(PartState state) { return kStates[size_t(state)]; }
 // The last non-empty line within the last 4 KiB.
 std::string last_line(const std::string& path) {
   try {
-    const auto file = InputFile::open_if_there(path);
+    const auto file = InputFile::try_open(path);
     if (!file) return "";
     const uint64_t count = std::min<uint64_t>(4096, file->size());
     std::string text(count, '\0');
@@ -46,20 +46,21 @@ std::string last_line(const std::string& path) {
 
 // Returns false if there is no such file or its contents are invalid.
 bool read_progress(const std::string& path, PartStatus& status) {
-  constexpr double kLongest = 1e12;
+  constexpr double kMaxSeconds = 1e12;
   try {
-    if (!InputFile::open_if_there(path)) return false;
+    if (!InputFile::try_open(path)) return false;
     const nlohmann::json document = read_json(path);
     const JsonReader json(document, path);
     PartStatus read = status;
     const std::string state = json["state"].text();
     const auto* const named = std::ranges::find(kStates, state);
-    if (named == std::end(kStates)) json["state"].expected("running, done, stopped or failed");
+    if (named == std::end(kStates))
+      json["state"].throw_expected("running, done, stopped or failed");
     read.state = PartState(named - kStates);
     read.done = json["done"].number(0, 1);
-    read.samples = json["samples"].whole(0, UINT64_MAX);
-    read.elapsed_s = json["elapsed_s"].number(0, kLongest);
-    if (!json["left_s"].null()) read.left_s = json["left_s"].number(0, kLongest);
+    read.samples = json["samples"].whole_number(0, UINT64_MAX);
+    read.elapsed_s = json["elapsed_s"].number(0, kMaxSeconds);
+    if (!json["left_s"].is_null()) read.left_s = json["left_s"].number(0, kMaxSeconds);
     read.node = printable(json["host"].text());
     status = read;
     return true;
@@ -70,9 +71,9 @@ bool read_progress(const std::string& path, PartStatus& status) {
 }
 
 // The finished share of a part without a progress file.
-double share_of_checkpoint(const std::string& path) {
+double checkpoint_fraction(const std::string& path) {
   try {
-    return InputFile::open_if_there(path) ? StoredFrame(path).share() : 0.0;
+    return InputFile::try_open(path) ? StoredFrame(path).completed_fraction() : 0.0;
   } catch (const InputError&) {
     return 0.0;
   }
@@ -96,7 +97,7 @@ struct Queue {
 };
 
 // The part's own file says how far it is; Slurm says whether it runs.
-void apply(const Queue& queue, const std::string& id, PartStatus& status) {
+void apply_queue_state(const Queue& queue, const std::string& id, PartStatus& status) {
   if (!queue.known || status.state == kDone) return;
   if (const auto task = queue.tasks.find(id); task != queue.tasks.end()) {
     status.state = task->second.running ? kRunning : kWaiting;
@@ -118,7 +119,7 @@ void apply(const Queue& queue, const std::string& id, PartStatus& status) {
   }
 }
 
-void explain(const std::string& log, PartStatus& status) {
+void set_message(const std::string& log, PartStatus& status) {
   if (status.state == kRunning) return;
   status.left_s.reset();
   if (status.state == kStopped) status.message = "saved; farm retry continues it";
@@ -129,7 +130,7 @@ void explain(const std::string& log, PartStatus& status) {
 }
 
 // Without Slurm, a running part that has not written for a minute becomes kUnknown.
-void doubt(const std::string& progress, PartStatus& status) {
+void mark_if_silent(const std::string& progress, PartStatus& status) {
   using namespace std::chrono;
   std::error_code error;
   const auto written = std::filesystem::last_write_time(progress, error);
@@ -145,19 +146,19 @@ PartStatus part_status(const FarmFolder& folder, const FarmRecord& record, const
                        uint32_t part) {
   PartStatus status;
   status.part = part;
-  const bool told = read_progress(folder.progress(part), status);
-  if (!told) status.done = share_of_checkpoint(folder.checkpoint(part, record.parts));
-  if (!told && !queue.known) status.state = record.arrays.empty() ? kWaiting : kUnknown;
-  if (!told && status.done == 1) status.state = kDone;
+  const bool has_progress = read_progress(folder.progress(part), status);
+  if (!has_progress) status.done = checkpoint_fraction(folder.checkpoint(part, record.parts));
+  if (!has_progress && !queue.known) status.state = record.arrays.empty() ? kWaiting : kUnknown;
+  if (!has_progress && status.done == 1) status.state = kDone;
   // Use the last array that contains the part.
   std::string id;
   for (const uint64_t array : record.arrays) {
     const std::string task = fmt::format("{}_{}", array, part);
     if (id.empty() || queue.tasks.contains(task) || queue.ended.contains(task)) id = task;
   }
-  apply(queue, id, status);
-  if (status.state == kRunning && !queue.known) doubt(folder.progress(part), status);
-  explain(folder.file(fmt::format("logs/part-{}.log", part)), status);
+  apply_queue_state(queue, id, status);
+  if (status.state == kRunning && !queue.known) mark_if_silent(folder.progress(part), status);
+  set_message(folder.file(fmt::format("logs/part-{}.log", part)), status);
   return status;
 }
 
@@ -169,17 +170,17 @@ PartStatus merge_status(const FarmFolder& folder, const FarmRecord& record, cons
   } else if (!queue.known && record.merge) {
     status.state = kUnknown;
   }
-  if (record.merge) apply(queue, std::to_string(*record.merge), status);
+  if (record.merge) apply_queue_state(queue, std::to_string(*record.merge), status);
   if (status.state == kFailed && (status.message.empty() || status.message == "CANCELLED")) {
     status.message = "cancelled because a part failed; use farm retry";
   }
-  explain(folder.file("logs/merge.log"), status);
+  set_message(folder.file("logs/merge.log"), status);
   return status;
 }
 
 // Assumes that waiting parts take as long as the others, and that as many run at once as now.
 std::optional<double> time_left(const std::vector<PartStatus>& parts) {
-  double sum = 0, longest = 0, whole_s = 0, waiting = 0, lengths = 0, running = 0;
+  double sum = 0, longest = 0, total_s = 0, waiting = 0, timed_parts = 0, running = 0;
   for (const PartStatus& part : parts) {
     if (part.state == kFailed || part.state == kStopped || part.state == kUnknown)
       return std::nullopt;
@@ -191,12 +192,12 @@ std::optional<double> time_left(const std::vector<PartStatus>& parts) {
       longest = std::max(longest, *part.left_s);
     }
     if (part.state == kWaiting || !part.elapsed_s) continue;
-    whole_s += *part.elapsed_s + part.left_s.value_or(0);
-    ++lengths;
+    total_s += *part.elapsed_s + part.left_s.value_or(0);
+    ++timed_parts;
   }
   if (waiting == 0) return longest;
-  if (lengths == 0 || running == 0) return std::nullopt;
-  return std::max(longest, (sum + waiting * whole_s / lengths) / running);
+  if (timed_parts == 0 || running == 0) return std::nullopt;
+  return std::max(longest, (sum + waiting * total_s / timed_parts) / running);
 }
 
 Json json_of(const PartStatus& part) {
@@ -208,7 +209,7 @@ Json json_of(const PartStatus& part) {
   return json;
 }
 
-std::string row(const std::string& what, const PartStatus& part) {
+std::string format_row(const std::string& what, const PartStatus& part) {
   std::string text =
       fmt::format("{:<10} {:<8} {:>7}", what, state_name(part.state), readable_percent(part.done));
   if (!part.node.empty()) text += "  " + part.node;
@@ -258,9 +259,9 @@ std::string status_text(const FarmStatus& status) {
   text += "\n";
   for (const PartStatus& part : status.parts) {
     if (part.state == kWaiting || part.state == kDone) continue;
-    text += row(fmt::format("part {}", part.part), part);
+    text += format_row(fmt::format("part {}", part.part), part);
   }
-  return text + row("merge", status.merge);
+  return text + format_row("merge", status.merge);
 }
 
 }  // namespace emberline

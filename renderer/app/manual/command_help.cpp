@@ -70,9 +70,9 @@ OptionHelp option_help(const CLI::Option& option) {
 
 }  // namespace
 
-CommandHelp command_help(const CLI::App& app, const std::string& above) {
+CommandHelp command_help(const CLI::App& app, const std::string& parent_names) {
   CommandHelp help;
-  help.name = above + app.get_name();
+  help.name = parent_names + app.get_name();
   help.summary = app.get_description();
   std::istringstream examples(app.get_footer());
   for (std::string line; std::getline(examples, line);) help.examples.push_back(line);

@@ -36,7 +36,7 @@ struct CommandHelp {
 };
 
 // Returns the help of a command, given the names of the commands above it, such as "emberline ".
-CommandHelp command_help(const CLI::App& app, const std::string& above = "");
+CommandHelp command_help(const CLI::App& app, const std::string& parent_names = "");
 
 // "emberline render SCENE -o FILE [OPTION]..."
 std::string usage_line(const CommandHelp& command);

@@ -17,7 +17,7 @@ Words value_names(const OptionHelp& option) {
   return names;
 }
 
-Words last_words(const std::vector<CommandHelp>& commands) {
+Words command_names(const std::vector<CommandHelp>& commands) {
   Words names;
   for (const CommandHelp& each : commands) {
     names.push_back(each.name.substr(each.name.rfind(' ') + 1));
@@ -54,7 +54,7 @@ std::string bash_command(const CommandHelp& command, const std::string& pattern)
   // `farm` takes a scene or a command.
   if (!command.commands.empty()) {
     if (!argument.empty()) argument += "; ";
-    argument += fmt::format("words='{}'", fmt::join(last_words(command.commands), " "));
+    argument += fmt::format("words='{}'", fmt::join(command_names(command.commands), " "));
   }
   if (argument.empty()) argument = "return";
   return fmt::format(
@@ -144,8 +144,9 @@ std::string zsh_option(const OptionHelp& option) {
 std::string zsh_options(const CommandHelp& command) {
   std::string text;
   for (const OptionHelp& option : command.options) {
-    text += " \\\n        " + (option.argument ? zsh_argument(option, last_words(command.commands))
-                                               : zsh_option(option));
+    text +=
+        " \\\n        " + (option.argument ? zsh_argument(option, command_names(command.commands))
+                                           : zsh_option(option));
   }
   return text;
 }
@@ -171,7 +172,7 @@ std::string zsh_completion(const CommandHelp& root) {
       "#compdef emberline\n# Written by emberline from its own options.\n"
       "_emberline() {\n  local context state line curcontext=$curcontext\n  local -a commands=(\n";
   std::string cases;
-  const Words names = last_words(root.commands);
+  const Words names = command_names(root.commands);
   for (size_t i = 0; i < names.size(); ++i) {
     const CommandHelp& command = root.commands[i];
     text += fmt::format("    '{}:{}'\n", names[i], zsh_text(command.summary));

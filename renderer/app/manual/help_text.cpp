@@ -15,10 +15,10 @@ namespace {
 
 constexpr size_t kHelpWidth = 100;   // columns
 constexpr size_t kBriefColumn = 30;  // of the short texts
-constexpr size_t kLongestBrief = 70;
+constexpr size_t kMaxBriefLength = 70;
 
 // Breaks `text` into lines that begin with `indent` spaces, the first one with `first`.
-std::string wrapped(const std::string& text, const std::string& first, size_t indent) {
+std::string wrap_text(const std::string& text, const std::string& first, size_t indent) {
   std::string out, line = first;
   bool empty = true;  // the line has only its indent
   for (size_t begin = 0; begin < text.size();) {
@@ -45,8 +45,8 @@ std::string brief_line(const OptionHelp& option) {
   OptionHelp shortened = option;
   if (option.type.find("..") != std::string::npos) shortened.type = "N";
   std::string& type = shortened.type;
-  constexpr size_t kMost = kBriefColumn - 4;  // between two spaces on each side
-  while (option_line(shortened).size() > kMost && type.find('|') != std::string::npos) {
+  constexpr size_t kMaxWidth = kBriefColumn - 4;  // between two spaces on each side
+  while (option_line(shortened).size() > kMaxWidth && type.find('|') != std::string::npos) {
     type.resize(type.rfind('|'));
   }
   return option_line(shortened);
@@ -55,7 +55,7 @@ std::string brief_line(const OptionHelp& option) {
 std::string brief_text(const OptionHelp& option) {
   const std::string with_default = option.brief + " [" + option.fallback + "]";
   const bool fits = !option.fallback.empty() && !option.brief.ends_with(']') &&
-                    with_default.size() <= kLongestBrief;
+                    with_default.size() <= kMaxBriefLength;
   return fits ? with_default : option.brief;
 }
 
@@ -74,16 +74,16 @@ std::string option_details(const OptionHelp& option, size_t indent) {
   const std::string spaces(indent, ' ');
   if (!option.values.empty() && !option.values.front().second.empty()) {
     for (const auto& [name, meaning] : option.values) {
-      text += wrapped(meaning, fmt::format("{}  {}: ", spaces, name), indent + 6);
+      text += wrap_text(meaning, fmt::format("{}  {}: ", spaces, name), indent + 6);
     }
   }
-  if (!option.fallback.empty()) text += wrapped(option.fallback, spaces + "Default: ", indent);
+  if (!option.fallback.empty()) text += wrap_text(option.fallback, spaces + "Default: ", indent);
   if (!option.example.empty()) text += spaces + "Example: " + option.example + "\n";
   return text;
 }
 
 std::string full_entry(const OptionHelp& option) {
-  return "  " + option_line(option) + "\n" + wrapped(option.text, std::string(6, ' '), 6) +
+  return "  " + option_line(option) + "\n" + wrap_text(option.text, std::string(6, ' '), 6) +
          option_details(option, 6);
 }
 
@@ -170,7 +170,7 @@ std::string option_page(const CommandHelp& command, const std::string& name) {
   for (const OptionHelp& option : command.options) {
     for (const std::string& each : option.names) {
       if (without_dashes(each) == without_dashes(name)) {
-        return option_line(option) + "\n" + wrapped(option.text, "  ", 2) +
+        return option_line(option) + "\n" + wrap_text(option.text, "  ", 2) +
                option_details(option, 2);
       }
       if (!option.argument) all.push_back(each);

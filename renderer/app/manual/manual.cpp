@@ -13,7 +13,7 @@ namespace {
 constexpr std::pair<char, const char*> kEscapes[] = {
     {'\\', "\\e"}, {'-', "\\-"}, {'\'', "\\(aq"}, {'`', "\\(ga"}, {'^', "\\(ha"}, {'~', "\\(ti"}};
 
-std::string roff(const std::string& text) {
+std::string escape_roff(const std::string& text) {
   // A leading '.' or '\'' would begin a request.
   std::string out = text.starts_with('.') || text.starts_with('\'') ? "\\&" : "";
   for (const char c : text) {
@@ -23,10 +23,10 @@ std::string roff(const std::string& text) {
   return out;
 }
 
-std::string bold(const std::string& text) { return "\\fB" + roff(text) + "\\fR"; }
-std::string italic(const std::string& text) { return "\\fI" + roff(text) + "\\fR"; }
+std::string bold(const std::string& text) { return "\\fB" + escape_roff(text) + "\\fR"; }
+std::string italic(const std::string& text) { return "\\fI" + escape_roff(text) + "\\fR"; }
 
-std::string upper(std::string text) {
+std::string upper_case(std::string text) {
   std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::toupper(c)); });
   return text;
 }
@@ -40,7 +40,8 @@ std::string synopsis(const CommandHelp& command) {
   std::string text = bold(command.name) + " [" + italic("OPTION") + "]...";
   for (const OptionHelp& option : command.options) {
     if (!option.argument) continue;
-    const std::string name = italic(upper(option.names.front())) + (option.repeats ? "..." : "");
+    const std::string name =
+        italic(upper_case(option.names.front())) + (option.repeats ? "..." : "");
     text += option.required ? " " + name : " [" + name + "]";
   }
   return text + "\n";
@@ -50,17 +51,17 @@ std::string option_entry(const OptionHelp& option) {
   std::string text = ".TP\n";
   for (const std::string& name : option.names) {
     if (&name != &option.names.front()) text += ", ";
-    text += option.argument ? italic(upper(name)) : bold(name);
+    text += option.argument ? italic(upper_case(name)) : bold(name);
   }
   if (!option.argument && !option.type.empty()) text += " " + italic(option.type);
-  text += "\n" + roff(option.text);
-  if (!option.fallback.empty()) text += " Default: " + roff(option.fallback) + ".";
+  text += "\n" + escape_roff(option.text);
+  if (!option.fallback.empty()) text += " Default: " + escape_roff(option.fallback) + ".";
   text += "\n";
   if (!option.example.empty()) text += ".br\nExample: " + italic(option.example) + "\n";
   if (option.values.empty() || option.values.front().second.empty()) return text;
   text += ".RS\n";
   for (const auto& [name, meaning] : option.values) {
-    text += ".TP\n" + bold(name) + "\n" + roff(meaning) + "\n";
+    text += ".TP\n" + bold(name) + "\n" + escape_roff(meaning) + "\n";
   }
   return text + ".RE\n";
 }
@@ -72,7 +73,7 @@ std::string option_entries(const CommandHelp& command) {
     if (option.argument) text += option_entry(option);
   }
   for (const std::string& title : sections_of(command.options)) {
-    text += ".SS " + roff(title) + "\n";
+    text += ".SS " + escape_roff(title) + "\n";
     for (const OptionHelp& option : command.options) {
       if (!option.argument && option.section == title) text += option_entry(option);
     }
@@ -83,7 +84,7 @@ std::string option_entries(const CommandHelp& command) {
 std::string examples_section(const CommandHelp& command) {
   if (command.examples.empty()) return "";
   std::string text = ".SH EXAMPLES\n.nf\n";
-  for (const std::string& example : command.examples) text += roff(example) + "\n";
+  for (const std::string& example : command.examples) text += escape_roff(example) + "\n";
   return text + ".fi\n";
 }
 
@@ -91,18 +92,19 @@ std::string examples_section(const CommandHelp& command) {
 std::string commands_section(const CommandHelp& root) {
   std::string text = ".SH COMMANDS\nEach has a page of its own.\n";
   for (const CommandHelp& command : root.commands) {
-    text += ".TP\n" + bold(hyphenated(command.name)) + "(1)\n" + roff(command.summary) + "\n";
+    text +=
+        ".TP\n" + bold(hyphenated(command.name)) + "(1)\n" + escape_roff(command.summary) + "\n";
   }
   return text;
 }
 
-std::string section_below(const CommandHelp& command) {
-  return ".SH " + roff(upper(command.name)) + "\n" + roff(command.summary) + "\n.PP\n" +
-         synopsis(command) + option_entries(command);
+std::string subcommand_section(const CommandHelp& command) {
+  return ".SH " + escape_roff(upper_case(command.name)) + "\n" + escape_roff(command.summary) +
+         "\n.PP\n" + synopsis(command) + option_entries(command);
 }
 
 // "render a scene" for the NAME section, which whatis(1) prints.
-std::string as_phrase(std::string text) {
+std::string to_phrase(std::string text) {
   if (text.ends_with('.')) text.pop_back();
   if (!text.empty()) text[0] = char(std::tolower(static_cast<unsigned char>(text[0])));
   return text;
@@ -110,9 +112,9 @@ std::string as_phrase(std::string text) {
 
 std::string title(const CommandHelp& command) {
   const std::string name = hyphenated(command.name);
-  return ".\\\" Written by emberline from its own options.\n.TH " + roff(upper(name)) +
-         " 1 \"\" \"Emberline " + kEmberlineVersion + "\" Emberline\n.SH NAME\n" + roff(name) +
-         " \\- " + roff(as_phrase(command.summary)) + "\n.SH SYNOPSIS\n";
+  return ".\\\" Written by emberline from its own options.\n.TH " + escape_roff(upper_case(name)) +
+         " 1 \"\" \"Emberline " + kEmberlineVersion + "\" Emberline\n.SH NAME\n" +
+         escape_roff(name) + " \\- " + escape_roff(to_phrase(command.summary)) + "\n.SH SYNOPSIS\n";
 }
 
 constexpr std::pair<int, const char*> kExitCodes[] = {
@@ -142,7 +144,7 @@ std::string manual_page(const CommandHelp& command) {
   if (is_root) text += commands_section(command);
   text += ".SH OPTIONS\n" + option_entries(command);
   if (!is_root) {
-    for (const CommandHelp& below : command.commands) text += section_below(below);
+    for (const CommandHelp& subcommand : command.commands) text += subcommand_section(subcommand);
   }
   text += examples_section(command) + exit_status();
   return is_root ? text : text + ".SH SEE ALSO\n" + bold("emberline") + "(1)\n";

@@ -10,7 +10,7 @@ namespace emberline {
 namespace {
 
 // Text that Markdown shows unchanged, also within a table.
-std::string markdown(const std::string& text) {
+std::string escape_markdown(const std::string& text) {
   std::string out;
   for (const char c : text) {
     if (c == '<') {
@@ -26,12 +26,12 @@ std::string markdown(const std::string& text) {
 std::string as_code(const std::string& text) { return "`" + text + "`"; }
 
 std::string option_paragraph(const OptionHelp& option) {
-  std::string text = "**" + as_code(option_line(option)) + "**  \n" + markdown(option.text);
-  if (!option.fallback.empty()) text += " Default: " + markdown(option.fallback) + ".";
+  std::string text = "**" + as_code(option_line(option)) + "**  \n" + escape_markdown(option.text);
+  if (!option.fallback.empty()) text += " Default: " + escape_markdown(option.fallback) + ".";
   text += "\n\n";
   if (!option.values.empty() && !option.values.front().second.empty()) {
     for (const auto& [name, meaning] : option.values) {
-      text += "- " + as_code(name) + ": " + markdown(meaning) + "\n";
+      text += "- " + as_code(name) + ": " + escape_markdown(meaning) + "\n";
     }
     text += "\n";
   }
@@ -40,8 +40,9 @@ std::string option_paragraph(const OptionHelp& option) {
 }
 
 std::string command_section(const CommandHelp& command, int level) {
-  std::string text = fmt::format("{} {}\n\n{}\n\n```\n{}\n", std::string(size_t(level), '#'),
-                                 command.name, markdown(command.summary), usage_line(command));
+  std::string text =
+      fmt::format("{} {}\n\n{}\n\n```\n{}\n", std::string(size_t(level), '#'), command.name,
+                  escape_markdown(command.summary), usage_line(command));
   for (const std::string& example : command.examples) text += example + "\n";
   text += "```\n\n";
   for (const OptionHelp& option : command.options) {
@@ -53,7 +54,8 @@ std::string command_section(const CommandHelp& command, int level) {
       if (!option.argument && option.section == title) text += option_paragraph(option);
     }
   }
-  for (const CommandHelp& below : command.commands) text += command_section(below, level + 1);
+  for (const CommandHelp& subcommand : command.commands)
+    text += command_section(subcommand, level + 1);
   return text;
 }
 
@@ -78,7 +80,7 @@ std::string channels_page() {
     const std::string option = setting == "aov" ? "--aov " + name : "--" + setting;
     text += fmt::format("| {} | {} | {} | {} | {} |\n", as_code(name),
                         setting.empty() ? "" : as_code(option), row["value"].get<std::string>(),
-                        markdown(row["unit"].get<std::string>()), markdown(summary));
+                        escape_markdown(row["unit"].get<std::string>()), escape_markdown(summary));
   }
   return text;
 }

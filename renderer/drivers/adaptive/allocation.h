@@ -17,21 +17,21 @@ namespace emberline {
 
 // Bounds of a pixel's sample count after the coming round.
 struct SampleBounds {
-  float least = 0.0f, most = 0.0f;
+  float minimum = 0.0f, maximum = 0.0f;
 };
 
-// Counts n_i = clamp(K x rate_i, least_i, most_i) with K such that they add up to `total`; all at
-// `most` if those add up to less, all at `least` if those add up to more. Rates are >= 0 and
+// Counts n_i = clamp(K x rate_i, minimum_i, maximum_i) with K such that they add up to `total`; all
+// at `most` if those add up to less, all at `least` if those add up to more. Rates are >= 0 and
 // finite; NaN counts as 0. Parallel, with the same result for any number of threads.
-void share_samples(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
-                   std::vector<float>* counts);
+void allocate_samples(std::span<const float> rates, std::span<const SampleBounds> bounds,
+                      double total, std::vector<float>* counts);
 
 // The same, but K x rate_i is rounded to a power of two or 1.5 times one, whichever is closer in
 // ratio, and K is the largest for which the counts add up to at most `total` (to 1e-4 of K). A
 // pixel thus moves from one such count n to the next, m, when its expected gain per sample,
 // variance / (n m), is about that of all others.
-void share_steps(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
-                 std::vector<float>* counts);
+void allocate_steps(std::span<const float> rates, std::span<const SampleBounds> bounds,
+                    double total, std::vector<float>* counts);
 
 // Counts are multiples of this: whole blocks of the sampler, since pairs of dimensions are
 // stratified by 8 and streams alternate by 8. Large counts are multiples of a quarter of the power
@@ -46,12 +46,12 @@ inline uint32_t count_multiple(float wanted, bool halves) {
 // Rounds `wanted` up or down at random (u in [0, 1)), preserving its expectation, to `have` or a
 // larger multiple of `step`, a power of two. Returns `have` if `wanted` is less or NaN. Exact below
 // 2^24; uses floats throughout so that loops vectorise.
-inline uint32_t round_count(uint32_t have, float wanted, uint32_t step, float u) {
-  const auto least = float(have), whole_step = float(step);
-  const float lower = std::max(least, std::floor(wanted / whole_step) * whole_step);
+inline uint32_t round_count(uint32_t current, float wanted, uint32_t step, float u) {
+  const auto minimum = float(current), whole_step = float(step);
+  const float lower = std::max(minimum, std::floor(wanted / whole_step) * whole_step);
   const float upper = (std::floor(lower / whole_step) + 1.0f) * whole_step;
   const float rounded = u * (upper - lower) < wanted - lower ? upper : lower;
-  return wanted > least ? uint32_t(rounded) : have;
+  return wanted > minimum ? uint32_t(rounded) : current;
 }
 
 }  // namespace emberline

@@ -30,9 +30,9 @@ struct ColumnExtremes {
   }
   // (max - min) / (max + min) over columns x - 1 to x + 1; 0 without light or samples.
   float contrast(size_t x) const {
-    const float least = std::min({low[x], low[x + 1], low[x + 2]});
-    const float most = std::max({high[x], high[x + 1], high[x + 2]});
-    return most > 0.0f ? (most - least) / (most + least) : 0.0f;
+    const float minimum = std::min({low[x], low[x + 1], low[x + 2]});
+    const float maximum = std::max({high[x], high[x + 1], high[x + 2]});
+    return maximum > 0.0f ? (maximum - minimum) / (maximum + minimum) : 0.0f;
   }
 };
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "renderer/core/rect.h"
-#include "renderer/core/summed_areas.h"
+#include "renderer/core/summed_area_table.h"
 #include "renderer/drivers/adaptive/pixel_errors.h"
 
 namespace emberline {
@@ -17,7 +17,7 @@ constexpr float kErrorPerDeviation = 2.7639532f;  // 2 sqrt(3) sqrt(2 / pi), see
 // Pixel errors as integers in units of 2^-24: sums are exact in any order, and a block of zeros is
 // zero. The maximum is 256, so 2^31 pixels cannot overflow.
 constexpr float kUnits = 0x1p24f;
-constexpr float kMostPixelError = 256.0f;
+constexpr float kMaxPixelError = 256.0f;
 
 bool has_estimate(const PixelStatistics& pixels, size_t i) {
   return pixels.second_count[i] >= 1.0f && pixels.count[i] - pixels.second_count[i] >= 1.0f;
@@ -26,7 +26,7 @@ bool has_estimate(const PixelStatistics& pixels, size_t i) {
 // e_p; 0 without light or an estimate, or if not finite: one pixel must not keep its block
 // unfinished.
 uint64_t pixel_error(const PixelStatistics& pixels, size_t i) {
-  constexpr float kLeastLight = 1e-8f;  // if a filter's negative lobes leave none
+  constexpr float kMinLight = 1e-8f;  // if a filter's negative lobes leave none
   if (!has_estimate(pixels, i)) return 0;
   float light = 0.0f, difference = 0.0f;
   for (size_t c = 0; c < 3; ++c) {
@@ -34,13 +34,13 @@ uint64_t pixel_error(const PixelStatistics& pixels, size_t i) {
     difference += std::abs(pixels.stream_difference[c][i]);
   }
   // I - A is the difference of the streams times the second stream's share of the samples.
-  const float e = pixels.second_count[i] / pixels.count[i] * difference /
-                  std::sqrt(std::max(light, kLeastLight));
-  return std::isfinite(e) ? uint64_t(std::min(e, kMostPixelError) * kUnits) : 0;
+  const float e =
+      pixels.second_count[i] / pixels.count[i] * difference / std::sqrt(std::max(light, kMinLight));
+  return std::isfinite(e) ? uint64_t(std::min(e, kMaxPixelError) * kUnits) : 0;
 }
 
 // e_b in the threshold's units.
-float block_error(const SummedAreas& sums, const Rect& block) {
+float block_error(const SummedAreaTable& sums, const Rect& block) {
   const auto area = float(block.area());
   const float mean = float(double(sums(block)) / double(kUnits)) / area;
   return mean * std::sqrt(area / float(kDammertzLeafPixels)) / kErrorPerDeviation;
@@ -53,7 +53,7 @@ Rect first_part(const Rect& block, int cut) {
 }
 
 // The first cut with at least half of the error before it; something remains behind it.
-int median_cut(const SummedAreas& sums, const Rect& block) {
+int median_cut(const SummedAreaTable& sums, const Rect& block) {
   const bool across = block.width() >= block.height();
   int low = (across ? block.x0 : block.y0) + 1, high = (across ? block.x1 : block.y1) - 1;
   const uint64_t total = sums(block);
@@ -76,7 +76,7 @@ class BlockTree {
         width_(size_t(pixels.width)),
         error_(error) {}
 
-  void judge(const Rect& block) {
+  void estimate_block(const Rect& block) {
     const float error = block_error(sums_, block);
     const bool noisy = threshold_ > 0.0f && error >= kDammertzSplitLimit * threshold_;
     if (error <= threshold_ || noisy || block.area() <= kDammertzLeafPixels) {
@@ -85,9 +85,9 @@ class BlockTree {
     }
     const int cut = median_cut(sums_, block);
     const bool across = block.width() >= block.height();
-    judge(first_part(block, cut));
-    judge(across ? Rect{cut, block.y0, block.x1, block.y1}
-                 : Rect{block.x0, cut, block.x1, block.y1});
+    estimate_block(first_part(block, cut));
+    estimate_block(across ? Rect{cut, block.y0, block.x1, block.y1}
+                          : Rect{block.x0, cut, block.x1, block.y1});
   }
 
  private:
@@ -99,7 +99,7 @@ class BlockTree {
     }
   }
 
-  SummedAreas sums_;
+  SummedAreaTable sums_;
   float threshold_;
   size_t width_;
   std::vector<float>* error_;
@@ -112,7 +112,8 @@ void estimate_dammertz(const PixelStatistics& pixels, const EstimatorSettings& s
   fill_errors(
       pixels, [&](size_t i) { return has_estimate(pixels, i) ? 0.0f : kUnknownError; }, out);
   if (pixels.size() == 0) return;
-  BlockTree(pixels, settings.threshold, &out->error).judge({0, 0, pixels.width, pixels.height});
+  BlockTree(pixels, settings.threshold, &out->error)
+      .estimate_block({0, 0, pixels.width, pixels.height});
 }
 
 }  // namespace emberline

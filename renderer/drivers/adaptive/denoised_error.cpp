@@ -17,7 +17,7 @@ namespace emberline {
 namespace {
 
 // With fewer samples one of the two streams may be empty (samplers/sampler.h).
-constexpr double kLeastSamples = 16.0;
+constexpr double kMinSamples = 16.0;
 constexpr size_t kGrain = 8192;
 
 // Channels of one half in the order of put_halves(), with the shared values summed.
@@ -32,7 +32,7 @@ class HalfRows {
       : width_(film.rect().width()), rows_(end - begin) {
     const Rect& crop = film.rect();
     const std::vector<std::string> names = names_of(half_channels());
-    SharedRows shared(crop, names, [&](const Rect& rows, std::vector<float>& pixels) {
+    ShareResolver shared(crop, names, [&](const Rect& rows, std::vector<float>& pixels) {
       pixels.resize(size_t(rows.area()) * names.size());
       const size_t first = crop.index_of(rows.x0, rows.y0);
       parallel_ranges(size_t(rows.area()), kGrain, [&](size_t from, size_t to) {
@@ -82,12 +82,12 @@ double mean_of(std::span<const float> values, const Value& value) {
 
 }  // namespace
 
-bool DenoisedError::look(const FilmTile& film, std::span<const float> counts, bool may_filter,
-                         ErrorMap* map, const std::stop_token& stop) {
+bool DenoisedError::update(const FilmTile& film, std::span<const float> counts, bool may_filter,
+                           ErrorMap* map, const std::stop_token& stop) {
   samples_ = mean_of(counts, [](float count) { return count; });
-  const bool due = samples_ >= std::max(kLeastSamples, kFilterGrowth * filtered_at_);
+  const bool due = samples_ >= std::max(kMinSamples, kFilterGrowth * filtered_at_);
   if (may_filter && due) return filter(film, counts, map, stop);
-  put(counts, map);
+  write_errors(counts, map);
   return true;
 }
 
@@ -108,11 +108,11 @@ bool DenoisedError::filter(const FilmTile& film, std::span<const float> counts, 
   }
   square_ = std::move(square);
   filtered_at_ = samples_;
-  put(counts, map);
+  write_errors(counts, map);
   return true;
 }
 
-void DenoisedError::put(std::span<const float> counts, ErrorMap* map) const {
+void DenoisedError::write_errors(std::span<const float> counts, ErrorMap* map) const {
   if (square_.empty()) return;
   parallel_ranges(square_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {

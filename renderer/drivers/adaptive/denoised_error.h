@@ -30,23 +30,23 @@ class DenoisedError {
   // decide the shares of samples; does nothing while there are too few samples to filter. The film
   // must have the channels of `denoising`; `counts` are the samples of its pixels. Filters if due
   // and allowed. False if a stop was requested meanwhile. The same bits for any number of threads.
-  bool look(const FilmTile& film, std::span<const float> counts, bool may_filter, ErrorMap* map,
-            const std::stop_token& stop);
+  bool update(const FilmTile& film, std::span<const float> counts, bool may_filter, ErrorMap* map,
+              const std::stop_token& stop);
   // The same, but always filters.
   bool filter(const FilmTile& film, std::span<const float> counts, ErrorMap* map,
               const std::stop_token& stop);
   // Whether the film has been filtered.
-  bool known() const { return filtered_at_ > 0.0; }
-  // Whether the film had other samples at the last look than when it was filtered.
-  bool stale() const { return filtered_at_ > 0.0 && samples_ != filtered_at_; }
+  bool is_known() const { return filtered_at_ > 0.0; }
+  // Whether the film had other samples at the last update than when it was filtered.
+  bool is_stale() const { return filtered_at_ > 0.0 && samples_ != filtered_at_; }
 
   void archive(Archive& archive, size_t pixels);
   uint64_t bytes() const { return square_.capacity() * sizeof(float); }
 
  private:
-  void put(std::span<const float> counts, ErrorMap* map) const;
+  void write_errors(std::span<const float> counts, ErrorMap* map) const;
 
-  double samples_ = 0.0;       // per pixel, at the last look
+  double samples_ = 0.0;       // per pixel, at the last update
   double filtered_at_ = 0.0;   // samples_ at the last filtering; 0: never
   std::vector<float> square_;  // squared error of a pixel at that time, times its samples
 };

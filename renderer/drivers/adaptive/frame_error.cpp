@@ -28,32 +28,32 @@ double rms_of(double sum, size_t pixels) {
 
 double frame_error(const PixelStatistics& pixels, double missed) {
   const double sum = ordered_sum(pixels.size(), [&](size_t begin, size_t end) {
-    double of_part = 0.0;
+    double partial_sum = 0.0;
     for (size_t c = 0; c < 3; ++c) {
       const float *count = pixels.count.data(), *second = pixels.second_count.data(),
                   *mean = pixels.mean[c].data(), *variance = pixels.variance[c].data(),
                   *difference = pixels.stream_difference[c].data();
-      of_part += squared_error_of_part(
+      partial_sum += squared_error_of_part(
           begin, end, [=](size_t i) { return mean[i]; },
           [=](size_t i) {
             return sample_variance(count[i], second[i], difference[i], variance[i]) /
                    std::max(1.0f, count[i]);
           });
     }
-    return of_part;
+    return partial_sum;
   });
   return rms_of(sum + missed, pixels.size());
 }
 
 double frame_error(const RoundAverages& averages, size_t pixels, double missed) {
   const double sum = ordered_sum(pixels, [&](size_t begin, size_t end) {
-    double of_part = 0.0;
+    double partial_sum = 0.0;
     for (size_t c = 0; c < 3; ++c) {
-      of_part += squared_error_of_part(
+      partial_sum += squared_error_of_part(
           begin, end, [&](size_t i) { return float(averages.mean(i, c)); },
           [&](size_t i) { return float(averages.variance(i, c)); });
     }
-    return of_part;
+    return partial_sum;
   });
   return rms_of(sum + missed, pixels);
 }

@@ -12,10 +12,10 @@ namespace emberline {
 // From the difference of the means of two streams or halves if there are two, else from the
 // samples' `spread` as if they were independent. Limited so that sums over a frame stay finite.
 inline float sample_variance(float count, float second_count, float difference, float spread) {
-  constexpr float kMost = 1e18f;
+  constexpr float kMaxVariance = 1e18f;
   const float n = std::max(1.0f, count), b = second_count, a = n - b;
   const float streams = difference * difference * (a * b / n);
-  return std::min(a > 0.0f && b > 0.0f ? streams : spread, kMost);
+  return std::min(a > 0.0f && b > 0.0f ? streams : spread, kMaxVariance);
 }
 
 // Expected RMS error of the displayed crop (sRGB, [0, 1]), over pixels and channels, from each

@@ -33,19 +33,20 @@ Neighbourhood neighbourhood(const PixelStatistics& statistics, size_t i) {
 
 // Standard deviation of the displayed means around a pixel, root mean square over the channels.
 float external_deviation(const PixelStatistics& statistics, size_t i) {
-  const Neighbourhood around = neighbourhood(statistics, i);
-  if (around.size < 2) return 0.0f;
+  const Neighbourhood neighbours = neighbourhood(statistics, i);
+  if (neighbours.size < 2) return 0.0f;
   float spread = 0.0f;
   for (const std::vector<float>& means : statistics.mean) {
-    float shown[5], sum = 0.0f;
-    for (size_t k = 0; k < around.size; ++k) {
-      shown[k] = display_value(means[around.pixels[k]]);
-      sum += shown[k];
+    float displayed[5], sum = 0.0f;
+    for (size_t k = 0; k < neighbours.size; ++k) {
+      displayed[k] = display_value(means[neighbours.pixels[k]]);
+      sum += displayed[k];
     }
-    const float mean = sum / float(around.size);
-    for (size_t k = 0; k < around.size; ++k) spread += (shown[k] - mean) * (shown[k] - mean);
+    const float mean = sum / float(neighbours.size);
+    for (size_t k = 0; k < neighbours.size; ++k)
+      spread += (displayed[k] - mean) * (displayed[k] - mean);
   }
-  return std::sqrt(spread / (3.0f * float(around.size - 1)));
+  return std::sqrt(spread / (3.0f * float(neighbours.size - 1)));
 }
 
 float t_quantile(float count) { return float(student_t_quantile_975(double(count) - 1.0)); }

@@ -93,8 +93,8 @@ void PixelStatistics::resize(int new_width, int new_height) {
 
 void resize_planes(std::span<std::vector<float>* const> planes, size_t pixels) {
   constexpr size_t kGrain = 1 << 16;
-  const size_t together = std::max<size_t>(1, kGrain / std::max<size_t>(1, pixels));
-  parallel_ranges(planes.size(), together, [&](size_t begin, size_t end) {
+  const size_t planes_per_task = std::max<size_t>(1, kGrain / std::max<size_t>(1, pixels));
+  parallel_ranges(planes.size(), planes_per_task, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) planes[i]->resize(pixels);
   });
 }

@@ -94,7 +94,7 @@ class RefinementTree {
   bool finished() const { return phase_ == RefinementPhase::kFinished; }
   RefinementPhase phase() const { return phase_; }
   uint32_t rounds() const { return rounds_; }  // inserted so far
-  size_t sample_count() const { return leaf_.size(); }
+  size_t sample_count() const { return leaves_.size(); }
 
   // The pixels whose first samples are requested, those of the most urgent leaves, in tree order,
   // so that neighbours in the list are neighbours in the frame. The first round is one pixel; a
@@ -108,11 +108,11 @@ class RefinementTree {
 
   // The leaf that covers pixel (x, y) of the crop; the leaves of all pixels, rows from the crop's
   // top. Meaningless before the first sample.
-  uint32_t leaf_at(int x, int y) const { return owner_[index(x, y)]; }
-  std::span<const uint32_t> leaf_map() const { return owner_; }
+  uint32_t leaf_at(int x, int y) const { return leaf_of_pixel_[index(x, y)]; }
+  std::span<const uint32_t> leaf_map() const { return leaf_of_pixel_; }
   // Leaves 0 .. sample_count() - 1, in the order of their samples.
-  const Rgb& value(uint32_t leaf) const { return leaf_[leaf].value; }
-  Vec2i sampled_pixel(uint32_t leaf) const { return pixel_of(leaf_[leaf].pixel); }
+  const Rgb& value(uint32_t leaf) const { return leaves_[leaf].value; }
+  Vec2i sampled_pixel(uint32_t leaf) const { return pixel_of(leaves_[leaf].pixel); }
 
   // The nodes from the root to the leaf that covers pixel (x, y) of the crop. Reads every pixel of
   // the crop; empty before the first insert().
@@ -120,18 +120,18 @@ class RefinementTree {
 
   // The first `most` leaves of two or more pixels, in the order in which they will be split; and
   // the number of all such leaves.
-  std::vector<RefinementNode> most_urgent(size_t most) const;
-  size_t open_count() const { return open_.size(); }
+  std::vector<RefinementNode> most_urgent(size_t max_count) const;
+  size_t open_count() const { return open_leaves_.size(); }
   // Number of leaves with 2^k .. 2^(k+1) - 1 pixels, for k = 0, 1, ...
   std::vector<size_t> leaves_by_area() const;
 
   // Memory of the nodes: at most 36 bytes for each of the 2 sample_count() - 1 nodes, plus 16
   // bytes; 22 for each at the end. The map from pixels to leaves takes 4 bytes per pixel.
   size_t node_bytes() const;
-  size_t map_bytes() const { return owner_.capacity() * sizeof(uint32_t); }
+  size_t map_bytes() const { return leaf_of_pixel_.capacity() * sizeof(uint32_t); }
 
  private:
-  struct Place {
+  struct PixelOffset {
     uint16_t x, y;
   };
   // A rectangle by its first and last column and row, relative to the crop: 65536 fit.
@@ -140,7 +140,7 @@ class RefinementTree {
     int width() const { return x_last - x0 + 1; }
     int height() const { return y_last - y0 + 1; }
     int64_t area() const { return int64_t(width()) * height(); }
-    bool contains(Place p) const {
+    bool contains(PixelOffset p) const {
       return p.x >= x0 && p.x <= x_last && p.y >= y0 && p.y <= y_last;
     }
   };
@@ -150,17 +150,17 @@ class RefinementTree {
 
   struct Leaf {
     Rgb value;
-    Place pixel;  // of the sample
+    PixelOffset pixel;  // of the sample
   };
   // Node ids: leaf i is 2 i, split i is 2 i + 1.
   struct Split {
-    uint32_t child[2];  // nodes; the one with the smaller coordinates first
-    float v_cut;        // variance of the separated samples: v_int of both children
-    float v_ext;        // of the leaf that was split
-    uint32_t when;      // 4 x round + phase
+    uint32_t child[2];         // nodes; the one with the smaller coordinates first
+    float v_cut;               // variance of the separated samples: v_int of both children
+    float v_ext;               // of the leaf that was split
+    uint32_t round_and_phase;  // 4 x round + phase
   };
   // A leaf of two or more pixels, with all data that decides when it is split; read sequentially.
-  struct Open {
+  struct OpenLeaf {
     uint32_t leaf;
     uint32_t parent;  // the split that made it; kNone for the root
     Cell cell;
@@ -179,12 +179,12 @@ class RefinementTree {
     std::array<double, kPriorityBuckets> sum = {};
   };
 
-  uint32_t root_node() const { return split_.empty() ? 0 : 1; }  // the first leaf, or split
+  uint32_t root_node() const { return splits_.empty() ? 0 : 1; }  // the first leaf, or split
   Cell root() const { return {0, 0, uint16_t(crop_.width() - 1), uint16_t(crop_.height() - 1)}; }
-  Place place_of(const Vec2i& pixel) const {
+  PixelOffset offset_of_pixel(const Vec2i& pixel) const {
     return {uint16_t(pixel.x - crop_.x0), uint16_t(pixel.y - crop_.y0)};
   }
-  Vec2i pixel_of(Place place) const { return {crop_.x0 + place.x, crop_.y0 + place.y}; }
+  Vec2i pixel_of(PixelOffset offset) const { return {crop_.x0 + offset.x, crop_.y0 + offset.y}; }
   Rect rect_of(const Cell& cell) const;
   static std::pair<Cell, Cell> halves(const Cell& cell) {
     Cell first = cell, second = cell;
@@ -197,46 +197,46 @@ class RefinementTree {
     }
     return {first, second};
   }
-  Place draw_pixel(const Cell& cell) const;
+  PixelOffset draw_pixel(const Cell& cell) const;
   Shade shade(const Rgb& value) const;
   float external_variance(const Cell& cell, uint32_t leaf) const;
   float priority(int64_t area, float v_int, float v_ext) const {
     return float(area) * (std::max(v_int, v_ext) + settings_.coverage_weight);
   }
-  RefinementNode describe(const Open& open) const;
-  uint32_t descend(uint32_t split, Place place, Cell& cell) const;
+  RefinementNode describe(const OpenLeaf& open) const;
+  uint32_t descend(uint32_t split, PixelOffset offset, Cell& cell) const;
   Rgb mean_over(const Rect& rect) const;
 
   // Sort key: the priority, then a hash. Ties in tree order would refine a flat picture from one
   // corner to the other.
-  uint64_t urgency(const Open& open) const {
+  uint64_t urgency(const OpenLeaf& open) const {
     return uint64_t(std::bit_cast<uint32_t>(open.priority)) << 32 |
            hash32(open.leaf + hash32(settings_.seed));
   }
   PriorityBuckets sort_priorities() const;
   size_t round_size(const PriorityBuckets& buckets) const;
-  void choose(size_t count, const PriorityBuckets& buckets);
-  void add_leaf(Place pixel, const Rgb& value);
+  void choose_leaves(size_t count, const PriorityBuckets& buckets);
+  void add_leaf(PixelOffset pixel, const Rgb& value);
   void split_chosen(std::span<const Rgb> values);
-  std::array<Open, 2> split(const Open& open, Place pixel, const Rgb& value);
-  void own_cell(const Cell& cell, uint32_t leaf);
-  void evaluate();
+  std::array<OpenLeaf, 2> split(const OpenLeaf& open, PixelOffset pixel, const Rgb& value);
+  void assign_cell(const Cell& cell, uint32_t leaf);
+  void update_priorities();
 
   Rect crop_;
   RefinementSettings settings_;
   RefinementPhase phase_ = RefinementPhase::kCoverage;
   uint32_t rounds_ = 0;
 
-  std::vector<Leaf> leaf_;
-  std::vector<Shade> shade_;     // of the leaves' values
-  std::vector<Split> split_;     // the root is the first
-  std::vector<uint32_t> owner_;  // by pixel of the crop: the leaf that covers it
+  std::vector<Leaf> leaves_;
+  std::vector<Shade> shade_;             // of the leaves' values
+  std::vector<Split> splits_;            // the root is the first
+  std::vector<uint32_t> leaf_of_pixel_;  // by pixel of the crop: the leaf that covers it
 
-  std::vector<Open> open_;  // in the order of the tree, depth first
-  size_t eligible_ = 0;     // the number of open leaves that the phase splits
-  // The current round: positions in open_, ascending, and the requested pixels.
-  std::vector<uint32_t> chosen_;
-  std::vector<Vec2i> wanted_;
+  std::vector<OpenLeaf> open_leaves_;  // in the order of the tree, depth first
+  size_t eligible_ = 0;                // the number of open leaves that the phase splits
+  // The current round: positions in open_leaves_, ascending, and the requested pixels.
+  std::vector<uint32_t> chosen_leaves_;
+  std::vector<Vec2i> requested_;
 };
 
 }  // namespace emberline

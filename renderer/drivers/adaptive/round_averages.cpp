@@ -14,7 +14,7 @@
 namespace emberline {
 namespace {
 
-constexpr double kMostVariance = 1e18;  // keeps sums over a frame finite
+constexpr double kMaxVariance = 1e18;  // keeps sums over a frame finite
 
 Rgb variance_of_first_round(const FilmTile& film, size_t i) {
   const Rect& rect = film.rect();
@@ -30,29 +30,29 @@ Rgb variance_of_first_round(const FilmTile& film, size_t i) {
 // E D^2.
 void RoundAverages::add_round(const FilmTile& film, double weight) {
   const auto pixels = size_t(film.rect().area());
-  if (rounds_.empty()) rounds_.resize(pixels, Pixel{});
+  if (pixels_.empty()) pixels_.resize(pixels, Pixel{});
   const bool first = weight_ == 0.0;
-  const double share = weight / (weight_ + weight);
-  assert(first || share <= 0.5);
+  const double round_fraction = weight / (weight_ + weight);
+  assert(first || round_fraction <= 0.5);
   constexpr size_t kGrain = 4096;
   parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const PixelSums& film_sums = film.sums(i);
-      Pixel& pixel = rounds_[i];
-      const double samples = film_sums.samples(), fresh = samples - pixel.samples;
-      assert(fresh > 0);
-      const Rgb of_first = first ? variance_of_first_round(film, i) : Rgb(0.0f);
+      Pixel& pixel = pixels_[i];
+      const double samples = film_sums.samples(), new_samples = samples - pixel.samples;
+      assert(new_samples > 0);
+      const Rgb first_variance = first ? variance_of_first_round(film, i) : Rgb(0.0f);
       for (size_t c = 0; c < 4; ++c) {
         const double sum = c < 3 ? film_sums.rgb[0][c] + film_sums.rgb[1][c] : film_sums.alpha;
-        const double mean = (sum - pixel.sums[c]) / fresh;
+        const double mean = (sum - pixel.sums[c]) / new_samples;
         if (c < 3) {
           double& variance = pixel.variance[c];
-          variance = first ? double(of_first[int(c)])
-                           : (1 - 2 * share) * variance +
-                                 square(share * (mean - pixel.average[c] / weight_));
-          variance = std::clamp(variance, 0.0, kMostVariance);
+          variance = first ? double(first_variance[int(c)])
+                           : (1 - 2 * round_fraction) * variance +
+                                 square(round_fraction * (mean - pixel.average[c] / weight_));
+          variance = std::clamp(variance, 0.0, kMaxVariance);
         }
-        pixel.average[c] += weight * (sum - pixel.sums[c]) / fresh;
+        pixel.average[c] += weight * (sum - pixel.sums[c]) / new_samples;
         pixel.sums[c] = sum;
       }
       pixel.samples = samples;
@@ -62,21 +62,21 @@ void RoundAverages::add_round(const FilmTile& film, double weight) {
 }
 
 void RoundAverages::resolve(size_t i, float* rgba) const {
-  constexpr double kMost = std::numeric_limits<float>::max();
+  constexpr double kMaxFloat = std::numeric_limits<float>::max();
   for (size_t c = 0; c < 4; ++c) {
-    rgba[c] = float(std::clamp(rounds_[i].average[c] / weight_, -kMost, kMost));
+    rgba[c] = float(std::clamp(pixels_[i].average[c] / weight_, -kMaxFloat, kMaxFloat));
   }
   rgba[3] = std::clamp(rgba[3], 0.0f, 1.0f);
 }
 
 void RoundAverages::archive(Archive& archive, const FilmTile& film) {
   archive.number(weight_, 0.0, 1e18);
-  archive.array(rounds_, size_t(film.rect().area()));
-  archive.check(rounds_.empty() || weight_ > 0);
-  for (size_t i = 0; i < rounds_.size(); ++i) {
-    const Pixel& pixel = rounds_[i];
+  archive.array(pixels_, size_t(film.rect().area()));
+  archive.check(pixels_.empty() || weight_ > 0);
+  for (size_t i = 0; i < pixels_.size(); ++i) {
+    const Pixel& pixel = pixels_[i];
     archive.check(pixel.samples > 0 && pixel.samples <= film.sums(i).samples());
-    for (const double v : pixel.variance) archive.check(v >= 0 && v <= kMostVariance);
+    for (const double v : pixel.variance) archive.check(v >= 0 && v <= kMaxVariance);
     for (size_t c = 0; c < 4; ++c) {
       archive.check(std::isfinite(pixel.average[c]) && std::isfinite(pixel.sums[c]));
     }

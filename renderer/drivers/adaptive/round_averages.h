@@ -22,17 +22,17 @@ class RoundAverages {
   // Adds the mean of each pixel's samples since the last call, with a weight of at most the sum of
   // all earlier weights. Every pixel must have new samples. The film has squares (FilmExtras).
   void add_round(const FilmTile& film, double weight);
-  bool empty() const { return rounds_.empty(); }
+  bool empty() const { return pixels_.empty(); }
   // R G B A of pixel i of the film. Finite.
   void resolve(size_t i, float* rgba) const;
-  double mean(size_t i, size_t c) const { return rounds_[i].average[c] / weight_; }
+  double mean(size_t i, size_t c) const { return pixels_[i].average[c] / weight_; }
   // Estimated variance of that mean, from the distance of each round's mean from the mean of all
   // earlier rounds. Rounds are independent, so its expectation is right however a round's samples
   // are stratified. It is noisy: unreliable for one pixel, reliable as a mean over many. After a
   // single round it comes from two streams, or as if samples were independent.
-  double variance(size_t i, size_t c) const { return rounds_[i].variance[c]; }
+  double variance(size_t i, size_t c) const { return pixels_[i].variance[c]; }
   void archive(Archive& archive, const FilmTile& film);
-  uint64_t bytes() const { return rounds_.capacity() * sizeof(Pixel); }
+  uint64_t bytes() const { return pixels_.capacity() * sizeof(Pixel); }
 
  private:
   struct Pixel {
@@ -41,7 +41,7 @@ class RoundAverages {
     double samples;
     std::array<double, 3> variance;  // of the average
   };
-  std::vector<Pixel> rounds_;
+  std::vector<Pixel> pixels_;
   double weight_ = 0.0;
 };
 

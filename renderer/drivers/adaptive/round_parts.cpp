@@ -26,9 +26,10 @@ std::vector<uint32_t> tile_order(const Rect& crop) {
   return order;
 }
 
-std::vector<size_t> cut_into_parts(std::span<const uint32_t> order, std::span<const uint32_t> have,
+std::vector<size_t> cut_into_parts(std::span<const uint32_t> order,
+                                   std::span<const uint32_t> current,
                                    std::span<const uint32_t> targets, uint64_t samples) {
-  const auto missing = [&](size_t k) { return uint64_t(targets[order[k]] - have[order[k]]); };
+  const auto missing = [&](size_t k) { return uint64_t(targets[order[k]] - current[order[k]]); };
   // All threads sum blocks first, so that the serial loop only searches for the ends of parts.
   constexpr size_t kBlock = 32;
   const size_t count = order.size();
@@ -58,7 +59,7 @@ std::vector<size_t> cut_into_parts(std::span<const uint32_t> order, std::span<co
 }
 
 std::vector<uint32_t> parts_by_gain(std::span<const size_t> parts, std::span<const uint32_t> order,
-                                    std::span<const uint32_t> have,
+                                    std::span<const uint32_t> current,
                                     std::span<const uint32_t> targets,
                                     std::span<const float> gain) {
   const size_t count = parts.size() - 1;
@@ -69,7 +70,7 @@ std::vector<uint32_t> parts_by_gain(std::span<const size_t> parts, std::span<con
     for (size_t k = parts[part]; k < parts[part + 1]; ++k) {
       const size_t i = order[k];
       sum += double(gain[i]);
-      samples += targets[i] - have[i];
+      samples += targets[i] - current[i];
     }
     rates[part] = samples > 0 ? sum / double(samples) : 0.0;
   });

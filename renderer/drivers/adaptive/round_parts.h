@@ -17,8 +17,9 @@ std::vector<uint32_t> tile_order(const Rect& crop);
 
 // Cuts a round's list of pixels into parts of about `samples` samples (at least one pixel each).
 // Entry p is part p's first position in the list; the last entry is the list's length. Pixel
-// order[k] goes from have[order[k]] to targets[order[k]] samples.
-std::vector<size_t> cut_into_parts(std::span<const uint32_t> order, std::span<const uint32_t> have,
+// order[k] goes from current[order[k]] to targets[order[k]] samples.
+std::vector<size_t> cut_into_parts(std::span<const uint32_t> order,
+                                   std::span<const uint32_t> current,
                                    std::span<const uint32_t> targets, uint64_t samples);
 
 // Sorts the parts by the expected gain of their samples, so that a picture shown or stopped in the
@@ -26,7 +27,7 @@ std::vector<size_t> cut_into_parts(std::span<const uint32_t> order, std::span<co
 // samples in this round are expected to remove; parts are ranked by gain per sample. Ties are in
 // van der Corput's order, spread over the frame.
 std::vector<uint32_t> parts_by_gain(std::span<const size_t> parts, std::span<const uint32_t> order,
-                                    std::span<const uint32_t> have,
+                                    std::span<const uint32_t> current,
                                     std::span<const uint32_t> targets, std::span<const float> gain);
 
 }  // namespace emberline

@@ -21,11 +21,11 @@ namespace {
 
 // In one round a pixel's samples grow at most by this factor, from at least this number, since the
 // present ones may be lucky.
-constexpr float kPixelGrowth = 4.0f, kLeastTrusted = 4.0f;
+constexpr float kMaxGrowth = 4.0f, kMinTrusted = 4.0f;
 // The share of each round that goes to all pixels, so that overlooked light is found in the end.
-constexpr float kUniformShare = 0.1f;
+constexpr float kUniformFraction = 0.1f;
 // The fraction of the budget that is worth a round.
-constexpr double kLeastRound = 1.0 / 500;
+constexpr double kMinRoundFraction = 1.0 / 500;
 // Pixels get slightly more samples than the estimate asks for to reach the threshold.
 constexpr float kThresholdMargin = 1.05f;
 
@@ -36,10 +36,10 @@ constexpr float kThresholdMargin = 1.05f;
 constexpr uint64_t kNoiselessSamples = 1 << 17;
 constexpr uint32_t kNoiselessGrowth = 64;
 // Below this fraction of the threshold, an error is rounding noise.
-constexpr float kNoNoise = 1e-6f;
+constexpr float kNoiselessFraction = 1e-6f;
 
-constexpr uint32_t kLeastPilot = 8, kMostPilot = 16;
-// Estimators that use halves first look at this many pilot samples, then at every doubling.
+constexpr uint32_t kMinPilot = 8, kMaxPilot = 16;
+// Estimators that use halves first update at this many pilot samples, then at every doubling.
 constexpr uint32_t kFirstHalf = 8;
 
 // Without a threshold the pilot is an eighth of the budget, in whole blocks of the sampler. A
@@ -50,39 +50,39 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
   if (s.min_samples > 0) {
     samples = s.min_samples;
   } else if (entry.batch == 0 && s.threshold <= 0.0f) {
-    samples = std::clamp(s.budget / 8 / 8 * 8, kLeastPilot, kMostPilot);
+    samples = std::clamp(s.budget / 8 / 8 * 8, kMinPilot, kMaxPilot);
   }
   // With fewer, the second half has no samples.
   if (s.two_halves || s.allocation == ErrorMetric::kDenoised)
-    samples = std::max(samples, kMostPilot);
+    samples = std::max(samples, kMaxPilot);
   if (s.budget > 0) samples = std::min(samples, s.budget);
   if (s.max_samples > 0) samples = std::min(samples, s.max_samples);
   return std::max(samples, 1u);
 }
 
-float most_samples(const AdaptiveSettings& s) {
+float sample_limit(const AdaptiveSettings& s) {
   return s.max_samples > 0 ? float(s.max_samples) : float(kMaxSamples);
 }
 
-bool is_unfinished(const AdaptiveSettings& s, uint32_t have, float error) {
-  const bool full = s.max_samples > 0 && have >= s.max_samples;
-  const bool good = s.threshold > 0.0f && error <= s.threshold && have >= s.min_samples;
+bool is_unfinished(const AdaptiveSettings& s, uint32_t current, float error) {
+  const bool full = s.max_samples > 0 && current >= s.max_samples;
+  const bool good = s.threshold > 0.0f && error <= s.threshold && current >= s.min_samples;
   return !full && !good;
 }
 
 // Samples that bring the pixel to the threshold, or its maximum if that is less.
-float most_wanted(const AdaptiveSettings& s, float have, float error, bool halves) {
-  const float most = most_samples(s);
-  if (s.threshold <= 0.0f) return most;
+float samples_to_threshold(const AdaptiveSettings& s, float current, float error, bool halves) {
+  const float maximum = sample_limit(s);
+  if (s.threshold <= 0.0f) return maximum;
   const float ratio = std::min(error / s.threshold, 1e6f);
   // At least a whole step, so that rounding never ends a pixel above the threshold.
-  const float least = have + float(count_multiple(have + 8.0f, halves));
-  return std::min(most, std::max(have * ratio * ratio * kThresholdMargin, least));
+  const float minimum = current + float(count_multiple(current + 8.0f, halves));
+  return std::min(maximum, std::max(current * ratio * ratio * kThresholdMargin, minimum));
 }
 
 // Spreads equal rates, as in a black frame, by up to a sixteenth, so that pixels do not all double
 // at once. Noise spreads the rates more than that.
-float unequal(float rate, uint32_t seed, size_t i) {
+float jitter_rate(float rate, uint32_t seed, size_t i) {
   constexpr float kSpread = 1.0f / 16;
   return rate * (1.0f + kSpread * to_unit_float(hash_combine(seed, uint32_t(i))));
 }
@@ -92,12 +92,12 @@ uint32_t hash_of_round(uint32_t seed, int round) {
 }
 
 // The next power of two above `have`; `have` is below 2^24.
-float next_power_of_two(float have) { return float(std::bit_ceil(uint32_t(have) + 1)); }
+float next_power_of_two(float current) { return float(std::bit_ceil(uint32_t(current) + 1)); }
 
 constexpr double kUnlimited = 1e18;
 
 // Limit for loaded states. Each round spends a 500th of the budget or doubles counts.
-constexpr int kMostRounds = 1 << 20;
+constexpr int kMaxRounds = 1 << 20;
 
 constexpr size_t kGrain = 8192;
 
@@ -108,7 +108,7 @@ RoundPlanner::RoundPlanner(const AdaptiveSettings& settings, int width, int heig
       entry_(find_estimator(settings.estimator)),
       seed_(seed),
       error_estimate_(std::numeric_limits<double>::quiet_NaN()),
-      halves_(settings.unbiased ? SampleParts::kEveryLook : SampleParts::kPowersOfTwo),
+      halves_(settings.unbiased ? SampleParts::kEveryUpdate : SampleParts::kPowersOfTwo),
       recorded_(std::numeric_limits<size_t>::max()) {
   const size_t pixels = size_t(width) * size_t(height);
   pilot_ = pilot_samples(settings, entry_);
@@ -122,16 +122,16 @@ uint32_t RoundPlanner::round_seed() const {
   return settings_.unbiased && round_ > 0 ? hash_combine(seed_, uint32_t(round_)) : seed_;
 }
 
-void RoundPlanner::look(const FilmTile& film) { look(film, false, {}); }
+void RoundPlanner::update(const FilmTile& film) { update(film, false, {}); }
 
 // False if a stop was requested; each step takes milliseconds for a large frame.
-bool RoundPlanner::look(const FilmTile& film, bool to_plan, const std::stop_token& stop) {
+bool RoundPlanner::update(const FilmTile& film, bool to_plan, const std::stop_token& stop) {
   gather_statistics(film, &statistics_);
   if (stop.stop_requested()) return false;
-  if (entry_.halves) halves_.look(&statistics_);
+  if (entry_.halves) halves_.update(&statistics_);
   entry_.estimate(statistics_, {settings_.threshold, settings_.allocation}, &errors_);
   if (stop.stop_requested()) return false;
-  if (for_denoised()) return look_denoised(film, to_plan, stop);
+  if (uses_denoised_error()) return update_denoised(film, to_plan, stop);
   if (entry_.rms_error) {
     error_estimate_ = averaged() ? frame_error(*averages_, statistics_.size(), errors_.missed)
                                  : frame_error(statistics_, errors_.missed);
@@ -140,22 +140,23 @@ bool RoundPlanner::look(const FilmTile& film, bool to_plan, const std::stop_toke
 }
 
 // False if a stop was requested.
-bool RoundPlanner::look_denoised(const FilmTile& film, bool to_plan, const std::stop_token& stop) {
-  const bool worth_it = to_plan && !spent();
-  if (!denoised_.look(film, statistics_.count, worth_it, &errors_, stop)) return false;
-  if (denoised_.known()) error_estimate_ = root_mean_square(errors_.error);
+bool RoundPlanner::update_denoised(const FilmTile& film, bool to_plan,
+                                   const std::stop_token& stop) {
+  const bool may_filter = to_plan && !is_budget_spent();
+  if (!denoised_.update(film, statistics_.count, may_filter, &errors_, stop)) return false;
+  if (denoised_.is_known()) error_estimate_ = root_mean_square(errors_.error);
   return true;
 }
 
 void RoundPlanner::write_variances(FilmTile* film) const {
-  if (!knows_variances(settings_) || !film->takes_sample_variance()) return;
+  if (!has_variances(settings_) || !film->stores_sample_variance()) return;
   const PixelStatistics& p = statistics_;
   const bool averaged = this->averaged();
   parallel_ranges(p.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       // For one stream without two parts, the film itself knows the spread.
-      const bool parted = p.second_count[i] > 0.0f || film->sums(i).count[1] > 0;
-      if (p.count[i] < 2.0f || !(parted || averaged)) continue;
+      const bool has_two_parts = p.second_count[i] > 0.0f || film->sums(i).count[1] > 0;
+      if (p.count[i] < 2.0f || !(has_two_parts || averaged)) continue;
       Rgb variance;
       for (size_t c = 0; c < 3; ++c) {
         // The film divides by its present count.
@@ -188,49 +189,50 @@ PixelStop RoundPlanner::stop_of(size_t i) const {
   return PixelStop::kBudget;
 }
 
-PixelStop RoundPlanner::stop_so_far(size_t i, uint32_t have) const {
+PixelStop RoundPlanner::current_stop(size_t i, uint32_t current) const {
   constexpr float kUnknown = std::numeric_limits<float>::infinity();
   const float error = errors_.error.empty() ? kUnknown : errors_.error[i];
-  return is_unfinished(settings_, have, error) ? PixelStop::kGoingOn : stop_of(i);
+  return is_unfinished(settings_, current, error) ? PixelStop::kUnfinished : stop_of(i);
 }
 
 // Estimators with batches provide an error, but no variance of a sample.
-void RoundPlanner::expected_gains(std::span<const uint32_t> have, std::span<const uint32_t> targets,
+void RoundPlanner::expected_gains(std::span<const uint32_t> current,
+                                  std::span<const uint32_t> targets,
                                   std::vector<float>* gains) const {
-  gains->resize(have.size());
+  gains->resize(current.size());
   const bool unknown = errors_.error.empty();
-  parallel_ranges(have.size(), kGrain, [&](size_t begin, size_t end) {
+  parallel_ranges(current.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      if (unknown || targets[i] <= have[i]) {
+      if (unknown || targets[i] <= current[i]) {
         (*gains)[i] = 0.0f;
         continue;
       }
       const float now = entry_.batch > 0 ? square(errors_.error[i])
-                                         : square(errors_.deviation[i]) / float(have[i]);
-      (*gains)[i] = now * (1.0f - float(have[i]) / float(targets[i]));
+                                         : square(errors_.deviation[i]) / float(current[i]);
+      (*gains)[i] = now * (1.0f - float(current[i]) / float(targets[i]));
     }
   });
 }
 
 // A round must have at least one sample, a rounding step for every thousandth pixel, and a 500th of
 // the budget.
-bool RoundPlanner::spent() const {
+bool RoundPlanner::is_budget_spent() const {
   const auto pixels = double(targets_.size());
   const double left = double(settings_.budget) * pixels - spent_;
-  const double least = std::max(8e-3, kLeastRound * double(settings_.budget));
-  return settings_.budget > 0 && left < std::max(1.0, least * pixels);
+  const double minimum = std::max(8e-3, kMinRoundFraction * double(settings_.budget));
+  return settings_.budget > 0 && left < std::max(1.0, minimum * pixels);
 }
 
 bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
-  interrupted_ = !look(film, true, stop);
+  interrupted_ = !update(film, true, stop);
   if (interrupted_) return false;
   ++round_;
-  bool more = !spent();
+  bool more = !is_budget_spent();
   // The number and sizes of unbiased rounds are fixed: each brings as many samples as all before
   // it.
   const double planned = std::min(double(settings_.budget), 2 * planned_mean_);
   if (settings_.unbiased) more = planned > planned_mean_;
-  if (more && !grow_pilot()) more = entry_.batch > 0 ? share_evenly() : share_by_deviation();
+  if (more && !grow_pilot()) more = entry_.batch > 0 ? allocate_evenly() : allocate_by_deviation();
   const auto total = double(std::accumulate(targets_.begin(), targets_.end(), uint64_t{0}));
   if (!more || total <= spent_) return false;
   if (settings_.unbiased) {
@@ -243,46 +245,47 @@ bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
 
 // Doubles all counts until they reach the pilot.
 bool RoundPlanner::grow_pilot() {
-  if (pilot_done_ || !doubles() || targets_.empty() || targets_[0] >= pilot_) return false;
+  if (pilot_done_ || !doubles_counts() || targets_.empty() || targets_[0] >= pilot_) return false;
   std::ranges::fill(targets_, std::min(pilot_, 2 * targets_[0]));
   return true;
 }
 
 // Shares the whole budget in the best way for the present estimates, then goes only as far towards
 // it as each pixel's samples can be trusted.
-bool RoundPlanner::share_by_deviation() {
+bool RoundPlanner::allocate_by_deviation() {
   const size_t pixels = targets_.size();
   bounds_.resize(pixels);
-  const std::array<std::vector<float>*, 2> planes = {&rates_, &shares_};
+  const std::array<std::vector<float>*, 2> planes = {&rates_, &allocated_};
   resize_planes(planes, pixels);
-  const OpenPixels open =
-      ordered_sum(pixels, [&](size_t begin, size_t end) { return limit_pixels(begin, end); });
+  const OpenPixels open = ordered_sum(
+      pixels, [&](size_t begin, size_t end) { return set_rates_and_bounds(begin, end); });
   if (open.count == 0) return resample_noise_free_pixels();
   // No noise found so far does not mean that there is none.
   if (open.largest_rate == 0.0f) {
-    for (size_t i = 0; i < pixels; ++i) rates_[i] = doubles() ? unequal(1.0f, seed_, i) : 1.0f;
+    for (size_t i = 0; i < pixels; ++i)
+      rates_[i] = doubles_counts() ? jitter_rate(1.0f, seed_, i) : 1.0f;
   }
   double all = settings_.budget > 0 ? double(settings_.budget) : double(kUnlimited);
   if (settings_.unbiased) all = std::min(all, 2 * planned_mean_);
-  share_whole_budget(all * double(pixels));
-  const bool doubling = doubles();
+  allocate_budget(all * double(pixels));
+  const bool doubling = doubles_counts();
   const double more = ordered_sum(pixels, [&](size_t begin, size_t end) {
     float lanes[kSumLanes] = {};
-    float* shares = shares_.data();
+    float* allocated = allocated_.data();
     const uint32_t* targets = targets_.data();
     for_lanes(begin, end, [&](size_t i, size_t lane) {
-      const auto have = float(targets[i]);
-      const float trusted = kPixelGrowth * std::max(have, kLeastTrusted);
-      shares[i] = std::min(shares[i], doubling ? next_power_of_two(have) : trusted);
-      lanes[lane] += shares[i] - have;
+      const auto current = float(targets[i]);
+      const float trusted = kMaxGrowth * std::max(current, kMinTrusted);
+      allocated[i] = std::min(allocated[i], doubling ? next_power_of_two(current) : trusted);
+      lanes[lane] += allocated[i] - current;
     });
     return sum_of_lanes(lanes);
   });
-  const auto everywhere = float(kUniformShare * more / double(pixels));
+  const auto uniform_samples = float(kUniformFraction * more / double(pixels));
   if (doubling && settings_.budget > 0) {
-    round_to_steps(everywhere);
+    round_to_steps(uniform_samples);
   } else {
-    round_to_counts(keep_to_budget(everywhere));
+    round_to_counts(scale_to_budget(uniform_samples));
   }
   return true;
 }
@@ -294,7 +297,7 @@ bool RoundPlanner::share_by_deviation() {
 bool RoundPlanner::resample_noise_free_pixels() {
   const size_t pixels = targets_.size();
   const auto noiseless = [&](size_t i) {
-    return errors_.error[i] <= kNoNoise * settings_.threshold &&
+    return errors_.error[i] <= kNoiselessFraction * settings_.threshold &&
            statistics_.cost[i] > kCameraRayCost;
   };
   bool all = false;
@@ -304,32 +307,33 @@ bool RoundPlanner::resample_noise_free_pixels() {
   const bool affordable = settings_.budget == 0 ||
                           spent_ + double(samples) <= double(settings_.budget) * double(pixels);
   if (settings_.threshold <= 0.0f || samples >= kNoiselessSamples || !affordable) return false;
-  const auto most = std::min(uint32_t(most_samples(settings_)), kNoiselessGrowth * pilot_);
-  if (all && std::ranges::max(targets_) >= most) return false;
-  set_targets([&](size_t i, uint32_t have, float) {
-    return all || noiseless(i) ? std::max(have, std::min(2 * have, most)) : have;
+  const auto maximum = std::min(uint32_t(sample_limit(settings_)), kNoiselessGrowth * pilot_);
+  if (all && std::ranges::max(targets_) >= maximum) return false;
+  set_targets([&](size_t i, uint32_t current, float) {
+    return all || noiseless(i) ? std::max(current, std::min(2 * current, maximum)) : current;
   });
   return true;
 }
 
 // Counts that go by steps cannot be reduced a little for the uniform share, so that part of the
 // rest of the budget is reserved for it.
-void RoundPlanner::share_whole_budget(double total) {
-  if (!doubles() || settings_.budget == 0) return share_samples(rates_, bounds_, total, &shares_);
-  share_steps(rates_, bounds_, total - kUniformShare * (total - spent_), &shares_);
+void RoundPlanner::allocate_budget(double total) {
+  if (!doubles_counts() || settings_.budget == 0)
+    return allocate_samples(rates_, bounds_, total, &allocated_);
+  allocate_steps(rates_, bounds_, total - kUniformFraction * (total - spent_), &allocated_);
 }
 
-// Shares and the uniform share `everywhere` may exceed the rest of the budget: scales both by one
-// factor. Returns the scaled uniform share.
-float RoundPlanner::keep_to_budget(float everywhere) {
-  if (settings_.budget == 0) return everywhere;
+// Shares and the uniform share `uniform_samples` may exceed the rest of the budget: scales both by
+// one factor. Returns the scaled uniform share.
+float RoundPlanner::scale_to_budget(float uniform_samples) {
+  if (settings_.budget == 0) return uniform_samples;
   const size_t pixels = targets_.size();
   const uint32_t* targets = targets_.data();
-  float* shares = shares_.data();
+  float* allocated = allocated_.data();
   const double more = ordered_sum(pixels, [&](size_t begin, size_t end) {
     float lanes[kSumLanes] = {};
     for_lanes(begin, end, [&](size_t i, size_t lane) {
-      lanes[lane] += std::max(shares[i] - float(targets[i]), everywhere);
+      lanes[lane] += std::max(allocated[i] - float(targets[i]), uniform_samples);
     });
     return sum_of_lanes(lanes);
   });
@@ -337,16 +341,16 @@ float RoundPlanner::keep_to_budget(float everywhere) {
   const auto part = float(std::clamp(left / std::max(more, 1e-9), 0.0, 1.0));
   parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      const auto have = float(targets[i]);
-      shares[i] = have + part * (shares[i] - have);
+      const auto current = float(targets[i]);
+      allocated[i] = current + part * (allocated[i] - current);
     }
   });
-  return part * everywhere;
+  return part * uniform_samples;
 }
 
 // Sets the rates and bounds of a range of pixels and returns those that may get more samples. The
 // loop's inputs are copies or pointers, so that it vectorises.
-RoundPlanner::OpenPixels RoundPlanner::limit_pixels(size_t begin, size_t end) {
+RoundPlanner::OpenPixels RoundPlanner::set_rates_and_bounds(size_t begin, size_t end) {
   const AdaptiveSettings s = settings_;
   const bool halves = entry_.halves;
   const uint32_t* targets = targets_.data();
@@ -357,19 +361,19 @@ RoundPlanner::OpenPixels RoundPlanner::limit_pixels(size_t begin, size_t end) {
   uint32_t open[kSumLanes] = {};
   float largest_rate[kSumLanes] = {};
   for_lanes(begin, end, [&](size_t i, size_t lane) {
-    const auto have = float(targets[i]);
-    const float wanted = most_wanted(s, have, error[i], halves);
-    const float most = is_unfinished(s, targets[i], error[i]) ? wanted : have;
-    bounds[i].least = have;
-    bounds[i].most = most;
-    open[lane] += most > have ? 1u : 0u;
+    const auto current = float(targets[i]);
+    const float wanted = samples_to_threshold(s, current, error[i], halves);
+    const float maximum = is_unfinished(s, targets[i], error[i]) ? wanted : current;
+    bounds[i].minimum = current;
+    bounds[i].maximum = maximum;
+    open[lane] += maximum > current ? 1u : 0u;
     rates[i] = deviation[i] / std::sqrt(cost[i]);
   });
-  if (doubles()) {
-    for (size_t i = begin; i < end; ++i) rates[i] = unequal(rates[i], seed_, i);
+  if (doubles_counts()) {
+    for (size_t i = begin; i < end; ++i) rates[i] = jitter_rate(rates[i], seed_, i);
   }
   for_lanes(begin, end, [&](size_t i, size_t lane) {
-    const float rate = bounds[i].most > bounds[i].least ? rates[i] : 0.0f;
+    const float rate = bounds[i].maximum > bounds[i].minimum ? rates[i] : 0.0f;
     largest_rate[lane] = std::max(largest_rate[lane], rate);
   });
   return {size_t(sum_of_lanes(open)), std::ranges::max(largest_rate)};
@@ -379,58 +383,59 @@ RoundPlanner::OpenPixels RoundPlanner::limit_pixels(size_t begin, size_t end) {
 template <typename CountOf>
 void RoundPlanner::set_targets(const CountOf& count_of) {
   const bool recording = recorded_ < targets_.size();
-  const uint32_t recorded_had = recording ? targets_[recorded_] : 0;
+  const uint32_t samples_before = recording ? targets_[recorded_] : 0;
   parallel_ranges(targets_.size(), kGrain, [&](size_t begin, size_t end) {
     uint32_t* targets = targets_.data();
-    const float* shares = shares_.data();
-    for (size_t i = begin; i < end; ++i) targets[i] = count_of(i, targets[i], shares[i]);
+    const float* allocated = allocated_.data();
+    for (size_t i = begin; i < end; ++i) targets[i] = count_of(i, targets[i], allocated[i]);
   });
   if (recording) {
     const size_t i = recorded_;
-    records_.push_back({round_, recorded_had, errors_.error[i], errors_.deviation[i],
+    records_.push_back({round_, samples_before, errors_.error[i], errors_.deviation[i],
                         statistics_.cost[i], targets_[i]});
   }
 }
 
-// Rounds shares to whole counts, with on average at least `everywhere` more samples for each pixel.
-void RoundPlanner::round_to_counts(float everywhere) {
+// Rounds shares to whole counts, with on average at least `uniform_samples` more samples for each
+// pixel.
+void RoundPlanner::round_to_counts(float uniform_samples) {
   const uint32_t round_hash = hash_of_round(seed_, round_);
-  const float most = most_samples(settings_);
-  const auto most_count = uint32_t(most);
-  const uint32_t least_more = settings_.unbiased ? 1 : 0;
-  const bool doubling = doubles();
-  set_targets([&](size_t i, uint32_t have, float wanted) {
+  const float maximum = sample_limit(settings_);
+  const auto max_count = uint32_t(maximum);
+  const uint32_t min_increase = settings_.unbiased ? 1 : 0;
+  const bool doubling = doubles_counts();
+  set_targets([&](size_t i, uint32_t current, float wanted) {
     // The uniform share must not more than double a count either: if one of the two parts is small,
     // a bright sample in the other hardly shows.
-    const float cap = doubling ? std::min(most, next_power_of_two(float(have))) : most;
-    const float share = std::min(std::max(wanted, float(have) + everywhere), cap);
+    const float cap = doubling ? std::min(maximum, next_power_of_two(float(current))) : maximum;
+    const float share = std::min(std::max(wanted, float(current) + uniform_samples), cap);
     // The maximum need not be a multiple of the step, and random rounding might never reach it, so
     // it is always rounded up and clipped.
     const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
-    const float u = share < most ? chance : 0.0f;
-    const uint32_t count = round_count(have, share, count_multiple(share, entry_.halves), u);
-    return std::max(have, std::min(std::max(count, have + least_more), most_count));
+    const float u = share < maximum ? chance : 0.0f;
+    const uint32_t count = round_count(current, share, count_multiple(share, entry_.halves), u);
+    return std::max(current, std::min(std::max(count, current + min_increase), max_count));
   });
 }
 
 // Shares are whole counts already. Of the pixels that get none, some double at random, so that each
-// pixel gets `everywhere` more samples on average.
-void RoundPlanner::round_to_steps(float everywhere) {
+// pixel gets `uniform_samples` more samples on average.
+void RoundPlanner::round_to_steps(float uniform_samples) {
   const uint32_t round_hash = hash_of_round(seed_, round_);
-  const float most = most_samples(settings_);
-  set_targets([&](size_t i, uint32_t have, float share) {
-    const auto now = float(have);
-    const float next = std::min(next_power_of_two(now), most);
+  const float maximum = sample_limit(settings_);
+  set_targets([&](size_t i, uint32_t current, float share) {
+    const auto now = float(current);
+    const float next = std::min(next_power_of_two(now), maximum);
     const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
-    const bool found = chance * (next - now) < everywhere;
+    const bool found = chance * (next - now) < uniform_samples;
     // Clipping by a threshold or --max-spp may leave a fraction of a sample.
-    return std::max(have, uint32_t(std::ceil(found ? std::max(share, next) : share)));
+    return std::max(current, uint32_t(std::ceil(found ? std::max(share, next) : share)));
   });
 }
 
 // Every unfinished pixel gets the same number of samples. With a budget only, the half of the
 // pixels with the larger errors counts as unfinished.
-bool RoundPlanner::share_evenly() {
+bool RoundPlanner::allocate_evenly() {
   const size_t pixels = targets_.size();
   const double left = settings_.budget > 0 ? double(settings_.budget) * double(pixels) - spent_
                                            : std::numeric_limits<double>::infinity();
@@ -454,12 +459,12 @@ bool RoundPlanner::share_evenly() {
     open.resize(chosen);
   }
   for (const uint32_t i : open) {
-    const uint32_t have = targets_[i];
-    uint32_t count = have + entry_.batch;
+    const uint32_t current = targets_[i];
+    uint32_t count = current + entry_.batch;
     if (settings_.max_samples > 0) count = std::min(count, settings_.max_samples);
     targets_[i] = count;
     if (i == recorded_) {
-      records_.push_back({round_, have, errors_.error[i], 0.0f, statistics_.cost[i], count});
+      records_.push_back({round_, current, errors_.error[i], 0.0f, statistics_.cost[i], count});
     }
   }
   return true;
@@ -468,7 +473,7 @@ bool RoundPlanner::share_evenly() {
 void RoundPlanner::archive(Archive& archive) {
   const size_t pixels = targets_.size();
   archive.number(spent_, 0.0, kUnlimited);
-  archive.number(round_, 0, kMostRounds);
+  archive.number(round_, 0, kMaxRounds);
   archive.number(round_weight_, 0.0, kUnlimited);
   archive.number(planned_mean_, 0.0, kUnlimited);
   archive.number(error_estimate_, 0.0, std::numeric_limits<double>::infinity(), true);
@@ -477,12 +482,12 @@ void RoundPlanner::archive(Archive& archive) {
   // A bad file might request a year of work: totals that no round would plan are rejected.
   uint64_t total = 0;
   for (const uint32_t target : targets_) {
-    archive.check(target > 0 && float(target) <= most_samples(settings_));
+    archive.check(target > 0 && float(target) <= sample_limit(settings_));
     total += target;
   }
   archive.check(settings_.budget == 0 || total <= 2 * uint64_t(settings_.budget) * pixels);
   halves_.archive(archive, pixels);
-  if (for_denoised()) denoised_.archive(archive, pixels);
+  if (uses_denoised_error()) denoised_.archive(archive, pixels);
   archive.array(errors_.error, pixels);
   archive.array(errors_.deviation, pixels);
   for (const auto* values : {&errors_.error, &errors_.deviation}) {
@@ -490,7 +495,7 @@ void RoundPlanner::archive(Archive& archive) {
   }
   archive.check(entry_.batch > 0 || errors_.error.size() == errors_.deviation.size());
   archive.number(recorded_, size_t(0), std::numeric_limits<size_t>::max());
-  archive.list(records_, kMostRounds);
+  archive.list(records_, kMaxRounds);
 }
 
 uint64_t RoundPlanner::bytes() const {
@@ -498,7 +503,7 @@ uint64_t RoundPlanner::bytes() const {
   return halves_.bytes() + denoised_.bytes() + targets_.capacity() * sizeof(uint32_t) +
          12 * statistics_.size() * sizeof(float) +
          (errors_.error.capacity() + errors_.deviation.capacity() + rates_.capacity() +
-          shares_.capacity()) *
+          allocated_.capacity()) *
              sizeof(float) +
          bounds_.capacity() * sizeof(SampleBounds);
 }

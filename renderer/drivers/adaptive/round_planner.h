@@ -49,28 +49,28 @@ class RoundPlanner {
   // Whether a stop request interrupted the last plan().
   bool interrupted() const { return interrupted_; }
   // The reduction of each pixel's squared error that is expected from going from `have` samples to
-  // `targets`, as of the last look; all 0 before it.
-  void expected_gains(std::span<const uint32_t> have, std::span<const uint32_t> targets,
+  // `targets`, as of the last update; all 0 before it.
+  void expected_gains(std::span<const uint32_t> current, std::span<const uint32_t> targets,
                       std::vector<float>* gains) const;
   // Only updates the error estimates.
-  void look(const FilmTile& film);
+  void update(const FilmTile& film);
 
   // Whether write_variances() has variances that a film does not have.
-  static bool knows_variances(const AdaptiveSettings& settings) {
+  static bool has_variances(const AdaptiveSettings& settings) {
     return find_estimator(settings.estimator).halves || settings.unbiased;
   }
-  // Writes the pixel variances behind error_estimate() into the film, as of the last look; skips
+  // Writes the pixel variances behind error_estimate() into the film, as of the last update; skips
   // pixels whose variance the film itself knows as well. Not while samples are added.
   void write_variances(FilmTile* film) const;
 
-  // Error of the whole crop (frame_error.h) at the last look. NaN before it, and for estimators
+  // Error of the whole crop (frame_error.h) at the last update. NaN before it, and for estimators
   // whose error is not an RMS error.
   double error_estimate() const { return error_estimate_; }
   // Why the pixel would get no more samples if the frame ended now.
   PixelStop stop_of(size_t i) const;
   // The same while the frame continues, for a pixel with `have` samples: the limit that it had met
-  // at the last look, or kGoingOn. The uniform share of a round may still bring it samples.
-  PixelStop stop_so_far(size_t i, uint32_t have) const;
+  // at the last update, or kUnfinished. The uniform share of a round may still bring it samples.
+  PixelStop current_stop(size_t i, uint32_t current) const;
   // With `unbiased`: the weight of the current round in a mean over rounds (RoundAverages). Depends
   // on the settings only.
   double round_weight() const { return round_weight_; }
@@ -85,22 +85,22 @@ class RoundPlanner {
   std::span<const RoundRecord> records() const { return records_; }
   // For loading a state whose pilot is done; that pilot may be smaller than these settings'.
   void skip_pilot() { pilot_done_ = true; }
-  // Saves or loads everything that the next look does not recompute.
+  // Saves or loads everything that the next update does not recompute.
   void archive(Archive& archive);
   uint64_t bytes() const;
 
  private:
-  bool look(const FilmTile& film, bool to_plan, const std::stop_token& stop);
-  bool look_denoised(const FilmTile& film, bool to_plan, const std::stop_token& stop);
-  bool for_denoised() const { return settings_.allocation == ErrorMetric::kDenoised; }
+  bool update(const FilmTile& film, bool to_plan, const std::stop_token& stop);
+  bool update_denoised(const FilmTile& film, bool to_plan, const std::stop_token& stop);
+  bool uses_denoised_error() const { return settings_.allocation == ErrorMetric::kDenoised; }
   // Whether the rest of the budget is too small for a round.
-  bool spent() const;
+  bool is_budget_spent() const;
   bool grow_pilot();
-  bool share_by_deviation();
-  void share_whole_budget(double total);
-  bool share_evenly();
+  bool allocate_by_deviation();
+  void allocate_budget(double total);
+  bool allocate_evenly();
   bool resample_noise_free_pixels();
-  float keep_to_budget(float everywhere);
+  float scale_to_budget(float uniform_samples);
   bool unfinished(size_t i) const;
   // Pixels that may get more samples in the coming round.
   struct OpenPixels {
@@ -112,13 +112,13 @@ class RoundPlanner {
       return *this;
     }
   };
-  OpenPixels limit_pixels(size_t begin, size_t end);
+  OpenPixels set_rates_and_bounds(size_t begin, size_t end);
   template <typename CountOf>
   void set_targets(const CountOf& count_of);
-  void round_to_counts(float everywhere);
-  void round_to_steps(float everywhere);
+  void round_to_counts(float uniform_samples);
+  void round_to_steps(float uniform_samples);
   bool averaged() const { return averages_ && !averages_->empty(); }
-  bool doubles() const { return entry_.halves && !settings_.unbiased; }
+  bool doubles_counts() const { return entry_.halves && !settings_.unbiased; }
 
   AdaptiveSettings settings_;
   const EstimatorEntry& entry_;
@@ -137,7 +137,7 @@ class RoundPlanner {
   SampleHalves halves_;     // if the estimator uses them
   DenoisedError denoised_;  // if the allocation uses it
   ErrorMap errors_;
-  std::vector<float> rates_, shares_;
+  std::vector<float> rates_, allocated_;
   std::vector<SampleBounds> bounds_;
   size_t recorded_;
   std::vector<RoundRecord> records_;

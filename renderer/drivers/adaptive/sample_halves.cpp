@@ -11,7 +11,7 @@ namespace emberline {
 namespace {
 
 // Blocks of 8 samples are the smallest that are stratified in all dimensions.
-constexpr float kLeastPart = 8.0f;
+constexpr float kMinPartSamples = 8.0f;
 
 uint32_t significand(float count) { return std::bit_cast<uint32_t>(count) & 0x7fffffu; }
 bool is_power_of_two(float count) { return significand(count) == 0; }
@@ -19,7 +19,7 @@ bool is_half_step(float count) { return (significand(count) & 0x3fffffu) == 0; }
 
 }  // namespace
 
-void SampleHalves::look(PixelStatistics* pixels) {
+void SampleHalves::update(PixelStatistics* pixels) {
   const size_t size = pixels->size();
   std::vector<std::vector<float>*> planes = {&count_, &weight_};
   for (auto* channels : {&mean_, &difference_}) {
@@ -27,17 +27,18 @@ void SampleHalves::look(PixelStatistics* pixels) {
   }
   resize_planes(planes, size);
   constexpr size_t kGrain = 4096;
-  parallel_ranges(size, kGrain, [&](size_t begin, size_t end) { look_at(begin, end, pixels); });
+  parallel_ranges(size, kGrain,
+                  [&](size_t begin, size_t end) { update_range(begin, end, pixels); });
 }
 
 // For parts of a and b samples M = (a M1 + b M2) / n, so M1 - M2 = (M1 - M) n / b. Example: 8
 // samples of 1, then 8 samples of 3: M = 2 and M1 - M2 = (1 - 2) 16 / 8 = -2.
-void SampleHalves::look_at(size_t begin, size_t end, PixelStatistics* pixels) {
-  const bool every_look = parts_ == SampleParts::kEveryLook;
+void SampleHalves::update_range(size_t begin, size_t end, PixelStatistics* pixels) {
+  const bool every_update = parts_ == SampleParts::kEveryUpdate;
   for (size_t i = begin; i < end; ++i) {
     const float n = pixels->count[i], a = count_[i], b = n - a;
-    if (b >= kLeastPart && (every_look || is_half_step(n))) {
-      const bool second = a > 0.0f, first = every_look || is_power_of_two(n);
+    if (b >= kMinPartSamples && (every_update || is_half_step(n))) {
+      const bool second = a > 0.0f, first = every_update || is_power_of_two(n);
       if (second) weight_[i] = a * b / n;
       for (size_t c = 0; c < 3; ++c) {
         const float mean = pixels->mean[c][i];

@@ -9,7 +9,7 @@
 //
 // The film keeps only the sum of all of a pixel's samples, so that a frame of equal counts has the
 // bits of a uniform one. The mean of the first half was the pixel's mean when the count was half as
-// large, and is kept here from that look.
+// large, and is kept here from that update.
 #pragma once
 
 #include <array>
@@ -28,8 +28,8 @@ enum class SampleParts {
   // they are half as many or as many: both parts are then nets, and large enough for a rare bright
   // sample to show, whichever part has it.
   kPowersOfTwo,
-  // The count at the last look, whatever it was; for rounds that are independent of each other.
-  kEveryLook,
+  // The count at the last update, whatever it was; for rounds that are independent of each other.
+  kEveryUpdate,
 };
 
 class SampleHalves {
@@ -41,13 +41,13 @@ class SampleHalves {
   // second_count is n / 2, and the expected square of the difference is 4 / n times the variance of
   // a sample, if that of a mean falls as 1 / n. Both are 0 until there are two parts; between
   // counts where parts are compared, the last result stays.
-  void look(PixelStatistics* pixels);
+  void update(PixelStatistics* pixels);
 
   void archive(Archive& archive, size_t pixels);
   uint64_t bytes() const;
 
  private:
-  void look_at(size_t begin, size_t end, PixelStatistics* pixels);
+  void update_range(size_t begin, size_t end, PixelStatistics* pixels);
 
   SampleParts parts_;
   std::vector<float> count_;                // of the first part in the next comparison

@@ -26,7 +26,7 @@ struct Level {
 };
 
 template <typename Body>
-void each_row_of(int rows, const Body& body) {
+void for_each_row(int rows, const Body& body) {
   parallel_ranges(size_t(rows), kRowGrain, [&](size_t begin, size_t end) {
     for (size_t y = begin; y < end; ++y) body(int(y));
   });
@@ -46,7 +46,7 @@ Level samples_of(const RefinementTree& tree, std::span<const Rgb> values) {
 // change equal values.
 Level pull(const Level& fine) {
   Level coarse((fine.width + 1) / 2, (fine.height + 1) / 2);
-  each_row_of(coarse.height, [&](int y) {
+  for_each_row(coarse.height, [&](int y) {
     for (int x = 0; x < coarse.width; ++x) {
       Rgb mean(0.0f);
       float count = 0;
@@ -66,7 +66,7 @@ Level pull(const Level& fine) {
 // Fills the holes of `fine` bilinearly. A fine pixel's centre is a quarter of a coarse pixel away
 // from the centre of the coarse pixel that contains it.
 void push(const Level& coarse, Level& fine) {
-  each_row_of(fine.height, [&](int y) {
+  for_each_row(fine.height, [&](int y) {
     const int y0 = y / 2, y1 = std::clamp(y % 2 == 0 ? y0 - 1 : y0 + 1, 0, coarse.height - 1);
     for (int x = 0; x < fine.width; ++x) {
       if (fine.known[fine.index(x, y)]) continue;

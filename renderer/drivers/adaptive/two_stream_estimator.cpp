@@ -17,7 +17,7 @@ constexpr float kKernel[kRadius + 1] = {1.0f, 0.706648f, 0.249352f};
 
 // Weight of the samples' spread, in degrees of freedom of the streams: it keeps a pixel whose
 // streams agree by chance from counting as finished.
-constexpr float kPrior = 0.1f;
+constexpr float kSpreadWeight = 0.1f;
 
 // Up to this many samples a pixel's own spread is ignored, since unlucky pixels would stop: with 1
 // instead, thin wires lose 3.6 % of their light at 64 samples instead of 2.1 %.
@@ -27,14 +27,14 @@ constexpr float kPooledFreedom = 128.0f;
 
 // The pooled values: weighted sums, and the sums of their weights.
 enum Plane : int {
-  kWeight,       // of the means: 1
-  kMean,         // R G B
-  kFreedom = 4,  // degrees of freedom of the samples' spread
-  kSpread,       // R G B
-  kStreams = 8,  // degrees of freedom of the streams' differences
-  kDifference,   // R G B
-  kSeen = 12,    // R G B: the differences as displayed
-  kSquare = 15,  // R G B: of the means
+  kWeight,          // of the means: 1
+  kMean,            // R G B
+  kFreedom = 4,     // degrees of freedom of the samples' spread
+  kSpread,          // R G B
+  kStreams = 8,     // degrees of freedom of the streams' differences
+  kDifference,      // R G B
+  kDisplayed = 12,  // R G B: the differences as displayed
+  kSquare = 15,     // R G B: of the means
   kPlanes = 18
 };
 
@@ -69,21 +69,21 @@ class PooledRows {
   PooledRows(const PixelStatistics& pixels, int first)
       : pixels_(pixels),
         next_(std::max(0, first - kRadius)),
-        raw_(size_t(pixels.width) + 2 * kRadius),
-        outside_(size_t(pixels.width)),
+        padded_row_(size_t(pixels.width) + 2 * kRadius),
+        zero_row_(size_t(pixels.width)),
         across_(kHeight, PlaneRows(size_t(pixels.width))),
         pooled_(size_t(pixels.width)) {}
 
   const PlaneRows& row(int y) {
     for (; next_ <= std::min(y + kRadius, pixels_.height - 1); ++next_) add_row(next_);
-    std::array<const PlaneRows*, kHeight> under;
+    std::array<const PlaneRows*, kHeight> kernel_rows;
     for (int i = 0; i < kHeight; ++i) {
       const int from = y + i - kRadius;
       const bool inside = from >= 0 && from < pixels_.height;
-      under[size_t(i)] = inside ? &across_[size_t(from % kHeight)] : &outside_;
+      kernel_rows[size_t(i)] = inside ? &across_[size_t(from % kHeight)] : &zero_row_;
     }
     for (int plane = 0; plane < kPlanes; ++plane) {
-      const auto in = [&](size_t i) { return (*under[i])[plane]; };
+      const auto in = [&](size_t i) { return (*kernel_rows[i])[plane]; };
       pool_down({in(0), in(1), in(2), in(3), in(4)}, pixels_.width, pooled_[plane]);
     }
     return pooled_;
@@ -98,7 +98,7 @@ class PooledRows {
     const float* second = &pixels_.second_count[first];
     PlaneRows& out = across_[size_t(y % kHeight)];
     const auto pool = [&](int plane, const auto& value) {
-      float* raw = raw_.data() + kRadius;  // with margins of 0
+      float* raw = padded_row_.data() + kRadius;  // with margins of 0
       for (int x = 0; x < pixels_.width; ++x) raw[x] = value(x);
       pool_across(raw, pixels_.width, out[plane]);
     };
@@ -109,7 +109,7 @@ class PooledRows {
     for (int c = 0; c < 3; ++c) {
       const float* variance = &pixels_.variance[size_t(c)][first];
       const float* difference = &pixels_.stream_difference[size_t(c)][first];
-      pool_across(padded(&pixels_.mean[size_t(c)][first]), pixels_.width, out[kMean + c]);
+      pool_across(pad_row(&pixels_.mean[size_t(c)][first]), pixels_.width, out[kMean + c]);
       pool(kSpread + c, [&](int x) { return freedom(x) * variance[x]; });
       // (A - B)^2 / (1/a + 1/b); the difference is 0 where there is no second stream.
       pool(kDifference + c, [&](int x) {
@@ -119,7 +119,7 @@ class PooledRows {
       // Each at its own mean, since the neighbours' mean may be clipped white or steeply dark.
       const float* mean = &pixels_.mean[size_t(c)][first];
       pool(kSquare + c, [&](int x) { return mean[x] * mean[x]; });
-      pool(kSeen + c, [&](int x) {
+      pool(kDisplayed + c, [&](int x) {
         const float n = std::max(1.0f, count[x]), b = second[x], a = n - b;
         const float standard_error = std::sqrt(variance[x] / n);
         return difference[x] * difference[x] * (a * b / n) *
@@ -127,21 +127,21 @@ class PooledRows {
       });
     }
   }
-  const float* padded(const float* row) {
-    std::copy(row, row + pixels_.width, raw_.data() + kRadius);
-    return raw_.data() + kRadius;
+  const float* pad_row(const float* row) {
+    std::copy(row, row + pixels_.width, padded_row_.data() + kRadius);
+    return padded_row_.data() + kRadius;
   }
 
   const PixelStatistics& pixels_;
-  int next_;                // next row to add
-  std::vector<float> raw_;  // a row of one plane, with margins of 0
-  PlaneRows outside_;       // 0, for rows outside the crop
+  int next_;                       // next row to add
+  std::vector<float> padded_row_;  // a row of one plane, with margins of 0
+  PlaneRows zero_row_;             // 0, for rows outside the crop
   std::vector<PlaneRows> across_;
   PlaneRows pooled_;
 };
 
 // Makes a value safe for sums, roots and squares: no NaN, not negative, limited.
-float tame(float x) { return x > 0.0f ? std::min(x, 1e18f) : 0.0f; }
+float sanitize(float x) { return x > 0.0f ? std::min(x, 1e18f) : 0.0f; }
 
 // Rows of reciprocals, shared by the three channels.
 struct Reciprocals {
@@ -168,7 +168,7 @@ struct Reciprocals {
 // Sample variances of one channel: from the streams, from the samples' spread, and from the streams
 // as displayed.
 struct Variances {
-  float honest, spread, seen;
+  float from_streams, spread, displayed;
 };
 
 // The pixels' own counts, and the means and sample variances of one channel.
@@ -182,14 +182,15 @@ struct OwnRow {
 // probability exp(-n p). p follows from d^2 and the neighbours' variance, so that a lamp in focus
 // next to the pixel, which every other sample finds, does not count as missed. n p is divided by 4,
 // since pixels that found rare light by luck overestimate p. (1 - x / 8)^8 approximates exp(-x).
-float missed_error(float count, float mean, float neighbours, float their_square, float variance) {
-  const float brighter = std::max(0.0f, neighbours - mean);
-  const float square_brighter =
-      std::max(brighter * brighter, their_square + mean * (mean - 2.0f * neighbours));
-  const float expected = 0.25f * count * square_brighter / std::max(variance, 1e-30f);
+float missed_error(float count, float mean, float neighbours, float neighbours_square,
+                   float variance) {
+  const float increase = std::max(0.0f, neighbours - mean);
+  const float squared_increase =
+      std::max(increase * increase, neighbours_square + mean * (mean - 2.0f * neighbours));
+  const float expected = 0.25f * count * squared_increase / std::max(variance, 1e-30f);
   const float chance_2 = square(std::max(0.0f, 1.0f - 0.125f * expected));
-  const float seen = display_value(neighbours) - display_value(mean);
-  return brighter > 0.0f ? square(square(chance_2)) * square(seen) : 0.0f;
+  const float displayed = display_value(neighbours) - display_value(mean);
+  return increase > 0.0f ? square(square(chance_2)) * square(displayed) : 0.0f;
 }
 
 // A row of the map, and the missed errors of its pixels.
@@ -204,8 +205,8 @@ void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& 
                  const Metric& metric, const MapRow& row) {
   float* __restrict error = row.error, * __restrict deviation = row.deviation, * __restrict missed = row.missed;
   const float *means = pooled[kMean + c], *spreads = pooled[kSpread + c],
-              *differences = pooled[kDifference + c], *seens = pooled[kSeen + c],
-              *squares = pooled[kSquare + c];
+              *differences = pooled[kDifference + c],
+              *displayed_differences = pooled[kDisplayed + c], *squares = pooled[kSquare + c];
   const float *freedoms = pooled[kFreedom], *streams = pooled[kStreams];
   const float *per_weight = per.weight.data(), *per_freedom = per.freedom.data(),
               *per_stream = per.streams.data(), *per_count = per.count.data();
@@ -213,19 +214,22 @@ void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& 
   const size_t width = per.count.size();
   for (size_t x = 0; x < width; ++x) {
     const float mean = means[x] * per_weight[x];
-    const float spread = freedoms[x] > 0.0f ? tame(spreads[x] * per_freedom[x]) : 1.0f;
-    const float honest = streams[x] > 0.0f ? tame(differences[x] * per_stream[x]) : spread;
+    const float spread = freedoms[x] > 0.0f ? sanitize(spreads[x] * per_freedom[x]) : 1.0f;
+    const float from_streams =
+        streams[x] > 0.0f ? sanitize(differences[x] * per_stream[x]) : spread;
     const float display = display_error_weight(mean, std::sqrt(spread * per_count[x]));
-    const float seen = streams[x] > 0.0f ? tame(seens[x] * per_stream[x]) : display * spread;
-    error[x] += seen * per_count[x];
-    missed[x] += missed_error(own_count[x], tame(own_mean[x]), tame(mean),
-                              tame(squares[x] * per_weight[x]), honest);
+    const float displayed =
+        streams[x] > 0.0f ? sanitize(displayed_differences[x] * per_stream[x]) : display * spread;
+    error[x] += displayed * per_count[x];
+    missed[x] += missed_error(own_count[x], sanitize(own_mean[x]), sanitize(mean),
+                              sanitize(squares[x] * per_weight[x]), from_streams);
     // Ratio of the pixel's own spread to its neighbours', as far as the samples can tell.
     const float freedom = std::max(0.0f, own_count[x] - kFewSamples);
     const float own_share = freedom / (freedom + kPooledFreedom);
-    const float wider =
-        1.0f + own_share * (tame(own_variance[x]) / std::max(spread, 1e-30f) - 1.0f);
-    deviation[x] += wider * metric(mean, display, Variances{honest, spread, seen});
+    const float spread_ratio =
+        1.0f + own_share * (sanitize(own_variance[x]) / std::max(spread, 1e-30f) - 1.0f);
+    deviation[x] +=
+        spread_ratio * metric(mean, display, Variances{from_streams, spread, displayed});
   }
 }
 
@@ -255,7 +259,7 @@ void estimate_rows(const PixelStatistics& p, const Metric& metric, ErrorMap* out
       missed_of_rows[y] = std::accumulate(missed.begin(), missed.end(), 0.0);
       for (size_t x = 0; x < width; ++x) {
         error[x] = std::sqrt(error[x] * (1.0f / 3));
-        deviation[x] = std::sqrt(tame(deviation[x] * (1.0f / 3)));  // relmse of NaN is NaN
+        deviation[x] = std::sqrt(sanitize(deviation[x] * (1.0f / 3)));  // relmse of NaN is NaN
       }
     }
   });
@@ -268,25 +272,28 @@ void estimate_two_stream(const PixelStatistics& p, const EstimatorSettings& sett
                          ErrorMap* out) {
   const std::array<std::vector<float>*, 2> planes = {&out->error, &out->deviation};
   resize_planes(planes, p.size());
-  constexpr float kWhole = 1.0f / (1.0f + kPrior);
+  constexpr float kNormalization = 1.0f / (1.0f + kSpreadWeight);
   switch (settings.allocation) {
     case ErrorMetric::kDisplay:
     case ErrorMetric::kDenoised:  // until there is a denoised picture
       return estimate_rows(
           p,
           [](float, float display, const Variances& v) {
-            return (v.seen + kPrior * display * v.spread) * kWhole;
+            return (v.displayed + kSpreadWeight * display * v.spread) * kNormalization;
           },
           out);
     case ErrorMetric::kMse:
       return estimate_rows(
           p,
-          [](float, float, const Variances& v) { return (v.honest + kPrior * v.spread) * kWhole; },
+          [](float, float, const Variances& v) {
+            return (v.from_streams + kSpreadWeight * v.spread) * kNormalization;
+          },
           out);
     case ErrorMetric::kRelMse: {
       const float epsilon = rel_mse_epsilon(p);
       const auto metric = [epsilon](float mean, float, const Variances& v) {
-        return (v.honest + kPrior * v.spread) * kWhole / (mean * mean + epsilon);
+        return (v.from_streams + kSpreadWeight * v.spread) * kNormalization /
+               (mean * mean + epsilon);
       };
       return estimate_rows(p, metric, out);
     }

@@ -36,7 +36,7 @@ namespace emberline {
 Rgb thin_film_reflectance(float cos_i, float film_ior, float thickness_nm, const Rgb& base_f0);
 
 // KHR_materials_iridescence at a point; strength 0: no film.
-struct Film {
+struct ThinFilm {
   float strength = 0.0f;   // [0, 1]
   float ior = 1.3f;        // >= 1
   float thickness = 0.0f;  // nanometres

@@ -12,7 +12,7 @@ namespace emberline {
 namespace {
 
 // Indices closer to 1 do not refract, because the half vector would have no significant digits.
-constexpr float kStraightEta = 1e-3f;
+constexpr float kIndexMatchTolerance = 1e-3f;
 // Minimum pick probability of each part that can contribute. Chosen by us.
 constexpr float kPickFloor = 0.02f;
 
@@ -57,7 +57,7 @@ TransmissionLobe::TransmissionLobe(const TransmissionParameters& p, const Vec3f&
   if (!mirror_only_) eta_ = inside_ ? 1.0f / p.ior : p.ior;
   alpha_ = square(p.roughness);
   alpha2_ = square(alpha_);
-  const bool straight = !thin_ && !mirror_only_ && std::abs(eta_ - 1.0f) < kStraightEta;
+  const bool straight = !thin_ && !mirror_only_ && std::abs(eta_ - 1.0f) < kIndexMatchTolerance;
   if (straight) {
     specular_ = 0.0f;
     eta_ = 1.0f;
@@ -95,10 +95,10 @@ Rgb TransmissionLobe::reflectance(float cos_d) const {
 
 float TransmissionLobe::reflect_pick(const Rgb& reflectance) const {
   const float reflect = mean(reflectance);
-  const float pass = (1.0f - max_component(reflectance)) * mean_tint_;
-  if (!(pass > 0.0f)) return 1.0f;
+  const float transmit = (1.0f - max_component(reflectance)) * mean_tint_;
+  if (!(transmit > 0.0f)) return 1.0f;
   if (!(reflect > 0.0f)) return 0.0f;
-  return std::clamp(reflect / (reflect + pass), kPickFloor, 1.0f - kPickFloor);
+  return std::clamp(reflect / (reflect + transmit), kPickFloor, 1.0f - kPickFloor);
 }
 
 bool TransmissionLobe::refract(const Vec3f& m, float cos_d, Vec3f* wi) const {
@@ -116,7 +116,7 @@ Rgb TransmissionLobe::albedo() const {
   return fma(tint_, 1.0f - max_component(f), f);
 }
 
-Rgb TransmissionLobe::straight_through() const {
+Rgb TransmissionLobe::straight_transmittance() const {
   return thin_ && delta_ ? tint_ * (1.0f - max_component(reflectance(wo_.z))) : Rgb(0.0f);
 }
 
@@ -125,9 +125,9 @@ Rgb TransmissionLobe::eval_and_pdf(const Vec3f& wi, float* pdf) const {
   const float mu_i = std::abs(wi.z);
   if (delta_ || !(mu_i > 0.0f)) return Rgb(0.0f);
   const bool transmitted = wi.z < 0.0f;
-  const bool bends = transmitted && !thin_;
+  const bool refracts = transmitted && !thin_;
   // The unnormalised microfacet normal on wo's side (see ggx.h for the numerics).
-  Vec3f h = bends ? -fma(wi, eta_, wo_) : wo_ + Vec3f(wi.x, wi.y, mu_i);
+  Vec3f h = refracts ? -fma(wi, eta_, wo_) : wo_ + Vec3f(wi.x, wi.y, mu_i);
   if (h.z < 0.0f) h = -h;
   const float xy2 = fma(h.x, h.x, square(h.y)), z2 = square(h.z), length2 = xy2 + z2;
   if (!(length2 > 0.0f) || !(z2 > 0.0f)) return Rgb(0.0f);
@@ -138,20 +138,20 @@ Rgb TransmissionLobe::eval_and_pdf(const Vec3f& wi, float* pdf) const {
   const float t_i = std::sqrt(fma(1.0f - alpha2_, square(mu_i), alpha2_));
   const float smith = mu_i / fma(mu_i, t_, wo_.z * t_i);  // G2 / (2 |wo.z|)
   const Rgb reflected = reflectance(cos_d);
-  const float passed = 1.0f - max_component(reflected);
+  const float transmittance = 1.0f - max_component(reflected);
   const float pick = reflect_pick(reflected);
-  if (!bends) {
+  if (!refracts) {
     const float lobe = 0.5f * d * smith * compensation_;
     const float density = 0.5f * d / (t_ + wo_.z);
     *pdf = density * (transmitted ? 1.0f - pick : pick);
-    return transmitted ? tint_ * (lobe * passed) : reflected * lobe;
+    return transmitted ? tint_ * (lobe * transmittance) : reflected * lobe;
   }
   const float cos_i = -dot(wi, h) * inverse_length;
   if (!(cos_i > 0.0f)) return Rgb(0.0f);
   // Walter et al. 2007, eq. 17 and 21; (eta wi.m + wo.m)^2 is the squared length of h.
   const float jacobian = cos_i / length2;
   *pdf = (1.0f - pick) * d * cos_d * 2.0f / (t_ + wo_.z) * jacobian * square(eta_);
-  return tint_ * (passed * d * cos_d * 2.0f * smith * jacobian * compensation_);
+  return tint_ * (transmittance * d * cos_d * 2.0f * smith * jacobian * compensation_);
 }
 
 BsdfSample TransmissionLobe::sample(float u_lobe, const Vec2f& u) const {
@@ -165,7 +165,7 @@ BsdfSample TransmissionLobe::sample(float u_lobe, const Vec2f& u) const {
   const float cos_d = std::min(1.0f, dot(wo_, m));
   if (!(cos_d > 0.0f)) return result;
   const Rgb reflected = reflectance(cos_d);
-  const float passed = 1.0f - max_component(reflected);
+  const float transmittance = 1.0f - max_component(reflected);
   const float pick = reflect_pick(reflected);
   const bool transmits = !(u_lobe < pick);
   if (!transmits || thin_) {
@@ -180,7 +180,7 @@ BsdfSample TransmissionLobe::sample(float u_lobe, const Vec2f& u) const {
   if (delta_) {
     result.delta = true;
     result.weight =
-        transmits ? tint_ * (passed / ((1.0f - pick) * result.eta_scale)) : reflected / pick;
+        transmits ? tint_ * (transmittance / ((1.0f - pick) * result.eta_scale)) : reflected / pick;
   } else {
     const Rgb value = eval_and_pdf(result.wi, &result.pdf);
     if (!(result.pdf > 0.0f)) return result;

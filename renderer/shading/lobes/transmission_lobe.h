@@ -28,7 +28,7 @@ struct TransmissionParameters {
   float ior = 1.5f;        // of the solid relative to the outside; >= 1, or 0: reflects everything
   float specular = 1.0f;   // weight of the reflection, [0, 1]
   Rgb specular_color = Rgb(1.0f);  // of the reflection at normal incidence
-  Film film = {};                  // on the outside
+  ThinFilm film = {};              // on the outside
   bool thin_walled = true;
   bool inside = false;  // wo is inside the solid (the back face was hit); ignored if thin-walled
 };
@@ -46,7 +46,7 @@ class TransmissionLobe {
   // Reflected and transmitted light at wo, estimated for a smooth interface.
   Rgb albedo() const;
   // Straight transmission to -wo through a smooth thin wall; 0 for any other lobe.
-  Rgb straight_through() const;
+  Rgb straight_transmittance() const;
 
  private:
   // Reflectance of a microfacet at cos_d. 1 minus its largest channel is transmitted in all
@@ -63,7 +63,7 @@ class TransmissionLobe {
   bool coloured_ = false;  // whether the reflection is coloured; otherwise base_f0_ is unused
   Rgb base_f0_;            // excludes specular_
   float plain_f0_ = 0.0f;  // before its colour
-  Film film_;
+  ThinFilm film_;
   float alpha_ = 0.0f, alpha2_ = 0.0f;
   float t_ = 1.0f;  // sqrt(alpha^2 sin^2 + cos^2) of wo
   float compensation_ = 1.0f;

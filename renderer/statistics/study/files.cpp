@@ -22,7 +22,7 @@ double read_finite(const JsonReader& value) {
   return value.number(-std::numeric_limits<double>::max(), std::numeric_limits<double>::max());
 }
 double read_number(const JsonReader& value) {
-  return value.null() ? std::numeric_limits<double>::quiet_NaN() : read_finite(value);
+  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : read_finite(value);
 }
 
 std::string csv_number(double value) {
@@ -52,14 +52,14 @@ Json checkpoint_json(const StudyCheckpoint& c) {
   json["signed_bias"] = c.error.signed_bias;
   json["estimate"] = number(c.estimate);
   json["filter_cpu_s"] = c.filter ? Json(c.filter->cpu_s) : Json();
-  json["kept_share"] = c.filter ? Json(c.filter->kept_share) : Json();
+  json["kept_share"] = c.filter ? Json(c.filter->unchanged_fraction) : Json();
   return json;
 }
 
 StudyCheckpoint read_checkpoint(const JsonReader& entry) {
   StudyCheckpoint c;
   c.budget = read_finite(entry["budget"]);
-  c.samples = entry["samples"].whole(0, std::numeric_limits<uint64_t>::max());
+  c.samples = entry["samples"].whole_number(0, std::numeric_limits<uint64_t>::max());
   c.mean_samples = read_finite(entry["mean_samples"]);
   c.wall_s = read_finite(entry["wall_s"]);
   c.cpu_s = read_finite(entry["cpu_s"]);
@@ -67,8 +67,8 @@ StudyCheckpoint read_checkpoint(const JsonReader& entry) {
     c.error.*metric.value = read_number(entry[std::string(metric.name)]);
   }
   c.error.signed_bias = read_number(entry["signed_bias"]);
-  if (!entry["estimate"].null()) c.estimate = read_finite(entry["estimate"]);
-  if (!entry["filter_cpu_s"].null()) {
+  if (!entry["estimate"].is_null()) c.estimate = read_finite(entry["estimate"]);
+  if (!entry["filter_cpu_s"].is_null()) {
     c.filter = {read_finite(entry["filter_cpu_s"]), read_finite(entry["kept_share"])};
   }
   return c;
@@ -147,7 +147,7 @@ Json method_summary(const StudyResults& r, size_t method) {
     if (!filter) continue;
     json["filter"].push_back({{"budget", r.settings.budgets[b]},
                               {"cpu_s", filter->cpu_s},
-                              {"kept_share", filter->kept_share},
+                              {"kept_share", filter->unchanged_fraction},
                               {"estimate_ratio", estimate_json(filter->estimate_ratio)}});
   }
   for (const CalibrationGroup& group : calibration(r, method)) {
@@ -264,7 +264,7 @@ std::string denoised_table(const StudyResults& r) {
       const auto speedup = equal_error_speedup(r, m, StudyMetric::kRelMse, StudyAxis::kCpu, b);
       row.insert(row.end(), {text_of(ratio_of(speedup)), fmt::format("{:.3g}", filter->cpu_s),
                              text_of(filter->estimate_ratio),
-                             fmt::format("{:.0f} %", 100 * filter->kept_share)});
+                             fmt::format("{:.0f} %", 100 * filter->unchanged_fraction)});
     }
   }
   return rows.size() == 1 ? "" : "\ndenoised, including the filter's time\n\n" + aligned(rows);
@@ -297,7 +297,8 @@ std::string study_csv(const StudyResults& results) {
       }
       fmt::format_to(out, ",{},{},{},{}", csv_number(c.error.signed_bias), csv_number(c.estimate),
                      c.wall_s, c.cpu_s);
-      text += c.filter ? fmt::format(",{},{}\n", c.filter->cpu_s, c.filter->kept_share) : ",,\n";
+      text += c.filter ? fmt::format(",{},{}\n", c.filter->cpu_s, c.filter->unchanged_fraction)
+                       : ",,\n";
     }
   }
   return text;
@@ -357,7 +358,7 @@ std::string study_table(const StudyResults& r) {
     }
     if (!error(StudyMetric::kMse)) continue;
     std::optional<Estimate> bias = signed_bias(r, m, last);
-    if (bias) bias = mapped(*bias, [](double share) { return 100 * share; });
+    if (bias) bias = map_estimate(*bias, [](double share) { return 100 * share; });
     rows.push_back({r.methods[m].name, text_of(error(StudyMetric::kMse)),
                     text_of(error(StudyMetric::kRelMse)), speedup(StudyMetric::kMse),
                     speedup(StudyMetric::kRelMse), text_of(bias)});
@@ -372,15 +373,15 @@ std::string run_json(const StudyRun& run, std::string_view key) {
 }
 
 StudyRun parse_run(const JsonReader& root, std::string_view key) {
-  if (root["key"].text() != key) root["key"].expected("the key of this study");
+  if (root["key"].text() != key) root["key"].throw_expected("the key of this study");
   StudyRun run;
-  run.seed = uint32_t(root["seed"].whole(0, std::numeric_limits<uint32_t>::max()));
-  if (root["status"].text() != "done") root["status"].expected("\"done\"");
+  run.seed = uint32_t(root["seed"].whole_number(0, std::numeric_limits<uint32_t>::max()));
+  if (root["status"].text() != "done") root["status"].throw_expected("\"done\"");
   run.reason = root["reason"].text();
   run.non_finite_samples =
-      root["non_finite_samples"].whole(0, std::numeric_limits<uint64_t>::max());
+      root["non_finite_samples"].whole_number(0, std::numeric_limits<uint64_t>::max());
   const JsonReader checkpoints = root["checkpoints"], calibration = root["calibration"];
-  if (checkpoints.size() == 0) checkpoints.expected("at least one checkpoint");
+  if (checkpoints.size() == 0) checkpoints.throw_expected("at least one checkpoint");
   for (size_t i = 0; i < checkpoints.size(); ++i) {
     run.checkpoints.push_back(read_checkpoint(checkpoints[i]));
   }

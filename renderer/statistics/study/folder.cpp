@@ -26,23 +26,23 @@ constexpr const char* kRuns = "runs";
 // Reads one of our files with `read`. Empty if it is missing or damaged; then logs the error with
 // `instead`, which says what happens instead.
 template <typename Value>
-std::optional<Value> read_kept(const std::string& path, const char* instead,
-                               Value (*read)(const JsonReader& root, std::string_view key),
-                               const std::string& key) {
+std::optional<Value> read_own_file(const std::string& path, const char* consequence,
+                                   Value (*read)(const JsonReader& root, std::string_view key),
+                                   const std::string& key) {
   if (!file_identity(path)) return std::nullopt;
   try {
     const nlohmann::json json = read_json(path);
     return read(JsonReader(json, path), key);
   } catch (const InputError& error) {
-    log_info(std::string(error.what()) + "; " + instead);
+    log_info(std::string(error.what()) + "; " + consequence);
     return std::nullopt;
   }
 }
 
 StudyPace parse_pace(const JsonReader& root, std::string_view key) {
-  if (root["key"].text() != key) root["key"].expected("the key of this study");
+  if (root["key"].text() != key) root["key"].throw_expected("the key of this study");
   StudyPace pace;
-  pace.reference_spp = uint32_t(root["reference_spp"].whole(0, kMaxSamples));
+  pace.reference_spp = uint32_t(root["reference_spp"].whole_number(0, kMaxSamples));
   const JsonReader paces = root["samples_per_s"];
   for (const std::string& id : paces.members()) {
     pace.samples_per_s[id] = paces[id].number(0, std::numeric_limits<float>::max());
@@ -93,7 +93,7 @@ void StudyFolder::begin(const std::string& key, std::vector<std::string> files, 
 }
 
 std::optional<StudyPace> StudyFolder::read_pace() const {
-  return read_kept(path(kPace), "the pace is measured again", parse_pace, key_);
+  return read_own_file(path(kPace), "the pace is measured again", parse_pace, key_);
 }
 
 void StudyFolder::write_pace(const StudyPace& pace) const {
@@ -104,7 +104,7 @@ void StudyFolder::write_pace(const StudyPace& pace) const {
 }
 
 std::optional<StudyRun> StudyFolder::read_run(const std::string& id, uint32_t seed) const {
-  return read_kept(path(run_name(id, seed)), "the run is repeated", parse_run, key_);
+  return read_own_file(path(run_name(id, seed)), "the run is repeated", parse_run, key_);
 }
 
 void StudyFolder::write_run(const std::string& id, const StudyRun& run) const {

@@ -11,7 +11,7 @@
 
 namespace emberline {
 
-inline constexpr uint32_t kMostStudySeeds = 10000;
+inline constexpr uint32_t kMaxStudySeeds = 10000;
 
 // The settings of a study's frames. The lists of StudyOptions say what is compared.
 inline constexpr std::initializer_list<SettingGroup> kStudySettings = {

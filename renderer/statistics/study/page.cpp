@@ -20,8 +20,8 @@ namespace {
 using Tone = PageCell::Tone;
 
 // The metrics of charts and comparisons; the table of errors shows all.
-constexpr std::array kShown = {StudyMetric::kRelMseTrimmed, StudyMetric::kRelMse, StudyMetric::kMse,
-                               StudyMetric::kDisplay, StudyMetric::kFlip};
+constexpr std::array kChartMetrics = {StudyMetric::kRelMseTrimmed, StudyMetric::kRelMse,
+                                      StudyMetric::kMse, StudyMetric::kDisplay, StudyMetric::kFlip};
 
 bool any_checkpoint(const StudyResults& results) {
   return std::ranges::any_of(results.runs,
@@ -46,8 +46,8 @@ PageCell cell(const std::optional<Estimate>& e, const StudyResults& results) {
 }
 
 // Coloured as better or worse if its interval excludes 1.
-PageCell compared_cell(const Estimate& e, const StudyResults& results, bool above_is_better,
-                       const std::string& more = "") {
+PageCell ratio_cell(const Estimate& e, const StudyResults& results, bool above_is_better,
+                    const std::string& more = "") {
   Tone tone = Tone::kPlain;
   if (e.low && *e.low > 1) tone = above_is_better ? Tone::kGood : Tone::kBad;
   if (e.high && *e.high < 1) tone = above_is_better ? Tone::kBad : Tone::kGood;
@@ -62,15 +62,15 @@ std::string budget_text(const StudySettings& settings, double budget) {
 
 std::string metric_name(StudyMetric metric) { return std::string(study_metric_entry(metric).name); }
 
-// A row for each method except `left_out`: its name, then make_cell(method, column).
+// A row for each method except `excluded`: its name, then make_cell(method, column).
 template <typename Cell>
 PageTable method_table(const StudyResults& results, const std::string& caption,
                        const std::vector<std::string>& columns, const Cell& make_cell,
-                       std::optional<size_t> left_out = std::nullopt) {
+                       std::optional<size_t> excluded = std::nullopt) {
   PageTable table{caption, {{"method"}}, {}};
   for (const std::string& name : columns) table.columns.push_back({name, true});
   for (size_t m = 0; m < results.methods.size(); ++m) {
-    if (m == left_out) continue;
+    if (m == excluded) continue;
     std::vector<PageCell>& row = table.rows.emplace_back();
     row.push_back(results.methods[m].name);
     for (size_t c = 0; c < columns.size(); ++c) row.push_back(make_cell(m, c));
@@ -103,7 +103,7 @@ PageCell speedup_cell(const StudyResults& results, size_t method, StudyMetric me
                       StudyAxis axis, size_t budget) {
   const auto speedup = equal_error_speedup(results, method, metric, axis, budget);
   if (!speedup) return "none";
-  return compared_cell(speedup->ratio, results, true, speedup->extrapolated > 0 ? "\u00a0*" : "");
+  return ratio_cell(speedup->ratio, results, true, speedup->extrapolated > 0 ? "\u00a0*" : "");
 }
 
 // ---- curves ------------------------------------------------------------------------------------
@@ -137,8 +137,9 @@ PageTable slopes(const StudyResults& results, StudyAxis axis) {
   return method_table(
       results,
       axis == StudyAxis::kSamples ? "Fitted slopes against samples" : "Fitted slopes against time",
-      metric_names(kShown),
-      [&](size_t m, size_t c) { return cell(error_slope(results, m, kShown[c], axis), results); });
+      metric_names(kChartMetrics), [&](size_t m, size_t c) {
+        return cell(error_slope(results, m, kChartMetrics[c], axis), results);
+      });
 }
 
 // ---- bias --------------------------------------------------------------------------------------
@@ -150,8 +151,8 @@ PageCell bias_cell(const StudyResults& results, size_t method, size_t budget) {
   if (!bias->low || !bias->high) return text;
   text += fmt::format(" [{:+.3f},\u00a0{:+.3f}]", 100 * *bias->low, 100 * *bias->high);
   // The bias may include two standard errors of the reference's own sum.
-  const double room = 2 * results.reference.noise_bias;
-  const bool biased = *bias->low > room || *bias->high < -room;
+  const double tolerance = 2 * results.reference.noise_bias;
+  const bool biased = *bias->low > tolerance || *bias->high < -tolerance;
   return {text, biased ? Tone::kBad : Tone::kPlain};
 }
 
@@ -193,8 +194,8 @@ void add_speedups(HtmlPage& page, const StudyResults& results) {
   const std::string largest = budget_text(results.settings, results.settings.budgets[last]);
   const auto add_by_metric = [&](const char* time, StudyAxis axis) {
     page.table(method_table(
-        results, fmt::format("{}, at {}", time, largest), metric_names(kShown),
-        [&](size_t m, size_t c) { return speedup_cell(results, m, kShown[c], axis, last); },
+        results, fmt::format("{}, at {}", time, largest), metric_names(kChartMetrics),
+        [&](size_t m, size_t c) { return speedup_cell(results, m, kChartMetrics[c], axis, last); },
         baseline));
   };
   add_by_metric("Processor time", StudyAxis::kCpu);
@@ -215,7 +216,7 @@ void add_curves(HtmlPage& page, const StudyResults& results) {
   }
   page.paragraph(
       fmt::format("Both scales are logarithmic. The bands show {}.", seeds_text(results.settings)));
-  for (const StudyMetric metric : kShown) {
+  for (const StudyMetric metric : kChartMetrics) {
     const std::string summary(study_metric_entry(metric).summary);
     page.figures(
         std::vector<PageFigure>{{curve_chart(results, metric, StudyAxis::kWall), summary + "."},
@@ -259,13 +260,13 @@ void add_calibration(HtmlPage& page, const StudyResults& results) {
   chart.title = "Estimated over true RMS error";
   chart.x = {"samples per pixel", AxisScale::kLog};
   chart.y = {"estimated / true", AxisScale::kLog};
-  double least = INFINITY, most = 0;
+  double min = INFINITY, max = 0;
   for (size_t m = 0; m < results.methods.size(); ++m) {
     ChartSeries series{results.methods[m].name, {}, int(m)};
     for (const CalibrationGroup& group : calibration(results, m)) {
       series.points.push_back(chart_point(group.mean_samples, group.ratio));
-      least = std::min(least, group.mean_samples);
-      most = std::max(most, group.mean_samples);
+      min = std::min(min, group.mean_samples);
+      max = std::max(max, group.mean_samples);
     }
     if (!series.points.empty()) chart.series.push_back(std::move(series));
   }
@@ -274,7 +275,7 @@ void add_calibration(HtmlPage& page, const StudyResults& results) {
         "No method estimated its error, so there is nothing to compare with the true error.");
     return;
   }
-  ChartSeries exact{"exact", {{least, 1}, {most, 1}}, 6};
+  ChartSeries exact{"exact", {{min, 1}, {max, 1}}, 6};
   exact.markers = false;
   chart.series.push_back(std::move(exact));
   page.figures(std::vector<PageFigure>{
@@ -302,7 +303,7 @@ void add_denoising(HtmlPage& page, const StudyResults& results) {
       if (!filter) continue;
       table.rows.push_back({budget_text(results.settings, results.settings.budgets[b]),
                             readable_seconds(filter->cpu_s), cell(filter->estimate_ratio, results),
-                            readable_percent(filter->kept_share)});
+                            readable_percent(filter->unchanged_fraction)});
     }
     if (!table.rows.empty()) page.table(table);
   }
@@ -312,7 +313,8 @@ void add_limits(HtmlPage& page, const StudyResults& results) {
   if (!any_checkpoint(results) || results.settings.budgets.empty()) return;
   const size_t last = results.settings.budgets.size() - 1;
   page.section("Possible gain and overhead");
-  constexpr std::array kLimited = {StudyMetric::kMse, StudyMetric::kRelMse, StudyMetric::kDisplay};
+  constexpr std::array kNeymanMetrics = {StudyMetric::kMse, StudyMetric::kRelMse,
+                                         StudyMetric::kDisplay};
   if (results.limits) {
     const NeymanLimits& limits = *results.limits;
     page.paragraph(fmt::format(
@@ -321,10 +323,10 @@ void add_limits(HtmlPage& page, const StudyResults& results) {
         "(display_mse). The table shows the speedup in processor time as a share of that limit.",
         readable_number(limits.mse), readable_number(limits.rel_mse),
         readable_number(limits.display)));
-    page.table(method_table(results, "Share of the limit", metric_names(kLimited),
-                            [&](size_t m, size_t c) {
-                              return cell(neyman_fraction(results, m, kLimited[c], last), results);
-                            }));
+    page.table(method_table(
+        results, "Share of the limit", metric_names(kNeymanMetrics), [&](size_t m, size_t c) {
+          return cell(neyman_fraction(results, m, kNeymanMetrics[c], last), results);
+        }));
   } else {
     page.paragraph(
         "The Neyman limit is unknown: the reference is a picture without the variance of its "
@@ -334,7 +336,7 @@ void add_limits(HtmlPage& page, const StudyResults& results) {
                           {"processor time per sample, relative to the baseline"},
                           [&](size_t m, size_t) -> PageCell {
                             const auto ratio = overhead(results, m, last);
-                            return ratio ? compared_cell(*ratio, results, false) : PageCell("none");
+                            return ratio ? ratio_cell(*ratio, results, false) : PageCell("none");
                           }));
   page.paragraph(
       "A value above 1 comes from the driver's own work and from samples in pixels with longer "
@@ -345,13 +347,13 @@ void add_runs(HtmlPage& page, const StudyResults& results) {
   page.section("Runs");
   page.table(method_table(
       results, "", {"finished", "failed", "not run"}, [&](size_t m, size_t c) -> PageCell {
-        const auto of_method = [&](StudyRunStatus status) {
+        const auto count_runs = [&](StudyRunStatus status) {
           return size_t(std::ranges::count_if(results.runs, [&](const StudyRun& run) {
             return run.method == m && run.status == status;
           }));
         };
-        const size_t done = of_method(StudyRunStatus::kDone);
-        const size_t failed = of_method(StudyRunStatus::kFailed);
+        const size_t done = count_runs(StudyRunStatus::kDone);
+        const size_t failed = count_runs(StudyRunStatus::kFailed);
         if (c == 0) return std::to_string(done);
         if (c == 1) return {std::to_string(failed), failed > 0 ? Tone::kBad : Tone::kPlain};
         const size_t seeds = results.settings.seeds;

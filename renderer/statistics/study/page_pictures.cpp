@@ -12,7 +12,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/readable.h"
 #include "renderer/core/rect_values.h"
-#include "renderer/core/summed_areas.h"
+#include "renderer/core/summed_area_table.h"
 #include "renderer/engine/run_limits.h"
 #include "renderer/statistics/heatmap_quantity.h"
 #include "renderer/statistics/study_summary.h"
@@ -21,9 +21,9 @@ namespace emberline {
 namespace {
 
 // The longest side of a picture on the page; larger pictures are averaged down.
-constexpr int kMostPixels = 1280;
+constexpr int kMaxPixels = 1280;
 // Maximum number of pictures in a row, and the width that they share.
-constexpr int kInARow = 4, kPageWidth = 1300;
+constexpr int kMaxColumns = 4, kPageWidth = 1300;
 
 struct MethodPictures {
   std::string name, caption;
@@ -46,7 +46,7 @@ std::optional<ByteImage> read_picture(const PictureFolder& folder, const std::st
   if (name.empty()) return std::nullopt;
   try {
     const std::string path = folder.file(name);
-    const LoadProgress bounded({}, {}, limits_of_own_picture(folder.pixels));
+    const LoadProgress bounded({}, {}, read_back_limits(folder.pixels));
     const InputFile encoded(path);
     const MemoryReservation bytes(bounded.budget(), MemoryPart::kFile, encoded.size(), path);
     const auto file = decode_image(encoded.read_all(), path, false, bounded).image;
@@ -65,8 +65,8 @@ std::optional<ByteImage> read_picture(const PictureFolder& folder, const std::st
 std::optional<Plane> read_samples(const PictureFolder& folder, const std::string& name) {
   if (name.empty()) return std::nullopt;
   try {
-    const FloatImage file = read_float_image(
-        folder.file(name), LoadProgress({}, {}, limits_of_own_picture(folder.pixels)));
+    const FloatImage file =
+        read_float_image(folder.file(name), LoadProgress({}, {}, read_back_limits(folder.pixels)));
     const int channel = file.find_channel("samples");
     if (channel < 0) return std::nullopt;
     Plane plane{file.width, file.height, {}};
@@ -95,10 +95,10 @@ MethodPictures read_method(const StudyResults& results, size_t m, const PictureF
 }
 
 // Narrow pictures leave room for more in a row.
-int in_a_row(int width) { return std::clamp(kPageWidth / std::max(1, width), 2, kInARow); }
+int column_count(int width) { return std::clamp(kPageWidth / std::max(1, width), 2, kMaxColumns); }
 
-ByteImage reduced(const ByteImage& image) {
-  const int factor = (std::max(image.width, image.height) + kMostPixels - 1) / kMostPixels;
+ByteImage downsample(const ByteImage& image) {
+  const int factor = (std::max(image.width, image.height) + kMaxPixels - 1) / kMaxPixels;
   if (factor <= 1) return image;
   ByteImage small{.width = (image.width + factor - 1) / factor,
                   .height = (image.height + factor - 1) / factor,
@@ -127,10 +127,10 @@ PageFigure figure(const ByteImage& image, const char* format, const std::string&
           caption};
 }
 
-ByteImage cut_out(const ByteImage& image, const Rect& part) {
+ByteImage crop_image(const ByteImage& image, const Rect& part) {
   return {.width = part.width(),
           .height = part.height(),
-          .values = take_rect(image.values, Rect{0, 0, image.width, image.height}, part)};
+          .values = extract_rect(image.values, Rect{0, 0, image.width, image.height}, part)};
 }
 
 bool same_size(const ByteImage& a, const ByteImage& b) {
@@ -158,27 +158,27 @@ void add_crops(HtmlPage& page, const StudyResults& results,
   page.heading("Crops where the baseline differs most from the reference");
   for (const Rect& crop : crops) {
     std::vector<PageFigure> row = {
-        figure(cut_out(reference, crop), "png",
+        figure(crop_image(reference, crop), "png",
                fmt::format("reference, {},{} to {},{}", crop.x0, crop.y0, crop.x1, crop.y1), true)};
     for (const MethodPictures& m : methods) {
       if (!m.picture || !same_size(*m.picture, reference)) continue;
-      row.push_back(figure(cut_out(*m.picture, crop), "png", m.name, true));
+      row.push_back(figure(crop_image(*m.picture, crop), "png", m.name, true));
     }
-    page.figures(row, kInARow);
+    page.figures(row, kMaxColumns);
   }
 }
 
 void add_flip_maps(HtmlPage& page, const std::vector<MethodPictures>& methods, int width) {
   std::vector<PageFigure> figures;
   for (const MethodPictures& m : methods) {
-    if (m.flip) figures.push_back(figure(reduced(*m.flip), "jpeg", m.name));
+    if (m.flip) figures.push_back(figure(downsample(*m.flip), "jpeg", m.name));
   }
   if (figures.empty()) return;
   page.heading("FLIP against the reference");
   page.paragraph(
       "The difference that an observer sees when flipping between the picture and the reference: "
       "black is none, bright is large (0 to 1).");
-  page.figures(figures, in_a_row(width));
+  page.figures(figures, column_count(width));
 }
 
 // All heatmaps have the same scale, so that they can be compared.
@@ -187,9 +187,9 @@ void add_heatmaps(HtmlPage& page, const std::vector<MethodPictures>& methods, in
   style.range = ValueRange{0, 0};
   for (const MethodPictures& m : methods) {
     if (!m.samples) continue;
-    style.range->most = std::max(style.range->most, automatic_range(*m.samples, false).most);
+    style.range->max = std::max(style.range->max, automatic_range(*m.samples, false).max);
   }
-  if (!(style.range->most > 0)) return;
+  if (!(style.range->max > 0)) return;
   page.heading("Where the samples went");
   std::vector<PageFigure> figures;
   for (const MethodPictures& m : methods) {
@@ -197,7 +197,7 @@ void add_heatmaps(HtmlPage& page, const std::vector<MethodPictures>& methods, in
     figures.push_back(
         figure(draw_quantity(find_heatmap_quantity("samples"), *m.samples, style), "png", m.name));
   }
-  page.figures(figures, in_a_row(width));
+  page.figures(figures, column_count(width));
 }
 
 uint64_t squared_difference(const ByteImage& a, const ByteImage& b, size_t pixel) {
@@ -214,7 +214,7 @@ uint64_t squared_difference(const ByteImage& a, const ByteImage& b, size_t pixel
 std::vector<Rect> most_different_squares(const ByteImage& picture, const ByteImage& reference,
                                          int side, size_t count) {
   assert(same_size(picture, reference) && picture.channels == 3 && reference.channels == 3);
-  const SummedAreas differences(picture.width, picture.height, [&](size_t pixel) {
+  const SummedAreaTable differences(picture.width, picture.height, [&](size_t pixel) {
     return squared_difference(picture, reference, pixel);
   });
   struct Candidate {
@@ -249,9 +249,9 @@ void add_study_pictures(HtmlPage& page, const StudyResults& results, const std::
   const std::optional<ByteImage> reference = read_picture(folder, results.reference.png);
 
   std::vector<PageFigure> figures;
-  if (reference) figures.push_back(figure(reduced(*reference), "jpeg", "reference"));
+  if (reference) figures.push_back(figure(downsample(*reference), "jpeg", "reference"));
   for (const MethodPictures& m : methods) {
-    if (m.picture) figures.push_back(figure(reduced(*m.picture), "jpeg", m.caption));
+    if (m.picture) figures.push_back(figure(downsample(*m.picture), "jpeg", m.caption));
   }
   if (figures.empty()) return;
   page.section(results.settings.by_time ? "Pictures at equal time" : "Pictures at equal samples");
@@ -263,7 +263,7 @@ void add_study_pictures(HtmlPage& page, const StudyResults& results, const std::
             : fmt::format("{} samples per pixel",
                           readable_number(results.settings.budgets.back(), 6))));
   }
-  page.figures(figures, in_a_row(results.settings.width));
+  page.figures(figures, column_count(results.settings.width));
   if (reference) add_crops(page, results, methods, *reference);
   add_flip_maps(page, methods, results.settings.width);
   add_heatmaps(page, methods, results.settings.width);

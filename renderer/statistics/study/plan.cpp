@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::string_view kDefaultBudgets = "1,2,4,8,16,32,64";
 // Seconds of rendering, with the limits of --time-limit.
-constexpr double kLeastSeconds = 0.001, kMostSeconds = 1e9;
+constexpr double kMinSeconds = 0.001, kMaxSeconds = 1e9;
 
 std::vector<std::string> split(std::string_view text, char separator) {
   std::vector<std::string> parts;
@@ -31,7 +31,7 @@ std::vector<std::string> split(std::string_view text, char separator) {
   }
 }
 
-void refuse_repeated(const std::vector<std::string>& names, const std::string& option) {
+void reject_repeated(const std::vector<std::string>& names, const std::string& option) {
   for (const std::string& name : names) {
     if (std::ranges::count(names, name) > 1) {
       throw UsageError(option + ": '" + shortened(name) + "' is listed twice");
@@ -44,7 +44,7 @@ std::vector<std::string> parse_names(const std::string& list, const char* option
                                      const Table& table) {
   const std::vector<std::string> names = split(list, ',');
   for (const std::string& name : names) find_named(table, option, kind, name);
-  refuse_repeated(names, option);
+  reject_repeated(names, option);
   return names;
 }
 
@@ -56,17 +56,17 @@ struct EstimatorChoice {
 EstimatorChoice parse_estimator(const std::string& text) {
   std::vector<std::string> parts = split(text, '/');
   EstimatorChoice choice{text};
-  const auto take = [&](const char* setting) {
+  const auto parse_part = [&](const char* setting) {
     find_named(find_setting(setting)->choices, "`estimators`", setting, parts[0]);
     find_setting(setting)->read(choice.settings, parts[0]);
     parts.erase(parts.begin());
   };
-  take("estimator");
+  parse_part("estimator");
   if (!parts.empty() && parts.back() == "unbiased") {
     choice.settings.unbiased = true;
     parts.pop_back();
   }
-  if (!parts.empty()) take("allocation");
+  if (!parts.empty()) parse_part("allocation");
   if (!parts.empty()) {
     throw UsageError("`estimators`: '" + shortened(text) +
                      "' is not ESTIMATOR[/ALLOCATION][/unbiased]");
@@ -80,10 +80,10 @@ std::vector<double> parse_budgets(const std::string& list, bool by_time) {
   for (const std::string& text : split(list, ',')) {
     const std::optional<double> value =
         by_time ? parse_real(text) : std::optional<double>(parse_number<uint32_t>(text));
-    const double least = by_time ? kLeastSeconds : 1, most = by_time ? kMostSeconds : kMaxSamples;
-    if (!value || *value < least || *value > most) {
+    const double min = by_time ? kMinSeconds : 1, max = by_time ? kMaxSeconds : kMaxSamples;
+    if (!value || *value < min || *value > max) {
       throw UsageError(fmt::format("{}: '{}' is not a {} from {} to {}", option, shortened(text),
-                                   by_time ? "number" : "whole number", least, most));
+                                   by_time ? "number" : "whole number", min, max));
     }
     if (!budgets.empty() && *value <= budgets.back()) {
       throw UsageError(fmt::format("{}: budgets must ascend, but {} comes after {}", option, text,
@@ -99,7 +99,7 @@ bool is_fixed_count(const std::string& sampler) {
 }
 
 // The error of rendering the method at one of the budgets; empty if there is none.
-std::string why_impossible(const PlannedMethod& method, const StudyPlan& plan) {
+std::string find_unsupported_reason(const PlannedMethod& method, const StudyPlan& plan) {
   try {
     for (const double budget : plan.budgets) {
       const auto samples = plan.by_time ? uint32_t(64) : uint32_t(budget);
@@ -142,8 +142,8 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
     planned.id += "-denoise";
   }
   planned.id += "-" + sampler;
-  planned.separate = options.separate || options.denoise || m.denoised || is_fixed_count(sampler) ||
-                     finishes_tiles(o);
+  planned.separate =
+      options.separate || options.denoise || m.denoised || is_fixed_count(sampler) || is_tiled(o);
   return planned;
 }
 
@@ -155,10 +155,9 @@ std::string reference_sampler(const std::vector<std::string>& studied) {
   return "independent";
 }
 
-void check_count(std::string_view name, std::optional<uint32_t> count, uint32_t least,
-                 uint32_t most) {
-  if (!count || (*count >= least && *count <= most)) return;
-  throw UsageError("`{}`: {} is not from {} to {}", name, *count, least, most);
+void check_count(std::string_view name, std::optional<uint32_t> count, uint32_t min, uint32_t max) {
+  if (!count || (*count >= min && *count <= max)) return;
+  throw UsageError("`{}`: {} is not from {} to {}", name, *count, min, max);
 }
 
 // Rejects settings of other groups, which a client may have set.
@@ -206,7 +205,7 @@ StudyPlan plan_study(const StudyOptions& options) {
         "`reference-spp`, `cache`: they apply to a rendered reference, but `reference` names a "
         "picture");
   }
-  check_count("seeds", options.seeds, 1, kMostStudySeeds);
+  check_count("seeds", options.seeds, 1, kMaxStudySeeds);
   check_count("reference-spp", options.reference_spp, 2, kMaxSamples);
   StudyPlan plan;
   const std::vector<std::string> drivers =
@@ -215,7 +214,7 @@ StudyPlan plan_study(const StudyOptions& options) {
   std::vector<EstimatorChoice> estimators;
   const std::vector<std::string> estimator_texts = split(options.estimators, ',');
   for (const std::string& text : estimator_texts) estimators.push_back(parse_estimator(text));
-  refuse_repeated(estimator_texts, "`estimators`");
+  reject_repeated(estimator_texts, "`estimators`");
   if (options.spp && options.seconds) {
     throw UsageError("`seconds`: budgets are either samples or seconds; use `spp` or `seconds`");
   }
@@ -234,7 +233,7 @@ StudyPlan plan_study(const StudyOptions& options) {
       };
       FrameSettings alone;
       alone.driver = driver;
-      if (shares_evenly(alone)) {
+      if (samples_uniformly(alone)) {
         add(nullptr);
         continue;
       }
@@ -244,11 +243,11 @@ StudyPlan plan_study(const StudyOptions& options) {
   std::vector<std::string_view> names;
   bool possible = false;
   for (PlannedMethod& method : plan.methods) {
-    method.impossible = why_impossible(method, plan);
-    possible = possible || method.impossible.empty();
+    method.unsupported_reason = find_unsupported_reason(method, plan);
+    possible = possible || method.unsupported_reason.empty();
     names.push_back(method.method.name);
   }
-  if (!possible) throw UsageError("no method is possible: " + plan.methods[0].impossible);
+  if (!possible) throw UsageError("no method is possible: " + plan.methods[0].unsupported_reason);
   plan.baseline = options.baseline.empty() ? std::string(names[0]) : options.baseline;
   if (std::ranges::find(names, plan.baseline) == names.end()) {
     throw UsageError("`baseline`: " + unknown_name_message("method", plan.baseline, names));

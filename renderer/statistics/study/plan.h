@@ -18,7 +18,7 @@ struct PlannedMethod {
   // Every budget is a separate frame: for drivers that show nothing before they finish, samplers
   // that must know the number of samples, and --separate.
   bool separate = false;
-  std::string impossible;  // the reason why the method cannot be rendered; empty if it can
+  std::string unsupported_reason;  // the reason why the method cannot be rendered; empty if it can
 };
 
 struct StudyPlan {

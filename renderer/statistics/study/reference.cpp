@@ -35,11 +35,11 @@ std::string base_path(const ReferenceRequest& request) {
 
 // The checksum from the JSON note beside the pixels. Throws InputError for a damaged note or one of
 // another frame.
-std::string noted_checksum(const ReferenceRequest& request) {
+std::string read_checksum(const ReferenceRequest& request) {
   const std::string file = base_path(request) + ".json";
   const nlohmann::json json = read_json(file);
   const JsonReader note(json, file);
-  if (note["key"].text() != request.key) note["key"].expected("the key of this frame");
+  if (note["key"].text() != request.key) note["key"].throw_expected("the key of this frame");
   return note["checksum"].text();
 }
 
@@ -54,7 +54,7 @@ bool has_attribute(const std::string& path) {
 
 std::optional<ReferenceHalf> read_channels(const std::string& path, const Rect& crop) {
   const FloatImage image =
-      read_float_image(path, LoadProgress({}, {}, limits_of_own_picture(crop.area())));
+      read_float_image(path, LoadProgress({}, {}, read_back_limits(crop.area())));
   if (image.width != crop.width() || image.height != crop.height()) return std::nullopt;
   const std::vector<PictureChannel> channels = film_channels(study_reference_aovs());
   ReferenceHalf half(size_t(crop.area()) * kChannels);
@@ -83,7 +83,7 @@ void check_cached_files(const ReferenceRequest& request) {
       // The note may exist without the picture.
     }
     try {
-      return !noted_checksum(request).empty();
+      return !read_checksum(request).empty();
     } catch (const InputError&) {
       return false;
     }
@@ -105,7 +105,7 @@ std::optional<ReferenceHalf> read_reference_half(const ReferenceRequest& request
   const std::string path = base_path(request) + ".exr";
   if (!file_identity(path)) return std::nullopt;
   try {
-    const std::string checksum = noted_checksum(request);
+    const std::string checksum = read_checksum(request);
     std::optional<ReferenceHalf> half = read_channels(path, crop);
     if (half && hexadecimal(fingerprint(*half)) == checksum) return half;
     log_info(path + ": it is damaged or from another frame, and is rendered again");

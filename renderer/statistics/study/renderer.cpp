@@ -19,10 +19,10 @@ namespace {
 
 void warn_of_counters(const RenderOptions& o, const RenderCounters& counters) {
   const std::string estimator = o.estimator.empty() ? "" : " `estimator` " + o.estimator;
-  warn_of_non_finite(counters, o.seed,
-                     fmt::format("by render with `driver` {}{} `sampler` {} `seed` {}", o.driver,
-                                 estimator, o.sampler, o.seed));
-  warn_of_optics(counters.optics);
+  warn_about_non_finite(counters, o.seed,
+                        fmt::format("by render with `driver` {}{} `sampler` {} `seed` {}", o.driver,
+                                    estimator, o.sampler, o.seed));
+  warn_about_optics(counters.optics);
 }
 
 StudyCheckpoint checkpoint(const Rect& crop, double budget, uint64_t samples, double wall_s,
@@ -38,9 +38,10 @@ StudyCheckpoint checkpoint(const Rect& crop, double budget, uint64_t samples, do
 }
 
 // Collects the channels of delivered tiles.
-class TileKeeper : public RenderSink {
+class TileCollector : public RenderSink {
  public:
-  TileKeeper(const Rect& crop, const AovSet& aovs, const std::function<void(uint64_t)>& on_samples)
+  TileCollector(const Rect& crop, const AovSet& aovs,
+                const std::function<void(uint64_t)>& on_samples)
       : crop_(crop), on_samples_(on_samples) {
     values_.resize(size_t(crop.area()) * film_channels(aovs).size());
   }
@@ -59,57 +60,63 @@ class TileKeeper : public RenderSink {
 };
 
 // Copies the picture when a budget is spent and when a round ends.
-class ProgressiveKeeper final : public TileKeeper {
+class ProgressiveCollector final : public TileCollector {
  public:
   // With `uniform` sampling there are no rounds, and so no error estimates.
-  ProgressiveKeeper(const Rect& crop, std::span<const double> budgets, bool by_time, bool uniform,
-                    const std::function<void(uint64_t)>& on_samples)
-      : TileKeeper(crop, {}, on_samples), budgets_(budgets), by_time_(by_time), uniform_(uniform) {}
+  ProgressiveCollector(const Rect& crop, std::span<const double> budgets, bool by_time,
+                       bool uniform, const std::function<void(uint64_t)>& on_samples)
+      : TileCollector(crop, {}, on_samples),
+        budgets_(budgets),
+        by_time_(by_time),
+        uniform_(uniform) {}
 
   void picture_changed(const JobProgress& now, const LivePicture& picture) override {
     const double wall = clock.seconds(), cpu = clock.cpu_seconds();
     clock.exclude_time([&] {
-      claim(now);
-      keep(now, picture, wall, cpu);
+      store_estimate(now);
+      collect(now, picture, wall, cpu);
       if (now.pass_finished && !uniform_) {
         round_ = {now.samples, 0, to_rgb_image(rgba(picture), 4, crop_)};
       }
       last_estimate_ = now.error_estimate;
     });
-    if (pictures.size() == budgets_.size()) spent.request_stop();
+    if (pictures.size() == budgets_.size()) budgets_spent.request_stop();
   }
 
-  bool picture_wanted() const override {
-    return by_time_ && pictures.size() < here() && clock.seconds() >= budgets_[pictures.size()];
+  bool needs_picture() const override {
+    return by_time_ && pictures.size() < collected_count() &&
+           clock.seconds() >= budgets_[pictures.size()];
   }
-  std::optional<uint64_t> picture_wanted_at() const override {
-    if (by_time_ || pictures.size() >= here()) return std::nullopt;
+  std::optional<uint64_t> next_picture_at() const override {
+    if (by_time_ || pictures.size() >= collected_count()) return std::nullopt;
     return uint64_t(std::ceil(budgets_[pictures.size()] * double(crop_.area())));
   }
 
   // Adds the estimate for the last round, which a driver makes when it plans the next one.
-  void claim(const JobProgress& now) {
+  void store_estimate(const JobProgress& now) {
     if (!round_ || !now.error_estimate || now.error_estimate == last_estimate_) return;
     round_->estimate = *now.error_estimate;
-    claims.push_back(std::move(*round_));
+    estimates.push_back(std::move(*round_));
     round_.reset();
   }
 
   RenderClock clock;
   std::vector<StudyPicture> pictures;
-  std::vector<ClaimedError> claims;
-  std::stop_source spent;
+  std::vector<RoundEstimate> estimates;
+  std::stop_source budgets_spent;
 
  private:
   // How many pictures this class keeps. render_progressive() adds the last one if it is the
   // finished frame.
-  size_t here() const { return by_time_ && uniform_ ? budgets_.size() : budgets_.size() - 1; }
+  size_t collected_count() const {
+    return by_time_ && uniform_ ? budgets_.size() : budgets_.size() - 1;
+  }
 
-  void keep(const JobProgress& now, const LivePicture& picture, double wall, double cpu) {
-    while (pictures.size() < here()) {
+  void collect(const JobProgress& now, const LivePicture& picture, double wall, double cpu) {
+    while (pictures.size() < collected_count()) {
       const double budget = budgets_[pictures.size()];
-      const double spent_so_far = by_time_ ? wall : double(now.samples) / double(crop_.area());
-      if (spent_so_far < budget) return;
+      const double spent_budget = by_time_ ? wall : double(now.samples) / double(crop_.area());
+      if (spent_budget < budget) return;
       pictures.push_back({checkpoint(crop_, budget, now.samples, wall, cpu), with_counts(picture)});
     }
   }
@@ -132,7 +139,7 @@ class ProgressiveKeeper final : public TileKeeper {
   const std::span<const double> budgets_;
   const bool by_time_;
   const bool uniform_;
-  std::optional<ClaimedError> round_;  // the last round, while it has no estimate
+  std::optional<RoundEstimate> round_;  // the last round, while it has no estimate
   std::optional<double> last_estimate_;
 };
 
@@ -154,53 +161,54 @@ uint64_t StudyRenderer::frame_bytes(const RenderOptions& options, size_t budgets
   const std::vector<std::string> channels = film_channel_names(aovs);
   const uint64_t floats = channels.size() + budgets * kStudyPictureChannels;
   const uint64_t filter = denoises(options) ? denoise_bytes(crop_, kStudyTile, channels) : 0;
-  return filter + bytes_of(pixels(), kept_bytes_per_pixel(RenderPlan(options).drivers(), aovs) +
+  return filter + bytes_of(pixels(), job_bytes_per_pixel(RenderPlan(options).drivers(), aovs) +
                                          floats * sizeof(float));
 }
 
 std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, const AovSet& aovs,
                                                   const std::stop_token& stop) const {
   const RenderPlan plan(options, {.aovs = aovs});
-  TileKeeper keeper(crop_, aovs, on_samples_);
+  TileCollector collector(crop_, aovs, on_samples_);
   const RenderClock clock;
   const std::unique_ptr<RenderJob> job = plan.prepare(*scene_, camera_, stop);
-  const RenderCounters counters = job->render(keeper, stop).counters;
+  const RenderCounters counters = job->render(collector, stop).counters;
   const double wall = clock.seconds(), cpu = clock.cpu_seconds();
   if (counters.stopped) return std::nullopt;
   warn_of_counters(options, counters);
-  job->deliver(keeper);
+  job->deliver(collector);
   return StudyPicture{checkpoint(crop_, 0, counters.samples, wall, cpu, job->error_estimate()),
-                      keeper.take_values(), counters.non_finite_samples};
+                      collector.take_values(), counters.non_finite_samples};
 }
 
 ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
                                                    std::span<const double> budgets, bool by_time,
                                                    const std::stop_token& stop) const {
   const RenderPlan plan(options, {.aovs = AovSet()});
-  ProgressiveKeeper keeper(crop_, budgets, by_time, plan.even, on_samples_);
-  const std::stop_callback pass_on(stop, [&] { keeper.spent.request_stop(); });
-  keeper.clock = RenderClock();
+  ProgressiveCollector collector(crop_, budgets, by_time, plan.is_uniform, on_samples_);
+  const std::stop_callback pass_on(stop, [&] { collector.budgets_spent.request_stop(); });
+  collector.clock = RenderClock();
   const std::unique_ptr<RenderJob> job = plan.prepare(*scene_, camera_, stop);
-  const RenderCounters counters = job->render(keeper, keeper.spent.get_token()).counters;
-  const double wall = keeper.clock.seconds(), cpu = keeper.clock.cpu_seconds();
+  const RenderCounters counters =
+      job->render(collector, collector.budgets_spent.get_token()).counters;
+  const double wall = collector.clock.seconds(), cpu = collector.clock.cpu_seconds();
   ProgressiveFrame result;
   result.stopped = stop.stop_requested();
   if (result.stopped) return result;
   warn_of_counters(options, counters);
   result.non_finite_samples = counters.non_finite_samples;
-  result.pictures = std::move(keeper.pictures);
-  result.claims = std::move(keeper.claims);
+  result.pictures = std::move(collector.pictures);
+  result.estimates = std::move(collector.estimates);
   if (!counters.stopped) {
-    job->deliver(keeper);
+    job->deliver(collector);
     const std::optional<double> estimate = job->error_estimate();
-    const std::vector<float> values = keeper.take_values();
+    const std::vector<float> values = collector.take_values();
     while (result.pictures.size() < budgets.size()) {
       result.pictures.push_back({checkpoint(crop_, budgets[result.pictures.size()],
                                             counters.samples, wall, cpu, estimate),
                                  values});
     }
     if (estimate) {
-      result.claims.push_back(
+      result.estimates.push_back(
           {counters.samples, *estimate, to_rgb_image(values, film_channels({}).size(), crop_)});
     }
   }
@@ -227,7 +235,7 @@ void denoise_picture(const Rect& crop, StudyPicture* picture) {
   const double cpu = clock.cpu_seconds();
   picture->wall_s += clock.seconds();
   picture->cpu_s += cpu;
-  picture->filter = {cpu, report.kept_share};
+  picture->filter = {cpu, report.unchanged_fraction};
   picture->estimate = report.error_after;
   picture->values = std::move(denoised);
 }

@@ -33,7 +33,7 @@ struct StudyPicture : StudyCheckpoint {
 };
 
 // A driver's error estimate for the picture at the end of a round, and that picture.
-struct ClaimedError {
+struct RoundEstimate {
   uint64_t samples = 0;
   double estimate = 0;
   RgbImage picture;
@@ -41,7 +41,7 @@ struct ClaimedError {
 
 struct ProgressiveFrame {
   std::vector<StudyPicture> pictures;  // one for each budget that was reached
-  std::vector<ClaimedError> claims;
+  std::vector<RoundEstimate> estimates;
   uint64_t non_finite_samples = 0;
   bool stopped = false;  // by the user
 };

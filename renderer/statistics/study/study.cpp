@@ -38,8 +38,8 @@ constexpr uint32_t kReferenceFactor = 64;
 // Seed offsets that no run reaches: the maximum of --seeds is far below them.
 constexpr uint32_t kReferenceSeed = 0x40000000u, kWarmUpSeed = 0x80000000u;
 // A warm-up is just long enough to measure the pace.
-constexpr double kWarmUpSeconds = 0.3, kWarmUpShare = 0.1;
-constexpr uint32_t kMostWarmUpSamples = 1024;
+constexpr double kWarmUpSeconds = 0.3, kWarmUpFraction = 0.1;
+constexpr uint32_t kMaxWarmUpSamples = 1024;
 // A frame that ends by time gets this many times the samples that its pace predicts.
 constexpr double kPaceMargin = 4;
 
@@ -104,7 +104,7 @@ class Study {
   }
 
   // Number of samples that render() will take; estimated for runs that end by time.
-  uint64_t samples_to_come() const {
+  uint64_t remaining_samples() const {
     double samples = 0;
     for (const auto& half : reference_.halves) {
       if (!half && !reference_.picture) samples += reference_.half_samples;
@@ -112,7 +112,8 @@ class Study {
     for (uint32_t k = 0; k < seeds_; ++k) {
       for (size_t m = 0; m < plan_.methods.size(); ++m) {
         const PlannedMethod& method = plan_.methods[m];
-        if (!method.impossible.empty() || find_run(results_, m, options_.frame.seed + k)) continue;
+        if (!method.unsupported_reason.empty() || find_run(results_, m, options_.frame.seed + k))
+          continue;
         for (const double budget : plan_.budgets) {
           if (method.separate || budget == plan_.budgets.back()) {
             samples += samples_for(method, budget);
@@ -128,7 +129,7 @@ class Study {
   void render(const std::function<void(uint64_t)>& on_samples, std::stop_token stop) {
     stop_ = std::move(stop);
     renderer_.on_samples(on_samples);
-    results_.complete = complete_reference() && make_runs();
+    results_.complete = ensure_reference() && execute_runs();
     renderer_.on_samples({});
   }
 
@@ -167,17 +168,18 @@ class Study {
   };
 
   void reserve_frames() {
-    uint64_t most = 0;
+    uint64_t maximum = 0;
     for (const PlannedMethod& method : plan_.methods) {
-      if (!method.impossible.empty()) continue;
-      most = std::max(most, renderer_.frame_bytes(frame_options(method, 1, options_.frame.seed),
+      if (!method.unsupported_reason.empty()) continue;
+      maximum =
+          std::max(maximum, renderer_.frame_bytes(frame_options(method, 1, options_.frame.seed),
                                                   plan_.budgets.size()));
     }
     // The halves, their pictures and the mean, linear and displayed.
     const uint64_t reference =
         2 * sizeof(float) * film_channels(study_reference_aovs()).size() + 6 * 3 * sizeof(float);
     const uint64_t references = bytes_of(renderer_.pixels(), reference + kComparisonBytesPerPixel);
-    reserve_pixels(most + references, renderer_.crop(), memory_);
+    reserve_pixels(maximum + references, renderer_.crop(), memory_);
   }
 
   // The files that the study writes, except settings, pace and the halves of the reference.
@@ -215,7 +217,7 @@ class Study {
   void prepare_pace() {
     StudyPace measured;
     for (const PlannedMethod& method : plan_.methods) {
-      if (!method.impossible.empty()) continue;
+      if (!method.unsupported_reason.empty()) continue;
       try {
         measured.samples_per_s[method.id] = warm_up(method);
       } catch (const std::exception&) {
@@ -232,14 +234,14 @@ class Study {
   // second.
   double warm_up(const PlannedMethod& method) const {
     const double largest = plan_.budgets.back();
-    const double wanted =
-        plan_.by_time ? std::max(kWarmUpSeconds, kWarmUpShare * largest) : kWarmUpSeconds;
-    const uint32_t most =
-        plan_.by_time ? kMaxSamples : std::min(kMostWarmUpSamples, to_samples(largest));
+    const double target =
+        plan_.by_time ? std::max(kWarmUpSeconds, kWarmUpFraction * largest) : kWarmUpSeconds;
+    const uint32_t maximum =
+        plan_.by_time ? kMaxSamples : std::min(kMaxWarmUpSamples, to_samples(largest));
     for (uint32_t samples = 1;; samples *= 2) {
       const RenderOptions frame = frame_options(method, samples, options_.frame.seed + kWarmUpSeed);
       const std::optional<StudyPicture> picture = renderer_.render(frame, aovs_of(frame), {});
-      if (picture->wall_s >= wanted || 2 * samples > most) {
+      if (picture->wall_s >= target || 2 * samples > maximum) {
         return double(picture->samples) / std::max(1e-6, picture->wall_s);
       }
     }
@@ -247,18 +249,20 @@ class Study {
 
   // Samples per pixel of both halves together.
   uint32_t reference_samples() const {
-    double most = 1;
-    for (const PlannedMethod& method : plan_.methods) most = std::max(most, largest_budget(method));
-    const uint32_t enough = to_samples(kReferenceFactor * std::exp2(std::ceil(std::log2(most))));
-    const uint32_t wanted = options_.reference_spp.value_or(
-        plan_.by_time ? enough : to_samples(kReferenceFactor * most));
-    if (double(wanted) < kReferenceFactor * most) {
+    double maximum = 1;
+    for (const PlannedMethod& method : plan_.methods)
+      maximum = std::max(maximum, samples_in_largest_budget(method));
+    const uint32_t sufficient =
+        to_samples(kReferenceFactor * std::exp2(std::ceil(std::log2(maximum))));
+    const uint32_t target = options_.reference_spp.value_or(
+        plan_.by_time ? sufficient : to_samples(kReferenceFactor * maximum));
+    if (double(target) < kReferenceFactor * maximum) {
       log_warning(
           fmt::format("the reference has only {:.3g} times the samples of the largest budget; "
                       "below {} times, its noise shows in FLIP and percentiles",
-                      double(wanted) / most, kReferenceFactor));
+                      double(target) / maximum, kReferenceFactor));
     }
-    return wanted;
+    return target;
   }
 
   // Looks for the halves in the cache.
@@ -295,7 +299,7 @@ class Study {
   }
 
   // False if stopped.
-  bool complete_reference() {
+  bool ensure_reference() {
     if (!reference_.picture) {
       for (size_t i = 0; i < 2; ++i) {
         std::optional<ReferenceHalf>& half = reference_.halves[i];
@@ -307,13 +311,13 @@ class Study {
                                  reference_picture(halves[1], renderer_.crop()));
       results_.limits = reference_limits(halves, reference_.half_samples, *reference_.picture);
     }
-    reference_.picture->describe(&results_.reference);
+    reference_.picture->set_noise(&results_.reference);
     pictures_.write_reference(*reference_.picture, &results_.reference);
     return true;
   }
 
   // Samples per pixel that the method can take within the largest budget.
-  double largest_budget(const PlannedMethod& method) const {
+  double samples_in_largest_budget(const PlannedMethod& method) const {
     if (!plan_.by_time) return plan_.budgets.back();
     const auto pace = pace_.samples_per_s.find(method.id);
     if (pace == pace_.samples_per_s.end()) return 0;
@@ -321,7 +325,8 @@ class Study {
   }
 
   uint32_t samples_for(const PlannedMethod& method, double budget) const {
-    return to_samples(std::floor(largest_budget(method) * budget / plan_.budgets.back()));
+    return to_samples(
+        std::floor(samples_in_largest_budget(method) * budget / plan_.budgets.back()));
   }
 
   // Loads the finished runs of an earlier start, and adds impossible runs, which need no rendering.
@@ -331,8 +336,8 @@ class Study {
       for (size_t m = 0; m < plan_.methods.size(); ++m) {
         const PlannedMethod& method = plan_.methods[m];
         std::optional<StudyRun> run;
-        if (!method.impossible.empty()) {
-          run = failed_run(method.impossible);
+        if (!method.unsupported_reason.empty()) {
+          run = failed_run(method.unsupported_reason);
           run->seed = seed;
         } else if (k > 0 || pictures_.exist(method.id)) {
           run = folder_.read_run(method.id, seed);
@@ -345,12 +350,12 @@ class Study {
   }
 
   // False if stopped.
-  bool make_runs() {
+  bool execute_runs() {
     for (uint32_t k = 0; k < seeds_; ++k) {
       const uint32_t seed = options_.frame.seed + k;
       for (const size_t m : study_order(plan_.methods.size(), seed)) {
-        if (!plan_.methods[m].impossible.empty() || find_run(results_, m, seed)) continue;
-        const std::optional<StudyRun> run = make_run(m, seed);
+        if (!plan_.methods[m].unsupported_reason.empty() || find_run(results_, m, seed)) continue;
+        const std::optional<StudyRun> run = execute_run(m, seed);
         if (!run) return false;
         results_.runs.push_back(*run);
         log_run(*run);
@@ -360,7 +365,7 @@ class Study {
   }
 
   // Empty if stopped. A run that throws counts as failed, and the study continues.
-  std::optional<StudyRun> make_run(size_t m, uint32_t seed) {
+  std::optional<StudyRun> execute_run(size_t m, uint32_t seed) {
     const PlannedMethod& method = plan_.methods[m];
     StudyRun run;
     try {
@@ -385,9 +390,9 @@ class Study {
     if (!method.separate) {
       // An adaptive frame must know its budget in advance.
       const bool ends_by_time = plan_.by_time && method.method.estimator.empty();
-      const double most = largest_budget(method) * (ends_by_time ? kPaceMargin : 1.0);
+      const double maximum = samples_in_largest_budget(method) * (ends_by_time ? kPaceMargin : 1.0);
       ProgressiveFrame frame =
-          renderer_.render_progressive(frame_options(method, to_samples(std::ceil(most)), seed),
+          renderer_.render_progressive(frame_options(method, to_samples(std::ceil(maximum)), seed),
                                        plan_.budgets, plan_.by_time, stop_);
       if (frame.stopped) return std::nullopt;
       return frame;
@@ -401,7 +406,7 @@ class Study {
       picture->budget = budget;
       frame.non_finite_samples += picture->non_finite_samples;
       if (picture->estimate) {
-        frame.claims.push_back(
+        frame.estimates.push_back(
             {picture->samples, *picture->estimate,
              to_rgb_image(picture->values, kStudyPictureChannels, renderer_.crop())});
       }
@@ -419,7 +424,7 @@ class Study {
       run.checkpoints.back().error = reference_.picture->measure(
           to_rgb_image(picture.values, kStudyPictureChannels, renderer_.crop()));
     }
-    for (const ClaimedError& claim : frame.claims) {
+    for (const RoundEstimate& claim : frame.estimates) {
       const double square = reference_.picture->measure(claim.picture).display_mse;
       run.calibration.push_back(
           {double(claim.samples) / pixels, claim.estimate, square > 0 ? std::sqrt(square) : NAN});
@@ -458,8 +463,8 @@ class Study {
 
 }  // namespace
 
-StudyOutcome make_study(const StudyOptions& options, const std::string& folder,
-                        const StudyClient& client) {
+StudyOutcome execute_study(const StudyOptions& options, const std::string& folder,
+                           const StudyClient& client) {
   const StudyPlan plan = plan_study(options);
   FileRegister files;
   files.write_below(folder, options.folder);
@@ -470,7 +475,7 @@ StudyOutcome make_study(const StudyOptions& options, const std::string& folder,
   return tbb::task_arena(options.frame.threads).execute([&] {
     Study study(options, plan, files, options.frame.threads);
     study.prepare();
-    client(study.samples_to_come(), [&](const auto& on_samples, std::stop_token stop) {
+    client(study.remaining_samples(), [&](const auto& on_samples, std::stop_token stop) {
       study.render(on_samples, std::move(stop));
     });
     StudyOutcome outcome;

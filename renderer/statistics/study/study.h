@@ -31,7 +31,7 @@ using StudyClient = std::function<void(uint64_t samples, const RenderStudy& rend
 // Runs a study from its options to its files, on `options.frame.threads` threads. `folder` is the
 // client's name for the option of the results folder. Throws UsageError, InputError and
 // RenderError.
-StudyOutcome make_study(const StudyOptions& options, const std::string& folder,
-                        const StudyClient& client);
+StudyOutcome execute_study(const StudyOptions& options, const std::string& folder,
+                           const StudyClient& client);
 
 }  // namespace emberline

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/session/shown_picture.h"
+#include "renderer/session/session_picture.h"
 
 namespace emberline {
 
@@ -15,18 +15,18 @@ namespace emberline {
 struct MeasuredEdit {
   uint64_t number = 0;   // RenderSession::edit()
   std::string what;      // "orbit", "roughness"
-  double asked_s = 0.0;  // time of the input
+  double input_s = 0.0;  // time of the input
   std::optional<double> filled_s,
-      complete_s;  // when a filled or complete ShownPicture was displayed
+      complete_s;  // when a filled or complete SessionPicture was displayed
 };
 
 class EditLatency {
  public:
-  static constexpr size_t kMostKept = 100000;
+  static constexpr size_t kMaxEdits = 100000;
 
-  void asked(uint64_t number, std::string what, double time_s);
+  void add_edit(uint64_t number, std::string what, double time_s);
   // Call after swapping buffers. A picture of a later edit also shows the earlier ones.
-  void shown(const ShownPicture& picture, double time_s);
+  void displayed(const SessionPicture& picture, double time_s);
 
   std::span<const MeasuredEdit> edits() const { return edits_; }
   // Latency of the newest edit that has been displayed as a filled picture.

@@ -101,7 +101,7 @@ constexpr std::array kDrags = {
     DragGesture{Drag::kPan, GLFW_MOUSE_BUTTON_LEFT, kShift, "Shift+left drag", "Pan"},
     DragGesture{Drag::kDolly, GLFW_MOUSE_BUTTON_LEFT, kAlt, "Alt+left drag", "Dolly"},
     DragGesture{Drag::kLookAround, GLFW_MOUSE_BUTTON_RIGHT, 0, "Right drag", "Look around"},
-    DragGesture{Drag::kTurnEnvironment, GLFW_MOUSE_BUTTON_RIGHT, kShift, "Shift+right drag",
+    DragGesture{Drag::kRotateEnvironment, GLFW_MOUSE_BUTTON_RIGHT, kShift, "Shift+right drag",
                 "Rotate the environment"},
     DragGesture{Drag::kRegion, GLFW_MOUSE_BUTTON_LEFT, kControl, "Ctrl+left drag",
                 "Select a region to sample first"},

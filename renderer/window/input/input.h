@@ -55,7 +55,7 @@ enum class Action {
 enum class Flight { kForward, kBack, kLeft, kRight, kUp, kDown };
 
 // Effects of a drag over the picture.
-enum class Drag { kOrbit, kPan, kDolly, kLookAround, kTurnEnvironment, kRegion, kMovePicture };
+enum class Drag { kOrbit, kPan, kDolly, kLookAround, kRotateEnvironment, kRegion, kMovePicture };
 
 // Keys (GLFW_KEY_...) and modifiers (GLFW_MOD_SHIFT, _CONTROL, _ALT) use GLFW's values.
 struct Shortcut {

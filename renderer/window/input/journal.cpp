@@ -9,14 +9,14 @@
 
 namespace emberline {
 
-void Journal::wait(const std::string& path) {
+void Journal::open_later(const std::string& path) {
   check_writable(path);
   path_ = path;
 }
 
 void Journal::begin() {
   file_.emplace(path_);
-  append(std::exchange(waiting_, {}));
+  append(std::exchange(buffered_, {}));
 }
 
 void Journal::write(const char* event, const nlohmann::json& members) {
@@ -25,8 +25,8 @@ void Journal::write(const char* event, const nlohmann::json& members) {
   line.update(members);
   constexpr auto kReplace = nlohmann::json::error_handler_t::replace;  // names need not be UTF-8
   const std::string text = line.dump(-1, ' ', false, kReplace) + "\n";
-  if (waits()) {
-    waiting_ += text;
+  if (is_buffering()) {
+    buffered_ += text;
   } else {
     append(text);
   }

@@ -13,8 +13,8 @@ class Journal {
  public:
   // Buffers lines until begin(), so that the file is not touched before the scene's inputs are
   // known. Throws RenderError for a file that cannot be written.
-  void wait(const std::string& path);
-  bool waits() const { return !path_.empty() && !file_; }
+  void open_later(const std::string& path);
+  bool is_buffering() const { return !path_.empty() && !file_; }
   void begin();
   const std::string& path() const { return path_; }
   bool is_open() const { return !path_.empty(); }
@@ -25,7 +25,7 @@ class Journal {
  private:
   void append(const std::string& lines);
 
-  std::string path_, waiting_;
+  std::string path_, buffered_;
   std::optional<GrowingFile> file_;
 };
 

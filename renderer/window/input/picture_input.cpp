@@ -21,7 +21,7 @@ constexpr int kModifiers = GLFW_MOD_SHIFT | GLFW_MOD_CONTROL | GLFW_MOD_ALT;
 
 PictureInput::PictureInput(Workbench& bench, std::function<bool(const Vec2f&)> covered,
                            std::function<bool()> typing)
-    : bench_(bench), covered_(std::move(covered)), typing_(std::move(typing)) {}
+    : bench_(bench), is_covered_(std::move(covered)), is_typing_(std::move(typing)) {}
 
 void PictureInput::button(int button, bool pressed, int modifiers) {
   if (!pressed) {
@@ -38,7 +38,7 @@ void PictureInput::button(int button, bool pressed, int modifiers) {
     return;
   }
   const Rect& area = bench_.placement.area();
-  if (drag_ || wiping_ || covered_(position_) ||
+  if (drag_ || wiping_ || is_covered_(position_) ||
       !area.contains(int(position_.x), int(position_.y))) {
     return;
   }
@@ -47,7 +47,7 @@ void PictureInput::button(int button, bool pressed, int modifiers) {
   pressed_at_ = position_;
   const Comparison& comparison = bench_.comparison;
   if (comparison.wipe() != Wipe::kNone && button == GLFW_MOUSE_BUTTON_LEFT && bench_.picture()) {
-    const Vec2f line(comparison.place() * float(bench_.picture()->width), 0.0f);
+    const Vec2f line(comparison.wipe_position() * float(bench_.picture()->width), 0.0f);
     wiping_ = std::abs(position_.x - bench_.placement.to_screen(line).x) <= kWipeGrip;
     if (wiping_) return;
   }
@@ -57,29 +57,32 @@ void PictureInput::button(int button, bool pressed, int modifiers) {
 }
 
 void PictureInput::moved(const Vec2f& position) {
-  const Vec2f way = position - position_;
+  const Vec2f delta = position - position_;
   position_ = position;
   if (wiping_ && bench_.picture()) {
     const float x = bench_.placement.to_picture(position).x;
-    return bench_.comparison.move_to(x / float(bench_.picture()->width));
+    return bench_.comparison.set_wipe_position(x / float(bench_.picture()->width));
   }
   const Rect& area = bench_.placement.area();
-  const bool over = area.contains(int(position.x), int(position.y)) && !covered_(position);
+  const bool is_over_picture =
+      area.contains(int(position.x), int(position.y)) && !is_covered_(position);
   if (!drag_) {
-    bench_.pixels.point_at(over ? bench_.placement.pixel_at(position) : std::nullopt);
+    bench_.pixels.set_cursor_pixel(is_over_picture ? bench_.placement.pixel_at(position)
+                                                   : std::nullopt);
     return;
   }
   if (!moved_) {
     if ((position - pressed_at_).length() < kClickSlack) return;
     moved_ = true;
-    bench_.pixels.point_at(std::nullopt);
+    bench_.pixels.set_cursor_pixel(std::nullopt);
   }
-  if (*drag_ == Drag::kMovePicture) return bench_.placement.drag(way);
-  if (*drag_ != Drag::kRegion) bench_.navigator.drag(*drag_, way / float(bench_.placement.zoom()));
+  if (*drag_ == Drag::kMovePicture) return bench_.placement.drag(delta);
+  if (*drag_ != Drag::kRegion)
+    bench_.navigator.drag(*drag_, delta / float(bench_.placement.zoom()));
 }
 
 void PictureInput::left_window() {
-  if (!drag_) bench_.pixels.point_at(std::nullopt);
+  if (!drag_) bench_.pixels.set_cursor_pixel(std::nullopt);
 }
 
 void PictureInput::click(int modifiers) {
@@ -96,7 +99,7 @@ void PictureInput::click(int modifiers) {
 }
 
 void PictureInput::wheel(double steps, int modifiers) {
-  if (covered_(position_) ||
+  if (is_covered_(position_) ||
       !bench_.placement.area().contains(int(position_.x), int(position_.y))) {
     return;
   }
@@ -110,28 +113,30 @@ void PictureInput::wheel(double steps, int modifiers) {
 void PictureInput::key(int key, bool pressed, bool repeated, int modifiers) {
   fast_ = (modifiers & GLFW_MOD_SHIFT) != 0;
   const auto flight = std::ranges::find(flight_table(), key, &FlightKey::key);
-  const bool letters = typing_();
+  const bool in_text_field = is_typing_();
   if (flight != flight_table().end() &&
-      (!pressed || (!letters && !(modifiers & (GLFW_MOD_CONTROL | GLFW_MOD_ALT))))) {
-    held_[size_t(flight->flight)] = pressed;
+      (!pressed || (!in_text_field && !(modifiers & (GLFW_MOD_CONTROL | GLFW_MOD_ALT))))) {
+    held_keys_[size_t(flight->flight)] = pressed;
     if (pressed) return;
   }
-  if (!pressed || letters) return;
+  if (!pressed || in_text_field) return;
   const Shortcut* shortcut = find_shortcut(key, modifiers & kModifiers);
   if (!shortcut) return;
   const Action action = shortcut->action;
-  const bool repeats = action == Action::kUndo || action == Action::kRedo ||
-                       action == Action::kZoomIn || action == Action::kZoomOut ||
-                       action == Action::kExposureUp || action == Action::kExposureDown;
-  if (!repeated || repeats) bench_.act(action, shortcut->number_of(key));
+  const bool may_repeat = action == Action::kUndo || action == Action::kRedo ||
+                          action == Action::kZoomIn || action == Action::kZoomOut ||
+                          action == Action::kExposureUp || action == Action::kExposureDown;
+  if (!repeated || may_repeat) bench_.act(action, shortcut->number_of(key));
 }
 
-void PictureInput::lost_focus() { held_ = {}; }
+void PictureInput::lost_focus() { held_keys_ = {}; }
 
-bool PictureInput::flying() const { return std::ranges::find(held_, true) != held_.end(); }
+bool PictureInput::flying() const {
+  return std::ranges::find(held_keys_, true) != held_keys_.end();
+}
 
 void PictureInput::fly(double seconds) {
-  if (flying()) bench_.navigator.fly(held_, seconds, fast_);
+  if (flying()) bench_.navigator.fly(held_keys_, seconds, fast_);
 }
 
 std::optional<Rect> PictureInput::dragged_region() const {

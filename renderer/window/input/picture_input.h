@@ -36,14 +36,14 @@ class PictureInput {
   void click(int modifiers);
 
   Workbench& bench_;
-  std::function<bool(const Vec2f&)> covered_;
-  std::function<bool()> typing_;
+  std::function<bool(const Vec2f&)> is_covered_;
+  std::function<bool()> is_typing_;
   Vec2f position_ = Vec2f(-1.0f), pressed_at_ = Vec2f(0.0f);
   std::optional<Drag> drag_;
   int drag_button_ = -1;
   bool moved_ = false, wiping_ = false;
   double last_click_s_ = -1e9;
-  std::array<bool, 6> held_ = {};
+  std::array<bool, 6> held_keys_ = {};
   bool fast_ = false;
 };
 

@@ -28,9 +28,9 @@ void small_action_button(Workbench& bench, const char* label, Action action) {
   if (pressed) bench.act(action);
 }
 
-void action_entry(Workbench& bench, const char* label, Action action, bool enabled, bool ticked) {
+void action_entry(Workbench& bench, const char* label, Action action, bool enabled, bool checked) {
   const std::string keys(keys_of(action));
-  const bool chosen = ImGui::MenuItem(label, keys.c_str(), ticked, enabled);
+  const bool chosen = ImGui::MenuItem(label, keys.c_str(), checked, enabled);
   widgets::help(std::string(effect_of(action)));  // the entry shows the keys
   if (chosen) bench.act(action);
 }

@@ -10,6 +10,6 @@ void action_button(Workbench& bench, const char* label, Action action, float wid
                    int number = 0);
 void small_action_button(Workbench& bench, const char* label, Action action);
 void action_entry(Workbench& bench, const char* label, Action action, bool enabled = true,
-                  bool ticked = false);
+                  bool checked = false);
 
 }  // namespace emberline

@@ -15,9 +15,9 @@
 namespace emberline {
 namespace {
 
-constexpr double kFirstStop = 2.8;  // default when a lens is switched on
-constexpr float kLeastHeight = 1e-3f,
-                kMostHeight = 100.0f;  // orthographic, relative to the scene's radius
+constexpr double kDefaultFStop = 2.8;  // default when a lens is switched on
+constexpr float kMinHeight = 1e-3f,
+                kMaxHeight = 100.0f;  // orthographic, relative to the scene's radius
 
 void choose_file_camera(Workbench& bench) {
   const auto& cameras = bench.session.scene()->outline.cameras;
@@ -35,12 +35,12 @@ void choose_file_camera(Workbench& bench) {
   }
 }
 
-void choose_projection(Workbench& bench, const CameraDescription& seen) {
+void choose_projection(Workbench& bench, const CameraDescription& view_camera) {
   const std::array choices = {
       widgets::Choice{"perspective", "Perspective", "Distant objects look smaller"},
       widgets::Choice{"orthographic", "Orthographic",
                       "The size does not depend on the distance; there is no depth of field"}};
-  int index = seen.orthographic ? 1 : 0;
+  int index = view_camera.orthographic ? 1 : 0;
   if (widgets::choose_index({"Projection",
                              "How the camera projects the scene. A change keeps the size of the "
                              "object that the camera orbits."},
@@ -49,22 +49,22 @@ void choose_projection(Workbench& bench, const CameraDescription& seen) {
   }
 }
 
-void slide_fov(Workbench& bench, const CameraDescription& seen) {
+void slide_fov(Workbench& bench, const CameraDescription& view_camera) {
   CameraEdit edit = bench.session.edits().camera;
   if (widgets::slide_edit("Field of View", "Vertical angle of view", edit.fov_y_degrees,
-                          seen.fov_y * 180.0 / std::numbers::pi, 1.0f, 150.0f, "%.1f°")) {
+                          view_camera.fov_y * 180.0 / std::numbers::pi, 1.0f, 150.0f, "%.1f°")) {
     bench.edits.change(edit, "field of view");
   }
 }
 
 // Has no reset to the file's value, since only some cameras have a height.
-void slide_height(Workbench& bench, const CameraDescription& seen) {
+void slide_height(Workbench& bench, const CameraDescription& view_camera) {
   const auto radius = float(bench.session.scene()->radius);
   CameraEdit edit = bench.session.edits().camera;
-  auto height = float(2.0 * seen.y_mag);
+  auto height = float(2.0 * view_camera.y_mag);
   if (widgets::slide(
           {"Height", "Height of the view in metres", edit.orthographic_height.has_value()}, height,
-          kLeastHeight * radius, kMostHeight * radius, "%.4g m", true)) {
+          kMinHeight * radius, kMaxHeight * radius, "%.4g m", true)) {
     edit.orthographic_height = double(height);
     bench.edits.change(edit, "height");
   }
@@ -74,7 +74,7 @@ void draw_lens(Workbench& bench) {
   CameraEdit edit = bench.session.edits().camera;
   bool lens = edit.f_stop.has_value();
   if (widgets::check({"Lens", "Use depth of field. Without a lens everything is sharp."}, lens)) {
-    edit.f_stop = lens ? std::optional<double>(kFirstStop) : std::nullopt;
+    edit.f_stop = lens ? std::optional<double>(kDefaultFStop) : std::nullopt;
     edit.focus_distance =
         lens ? std::optional<double>(bench.navigator.focus_distance()) : std::nullopt;
     bench.edits.change(edit, "lens");
@@ -104,7 +104,7 @@ void draw_bookmarks(Workbench& bench) {
     const bool stored = bench.navigator.bookmarks()[size_t(i - 1)].has_value();
     if (i > 1) ImGui::SameLine(0.0f, spacing);
     ImGui::PushStyleColor(ImGuiCol_Text,
-                          stored ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : quiet_colour());
+                          stored ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : muted_colour());
     const bool pressed =
         widgets::button(std::to_string(i).c_str(),
                         stored ? Help("Go to this bookmark. Ctrl+click to store the view here.")
@@ -124,20 +124,20 @@ void draw_camera(Workbench& bench) {
   if (!bench.session.scene()) return;
   choose_file_camera(bench);
   const SceneEdits& edits = bench.session.edits();
-  const CameraDescription seen =
+  const CameraDescription view_camera =
       edited_camera(edits, bench.session.scene()->outline, bench.session.scene()->camera);
-  choose_projection(bench, seen);
-  if (seen.orthographic) {
-    slide_height(bench, seen);
+  choose_projection(bench, view_camera);
+  if (view_camera.orthographic) {
+    slide_height(bench, view_camera);
   } else {
-    slide_fov(bench, seen);
+    slide_fov(bench, view_camera);
     draw_lens(bench);
   }
-  bool mirrored = seen.to_world.determinant() < 0;
+  bool mirrored = view_camera.to_world.determinant() < 0;
   if (widgets::check({"Mirrored", "Flip the picture horizontally"}, mirrored)) {
     bench.navigator.set_mirrored(mirrored);
   }
-  const auto& m = seen.to_world;
+  const auto& m = view_camera.to_world;
   widgets::text({"Position", "Position of the camera in metres"},
                 fmt::format("{:.4g}  {:.4g}  {:.4g}", m[3][0], m[3][1], m[3][2]));
   widgets::text({"Direction", "Viewing direction of the camera"},

@@ -11,18 +11,19 @@
 namespace emberline {
 
 // Chooses an item of `list` (of kind `what`, such as "Camera") or none, the file's default, shown
-// as `none_means`. If not empty, `otherwise` is shown instead of the choice.
+// as `none_label`. If not empty, `placeholder` is shown instead of the choice.
 template <class Named>
 bool choose_target(const widgets::Row& row, std::optional<EditTarget>& target,
-                   const std::vector<Named>& list, const char* what, const char* none_means,
-                   const std::string& otherwise = {}) {
+                   const std::vector<Named>& list, const char* what, const char* none_label,
+                   const std::string& placeholder = {}) {
   std::vector<std::string> names;
   for (int i = 0; i < int(list.size()); ++i) {
-    names.push_back(shown_name(list[size_t(i)].name, what, i));
+    names.push_back(display_name(list[size_t(i)].name, what, i));
   }
   int index = -1;
-  if (target && otherwise.empty()) index = int(find_entry(*target, list).value_or(size_t(-1)));
-  if (!widgets::choose_index(row, index, widgets::choices_of_names(names), otherwise, none_means)) {
+  if (target && placeholder.empty()) index = int(find_entry(*target, list).value_or(size_t(-1)));
+  if (!widgets::choose_index(row, index, widgets::choices_of_names(names), placeholder,
+                             none_label)) {
     return false;
   }
   target.reset();

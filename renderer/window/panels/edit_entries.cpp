@@ -6,14 +6,15 @@ namespace emberline {
 namespace {
 
 template <class Named>
-bool means(const EditTarget& target, const std::vector<Named>& list, int index) {
+bool refers_to(const EditTarget& target, const std::vector<Named>& list, int index) {
   return find_entry(target, list) == size_t(index);
 }
 
-bool means(const LightEdit& edit, const SceneDescription& outline, EditedLight kind, int index) {
+bool refers_to(const LightEdit& edit, const SceneDescription& outline, EditedLight kind,
+               int index) {
   if (edit.kind != kind || kind == EditedLight::kEnvironment) return edit.kind == kind;
-  return kind == EditedLight::kPunctual ? means(edit.target, outline.lights, index)
-                                        : means(edit.target, outline.materials, index);
+  return kind == EditedLight::kPunctual ? refers_to(edit.target, outline.lights, index)
+                                        : refers_to(edit.target, outline.materials, index);
 }
 
 template <class Named>
@@ -40,7 +41,7 @@ constexpr const char* kTypeNames[] = {"Point", "Spot", "Sun"};  // indexed by Pu
 
 }  // namespace
 
-std::string shown_name(const std::string& name, const char* what, int index) {
+std::string display_name(const std::string& name, const char* what, int index) {
   return name.empty() ? std::string(what) + " " + std::to_string(index) : name;
 }
 
@@ -48,7 +49,7 @@ std::vector<ListedLight> list_lights(const SceneDescription& outline, const Scen
   std::vector<ListedLight> lights;
   for (int i = 0; i < int(outline.lights.size()); ++i) {
     const PunctualLightDescription& light = outline.lights[size_t(i)];
-    lights.push_back({EditedLight::kPunctual, i, shown_name(light.name, "Light", i),
+    lights.push_back({EditedLight::kPunctual, i, display_name(light.name, "Light", i),
                       kTypeNames[size_t(light.type)]});
   }
   for (int i = 0; i < int(outline.materials.size()); ++i) {
@@ -56,7 +57,7 @@ std::vector<ListedLight> list_lights(const SceneDescription& outline, const Scen
     const MaterialEdit edit = material_edit(edits, outline, i);
     if (is_black(edit.emission.value_or(material.emission))) continue;
     lights.push_back(
-        {EditedLight::kMaterial, i, shown_name(material.name, "Material", i), "Surface"});
+        {EditedLight::kMaterial, i, display_name(material.name, "Material", i), "Surface"});
   }
   if (outline.environment || edits.environment.image) {
     lights.push_back({EditedLight::kEnvironment, 0, "Environment", ""});
@@ -68,7 +69,7 @@ LightEdit light_edit(const SceneEdits& edits, const SceneDescription& outline, E
                      int index) {
   LightEdit edit;
   for (const LightEdit& entry : edits.lights) {
-    if (means(entry, outline, kind, index)) edit = entry;
+    if (refers_to(entry, outline, kind, index)) edit = entry;
   }
   edit.kind = kind;
   if (kind == EditedLight::kPunctual) edit.target = target_of(outline.lights, index);
@@ -79,30 +80,30 @@ LightEdit light_edit(const SceneEdits& edits, const SceneDescription& outline, E
 MaterialEdit material_edit(const SceneEdits& edits, const SceneDescription& outline, int material) {
   MaterialEdit edit;
   for (const MaterialEdit& entry : edits.materials) {
-    if (means(entry.target, outline.materials, material)) edit = entry;
+    if (refers_to(entry.target, outline.materials, material)) edit = entry;
   }
   edit.target = target_of(outline.materials, material);
   return edit;
 }
 
-MaterialEdit untouched(const EditTarget& material) {
+MaterialEdit unedited(const EditTarget& material) {
   MaterialEdit edit;
   edit.target = material;
   return edit;
 }
 
-bool changes_something(const MaterialEdit& edit) { return edit != untouched(edit.target); }
+bool has_changes(const MaterialEdit& edit) { return edit != unedited(edit.target); }
 
-void put(SceneEdits& edits, const SceneDescription& outline, const LightEdit& edit) {
+void store_entry(SceneEdits& edits, const SceneDescription& outline, const LightEdit& edit) {
   const bool changes = edit.intensity != 1.0f || edit.color != Rgb(1.0f) || !edit.on;
   replace(edits.lights, edit, changes, [&](const LightEdit& entry) {
-    return means(entry, outline, edit.kind, edit.target.index);
+    return refers_to(entry, outline, edit.kind, edit.target.index);
   });
 }
 
-void put(SceneEdits& edits, const SceneDescription& outline, const MaterialEdit& edit) {
-  replace(edits.materials, edit, changes_something(edit), [&](const MaterialEdit& entry) {
-    return means(entry.target, outline.materials, edit.target.index);
+void store_entry(SceneEdits& edits, const SceneDescription& outline, const MaterialEdit& edit) {
+  replace(edits.materials, edit, has_changes(edit), [&](const MaterialEdit& entry) {
+    return refers_to(entry.target, outline.materials, edit.target.index);
   });
 }
 

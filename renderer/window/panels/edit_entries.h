@@ -21,7 +21,7 @@ struct ListedLight {
 std::vector<ListedLight> list_lights(const SceneDescription& outline, const SceneEdits& edits);
 
 // Returns the item's own name or, for example, "Material 3".
-std::string shown_name(const std::string& name, const char* what, int index);
+std::string display_name(const std::string& name, const char* what, int index);
 
 // Returns the entry for this light or material, or an empty one. Its target is complete: name and
 // index.
@@ -30,13 +30,13 @@ LightEdit light_edit(const SceneEdits& edits, const SceneDescription& outline, E
 MaterialEdit material_edit(const SceneEdits& edits, const SceneDescription& outline, int material);
 
 // Returns an entry without changes.
-MaterialEdit untouched(const EditTarget& material);
+MaterialEdit unedited(const EditTarget& material);
 // Whether the entry replaces any factor of its material.
-bool changes_something(const MaterialEdit& edit);
+bool has_changes(const MaterialEdit& edit);
 
 // Replaces the entry for the same light or material. An entry without changes is removed, so that
 // reset edits equal no edits.
-void put(SceneEdits& edits, const SceneDescription& outline, const LightEdit& edit);
-void put(SceneEdits& edits, const SceneDescription& outline, const MaterialEdit& edit);
+void store_entry(SceneEdits& edits, const SceneDescription& outline, const LightEdit& edit);
+void store_entry(SceneEdits& edits, const SceneDescription& outline, const MaterialEdit& edit);
 
 }  // namespace emberline

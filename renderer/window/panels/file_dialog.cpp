@@ -39,16 +39,16 @@ FileDialog::FileDialog(const char* title, const char* verb, Purpose purpose,
 
 void FileDialog::open(const std::string& path) {
   std::error_code failed;
-  fs::path whole = fs::absolute(path.empty() ? "." : path, failed).lexically_normal();
+  fs::path full_path = fs::absolute(path.empty() ? "." : path, failed).lexically_normal();
   name_.clear();
-  replaced_.clear();
-  if (!fs::is_directory(whole, failed)) {
-    name_ = whole.filename().string();
-    whole = whole.parent_path();
+  unconfirmed_.clear();
+  if (!fs::is_directory(full_path, failed)) {
+    name_ = full_path.filename().string();
+    full_path = full_path.parent_path();
   }
-  enter(whole.string());
-  opening_ = true;
-  ++openings_;
+  enter(full_path.string());
+  is_opening_ = true;
+  ++open_count_;
 }
 
 void FileDialog::enter(const std::string& folder) {
@@ -70,11 +70,11 @@ void FileDialog::enter(const std::string& folder) {
   });
 }
 
-bool FileDialog::agreed(const std::string& path) {
+bool FileDialog::is_confirmed(const std::string& path) {
   std::error_code unknown;
-  if (purpose_ == Purpose::kRead || path == replaced_ || !fs::exists(path, unknown)) return true;
-  replaced_ = path;
-  asked_ = true;
+  if (purpose_ == Purpose::kRead || path == unconfirmed_ || !fs::exists(path, unknown)) return true;
+  unconfirmed_ = path;
+  focus_requested_ = true;
   return false;
 }
 
@@ -84,7 +84,7 @@ bool FileDialog::draw_files(std::string* next) {
     *next = fs::path(folder_).parent_path().string();
   ImGui::SameLine();
   ImGui::AlignTextToFramePadding();
-  ImGui::TextColored(quiet_colour(), "%s", folder_.c_str());
+  ImGui::TextColored(muted_colour(), "%s", folder_.c_str());
   if (!ImGui::BeginListBox("##files", {-FLT_MIN, -2.6f * ImGui::GetFrameHeight()})) return false;
   for (const Entry& entry : entries_) {
     const std::string label = entry.folder ? entry.name + "/" : entry.name;
@@ -104,41 +104,41 @@ bool FileDialog::draw_files(std::string* next) {
 }
 
 void FileDialog::draw(const std::function<void(const std::string&)>& chosen) {
-  const bool appears = std::exchange(opening_, false);
+  const bool is_new = std::exchange(is_opening_, false);
   const bool cancelled = std::exchange(cancelled_, false);
   has_keyboard_ = false;
-  if (appears) ImGui::OpenPopup(title_);
+  if (is_new) ImGui::OpenPopup(title_);
   if (!begin_popup(title_)) return;
 
   std::string next;
   bool done = draw_files(&next);
   const float em = ImGui::GetFontSize();
   std::error_code failed;
-  fs::path whole = fs::path(folder_) / name_;  // an absolute name replaces the folder
-  const bool asking = !replaced_.empty() && whole == replaced_;
+  fs::path full_path = fs::path(folder_) / name_;  // an absolute name replaces the folder
+  const bool is_confirming = !unconfirmed_.empty() && full_path == unconfirmed_;
   const float buttons = 13.0f * em;
   ImGui::SetNextItemWidth(-buttons);
-  if (appears || std::exchange(asked_, false)) ImGui::SetKeyboardFocusHere();
-  ImGui::PushID(openings_);  // a new id selects the field's text
+  if (is_new || std::exchange(focus_requested_, false)) ImGui::SetKeyboardFocusHere();
+  ImGui::PushID(open_count_);  // a new id selects the field's text
   done |= widgets::input_line("##name", "Name of the file, or a path", name_);
   has_keyboard_ = ImGui::IsItemActive();
   ImGui::PopID();
   ImGui::SameLine();
-  done |= asking
+  done |= is_confirming
               ? widgets::button("Replace", "Replace the existing file", 6.0f * em)
               : widgets::button(verb_, "Use the named file, or enter the named folder", 6.0f * em);
   ImGui::SameLine();
   if (widgets::button("Cancel", "Close without a choice (Esc)", 6.0f * em) || cancelled) {
     ImGui::CloseCurrentPopup();
   }
-  if (asking) ImGui::TextColored(warning_colour(), "This file already exists.");
-  whole = fs::path(folder_) / name_;
-  if (done && !name_.empty() && fs::is_directory(whole, failed)) {
-    next = whole.string();
+  if (is_confirming) ImGui::TextColored(warning_colour(), "This file already exists.");
+  full_path = fs::path(folder_) / name_;
+  if (done && !name_.empty() && fs::is_directory(full_path, failed)) {
+    next = full_path.string();
     done = false;
   }
-  if (done && !name_.empty() && agreed(whole.string())) {
-    chosen(whole.string());
+  if (done && !name_.empty() && is_confirmed(full_path.string())) {
+    chosen(full_path.string());
     ImGui::CloseCurrentPopup();
   }
   if (!next.empty()) {

@@ -36,7 +36,7 @@ class FileDialog {
   };
   void enter(const std::string& folder);
   // Whether `path` may be chosen; an existing file must be confirmed first.
-  bool agreed(const std::string& path);
+  bool is_confirmed(const std::string& path);
   // Draws the folder's files. Returns whether one was chosen; sets `next` to a chosen folder.
   bool draw_files(std::string* next);
 
@@ -45,10 +45,10 @@ class FileDialog {
   Purpose purpose_;
   std::vector<std::string> suffixes_;
   std::string folder_, name_;
-  std::string replaced_;  // existing file that needs confirmation; full path
+  std::string unconfirmed_;  // existing file that needs confirmation; full path
   std::vector<Entry> entries_;
-  int openings_ = 0;
-  bool opening_ = false, cancelled_ = false, asked_ = false, has_keyboard_ = false;
+  int open_count_ = 0;
+  bool is_opening_ = false, cancelled_ = false, focus_requested_ = false, has_keyboard_ = false;
 };
 
 }  // namespace emberline

@@ -14,7 +14,7 @@
 namespace emberline {
 namespace {
 
-constexpr float kLeastIntensity = 0.01f, kMostIntensity = 100.0f;
+constexpr float kMinIntensity = 0.01f, kMaxIntensity = 100.0f;
 
 bool same_light(const std::optional<LightEdit>& solo, const LightEdit& edit) {
   return solo && solo->kind == edit.kind && solo->target == edit.target;
@@ -38,17 +38,17 @@ float solo_width() {
 
 // Draws name and type, clipped before the button to their right.
 void draw_name(const ListedLight& light, bool on) {
-  const float room =
+  const float text_width =
       ImGui::GetContentRegionAvail().x - solo_width() - ImGui::GetStyle().ItemSpacing.x;
   const ImVec2 at = ImGui::GetCursorScreenPos();
-  ImGui::PushClipRect(at, {at.x + room, at.y + 2.0f * ImGui::GetFontSize()}, true);
+  ImGui::PushClipRect(at, {at.x + text_width, at.y + 2.0f * ImGui::GetFontSize()}, true);
   ImGui::AlignTextToFramePadding();
-  ImGui::TextColored(on ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : quiet_colour(), "%s",
+  ImGui::TextColored(on ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : muted_colour(), "%s",
                      light.name.c_str());
   ImGui::SameLine();
-  ImGui::TextColored(quiet_colour(), "%s", light.type.c_str());
+  ImGui::TextColored(muted_colour(), "%s", light.type.c_str());
   ImGui::PopClipRect();
-  if (ImGui::IsMouseHoveringRect(at, {at.x + room, at.y + ImGui::GetFrameHeight()}) &&
+  if (ImGui::IsMouseHoveringRect(at, {at.x + text_width, at.y + ImGui::GetFrameHeight()}) &&
       ImGui::IsWindowHovered()) {
     widgets::tooltip(light.name);
   }
@@ -64,7 +64,7 @@ bool choose_intensity_and_colour(LightEdit& edit) {
   ImGui::SetNextItemWidth(-swatch - ImGui::GetStyle().ItemInnerSpacing.x);
   bool changed =
       widgets::slide_bare("##intensity", "Intensity relative to the file's. Right-click to reset.",
-                          edit.intensity, kLeastIntensity, kMostIntensity, "Intensity × %.3g");
+                          edit.intensity, kMinIntensity, kMaxIntensity, "Intensity × %.3g");
   if (ImGui::IsItemClicked(ImGuiMouseButton_Right)) {
     edit.intensity = 1.0f;
     changed = true;
@@ -102,7 +102,7 @@ void choose_environment_file(Workbench& bench, const EnvironmentEdit& edit,
                 name.empty() ? "Constant colour" : name);
   if (!file.empty()) widgets::help(file);
   const float half = widgets::half_width();
-  if (choose_button(half)) bench.interface.ask_for_environment = true;
+  if (choose_button(half)) bench.interface.environment_dialog_requested = true;
   ImGui::SameLine();
   ImGui::BeginDisabled(edit.file.empty());
   const bool clear = own ? widgets::button("Reset", "Use the scene's own environment again", half)
@@ -117,14 +117,13 @@ void draw_environment(Workbench& bench) {
   SceneEdits edits = bench.session.edits();
   EnvironmentEdit& edit = edits.environment;
   if (!own && edit.file.empty()) {
-    widgets::quiet_paragraph("No environment. Choose an .hdr or .exr file, or drop one here.");
-    if (choose_button(-1.0f)) bench.interface.ask_for_environment = true;
+    widgets::muted_paragraph("No environment. Choose an .hdr or .exr file, or drop one here.");
+    if (choose_button(-1.0f)) bench.interface.environment_dialog_requested = true;
     return;
   }
   choose_environment_file(bench, edit, own);
   if (widgets::slide_edit("Strength", "Brightness of the environment", edit.strength,
-                          own ? own->strength : 1.0f, kLeastIntensity, kMostIntensity, "%.3g",
-                          true)) {
+                          own ? own->strength : 1.0f, kMinIntensity, kMaxIntensity, "%.3g", true)) {
     bench.edits.change(edits, "environment strength");
   }
   if (widgets::slide_edit(
@@ -163,7 +162,7 @@ void draw_lights(Workbench& bench) {
       bench.edits.set_solo(std::nullopt);
   }
   for (const ListedLight& light : lights) draw_light(bench, light);
-  if (lights.empty()) ImGui::TextColored(quiet_colour(), "The scene has no lights.");
+  if (lights.empty()) ImGui::TextColored(muted_colour(), "The scene has no lights.");
   widgets::heading("Environment");
   draw_environment(bench);
 }

@@ -10,9 +10,9 @@ namespace {
 using Material = MaterialDescription;
 using Edit = MaterialEdit;
 
-constexpr float kMostEmission = 1000.0f;
+constexpr float kMaxEmission = 1000.0f;
 
-bool has_interior(const Material& own, const Edit&) { return !own.thin_walled; }
+bool has_interior(const Material& original, const Edit&) { return !original.thin_walled; }
 
 constexpr MaterialRow kBase[] = {
     {"base_color", "Base Colour", "Colour of the surface, multiplied by the texture"},
@@ -23,18 +23,19 @@ constexpr MaterialRow kBase[] = {
     {.parameter = "normal_scale",
      .label = "Normal Strength",
      .help = "Strength of the normal map",
-     .most = 4.0f,
-     .offered = [](const Material& own, const Edit&) { return own.normal_texture.image >= 0; }},
+     .maximum = 4.0f,
+     .applies = [](const Material& original,
+                   const Edit&) { return original.normal_texture.image >= 0; }},
     {"emission", "Emission", "Radiance that the surface emits, multiplied by the texture", 0.0f,
-     kMostEmission},
+     kMaxEmission},
 };
 constexpr MaterialRow kReflection[] = {
     {.parameter = "ior",
      .label = "IOR",
      .help = "Index of refraction: 1.33 water, 1.5 glass, 2.42 diamond",
-     .least = 1.0f,
-     .most = 3.0f,
-     .offered = [](const Material& own, const Edit&) { return own.ior != 0.0f; }},
+     .minimum = 1.0f,
+     .maximum = 3.0f,
+     .applies = [](const Material& original, const Edit&) { return original.ior != 0.0f; }},
     {"specular", "Strength", "Strength of the dielectric reflection. 0 leaves a matt base."},
     {"specular_color", "Colour",
      "Colour of the dielectric reflection at normal incidence. May exceed 1.", 0.0f, 25.0f},
@@ -43,21 +44,21 @@ constexpr MaterialRow kInterior[] = {
     {.parameter = "attenuation_color",
      .label = "Colour",
      .help = "Colour of white light after it has travelled the distance below",
-     .offered = has_interior},
+     .applies = has_interior},
     {.parameter = "attenuation_distance",
      .label = "Distance",
      .help = "Distance in metres after which white light has the colour above",
-     .least = 1e-4f,
-     .most = 100.0f,
+     .minimum = 1e-4f,
+     .maximum = 100.0f,
      .format = "%.4g m",
      .logarithmic = true,
-     .offered = has_interior},
+     .applies = has_interior},
     {.parameter = "dispersion",
      .label = "Dispersion",
      .help = "20 divided by the Abbe number: 0.33 crown glass, 0.36 diamond, 2 rutile",
-     .most = 2.0f,
-     .offered = [](const Material& own,
-                   const Edit&) { return !own.thin_walled && own.ior > 0.0f; }},
+     .maximum = 2.0f,
+     .applies = [](const Material& original,
+                   const Edit&) { return !original.thin_walled && original.ior > 0.0f; }},
 };
 constexpr MaterialRow kDiffuseTransmission[] = {
     {"diffuse_transmission", "Amount",
@@ -65,21 +66,21 @@ constexpr MaterialRow kDiffuseTransmission[] = {
     {"diffuse_transmission_color", "Colour",
      "Colour of the light that passes to the other side, multiplied by the texture"},
 };
-bool has_direction(const Material& own, const Edit& edit) {
-  return has_tangent_space(own) || edit.anisotropy.has_value();
+bool has_direction(const Material& original, const Edit& edit) {
+  return has_tangent_space(original) || edit.anisotropy.has_value();
 }
 constexpr MaterialRow kAnisotropy[] = {
     {.parameter = "anisotropy",
      .label = "Strength",
      .help = "How much highlights stretch. Multiplies the texture.",
-     .offered = has_direction},
+     .applies = has_direction},
     {.parameter = "anisotropy_rotation",
      .label = "Rotation",
      .help = "Direction of the highlights, counter-clockwise from the mesh's tangent",
-     .least = -180.0f,
-     .most = 180.0f,
+     .minimum = -180.0f,
+     .maximum = 180.0f,
      .format = "%.1f°",
-     .offered = has_direction},
+     .applies = has_direction},
 };
 constexpr MaterialRow kIridescence[] = {
     {"iridescence", "Amount", "Strength of the film's colours. Multiplies the texture."},
@@ -100,20 +101,22 @@ constexpr MaterialRow kClearcoat[] = {
 constexpr MaterialGroup kGroups[] = {
     {"", "Properties of every material", kBase, [](const Material&) { return true; }},
     {"Clear Coat", "A clear layer over the material", kClearcoat,
-     [](const Material& own) { return own.clearcoat > 0.0f; }},
+     [](const Material& original) { return original.clearcoat > 0.0f; }},
     {"Sheen", "Fine fibres, as of velvet", kSheen,
-     [](const Material& own) { return !is_black(own.sheen_color); }},
+     [](const Material& original) { return !is_black(original.sheen_color); }},
     {"Anisotropy", "Stretched highlights, as of brushed metal", kAnisotropy,
-     [](const Material& own) { return own.anisotropy > 0.0f; }},
+     [](const Material& original) { return original.anisotropy > 0.0f; }},
     {"Iridescence", "A thin film, as of soap bubbles", kIridescence,
-     [](const Material& own) { return own.iridescence > 0.0f; }},
+     [](const Material& original) { return original.iridescence > 0.0f; }},
     {"Diffuse Transmission", "Light that shines through, as through leaves or paper",
-     kDiffuseTransmission, [](const Material& own) { return own.diffuse_transmission > 0.0f; }},
+     kDiffuseTransmission,
+     [](const Material& original) { return original.diffuse_transmission > 0.0f; }},
     {"Interior", "How the volume inside changes light", kInterior,
-     [](const Material& own) { return !own.thin_walled; }},
+     [](const Material& original) { return !original.thin_walled; }},
     {"Reflection", "Reflection of materials that are not metals", kReflection,
-     [](const Material& own) {
-       return own.ior != 1.5f || own.specular != 1.0f || own.specular_color != Rgb(1.0f);
+     [](const Material& original) {
+       return original.ior != 1.5f || original.specular != 1.0f ||
+              original.specular_color != Rgb(1.0f);
      }},
 };
 
@@ -128,18 +131,19 @@ bool MaterialGroup::edited(const MaterialEdit& edit) const {
 
 std::span<const MaterialGroup> material_groups() { return kGroups; }
 
-bool is_offered(const MaterialRow& row, const MaterialDescription& own, const MaterialEdit& edit) {
-  return !row.offered || row.offered(own, edit);
+bool is_applicable(const MaterialRow& row, const MaterialDescription& original,
+                   const MaterialEdit& edit) {
+  return !row.applies || row.applies(original, edit);
 }
 
-std::vector<const MaterialGroup*> offered_groups(const MaterialDescription& own,
-                                                 const MaterialEdit& edit) {
+std::vector<const MaterialGroup*> applicable_groups(const MaterialDescription& original,
+                                                    const MaterialEdit& edit) {
   std::vector<const MaterialGroup*> groups;
   for (const bool present : {true, false}) {
     for (const MaterialGroup& group : kGroups) {
-      const bool offered = std::ranges::any_of(
-          group.rows, [&](const MaterialRow& row) { return is_offered(row, own, edit); });
-      if (offered && group.present(own) == present) groups.push_back(&group);
+      const bool applies = std::ranges::any_of(
+          group.rows, [&](const MaterialRow& row) { return is_applicable(row, original, edit); });
+      if (applies && group.present(original) == present) groups.push_back(&group);
     }
   }
   return groups;

@@ -16,18 +16,18 @@ struct MaterialRow {
   const char* label;
   Help help;
   // Range of the slider or of each colour channel. Edits in a file may exceed it.
-  float least = 0.0f, most = 1.0f;
+  float minimum = 0.0f, maximum = 1.0f;
   const char* format = "%.3f";
   bool logarithmic = false;
   // Whether the row applies to the file's material; null: always.
-  bool (*offered)(const MaterialDescription& own, const MaterialEdit& edit) = nullptr;
+  bool (*applies)(const MaterialDescription& original, const MaterialEdit& edit) = nullptr;
 };
 
 struct MaterialGroup {
   const char* name;  // empty: the base, which every material has
   Help help;
   std::span<const MaterialRow> rows;
-  bool (*present)(const MaterialDescription& own);  // whether the file's material has it
+  bool (*present)(const MaterialDescription& original);  // whether the file's material has it
 
   bool edited(const MaterialEdit& edit) const;  // whether any row is edited
 };
@@ -36,11 +36,12 @@ struct MaterialGroup {
 std::span<const MaterialGroup> material_groups();
 
 // Whether the row applies to this material.
-bool is_offered(const MaterialRow& row, const MaterialDescription& own, const MaterialEdit& edit);
+bool is_applicable(const MaterialRow& row, const MaterialDescription& original,
+                   const MaterialEdit& edit);
 
 // The groups with at least one row: the base, the file's layers, the rest. The order does not
 // depend on the edit, so that nothing moves under the mouse.
-std::vector<const MaterialGroup*> offered_groups(const MaterialDescription& own,
-                                                 const MaterialEdit& edit);
+std::vector<const MaterialGroup*> applicable_groups(const MaterialDescription& original,
+                                                    const MaterialEdit& edit);
 
 }  // namespace emberline

@@ -15,28 +15,29 @@
 namespace emberline {
 namespace {
 
-bool colour_factor(const MaterialRow& row, std::optional<Rgb>& factor, const Rgb& own) {
-  Rgb value = factor.value_or(own);
+bool colour_factor(const MaterialRow& row, std::optional<Rgb>& factor, const Rgb& original) {
+  Rgb value = factor.value_or(original);
   bool reset = false;
   const bool moved =
-      widgets::colour({row.label, row.help, factor.has_value(), &reset}, value, row.most > 1.0f);
+      widgets::colour({row.label, row.help, factor.has_value(), &reset}, value, row.maximum > 1.0f);
   if (moved) {
-    const auto held = [&](float x) { return std::clamp(x, row.least, row.most); };
-    factor = Rgb(held(value.x), held(value.y), held(value.z));
+    const auto clamp_channel = [&](float x) { return std::clamp(x, row.minimum, row.maximum); };
+    factor = Rgb(clamp_channel(value.x), clamp_channel(value.y), clamp_channel(value.z));
   }
   if (reset) factor.reset();
   return moved || reset;
 }
 
-bool edit_group(const MaterialGroup& group, MaterialEdit& edit, const MaterialDescription& own) {
+bool edit_group(const MaterialGroup& group, MaterialEdit& edit,
+                const MaterialDescription& original) {
   bool changed = false;
   ImGui::PushID(group.name);
   for (const MaterialRow& row : group.rows) {
-    if (!is_offered(row, own, edit)) continue;
+    if (!is_applicable(row, original, edit)) continue;
     const MaterialParameter& p = material_parameter(row.parameter);
-    changed |= p.color ? colour_factor(row, edit.*p.edited_color, own.*p.color)
+    changed |= p.color ? colour_factor(row, edit.*p.edited_color, original.*p.color)
                        : widgets::slide_edit(row.label, row.help, edit.*p.edited_number,
-                                             own.*p.number / p.unit, row.least, row.most,
+                                             original.*p.number / p.unit, row.minimum, row.maximum,
                                              row.format, row.logarithmic);
   }
   ImGui::PopID();
@@ -58,12 +59,12 @@ bool group_heading(const MaterialGroup& group, bool open, bool edited) {
 }
 
 // Draws the base, then collapsible layers, which are open if the material has them.
-bool edit_factors(MaterialEdit& edit, const MaterialDescription& own) {
+bool edit_factors(MaterialEdit& edit, const MaterialDescription& original) {
   bool changed = false;
-  for (const MaterialGroup* group : offered_groups(own, edit)) {
+  for (const MaterialGroup* group : applicable_groups(original, edit)) {
     const bool base = group->name[0] == '\0', edited = group->edited(edit);
-    if (base || group_heading(*group, group->present(own) || edited, edited)) {
-      changed |= edit_group(*group, edit, own);
+    if (base || group_heading(*group, group->present(original) || edited, edited)) {
+      changed |= edit_group(*group, edit, original);
     }
   }
   return changed;
@@ -79,8 +80,8 @@ void list_materials(Workbench& bench) {
   }
   for (int i = 0; i < int(outline.materials.size()); ++i) {
     ImGui::PushID(i);
-    const std::string name = shown_name(outline.materials[size_t(i)].name, "Material", i);
-    const bool edited = changes_something(material_edit(bench.session.edits(), outline, i));
+    const std::string name = display_name(outline.materials[size_t(i)].name, "Material", i);
+    const bool edited = has_changes(material_edit(bench.session.edits(), outline, i));
     if (edited) ImGui::PushStyleColor(ImGuiCol_Text, accent_colour());
     if (ImGui::Selectable(name.c_str(), i == selected)) selected = i;
     if (edited) ImGui::PopStyleColor();
@@ -110,18 +111,18 @@ void draw_materials(Workbench& bench) {
   list_materials(bench);
   const int index = bench.selection.material;
   if (index < 0 || size_t(index) >= outline.materials.size()) {
-    widgets::quiet_paragraph("Click on the picture or on a name to choose a material.");
+    widgets::muted_paragraph("Click on the picture or on a name to choose a material.");
     return;
   }
-  const MaterialDescription& own = outline.materials[size_t(index)];
+  const MaterialDescription& original = outline.materials[size_t(index)];
   MaterialEdit edit = material_edit(bench.session.edits(), outline, index);
-  widgets::heading(shown_name(own.name, "Material", index).c_str());
+  widgets::heading(display_name(original.name, "Material", index).c_str());
   ImGui::PushID(index);  // so that each material remembers its open headings
-  bool changed = edit_factors(edit, own);
+  bool changed = edit_factors(edit, original);
   ImGui::PopID();
-  if (changes_something(edit) &&
+  if (has_changes(edit) &&
       widgets::button("Reset Material", "Reset all edits of this material", -1.0f)) {
-    edit = untouched(edit.target);
+    edit = unedited(edit.target);
     changed = true;
   }
   if (changed) bench.edits.change(edit, fmt::format("material {}", index));

@@ -89,13 +89,13 @@ void draw_view_menu(Workbench& bench) {
   action_entry(bench, "Actual Size", Action::kZoomOne);
   ImGui::Separator();
   action_entry(bench, "Keep as B", Action::kStoreSnapshot, open);
-  action_entry(bench, "Wipe A/B", Action::kWipe, comparison.kept().picture != nullptr,
-               wipe == Wipe::kKept);
+  action_entry(bench, "Wipe A/B", Action::kWipe, comparison.stored().picture != nullptr,
+               wipe == Wipe::kStored);
   action_entry(bench, "Denoise", Action::kDenoise, true, denoise);
   action_entry(bench, "Wipe Denoised/Raw", Action::kWipeRaw, denoise, wipe == Wipe::kRaw);
   action_entry(bench, "Next Overlay", Action::kNextOverlay, open);
   action_entry(bench, "Pixel Values", Action::kInspector, true, bench.window.inspector);
-  action_entry(bench, "Explain Pixel", Action::kExplain, open, bench.pixels.explains());
+  action_entry(bench, "Explain Pixel", Action::kExplain, open, bench.pixels.shows_explanation());
   ImGui::Separator();
   action_entry(bench, "Side Panel", Action::kPanels, true, bench.window.panels);
   action_entry(bench, "Full Screen", Action::kFullScreen, true, bench.interface.full_screen);
@@ -112,10 +112,10 @@ void draw_help_menu(Workbench& bench) {
 // Drawn to the right of the menus.
 void draw_file_name(const Workbench& bench) {
   const std::string name = std::filesystem::path(bench.load_status().path).filename().string() +
-                           (bench.edits.unsaved() ? "  •  unsaved edits" : "");
+                           (bench.edits.has_unsaved_edits() ? "  •  unsaved edits" : "");
   ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::CalcTextSize(name.c_str()).x -
                   ImGui::GetFontSize());
-  ImGui::TextColored(quiet_colour(), "%s", name.c_str());
+  ImGui::TextColored(muted_colour(), "%s", name.c_str());
 }
 
 }  // namespace

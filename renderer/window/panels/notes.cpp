@@ -34,7 +34,7 @@ void draw_message_text(const Message& message) {
 }
 
 // `height`: the relative position in the area, 0 at the top and 1 at the bottom.
-void place_in_middle(const Rect& area, float height) {
+void center_next_window(const Rect& area, float height) {
   ImGui::SetNextWindowPos({0.5f * float(area.x0 + area.x1), height * float(area.y0 + area.y1)},
                           ImGuiCond_Always, {0.5f, 0.5f});
 }
@@ -43,7 +43,7 @@ void place_in_middle(const Rect& area, float height) {
 
 void Interface::draw_welcome(Workbench& bench) {
   if (bench.session.scene() || bench.load_status().state == LoadStatus::State::kLoading) return;
-  place_in_middle(bench.placement.area(), 0.45f);
+  center_next_window(bench.placement.area(), 0.45f);
   ImGui::Begin("##welcome", nullptr, kNote);
   ImGui::TextUnformatted("Drop a .gltf or .glb file here");
   action_button(bench, "Open Scene…", Action::kOpen, -1.0f);
@@ -55,7 +55,7 @@ void Interface::draw_welcome(Workbench& bench) {
     }
     widgets::help(scene);
   }
-  take_place();
+  register_window();
   ImGui::End();
 }
 
@@ -63,19 +63,19 @@ void Interface::draw_loading(Workbench& bench) {
   const LoadStatus& status = bench.load_status();
   if (status.state != LoadStatus::State::kLoading) return;
   const float em = ImGui::GetFontSize();
-  place_in_middle(bench.placement.area(), 0.5f);
+  center_next_window(bench.placement.area(), 0.5f);
   ImGui::Begin("##loading", nullptr, kNote);
   const std::string name = std::filesystem::path(status.path).filename().string();
   ImGui::Text("Loading %s", name.c_str());
   ImGui::ProgressBar(float(status.fraction), {22.0f * em, 0.4f * em}, "");
   ImGui::AlignTextToFramePadding();
-  ImGui::TextColored(quiet_colour(), "%s", sentence_case(status.stage).c_str());
+  ImGui::TextColored(muted_colour(), "%s", sentence_case(status.stage).c_str());
   ImGui::SameLine(16.0f * em);
   if (widgets::button("Cancel", "Stop loading the scene",
                       6.0f * em + ImGui::GetStyle().WindowPadding.x)) {
     bench.session.cancel_load();
   }
-  take_place();
+  register_window();
   ImGui::End();
 }
 
@@ -103,7 +103,7 @@ void Interface::draw_notice(Workbench& bench) {
       bench.interface.show_messages = true;
     }
   }
-  take_place();
+  register_window();
   ImGui::End();
 }
 
@@ -119,15 +119,15 @@ void Interface::draw_messages(Workbench& bench) {
     ImGui::PushTextWrapPos(0.0f);
     const std::deque<Message>& messages = bench.messages.messages();
     for (const Message& message : messages) {
-      ImGui::TextColored(quiet_colour(), "%7.1f s", message.time_s);
+      ImGui::TextColored(muted_colour(), "%7.1f s", message.time_s);
       ImGui::SameLine();
       draw_message_text(message);
     }
     ImGui::PopTextWrapPos();
-    if (messages.empty()) ImGui::TextColored(quiet_colour(), "There are no messages yet.");
+    if (messages.empty()) ImGui::TextColored(muted_colour(), "There are no messages yet.");
     if (ImGui::GetScrollY() >= ImGui::GetScrollMaxY()) ImGui::SetScrollHereY(1.0f);
   }
-  take_place();
+  register_window();
   ImGui::End();
 }
 

@@ -13,7 +13,7 @@
 namespace emberline {
 namespace {
 
-constexpr float kLeastPanel = 22.0f, kMostPanel = 45.0f;  // in line heights
+constexpr float kMinPanelWidth = 22.0f, kMaxPanelWidth = 45.0f;  // in line heights
 
 struct Tab {
   const char* name;
@@ -35,7 +35,7 @@ float panel_width(const WindowState& window, float width) {
 }  // namespace
 
 void Interface::draw(Workbench& bench, float width, float height) {
-  floating_.clear();
+  floating_windows_.clear();
   draw_menu(bench);
   const float top = ImGui::GetFrameHeight();
   const float bottom = height - ImGui::GetFrameHeight() - 2.0f;
@@ -45,7 +45,7 @@ void Interface::draw(Workbench& bench, float width, float height) {
   const float time_line = time_line_height(bench);
   draw_time_line(bench, bottom - time_line, width - panel);
   const Rect area{0, int(top), int(width - panel), int(bottom - time_line)};
-  const std::shared_ptr<const ShownPicture>& picture = bench.picture();
+  const std::shared_ptr<const SessionPicture>& picture = bench.picture();
   const RenderOptions& options = bench.session.settings().render;
   bench.placement.place(area, picture ? picture->width : options.width,
                         picture ? picture->height : options.height);
@@ -56,21 +56,22 @@ void Interface::draw(Workbench& bench, float width, float height) {
   draw_messages(bench);
   draw_explanation(bench);
   draw_dialogs(bench);
-  popup_ = ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
+  is_popup_open_ =
+      ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
 }
 
 bool Interface::covers(const Vec2f& point) const {
-  return popup_ || std::ranges::any_of(floating_, [&](const Rect& rect) {
+  return is_popup_open_ || std::ranges::any_of(floating_windows_, [&](const Rect& rect) {
            return rect.contains(int(point.x), int(point.y));
          });
 }
 
-void Interface::take_place() {
+void Interface::register_window() {
   const ImVec2 at = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
-  floating_.push_back({int(at.x), int(at.y), int(at.x + size.x), int(at.y + size.y)});
+  floating_windows_.push_back({int(at.x), int(at.y), int(at.x + size.x), int(at.y + size.y)});
 }
 
-const char* Interface::asks() const {
+const char* Interface::focused_dialog() const {
   for (const FileDialog* dialog : {&open_dialog_, &environment_dialog_, &save_dialog_}) {
     if (dialog->has_keyboard()) return dialog->title();
   }
@@ -82,26 +83,26 @@ void Interface::cancel_dialogs() {
 }
 
 void Interface::draw_side_panel(Workbench& bench, float top, float width, float bottom) {
-  const float wanted = panel_width(bench.window, width);
-  ImGui::SetNextWindowPos({width - wanted, top});
-  ImGui::SetNextWindowSize({wanted, bottom - top});
+  const float panel = panel_width(bench.window, width);
+  ImGui::SetNextWindowPos({width - panel, top});
+  ImGui::SetNextWindowSize({panel, bottom - top});
   // The window is cleared to its colour, so it needs no background.
   ImGui::Begin("##panel", nullptr, fixed_panel_flags() | ImGuiWindowFlags_NoBackground);
   if (ImGui::BeginTabBar("##tabs", ImGuiTabBarFlags_FittingPolicyResizeDown)) {
     for (int i = 0; i < int(kTabs.size()); ++i) {
-      const bool remembered = !tab_chosen_ && i == bench.window.panel_tab;
+      const bool remembered = !is_tab_restored_ && i == bench.window.panel_tab;
       const bool picked = i == kMaterialsTab && std::exchange(bench.selection.show_tab, false);
       const bool shown = ImGui::BeginTabItem(
           kTabs[size_t(i)].name, nullptr, remembered || picked ? ImGuiTabItemFlags_SetSelected : 0);
       widgets::help(kTabs[size_t(i)].help);
       if (!shown) continue;
-      if (tab_chosen_) bench.window.panel_tab = i;
+      if (is_tab_restored_) bench.window.panel_tab = i;
       ImGui::BeginChild("##content", {0.0f, 0.0f}, false);
       kTabs[size_t(i)].draw(bench);
       ImGui::EndChild();
       ImGui::EndTabItem();
     }
-    tab_chosen_ = true;
+    is_tab_restored_ = true;
     ImGui::EndTabBar();
   }
   ImGui::End();
@@ -125,23 +126,23 @@ void Interface::draw_panel_edge(WindowState& window, float top, float width, flo
   }
   if (ImGui::IsItemActive()) {
     window.panel_width =
-        std::clamp((width - ImGui::GetIO().MousePos.x) / em, kLeastPanel, kMostPanel);
+        std::clamp((width - ImGui::GetIO().MousePos.x) / em, kMinPanelWidth, kMaxPanelWidth);
   }
-  take_place();
+  register_window();
   ImGui::End();
   ImGui::PopStyleVar(2);
 }
 
 void Interface::draw_dialogs(Workbench& bench) {
   const std::string& scene = bench.load_status().path;
-  if (std::exchange(bench.interface.ask_for_scene, false)) open_dialog_.open(scene);
+  if (std::exchange(bench.interface.scene_dialog_requested, false)) open_dialog_.open(scene);
   open_dialog_.draw([&](const std::string& path) { bench.files.open_dropped(path); });
-  if (std::exchange(bench.interface.ask_for_environment, false)) {
+  if (std::exchange(bench.interface.environment_dialog_requested, false)) {
     const std::string& now = bench.session.edits().environment.file;
     environment_dialog_.open(now.empty() ? scene : now);
   }
   environment_dialog_.draw([&](const std::string& path) { bench.edits.set_environment(path); });
-  if (std::exchange(bench.interface.ask_for_picture_file, false)) {
+  if (std::exchange(bench.interface.save_dialog_requested, false)) {
     const std::filesystem::path stem = std::filesystem::path(scene).stem();
     const bool heatmap = bench.session.settings().overlay != ViewOverlay::kNone;
     save_dialog_.open(stem.string() + (heatmap ? "-heatmap.png" : ".exr"));

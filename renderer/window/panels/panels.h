@@ -16,9 +16,9 @@ class Interface {
   void draw(Workbench& bench, float width, float height);
   // Whether the point belongs to a window or menu over the picture.
   bool covers(const Vec2f& point) const;
-  bool popup_open() const { return popup_; }  // a menu, list or dialog has the keyboard
-  const char* asks() const;  // the dialog whose name field has the keyboard; empty: none
-  void cancel_dialogs();     // as their Cancel buttons
+  bool popup_open() const { return is_popup_open_; }  // a menu, list or dialog has the keyboard
+  const char* focused_dialog() const;  // the dialog whose name field has the keyboard; empty: none
+  void cancel_dialogs();               // as their Cancel buttons
 
  private:
   void draw_side_panel(Workbench& bench, float top, float width, float bottom);
@@ -30,7 +30,7 @@ class Interface {
   void draw_loading(Workbench& bench);
   void draw_welcome(Workbench& bench);
   void draw_dialogs(Workbench& bench);
-  void take_place();  // registers the window being drawn
+  void register_window();  // registers the window being drawn
 
   FileDialog open_dialog_{
       "Open File", "Open", FileDialog::Purpose::kRead, {".gltf", ".glb", ".hdr", ".exr", ".json"}};
@@ -38,9 +38,9 @@ class Interface {
       "Choose Environment", "Choose", FileDialog::Purpose::kRead, {".hdr", ".exr"}};
   FileDialog save_dialog_{
       "Save Picture", "Save", FileDialog::Purpose::kWrite, {".exr", ".png", ".jpg", ".jpeg"}};
-  std::vector<Rect> floating_;
-  bool popup_ = false;
-  bool tab_chosen_ = false;
+  std::vector<Rect> floating_windows_;
+  bool is_popup_open_ = false;
+  bool is_tab_restored_ = false;
   double dismissed_s_ = 0.0;  // earlier messages are no longer shown over the picture
 };
 

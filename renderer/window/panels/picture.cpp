@@ -20,8 +20,8 @@
 namespace emberline {
 namespace {
 
-constexpr int kMostShownSamples = 65536;
-constexpr int kMostShownDepth = 64;
+constexpr int kMaxSliderSamples = 65536;
+constexpr int kMaxSliderDepth = 64;
 
 struct FrameSize {
   int width, height;
@@ -44,8 +44,8 @@ bool choose_setting(const widgets::Row& row, std::string_view name, RenderOption
 
 // Resets settings that the driver or threshold excludes, instead of rejecting the choice.
 void reset_excluded_settings(RenderOptions& options) {
-  if (!is_allowed(options, "noise-threshold")) options.noise_threshold.reset();
-  if (is_allowed(options, "estimator")) return;
+  if (!main_driver_allows(options, "noise-threshold")) options.noise_threshold.reset();
+  if (main_driver_allows(options, "estimator")) return;
   options.estimator.clear();
   options.allocation.reset();
   options.min_spp.reset();
@@ -74,14 +74,14 @@ bool set_limits(RenderOptions& options) {
     changed = true;
   }
   if (options.spp) {
-    int spp = int(std::min<uint32_t>(*options.spp, kMostShownSamples));
+    int spp = int(std::min<uint32_t>(*options.spp, kMaxSliderSamples));
     if (widgets::slide({"Samples", "Samples per pixel; an average with adaptive sampling"}, spp, 1,
-                       kMostShownSamples, true)) {
+                       kMaxSliderSamples, true)) {
       options.spp = uint32_t(spp);
       changed = true;
     }
   }
-  if (!is_allowed(options, "noise-threshold")) return changed;
+  if (!main_driver_allows(options, "noise-threshold")) return changed;
   bool threshold = options.noise_threshold.has_value();
   if (widgets::check({"Noise Threshold",
                       "Stop sampling a pixel when its expected error in the displayed picture is "
@@ -136,17 +136,17 @@ void draw_histogram(Workbench& bench) {
                                 IM_COL32(86, 180, 233, 150)};
   for (size_t c = 0; c < kInks.size(); ++c) {
     for (int i = 0; i < Histogram::kBins; ++i) {
-      const float share = histogram.height(c, i);
-      if (share <= 0.0f) continue;
+      const float bar = histogram.height(c, i);
+      if (bar <= 0.0f) continue;
       const float x0 = at.x + width * float(i) / Histogram::kBins;
       const float x1 = at.x + width * float(i + 1) / Histogram::kBins;
-      list.AddRectFilled({x0, at.y + height * (1.0f - share)}, {x1, at.y + height}, kInks[c]);
+      list.AddRectFilled({x0, at.y + height * (1.0f - bar)}, {x1, at.y + height}, kInks[c]);
     }
   }
-  ImGui::TextColored(quiet_colour(), "Black %s", readable_percent(histogram.black()).c_str());
+  ImGui::TextColored(muted_colour(), "Black %s", readable_percent(histogram.black()).c_str());
   const std::string clipped = "Clipped " + readable_percent(histogram.clipped());
   ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(clipped.c_str()).x);
-  ImGui::TextColored(histogram.clipped() > 0.01 ? warning_colour() : quiet_colour(), "%s",
+  ImGui::TextColored(histogram.clipped() > 0.01 ? warning_colour() : muted_colour(), "%s",
                      clipped.c_str());
 }
 
@@ -173,17 +173,18 @@ bool choose_display(DisplaySettings& display, const DisplayNames& names) {
   for (const auto& entry : names.displays) displays.push_back({entry.name, entry.name, ""});
   const auto used = std::ranges::find_if(
       names.displays, [&](const auto& entry) { return entry.name == display.display; });
-  const auto& shown = used == names.displays.end() ? names.displays.front() : *used;
-  const std::vector<widgets::Choice> views = widgets::choices_of_names(shown.views);
+  const auto& active_display = used == names.displays.end() ? names.displays.front() : *used;
+  const std::vector<widgets::Choice> views = widgets::choices_of_names(active_display.views);
   const std::vector<widgets::Choice> looks = widgets::choices_of_names(names.looks);
-  std::string name = display.display.empty() ? shown.name : display.display;
+  std::string name = display.display.empty() ? active_display.name : display.display;
   if (displays.size() > 1 &&
       widgets::choose({"Display", "Display device that the picture is shown on"}, name, displays)) {
     display.display = name;
     display.view.clear();
     changed = true;
   }
-  name = display.view.empty() && !shown.views.empty() ? shown.views.front() : display.view;
+  name = display.view.empty() && !active_display.views.empty() ? active_display.views.front()
+                                                               : display.view;
   if (widgets::choose({"View", "View transform from scene values to the display"}, name, views)) {
     display.view = name;
     changed = true;
@@ -194,12 +195,12 @@ bool choose_display(DisplaySettings& display, const DisplayNames& names) {
   return changed;
 }
 
-std::string samples_of(const ShownPicture& picture) {
+std::string format_samples(const SessionPicture& picture) {
   const double pixels = double(picture.width) * double(picture.height);
   return fmt::format("{:.1f} samples/px", double(picture.samples) / pixels);
 }
 
-std::string words_of(const DisplaySettings& display) {
+std::string describe_display(const DisplaySettings& display) {
   std::string words = fmt::format("exposure {:+.2f}", display.exposure);
   if (!display.view.empty()) words += ", " + display.view;
   if (!display.look.empty()) words += ", " + display.look;
@@ -208,26 +209,26 @@ std::string words_of(const DisplaySettings& display) {
 
 // Describes both sides, so that a different exposure is not mistaken for different light.
 void draw_sides(Workbench& bench) {
-  const KeptPicture& kept = bench.comparison.kept();
-  if (!kept.picture || !bench.picture()) return;
-  const bool overlay = !kept.picture->overlay_legend.empty();
+  const StoredPicture& stored = bench.comparison.stored();
+  if (!stored.picture || !bench.picture()) return;
+  const bool overlay = !stored.picture->overlay_legend.empty();
   ImGui::BeginDisabled(overlay);
   bool graded_as_a = bench.comparison.graded_as_a();
   if (widgets::check({"Grade B Like A",
                       "Show B with the display settings of A. Otherwise B keeps the exposure, view "
                       "and look that it had."},
                      graded_as_a)) {
-    bench.comparison.grade_as_a(graded_as_a);
+    bench.comparison.set_graded_as_a(graded_as_a);
   }
   ImGui::EndDisabled();
-  widgets::quiet_paragraph("A (left): current picture, " + samples_of(*bench.picture()) + ", " +
-                           words_of(bench.session.settings().display));
-  widgets::quiet_paragraph(fmt::format("B (right): kept {} ago, {}, {}",
-                                       readable_seconds(window_time_s() - kept.time_s),
-                                       samples_of(*kept.picture),
+  widgets::muted_paragraph("A (left): current picture, " + format_samples(*bench.picture()) + ", " +
+                           describe_display(bench.session.settings().display));
+  widgets::muted_paragraph(fmt::format("B (right): kept {} ago, {}, {}",
+                                       readable_seconds(window_time_s() - stored.time_s),
+                                       format_samples(*stored.picture),
                                        overlay       ? "with its overlay"
                                        : graded_as_a ? "graded like A"
-                                                     : words_of(kept.display)));
+                                                     : describe_display(stored.display)));
 }
 
 void draw_comparison(Workbench& bench) {
@@ -236,18 +237,18 @@ void draw_comparison(Workbench& bench) {
   const float half = widgets::half_width();
   action_button(bench, "Keep as B", Action::kStoreSnapshot, half);
   ImGui::SameLine();
-  ImGui::BeginDisabled(!comparison.kept().picture);
-  action_button(bench, wipe == Wipe::kKept ? "End Wipe" : "Wipe A/B", Action::kWipe, half);
+  ImGui::BeginDisabled(!comparison.stored().picture);
+  action_button(bench, wipe == Wipe::kStored ? "End Wipe" : "Wipe A/B", Action::kWipe, half);
   ImGui::EndDisabled();
   ImGui::BeginDisabled(!bench.session.settings().denoise);
   const bool raw = wipe == Wipe::kRaw;
   action_button(bench, raw ? "End Wipe##raw" : "Wipe Denoised/Raw", Action::kWipeRaw, -1.0f);
   ImGui::EndDisabled();
   if (wipe != Wipe::kNone) {
-    float place = 100.0f * comparison.place();
-    if (widgets::slide({"Wipe", "Position of the wipe, from the left edge"}, place, 0.0f, 100.0f,
-                       "%.0f %%")) {
-      comparison.move_to(0.01f * place);
+    float wipe_position = 100.0f * comparison.wipe_position();
+    if (widgets::slide({"Wipe", "Position of the wipe, from the left edge"}, wipe_position, 0.0f,
+                       100.0f, "%.0f %%")) {
+      comparison.set_wipe_position(0.01f * wipe_position);
     }
   }
   draw_sides(bench);
@@ -269,12 +270,12 @@ void draw_sampling(Workbench& bench) {
   changed |=
       choose_setting({"Integrator", "What is computed for each sample"}, "integrator", options);
   changed |= choose_setting({"Sampler", "How the samples are distributed"}, "sampler", options);
-  if (is_allowed(options, "estimator")) {
+  if (main_driver_allows(options, "estimator")) {
     changed |= widgets::choose({"Estimator", "How the adaptive driver estimates the error"},
                                options.estimator, choices_of_setting("estimator"),
                                title_case(kDefaultEstimator).c_str());
   }
-  if (renders_buckets(options)) {
+  if (is_main_driver_tiled(options)) {
     changed |= widgets::slide({"Bucket Size", "Width and height of a bucket in pixels"},
                               options.bucket_size, 8, 256);
     changed |=
@@ -284,7 +285,7 @@ void draw_sampling(Workbench& bench) {
   changed |= set_limits(options);
   changed |=
       widgets::slide({"Max Depth", "Largest number of scattering events. 1 is direct light only."},
-                     options.max_depth, 0, kMostShownDepth);
+                     options.max_depth, 0, kMaxSliderDepth);
   widgets::heading("Frame");
   changed |= choose_size(options);
   if (changed) bench.settings.change(settings);
@@ -328,7 +329,7 @@ void draw_display(Workbench& bench) {
     ImGui::SameLine();
     small_action_button(bench, "Remove", Action::kClearRegion);
   } else {
-    widgets::quiet_paragraph("Ctrl+drag over the picture to sample a part of it first.");
+    widgets::muted_paragraph("Ctrl+drag over the picture to sample a part of it first.");
   }
 }
 

@@ -17,7 +17,7 @@ constexpr float kWidth = 44.0f, kHeight = 22.0f;
 
 // Places the panel in the corner of the picture farthest from the pixel, with space for notes at
 // the lower edge.
-void place_aside(const Workbench& bench) {
+void place_opposite_pixel(const Workbench& bench) {
   const float em = ImGui::GetFontSize();
   const Rect& area = bench.placement.area();
   const auto& pixel = bench.pixels.picked();
@@ -33,16 +33,16 @@ void place_aside(const Workbench& bench) {
 void draw_text(const Workbench& bench) {
   const std::string text = bench.pixels.explanation_text();
   if (!bench.pixels.picked()) {
-    widgets::quiet_paragraph("Click on the picture to choose a pixel.");
+    widgets::muted_paragraph("Click on the picture to choose a pixel.");
   } else if (text.empty()) {
-    widgets::quiet_paragraph("Waiting for the first samples of this pixel.");
+    widgets::muted_paragraph("Waiting for the first samples of this pixel.");
   } else if (bench.pixels.explanation()->explanation.empty() &&
              is_live(bench.session.settings().render)) {
-    widgets::quiet_paragraph(
+    widgets::muted_paragraph(
         "Every pixel has one sample so far. After the first picture, the driver decides for each "
         "pixel.");
   } else if (bench.pixels.explanation()->explanation.empty()) {
-    widgets::quiet_paragraph(
+    widgets::muted_paragraph(
         "This driver gives every pixel the same number of samples. The adaptive driver decides for "
         "each pixel.");
   }
@@ -55,10 +55,10 @@ void draw_text(const Workbench& bench) {
 
 // The panel keeps its position, whatever its text and the pixel.
 void Interface::draw_explanation(Workbench& bench) {
-  if (!bench.pixels.explains()) return;
+  if (!bench.pixels.shows_explanation()) return;
   const float em = ImGui::GetFontSize();
   const Rect& area = bench.placement.area();
-  place_aside(bench);
+  place_opposite_pixel(bench);
   ImGui::SetNextWindowSize({std::min(kWidth * em, float(area.width()) - 2.0f * em),
                             std::min(kHeight * em, 0.7f * float(area.height()))},
                            ImGuiCond_Appearing);
@@ -77,7 +77,7 @@ void Interface::draw_explanation(Workbench& bench) {
       bench.act(Action::kRestart);
     }
   }
-  take_place();
+  register_window();
   ImGui::End();
   if (!open) bench.act(Action::kExplain);
 }

@@ -20,7 +20,7 @@ void shortcut_row(std::string_view keys, std::string_view effect) {
 void shortcut_heading(std::string_view text) {
   ImGui::TableNextRow();
   ImGui::TableNextColumn();
-  ImGui::TextColored(quiet_colour(), "%.*s", int(text.size()), text.data());
+  ImGui::TextColored(muted_colour(), "%.*s", int(text.size()), text.data());
 }
 
 // Lists the groups before "Picture", or from there on: two columns of about equal length.
@@ -74,7 +74,7 @@ void Interface::draw_shortcuts(Workbench& bench) {
       ImGui::EndTable();
     }
   }
-  take_place();
+  register_window();
   ImGui::End();
 }
 

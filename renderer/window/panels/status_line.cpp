@@ -17,7 +17,7 @@ namespace {
 std::vector<std::string> status(const Workbench& bench) {
   std::vector<std::string> parts;
   if (!bench.picture()) return parts;
-  const ShownPicture& p = *bench.picture();
+  const SessionPicture& p = *bench.picture();
   const uint64_t pixels = uint64_t(p.width) * uint64_t(p.height);
   parts.push_back(bench.session.settings().paused ? "Paused"
                   : p.finished                    ? "Finished"
@@ -46,8 +46,8 @@ std::string right_status(const Workbench& bench) {
   std::string text;
   if (bench.edits.solo()) text += "Solo   ";
   const Wipe wipe = bench.comparison.wipe();
-  if (wipe != Wipe::kNone) text += wipe == Wipe::kKept ? "A | B   " : "Denoised | raw   ";
-  if (const auto& pixel = bench.pixels.pointed()) {
+  if (wipe != Wipe::kNone) text += wipe == Wipe::kStored ? "A | B   " : "Denoised | raw   ";
+  if (const auto& pixel = bench.pixels.cursor_pixel()) {
     text += fmt::format("{}, {}   ", pixel->x, pixel->y);
   }
   if (bench.picture()) {
@@ -59,18 +59,18 @@ std::string right_status(const Workbench& bench) {
 
 void draw_parts(const Workbench& bench) {
   const std::string right = right_status(bench);
-  const float right_at = ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(right.c_str()).x;
+  const float right_x = ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(right.c_str()).x;
   bool first = true;
   for (const std::string& part : status(bench)) {
     if (!first) ImGui::SameLine(0.0f, 1.4f * ImGui::GetFontSize());
-    if (ImGui::GetCursorPosX() + ImGui::CalcTextSize(part.c_str()).x > right_at) break;
+    if (ImGui::GetCursorPosX() + ImGui::CalcTextSize(part.c_str()).x > right_x) break;
     ImGui::TextColored(first ? accent_colour() : ImGui::GetStyleColorVec4(ImGuiCol_Text), "%s",
                        part.c_str());
     first = false;
   }
   if (first) ImGui::TextUnformatted("");
-  ImGui::SameLine(right_at);
-  ImGui::TextColored(quiet_colour(), "%s", right.c_str());
+  ImGui::SameLine(right_x);
+  ImGui::TextColored(muted_colour(), "%s", right.c_str());
 }
 
 // Draws the progress of the first pass along the upper edge.

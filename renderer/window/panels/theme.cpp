@@ -37,7 +37,7 @@ constexpr std::array<ImWchar, 17> kGlyphRanges = {0x0020, 0x024F, 0x0370, 0x03FF
 void add_font(const char* name, float pixels, const ImWchar* glyph_ranges) {
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
   for (const char* folder : kFontFolders) {
-    const auto file = InputFile::open_if_there(std::filesystem::path(folder) / name);
+    const auto file = InputFile::try_open(std::filesystem::path(folder) / name);
     if (!file) continue;
     const std::vector<uint8_t> bytes = file->read_all();
     void* const owned_by_imgui = ImGui::MemAlloc(bytes.size());
@@ -108,7 +108,7 @@ void set_colours(ImGuiStyle& style) {
 ImVec4 accent_colour() { return {0.90f, 0.62f, 0.20f, 1.0f}; }
 ImVec4 warning_colour() { return {0.94f, 0.89f, 0.36f, 1.0f}; }
 ImVec4 error_colour() { return {1.0f, 0.52f, 0.38f, 1.0f}; }
-ImVec4 quiet_colour() { return grey(0.60f); }
+ImVec4 muted_colour() { return grey(0.60f); }
 
 int fixed_panel_flags() {
   return ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |

@@ -18,7 +18,7 @@ void apply_theme(float scale, float pixels_per_unit);
 ImVec4 accent_colour();
 ImVec4 warning_colour();
 ImVec4 error_colour();
-ImVec4 quiet_colour();  // less important text
+ImVec4 muted_colour();  // less important text
 
 // ImGuiWindowFlags of a panel that is fixed below all floating windows.
 int fixed_panel_flags();

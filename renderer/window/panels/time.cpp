@@ -16,11 +16,11 @@ namespace {
 
 using Animations = std::vector<AnimationDescription>;
 
-constexpr double kLeastFps = 1.0, kMostFps = 240.0;
-constexpr double kHalfOpen = 0.5;  // frames: a shutter of 180 degrees
+constexpr double kMinFps = 1.0, kMaxFps = 240.0;
+constexpr double kDefaultShutter = 0.5;  // frames: a shutter of 180 degrees
 
-std::string shown_name(const AnimationEdit& edit, const Animations& list) {
-  if (is_at_rest(edit)) return "No Animation";
+std::string display_name(const AnimationEdit& edit, const Animations& list) {
+  if (is_unanimated(edit)) return "No Animation";
   const int index = animation_index(edit, list);
   if (index < 0) return "All";
   const std::string& name = list[size_t(index)].name;
@@ -30,7 +30,7 @@ std::string shown_name(const AnimationEdit& edit, const Animations& list) {
 bool choose_animation(AnimationEdit& edit, const Animations& list) {
   const AnimationEdit before = edit;
   ImGui::SetNextItemWidth(9.0f * ImGui::GetFontSize());
-  if (!widgets::begin_list("##animation", "Animation to play", shown_name(edit, list)))
+  if (!widgets::begin_list("##animation", "Animation to play", display_name(edit, list)))
     return false;
   const auto offer = [&](const std::string& label, const std::string& name, bool at_rest) {
     if (!ImGui::Selectable(label.c_str())) return;
@@ -41,7 +41,7 @@ bool choose_animation(AnimationEdit& edit, const Animations& list) {
   for (size_t i = 0; i < list.size(); ++i) {
     ImGui::PushID(int(i));
     const std::string name = animation_name(i, list);
-    offer(shown_name({.name = name, .time = 0.0}, list), name, false);
+    offer(display_name({.name = name, .time = 0.0}, list), name, false);
     ImGui::PopID();
   }
   if (list.size() > 1) offer("All", "all", false);
@@ -52,8 +52,7 @@ bool choose_animation(AnimationEdit& edit, const Animations& list) {
 bool choose_fps(AnimationEdit& edit) {
   double fps = fps_of(edit);
   ImGui::SetNextItemWidth(5.0f * ImGui::GetFontSize());
-  if (!widgets::drag_bare("##fps", "Frames per second", fps, 0.1, kLeastFps, kMostFps,
-                          "%.5g fps")) {
+  if (!widgets::drag_bare("##fps", "Frames per second", fps, 0.1, kMinFps, kMaxFps, "%.5g fps")) {
     return false;
   }
   edit.fps = fps;
@@ -66,7 +65,7 @@ bool choose_shutter(AnimationEdit& edit) {
       "Shutter", "Use motion blur: objects that move while the shutter is open are blurred", open);
   if (changed) {
     edit.shutter_open = open ? std::optional(0.0) : std::nullopt;
-    edit.shutter_close = open ? std::optional(kHalfOpen) : std::nullopt;
+    edit.shutter_close = open ? std::optional(kDefaultShutter) : std::nullopt;
   }
   if (!open) return changed;
   float ends[2] = {float(*edit.shutter_open), float(*edit.shutter_close)};
@@ -83,13 +82,13 @@ bool choose_shutter(AnimationEdit& edit) {
   return changed;
 }
 
-// Fills the line except for the width `beside`.
-bool scrub(AnimationEdit& edit, double duration, float beside) {
+// Fills the line except for the width `reserved_width`.
+bool scrub(AnimationEdit& edit, double duration, float reserved_width) {
   const double fps = fps_of(edit);
   double time = edit.time.value_or(0.0);
   const std::string text =
       fmt::format("{:.2f} s of {:.2f} s   Frame {:.0f}", time, duration, frame_at(time, fps));
-  ImGui::SetNextItemWidth(std::max(ImGui::GetContentRegionAvail().x - beside, 60.0f));
+  ImGui::SetNextItemWidth(std::max(ImGui::GetContentRegionAvail().x - reserved_width, 60.0f));
   if (!widgets::slide_bare("##time", "Time of the animation", time, duration, text.c_str())) {
     return false;
   }
@@ -126,7 +125,7 @@ void draw_time_line(Workbench& bench, float top, float width) {
   ImGui::SameLine();
   changed |= choose_fps(edit);
   ImGui::SameLine();
-  bool loop = bench.player.loops();
+  bool loop = bench.player.is_looping();
   if (widgets::checkbox("Loop", "Start again at the end of the animation", loop)) {
     bench.player.set_loop(loop);
   }

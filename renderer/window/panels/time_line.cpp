@@ -8,7 +8,7 @@ namespace emberline {
 namespace {
 
 // Tolerance for rounding of whole frames.
-constexpr double kSlack = 1e-6;
+constexpr double kFrameTolerance = 1e-6;
 
 }  // namespace
 
@@ -31,7 +31,7 @@ std::string animation_name(size_t index, const std::vector<AnimationDescription>
 
 double duration_of(const AnimationEdit& edit, const std::vector<AnimationDescription>& list) {
   if (list.empty()) return 0.0;
-  if (is_at_rest(edit)) return list.front().duration;
+  if (is_unanimated(edit)) return list.front().duration;
   if (const int index = animation_index(edit, list); index >= 0) {
     return list[size_t(index)].duration;
   }
@@ -42,23 +42,23 @@ double duration_of(const AnimationEdit& edit, const std::vector<AnimationDescrip
   return longest;
 }
 
-double frame_at(double time, double fps) { return std::floor(time * fps + kSlack); }
+double frame_at(double time, double fps) { return std::floor(time * fps + kFrameTolerance); }
 
-double stepped(double time, double frames, double fps, double duration) {
+double step_time(double time, double frames, double fps, double duration) {
   return std::clamp((frame_at(time, fps) + frames) / fps, 0.0, std::max(duration, 0.0));
 }
 
 void Playback::start(double time, double now) {
   playing_ = true;
-  began_ = now - time;
+  start_ = now - time;
 }
 
 double Playback::time_at(double now, double fps, double duration) {
-  double time = std::max(now - began_, 0.0);
+  double time = std::max(now - start_, 0.0);
   if (time >= duration && !loop) stop();
   if (time >= duration && loop && duration > 0.0) {
     time = std::fmod(time, duration);
-    began_ = now - time;
+    start_ = now - time;
   }
   return std::min(frame_at(time, fps) / fps, std::max(duration, 0.0));
 }

@@ -9,7 +9,7 @@
 namespace emberline {
 
 // Whether the edit names neither time nor animation, so that the scene is not animated.
-inline bool is_at_rest(const AnimationEdit& edit) { return !edit.time && edit.name.empty(); }
+inline bool is_unanimated(const AnimationEdit& edit) { return !edit.time && edit.name.empty(); }
 // Index of the animation: -1 for all, or if the scene is not animated; 0 if the edit names none.
 int animation_index(const AnimationEdit& edit, const std::vector<AnimationDescription>& list);
 // The animation's name in edits: its own, or its index if the name is missing or not unique.
@@ -18,12 +18,12 @@ std::string animation_name(size_t index, const std::vector<AnimationDescription>
 // animated.
 double duration_of(const AnimationEdit& edit, const std::vector<AnimationDescription>& list);
 
-inline constexpr double kOrdinaryFps = 24.0;
-inline double fps_of(const AnimationEdit& edit) { return edit.fps.value_or(kOrdinaryFps); }
-// frame_at(): the last whole frame that begins at or before `time`. stepped(): the time `frames`
+inline constexpr double kDefaultFps = 24.0;
+inline double fps_of(const AnimationEdit& edit) { return edit.fps.value_or(kDefaultFps); }
+// frame_at(): the last whole frame that begins at or before `time`. step_time(): the time `frames`
 // frames later, within the duration.
 double frame_at(double time, double fps);
-double stepped(double time, double frames, double fps, double duration);
+double step_time(double time, double frames, double fps, double duration);
 
 // Plays animations. `now` is in seconds of a steady clock.
 class Playback {
@@ -38,7 +38,7 @@ class Playback {
 
  private:
   bool playing_ = false;
-  double began_ = 0.0;  // clock time of animation time 0
+  double start_ = 0.0;  // clock time of animation time 0
 };
 
 }  // namespace emberline

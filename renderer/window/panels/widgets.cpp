@@ -11,8 +11,8 @@
 namespace emberline::widgets {
 namespace {
 
-constexpr float kNameWidth = 0.4f;  // relative to the panel
-constexpr double kRest_s = 0.5;     // how long the mouse rests on an item before its tooltip
+constexpr float kNameWidth = 0.4f;       // relative to the panel
+constexpr double kTooltipDelay_s = 0.5;  // how long the mouse rests on an item before its tooltip
 constexpr double kNever_s = 1e300;
 constexpr const char* kTypeNumber = "Ctrl+click to type a number.";
 
@@ -21,12 +21,12 @@ struct Hovered {
   ImVec2 at{-1.0f, -1.0f};
   int frame = -2;
   double since_s = 0.0;
-  bool waits = false;  // for its tooltip
+  bool is_waiting = false;  // for its tooltip
 };
 Hovered hovered;
 
 // Whether the mouse has rested on the previous item for long enough.
-bool rests_on_item() {
+bool is_tooltip_due() {
   if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled) || ImGui::IsItemActive()) {
     return false;
   }
@@ -38,8 +38,8 @@ bool rests_on_item() {
   }
   hovered.at = at;
   hovered.frame = frame;
-  hovered.waits = now < hovered.since_s + kRest_s;
-  return !hovered.waits;
+  hovered.is_waiting = now < hovered.since_s + kTooltipDelay_s;
+  return !hovered.is_waiting;
 }
 
 std::string with_hint(Help help, const char* hint) {
@@ -50,7 +50,7 @@ std::string with_hint(Help help, const char* hint) {
 // Draws the name, moves the cursor to the widget, and returns the widget's label.
 std::string begin(const Row& row) {
   const float left = ImGui::GetCursorPosX();
-  const float room = ImGui::GetContentRegionAvail().x;
+  const float row_width = ImGui::GetContentRegionAvail().x;
   ImGui::AlignTextToFramePadding();
   if (row.edited) {
     ImGui::TextColored(accent_colour(), "%s", row.name);
@@ -58,11 +58,11 @@ std::string begin(const Row& row) {
     ImGui::TextUnformatted(row.name);
   }
   const float name = ImGui::GetItemRectSize().x + ImGui::GetStyle().ItemInnerSpacing.x;
-  const bool resets = row.edited && row.reset;
-  if (resets && ImGui::IsItemClicked(ImGuiMouseButton_Right)) *row.reset = true;
-  help(resets ? with_hint(row.help, "Right-click to reset.") : row.help.text());
+  const bool can_reset = row.edited && row.reset;
+  if (can_reset && ImGui::IsItemClicked(ImGuiMouseButton_Right)) *row.reset = true;
+  help(can_reset ? with_hint(row.help, "Right-click to reset.") : row.help.text());
   ImGui::SameLine();
-  ImGui::SetCursorPosX(left + std::max(kNameWidth * room, name));
+  ImGui::SetCursorPosX(left + std::max(kNameWidth * row_width, name));
   ImGui::SetNextItemWidth(-FLT_MIN);
   return std::string("##") + row.name;
 }
@@ -74,19 +74,19 @@ ImGuiSliderFlags slider_flags(bool logarithmic) {
 
 }  // namespace
 
-bool slide(const Row& row, float& value, float least, float most, const char* format,
+bool slide(const Row& row, float& value, float minimum, float maximum, const char* format,
            bool logarithmic) {
   const std::string label = begin(row);
-  const bool changed =
-      ImGui::SliderFloat(label.c_str(), &value, least, most, format, slider_flags(logarithmic));
+  const bool changed = ImGui::SliderFloat(label.c_str(), &value, minimum, maximum, format,
+                                          slider_flags(logarithmic));
   help(with_hint(row.help, kTypeNumber));
   return changed;
 }
 
-bool slide(const Row& row, int& value, int least, int most, bool logarithmic) {
+bool slide(const Row& row, int& value, int minimum, int maximum, bool logarithmic) {
   const std::string label = begin(row);
   const bool changed =
-      ImGui::SliderInt(label.c_str(), &value, least, most, "%d", slider_flags(logarithmic));
+      ImGui::SliderInt(label.c_str(), &value, minimum, maximum, "%d", slider_flags(logarithmic));
   help(with_hint(row.help, kTypeNumber));
   return changed;
 }
@@ -115,14 +115,14 @@ void text(const Row& row, const std::string& value) {
 }
 
 bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
-                  const std::string& otherwise, const char* empty_means) {
+                  const std::string& placeholder, const char* none_label) {
   const std::string label = begin(row);
   const bool listed = index >= 0 && size_t(index) < choices.size();
-  const bool empty = !listed && otherwise.empty();
-  std::string shown = otherwise;
-  if (listed) shown = choices[size_t(index)].label;
-  if (empty && empty_means) shown = empty_means;
-  if (!begin_list(label.c_str(), row.help, shown)) return false;
+  const bool empty = !listed && placeholder.empty();
+  std::string preview = placeholder;
+  if (listed) preview = choices[size_t(index)].label;
+  if (empty && none_label) preview = none_label;
+  if (!begin_list(label.c_str(), row.help, preview)) return false;
   bool changed = false;
   const auto offer = [&](const std::string& name, int i, bool chosen) {
     ImGui::PushID(i);  // names may be equal
@@ -132,7 +132,7 @@ bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
     }
     ImGui::PopID();
   };
-  if (empty_means) offer(empty_means, -1, empty);
+  if (none_label) offer(none_label, -1, empty);
   const int before = index;
   for (int i = 0; i < int(choices.size()); ++i) {
     const Choice& choice = choices[size_t(i)];
@@ -145,10 +145,10 @@ bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
 }
 
 bool choose(const Row& row, std::string& value, std::span<const Choice> choices,
-            const char* empty_means) {
+            const char* none_label) {
   const auto found = std::ranges::find(choices, value, &Choice::name);
   int index = found == choices.end() ? -1 : int(found - choices.begin());
-  if (!choose_index(row, index, choices, value, empty_means)) return false;
+  if (!choose_index(row, index, choices, value, none_label)) return false;
   value = index < 0 ? "" : choices[size_t(index)].name;
   return true;
 }
@@ -192,34 +192,35 @@ bool swatch(const char* id, Help text, Rgb& value) {
   return changed;
 }
 
-bool slide_bare(const char* id, Help text, float& value, float least, float most,
+bool slide_bare(const char* id, Help text, float& value, float minimum, float maximum,
                 const char* format) {
   const bool changed =
-      ImGui::SliderFloat(id, &value, least, most, format, ImGuiSliderFlags_Logarithmic);
+      ImGui::SliderFloat(id, &value, minimum, maximum, format, ImGuiSliderFlags_Logarithmic);
   help(with_hint(text, kTypeNumber));
   return changed;
 }
 
-bool slide_bare(const char* id, Help text, double& value, double most, const char* shown) {
-  const double least = 0.0;
-  const bool changed = ImGui::SliderScalar(id, ImGuiDataType_Double, &value, &least, &most, shown,
-                                           ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput);
+bool slide_bare(const char* id, Help text, double& value, double maximum, const char* preview) {
+  const double minimum = 0.0;
+  const bool changed =
+      ImGui::SliderScalar(id, ImGuiDataType_Double, &value, &minimum, &maximum, preview,
+                          ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput);
   help(text);
   return changed;
 }
 
-bool drag_bare(const char* id, Help text, double& value, double step, double least, double most,
-               const char* format) {
-  const bool changed = ImGui::DragScalar(id, ImGuiDataType_Double, &value, float(step), &least,
-                                         &most, format, ImGuiSliderFlags_AlwaysClamp);
+bool drag_bare(const char* id, Help text, double& value, double step, double minimum,
+               double maximum, const char* format) {
+  const bool changed = ImGui::DragScalar(id, ImGuiDataType_Double, &value, float(step), &minimum,
+                                         &maximum, format, ImGuiSliderFlags_AlwaysClamp);
   help(with_hint(text, kTypeNumber));
   return changed;
 }
 
-bool drag_pair(const char* id, Help text, float (&values)[2], float step, float least, float most,
-               const char* format) {
+bool drag_pair(const char* id, Help text, float (&values)[2], float step, float minimum,
+               float maximum, const char* format) {
   const bool changed =
-      ImGui::DragFloat2(id, values, step, least, most, format, ImGuiSliderFlags_AlwaysClamp);
+      ImGui::DragFloat2(id, values, step, minimum, maximum, format, ImGuiSliderFlags_AlwaysClamp);
   help(with_hint(text, kTypeNumber));
   return changed;
 }
@@ -230,8 +231,8 @@ bool input_line(const char* id, Help text, std::string& value) {
   return entered;
 }
 
-bool begin_list(const char* id, Help text, const std::string& shown) {
-  const bool open = ImGui::BeginCombo(id, shown.c_str(), ImGuiComboFlags_HeightLarge);
+bool begin_list(const char* id, Help text, const std::string& preview) {
+  const bool open = ImGui::BeginCombo(id, preview.c_str(), ImGuiComboFlags_HeightLarge);
   if (!open) help(text);
   return open;
 }
@@ -242,19 +243,19 @@ float half_width() {
 
 void heading(const char* text) {
   ImGui::Dummy({0.0f, 0.2f * ImGui::GetFontSize()});
-  ImGui::TextColored(quiet_colour(), "%s", text);
+  ImGui::TextColored(muted_colour(), "%s", text);
   ImGui::Separator();
 }
 
 void help(const std::string& text) {
-  if (rests_on_item()) tooltip(text);
+  if (is_tooltip_due()) tooltip(text);
 }
 
 void help(Help text) { help(std::string(text.text())); }
 
 double next_tooltip_s() {
-  const bool waits = hovered.waits && hovered.frame == ImGui::GetFrameCount();
-  return waits ? hovered.since_s + kRest_s : kNever_s;
+  const bool is_waiting = hovered.is_waiting && hovered.frame == ImGui::GetFrameCount();
+  return is_waiting ? hovered.since_s + kTooltipDelay_s : kNever_s;
 }
 
 void tooltip(const std::string& text) {
@@ -267,8 +268,8 @@ void tooltip(const std::string& text) {
   ImGui::PopStyleVar();
 }
 
-void quiet_paragraph(const std::string& text) {
-  ImGui::PushStyleColor(ImGuiCol_Text, quiet_colour());
+void muted_paragraph(const std::string& text) {
+  ImGui::PushStyleColor(ImGuiCol_Text, muted_colour());
   paragraph(text);
   ImGui::PopStyleColor();
 }

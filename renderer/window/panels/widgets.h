@@ -24,17 +24,17 @@ struct Row {
   bool* reset = nullptr;
 };
 
-bool slide(const Row& row, float& value, float least, float most, const char* format,
+bool slide(const Row& row, float& value, float minimum, float maximum, const char* format,
            bool logarithmic = false);
-bool slide(const Row& row, int& value, int least, int most, bool logarithmic = false);
+bool slide(const Row& row, int& value, int minimum, int maximum, bool logarithmic = false);
 // A slider for a number of the file, `own`, that an edit may replace.
 template <typename T>
-bool slide_edit(const char* name, Help help, std::optional<T>& edit, T own, float least, float most,
-                const char* format, bool logarithmic = false) {
+bool slide_edit(const char* name, Help help, std::optional<T>& edit, T own, float minimum,
+                float maximum, const char* format, bool logarithmic = false) {
   auto value = float(edit.value_or(own));
   bool reset = false;
   const bool moved =
-      slide({name, help, edit.has_value(), &reset}, value, least, most, format, logarithmic);
+      slide({name, help, edit.has_value(), &reset}, value, minimum, maximum, format, logarithmic);
   if (moved) edit = T(value);
   if (reset) edit.reset();
   return moved || reset;
@@ -48,12 +48,12 @@ struct Choice {
   std::string_view name;
   std::string label, summary;
 };
-// Chooses by index. If the index is not valid, shows `otherwise` or, if that is empty,
-// `empty_means`. If given, `empty_means` can be chosen as index -1.
+// Chooses by index. If the index is not valid, shows `placeholder` or, if that is empty,
+// `none_label`. If given, `none_label` can be chosen as index -1.
 bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
-                  const std::string& otherwise = {}, const char* empty_means = nullptr);
+                  const std::string& placeholder = {}, const char* none_label = nullptr);
 bool choose(const Row& row, std::string& value, std::span<const Choice> choices,
-            const char* empty_means = nullptr);
+            const char* none_label = nullptr);
 
 // Choices of a table whose rows have a name, as on the command line, and a summary.
 template <typename Table>
@@ -73,16 +73,16 @@ bool small_button(const char* label, Help help);
 bool checkbox(const char* label, Help help, bool& value);
 bool menu_flag(const char* label, Help help, bool& value);
 bool swatch(const char* id, Help help, Rgb& value);
-bool slide_bare(const char* id, Help help, float& value, float least, float most,
+bool slide_bare(const char* id, Help help, float& value, float minimum, float maximum,
                 const char* format);
-bool slide_bare(const char* id, Help help, double& value, double most, const char* text);
-bool drag_bare(const char* id, Help help, double& value, double step, double least, double most,
-               const char* format);
-bool drag_pair(const char* id, Help help, float (&values)[2], float step, float least, float most,
-               const char* format);
+bool slide_bare(const char* id, Help help, double& value, double maximum, const char* text);
+bool drag_bare(const char* id, Help help, double& value, double step, double minimum,
+               double maximum, const char* format);
+bool drag_pair(const char* id, Help help, float (&values)[2], float step, float minimum,
+               float maximum, const char* format);
 bool input_line(const char* id, Help help, std::string& value);
 // Opens a list for Selectable entries; end it with ImGui::EndCombo() if this returns true.
-bool begin_list(const char* id, Help help, const std::string& shown);
+bool begin_list(const char* id, Help help, const std::string& preview);
 
 // Width of each of two widgets side by side; call at the beginning of their line.
 float half_width();
@@ -94,8 +94,8 @@ void help(Help text);
 // When a tooltip that waits is to be drawn; far in the future if none waits.
 double next_tooltip_s();
 void tooltip(const std::string& text);
-// A paragraph wrapped at the panel's edge; quiet_paragraph() is for less important text.
+// A paragraph wrapped at the panel's edge; muted_paragraph() is for less important text.
 void paragraph(const std::string& text);
-void quiet_paragraph(const std::string& text);
+void muted_paragraph(const std::string& text);
 
 }  // namespace emberline::widgets

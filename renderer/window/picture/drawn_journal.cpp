@@ -5,8 +5,8 @@
 
 namespace emberline {
 
-void DrawnJournal::note(const std::shared_ptr<const ShownPicture>& picture,
-                        const PicturePlacement& placement) {
+void DrawnJournal::record_picture(const std::shared_ptr<const SessionPicture>& picture,
+                                  const PicturePlacement& placement) {
   if (!journal_.is_open()) return;
   const Vec2f corner = placement.to_screen(Vec2f(0.0f));
   const nlohmann::json place = {{"at", {corner.x, corner.y}}, {"zoom", placement.zoom()}};
@@ -30,8 +30,9 @@ void DrawnJournal::note(const std::shared_ptr<const ShownPicture>& picture,
   journal_.write("picture", members);
 }
 
-void DrawnJournal::note_dialog(const std::string& asking) {
-  if (std::exchange(dialog_, asking) != asking) journal_.write("dialog", {{"asks", asking}});
+void DrawnJournal::record_dialog(const std::string& focused_dialog) {
+  if (std::exchange(dialog_, focused_dialog) != focused_dialog)
+    journal_.write("dialog", {{"asks", focused_dialog}});
 }
 
 }  // namespace emberline

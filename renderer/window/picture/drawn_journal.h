@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "renderer/session/shown_picture.h"
+#include "renderer/session/session_picture.h"
 #include "renderer/window/input/journal.h"
 #include "renderer/window/picture/placement.h"
 
@@ -16,13 +16,14 @@ class DrawnJournal {
   explicit DrawnJournal(Journal& journal) : journal_(journal) {}
 
   // Call after each frame with the displayed picture and its placement.
-  void note(const std::shared_ptr<const ShownPicture>& picture, const PicturePlacement& placement);
-  // `asking`: the dialog whose name field has the keyboard; empty: none.
-  void note_dialog(const std::string& asking);
+  void record_picture(const std::shared_ptr<const SessionPicture>& picture,
+                      const PicturePlacement& placement);
+  // `focused_dialog`: the dialog whose name field has the keyboard; empty: none.
+  void record_dialog(const std::string& focused_dialog);
 
  private:
   Journal& journal_;
-  std::shared_ptr<const ShownPicture> picture_;
+  std::shared_ptr<const SessionPicture> picture_;
   Vec2f corner_ = Vec2f(0.0f);
   double zoom_ = 0.0;
   std::string dialog_;

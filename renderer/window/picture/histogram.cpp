@@ -5,20 +5,20 @@
 namespace emberline {
 namespace {
 
-constexpr double kPause_s = 0.2;
+constexpr double kUpdateInterval_s = 0.2;
 // Larger pictures are subsampled; fractions stay accurate to a tenth of a percent.
-constexpr size_t kMostPixels = 300000;
+constexpr size_t kMaxPixels = 300000;
 
 }  // namespace
 
-void Histogram::update(const std::shared_ptr<const ShownPicture>& picture, double now_s) {
-  if (picture == counted_ || now_s < counted_s_ + kPause_s) return;
-  counted_ = picture;
-  counted_s_ = now_s;
+void Histogram::update(const std::shared_ptr<const SessionPicture>& picture, double now_s) {
+  if (picture == picture_ || now_s < updated_s_ + kUpdateInterval_s) return;
+  picture_ = picture;
+  updated_s_ = now_s;
   counts_ = {};
   const size_t pixels = picture->rgba8.size() / 4;
   // Odd, so that all columns are visited if the width is a power of two.
-  const size_t stride = (pixels / kMostPixels) | 1;
+  const size_t stride = (pixels / kMaxPixels) | 1;
   size_t black = 0, clipped = 0, counted = 0;
   for (size_t i = 0; i < pixels; i += stride, ++counted) {
     const uint8_t* const rgb = &picture->rgba8[4 * i];
@@ -26,17 +26,17 @@ void Histogram::update(const std::shared_ptr<const ShownPicture>& picture, doubl
     black += rgb[0] == 0 && rgb[1] == 0 && rgb[2] == 0;
     clipped += rgb[0] == 255 || rgb[1] == 255 || rgb[2] == 255;
   }
-  most_ = 1;
+  max_count_ = 1;
   for (const auto& channel : counts_) {
-    most_ = std::max(most_, *std::max_element(channel.begin() + 1, channel.end() - 1));
+    max_count_ = std::max(max_count_, *std::max_element(channel.begin() + 1, channel.end() - 1));
   }
-  const double all = double(std::max<size_t>(counted, 1));
-  black_ = double(black) / all;
-  clipped_ = double(clipped) / all;
+  const double total = double(std::max<size_t>(counted, 1));
+  black_ = double(black) / total;
+  clipped_ = double(clipped) / total;
 }
 
 float Histogram::height(size_t channel, int bin) const {
-  return std::min(1.0f, float(counts_[channel][size_t(bin)]) / float(most_));
+  return std::min(1.0f, float(counts_[channel][size_t(bin)]) / float(max_count_));
 }
 
 }  // namespace emberline

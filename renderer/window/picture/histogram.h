@@ -4,7 +4,7 @@
 #include <array>
 #include <memory>
 
-#include "renderer/session/shown_picture.h"
+#include "renderer/session/session_picture.h"
 
 namespace emberline {
 
@@ -13,7 +13,7 @@ class Histogram {
   static constexpr int kBins = 128;
 
   // Updates for a newer picture, at most a few times a second; takes less than a millisecond.
-  void update(const std::shared_ptr<const ShownPicture>& picture, double now_s);
+  void update(const std::shared_ptr<const SessionPicture>& picture, double now_s);
 
   // Height of a bar, in [0, 1], of channel 0 to 2. Scaled by the largest bar between black and
   // white, so that a black background does not flatten the others.
@@ -24,9 +24,9 @@ class Histogram {
 
  private:
   std::array<std::array<uint32_t, kBins>, 3> counts_ = {};
-  uint32_t most_ = 1;
-  double black_ = 0.0, clipped_ = 0.0, counted_s_ = -1e9;
-  std::shared_ptr<const ShownPicture> counted_;
+  uint32_t max_count_ = 1;
+  double black_ = 0.0, clipped_ = 0.0, updated_s_ = -1e9;
+  std::shared_ptr<const SessionPicture> picture_;
 };
 
 }  // namespace emberline

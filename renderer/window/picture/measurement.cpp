@@ -18,13 +18,13 @@ using Json = nlohmann::json;
 // Built-in script: edits of each kind, and the interval at which an artist who looks at the results
 // would make them.
 constexpr int kEditsOfEachKind = 25;
-constexpr double kBetweenEdits_s = 0.25;
+constexpr double kEditInterval_s = 0.25;
 constexpr double kWarmUp_s = 1.0;
 // After the last edit: time for its picture to settle, then the measuring time for the render
 // speed, extended if no picture arrives.
-constexpr double kSettling_s = 2.0, kIdle_s = 6.0, kIdleAtMost_s = 60.0;
+constexpr double kSettling_s = 2.0, kIdle_s = 6.0, kMaxIdle_s = 60.0;
 // Longest script: a day.
-constexpr double kLongest_s = 86400.0;
+constexpr double kMaxScript_s = 86400.0;
 
 Json milliseconds(std::vector<double> seconds) {
   const auto ms = [&](double q) { return 1e3 * quantile(seconds, q); };
@@ -34,17 +34,17 @@ Json milliseconds(std::vector<double> seconds) {
 
 struct Latencies {
   std::vector<double> filled, complete;
-  size_t unseen = 0;
+  size_t undisplayed = 0;
 
   void add(const MeasuredEdit& edit) {
-    if (edit.filled_s) filled.push_back(*edit.filled_s - edit.asked_s);
-    if (edit.complete_s) complete.push_back(*edit.complete_s - edit.asked_s);
-    unseen += !edit.filled_s;
+    if (edit.filled_s) filled.push_back(*edit.filled_s - edit.input_s);
+    if (edit.complete_s) complete.push_back(*edit.complete_s - edit.input_s);
+    undisplayed += !edit.filled_s;
   }
   Json summary() const {
     return {{"first_picture_ms", milliseconds(filled)},
             {"every_pixel_ms", milliseconds(complete)},
-            {"never_shown", unseen}};
+            {"never_shown", undisplayed}};
   }
 };
 
@@ -65,7 +65,7 @@ Measurement::Measurement(const ViewOptions& options, Workbench& bench)
   for (size_t i = 0; i < script.size(); ++i) {
     const JsonReader step = script[i].object({"at_s", "edit"});
     step["edit"].members();  // must be an object; its members are checked when it is due
-    steps_.push_back({step["at_s"].number(0.0, kLongest_s), JsonValue(json[i]["edit"])});
+    steps_.push_back({step["at_s"].number(0.0, kMaxScript_s), JsonValue(json[i]["edit"])});
   }
   std::ranges::stable_sort(steps_, {}, &Step::at_s);
 }
@@ -77,7 +77,7 @@ std::vector<Measurement::Step> Measurement::built_in_script() const {
   double at = kWarmUp_s;
   const auto add = [&](Json edit) {
     steps.push_back({at, JsonValue(std::move(edit))});
-    at += kBetweenEdits_s;
+    at += kEditInterval_s;
   };
   for (int i = 0; i < kEditsOfEachKind; ++i) {
     const double wave = double(i % 5) / 4.0;
@@ -91,14 +91,14 @@ std::vector<Measurement::Step> Measurement::built_in_script() const {
   return steps;
 }
 
-void Measurement::make(const Json& edit) {
+void Measurement::apply_edit(const Json& edit) {
   const auto number = [&](const char* name) { return edit.at(name).get<double>(); };
   const SceneDescription& outline = bench_.session.scene()->outline;
   const SceneEdits& edits = bench_.session.edits();
   if (edit.contains("orbit")) {
-    const Json& way = edit["orbit"];
+    const Json& delta = edit["orbit"];
     return bench_.navigator.drag(Drag::kOrbit,
-                                 Vec2f(way.at(0).get<float>(), way.at(1).get<float>()));
+                                 Vec2f(delta.at(0).get<float>(), delta.at(1).get<float>()));
   }
   if (edit.contains("exposure")) {
     ViewSettings settings = bench_.session.settings();
@@ -106,9 +106,9 @@ void Measurement::make(const Json& edit) {
     return bench_.settings.change(settings);
   }
   if (edit.contains("environment_rotation")) {
-    SceneEdits turned = edits;
-    turned.environment.rotation_degrees = float(number("environment_rotation"));
-    return bench_.edits.change(turned, "environment rotation");
+    SceneEdits rotated = edits;
+    rotated.environment.rotation_degrees = float(number("environment_rotation"));
+    return bench_.edits.change(rotated, "environment rotation");
   }
   if (edit.contains("light")) {
     const std::vector<ListedLight> lights = list_lights(outline, edits);
@@ -129,7 +129,7 @@ void Measurement::make(const Json& edit) {
 }
 
 Measurement::Mark Measurement::mark(double now_s) const {
-  const ShownPicture& picture = *bench_.picture();
+  const SessionPicture& picture = *bench_.picture();
   return {now_s, picture.samples, picture.rays};
 }
 
@@ -137,18 +137,18 @@ void Measurement::step(double now_s) {
   now_s_ = now_s;
   if (bench_.load_status().state == LoadStatus::State::kFailed) finished_ = true;
   if (!bench_.session.scene() || !bench_.picture() || finished_) return;
-  if (opened_s_ < 0.0) {
+  if (first_picture_s_ < 0.0) {
     if (!bench_.picture()->complete) return;
-    opened_s_ = last_edit_s_ = now_s;
+    first_picture_s_ = last_edit_s_ = now_s;
     busy_s_.clear();
     first_edit_ = bench_.latency.edits().size();
     if (!scripted_) steps_ = built_in_script();
   }
-  while (next_step_ < steps_.size() && now_s >= opened_s_ + steps_[next_step_].at_s) {
+  while (next_step_ < steps_.size() && now_s >= first_picture_s_ + steps_[next_step_].at_s) {
     const size_t number = next_step_++;
     last_edit_s_ = now_s;
     try {
-      make(*steps_[number].edit);
+      apply_edit(*steps_[number].edit);
     } catch (const std::exception& error) {
       bench_.messages.error("script, step " + std::to_string(number) + ": " + error.what());
     }
@@ -156,22 +156,22 @@ void Measurement::step(double now_s) {
   if (next_step_ < steps_.size() || now_s < last_edit_s_ + kSettling_s) return;
   if (!idle_begin_) idle_begin_ = mark(now_s);
   // Without another picture the measured speed would be 0.
-  const bool another = bench_.picture()->samples > idle_begin_->samples;
-  const double end_s = idle_begin_->time_s + (another ? kIdle_s : kIdleAtMost_s);
+  const bool has_new_picture = bench_.picture()->samples > idle_begin_->samples;
+  const double end_s = idle_begin_->time_s + (has_new_picture ? kIdle_s : kMaxIdle_s);
   if (now_s < end_s && !bench_.picture()->finished) return;
   idle_end_ = mark(now_s);
   finished_ = true;
 }
 
 double Measurement::next_s() const {
-  if (opened_s_ < 0.0) return now_s_ + 0.01;
-  if (next_step_ < steps_.size()) return opened_s_ + steps_[next_step_].at_s;
+  if (first_picture_s_ < 0.0) return now_s_ + 0.01;
+  if (next_step_ < steps_.size()) return first_picture_s_ + steps_[next_step_].at_s;
   if (!idle_begin_) return last_edit_s_ + kSettling_s;
   const double end_s = idle_begin_->time_s + kIdle_s;
   return end_s > now_s_ ? end_s : now_s_ + 0.1;
 }
 
-void Measurement::blocked(double seconds) { busy_s_.push_back(seconds); }
+void Measurement::record_busy(double seconds) { busy_s_.push_back(seconds); }
 
 void Measurement::write() const {
   Latencies all;
@@ -181,10 +181,10 @@ void Measurement::write() const {
     all.add(edit);
     by_kind[kind_of(edit.what)].add(edit);
     const auto ms = [&](const std::optional<double>& time) {
-      return time ? Json(1e3 * (*time - edit.asked_s)) : Json();
+      return time ? Json(1e3 * (*time - edit.input_s)) : Json();
     };
     edits.push_back({{"what", edit.what},
-                     {"at_s", edit.asked_s - opened_s_},
+                     {"at_s", edit.input_s - first_picture_s_},
                      {"first_picture_ms", ms(edit.filled_s)},
                      {"every_pixel_ms", ms(edit.complete_s)}});
   }
@@ -201,8 +201,8 @@ void Measurement::write() const {
   const Json report = {{"scene", scene_},
                        {"driver", options.driver},
                        {"size", {options.width, options.height}},
-                       {"complete", opened_s_ >= 0.0 && next_step_ == steps_.size()},
-                       {"first_picture_s", opened_s_},
+                       {"complete", first_picture_s_ >= 0.0 && next_step_ == steps_.size()},
+                       {"first_picture_s", first_picture_s_},
                        {"edits_ms", all.summary()},
                        {"by_kind", kinds},
                        {"window_busy_ms", milliseconds(busy_s_)},

@@ -30,7 +30,7 @@ class Measurement {
   void step(double now_s);
   double next_s() const;  // time of the next step
   // Records how long the window was busy between waking up and sleeping.
-  void blocked(double seconds);
+  void record_busy(double seconds);
   bool finished() const { return finished_; }
   // Throws RenderError.
   void write() const;
@@ -46,7 +46,7 @@ class Measurement {
   };
 
   std::vector<Step> built_in_script() const;
-  void make(const nlohmann::json& edit);
+  void apply_edit(const nlohmann::json& edit);
   Mark mark(double now_s) const;
 
   std::string file_, scene_;
@@ -54,7 +54,7 @@ class Measurement {
   std::vector<Step> steps_;
   bool scripted_ = false;
   size_t next_step_ = 0, first_edit_ = 0;
-  double opened_s_ = -1.0, last_edit_s_ = 0.0, now_s_ = 0.0;
+  double first_picture_s_ = -1.0, last_edit_s_ = 0.0, now_s_ = 0.0;
   std::optional<Mark> idle_begin_, idle_end_;
   std::vector<double> busy_s_;
   bool finished_ = false;

@@ -7,7 +7,7 @@ namespace emberline {
 namespace {
 
 // Screen pixels of a dragged picture that stay visible.
-constexpr double kLeastInSight = 32.0;
+constexpr double kMinVisible = 32.0;
 
 }  // namespace
 
@@ -18,33 +18,33 @@ void PicturePlacement::place(const Rect& area, int width, int height) {
   area_ = area;
   width_ = width;
   height_ = height;
-  if (fitted_) return fit_now();
+  if (fitted_) return apply_fit();
   left_ = 0.5 * (area.x0 + area.x1) - x * zoom_;
   top_ = 0.5 * (area.y0 + area.y1) - y * zoom_;
-  keep_in_sight();
+  keep_visible();
 }
 
 void PicturePlacement::fit() {
   fitted_ = true;
-  fit_now();
+  apply_fit();
 }
 
-void PicturePlacement::fit_now() {
+void PicturePlacement::apply_fit() {
   if (width_ < 1 || height_ < 1 || area_.empty()) return;
   zoom_ = std::clamp(std::min(double(area_.width()) / width_, double(area_.height()) / height_),
-                     kLeastZoom, kMostZoom);
+                     kMinZoom, kMaxZoom);
   // Snapped to whole screen pixels, so that a 1:1 picture is not blurred.
   left_ = std::floor(area_.x0 + 0.5 * (area_.width() - zoom_ * width_));
   top_ = std::floor(area_.y0 + 0.5 * (area_.height() - zoom_ * height_));
 }
 
 void PicturePlacement::zoom_to(double zoom, const Vec2f& screen) {
-  const double scale = std::clamp(zoom, kLeastZoom, kMostZoom) / zoom_;
+  const double scale = std::clamp(zoom, kMinZoom, kMaxZoom) / zoom_;
   fitted_ = false;
   zoom_ *= scale;
   left_ = std::round(screen.x - (screen.x - left_) * scale);
   top_ = std::round(screen.y - (screen.y - top_) * scale);
-  keep_in_sight();
+  keep_visible();
 }
 
 void PicturePlacement::zoom_to(double zoom) {
@@ -55,12 +55,12 @@ void PicturePlacement::drag(const Vec2f& screen_delta) {
   fitted_ = false;
   left_ += screen_delta.x;
   top_ += screen_delta.y;
-  keep_in_sight();
+  keep_visible();
 }
 
-void PicturePlacement::keep_in_sight() {
-  const double margin_x = std::min(kLeastInSight, zoom_ * width_);
-  const double margin_y = std::min(kLeastInSight, zoom_ * height_);
+void PicturePlacement::keep_visible() {
+  const double margin_x = std::min(kMinVisible, zoom_ * width_);
+  const double margin_y = std::min(kMinVisible, zoom_ * height_);
   left_ = std::min(std::max(left_, area_.x0 + margin_x - zoom_ * width_), area_.x1 - margin_x);
   top_ = std::min(std::max(top_, area_.y0 + margin_y - zoom_ * height_), area_.y1 - margin_y);
 }

@@ -15,7 +15,7 @@ namespace emberline {
 
 class PicturePlacement {
  public:
-  static constexpr double kLeastZoom = 1.0 / 32.0, kMostZoom = 32.0;
+  static constexpr double kMinZoom = 1.0 / 32.0, kMaxZoom = 32.0;
 
   // Sets the available part of the window and the frame's size. Keeps the zoom and the centre.
   void place(const Rect& area, int width, int height);
@@ -37,8 +37,8 @@ class PicturePlacement {
   std::optional<Vec2i> pixel_at(const Vec2f& screen) const;
 
  private:
-  void fit_now();
-  void keep_in_sight();
+  void apply_fit();
+  void keep_visible();
 
   Rect area_;
   int width_ = 0, height_ = 0;

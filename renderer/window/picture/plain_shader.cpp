@@ -51,8 +51,8 @@ void PlainShader::use(const ImDrawList* /*list*/, const ImDrawCmd* command) {
   glUniformMatrix4fv(self.projection_, 1, GL_FALSE, projection.data());
 }
 
-// Uses the vertex attribute locations of `like`, ImGui's program.
-void PlainShader::build(unsigned like) {
+// Uses the vertex attribute locations of `imgui_program`, ImGui's program.
+void PlainShader::build(unsigned imgui_program) {
   const unsigned program = glCreateProgram();
   for (const auto& [kind, source] :
        {std::pair{GL_VERTEX_SHADER, kVertices}, std::pair{GL_FRAGMENT_SHADER, kPixels}}) {
@@ -62,18 +62,18 @@ void PlainShader::build(unsigned like) {
     glAttachShader(program, shader);
     glDeleteShader(shader);  // takes effect when the program is deleted
   }
-  bool alike = true;
+  bool has_same_attributes = true;
   for (const char* name : {"Position", "UV"}) {
-    const int place = glGetAttribLocation(like, name);
-    alike &= place >= 0;
-    if (place >= 0) glBindAttribLocation(program, unsigned(place), name);
+    const int location = glGetAttribLocation(imgui_program, name);
+    has_same_attributes &= location >= 0;
+    if (location >= 0) glBindAttribLocation(program, unsigned(location), name);
   }
   glLinkProgram(program);
   GLint linked = GL_FALSE;
   glGetProgramiv(program, GL_LINK_STATUS, &linked);
   projection_ = linked ? glGetUniformLocation(program, "ProjMtx") : -1;
-  projection_of_imgui_ = glGetUniformLocation(like, "ProjMtx");
-  if (alike && projection_ >= 0 && projection_of_imgui_ >= 0) {
+  projection_of_imgui_ = glGetUniformLocation(imgui_program, "ProjMtx");
+  if (has_same_attributes && projection_ >= 0 && projection_of_imgui_ >= 0) {
     program_ = program;
   } else {
     glDeleteProgram(program);

@@ -17,7 +17,7 @@ class PlainShader {
 
  private:
   static void use(const ImDrawList* list, const ImDrawCmd* command);
-  void build(unsigned like);
+  void build(unsigned imgui_program);
 
   bool built_ = false;
   unsigned program_ = 0;  // 0: rejected by the driver

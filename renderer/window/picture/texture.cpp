@@ -43,9 +43,9 @@ void PictureTexture::upload(int width, int height, const std::vector<uint8_t>& r
   height_ = height;
 }
 
-void PictureTexture::show_pixels(bool pixels) {
-  if (pixels == pixels_) return;
-  pixels_ = pixels;
+void PictureTexture::set_pixelated(bool pixelated) {
+  if (pixelated == is_pixelated_) return;
+  is_pixelated_ = pixelated;
   if (!name_) return;
   glBindTexture(GL_TEXTURE_2D, name_);
   set_filter();
@@ -54,7 +54,7 @@ void PictureTexture::show_pixels(bool pixels) {
 // Minification has the same filter, so that the driver need not tell the two apart; squares are
 // never minified.
 void PictureTexture::set_filter() const {
-  const GLint filter = pixels_ ? GL_NEAREST : GL_LINEAR;
+  const GLint filter = is_pixelated_ ? GL_NEAREST : GL_LINEAR;
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
 }

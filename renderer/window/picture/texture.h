@@ -17,7 +17,7 @@ class PictureTexture {
   // Four bytes per pixel, top row first. Texture memory is reused while the size stays the same.
   void upload(int width, int height, const std::vector<uint8_t>& rgba8);
   // Disables interpolation: for enlarged pixels, or one to one.
-  void show_pixels(bool pixels);
+  void set_pixelated(bool pixelated);
 
   bool empty() const { return width_ == 0; }
   int width() const { return width_; }
@@ -30,7 +30,7 @@ class PictureTexture {
   std::vector<uint32_t> words_;  // the picture in the card's byte order
   unsigned name_ = 0;
   int width_ = 0, height_ = 0;
-  bool pixels_ = false;
+  bool is_pixelated_ = false;
 };
 
 }  // namespace emberline

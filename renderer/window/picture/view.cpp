@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kPixelZoom = 2.0;    // pixels are drawn as squares from this zoom
 constexpr double kValuesZoom = 28.0;  // values are drawn into pixels from this zoom
-constexpr float kLeastMark = 9.0f;    // around the picked pixel
-constexpr ImU32 kGround = IM_COL32(24, 24, 25, 255);
+constexpr float kMinMark = 9.0f;      // around the picked pixel
+constexpr ImU32 kBackground = IM_COL32(24, 24, 25, 255);
 constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 160);
 
 ImU32 colour(const ImVec4& value, float alpha = 1.0f) {
@@ -44,8 +44,8 @@ void draw_rect(const Workbench& bench, ImDrawList& list, const Rect& rect, ImU32
 void draw_picked(const Workbench& bench, ImDrawList& list, const Vec2i& pixel) {
   const ImVec2 a = corner(bench, float(pixel.x), float(pixel.y));
   const ImVec2 b = corner(bench, float(pixel.x + 1), float(pixel.y + 1));
-  const float room = std::max(0.0f, 0.5f * (kLeastMark - (b.x - a.x)));
-  outline(list, {a.x - room, a.y - room}, {b.x + room, b.y + room}, IM_COL32_WHITE);
+  const float margin = std::max(0.0f, 0.5f * (kMinMark - (b.x - a.x)));
+  outline(list, {a.x - margin, a.y - margin}, {b.x + margin, b.y + margin}, IM_COL32_WHITE);
 }
 
 // Marks a bucket in progress by four corners, as renderers traditionally do.
@@ -63,16 +63,16 @@ void draw_bucket(const Workbench& bench, ImDrawList& list, const Rect& rect) {
 }
 
 // Draws the linear values of the visible pixels into them.
-void draw_values(const Workbench& bench, ImDrawList& list, const ShownPicture& picture) {
+void draw_values(const Workbench& bench, ImDrawList& list, const SessionPicture& picture) {
   const Rect& area = bench.placement.area();
   const Vec2f first = bench.placement.to_picture(Vec2f(float(area.x0), float(area.y0)));
   const Vec2f last = bench.placement.to_picture(Vec2f(float(area.x1), float(area.y1)));
-  const Rect seen = Rect{int(std::floor(first.x)), int(std::floor(first.y)), int(std::ceil(last.x)),
-                         int(std::ceil(last.y))}
-                        .intersect({0, 0, picture.width, picture.height});
+  const Rect visible = Rect{int(std::floor(first.x)), int(std::floor(first.y)),
+                            int(std::ceil(last.x)), int(std::ceil(last.y))}
+                           .intersect({0, 0, picture.width, picture.height});
   const float size = 0.26f * float(bench.placement.zoom());
-  for (int y = seen.y0; y < seen.y1; ++y) {
-    for (int x = seen.x0; x < seen.x1; ++x) {
+  for (int y = visible.y0; y < visible.y1; ++y) {
+    for (int x = visible.x0; x < visible.x1; ++x) {
       const size_t i = 4 * (size_t(y) * size_t(picture.width) + size_t(x));
       const uint8_t* const shown = &picture.rgba8[i];
       const bool light = 2 * shown[0] + 5 * shown[1] + shown[2] > 8 * 110;
@@ -96,7 +96,7 @@ void draw_label(ImDrawList& list, const ImVec2& at, const std::string& text) {
 }
 
 // Draws the legend of an overlay over the upper edge of the picture.
-void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& picture) {
+void draw_legend(const Workbench& bench, ImDrawList& list, const SessionPicture& picture) {
   const ViewOverlay overlay = bench.session.settings().overlay;
   if (overlay == ViewOverlay::kNone || picture.overlay_legend.empty()) return;
   const float em = ImGui::GetFontSize();
@@ -129,28 +129,28 @@ void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& p
 
 // Draws the wipe's line, and labels its sides.
 void draw_wipe(const Workbench& bench, ImDrawList& list, int width, int height) {
-  const float x = bench.comparison.place() * float(width);
+  const float x = bench.comparison.wipe_position() * float(width);
   const ImVec2 a = corner(bench, x, 0.0f), b = corner(bench, float(width), float(height));
   list.AddLine({a.x, a.y}, {a.x, b.y}, kShadow, 3.0f);
   list.AddLine({a.x, a.y}, {a.x, b.y}, colour(accent_colour()), 1.0f);
   const float gap = ImGui::GetFontSize();
   const float top = std::max(a.y, float(bench.placement.area().y0)) + gap;
-  const bool kept = bench.comparison.wipe() == Wipe::kKept;
-  const std::string left = kept ? "A: current" : "Denoised";
+  const bool stored = bench.comparison.wipe() == Wipe::kStored;
+  const std::string left = stored ? "A: current" : "Denoised";
   draw_label(list, {a.x - 1.3f * gap - ImGui::CalcTextSize(left.c_str()).x, top}, left);
   draw_label(list, {a.x + 1.3f * gap, top},
-             !kept                            ? "Raw"
+             !stored                          ? "Raw"
              : bench.comparison.graded_as_a() ? "B: kept"
                                               : "B: kept, own grade");
 }
 
 // Fills the area around the picture from `a` to `b`, but not under it: software OpenGL would draw
 // those pixels twice.
-void draw_ground(ImDrawList& list, const Rect& area, const ImVec2& a, const ImVec2& b) {
+void draw_background(ImDrawList& list, const Rect& area, const ImVec2& a, const ImVec2& b) {
   const ImVec2 first(float(area.x0), float(area.y0)), last(float(area.x1), float(area.y1));
   const float top = std::clamp(a.y, first.y, last.y), bottom = std::clamp(b.y, first.y, last.y);
   const auto fill = [&](float x0, float y0, float x1, float y1) {
-    if (x0 < x1 && y0 < y1) list.AddRectFilled({x0, y0}, {x1, y1}, kGround);
+    if (x0 < x1 && y0 < y1) list.AddRectFilled({x0, y0}, {x1, y1}, kBackground);
   };
   fill(first.x, first.y, last.x, top);
   fill(first.x, bottom, last.x, last.y);
@@ -159,7 +159,7 @@ void draw_ground(ImDrawList& list, const Rect& area, const ImVec2& a, const ImVe
 }
 
 void row(const char* name, const std::string& value) {
-  ImGui::TextColored(quiet_colour(), "%s", name);
+  ImGui::TextColored(muted_colour(), "%s", name);
   ImGui::SameLine(6.5f * ImGui::GetFontSize());
   ImGui::TextUnformatted(value.c_str());
 }
@@ -167,20 +167,20 @@ void row(const char* name, const std::string& value) {
 // Whether the right side of the wipe has a picture.
 bool has_other_side(const Workbench& bench) {
   const Wipe wipe = bench.comparison.wipe();
-  if (wipe == Wipe::kKept) return bench.comparison.picture_b() != nullptr;
+  if (wipe == Wipe::kStored) return bench.comparison.picture_b() != nullptr;
   return wipe == Wipe::kRaw && bench.picture() && !bench.picture()->raw8.empty();
 }
 
 }  // namespace
 
 void PictureView::upload(const Workbench& bench) {
-  const std::shared_ptr<const ShownPicture>& picture = bench.picture();
+  const std::shared_ptr<const SessionPicture>& picture = bench.picture();
   if (picture && picture != drawn_) {
     picture_.upload(picture->width, picture->height, picture->rgba8);
     drawn_ = picture;
   }
   const bool raw = bench.comparison.wipe() == Wipe::kRaw;
-  const std::shared_ptr<const ShownPicture>& b = raw ? picture : bench.comparison.picture_b();
+  const std::shared_ptr<const SessionPicture>& b = raw ? picture : bench.comparison.picture_b();
   if (has_other_side(bench) && (b != drawn_b_ || raw != drawn_b_raw_)) {
     picture_b_.upload(b->width, b->height, raw ? b->raw8 : b->rgba8);
     drawn_b_ = b;
@@ -193,27 +193,28 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const Rect& area = bench.placement.area();
   if (!drawn_ || picture_.empty()) {
-    list.AddRectFilled({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)}, kGround);
+    list.AddRectFilled({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)},
+                       kBackground);
     return;
   }
   const int width = drawn_->width, height = drawn_->height;
   // At 1:1 there is nothing to interpolate, but software OpenGL would do so anyway.
   const double zoom = bench.placement.zoom();
   const bool pixels = zoom >= kPixelZoom || zoom == 1.0;
-  picture_.show_pixels(pixels);
-  picture_b_.show_pixels(pixels);
+  picture_.set_pixelated(pixels);
+  picture_b_.set_pixelated(pixels);
 
   const ImVec2 a = corner(bench, 0, 0), b = corner(bench, float(width), float(height));
-  draw_ground(list, area, a, b);
+  draw_background(list, area, a, b);
   list.PushClipRect({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)});
   // A and B are drawn beside each other, without overlap: llvmpipe, Mesa's software OpenGL, omits
   // the upper of two overlapping pictures where nothing else is drawn.
   const bool wipe = has_other_side(bench) && !picture_b_.empty();
-  const float place = wipe ? bench.comparison.place() : 1.0f;
-  const float line = wipe ? corner(bench, place * float(width), 0.0f).x : b.x;
+  const float wipe_position = wipe ? bench.comparison.wipe_position() : 1.0f;
+  const float line = wipe ? corner(bench, wipe_position * float(width), 0.0f).x : b.x;
   plain_.begin(list);
-  list.AddImage(picture_.id(), a, {line, b.y}, {0.0f, 0.0f}, {place, 1.0f});
-  if (wipe) list.AddImage(picture_b_.id(), {line, a.y}, b, {place, 0.0f}, {1.0f, 1.0f});
+  list.AddImage(picture_.id(), a, {line, b.y}, {0.0f, 0.0f}, {wipe_position, 1.0f});
+  if (wipe) list.AddImage(picture_b_.id(), {line, a.y}, b, {wipe_position, 0.0f}, {1.0f, 1.0f});
   PlainShader::end(list);
   if (wipe) draw_wipe(bench, list, width, height);
   for (const Rect& bucket : drawn_->in_progress) draw_bucket(bench, list, bucket);
@@ -223,10 +224,10 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   if (bench.session.settings().region)
     draw_rect(bench, list, *bench.session.settings().region, ink);
   if (dragged_region) draw_rect(bench, list, *dragged_region, colour(accent_colour()));
-  if (const auto& pixel = bench.pixels.picked(); pixel && bench.pixels.explains()) {
+  if (const auto& pixel = bench.pixels.picked(); pixel && bench.pixels.shows_explanation()) {
     draw_picked(bench, list, *pixel);
   }
-  if (const auto& pixel = bench.pixels.pointed(); pixel && pixels) {
+  if (const auto& pixel = bench.pixels.cursor_pixel(); pixel && pixels) {
     draw_rect(bench, list, {pixel->x, pixel->y, pixel->x + 1, pixel->y + 1}, ink);
   }
   list.PopClipRect();
@@ -261,8 +262,8 @@ void draw_inspector(const Workbench& bench) {
   }
   if (pixel.known && pixel.non_finite > 0) row("Not finite", readable_count(pixel.non_finite));
   if (pixel.known && pixel.stop != PixelStop::kNone) {
-    const bool going_on = pixel.stop == PixelStop::kGoingOn;
-    row("Stopped by", going_on ? "not stopped yet" : pixel_stop_name(pixel.stop));
+    const bool is_unfinished = pixel.stop == PixelStop::kUnfinished;
+    row("Stopped by", is_unfinished ? "not stopped yet" : pixel_stop_name(pixel.stop));
   }
   if (pixel.known) {
     row("Object",
@@ -272,7 +273,7 @@ void draw_inspector(const Workbench& bench) {
     const auto& materials = scene->outline.materials;
     if (size_t(pixel.material) < materials.size()) {
       row("Material",
-          shown_name(materials[size_t(pixel.material)].name, "Material", pixel.material));
+          display_name(materials[size_t(pixel.material)].name, "Material", pixel.material));
     }
   }
   ImGui::EndTooltip();

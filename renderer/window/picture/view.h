@@ -14,14 +14,14 @@ class PictureView {
   void draw(Workbench& bench, const std::optional<Rect>& dragged_region);
 
   // The newest picture drawn; null before.
-  const std::shared_ptr<const ShownPicture>& drawn() const { return drawn_; }
+  const std::shared_ptr<const SessionPicture>& drawn() const { return drawn_; }
 
  private:
   void upload(const Workbench& bench);
 
   PictureTexture picture_, picture_b_;
   PlainShader plain_;
-  std::shared_ptr<const ShownPicture> drawn_, drawn_b_;
+  std::shared_ptr<const SessionPicture> drawn_, drawn_b_;
   bool drawn_b_raw_ = false;
 };
 

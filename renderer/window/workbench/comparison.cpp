@@ -10,9 +10,10 @@
 namespace emberline {
 
 bool Comparison::update() {
-  bench_.session.compare_with(graded_as_a_ ? kept_.picture : nullptr);
-  std::shared_ptr<const ShownPicture> graded = graded_as_a_ ? bench_.session.compared() : nullptr;
-  std::shared_ptr<const ShownPicture> picture = graded ? std::move(graded) : kept_.picture;
+  bench_.session.compare_with(graded_as_a_ ? stored_.picture : nullptr);
+  std::shared_ptr<const SessionPicture> graded =
+      graded_as_a_ ? bench_.session.graded_comparison() : nullptr;
+  std::shared_ptr<const SessionPicture> picture = graded ? std::move(graded) : stored_.picture;
   if (picture == picture_b_) return false;
   picture_b_ = std::move(picture);
   if (bench_.journal.is_open()) {
@@ -21,19 +22,19 @@ bool Comparison::update() {
   return true;
 }
 
-void Comparison::keep(const std::shared_ptr<const ShownPicture>& picture) {
+void Comparison::store(const std::shared_ptr<const SessionPicture>& picture) {
   if (!picture) return;
-  kept_ = {picture, bench_.session.settings().display, window_time_s()};
+  stored_ = {picture, bench_.session.settings().display, window_time_s()};
   bench_.messages.note("Kept the picture as B. Press V to wipe between A and B.");
 }
 
 void Comparison::toggle(Wipe kind) {
   if (kind == Wipe::kRaw) return set_raw_wipe(wipe_ != Wipe::kRaw);
-  if (!kept_.picture)
+  if (!stored_.picture)
     return bench_.messages.note("There is no picture to compare with. Press B to keep one.");
-  const bool on = wipe_ != Wipe::kKept;
+  const bool on = wipe_ != Wipe::kStored;
   set_raw_wipe(false);
-  wipe_ = on ? Wipe::kKept : Wipe::kNone;
+  wipe_ = on ? Wipe::kStored : Wipe::kNone;
 }
 
 void Comparison::set_raw_wipe(bool on) {
@@ -42,10 +43,12 @@ void Comparison::set_raw_wipe(bool on) {
   }
   if (on == (wipe_ == Wipe::kRaw)) return;
   wipe_ = on ? Wipe::kRaw : Wipe::kNone;
-  bench_.settings.change_with([&](ViewSettings& s) { s.raw_beside = on; });
+  bench_.settings.change_with([&](ViewSettings& s) { s.include_raw = on; });
 }
 
-void Comparison::move_to(float place) { place_ = std::clamp(place, 0.0f, 1.0f); }
+void Comparison::set_wipe_position(float wipe_position) {
+  wipe_position_ = std::clamp(wipe_position, 0.0f, 1.0f);
+}
 
 void Comparison::toggle_denoise() {
   const bool on = !bench_.session.settings().denoise;

@@ -13,16 +13,16 @@ namespace emberline {
 class Workbench;
 
 // B, as it was kept.
-struct KeptPicture {
-  std::shared_ptr<const ShownPicture> picture;  // null: none
-  DisplaySettings display;                      // at that time
-  double time_s = 0.0;                          // window_time_s() when it was kept
+struct StoredPicture {
+  std::shared_ptr<const SessionPicture> picture;  // null: none
+  DisplaySettings display;                        // at that time
+  double time_s = 0.0;                            // window_time_s() when it was kept
 };
 
 enum class Wipe : uint8_t {
   kNone,
-  kKept,  // newest picture on the left, B on the right
-  kRaw,   // denoised on the left, raw on the right
+  kStored,  // newest picture on the left, B on the right
+  kRaw,     // denoised on the left, raw on the right
 };
 
 class Comparison {
@@ -34,20 +34,20 @@ class Comparison {
   bool update();
 
   // Null is ignored.
-  void keep(const std::shared_ptr<const ShownPicture>& picture);
-  const KeptPicture& kept() const { return kept_; }
+  void store(const std::shared_ptr<const SessionPicture>& picture);
+  const StoredPicture& stored() const { return stored_; }
   // Whether B uses the current display settings instead of those it was kept with.
   bool graded_as_a() const { return graded_as_a_; }
-  void grade_as_a(bool on) { graded_as_a_ = on; }
+  void set_graded_as_a(bool on) { graded_as_a_ = on; }
   // B as displayed; null if nothing is kept.
-  const std::shared_ptr<const ShownPicture>& picture_b() const { return picture_b_; }
+  const std::shared_ptr<const SessionPicture>& picture_b() const { return picture_b_; }
 
   Wipe wipe() const { return wipe_; }
   // Switches this kind of wipe on or off, or tells the user why it is not possible.
   void toggle(Wipe kind);
   // Position of the wipe as a fraction of the picture's width, in [0, 1].
-  float place() const { return place_; }
-  void move_to(float place);
+  float wipe_position() const { return wipe_position_; }
+  void set_wipe_position(float wipe_position);
 
   // Switching denoising off also ends the raw wipe.
   void toggle_denoise();
@@ -56,11 +56,11 @@ class Comparison {
   void set_raw_wipe(bool on);
 
   Workbench& bench_;
-  KeptPicture kept_;
-  std::shared_ptr<const ShownPicture> picture_b_;
+  StoredPicture stored_;
+  std::shared_ptr<const SessionPicture> picture_b_;
   bool graded_as_a_ = true;
   Wipe wipe_ = Wipe::kNone;
-  float place_ = 0.5f;
+  float wipe_position_ = 0.5f;
 };
 
 }  // namespace emberline

@@ -9,21 +9,21 @@
 namespace emberline {
 namespace {
 
-constexpr size_t kMostMessages = 200;
+constexpr size_t kMaxMessages = 200;
 
 }  // namespace
 
-void MessageLog::note(const std::string& text) { say(Message::Level::kNote, text); }
-void MessageLog::warning(const std::string& text) { say(Message::Level::kWarning, text); }
-void MessageLog::error(const std::string& text) { say(Message::Level::kError, text); }
+void MessageLog::note(const std::string& text) { add_message(Message::Level::kNote, text); }
+void MessageLog::warning(const std::string& text) { add_message(Message::Level::kWarning, text); }
+void MessageLog::error(const std::string& text) { add_message(Message::Level::kError, text); }
 
-bool MessageLog::take_news() { return std::exchange(news_, false); }
+bool MessageLog::poll_changed() { return std::exchange(has_changed_, false); }
 
-void MessageLog::say(Message::Level level, const std::string& text) {
+void MessageLog::add_message(Message::Level level, const std::string& text) {
   if (!messages_.empty() && messages_.back().text == text) messages_.pop_back();
   messages_.push_back({level, text, window_time_s()});
-  if (messages_.size() > kMostMessages) messages_.pop_front();
-  news_ = true;
+  if (messages_.size() > kMaxMessages) messages_.pop_front();
+  has_changed_ = true;
   constexpr std::array kNames = {"note", "warning", "error"};
   journal_.write("message", {{"level", kNames[size_t(level)]}, {"text", text}});
 }

@@ -28,14 +28,14 @@ class MessageLog {
   // The most recent messages, newest last.
   const std::deque<Message>& messages() const { return messages_; }
   // Whether there was a message since the last call.
-  bool take_news();
+  bool poll_changed();
 
  private:
-  void say(Message::Level level, const std::string& text);
+  void add_message(Message::Level level, const std::string& text);
 
   Journal& journal_;
   std::deque<Message> messages_;
-  bool news_ = false;
+  bool has_changed_ = false;
 };
 
 }  // namespace emberline

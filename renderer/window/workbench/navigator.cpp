@@ -9,18 +9,18 @@
 namespace emberline {
 namespace {
 
-constexpr double kTurnPerPixel = 0.25;  // degrees of environment rotation
-constexpr double kTurnPerHeight = 3.0;  // radians of orbit per frame height
-constexpr double kDollyStep = 0.88;     // factor on the distance per wheel step
+constexpr double kRotationPerPixel = 0.25;  // degrees of environment rotation
+constexpr double kOrbitPerHeight = 3.0;     // radians of orbit per frame height
+constexpr double kDollyStep = 0.88;         // factor on the distance per wheel step
 // Relative to the distance of the pivot, per second.
 constexpr double kFlightSpeed = 0.6, kFastFlight = 4.0;
 
 }  // namespace
 
-void Navigator::scene_arrived(bool reread) {
+void Navigator::on_new_scene(bool reread) {
   if (!reread) bookmarks_ = {};
   pivot_ = bench_.session.scene()->center;
-  fov_before_ = kOrdinaryFov;
+  perspective_fov_ = kDefaultFov;
 }
 
 ViewCamera Navigator::camera() const {
@@ -41,15 +41,15 @@ void Navigator::drag(Drag drag, const Vec2f& pixels) {
   const ViewCamera view = camera();
   switch (drag) {
     case Drag::kOrbit:
-      return change(orbit(view, -kTurnPerHeight * x, kTurnPerHeight * y));
+      return change(orbit(view, -kOrbitPerHeight * x, kOrbitPerHeight * y));
     case Drag::kPan:
       return change(pan(view, x, y));
     case Drag::kDolly:
       return change(emberline::dolly(view, std::exp2(2.0 * y)));
     case Drag::kLookAround:
       return change(turn(view, view.frame_angle() * x, view.frame_angle() * y));
-    case Drag::kTurnEnvironment:
-      return bench_.edits.turn_environment(kTurnPerPixel * pixels.x);
+    case Drag::kRotateEnvironment:
+      return bench_.edits.rotate_environment(kRotationPerPixel * pixels.x);
     case Drag::kRegion:
     case Drag::kMovePicture:
       return;
@@ -62,15 +62,15 @@ void Navigator::dolly(double steps) {
 
 void Navigator::fly(const std::array<bool, 6>& held, double seconds, bool fast) {
   if (!bench_.session.scene()) return;
-  const auto along = [&](Flight forth, Flight back) {
-    return double(held[size_t(forth)]) - double(held[size_t(back)]);
+  const auto axis_value = [&](Flight positive, Flight negative) {
+    return double(held[size_t(positive)]) - double(held[size_t(negative)]);
   };
   const ViewCamera view = camera();
   // Proportional to the distance, so that flight slows down near objects.
-  const double way = kFlightSpeed * view.reach() * seconds * (fast ? kFastFlight : 1.0);
-  change(emberline::fly(view, way * along(Flight::kRight, Flight::kLeft),
-                        way * along(Flight::kUp, Flight::kDown),
-                        way * along(Flight::kForward, Flight::kBack)));
+  const double distance = kFlightSpeed * view.move_scale() * seconds * (fast ? kFastFlight : 1.0);
+  change(emberline::fly(view, distance * axis_value(Flight::kRight, Flight::kLeft),
+                        distance * axis_value(Flight::kUp, Flight::kDown),
+                        distance * axis_value(Flight::kForward, Flight::kBack)));
 }
 
 void Navigator::look_at(const Vec3d& point) {
@@ -90,8 +90,8 @@ void Navigator::set_orthographic(bool orthographic) {
   if (!bench_.session.scene()) return;
   const ViewCamera view = camera();
   if (view.orthographic == orthographic) return;
-  if (orthographic) fov_before_ = view.fov_y;
-  change(orthographic ? without_perspective(view) : with_perspective(view, fov_before_),
+  if (orthographic) perspective_fov_ = view.fov_y;
+  change(orthographic ? to_orthographic(view) : to_perspective(view, perspective_fov_),
          "projection");
 }
 

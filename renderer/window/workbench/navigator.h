@@ -20,10 +20,10 @@ class Navigator {
   explicit Navigator(Workbench& bench) : bench_(bench) {}
 
   // The session has a new scene. `reread`: the same file again, so bookmarks are kept.
-  void scene_arrived(bool reread);
+  void on_new_scene(bool reread);
 
   // `pixels`: the mouse movement in picture pixels. Handles camera drags and
-  // Drag::kTurnEnvironment, and ignores others.
+  // Drag::kRotateEnvironment, and ignores others.
   void drag(Drag drag, const Vec2f& pixels);
   void dolly(double steps);  // wheel steps, towards the scene
   // `held` is indexed by Flight.
@@ -53,7 +53,7 @@ class Navigator {
   Workbench& bench_;
   std::array<std::optional<CameraEdit>, 9> bookmarks_;
   Vec3d pivot_ = Vec3d(0.0);
-  double fov_before_ = kOrdinaryFov;  // before the view became orthographic
+  double perspective_fov_ = kDefaultFov;  // before the view became orthographic
 };
 
 }  // namespace emberline

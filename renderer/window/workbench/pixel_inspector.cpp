@@ -12,14 +12,14 @@ namespace emberline {
 namespace {
 
 // The displayed parts of an inspection, except the picture's own values.
-auto seen(const std::optional<PixelInspection>& p) {
+auto displayed_values(const std::optional<PixelInspection>& p) {
   return p ? std::tuple(p->known, p->x, p->y, p->samples, p->explanation)
            : std::tuple(false, -1, -1, 0u, std::string());
 }
 
 }  // namespace
 
-void PixelInspector::scene_arrived() {
+void PixelInspector::on_new_scene() {
   bench_.selection.material = -1;
   clicked_.reset();
   picked_.reset();
@@ -30,8 +30,8 @@ bool PixelInspector::update() {
   return inspected || explained;
 }
 
-void PixelInspector::point_at(const std::optional<Vec2i>& pixel) {
-  pointed_ = pixel;
+void PixelInspector::set_cursor_pixel(const std::optional<Vec2i>& pixel) {
+  cursor_pixel_ = pixel;
   refresh_inspection();
 }
 
@@ -43,7 +43,7 @@ void PixelInspector::toggle() {
 void PixelInspector::select_at(const Vec2i& pixel) {
   clicked_ = picked_ = pixel;
   refresh_explanation();
-  point_at(pixel);
+  set_cursor_pixel(pixel);
 }
 
 void PixelInspector::orbit_around(const Vec2i& pixel) {
@@ -54,16 +54,16 @@ void PixelInspector::orbit_around(const Vec2i& pixel) {
 // Returns whether there is something new to display.
 bool PixelInspector::refresh_inspection() {
   const std::optional<PixelInspection> before = std::exchange(inspection_, std::nullopt);
-  if (pointed_ && (bench_.window.inspector || clicked_ || pivot_)) {
-    inspection_ = bench_.session.inspect(pointed_->x, pointed_->y);
-    if (inspection_ && inspection_->known) serve_clicks();
+  if (cursor_pixel_ && (bench_.window.inspector || clicked_ || pivot_)) {
+    inspection_ = bench_.session.inspect(cursor_pixel_->x, cursor_pixel_->y);
+    if (inspection_ && inspection_->known) handle_clicks();
   } else if (before) {
     bench_.session.end_inspection();
   }
-  return seen(inspection_) != seen(before);
+  return displayed_values(inspection_) != displayed_values(before);
 }
 
-void PixelInspector::serve_clicks() {
+void PixelInspector::handle_clicks() {
   const Vec2i at(inspection_->x, inspection_->y);
   if (clicked_ == at) {
     clicked_.reset();
@@ -81,24 +81,24 @@ void PixelInspector::serve_clicks() {
 }
 
 void PixelInspector::toggle_explanation() {
-  explains_ = !explains_;
-  if (explains_ && pointed_) picked_ = pointed_;
+  shows_explanation_ = !shows_explanation_;
+  if (shows_explanation_ && cursor_pixel_) picked_ = cursor_pixel_;
   refresh_explanation();
 }
 
 // Returns whether there is something new to display.
 bool PixelInspector::refresh_explanation() {
-  bench_.session.pick(explains_ ? picked_ : std::nullopt);
+  bench_.session.pick(shows_explanation_ ? picked_ : std::nullopt);
   const std::optional<PixelInspection> before =
       std::exchange(explanation_, bench_.session.picked());
-  const bool news = seen(explanation_) != seen(before);
-  if (news && explanation_ && explanation_->known) {
+  const bool changed = displayed_values(explanation_) != displayed_values(before);
+  if (changed && explanation_ && explanation_->known) {
     bench_.journal.write("explanation", {{"x", explanation_->x},
                                          {"y", explanation_->y},
                                          {"samples", explanation_->samples},
                                          {"text", explanation_text()}});
   }
-  return news;
+  return changed;
 }
 
 std::string PixelInspector::explanation_text() const {

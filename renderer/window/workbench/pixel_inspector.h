@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "renderer/session/shown_picture.h"
+#include "renderer/session/session_picture.h"
 
 namespace emberline {
 
@@ -26,14 +26,14 @@ class PixelInspector {
   PixelInspector(Workbench& bench, std::function<void(const std::string&)> copy_text)
       : bench_(bench), copy_text_(std::move(copy_text)) {}
 
-  void scene_arrived();
+  void on_new_scene();
   // Fetches updates from the session. Call whenever the window wakes up. Returns whether there is
   // something new to display.
   bool update();
 
   // Sets the pixel under the cursor; absent: outside the picture.
-  void point_at(const std::optional<Vec2i>& pixel);
-  const std::optional<Vec2i>& pointed() const { return pointed_; }
+  void set_cursor_pixel(const std::optional<Vec2i>& pixel);
+  const std::optional<Vec2i>& cursor_pixel() const { return cursor_pixel_; }
   // The inspected pixel, if a panel shows it.
   const std::optional<PixelInspection>& inspection() const { return inspection_; }
   // Toggles the display beside the cursor (WindowState::inspector).
@@ -49,7 +49,7 @@ class PixelInspector {
   const std::optional<Vec2i>& picked() const { return picked_; }
   // Whether the explanation panel is open. It opens for the pixel under the cursor, or else the
   // previous one.
-  bool explains() const { return explains_; }
+  bool shows_explanation() const { return shows_explanation_; }
   void toggle_explanation();
   const std::optional<PixelInspection>& explanation() const { return explanation_; }
   // The text in the panel; empty if nothing is known.
@@ -59,13 +59,13 @@ class PixelInspector {
  private:
   bool refresh_inspection();
   bool refresh_explanation();
-  void serve_clicks();
+  void handle_clicks();
 
   Workbench& bench_;
   const std::function<void(const std::string&)> copy_text_;
-  std::optional<Vec2i> pointed_, picked_;
+  std::optional<Vec2i> cursor_pixel_, picked_;
   std::optional<Vec2i> clicked_, pivot_;  // pending until the session knows what is there
-  bool explains_ = false;
+  bool shows_explanation_ = false;
   std::optional<PixelInspection> inspection_, explanation_;
 };
 

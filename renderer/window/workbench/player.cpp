@@ -9,7 +9,7 @@ bool Player::available() const {
   return scene && !scene->animations.empty();
 }
 
-void Player::play_or_stop() {
+void Player::toggle_playing() {
   if (!available()) return;
   if (playing()) return stop();
   const AnimationEdit& edit = session_.edits().animation;
@@ -23,7 +23,7 @@ void Player::step(int frames) {
   stop();
   AnimationEdit edit = session_.edits().animation;
   const double duration = duration_of(edit, session_.scene()->animations);
-  edit.time = stepped(edit.time.value_or(0.0), frames, fps_of(edit), duration);
+  edit.time = step_time(edit.time.value_or(0.0), frames, fps_of(edit), duration);
   edits_.change(edit, "frame");
 }
 

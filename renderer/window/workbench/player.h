@@ -18,10 +18,10 @@ class Player {
   bool available() const;
 
   bool playing() const { return playback_.playing(); }
-  void play_or_stop();
+  void toggle_playing();
   void stop() { playback_.stop(); }
   void step(int frames);  // also stops
-  bool loops() const { return playback_.loop; }
+  bool is_looping() const { return playback_.loop; }
   void set_loop(bool loop) { playback_.loop = loop; }
 
   // Shows the frame that is due. Call whenever the window wakes up.

@@ -10,18 +10,18 @@
 
 namespace emberline {
 
-void SceneEditor::scene_arrived(bool reread) {
+void SceneEditor::on_new_scene(bool reread) {
   const SceneEdits before = history_.current();
   solo_.reset();
   if (!reread) saved_ = bench_.session.edits();
-  if (reread && before != bench_.session.edits()) send(before, std::nullopt);
+  if (reread && before != bench_.session.edits()) submit_edits(before, std::nullopt);
   history_ = EditHistory(bench_.session.edits());
 }
 
 void SceneEditor::change(const SceneEdits& edits, std::string_view what) {
-  if (edits == bench_.session.edits() || !send(edits, solo_)) return;
+  if (edits == bench_.session.edits() || !submit_edits(edits, solo_)) return;
   history_.record(edits, std::string(what));
-  bench_.latency.asked(bench_.session.edit(), std::string(what), window_time_s());
+  bench_.latency.add_edit(bench_.session.edit(), std::string(what), window_time_s());
 }
 
 template <class Change>
@@ -32,11 +32,12 @@ void SceneEditor::change_with(std::string_view what, Change change_it) {
 }
 
 void SceneEditor::change(const LightEdit& light, std::string_view what) {
-  change_with(what, [&](SceneEdits& e) { put(e, bench_.session.scene()->outline, light); });
+  change_with(what, [&](SceneEdits& e) { store_entry(e, bench_.session.scene()->outline, light); });
 }
 
 void SceneEditor::change(const MaterialEdit& material, std::string_view what) {
-  change_with(what, [&](SceneEdits& e) { put(e, bench_.session.scene()->outline, material); });
+  change_with(what,
+              [&](SceneEdits& e) { store_entry(e, bench_.session.scene()->outline, material); });
 }
 
 void SceneEditor::change(const CameraEdit& camera, std::string_view what) {
@@ -66,7 +67,7 @@ void SceneEditor::clear_environment() {
   });
 }
 
-void SceneEditor::turn_environment(double degrees) {
+void SceneEditor::rotate_environment(double degrees) {
   const auto scene = bench_.session.scene();
   if (!scene) return;
   const std::optional<EnvironmentDescription>& own = scene->outline.environment;
@@ -81,23 +82,23 @@ void SceneEditor::turn_environment(double degrees) {
 }
 
 void SceneEditor::set_solo(const std::optional<LightEdit>& light) {
-  if (light != solo_) send(bench_.session.edits(), light);
+  if (light != solo_) submit_edits(bench_.session.edits(), light);
 }
 
 void SceneEditor::undo() {
-  if (can_undo() && !send(history_.undo(), solo_)) history_.redo();
+  if (can_undo() && !submit_edits(history_.undo(), solo_)) history_.redo();
 }
 
 void SceneEditor::redo() {
-  if (can_redo() && !send(history_.redo(), solo_)) history_.undo();
+  if (can_redo() && !submit_edits(history_.redo(), solo_)) history_.undo();
 }
 
-bool SceneEditor::unsaved() const {
+bool SceneEditor::has_unsaved_edits() const {
   return bench_.session.scene() && bench_.session.edits() != saved_;
 }
 
 // The session combines edits that come faster than pictures.
-bool SceneEditor::send(const SceneEdits& edits, const std::optional<LightEdit>& solo) {
+bool SceneEditor::submit_edits(const SceneEdits& edits, const std::optional<LightEdit>& solo) {
   if (!bench_.session.scene()) return false;
   try {
     bench_.session.set_edits(edits, solo);

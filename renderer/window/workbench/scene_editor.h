@@ -21,7 +21,7 @@ class SceneEditor {
 
   // The session has a new scene. `reread`: the same file again; previous edits are kept if they
   // still fit, the history is cleared.
-  void scene_arrived(bool reread);
+  void on_new_scene(bool reread);
 
   // `what` names the control: changes by one control during one gesture form one undo step.
   void change(const SceneEdits& edits, std::string_view what);
@@ -36,7 +36,7 @@ class SceneEditor {
   void set_environment(const std::string& file);
   // Restores the environment that the scene was opened with, if any.
   void clear_environment();
-  void turn_environment(double degrees);
+  void rotate_environment(double degrees);
 
   // Switches all other lights off. Neither saved nor part of undo.
   void set_solo(const std::optional<LightEdit>& light);
@@ -47,14 +47,14 @@ class SceneEditor {
   void undo();
   void redo();
 
-  bool unsaved() const;
+  bool has_unsaved_edits() const;
   // Records that these edits have been saved.
-  void note_saved(const SceneEdits& edits) { saved_ = edits; }
+  void mark_saved(const SceneEdits& edits) { saved_ = edits; }
 
  private:
   template <class Change>
   void change_with(std::string_view what, Change change_it);
-  bool send(const SceneEdits& edits, const std::optional<LightEdit>& solo);
+  bool submit_edits(const SceneEdits& edits, const std::optional<LightEdit>& solo);
   void write_journal() const;
 
   Workbench& bench_;

@@ -16,8 +16,8 @@ namespace emberline {
 void SceneFiles::open(const std::string& scene) {
   reloading_ = false;
   const bool first = !bench_.session.scene() && scene == first_scene_;
-  arriving_edits_file_ = first ? first_edits_file_ : std::string();
-  bench_.session.open(scene, arriving_edits_file_);
+  pending_edits_file_ = first ? first_edits_file_ : std::string();
+  bench_.session.open(scene, pending_edits_file_);
 }
 
 void SceneFiles::reload() {
@@ -27,9 +27,9 @@ void SceneFiles::reload() {
   reloading_ = true;
 }
 
-bool SceneFiles::scene_arrived() {
+bool SceneFiles::on_new_scene() {
   const bool reread = std::exchange(reloading_, false);
-  if (!reread) edits_file_ = arriving_edits_file_;
+  if (!reread) edits_file_ = pending_edits_file_;
   return reread;
 }
 
@@ -54,14 +54,14 @@ void SceneFiles::open_dropped(const std::string& path) {
 std::string SceneFiles::edits_file() const {
   if (!edits_file_.empty()) return edits_file_;
   std::filesystem::path scene = bench_.session.scene()->outline.file;
-  return free_file(scene.replace_extension().string(), ".edits.json");
+  return unused_file_name(scene.replace_extension().string(), ".edits.json");
 }
 
 void SceneFiles::save_edits() {
   if (!bench_.session.scene()) return;
   edits_file_ = edits_file();
   saves_.push_back({bench_.session.save_edits(edits_file_), "Edits saved: " + edits_file_,
-                    [this, saved = bench_.session.edits()] { bench_.edits.note_saved(saved); }});
+                    [this, saved = bench_.session.edits()] { bench_.edits.mark_saved(saved); }});
 }
 
 void SceneFiles::save_picture(const std::string& path) {

@@ -28,7 +28,7 @@ class SceneFiles {
   // Opens a scene, or an environment or edits for the open scene.
   void open_dropped(const std::string& path);
   // The session has a new scene. Returns whether it is a reload.
-  bool scene_arrived();
+  bool on_new_scene();
 
   void save_edits();
   void save_picture(const std::string& path);
@@ -51,7 +51,7 @@ class SceneFiles {
   const std::string first_scene_, first_edits_file_;
   Workbench& bench_;
   bool reloading_ = false;
-  std::string edits_file_, arriving_edits_file_;  // empty: none yet
+  std::string edits_file_, pending_edits_file_;  // empty: none yet
   std::vector<PendingSave> saves_;
 };
 

@@ -11,7 +11,7 @@ SettingsEditor::SettingsEditor(RenderSession& session, EditLatency& latency, Jou
 
 void SettingsEditor::change(const ViewSettings& settings) {
   session_.set_settings(settings);
-  latency_.asked(session_.edit(), "settings", window_time_s());
+  latency_.add_edit(session_.edit(), "settings", window_time_s());
   nlohmann::json region;
   if (const std::optional<Rect>& r = settings.region) region = {r->x0, r->y0, r->x1, r->y1};
   journal_.write("settings", {{"edit", session_.edit()},

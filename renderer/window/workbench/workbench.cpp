@@ -35,8 +35,8 @@ Workbench::Workbench(const ViewOptions& options, WindowState& state, std::functi
       comparison(*this),
       files(options.render, *this) {
   const std::string& scene = options.render.scene;
-  if (!options.journal.empty()) journal.wait(options.journal);
-  if (journal.waits() && scene.empty()) journal.begin();
+  if (!options.journal.empty()) journal.open_later(options.journal);
+  if (journal.is_buffering() && scene.empty()) journal.begin();
   session.on_change(std::move(wake));
   if (!scene.empty()) files.open(scene);
 }
@@ -44,15 +44,15 @@ Workbench::Workbench(const ViewOptions& options, WindowState& state, std::functi
 Workbench::~Workbench() { session.on_change({}); }
 
 bool Workbench::update() {
-  bool news = update_load_status();
-  if (session.scene() != scene_) take_scene();
-  news |= update_picture();
-  news |= comparison.update();
+  bool changed = update_load_status();
+  if (session.scene() != scene_) accept_scene();
+  changed |= update_picture();
+  changed |= comparison.update();
   player.update();
   files.update();
-  news |= update_problem();
-  news |= pixels.update();
-  return messages.take_news() || news;
+  changed |= update_problem();
+  changed |= pixels.update();
+  return messages.poll_changed() || changed;
 }
 
 bool Workbench::update_load_status() {
@@ -60,23 +60,23 @@ bool Workbench::update_load_status() {
   const bool changed = before.state != load_status_.state;
   if (load_status_.state == LoadStatus::State::kFailed &&
       (changed || before.error != load_status_.error)) {
-    note_failed_load();
+    report_failed_load();
   }
   return changed || before.fraction != load_status_.fraction || before.stage != load_status_.stage;
 }
 
-void Workbench::note_failed_load() {
+void Workbench::report_failed_load() {
   messages.error(load_status_.error);
   // Unknown inputs: only a new or empty journal file is certainly not one of the scene's files.
   std::error_code none;
   const auto size = std::filesystem::file_size(journal.path(), none);
-  if (journal.waits() && (none || size == 0)) journal.begin();
+  if (journal.is_buffering() && (none || size == 0)) journal.begin();
 }
 
-void Workbench::take_scene() {
+void Workbench::accept_scene() {
   scene_ = session.scene();
   window.remember_scene(load_status_.path);
-  if (journal.waits()) {
+  if (journal.is_buffering()) {
     files.check_output("`journal`", journal.path());
     journal.begin();
   }
@@ -84,16 +84,16 @@ void Workbench::take_scene() {
   journal.write("scene", {{"file", load_status_.path},
                           {"materials", scene_->outline.materials.size()},
                           {"lights", list_lights(scene_->outline, session.edits()).size()}});
-  const bool reread = files.scene_arrived();
+  const bool reread = files.on_new_scene();
   player.stop();
-  navigator.scene_arrived(reread);
-  pixels.scene_arrived();
-  edits.scene_arrived(reread);
-  latency.asked(session.edit(), "open", window_time_s());
+  navigator.on_new_scene(reread);
+  pixels.on_new_scene();
+  edits.on_new_scene(reread);
+  latency.add_edit(session.edit(), "open", window_time_s());
 }
 
 bool Workbench::update_picture() {
-  std::shared_ptr<const ShownPicture> picture = session.picture();
+  std::shared_ptr<const SessionPicture> picture = session.picture();
   if (picture == picture_) return false;
   picture_ = std::move(picture);
   return true;
@@ -108,7 +108,7 @@ bool Workbench::update_problem() {
 }
 
 // Playback forms one undo step, like a drag.
-void Workbench::gesture_goes_on(bool held) {
+void Workbench::update_gesture(bool held) {
   if (!held && !player.playing()) edits.end_gesture();
 }
 

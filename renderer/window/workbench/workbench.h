@@ -30,9 +30,9 @@ namespace emberline {
 // Open parts of the interface, and pending requests. Plain state.
 struct InterfaceState {
   bool show_shortcuts = false, show_messages = false;
-  bool ask_for_scene = false, ask_for_picture_file = false,
-       ask_for_environment = false;  // requests to open a dialog
-  bool quit = false, full_screen = false, want_screenshot = false;
+  bool scene_dialog_requested = false, save_dialog_requested = false,
+       environment_dialog_requested = false;  // requests to open a dialog
+  bool quit = false, full_screen = false, screenshot_requested = false;
 };
 
 class Workbench {
@@ -48,13 +48,13 @@ class Workbench {
   // something new to display. Throws UsageError if the journal is an input file of a new scene.
   bool update();
   // `held`: a slider or mouse button is held, and changes until its release form one undo step.
-  void gesture_goes_on(bool held);
+  void update_gesture(bool held);
   // `number`: of a bookmark.
   void act(Action action, int number = 0);
 
   // State as of the last update().
   const LoadStatus& load_status() const { return load_status_; }
-  const std::shared_ptr<const ShownPicture>& picture() const { return picture_; }
+  const std::shared_ptr<const SessionPicture>& picture() const { return picture_; }
 
   WindowState& window;
   InterfaceState interface;
@@ -75,13 +75,13 @@ class Workbench {
 
  private:
   bool update_load_status();
-  void note_failed_load();
-  void take_scene();
+  void report_failed_load();
+  void accept_scene();
   bool update_picture();
   bool update_problem();
 
   std::shared_ptr<const ListedScene> scene_;  // known to the other members
-  std::shared_ptr<const ShownPicture> picture_;
+  std::shared_ptr<const SessionPicture> picture_;
   LoadStatus load_status_;
   std::string problem_;
 };

@@ -14,9 +14,9 @@ namespace {
 
 using Frames = std::vector<int>;
 
-std::string refusal(const RenderOptions& options) {
+std::string rejection_message(const RenderOptions& options) {
   try {
-    frames_of(options);
+    requested_frames(options);
   } catch (const UsageError& error) {
     return error.what();
   }
@@ -25,12 +25,12 @@ std::string refusal(const RenderOptions& options) {
 
 // The error for options of two frames that are otherwise valid.
 template <typename Set>
-std::string says(const Set& set) {
+std::string message_of_settings(const Set& set) {
   RenderOptions options;
   options.frames = {1, 2};
   options.outputs = {"a.#.exr"};
   set(options);
-  return refusal(options);
+  return rejection_message(options);
 }
 
 TEST(FrameRange, ReadsFarmNotation) {
@@ -104,7 +104,7 @@ TEST(FrameRange, RejectsInvalidRanges) {
 }
 
 TEST(FrameRange, HasAtMostAMillionFrames) {
-  EXPECT_EQ(parse_frames("1-1000000").size(), kMostFrames);
+  EXPECT_EQ(parse_frames("1-1000000").size(), kMaxFrames);
   EXPECT_EQ(parse_frames("-999999999-999999999x2000").size(), 1'000'000u);
   std::string repeated = "1-1000000";  // rejected at once, although the list is long
   for (int i = 0; i < 10'000; ++i) repeated += ",1-1000000";
@@ -121,13 +121,13 @@ TEST(FrameRange, HasAtMostAMillionFrames) {
 }
 
 TEST(FrameRange, ATextGivesTheSameFrames) {
-  EXPECT_EQ(frames_text({}), "");
-  EXPECT_EQ(frames_text(Frames{7}), "7");
-  EXPECT_EQ(frames_text(Frames{7, 8}), "7-8");
-  EXPECT_EQ(frames_text(Frames{7, 9}), "7,9");
-  EXPECT_EQ(frames_text(Frames{-3, -2, -1}), "-3--1");
-  EXPECT_EQ(frames_text(Frames{1, 2, 3, 7, 9, 11, 20}), "1-3,7-11x2,20");
-  EXPECT_EQ(frames_text(Frames{9, 6, 3}), "9-3x3");
+  EXPECT_EQ(format_frames({}), "");
+  EXPECT_EQ(format_frames(Frames{7}), "7");
+  EXPECT_EQ(format_frames(Frames{7, 8}), "7-8");
+  EXPECT_EQ(format_frames(Frames{7, 9}), "7,9");
+  EXPECT_EQ(format_frames(Frames{-3, -2, -1}), "-3--1");
+  EXPECT_EQ(format_frames(Frames{1, 2, 3, 7, 9, 11, 20}), "1-3,7-11x2,20");
+  EXPECT_EQ(format_frames(Frames{9, 6, 3}), "9-3x3");
   std::mt19937 random(1);
   for (int round = 0; round < 1000; ++round) {
     Frames frames;
@@ -136,11 +136,11 @@ TEST(FrameRange, ATextGivesTheSameFrames) {
       const int frame = int(random() % 24) - 12;
       if (taken.insert(frame).second) frames.push_back(frame);
     }
-    EXPECT_EQ(parse_frames(frames_text(frames)), frames) << frames_text(frames);
+    EXPECT_EQ(parse_frames(format_frames(frames)), frames) << format_frames(frames);
   }
-  Frames all(kMostFrames);
+  Frames all(kMaxFrames);
   std::iota(all.begin(), all.end(), 1);
-  EXPECT_EQ(frames_text(all), "1-1000000");
+  EXPECT_EQ(format_frames(all), "1-1000000");
 }
 
 // A farm's text field may hold anything: it gives frames or a one-line error.
@@ -153,23 +153,23 @@ TEST(FrameRange, AnyTextIsFramesOrRefused) {
     try {
       const Frames frames = parse_frames(text);
       EXPECT_FALSE(frames.empty()) << text;
-      EXPECT_EQ(parse_frames(frames_text(frames)), frames) << text;
+      EXPECT_EQ(parse_frames(format_frames(frames)), frames) << text;
     } catch (const UsageError&) {
     }
   }
 }
 
 TEST(FrameRange, NumbersNames) {
-  EXPECT_EQ(numbered("shot.####.exr", 7), "shot.0007.exr");
-  EXPECT_EQ(numbered("shot.#.exr", 7), "shot.7.exr");
-  EXPECT_EQ(numbered("shot.####.exr", 12345), "shot.12345.exr");
-  EXPECT_EQ(numbered("shot.####.exr", -7), "shot.-007.exr");
-  EXPECT_EQ(numbered("####/a.##.exr", 3), "0003/a.03.exr");
-  EXPECT_EQ(numbered("#", 0), "0");
-  EXPECT_EQ(numbered("shot.exr", 7), "shot.exr");
-  EXPECT_EQ(numbered("", 7), "");
-  EXPECT_TRUE(is_numbered("a#"));
-  EXPECT_FALSE(is_numbered("a"));
+  EXPECT_EQ(expand_frame_number("shot.####.exr", 7), "shot.0007.exr");
+  EXPECT_EQ(expand_frame_number("shot.#.exr", 7), "shot.7.exr");
+  EXPECT_EQ(expand_frame_number("shot.####.exr", 12345), "shot.12345.exr");
+  EXPECT_EQ(expand_frame_number("shot.####.exr", -7), "shot.-007.exr");
+  EXPECT_EQ(expand_frame_number("####/a.##.exr", 3), "0003/a.03.exr");
+  EXPECT_EQ(expand_frame_number("#", 0), "0");
+  EXPECT_EQ(expand_frame_number("shot.exr", 7), "shot.exr");
+  EXPECT_EQ(expand_frame_number("", 7), "");
+  EXPECT_TRUE(has_frame_number("a#"));
+  EXPECT_FALSE(has_frame_number("a"));
 }
 
 TEST(FrameRange, EachFrameHasItsOwnNames) {
@@ -184,7 +184,7 @@ TEST(FrameRange, EachFrameHasItsOwnNames) {
   options.reference = "ref.####.exr";
   options.save_settings = "take#2.json";
   options.progress_file = "p#.json";
-  EXPECT_EQ(frames_of(options), (Frames{3, 4}));
+  EXPECT_EQ(requested_frames(options), (Frames{3, 4}));
   options.command_line = "emberline render --frames 3-4";
   const RenderOptions own = options_of_frame(options, 4);
   EXPECT_EQ(own.command_line, "emberline render --frames 3-4 --frames 4") << "repeats this frame";
@@ -203,18 +203,24 @@ TEST(FrameRange, EachFrameHasItsOwnNames) {
 }
 
 TEST(FrameRange, AnOutputForAllFramesIsRefused) {
-  EXPECT_EQ(says([](RenderOptions& o) { o.outputs = {"shots/a.b.exr"}; }),
+  EXPECT_EQ(message_of_settings([](RenderOptions& o) { o.outputs = {"shots/a.b.exr"}; }),
             "-o shots/a.b.exr: every frame of --frames would be written to this file; put #### "
             "where the frame number goes: shots/a.b.####.exr");
+  EXPECT_TRUE(message_of_settings([](RenderOptions& o) {
+                o.reports = {"r.json"};
+              }).starts_with("--report r.json"));
   EXPECT_TRUE(
-      says([](RenderOptions& o) { o.reports = {"r.json"}; }).starts_with("--report r.json"));
-  EXPECT_TRUE(says([](RenderOptions& o) { o.heatmaps = {"h"}; }).ends_with("goes: h.####"));
-  EXPECT_TRUE(says([](RenderOptions& o) { o.trees = {"t.json"}; }).starts_with("--tree"));
-  EXPECT_TRUE(says([](RenderOptions& o) { o.checkpoint = "c"; }).starts_with("--checkpoint"));
-  EXPECT_TRUE(says([](RenderOptions& o) { o.snapshots = "s"; }).starts_with("--snapshots"));
-  EXPECT_EQ(says([](RenderOptions& o) { o.range_report = "r.json"; }), "");
+      message_of_settings([](RenderOptions& o) { o.heatmaps = {"h"}; }).ends_with("goes: h.####"));
+  EXPECT_TRUE(
+      message_of_settings([](RenderOptions& o) { o.trees = {"t.json"}; }).starts_with("--tree"));
+  EXPECT_TRUE(message_of_settings([](RenderOptions& o) {
+                o.checkpoint = "c";
+              }).starts_with("--checkpoint"));
+  EXPECT_TRUE(
+      message_of_settings([](RenderOptions& o) { o.snapshots = "s"; }).starts_with("--snapshots"));
+  EXPECT_EQ(message_of_settings([](RenderOptions& o) { o.range_report = "r.json"; }), "");
   // One frame's name may equal another's from a different pattern.
-  EXPECT_EQ(says([](RenderOptions& o) {
+  EXPECT_EQ(message_of_settings([](RenderOptions& o) {
               o.frames = {2, 12};
               o.outputs = {"a.#.exr", "a.1#.exr"};
             }),
@@ -225,18 +231,18 @@ TEST(FrameRange, TurntableDefinesItsOwnRange) {
   RenderOptions options;
   options.outputs = {"a.##.exr"};
   options.turntable = Turntable{std::nullopt, 3};
-  EXPECT_EQ(frames_of(options), (Frames{1, 2, 3}));
+  EXPECT_EQ(requested_frames(options), (Frames{1, 2, 3}));
   RenderOptions own = options_of_frame(options, 2);
   EXPECT_EQ(own.turntable, (Turntable{2, 3}));
   EXPECT_FALSE(own.frame) << "the scene stands still";
   options.animation = "all";
   EXPECT_EQ(options_of_frame(options, 2).frame, 2.0);
   options.frames = {7};
-  EXPECT_EQ(frames_of(options), (Frames{7}));
+  EXPECT_EQ(requested_frames(options), (Frames{7}));
   // A turntable of one frame is a single frame.
   options = {};
   options.turntable = Turntable{2, 3};
-  EXPECT_TRUE(frames_of(options).empty());
+  EXPECT_TRUE(requested_frames(options).empty());
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-std::string read_by_shell(const std::string& word) {
+std::string read_with_shell(const std::string& word) {
   FILE* shell = popen(("printf '%s' " + word).c_str(), "r");
   std::string text;
   for (int c = fgetc(shell); c != EOF; c = fgetc(shell)) text += char(c);
@@ -19,9 +19,9 @@ std::string read_by_shell(const std::string& word) {
   return text;
 }
 
-void expect_comes_back(const std::string& word) {
+void expect_round_trip(const std::string& word) {
   const std::string quoted = shell_quoted(word);
-  EXPECT_EQ(read_by_shell(quoted), word) << quoted;
+  EXPECT_EQ(read_with_shell(quoted), word) << quoted;
   // It is printable: one line of UTF-8.
   for (std::string_view rest = quoted; !rest.empty();) {
     const size_t length = utf8_length(rest);
@@ -36,7 +36,7 @@ TEST(ShellQuote, OddWordsComeBack) {
                                  "a;b&c|d>e<f*?[g]{h}~#!", "Küche 場面", "new\nline", "s.glb\n",
                                  "\n", "two\n\n\n", "-\xff\n", "tab\tand\x1b[31m", "no \xff utf-8",
                                  "100%\n%s", "\xc2\x85", "-", "back\\slash\n\\101"}) {
-    expect_comes_back(word);
+    expect_round_trip(word);
   }
 }
 
@@ -46,7 +46,7 @@ TEST(ShellQuote, RandomBytesComeBack) {
     std::string word;
     for (int k = int(random() % 12); k >= 0; --k) word += char(1 + random() % 255);
     word += 'e';  // since a trailing newline would be cut off
-    expect_comes_back(word);
+    expect_round_trip(word);
   }
 }
 

@@ -143,7 +143,7 @@ TEST_F(LoadProgressTest, ObserversDoNotChangeTheScene) {
   RenderSettings settings;
   settings.spp = 4;
   const RenderedImage a = render(load(watched)->scene(), view, settings);
-  const RenderedImage b = render(load(LoadProgress::unwatched())->scene(), view, settings);
+  const RenderedImage b = render(load(LoadProgress::none())->scene(), view, settings);
   EXPECT_GT(a.mean, 0.0);
   expect_same_bits(a, b, "watched against unwatched");
 }
@@ -151,7 +151,7 @@ TEST_F(LoadProgressTest, ObserversDoNotChangeTheScene) {
 // A cancelled load reports the cancellation, not errors in the file.
 TEST_F(LoadProgressTest, CallingOffComesBeforeTheFilesErrors) {
   settings_.scene = scene_file({'n', 'o', 'n', 'e'});
-  EXPECT_THROW(load(LoadProgress::unwatched()), InputError);
+  EXPECT_THROW(load(LoadProgress::none()), InputError);
   for (const bool lenient : {false, true}) {
     settings_.lenient = lenient;
     std::stop_source stop;

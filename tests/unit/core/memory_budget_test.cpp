@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-std::string refusal(MemoryBudget& budget, MemoryPart part, uint64_t bytes) {
+std::string rejection_message(MemoryBudget& budget, MemoryPart part, uint64_t bytes) {
   try {
     budget.reserve(part, bytes, "scene.glb#/images/0");
   } catch (const InputError& error) {
@@ -25,19 +25,19 @@ TEST(MemoryBudget, RefusalNamesTheOwnerAndTheAmount) {
   MemoryBudget budget(uint64_t(2) << 30);
   budget.reserve(MemoryPart::kFile, uint64_t(1) << 29, "scene.glb");
   EXPECT_EQ(
-      refusal(budget, MemoryPart::kTextures, uint64_t(47) << 26),
+      rejection_message(budget, MemoryPart::kTextures, uint64_t(47) << 26),
       "scene.glb#/images/0: needs 2.94 GiB of memory (textures), but only 1.5 GiB of the limit of "
       "2 GiB are left; raise memory-limit");
   EXPECT_EQ(budget.reserved(), uint64_t(1) << 29) << "what is refused is not reserved";
-  EXPECT_EQ(refusal(budget, MemoryPart::kTextures, uint64_t(3) << 29), "");
-  EXPECT_NE(refusal(budget, MemoryPart::kBvh, 1), "");
+  EXPECT_EQ(rejection_message(budget, MemoryPart::kTextures, uint64_t(3) << 29), "");
+  EXPECT_NE(rejection_message(budget, MemoryPart::kBvh, 1), "");
   EXPECT_EQ(budget.reserved(MemoryPart::kTextures), uint64_t(3) << 29);
 }
 
 TEST(MemoryBudget, CountsThatOverflowAreTooMuch) {
   MemoryBudget budget(1000);
   budget.reserve(MemoryPart::kFile, 10, "");
-  EXPECT_NE(refusal(budget, MemoryPart::kFile, UINT64_MAX - 5), "");
+  EXPECT_NE(rejection_message(budget, MemoryPart::kFile, UINT64_MAX - 5), "");
   EXPECT_EQ(bytes_of(uint64_t(1) << 40, uint64_t(1) << 30), UINT64_MAX);
   EXPECT_EQ(bytes_of(3, 7), 21u);
 }
@@ -60,12 +60,12 @@ TEST(MemoryBudget, ReleasesTemporaryMemory) {
 TEST(MemoryBudget, RestSharesTheLimitAndTracksItsUse) {
   MemoryBudget whole(1000);
   whole.reserve(MemoryPart::kGeometry, 300, "a.gltf");
-  const std::shared_ptr<MemoryBudget> rest = whole.rest();
-  EXPECT_EQ(rest->limit(), 1000u);
-  EXPECT_EQ(rest->took(), 0u);
-  EXPECT_FALSE(rest->try_reserve(MemoryPart::kTextures, 701));
-  EXPECT_TRUE(rest->try_reserve(MemoryPart::kTextures, 700));
-  EXPECT_EQ(rest->took(), 700u);
+  const std::shared_ptr<MemoryBudget> child_budget = whole.child_budget();
+  EXPECT_EQ(child_budget->limit(), 1000u);
+  EXPECT_EQ(child_budget->newly_reserved(), 0u);
+  EXPECT_FALSE(child_budget->try_reserve(MemoryPart::kTextures, 701));
+  EXPECT_TRUE(child_budget->try_reserve(MemoryPart::kTextures, 700));
+  EXPECT_EQ(child_budget->newly_reserved(), 700u);
   EXPECT_EQ(whole.reserved(), 300u);
 }
 
@@ -87,7 +87,7 @@ TEST(MemoryBudget, ThreadsTogetherStayWithinTheLimit) {
 TEST(MemoryBudget, UnlimitedRefusesNothing) {
   EXPECT_TRUE(MemoryBudget::unlimited()->try_reserve(MemoryPart::kFilm, UINT64_MAX));
   EXPECT_TRUE(MemoryBudget::unlimited()->try_reserve(MemoryPart::kFilm, UINT64_MAX));
-  EXPECT_EQ(LoadProgress::unwatched().budget(), MemoryBudget::unlimited());
+  EXPECT_EQ(LoadProgress::none().budget(), MemoryBudget::unlimited());
 }
 
 TEST(LoadLimits, LoadEndsAtTheTimeout) {
@@ -97,7 +97,7 @@ TEST(LoadLimits, LoadEndsAtTheTimeout) {
   LoadProgress progress({}, {}, limits);
   progress.check();
   std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  EXPECT_TRUE(progress.ends());
+  EXPECT_TRUE(progress.should_stop());
   try {
     progress.begin(LoadStage::kMeshes);
     ADD_FAILURE() << "went on";

@@ -44,7 +44,7 @@ TEST(Names, MessageOfManyNamesHasTheNearest) {
       "sun", "env", "aov", "half", "crop", "noise-threshold"};
   EXPECT_EQ(unknown_name_message("setting", "sppp", kNames),
             "unknown setting 'sppp' (did you mean 'spp', 'min-spp' or 'max-spp'?)");
-  EXPECT_EQ(nearest_of("--threshold", kNames).front(), 12u);
+  EXPECT_EQ(nearest_indices("--threshold", kNames).front(), 12u);
   EXPECT_EQ(nearest_names("spp", std::span(kNames).first(2)), "'one' or 'two'");
   EXPECT_EQ(nearest_names("spp", {}), "");
 }

@@ -21,24 +21,24 @@ std::string as_option(std::string_view name) {
 }
 
 TEST_F(SettingNames, AreBareByDefault) {
-  EXPECT_EQ(spelled("`spp`: 3 is no power of two, as `filter-radius` needs"),
+  EXPECT_EQ(spell_setting_names("`spp`: 3 is no power of two, as `filter-radius` needs"),
             "spp: 3 is no power of two, as filter-radius needs");
 }
 
 TEST_F(SettingNames, AreSpelledByTheClient) {
   spell_settings(as_option);
-  EXPECT_EQ(spelled("`spp`"), "--spp");
-  EXPECT_EQ(spelled("a `spp` b `max-spp`"), "a --spp b --max-spp");
+  EXPECT_EQ(spell_setting_names("`spp`"), "--spp");
+  EXPECT_EQ(spell_setting_names("a `spp` b `max-spp`"), "a --spp b --max-spp");
 }
 
 TEST_F(SettingNames, AllElseBetweenBackticksStays) {
   spell_settings(as_option);
   for (const char* text : {"", "`", "``", "no name", "`emberline merge`", "the layer `shadow`",
                            "`A`", "an open `spp", "`two\nlines`"}) {
-    EXPECT_EQ(spelled(text), text);
+    EXPECT_EQ(spell_setting_names(text), text);
   }
-  EXPECT_EQ(spelled("`not one` `spp`"), "`not one` --spp");
-  EXPECT_EQ(spelled("it`s `spp`"), "it`s --spp");
+  EXPECT_EQ(spell_setting_names("`not one` `spp`"), "`not one` --spp");
+  EXPECT_EQ(spell_setting_names("it`s `spp`"), "it`s --spp");
 }
 
 TEST_F(SettingNames, ErrorsAndMessagesAreSpelled) {

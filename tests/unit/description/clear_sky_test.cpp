@@ -36,16 +36,18 @@ struct Picture {
     std::array<float, 3> rgb;
     std::memcpy(&rgb, sky.image->texels.data() + sizeof rgb * size_t(y * sky.image->width + x),
                 sizeof rgb);
-    return Vec3d(rgb[0], rgb[1], rgb[2]) * kSkyUnit;
+    return Vec3d(rgb[0], rgb[1], rgb[2]) * kUnitLuminance;
   }
   Vec3d direction(int x, int y) const {
     const double theta = (y + 0.5) / sky.image->height * kPiD;
     const double phi = ((x + 0.5) / sky.image->width - 0.5) * 2 * kPiD;
     return {std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)};
   }
-  Vec3d sun() const { return sky.sun ? to_double(sky.sun->irradiance) * kSkyUnit : Vec3d(0.0); }
+  Vec3d sun() const {
+    return sky.sun ? to_double(sky.sun->irradiance) * kUnitLuminance : Vec3d(0.0);
+  }
   // Irradiance on level ground from the sky alone.
-  Vec3d fallen() const {
+  Vec3d irradiance() const {
     Vec3d sum(0.0);
     const int w = sky.image->width, h = sky.image->height;
     for (int y = 0; y < h / 2; ++y) {
@@ -68,12 +70,12 @@ float extinction(const Density& d, size_t band) {
 }
 
 // Distance to the ground or out of the atmosphere; `ground` tells which.
-double way_out(const Vec3d& from, const Vec3d& direction, bool* ground = nullptr) {
+double distance_out(const Vec3d& from, const Vec3d& direction, bool* ground = nullptr) {
   const double b = dot(from, direction), r2 = from.length2();
-  const double d = b * b - r2 + square(kGround);
+  const double d = b * b - r2 + square(kGroundRadius);
   const bool down = b < 0 && d >= 0;
   if (ground) *ground = down;
-  return down ? -b - std::sqrt(d) : -b + std::sqrt(b * b - r2 + square(kTop));
+  return down ? -b - std::sqrt(d) : -b + std::sqrt(b * b - r2 + square(kTopRadius));
 }
 
 // Optical depth of each band out of the atmosphere, by Simpson's rule; infinite if the earth is in
@@ -81,30 +83,30 @@ double way_out(const Vec3d& from, const Vec3d& direction, bool* ground = nullptr
 Spectrum depth_out(const Vec3d& from, const Vec3d& direction, int steps) {
   Spectrum depth{};
   bool ground = false;
-  const double length = way_out(from, direction, &ground);
-  if (ground && from.length() > kGround + 0.5) {
+  const double length = distance_out(from, direction, &ground);
+  if (ground && from.length() > kGroundRadius + 0.5) {
     depth.fill(INFINITY);
     return depth;
   }
   for (int i = 0; i <= steps; ++i) {
     const double weight = (i == 0 || i == steps ? 1 : i % 2 ? 4 : 2) * length / (3.0 * steps);
-    const Density d = density((from + direction * (length * i / steps)).length() - kGround);
+    const Density d = density((from + direction * (length * i / steps)).length() - kGroundRadius);
     for (size_t b = 0; b < kBands; ++b) depth[b] += float(weight) * extinction(d, b);
   }
   return depth;
 }
 
 // Single scattering, by small equal steps.
-Vec3d scattered_once(const Vec3d& direction, const Vec3d& sun) {
+Vec3d single_scattering(const Vec3d& direction, const Vec3d& sun) {
   constexpr int kSteps = 6000;
-  const Vec3d eye(0, kGround + 1, 0);
-  const double length = way_out(eye, direction), step = length / kSteps;
+  const Vec3d eye(0, kGroundRadius + 1, 0);
+  const double length = distance_out(eye, direction), step = length / kSteps;
   const double cosine = dot(direction, sun);
   const Coefficients& c = coefficients();
   Spectrum light{}, before{};
   for (int i = 0; i < kSteps; ++i) {
     const Vec3d at = eye + direction * ((i + 0.5) * step);
-    const Density d = density(at.length() - kGround);
+    const Density d = density(at.length() - kGroundRadius);
     const Spectrum out = depth_out(at, sun, 200);
     for (size_t b = 0; b < kBands; ++b) {
       const float here = extinction(d, b) * float(step);
@@ -124,7 +126,7 @@ TEST(ClearSky, ScatteredOnceIsTheIntegral) {
     const Picture sky({elevation, 40, 0.0, false, 64});
     for (const auto& [x, y] : {std::pair(3, 0), {90, 12}, {20, 20}, {70, 28}, {48, 31}}) {
       const Vec3d found = sky.at(x, y);
-      const Vec3d exact = scattered_once(sky.direction(x, y), direction_of(elevation, 40));
+      const Vec3d exact = single_scattering(sky.direction(x, y), direction_of(elevation, 40));
       const double share = elevation > 10 ? 0.01 : 0.03;
       EXPECT_NEAR(luminance_of(found), luminance_of(exact), share * luminance_of(exact))
           << elevation << " " << x << "," << y;
@@ -154,11 +156,11 @@ double walk(Vec3d at, Vec3d direction, const Vec3d& sun, size_t band, double alb
   };
   for (int events = 0; events < 60;) {
     bool ground = false;
-    const double end = way_out(at, direction, &ground);
+    const double end = distance_out(at, direction, &ground);
     const double metres = -std::log1p(-random.next_double()) / most;
     if (metres >= end) {
       if (!ground) return light;
-      at = (at + direction * end).normalized() * (kGround + 1);
+      at = (at + direction * end).normalized() * (kGroundRadius + 1);
       const Vec3d up = at.normalized();
       weight *= albedo;
       light += weight * std::max(0.0, dot(up, sun)) / kPiD * sunlight(at);
@@ -167,7 +169,7 @@ double walk(Vec3d at, Vec3d direction, const Vec3d& sun, size_t band, double alb
       continue;
     }
     at += direction * metres;
-    const Density d = density(at.length() - kGround);
+    const Density d = density(at.length() - kGroundRadius);
     if (random.next_double() * most >= double(extinction(d, band))) continue;
     ++events;
     const double air = double(c.rayleigh[band]) * d.rayleigh;
@@ -197,8 +199,9 @@ TEST(ClearSky, MultipleScatteringMatchesARandomWalk) {
         TestRandom random(uint64_t(1000 + x), uint64_t(i));
         Spectrum light{};
         const size_t band = size_t(i) % kBands;
-        light[band] = float(double(kBands) * walk(Vec3d(0, kGround + 1, 0), sky.direction(x, y),
-                                                  direction_of(elevation, 0), band, 0.3, random));
+        light[band] =
+            float(double(kBands) * walk(Vec3d(0, kGroundRadius + 1, 0), sky.direction(x, y),
+                                        direction_of(elevation, 0), band, 0.3, random));
         walked.add(luminance_of(to_rgb(light)));
       }
       const double found = luminance_of(sky.at(x, y));
@@ -229,7 +232,7 @@ TEST(ClearSky, TheSunOutsideTheAir) {
 TEST(ClearSky, IsAsBrightAsRealOnes) {
   const auto level = [](double elevation) {
     const Picture sky({elevation, 0, 0.3, true, test::long_or_short(512, 64)});
-    const double sky_alone = luminance_of(sky.fallen());
+    const double sky_alone = luminance_of(sky.irradiance());
     return std::pair(sky_alone, sky_alone + luminance_of(sky.sun()) *
                                                 std::max(0.0, std::sin(elevation * kRadian)));
   };

@@ -46,7 +46,7 @@ SceneDescription edited_by(const SceneEdits& edits) {
   return scene;
 }
 
-std::string refusal(const SceneEdits& edits, SceneDescription scene = edited_scene()) {
+std::string rejection_message(const SceneEdits& edits, SceneDescription scene = edited_scene()) {
   try {
     apply(edits, scene);
   } catch (const InputError& error) {
@@ -166,13 +166,13 @@ TEST(SceneEdits, AnisotropyNeedsTangents) {
   edit.target.place = "shot.json#/materials/0";
   edit.anisotropy = 0.5f;
   EXPECT_TRUE(need_tangents(edits_of(edit)));
-  expect_words(refusal(edits_of(edit)),
+  expect_words(rejection_message(edits_of(edit)),
                {"shot.json#/materials/0: ", "tangents", "\"anisotropy\"", "'ball'"});
   edit.target.index = kFloorMaterial;  // which has a normal map
-  EXPECT_EQ(refusal(edits_of(edit)), "");
+  EXPECT_EQ(rejection_message(edits_of(edit)), "");
   edit.target.index = kBallMaterial;
   edit.anisotropy = 0.0f;
-  EXPECT_EQ(refusal(edits_of(edit)), "");
+  EXPECT_EQ(rejection_message(edits_of(edit)), "");
   EXPECT_FALSE(need_tangents(edits_of(edit)));
 }
 
@@ -182,8 +182,9 @@ TEST(SceneEdits, FullyReflectingMaterialsHaveNoIndexOfRefraction) {
   MaterialEdit edit = material_edit(kBallMaterial);
   edit.target.place = "shot.json#/materials/0";
   edit.ior = 1.5f;
-  expect_words(refusal(edits_of(edit), scene), {"shot.json#/materials/0: ", "\"ior\"", "'ball'"});
-  EXPECT_EQ(refusal(edits_of(edit)), "");
+  expect_words(rejection_message(edits_of(edit), scene),
+               {"shot.json#/materials/0: ", "\"ior\"", "'ball'"});
+  EXPECT_EQ(rejection_message(edits_of(edit)), "");
 }
 
 TEST(SceneEdits, UniqueNamesAreFoundAtAnyIndex) {
@@ -204,33 +205,35 @@ TEST(SceneEdits, UniqueNamesAreFoundAtAnyIndex) {
 TEST(SceneEdits, UnknownNamesListTheValidOnes) {
   MaterialEdit edit = material_edit(-1);
   edit.target = {"glas", -1, "shot.json#/materials/0"};
-  expect_words(refusal(edits_of(edit)), {"shot.json#/materials/0: ", "'glas'", "2 'glass'"});
+  expect_words(rejection_message(edits_of(edit)),
+               {"shot.json#/materials/0: ", "'glas'", "2 'glass'"});
   edit.target = {"", 8, "shot.json#/materials/0"};
-  expect_words(refusal(edits_of(edit)), {"no material 8", "7 'veil'"});
+  expect_words(rejection_message(edits_of(edit)), {"no material 8", "7 'veil'"});
   edit.target = {"lamp", 0, "shot.json#/materials/0"};
-  expect_words(refusal(edits_of(edit)), {"2 materials", "'lamp'", "5 'lamp'", "6 'lamp'"});
+  expect_words(rejection_message(edits_of(edit)),
+               {"2 materials", "'lamp'", "5 'lamp'", "6 'lamp'"});
 
   SceneEdits twice = edits_of(material_edit(kGlassMaterial));
   twice.materials.push_back(material_edit(-1));
   twice.materials.back().target = {"glass", -1, "shot.json#/materials/1"};
-  expect_words(refusal(twice), {"shot.json#/materials/1: ", "second", "2 'glass'"});
+  expect_words(rejection_message(twice), {"shot.json#/materials/1: ", "second", "2 'glass'"});
 
   LightEdit light = light_edit(EditedLight::kPunctual, 2);
-  expect_words(refusal(edits_of(light)), {"no light 2", "1 'spot'"});
+  expect_words(rejection_message(edits_of(light)), {"no light 2", "1 'spot'"});
   SceneDescription lampless = edited_scene();
   lampless.lights.clear();
-  expect_words(refusal(edits_of(light), lampless), {"no light 2", "has no lights"});
+  expect_words(rejection_message(edits_of(light), lampless), {"no light 2", "has no lights"});
   SceneEdits sky = edits_of(light_edit(EditedLight::kEnvironment, -1));
   sky.lights.push_back(sky.lights[0]);
-  expect_words(refusal(sky), {"second", "environment"});
+  expect_words(rejection_message(sky), {"second", "environment"});
 
   SceneDescription skyless = edited_scene();
   skyless.environment.reset();
   sky.lights.pop_back();
-  expect_words(refusal(sky, skyless), {"no environment", "file"});
+  expect_words(rejection_message(sky, skyless), {"no environment", "file"});
   SceneEdits turned;
   turned.environment.rotation_degrees = 10.0f;
-  expect_words(refusal(turned, skyless), {"no environment", "file"});
+  expect_words(rejection_message(turned, skyless), {"no environment", "file"});
 }
 
 TEST(SceneEdits, VariantAssignsItsMaterials) {
@@ -246,10 +249,11 @@ TEST(SceneEdits, VariantAssignsItsMaterials) {
   EXPECT_EQ(scene.materials[kVeilMaterial].roughness, 0.25f);
 
   edits.variant = EditTarget{"beach", -1, "shot.json#/variant"};
-  expect_words(refusal(edits), {"shot.json#/variant: ", "no variant 'beach'", "has no variants"});
+  expect_words(rejection_message(edits),
+               {"shot.json#/variant: ", "no variant 'beach'", "has no variants"});
   scene = edited_scene();
   add_variants(scene);
-  expect_words(refusal(edits, scene), {"no variant 'beach'", "1 'veiled ball'"});
+  expect_words(rejection_message(edits, scene), {"no variant 'beach'", "1 'veiled ball'"});
 }
 
 TEST(SceneEdits, ARefusalLeavesTheDescriptionAsItWas) {
@@ -362,7 +366,7 @@ TEST(SceneEdits, AnyDirectionCanBeUp) {
 }
 
 TEST(SceneEdits, AnOutlineHasAllButTheVertices) {
-  const SceneDescription scene = edited_scene(), kept = outline(scene);
+  const SceneDescription scene = edited_scene(), kept = copy_without_geometry(scene);
   ASSERT_EQ(kept.meshes.size(), scene.meshes.size());
   for (size_t i = 0; i < kept.meshes.size(); ++i) {
     EXPECT_EQ(kept.meshes[i].material, scene.meshes[i].material);

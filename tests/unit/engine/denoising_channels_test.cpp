@@ -70,7 +70,7 @@ TEST(HalfChannels, FollowThePixel) {
   film.add(0, 0, {grey(1), 1.0f, 0, &seen, &half});
   film.add(0, 0, {grey(3), 1.0f, 1, &seen, &half});
   const float shown[] = {2.5f, 2.0f, 2.0f, 1.0f};
-  film.show(0, 0, shown);
+  film.set_override(0, 0, shown);
   EXPECT_EQ(value_of(film, 0, "half1.R"), 1.5f);
   EXPECT_EQ(value_of(film, 0, "half2.R"), 3.5f);
   EXPECT_EQ(value_of(film, 0, "half2.G"), 3.0f);
@@ -181,7 +181,8 @@ class Sharing : public ::testing::Test {
   }
   std::vector<float> summed() const {
     std::vector<float> pixels;
-    SharedRows rows(kCrop, names_, [&](const Rect& r, std::vector<float>& p) { read_film(r, p); });
+    ShareResolver rows(kCrop, names_,
+                       [&](const Rect& r, std::vector<float>& p) { read_film(r, p); });
     rows.read(kCrop, pixels);
     return pixels;
   }
@@ -192,7 +193,7 @@ class Sharing : public ::testing::Test {
 
   FilmTile film_{denoising()};
   const std::vector<std::string> names_ = film_channel_names(denoising());
-  const std::vector<std::string> summed_names_ = with_shared_sums(names_);
+  const std::vector<std::string> summed_names_ = resolved_channel_names(names_);
 };
 
 TEST_F(Sharing, PixelIsTheSumOfItsWeightedSamples) {
@@ -218,7 +219,7 @@ TEST_F(Sharing, PixelIsTheSumOfItsWeightedSamples) {
 TEST_F(Sharing, RowsEqualThoseOfTheWhole) {
   add_all();
   const std::vector<float> whole = summed();
-  SharedRows rows(kCrop, names_, [&](const Rect& r, std::vector<float>& p) { read_film(r, p); });
+  ShareResolver rows(kCrop, names_, [&](const Rect& r, std::vector<float>& p) { read_film(r, p); });
   std::vector<float> pixels, part;
   for (int y = kCrop.y0; y < kCrop.y1; ++y) {
     rows.read({kCrop.x0, y, kCrop.x1, y + 1}, part);
@@ -228,7 +229,7 @@ TEST_F(Sharing, RowsEqualThoseOfTheWhole) {
   std::vector<std::string> names = names_;
   std::vector<float> at_once;
   film_.resolve(at_once);
-  sum_shared(kCrop, names, at_once);
+  resolve_shares(kCrop, names, at_once);
   EXPECT_EQ(at_once, whole);
   EXPECT_EQ(names, summed_names_);
 }

@@ -50,8 +50,9 @@ const std::map<std::string, void (*)(RenderOptions&)> kOptions = {
      }},
 };
 
-std::string key(const SettingIs& is) {
-  return is.value.empty() ? std::string(is.name) : fmt::format("{} {}", is.name, is.value);
+std::string key(const SettingCondition& condition) {
+  return condition.value.empty() ? std::string(condition.name)
+                                 : fmt::format("{} {}", condition.name, condition.value);
 }
 
 std::vector<std::string> values_of(const Setting& setting) {
@@ -65,22 +66,23 @@ struct Given {
   std::map<std::string, std::string> settings;
   std::set<std::string> options;
 
-  void set(const SettingIs& is) {
-    if (kOptions.contains(key(is))) {
-      options.insert(key(is));
+  void set(const SettingCondition& condition) {
+    if (kOptions.contains(key(condition))) {
+      options.insert(key(condition));
       return;
     }
-    const std::string name(is.name);
+    const std::string name(condition.name);
     std::string& text = settings[name];
-    const bool list = find_setting(name)->type == "LIST" && !is.value.empty() && !text.empty();
-    text = is.value.empty() ? test::other_values().at(name)
-                            : (list ? text + "," : "") + std::string(is.value);
-    if (!is.with.empty()) set({is.with});
-    if (!is.without.empty()) settings.erase(std::string(is.without));
+    const bool list =
+        find_setting(name)->type == "LIST" && !condition.value.empty() && !text.empty();
+    text = condition.value.empty() ? test::non_default_values().at(name)
+                                   : (list ? text + "," : "") + std::string(condition.value);
+    if (!condition.with.empty()) set({condition.with});
+    if (!condition.without.empty()) settings.erase(std::string(condition.without));
   }
-  void remove(const SettingIs& is) {
-    options.erase(key(is));
-    settings.erase(std::string(is.name));
+  void remove(const SettingCondition& condition) {
+    options.erase(key(condition));
+    settings.erase(std::string(condition.name));
   }
   RenderOptions make() const {
     RenderOptions made;
@@ -99,38 +101,43 @@ std::vector<SettingRule> all_rules() {
 // Searches options for which `about` holds and that break only `wanted`, or no rule if it is null.
 class Search {
  public:
-  Search(const std::vector<SettingRule>& rules, const SettingRule* wanted, const SettingIs& about)
+  Search(const std::vector<SettingRule>& rules, const SettingRule* wanted,
+         const SettingCondition& about)
       : rules_(rules), wanted_(wanted), about_(about) {}
 
   std::optional<Given> from(const Given& given, int steps = 4) const {
     const RenderOptions options = given.make();
-    const auto holds = [&](const SettingIs& is) { return option_holds(options, is); };
+    const auto holds = [&](const SettingCondition& condition) {
+      return option_holds(options, condition);
+    };
     if (!holds(about_)) return std::nullopt;
     const SettingRule* other = nullptr;
     bool found = !wanted_;
     for (const SettingRule& rule : rules_) {
-      if (broken_rule(rule, options, holds).empty()) continue;
+      if (find_violation(rule, options, holds).empty()) continue;
       &rule == wanted_ ? void(found = true) : void(other = &rule);
     }
     if (found && !other) return given;
     if (steps == 0) return std::nullopt;
-    for (const Given& next : found ? obeying(given, *other) : breaking(given)) {
+    for (const Given& next : found ? satisfy(given, *other) : violate(given)) {
       if (const auto end = from(next, steps - 1)) return end;
     }
     return std::nullopt;
   }
 
  private:
-  static std::vector<Given> obeying(const Given& given, const SettingRule& rule) {
+  static std::vector<Given> satisfy(const Given& given, const SettingRule& rule) {
     std::vector<Given> next;
-    for (const SettingIs& needed : rule.needs) next.emplace_back(given).set(needed);
-    for (const SettingIs& excluded : rule.excludes) next.emplace_back(given).remove(excluded);
+    for (const SettingCondition& needed : rule.needs) next.emplace_back(given).set(needed);
+    for (const SettingCondition& excluded : rule.excludes)
+      next.emplace_back(given).remove(excluded);
     return next;
   }
-  std::vector<Given> breaking(const Given& given) const {
+  std::vector<Given> violate(const Given& given) const {
     std::vector<Given> next;
-    for (const SettingIs& excluded : wanted_->excludes) next.emplace_back(given).set(excluded);
-    for (const SettingIs& needed : wanted_->needs) {
+    for (const SettingCondition& excluded : wanted_->excludes)
+      next.emplace_back(given).set(excluded);
+    for (const SettingCondition& needed : wanted_->needs) {
       const Setting* const setting = find_setting(needed.name);
       if (!setting) continue;
       for (const std::string& value : values_of(*setting)) {
@@ -143,7 +150,7 @@ class Search {
 
   const std::vector<SettingRule>& rules_;
   const SettingRule* const wanted_;
-  const SettingIs about_;
+  const SettingCondition about_;
 };
 
 std::string message_of(const RenderOptions& options) {
@@ -159,9 +166,9 @@ TEST(SettingRules, EveryRuleCanBeBrokenAloneAndObeyed) {
   const std::vector<SettingRule> rules = all_rules();
   ASSERT_GT(rules.size(), 40u);
   for (const SettingRule& rule : rules) {
-    if (rule.wrong) continue;  // see below
+    if (rule.violation) continue;  // see below
     ASSERT_TRUE(!rule.needs.empty() || !rule.excludes.empty()) << rule.reason;
-    for (const SettingIs& about : rule.about) {
+    for (const SettingCondition& about : rule.about) {
       Given given;
       given.set(about);
       const auto broken = Search(rules, &rule, about).from(given);
@@ -183,10 +190,10 @@ TEST(SettingRules, EveryRuleCanBeBrokenAloneAndObeyed) {
 TEST(SettingRules, EachExclusionIsRefusedByItsOwnRule) {
   const std::vector<SettingRule> rules = all_rules();
   for (size_t i = 0; i < rules.size(); ++i) {
-    for (const SettingIs& excluded : rules[i].excludes) {
+    for (const SettingCondition& excluded : rules[i].excludes) {
       std::vector<SettingRule> narrowed = rules;
       narrowed[i].excludes = {excluded};
-      const bool found = std::ranges::any_of(rules[i].about, [&](const SettingIs& about) {
+      const bool found = std::ranges::any_of(rules[i].about, [&](const SettingCondition& about) {
         Given given;
         given.set(about);
         return Search(narrowed, &narrowed[i], about).from(given).has_value();
@@ -244,18 +251,19 @@ TEST(SettingRules, EveryNameIsASettingOrAnOption) {
   const auto check = [](std::span<const SettingRule> rules, bool options) {
     for (const SettingRule& rule : rules) {
       ASSERT_FALSE(rule.about.empty());
-      for (const AnySetting& list : {rule.about, rule.needs, rule.excludes, rule.unless}) {
-        for (const SettingIs& is : list) {
-          const Setting* const setting = find_setting(is.name);
-          EXPECT_TRUE(setting || options) << is.name;
-          if (options && kOptions.contains(key(is))) continue;
-          ASSERT_TRUE(setting) << is.name;
+      for (const AnyCondition& list : {rule.about, rule.needs, rule.excludes, rule.unless}) {
+        for (const SettingCondition& condition : list) {
+          const Setting* const setting = find_setting(condition.name);
+          EXPECT_TRUE(setting || options) << condition.name;
+          if (options && kOptions.contains(key(condition))) continue;
+          ASSERT_TRUE(setting) << condition.name;
           const std::vector<std::string> values = values_of(*setting);
-          for (const std::string_view value : {is.value, is.except}) {
+          for (const std::string_view value : {condition.value, condition.except}) {
             if (value.empty() || values.empty()) continue;
-            EXPECT_NE(std::ranges::find(values, value), values.end()) << is.name << " " << value;
+            EXPECT_NE(std::ranges::find(values, value), values.end())
+                << condition.name << " " << value;
           }
-          for (const std::string_view name : {is.with, is.without}) {
+          for (const std::string_view name : {condition.with, condition.without}) {
             EXPECT_TRUE(name.empty() || find_setting(name)) << name;
           }
         }
@@ -266,29 +274,31 @@ TEST(SettingRules, EveryNameIsASettingOrAnOption) {
   check(option_rules(), true);
   for (const auto& [name, set] : kOptions) {
     const size_t space = name.find(' ');
-    const SettingIs is{std::string_view(name).substr(0, space),
-                       space == std::string::npos ? "" : std::string_view(name).substr(space + 1)};
+    const SettingCondition condition{
+        std::string_view(name).substr(0, space),
+        space == std::string::npos ? "" : std::string_view(name).substr(space + 1)};
     RenderOptions options;
-    EXPECT_FALSE(option_holds(options, is)) << name;
+    EXPECT_FALSE(option_holds(options, condition)) << name;
     set(options);
-    EXPECT_TRUE(option_holds(options, is)) << name;
+    EXPECT_TRUE(option_holds(options, condition)) << name;
   }
 }
 
-bool same(const SettingIs& a, const SettingIs& b) {
+bool same(const SettingCondition& a, const SettingCondition& b) {
   return a.name == b.name && (a.value == b.value || b.value.empty());
 }
 
-bool contains(const AnySetting& list, const SettingIs& is) {
-  return std::ranges::any_of(list, [&](const SettingIs& of_list) { return same(is, of_list); });
+bool contains(const AnyCondition& list, const SettingCondition& condition) {
+  return std::ranges::any_of(
+      list, [&](const SettingCondition& of_list) { return same(condition, of_list); });
 }
 
 // The reasons of two rules of which one needs what the other excludes, or an empty string.
 std::string contradiction(std::span<const SettingRule> rules) {
   for (const SettingRule& one : rules) {
     for (const SettingRule& other : rules) {
-      for (const SettingIs& about : one.about) {
-        const auto excluded = [&](const SettingIs& needed) {
+      for (const SettingCondition& about : one.about) {
+        const auto excluded = [&](const SettingCondition& needed) {
           return (contains(other.about, about) && contains(other.excludes, needed)) ||
                  (contains(other.about, needed) && contains(other.excludes, about));
         };

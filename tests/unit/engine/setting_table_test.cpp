@@ -17,11 +17,12 @@
 namespace emberline {
 namespace {
 
-const std::map<std::string, std::string>& kOthers = test::other_values();
+const std::map<std::string, std::string>& kNonDefaults = test::non_default_values();
 
-FrameSettings all_others() {
+FrameSettings all_non_default() {
   FrameSettings settings;
-  for (const Setting& setting : setting_table()) setting.read(settings, kOthers.at(setting.name));
+  for (const Setting& setting : setting_table())
+    setting.read(settings, kNonDefaults.at(setting.name));
   return settings;
 }
 
@@ -41,7 +42,7 @@ TEST(SettingTable, HasEveryMember) {
   constexpr size_t kMembers = 64;
   // All but the scene; width and height share a row.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
-  EXPECT_EQ(kOthers.size(), setting_table().size());
+  EXPECT_EQ(kNonDefaults.size(), setting_table().size());
   EXPECT_TRUE(scene.empty());
 }
 
@@ -58,10 +59,10 @@ TEST(SettingTable, NamesAreThereOnce) {
 }
 
 TEST(SettingTable, ATextGivesTheSameValue) {
-  const FrameSettings settings = all_others();
+  const FrameSettings settings = all_non_default();
   const FrameSettings defaults;
   for (const Setting& setting : setting_table()) {
-    EXPECT_EQ(setting.text(settings), kOthers.at(setting.name));
+    EXPECT_EQ(setting.text(settings), kNonDefaults.at(setting.name));
     EXPECT_NE(setting.text(settings), setting.text(defaults)) << setting.name;
     FrameSettings again;
     setting.read(again, setting.text(settings));
@@ -103,7 +104,7 @@ TEST(SettingTable, ErrorsListTheValidValues) {
 TEST(SettingTable, AFileGivesTheSameSettings) {
   const test::TempFolder folder;
   const std::string path = folder / "look.json";
-  const FrameSettings settings = all_others();
+  const FrameSettings settings = all_non_default();
   std::ofstream(path) << settings_json(settings, path);
   FrameSettings read;
   read_settings(path, read);
@@ -120,7 +121,7 @@ TEST(SettingTable, AFileGivesTheSameSettings) {
 }
 
 TEST(SettingTable, GroupsAndFilesCanBeQueried) {
-  const FrameSettings settings = all_others();
+  const FrameSettings settings = all_non_default();
   EXPECT_EQ(setting_texts(settings, {SettingGroup::kSeed}), (SettingTexts{{"seed", "4294967295"}}));
   EXPECT_EQ(setting_texts(settings, {SettingGroup::kLoading}, false),
             (SettingTexts{{"animation", "Survey"},

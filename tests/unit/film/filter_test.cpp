@@ -191,7 +191,7 @@ TEST_P(EveryFilter, SharesOfNeighboursMakeThePixel) {
         const SampleShares shares = f.shares(s.offset);
         const auto here = light(s.offset);
         for (size_t i = 0; i < 3; ++i) own[i] += double(s.weight) * here[i];
-        for (size_t k = 0; k < kSharing; ++k) {
+        for (size_t k = 0; k < kSharedPixels; ++k) {
           // A sample of the pixel on the opposite side.
           const Vec2f from = {1.0f - float(k % 3), 1.0f - float(k / 3)};
           const auto there = light(from + s.offset);
@@ -208,7 +208,7 @@ TEST_P(EveryFilter, SharesOfNeighboursMakeThePixel) {
 
 TEST(PixelFilterBox, SharesNothingOfThePixelsOwn) {
   const SampleShares shares = PixelFilter::create("box").shares({0.3f, -0.4f});
-  for (size_t k = 0; k < kSharing; ++k) EXPECT_EQ(shares[k], k == 4 ? 1.0f : 0.0f) << k;
+  for (size_t k = 0; k < kSharedPixels; ++k) EXPECT_EQ(shares[k], k == 4 ? 1.0f : 0.0f) << k;
 }
 
 // With the sobol sampler a filtered edge converges faster than Monte Carlo, because the maps keep

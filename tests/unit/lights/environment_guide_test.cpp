@@ -30,12 +30,12 @@ std::shared_ptr<const Image> map_of(int width, int height, bool spikes) {
   });
 }
 
-// One region of upward-facing points, whose visibility of each tile is given by `seen`.
-SkyRegions one_region(const std::function<float(int tile)>& seen, uint32_t places = 100) {
+// One region of upward-facing points, whose visibility of each tile is given by `visibility`.
+SkyRegions one_region(const std::function<float(int tile)>& visibility, uint32_t places = 100) {
   SkyRegions regions(Vec3f(-1.0f), Vec3f(1.0f));
   const int region = regions.find_or_add(Vec3f(0.0f), Vec3f(0, 1, 0));
   for (int tile = 0; tile < sky_tiles::kCount; ++tile) {
-    regions.seen(region)[size_t(tile)] = seen(tile);
+    regions.visibility(region)[size_t(tile)] = visibility(tile);
   }
   regions.places(region) = places;
   return regions;
@@ -195,9 +195,9 @@ TEST(EnvironmentGuide, SampleMatchesALookupInItsDirection) {
 TEST(EnvironmentGuide, WithoutKnowledgeGoesByLight) {
   const EnvironmentLight light(map_of(64, 32, false), 1.0f, 0.0f,
                                EnvironmentLightSettings{.mis_compensation = 0});
-  for (const float seen : {0.0f, 0.7f}) {
+  for (const float visibility : {0.0f, 0.7f}) {
     EnvironmentGuide guide(light);
-    guide.set_regions(one_region([&](int) { return seen; }));
+    guide.set_regions(one_region([&](int) { return visibility; }));
     for (uint64_t draw = 0; draw < 500; ++draw) {
       TestRandom random(13, draw);
       const EnvironmentSample s = sample_of(guide, random);
@@ -278,7 +278,7 @@ TEST(EnvironmentGuide, NothingThatShinesIsLeftOut) {
     });
     const EnvironmentLight light(image, 1.0f, 0.0f, {.mis_compensation = 1});
     EnvironmentGuide guide(light);
-    guide.set_regions(SkyRegions::everywhere());
+    guide.set_regions(SkyRegions::single_region());
     const double theta = (row + 0.5) * kPiD / kHeight;
     // In every direction in which the texel may be.
     int found = 0;

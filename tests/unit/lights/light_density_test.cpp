@@ -42,7 +42,7 @@ TEST(LightSampler, SampleAndHitAgreeToTheBit) {
   for (float scale : {1e-6f, 1.0f, 1e6f})
     for (int count : {4, 200}) {
       const MixedScene scene = mixed_scene(count, scale);
-      const LightSampler lights = make(scene.triangles, scene.points, scene.sky);
+      const LightSampler lights = make_light_sampler(scene.triangles, scene.points, scene.sky);
       int seen = 0;
       for (uint64_t draw = 0; draw < 12000; ++draw) {
         TestRandom random(41, draw);
@@ -77,7 +77,7 @@ TEST(LightSampler, SampleAndHitAgreeToTheBit) {
 // Kinds of light are chosen with the stated probabilities, which factors change.
 TEST(LightSampler, KindsArePickedWithTheirProbability) {
   const MixedScene scene = mixed_scene(30, 1.0f);
-  const LightSampler lights = make(scene.triangles, scene.points, scene.sky);
+  const LightSampler lights = make_light_sampler(scene.triangles, scene.points, scene.sky);
   for (const KindFactors& factors : {KindFactors{}, KindFactors{0.25f, 1, 0.05f},
                                      KindFactors{8, 0.125f, 0.1f}, KindFactors{1, 64, 0.01f}}) {
     const LightGuide guide{.factors = factors};
@@ -112,7 +112,7 @@ TEST(LightSampler, KindsArePickedWithTheirProbability) {
       EXPECT_NEAR(picked[k].mean(), told[k], 5.5 * picked[k].standard_error())
           << k << " factors " << factors.environment << ", " << factors.directional;
     }
-    EXPECT_GE(told[kFiniteKind], double(factors.least_share) - 1e-6);
+    EXPECT_GE(told[kFiniteKind], double(factors.min_share) - 1e-6);
   }
 }
 
@@ -121,7 +121,7 @@ TEST(LightSampler, SunsKeepTheirLeastShare) {
   const auto sky = std::make_shared<EnvironmentLight>(Rgb(1.0f));
   const std::vector<PointLight> suns =
       points_of(directional({0, -1, 0}, 1e-3f), directional({0, -1, -1}, 3e-3f));
-  const LightSampler lights = make({}, suns, sky);
+  const LightSampler lights = make_light_sampler({}, suns, sky);
   const LightGuide guide{.factors = {256, 1, 0.05f, 0.05f}};
   const LightQuery up{Vec3f(0.0f), Vec3f(0, 1, 0)}, down{Vec3f(0.0f), Vec3f(0, -1, 0)};
   EXPECT_NEAR(lights.kind_probabilities(up, &guide)[kDirectionalKind], 0.05f / 1.05f, 1e-6f);
@@ -151,7 +151,7 @@ TEST(LightSampler, TheBrightestLightsHaveDensities) {
       points_of(directional({0, -1, 0}, 3e38f), directional({0, -1, 1}, 3e38f));
   const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
   for (const auto& points : {std::vector<PointLight>(), suns}) {
-    const LightSampler lights = make({}, points, sky);
+    const LightSampler lights = make_light_sampler({}, points, sky);
     for (const LightGuide& guide :
          {LightGuide(), LightGuide{.factors = {256, 256, 0.05f, 0.05f}}}) {
       const float probability = lights.environment_probability(query, &guide);
@@ -173,7 +173,8 @@ TEST(LightSampler, TheBrightestLightsHaveDensities) {
 TEST(LightSampler, DensitiesAddUpToOne) {
   const MixedScene scene = mixed_scene(30, 1.0f);
   for (uint32_t threshold : {1u, 1000u}) {
-    const LightSampler lights = make(scene.triangles, scene.points, scene.sky, threshold);
+    const LightSampler lights =
+        make_light_sampler(scene.triangles, scene.points, scene.sky, threshold);
     for (uint64_t q = 0; q < 4; ++q) {
       TestRandom first(50, q);
       const LightQuery query{square_to_sphere(first.vec2()) * (2 * first.next()),
@@ -209,7 +210,8 @@ TEST(LightSampler, DensitiesAddUpToOne) {
 TEST(LightSampler, PicksAreAsFrequentAsStated) {
   const MixedScene scene = mixed_scene(40, 1.0f);
   for (uint32_t threshold : {1u, 1000u}) {
-    const LightSampler lights = make(scene.triangles, scene.points, scene.sky, threshold);
+    const LightSampler lights =
+        make_light_sampler(scene.triangles, scene.points, scene.sky, threshold);
     const LightQuery query{Vec3f(0.1f, -0.3f, 0.5f), Vec3f(0, 1, 0), true};
     const int kSamples = 400'000;
     std::map<std::pair<int, uint32_t>, std::pair<double, int>> bins;  // probability, count
@@ -222,8 +224,8 @@ TEST(LightSampler, PicksAreAsFrequentAsStated) {
       probability = double(s.pdf);
       // Divides out the pdf within the shape; a triangle's is that of a single one.
       if (s.kind == LightKind::kTriangle)
-        probability /=
-            double(make({lights.triangles()[s.index]}).pdf_triangle(query, 0, s.distance));
+        probability /= double(
+            make_light_sampler({lights.triangles()[s.index]}).pdf_triangle(query, 0, s.distance));
       if (s.kind == LightKind::kEnvironment) probability *= 4 * kPiD;
       ++count;
     }
@@ -259,7 +261,8 @@ TEST(LightSampler, BrokenEmittersAreNeverSampled) {
   const std::vector<PointLight> points =
       points_of(point_light({0, nan, 0}, 1), point_light({0, 1, 0}, 0), directional({0, -1, 0}, 0));
   const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
-  const LightSampler broken = make(list, points, std::make_shared<EnvironmentLight>(Rgb(0.0f)));
+  const LightSampler broken =
+      make_light_sampler(list, points, std::make_shared<EnvironmentLight>(Rgb(0.0f)));
   EXPECT_TRUE(broken.empty());
   EXPECT_EQ(broken.describe(), "none");
   EXPECT_EQ(broken.environment(), nullptr);
@@ -269,7 +272,7 @@ TEST(LightSampler, BrokenEmittersAreNeverSampled) {
   const uint32_t good = uint32_t(list.size());
   add_quad(list, {-.5f, 1.2f, -.3f}, {.9f, 1.2f, -.3f}, {.9f, 1.2f, .7f}, {-.5f, 1.2f, .7f});
   for (uint32_t threshold : {1u, 16u}) {
-    const LightSampler lights = make(list, points, nullptr, threshold);
+    const LightSampler lights = make_light_sampler(list, points, nullptr, threshold);
     EXPECT_FALSE(lights.empty());
     for (uint32_t i = 0; i < good; ++i) EXPECT_EQ(lights.pdf_triangle(query, i, 1.0f), 0);
     for (uint64_t draw = 0; draw < 2000; ++draw) {
@@ -286,7 +289,8 @@ TEST(LightSampler, BrokenEmittersAreNeverSampled) {
 TEST(LightSampler, NothingIsEverNotANumber) {
   const MixedScene scene = mixed_scene(60, 1.0f);
   for (uint32_t threshold : {1u, 1000u}) {
-    const LightSampler lights = make(scene.triangles, scene.points, scene.sky, threshold);
+    const LightSampler lights =
+        make_light_sampler(scene.triangles, scene.points, scene.sky, threshold);
     for (const EmissiveTriangle& t : scene.triangles)
       for (const Vec3f& p : {t.p0, (t.p0 + t.p1) * 0.5f, (t.p0 + t.p1 + t.p2) * (1 / 3.0f),
                              t.p0 * 2.0f - t.p1, t.p0 * 1e6f, scene.points[0].position})
@@ -307,17 +311,18 @@ TEST(LightSampler, NothingIsEverNotANumber) {
 TEST(LightSampler, DescribesItself) {
   Triangles quad;
   add_quad(quad, {0, 1, 0}, {1, 1, 0}, {1, 1, 1}, {0, 1, 1});
-  EXPECT_EQ(make(quad).describe(), "power (2 emitters)");
-  EXPECT_EQ(make({quad[0]}).describe(), "power (1 emitter)");
-  EXPECT_EQ(make({}, points_of(directional({0, -1, 0}, 1))).describe(), "1 directional");
-  EXPECT_EQ(make(quad, points_of(directional({0, -1, 0}, 1)),
-                 std::make_shared<EnvironmentLight>(Rgb(1.0f)))
+  EXPECT_EQ(make_light_sampler(quad).describe(), "power (2 emitters)");
+  EXPECT_EQ(make_light_sampler({quad[0]}).describe(), "power (1 emitter)");
+  EXPECT_EQ(make_light_sampler({}, points_of(directional({0, -1, 0}, 1))).describe(),
+            "1 directional");
+  EXPECT_EQ(make_light_sampler(quad, points_of(directional({0, -1, 0}, 1)),
+                               std::make_shared<EnvironmentLight>(Rgb(1.0f)))
                 .describe(),
             "power (2 emitters), 1 directional, environment");
-  EXPECT_TRUE(make({}).empty());
-  EXPECT_GT(make(quad).bytes(), 2 * sizeof(EmissiveTriangle));
-  LightSampler moved = make(quad);
-  moved = make({}, points_of(point_light({0, 1, 0}, 1)));
+  EXPECT_TRUE(make_light_sampler({}).empty());
+  EXPECT_GT(make_light_sampler(quad).bytes(), 2 * sizeof(EmissiveTriangle));
+  LightSampler moved = make_light_sampler(quad);
+  moved = make_light_sampler({}, points_of(point_light({0, 1, 0}, 1)));
   EXPECT_EQ(moved.triangles().size(), 0u);
 }
 

@@ -20,13 +20,13 @@ TEST(LightSampler, Rectangle) {
   const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
   EXPECT_NEAR(exact_irradiance(quad, query), 0.683537, 1e-6);
   for (uint32_t threshold : {1u, 16u})
-    expect_irradiance(make(quad, {}, nullptr, threshold), query, 0.683537, "threshold", 50'000,
-                      1e-5);
+    expect_irradiance(make_light_sampler(quad, {}, nullptr, threshold), query, 0.683537,
+                      "threshold", 50'000, 1e-5);
   // Nothing from behind, unless it is two-sided.
   const LightQuery behind{Vec3f(0, 2.4f, 0), Vec3f(0, -1, 0)};
-  EXPECT_EQ(estimate(make(quad), behind, 1000, 1).mean(), 0);
+  EXPECT_EQ(estimate(make_light_sampler(quad), behind, 1000, 1).mean(), 0);
   for (EmissiveTriangle& t : quad) t.two_sided = true;
-  expect_irradiance(make(quad), behind, 0.683537, "two-sided, behind");
+  expect_irradiance(make_light_sampler(quad), behind, 0.683537, "two-sided, behind");
 }
 
 TEST(LightSampler, HorizonCutsARectangle) {
@@ -35,9 +35,9 @@ TEST(LightSampler, HorizonCutsARectangle) {
   for (const Vec3f& n :
        {Vec3f(0, 1, 0), normalize(Vec3f(1, 1, 0.3f)), normalize(Vec3f(-1, 2, 0))}) {
     LightQuery query{Vec3f(0.0f), n};
-    expect_irradiance(make(quad), query, exact_irradiance(quad, query), "cut");
+    expect_irradiance(make_light_sampler(quad), query, exact_irradiance(quad, query), "cut");
     query.both_sides = true;
-    expect_irradiance(make(quad), query, exact_irradiance(quad, query), "both sides");
+    expect_irradiance(make_light_sampler(quad), query, exact_irradiance(quad, query), "both sides");
   }
 }
 
@@ -53,8 +53,9 @@ TEST(LightSampler, TessellatedSphere) {
       const double d2 = 9 * (0.25 + 4 + 0.36);
       EXPECT_NEAR(exact, 2 * kPiD / d2 * 6 / std::sqrt(d2), 0.02 * exact);
     }
-    expect_irradiance(make(ball), query, exact, "sphere, light BVH");
-    expect_irradiance(make(ball, {}, nullptr, 1u << 20), query, exact, "sphere, power", 200'000);
+    expect_irradiance(make_light_sampler(ball), query, exact, "sphere, light BVH");
+    expect_irradiance(make_light_sampler(ball, {}, nullptr, 1u << 20), query, exact,
+                      "sphere, power", 200'000);
   }
 }
 
@@ -73,15 +74,15 @@ TEST(LightSampler, SunSizedDisc) {
     const double exact = exact_irradiance(disc, query);
     const double sine = std::sin(half_angle);
     EXPECT_NEAR(exact, 1e4 * kPiD * sine * sine * axis.y, 0.003 * exact);  // 64-gon, not a circle
-    expect_irradiance(make(disc), query, exact, "disc");
+    expect_irradiance(make_light_sampler(disc), query, exact, "disc");
   }
 }
 
 TEST(LightSampler, PointAndSpot) {
   const Vec3f position(1, 2, -2);  // distance 3
   const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
-  expect_irradiance(make({}, points_of(point_light(position, 5))), query, 5 * (2.0 / 3) / 9,
-                    "point", 100);
+  expect_irradiance(make_light_sampler({}, points_of(point_light(position, 5))), query,
+                    5 * (2.0 / 3) / 9, "point", 100);
 
   PointLight spot = point_light(position, 5);
   spot.type = PointLightType::kSpot;
@@ -98,7 +99,7 @@ TEST(LightSampler, PointAndSpot) {
     spot.cos_inner = c.inner;
     spot.cos_outer = c.outer;
     for (uint32_t threshold : {1u, 16u})
-      expect_irradiance(make({}, points_of(spot), nullptr, threshold), query,
+      expect_irradiance(make_light_sampler({}, points_of(spot), nullptr, threshold), query,
                         5 * (2.0 / 3) / 9 * c.attenuation, "spot", 100, 1e-4);
   }
 }
@@ -130,7 +131,7 @@ TEST(LightSampler, LightsHaveARange) {
       exact += 5 * cone * cone * cosine / d2;
     }
     for (const uint32_t threshold : {1u, 1000u}) {
-      const LightSampler lights = make({}, points, nullptr, threshold);
+      const LightSampler lights = make_light_sampler({}, points, nullptr, threshold);
       expect_irradiance(lights, query, exact, "ranges", 100'000, 1e-4);
       if (threshold == 1000) {
         for (int i = 0; i < 1000; ++i) {
@@ -141,7 +142,7 @@ TEST(LightSampler, LightsHaveARange) {
           ASSERT_LE(s.distance, points[s.index].range);
         }
       }
-      expect_irradiance(make({}, points, sky, threshold), query, exact + 0.5 * kPiD,
+      expect_irradiance(make_light_sampler({}, points, sky, threshold), query, exact + 0.5 * kPiD,
                         "ranges and sky", 200'000, 1e-4);
     }
   }
@@ -155,8 +156,9 @@ TEST(LightSampler, LampsOutOfRangeTakeNoSamples) {
       points.back().range = 2.5f;
     }
     const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
-    EXPECT_EQ(estimate(make({}, points), query, 100, 1).mean(), 0);
-    const LightSampler both = make({}, points, std::make_shared<EnvironmentLight>(Rgb(0.5f)));
+    EXPECT_EQ(estimate(make_light_sampler({}, points), query, 100, 1).mean(), 0);
+    const LightSampler both =
+        make_light_sampler({}, points, std::make_shared<EnvironmentLight>(Rgb(0.5f)));
     EXPECT_EQ(both.environment_probability(query), 1.0f);
     EXPECT_EQ(both.kind_probabilities(query)[kFiniteKind], 0.0f);
     EXPECT_LT(both.environment_probability({Vec3f(0, 1, 0), Vec3f(0, 1, 0)}), 1.0f);
@@ -166,10 +168,10 @@ TEST(LightSampler, LampsOutOfRangeTakeNoSamples) {
 TEST(LightSampler, ARangeMayChange) {
   PointLight light = point_light({0, 2, 0}, 4);
   light.range = 8;
-  light.range_share =
+  light.range_scale =
       std::make_shared<const TimeCurve<float>>(TimeCurve<float>{{0, 1}, {0.0f, 1.0f}});
   for (const uint32_t threshold : {1u, 16u}) {
-    const LightSampler lights = make({}, points_of(light), nullptr, threshold);
+    const LightSampler lights = make_light_sampler({}, points_of(light), nullptr, threshold);
     for (const float time : {0.0f, 0.24f, 0.26f, 1.0f}) {
       const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0), false, time};
       EXPECT_NEAR(estimate(lights, query, 100, 1).mean(), time > 0.25f ? 1 : 0, 1e-6) << time;
@@ -186,7 +188,8 @@ TEST(LightSampler, PointPowerThroughAClosedBox) {
     Vec3f at(random.next() * 2 - 1, random.next() * 2 - 1, random.next() * 2 - 1), n(0.0f);
     at[side / 2] = side & 1 ? 1.0f : -1.0f;
     n[side / 2] = -at[side / 2];
-    static const LightSampler lights = make({}, points_of(point_light({0.3f, -0.2f, 0.1f}, 2)));
+    static const LightSampler lights =
+        make_light_sampler({}, points_of(point_light({0.3f, -0.2f, 0.1f}, 2)));
     const LightQuery query{at, n};
     flux.add(24 * irradiance_of(lights, query,
                                 test::sample_one(lights, query, random.next(), random.vec2())));
@@ -209,7 +212,8 @@ TEST(LightSampler, InsideAnEmittingBox) {
     for (const Vec3f& p : {Vec3f(0.0f), Vec3f(0.99f, 0.5f, -0.2f), Vec3f(-0.999f, -0.999f, 0.999f)})
       for (uint32_t threshold : {1u, 16u}) {
         const LightQuery query{p * scale, normalize(Vec3f(0.3f, 0.5f, -0.8f))};
-        expect_irradiance(make(box, {}, nullptr, threshold), query, kPiD, "box", 100'000);
+        expect_irradiance(make_light_sampler(box, {}, nullptr, threshold), query, kPiD, "box",
+                          100'000);
       }
   }
 }
@@ -224,11 +228,12 @@ TEST(LightSampler, InfiniteAndFiniteTogether) {
   const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
   const double exact = 3 * 0.683537 + 0.5 * kPiD + 1 + 2 + 5 / std::sqrt(10.0);
   for (uint32_t threshold : {1u, 16u})
-    expect_irradiance(make(quad, points, sky, threshold), query, exact, "all", 200'000);
+    expect_irradiance(make_light_sampler(quad, points, sky, threshold), query, exact, "all",
+                      200'000);
   LightQuery both = query;
   both.both_sides = true;
-  expect_irradiance(make(quad, points, sky), both, exact + 0.5 * kPiD + 50 / std::sqrt(1.04),
-                    "both", 200'000);
+  expect_irradiance(make_light_sampler(quad, points, sky), both,
+                    exact + 0.5 * kPiD + 50 / std::sqrt(1.04), "both", 200'000);
 }
 
 // ---- many lamps --------------------------------------------------------------------------------
@@ -246,7 +251,8 @@ Triangles lamps(int count, uint64_t seed) {
 
 TEST(LightSampler, TenThousandLamps) {  // case 32
   const Triangles all = lamps(10'000, 20);
-  const LightSampler tree = make(all), power = make(all, {}, nullptr, 1u << 30);
+  const LightSampler tree = make_light_sampler(all),
+                     power = make_light_sampler(all, {}, nullptr, 1u << 30);
   EXPECT_EQ(tree.describe(), "light BVH (20000 emitters)");
   for (const Vec3f& p : {Vec3f(0.0f), Vec3f(30, 0, -45), Vec3f(-200, 0, 10)}) {
     const LightQuery query{p, Vec3f(0, 1, 0)};
@@ -284,7 +290,7 @@ TEST(LightSampler, TwoLampsAtOneToTenThousand) {
     Triangles two;
     add_quad(two, {0, 1, 0}, {1, 1, 0}, {1, 1, 1}, {0, 1, 1});
     add_quad(two, {1e4f, 1e4f, 0}, {1e4f + 1, 1e4f, 0}, {1e4f + 1, 1e4f, 1}, {1e4f, 1e4f, 1});
-    const LightSampler lights = make(two, {}, nullptr, threshold);
+    const LightSampler lights = make_light_sampler(two, {}, nullptr, threshold);
     const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
     expect_irradiance(lights, query, exact_irradiance(two, query), "near and far");
     // The far one alone, from the samples of both.

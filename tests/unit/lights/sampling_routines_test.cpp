@@ -146,7 +146,7 @@ TEST(SamplingRoutines, WholeLightSampler) {
   }
   const auto sky = std::make_shared<EnvironmentLight>(Rgb(.2f));
   for (const uint32_t threshold : {1u, 1000u}) {
-    const LightSampler lights = make(list, {}, sky, threshold);
+    const LightSampler lights = make_light_sampler(list, {}, sky, threshold);
     const LightQuery query{kPoint, normalize(Vec3f(.2f, 1, .3f)), false};
     EXPECT_TRUE(chi_square_directions(
         [&](TestRandom& random) -> std::optional<Vec3f> {

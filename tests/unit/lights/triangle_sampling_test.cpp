@@ -38,7 +38,7 @@ const Case kCases[] = {
     {"megametre", {1e6f, 0, 0}, {0, 1e6f, 0}, {0, 0, 1e6f}, {3e5f, 1e5f, 2e4f}, true},
 };
 
-SeenTriangle see(const Case& c) { return see_triangle(c.p0, c.p1, c.p2, c.point); }
+ProjectedTriangle project(const Case& c) { return project_triangle(c.p0, c.p1, c.p2, c.point); }
 
 TriangleSample sample_one(const Case& c, const Vec2f& u, float scale = 1.0f) {
   TriangleBatch batch;
@@ -49,7 +49,7 @@ TriangleSample sample_one(const Case& c, const Vec2f& u, float scale = 1.0f) {
 
 // Inverse of the spherical map: the solid angle beyond the arc from b through w, and the position
 // of w along that arc.
-Vec2f to_square(const SeenTriangle& t, const Vec3d& w) {
+Vec2f to_square(const ProjectedTriangle& t, const Vec3d& w) {
   Vec3d end = test::unit(cross(cross(t.b, w), cross(t.c, t.a)));
   if (dot(end, t.a + t.c) < 0) end = -end;
   const double part = 2 * std::atan2(std::abs(dot(t.a, cross(t.b, end))),
@@ -64,7 +64,7 @@ double density_in_barycentrics(const Case& c, double b1, double b2) {
   const Vec3d e1 = Vec3d(c.p1) - Vec3d(c.p0), e2 = Vec3d(c.p2) - Vec3d(c.p0);
   const Vec3d n = cross(e1, e2), d = Vec3d(c.p0) + e1 * b1 + e2 * b2 - Vec3d(c.point);
   const double distance = std::sqrt(dot(d, d));
-  return double(triangle_pdf(see(c), float(distance))) * std::abs(dot(n, d)) /
+  return double(triangle_pdf(project(c), float(distance))) * std::abs(dot(n, d)) /
          (distance * distance * distance);
 }
 
@@ -76,8 +76,8 @@ TEST(TriangleSampling, HasItsDensity) {
     settings.samples = 200'000;
     settings.tests = int(std::size(kCases));
     settings.seed = ++seed;
-    const SeenTriangle seen = see(c);
-    ASSERT_EQ(seen.spherical(), c.spherical) << c.name << " " << seen.solid_angle;
+    const ProjectedTriangle projected = project(c);
+    ASSERT_EQ(projected.spherical(), c.spherical) << c.name << " " << projected.solid_angle;
     EXPECT_TRUE(test::chi_square_test(
         [&](TestRandom& r) -> std::optional<ChiSquarePoint> {
           const TriangleSample s = sample_one(c, r.vec2());
@@ -91,13 +91,13 @@ TEST(TriangleSampling, HasItsDensity) {
 TEST(TriangleSampling, Inverts) {
   for (const Case& c : kCases) {
     if (!c.spherical) continue;
-    const SeenTriangle seen = see(c);
+    const ProjectedTriangle projected = project(c);
     for (uint64_t draw = 0; draw < 5000; ++draw) {
       const Vec2f u = TestRandom(5, draw).vec2();
       const TriangleSample s = sample_one(c, u);
-      const Vec3d to_light =
-          seen.to_p0 + seen.edge1 * double(s.barycentric.x) + seen.edge2 * double(s.barycentric.y);
-      const Vec2f back = to_square(seen, test::unit(to_light));
+      const Vec3d to_light = projected.to_p0 + projected.edge1 * double(s.barycentric.x) +
+                             projected.edge2 * double(s.barycentric.y);
+      const Vec2f back = to_square(projected, test::unit(to_light));
       // Barycentrics are floats: near vertex b a whole range of u.x maps to one of them.
       ASSERT_NEAR(back.y, u.y, 2e-5) << c.name << " " << u;
       ASSERT_NEAR(back.x, u.x, 2e-5 + 2e-6 / std::sqrt(double(u.y) + 1e-9)) << c.name << " " << u;
@@ -107,11 +107,11 @@ TEST(TriangleSampling, Inverts) {
 
 TEST(TriangleSampling, SolidAngleMatchesGirard) {
   for (const Case& c : kCases) {
-    const SeenTriangle seen = see(c);
-    const double exact = test::girard_solid_angle(seen.a, seen.b, seen.c);
-    EXPECT_NEAR(seen.solid_angle, exact, 1e-14 + 1e-10 * exact) << c.name;
+    const ProjectedTriangle projected = project(c);
+    const double exact = test::girard_solid_angle(projected.a, projected.b, projected.c);
+    EXPECT_NEAR(projected.solid_angle, exact, 1e-14 + 1e-10 * exact) << c.name;
   }
-  const SeenTriangle octant = see(kCases[2]);
+  const ProjectedTriangle octant = project(kCases[2]);
   EXPECT_NEAR(octant.solid_angle, kPiD / 2, 1e-14);
 }
 
@@ -119,20 +119,20 @@ TEST(TriangleSampling, SolidAngleMatchesGirard) {
 TEST(TriangleSampling, SolidAngleKeepsItsDigitsFarAway) {
   for (double d = 10; d <= 1e8; d *= 10) {
     const Vec3f p0(0, 0, 0), p1(1, 0, 0), p2(0, 1, 0), point(float(d), 0, float(d));
-    const SeenTriangle seen = see_triangle(p0, p1, p2, point);
+    const ProjectedTriangle projected = project_triangle(p0, p1, p2, point);
     const Vec3d to_centre = Vec3d(1.0 / 3, 1.0 / 3, 0) - Vec3d(point);
     const double r2 = dot(to_centre, to_centre);
     const double flat = 0.5 * d / (r2 * std::sqrt(r2));
-    EXPECT_NEAR(seen.solid_angle / flat, 1, 2 / (d * d) + 1e-9) << d;
+    EXPECT_NEAR(projected.solid_angle / flat, 1, 2 / (d * d) + 1e-9) << d;
   }
 }
 
 // The mean direction times the solid angle is Lambert's vector irradiance: exact.
 TEST(TriangleSampling, MeanDirectionIsVectorIrradiance) {
   for (const Case& c : kCases) {
-    const SeenTriangle seen = see(c);
+    const ProjectedTriangle projected = project(c);
     // Sampled by area from this close, the variance is too high for any count; only MIS may use it.
-    if (seen.solid_angle > kLargestSphericalAngle) continue;
+    if (projected.solid_angle > kMaxSphericalAngle) continue;
     Vec3d sum(0.0), squares(0.0);
     constexpr int kSamples = 100'000;
     for (uint64_t draw = 0; draw < kSamples; ++draw) {
@@ -143,12 +143,12 @@ TEST(TriangleSampling, MeanDirectionIsVectorIrradiance) {
     }
     sum /= kSamples;
     squares /= kSamples;
-    Vec3d exact = test::vector_irradiance({seen.a, seen.b, seen.c});
-    if (dot(exact, seen.a + seen.b + seen.c) < 0) exact = -exact;
+    Vec3d exact = test::vector_irradiance({projected.a, projected.b, projected.c});
+    if (dot(exact, projected.a + projected.b + projected.c) < 0) exact = -exact;
     for (int i = 0; i < 3; ++i) {
       const double error = std::sqrt(std::max(0.0, squares[i] - sum[i] * sum[i]) / kSamples);
       // 42 comparisons at 5.5 deviations: a false alarm in 1e6 runs with other seeds.
-      EXPECT_NEAR(sum[i], exact[i], 5.5 * error + 1e-6 * seen.solid_angle)
+      EXPECT_NEAR(sum[i], exact[i], 5.5 * error + 1e-6 * projected.solid_angle)
           << c.name << " axis " << i;
     }
   }
@@ -157,14 +157,14 @@ TEST(TriangleSampling, MeanDirectionIsVectorIrradiance) {
 TEST(TriangleSampling, SampleAndHitAgreeAboutTheDensity) {
   for (const Case& c : kCases)
     for (uint64_t draw = 0; draw < 2000; ++draw) {
-      const SeenTriangle seen = see(c);
+      const ProjectedTriangle projected = project(c);
       const TriangleSample s = sample_one(c, TestRandom(11, draw).vec2());
       ASSERT_GT(s.pdf, 0) << c.name;
       ASSERT_NEAR(dot(s.direction, s.direction), 1, 1e-6) << c.name;
       const Vec3d hit = Vec3d(s.position) - Vec3d(c.point);  // as a ray would find it, rounded
       const float distance = float(std::sqrt(dot(hit, hit)));
       ASSERT_NEAR(distance / s.distance, 1, 1e-5) << c.name;
-      ASSERT_NEAR(triangle_pdf(seen, distance) / s.pdf, 1, 1e-4) << c.name;
+      ASSERT_NEAR(triangle_pdf(projected, distance) / s.pdf, 1, 1e-4) << c.name;
     }
 }
 
@@ -186,7 +186,7 @@ TEST(TriangleSampling, BatchHasTheBitsOfSingleSamples) {
       batch.sample();
       for (int i = 0; i < count; ++i) {
         const Case& c = *cases[size_t(i)];
-        const SeenTriangle seen = see(c);
+        const ProjectedTriangle projected = project(c);
         const TriangleSample alone = sample_one(c, u[size_t(i)]);
         const TriangleSample s = batch[i];
         EXPECT_EQ(s.barycentric, alone.barycentric) << c.name << " in " << count;
@@ -194,8 +194,8 @@ TEST(TriangleSampling, BatchHasTheBitsOfSingleSamples) {
         EXPECT_EQ(s.direction, alone.direction) << c.name;
         EXPECT_EQ(s.distance, alone.distance) << c.name;
         EXPECT_EQ(s.pdf, alone.pdf) << c.name;
-        EXPECT_EQ(batch.normal(i), to_float(seen.normal)) << c.name;
-        EXPECT_EQ(batch.in_front(i), seen.height > 0) << c.name;
+        EXPECT_EQ(batch.normal(i), to_float(projected.normal)) << c.name;
+        EXPECT_EQ(batch.in_front(i), projected.height > 0) << c.name;
       }
     }
   }
@@ -205,9 +205,9 @@ TEST(TriangleSampling, BatchHasTheBitsOfSingleSamples) {
 TEST(TriangleSampling, IsScaleFree) {
   for (const Case& c : kCases)
     for (float scale : {0x1p-40f, 0x1p-20f, 0x1p20f, 0x1p40f}) {
-      const SeenTriangle one = see(c);
-      const SeenTriangle other =
-          see_triangle(c.p0 * scale, c.p1 * scale, c.p2 * scale, c.point * scale);
+      const ProjectedTriangle one = project(c);
+      const ProjectedTriangle other =
+          project_triangle(c.p0 * scale, c.p1 * scale, c.p2 * scale, c.point * scale);
       const TriangleSample a = sample_one(c, {0.3f, 0.6f});
       const TriangleSample b = sample_one(c, {0.3f, 0.6f}, scale);
       EXPECT_EQ(one.spherical(), other.spherical()) << c.name;
@@ -230,10 +230,10 @@ TEST(TriangleSampling, NothingToSampleIsDensityZero) {
       {"not a number", p0, p1, {0, std::nanf(""), 0}, above, false},
   };
   for (const Case& c : degenerate) {
-    const SeenTriangle seen = see(c);
+    const ProjectedTriangle projected = project(c);
     const TriangleSample s = sample_one(c, {0.4f, 0.4f});
     EXPECT_FALSE(s.pdf > 0 && !std::isfinite(s.pdf)) << c.name;
-    EXPECT_EQ(triangle_pdf(seen, 1.0f), 0.0f) << c.name;
+    EXPECT_EQ(triangle_pdf(projected, 1.0f), 0.0f) << c.name;
     EXPECT_EQ(s.pdf, 0.0f) << c.name;
   }
 }

@@ -50,13 +50,13 @@ FilmTile film() {
   return tile;
 }
 
-ReadMarkup page(const RenderOptions& o, const RenderReport& r, const ReportPictures& pictures) {
-  ReadMarkup read = read_markup(report_page(o, r, pictures));
+ParsedMarkup page(const RenderOptions& o, const RenderReport& r, const ReportPictures& pictures) {
+  ParsedMarkup read = read_markup(report_page(o, r, pictures));
   EXPECT_EQ(read.fault, "");
   return read;
 }
 
-void expect_text(const ReadMarkup& read, const std::string& text) {
+void expect_text(const ParsedMarkup& read, const std::string& text) {
   EXPECT_NE(read.text.find(text), std::string::npos) << "not on the page: " << text;
 }
 
@@ -72,7 +72,7 @@ TEST(ReportPageContent, NonFiniteSamplesWithTheirReplays) {
   RenderReport r = report();
   r.counters.non_finite_samples = 12345;
   r.counters.located = {{11, 22, 3, 3}, {12, 22, 1, 99}};
-  const ReadMarkup read = page(options(), r, ReportPictures({}, kWindow, {}));
+  const ParsedMarkup read = page(options(), r, ReportPictures({}, kWindow, {}));
   expect_text(read, "12,345");
   expect_text(read, options().command_line + " --replay 11,22,3\n");
   // The sample belongs to a round with its own seed.
@@ -85,7 +85,7 @@ TEST(ReportPageContent, WarningsRepairsAndCoverage) {
   r.warnings = {"a <b>warning</b> & more"};
   r.repairs.degenerate_triangles = 7777;
   r.coverage.ignored = {"EXT_made_up: \"no\" <effect>"};
-  const ReadMarkup read = page(options(), r, ReportPictures({}, kWindow, {}));
+  const ParsedMarkup read = page(options(), r, ReportPictures({}, kWindow, {}));
   expect_text(read, r.warnings[0]);
   expect_text(read, "7,777");
   expect_text(read, r.coverage.ignored[0]);
@@ -97,7 +97,7 @@ TEST(ReportPageContent, NoSamplesAtAll) {
   r.counters.stopped = true;
   r.times = {};
   r.stop_cause = PixelStop::kUser;
-  const ReadMarkup read = page(options(), r, ReportPictures({}, kWindow, {}));
+  const ParsedMarkup read = page(options(), r, ReportPictures({}, kWindow, {}));
   expect_text(read, "No pixel has samples.");
   expect_text(read, "The user stopped the render");
 }
@@ -109,7 +109,7 @@ TEST(ReportPageContent, ManyPassesAreThinnedAndTheLastIsKept) {
     r.passes.push_back({double(i), uint64_t(i) * uint64_t(kWindow.area()), 1.0 / i});
   }
   r.error_estimate = 0.001;
-  const ReadMarkup read = page(options(), r, ReportPictures({}, kWindow, {}));
+  const ParsedMarkup read = page(options(), r, ReportPictures({}, kWindow, {}));
   expect_text(read, "24 of 1000 passes");
   expect_text(read, "16 min 40 s");  // the last
   EXPECT_LT(read.count("tr"), 120u);
@@ -153,7 +153,7 @@ TEST(ReportPictures, PixelsThatNeverCameAreCountedAsWithoutSamples) {
 
 // A frame too large for a page is averaged over squares, with exact counts.
 TEST(ReportPictures, LargeFramesAreAveraged) {
-  const Rect crop{0, 0, 2 * ReportPictures::kMostPixels, 3};
+  const Rect crop{0, 0, 2 * ReportPictures::kMaxPixels, 3};
   ReportPictures pictures({}, crop, {});
   EXPECT_EQ(pictures.factor(), 2);
   FilmTile tile{AovSet()};
@@ -165,14 +165,14 @@ TEST(ReportPictures, LargeFramesAreAveraged) {
   }
   pictures.add(tile);
   const ByteImage picture = pictures.picture();
-  EXPECT_EQ(picture.width, ReportPictures::kMostPixels);
+  EXPECT_EQ(picture.width, ReportPictures::kMaxPixels);
   EXPECT_EQ(picture.height, 2);
   for (const uint8_t value : picture.values) EXPECT_NEAR(value, 187.5, 1.0);  // mean of 0 and 1
   const auto maps = pictures.maps();
   for (const float value : maps[0].plane.values) EXPECT_EQ(value, 1.5f);
   EXPECT_EQ(pictures.pixels_by_samples(),
-            (std::map<uint32_t, uint64_t>{{1, 3 * ReportPictures::kMostPixels},
-                                          {2, 3 * ReportPictures::kMostPixels}}));
+            (std::map<uint32_t, uint64_t>{{1, 3 * ReportPictures::kMaxPixels},
+                                          {2, 3 * ReportPictures::kMaxPixels}}));
 }
 
 }  // namespace

@@ -67,7 +67,7 @@ TEST(Denoise, KeepsANoiselessPicture) {
   halves.set_colour(checker, constant(0.0f));
   const DenoisedPicture out = denoise(halves.input());
   EXPECT_EQ(out.colour[0], halves.raw());
-  EXPECT_EQ(out.kept, size_t(kWidth * kHeight));
+  EXPECT_EQ(out.unchanged_pixels, size_t(kWidth * kHeight));
   EXPECT_EQ(out.squared_error_after, 0.0);
 }
 
@@ -118,7 +118,7 @@ TEST(Denoise, PartsStillAddUp) {
   SyntheticHalves halves = some_picture();
   for (const float share : {0.25f, 0.6f, 0.15f}) halves.add_part(share);
   expect_sum_of_three(denoise(halves.input()));
-  halves.share_evenly();
+  halves.blur_with_neighbours();
   const DenoisedPicture out = denoise(halves.input());
   expect_sum_of_three(out);
   // Each pixel gets its own share of its neighbours' samples.
@@ -131,7 +131,7 @@ TEST(Denoise, DarkPartsStayDark) {
   SyntheticHalves halves = some_picture();
   halves.add_part(1.0f);
   halves.add_part(0.0f);
-  halves.share_evenly();
+  halves.blur_with_neighbours();
   const DenoisedPicture out = denoise(halves.input());
   EXPECT_EQ(out.parts[1][0], std::vector<float>(out.error.size(), 0.0f));
 }
@@ -158,13 +158,13 @@ void expect_same_bits(const SyntheticHalves& halves) {
   tbb::task_arena(2).execute([&] { two = denoise(input); });
   expect_equal_rows(one, two, 0);
   EXPECT_EQ(one.squared_error_after, two.squared_error_after);
-  size_t kept = 0;
+  size_t unchanged_pixels = 0;
   for (const auto& [begin, end] : {std::pair(0, 5), std::pair(5, 41), std::pair(41, kHeight)}) {
     const DenoisedPicture band = denoise(input, begin, end);
     expect_equal_rows(one, band, begin);
-    kept += band.kept;
+    unchanged_pixels += band.unchanged_pixels;
   }
-  EXPECT_EQ(kept, one.kept);
+  EXPECT_EQ(unchanged_pixels, one.unchanged_pixels);
   EXPECT_TRUE(denoise(input, 7, 7).colour[0].empty());
 }
 
@@ -173,14 +173,14 @@ TEST(Denoise, SameBitsForAnyThreadsAndBands) {
   halves.add_part(0.5f);
   expect_same_bits(halves);
   SyntheticHalves sharing = some_picture();
-  sharing.share_evenly();
+  sharing.blur_with_neighbours();
   expect_same_bits(sharing);
 }
 
 // A band of input rows, as a reader of a streamed file has them.
 TEST(Denoise, ABandNeedsNoMoreThanTheMargin) {
   SyntheticHalves halves = some_picture();
-  halves.share_evenly();
+  halves.blur_with_neighbours();
   const DenoiseInput input = halves.input();
   const DenoisedPicture whole = denoise(input);
   const int begin = 50, end = 54, first = begin - kDenoiseMargin;
@@ -205,10 +205,10 @@ TEST(Denoise, ABandNeedsNoMoreThanTheMargin) {
 TEST(Denoise, SamplesAreShared) {
   SyntheticHalves halves = some_picture();
   const DenoisedPicture unshared = denoise(halves.input());
-  halves.share_evenly();
+  halves.blur_with_neighbours();
   SyntheticHalves mean = halves;
   for (size_t s = 0; s < 2; ++s) mean.colour(s) = halves.shared(s);
-  mean.share_with_none();
+  mean.clear_shared();
   const DenoisedPicture shared = denoise(halves.input()), expected = denoise(mean.input());
   for (size_t i = 0; i < shared.error.size(); ++i) {
     ASSERT_NEAR(shared.colour[0][i], expected.colour[0][i], 1e-4f) << i;
@@ -222,7 +222,7 @@ TEST(Denoise, SamplesAreShared) {
 
 TEST(Denoise, NoNumberOutOfNonNumbers) {
   SyntheticHalves halves = some_picture();
-  halves.share_evenly();
+  halves.blur_with_neighbours();
   halves.shared(0)[510] = std::numeric_limits<float>::quiet_NaN();
   halves.shared(1)[2510] = -std::numeric_limits<float>::infinity();
   halves.shared(1)[2520] = 3e38f;
@@ -319,7 +319,7 @@ TEST(Denoise, WithoutASecondHalfNothingIsKnown) {
   input.samples.b = none;
   const DenoisedPicture out = denoise(input);
   EXPECT_EQ(out.colour[0], halves.colour(0));
-  EXPECT_EQ(out.kept, none.size());
+  EXPECT_EQ(out.unchanged_pixels, none.size());
   EXPECT_EQ(out.error[77], 0.5f);  // the maximum that a display can show
 }
 

@@ -91,7 +91,7 @@ TEST(FastFilter, KeepsANoiselessPicture) {
 
 // Share of the variance of independent noise that remains after `levels` levels of [1 2 1] / 4 at
 // strides 1, 2, 4 ..., in two dimensions.
-double left_by_kernel(int levels) {
+double kernel_residual(int levels) {
   std::vector<double> kernel = {1.0};
   for (int level = 0; level < levels; ++level) {
     const size_t stride = size_t(1) << level;
@@ -115,7 +115,7 @@ TEST(FastFilter, NoiseThatTellsNothingFallsAsTheKernelHasIt) {
   for (float& v : frame.variance) v *= 100.0f;  // so that differences are far below it
   for (int levels = 1; levels <= 4; ++levels) {
     const double left = squared_error(frame, frame.filtered(levels), 0.5f) / raw;
-    EXPECT_NEAR(left / left_by_kernel(levels), 1.0, 0.15) << levels;
+    EXPECT_NEAR(left / kernel_residual(levels), 1.0, 0.15) << levels;
   }
 }
 

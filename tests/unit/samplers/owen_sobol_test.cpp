@@ -150,12 +150,13 @@ uint32_t naive_order_of_8(uint32_t bits) {
 TEST(OwenSobol, OrdersKeepAlignedBlocksTogether) {
   for (int o = 0; o < kOrders; ++o) {
     for (uint32_t bit = 0; bit < 32; ++bit) {
-      ASSERT_EQ(ordered(1u << bit, Order(o)) >> bit, 1u) << "order " << o;
+      ASSERT_EQ(apply_order(1u << bit, Order(o)) >> bit, 1u) << "order " << o;
     }
     for (uint32_t k = 0; k < 1000; ++k) {
       const uint32_t i = random_word(k), j = random_word(k + 1000);
-      ASSERT_EQ(ordered(i ^ j, Order(o)), ordered(i, Order(o)) ^ ordered(j, Order(o)));
-      ASSERT_EQ((ordered_8(Order(o)) >> (4 * (i & 7u))) & 15u, ordered(i & 7u, Order(o)));
+      ASSERT_EQ(apply_order(i ^ j, Order(o)), apply_order(i, Order(o)) ^ apply_order(j, Order(o)));
+      ASSERT_EQ((apply_order_to_8(Order(o)) >> (4 * (i & 7u))) & 15u,
+                apply_order(i & 7u, Order(o)));
     }
   }
 }
@@ -165,7 +166,7 @@ TEST(OwenSobol, OrdersKeepAlignedBlocksTogether) {
 template <typename A, typename B>
 double coupling(Order x, Order y, uint32_t m, const A& a, const B& b) {
   double sum = 0;
-  for (uint32_t i = 0; i < 1u << m; ++i) sum += a(ordered(i, x)) * b(ordered(i, y));
+  for (uint32_t i = 0; i < 1u << m; ++i) sum += a(apply_order(i, x)) * b(apply_order(i, y));
   return sum / (a(0) * b(0));
 }
 

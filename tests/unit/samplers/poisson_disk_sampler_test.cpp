@@ -29,7 +29,7 @@ double torus_distance(const Point& a, const Point& b) {
 }
 
 // The minimum distance of n points: a fraction of the hexagonal lattice's, less rounding.
-double promised(uint32_t n) {
+double min_distance(uint32_t n) {
   return kPoissonDiskRadius * std::sqrt(2.0 / std::sqrt(3.0) / n) - 1e-6;
 }
 
@@ -56,7 +56,7 @@ TEST(PoissonDiskSampler, EveryPrefixKeepsItsDistance) {
         double least = 1;
         for (uint32_t i = 1; i < kTableSize; ++i) {
           for (uint32_t j = 0; j < i; ++j) least = std::min(least, torus_distance(p[i], p[j]));
-          ASSERT_GE(least, promised(i + 1))
+          ASSERT_GE(least, min_distance(i + 1))
               << "of the first " << i + 1 << ", " << where("poisson_disk", pixel, slot, i);
         }
       }

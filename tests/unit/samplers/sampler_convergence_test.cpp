@@ -70,9 +70,9 @@ class NestedShuffleOnly final : public Sampler {
 };
 
 // Most of the time goes into the largest count, which a short run leaves out, here and below.
-constexpr uint32_t kFewToMany[] = {16, 64, 256};
+constexpr uint32_t kSampleCounts[] = {16, 64, 256};
 std::span<const uint32_t> sample_counts() {
-  return std::span(kFewToMany).first(test::long_or_short(3u, 2u));
+  return std::span(kSampleCounts).first(test::long_or_short(3u, 2u));
 }
 
 TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {

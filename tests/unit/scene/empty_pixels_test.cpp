@@ -50,7 +50,7 @@ struct Traced {
   Camera camera;
   Traced(const SceneBuilderForTests& builder, const CameraDescription& view)
       : scene(builder.build()),
-        camera(view, kWidth, kHeight, scene->origin(), scene->scale(), scene->farthest()) {}
+        camera(view, kWidth, kHeight, scene->origin(), scene->scale(), scene->max_origin()) {}
   explicit Traced(const View& view) : Traced(view.builder, view.camera) {}
   std::shared_ptr<const EmptyPixels> empty(float reach) const {
     return EmptyPixels::find(*scene, camera, kWidth, kHeight, reach);
@@ -62,7 +62,7 @@ struct Traced {
 };
 
 // Rays of a pixel that hit something: through its filter's corners, and `count` random ones.
-int meetings(const Traced& traced, int x, int y, float reach, int count, std::mt19937& random) {
+int count_hits(const Traced& traced, int x, int y, float reach, int count, std::mt19937& random) {
   int found = 0;
   const auto look = [&](float dx, float dy) {
     found += traced.meets(float(x) + 0.5f + dx * reach, float(y) + 0.5f + dy * reach);
@@ -84,9 +84,9 @@ void expect_right(const View& view, float reach, const std::string& name) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       if (empty->contains(x, y)) {
-        EXPECT_EQ(meetings(traced, x, y, reach, 20, random), 0) << name << ": " << x << ", " << y;
+        EXPECT_EQ(count_hits(traced, x, y, reach, 20, random), 0) << name << ": " << x << ", " << y;
         ++found;
-      } else if (meetings(traced, x, y, reach + 1, 20, random) == 0) {
+      } else if (count_hits(traced, x, y, reach + 1, 20, random) == 0) {
         ++missed;
       }
     }
@@ -131,7 +131,7 @@ TEST(EmptyPixels, TrianglesNextToAndBehindTheCamera) {
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         if (!empty->contains(x, y)) continue;
-        EXPECT_EQ(meetings(traced, x, y, 0.5f, 4, random), 0) << round << ": " << x << ", " << y;
+        EXPECT_EQ(count_hits(traced, x, y, 0.5f, 4, random), 0) << round << ": " << x << ", " << y;
       }
     }
   }
@@ -152,7 +152,7 @@ TEST(EmptyPixels, AFilterWiderThanTheFrame) {
       builder.place(builder.add_mesh(std::move(mesh)));
       const auto scene = builder.build();
       const Camera camera(perspective(Vec3d(0.0), Vec3d(0, 0, -1), 90), size, size, scene->origin(),
-                          scene->scale(), scene->farthest());
+                          scene->scale(), scene->max_origin());
       const auto empty = EmptyPixels::find(*scene, camera, size, size, reach);
       const auto meets = [&](double film) {
         SurfaceHit hit;

@@ -31,14 +31,14 @@ struct World {
       instance.mesh = uint32_t(meshes.size() - 1);
       instance.transformed = !placed.empty();
       if (instance.transformed) instance.to_internal = placed[k];
-      shines_.push_back(shines);
+      is_emissive_.push_back(shines);
     }
   }
 
   void light() {
     for (uint32_t i = 0; i < instances.size(); ++i) {
       const Mesh& mesh = meshes[instances[i].mesh];
-      for (uint32_t p = 0; shines_[i] && p < mesh.triangles.size(); ++p) {
+      for (uint32_t p = 0; is_emissive_[i] && p < mesh.triangles.size(); ++p) {
         const auto c = placed_corners(mesh, instances[i], p);
         EmissiveTriangle e;
         e.p0 = to_float(c[0]);
@@ -53,7 +53,7 @@ struct World {
   }
 
   FlushSurfaces search() const {
-    return find_flush_surfaces({meshes, instances, {}, emitters}, LoadProgress::unwatched());
+    return find_flush_surfaces({meshes, instances, {}, emitters}, LoadProgress::none());
   }
 
   // Reference: emitters with a point that lies in a surface, by testing all pairs.
@@ -105,7 +105,7 @@ struct World {
     return std::abs((x - b[0]).dot(n)) <= 2.0 * double(error) &&
            std::min(apart(a, b), apart(b, a)) <= double(error);
   }
-  std::vector<bool> shines_;
+  std::vector<bool> is_emissive_;
 };
 
 Affine placed(float scale, const Vec3f& at) {
@@ -173,7 +173,7 @@ std::vector<Vec3f> tiles(int n, float size) {
 double processor_seconds(const World& world) {
   const std::clock_t start = std::clock();
   world.search();
-  return double(std::clock() - start) / CLOCKS_PER_SEC / test::kSlower;
+  return double(std::clock() - start) / CLOCKS_PER_SEC / test::kSanitizerSlowdown;
 }
 
 // The far triangle's error is larger than all the small ones together; a single search radius would

@@ -47,7 +47,7 @@ TEST(Lens, RaysOfAPointOfTheFilmMeetInFocus) {
     const Vec3f middle = pinhole.ray({0, 0}).origin;
     std::mt19937 random(1);
     const auto number = [&] { return float(random()) * 0x1p-32f; };
-    double furthest = 0.0;
+    double max_distance = 0.0;
     for (int i = 0; i < 500; ++i) {
       const Vec2f film(number() * kWidth, number() * kHeight);
       const Vec2f lens(std::min(number(), 0x1.fffffep-1f), std::min(number(), 0x1.fffffep-1f));
@@ -56,11 +56,11 @@ TEST(Lens, RaysOfAPointOfTheFilmMeetInFocus) {
       EXPECT_NEAR(camera.axial_depth(ray.origin, 0), 0.0, 2e-6 * size) << "off the lens's plane";
       const double distance = Vec3d(ray.origin - middle).length();
       EXPECT_LE(distance, radius * 1.00001);
-      furthest = std::max(furthest, distance);
+      max_distance = std::max(max_distance, distance);
       const Vec3d sharp = at_depth(pinhole.ray(film), from, Vec3d(0.0), focus);
       EXPECT_LT((at_depth(ray, from, Vec3d(0.0), focus) - sharp).length(), 4e-6 * size);
     }
-    EXPECT_GT(furthest, 0.97 * radius);
+    EXPECT_GT(max_distance, 0.97 * radius);
   }
 }
 
@@ -137,7 +137,7 @@ std::unique_ptr<Scene> lamp_ahead(float depth, double size) {
 
 struct Blur {
   double energy = 0, x = 0, y = 0, variance = 0;  // per axis, in pixels
-  double furthest = 0;                            // from the centre, of a pixel with any light
+  double max_distance = 0;                        // from the centre, of a pixel with any light
 };
 
 Blur measure(const RenderedImage& image) {
@@ -151,7 +151,7 @@ Blur measure(const RenderedImage& image) {
       blur.x += value * dx;
       blur.y += value * dy;
       blur.variance += value * (dx * dx + dy * dy) / 2;
-      if (value > 0) blur.furthest = std::max(blur.furthest, std::hypot(dx, dy));
+      if (value > 0) blur.max_distance = std::max(blur.max_distance, std::hypot(dx, dy));
     }
   }
   blur.x /= blur.energy;
@@ -199,8 +199,8 @@ TEST(Lens, CirclesOfConfusionHaveTheirSize) {
       EXPECT_NEAR(blur.variance, variance, scatter * variance + 0.02);
       EXPECT_NEAR(blur.x, 0.0, scatter * std::sqrt(variance));
       EXPECT_NEAR(blur.y, 0.0, scatter * std::sqrt(variance));
-      EXPECT_LT(blur.furthest, confusion / 2 + lamp * 0.71 + 0.71);
-      EXPECT_GT(blur.furthest, confusion / 2 + lamp / 2 - 1.0);
+      EXPECT_LT(blur.max_distance, confusion / 2 + lamp * 0.71 + 0.71);
+      EXPECT_GT(blur.max_distance, confusion / 2 + lamp / 2 - 1.0);
     }
   }
 }

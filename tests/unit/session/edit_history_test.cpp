@@ -77,13 +77,13 @@ TEST(EditHistory, UnchangedEditsAddNoStep) {
 
 TEST(EditHistory, ForgetsTheOldestSteps) {
   EditHistory history;
-  for (size_t i = 1; i <= EditHistory::kMostSteps + 10; ++i) history.record(rotated(float(i)));
+  for (size_t i = 1; i <= EditHistory::kMaxSteps + 10; ++i) history.record(rotated(float(i)));
   size_t undone = 0;
   while (history.can_undo()) {
     history.undo();
     ++undone;
   }
-  EXPECT_EQ(undone, EditHistory::kMostSteps - 1);
+  EXPECT_EQ(undone, EditHistory::kMaxSteps - 1);
   EXPECT_EQ(history.current(), rotated(11));
 }
 

@@ -12,7 +12,7 @@ using test::SessionOwner;
 
 class SessionBucketTest : public SessionFixture {
  protected:
-  static bool same_pixels(const ShownPicture& a, const ShownPicture& b, const Rect& rect) {
+  static bool same_pixels(const SessionPicture& a, const SessionPicture& b, const Rect& rect) {
     for (int y = rect.y0; y < rect.y1; ++y) {
       const size_t first = 4 * size_t(y * a.width + rect.x0);
       const size_t count = 4 * size_t(rect.width());
@@ -30,7 +30,7 @@ TEST_F(SessionBucketTest, BucketsReplaceAFirstPictureOneByOne) {
   view.region = Rect{20, 10, 40, 30};
   owner.session.set_settings(view);
   std::vector<std::string> drivers;
-  std::shared_ptr<const ShownPicture> first;
+  std::shared_ptr<const SessionPicture> first;
   size_t outlined = 0, partial = 0;
   uint64_t serial = 0;
   ASSERT_TRUE(owner.wait(120, [&] {

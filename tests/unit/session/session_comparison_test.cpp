@@ -11,7 +11,8 @@ using test::SessionOwner;
 
 class SessionComparisonTest : public SessionFixture {
  protected:
-  static std::vector<uint8_t> graded(const ShownPicture& picture, const DisplaySettings& display) {
+  static std::vector<uint8_t> graded(const SessionPicture& picture,
+                                     const DisplaySettings& display) {
     std::vector<uint8_t> expected(picture.rgba.size());
     Grading(display).grade(picture.rgba, picture.width, expected);
     return expected;
@@ -23,29 +24,29 @@ TEST_F(SessionComparisonTest, FollowsTheDisplayWithTheLightItWasKeptWith) {
   RenderSession& session = owner.session;
   owner.open(scene("cornell_box"));
   ASSERT_TRUE(finishes(owner));
-  EXPECT_EQ(session.compared(), nullptr);
+  EXPECT_EQ(session.graded_comparison(), nullptr);
   const auto kept = session.picture();
   const std::vector<uint8_t> as_kept = kept->rgba8;
   session.compare_with(kept);
-  ASSERT_TRUE(owner.wait(30, [&] { return session.compared() != nullptr; }));
-  EXPECT_EQ(session.compared()->rgba8, as_kept);
+  ASSERT_TRUE(owner.wait(30, [&] { return session.graded_comparison() != nullptr; }));
+  EXPECT_EQ(session.graded_comparison()->rgba8, as_kept);
   // With other lights and another display.
   session.set_edits(some_edits());
   ASSERT_TRUE(finishes(owner));
   ViewSettings view = session.settings();
   view.display.exposure = 1.5f;
   view.display.view = "ACES";
-  const auto before = session.compared();
+  const auto before = session.graded_comparison();
   session.set_settings(view);
-  ASSERT_TRUE(owner.wait(30, [&] { return session.compared() != before; }));
-  expect_same_bits(session.compared()->rgba, kept->rgba, "its light");
-  EXPECT_NE(session.compared()->rgba8, as_kept);
-  EXPECT_EQ(session.compared()->rgba8, graded(*kept, view.display));
-  EXPECT_EQ(session.compared()->edit, kept->edit);
+  ASSERT_TRUE(owner.wait(30, [&] { return session.graded_comparison() != before; }));
+  expect_same_bits(session.graded_comparison()->rgba, kept->rgba, "its light");
+  EXPECT_NE(session.graded_comparison()->rgba8, as_kept);
+  EXPECT_EQ(session.graded_comparison()->rgba8, graded(*kept, view.display));
+  EXPECT_EQ(session.graded_comparison()->edit, kept->edit);
   EXPECT_NE(session.picture()->rgba, kept->rgba);
   EXPECT_EQ(kept->rgba8, as_kept) << "a picture that is handed on does not change";
   session.compare_with(nullptr);
-  EXPECT_EQ(session.compared(), nullptr);
+  EXPECT_EQ(session.graded_comparison(), nullptr);
 }
 
 TEST_F(SessionComparisonTest, NewerComparisonReplacesTheOlder) {
@@ -61,8 +62,8 @@ TEST_F(SessionComparisonTest, NewerComparisonReplacesTheOlder) {
     session.compare_with(first);
     session.compare_with(second);
   }
-  ASSERT_TRUE(owner.wait(30, [&] { return session.compared() != nullptr; }));
-  expect_same_bits(session.compared()->rgba, second->rgba, "the newest");
+  ASSERT_TRUE(owner.wait(30, [&] { return session.graded_comparison() != nullptr; }));
+  expect_same_bits(session.graded_comparison()->rgba, second->rgba, "the newest");
 }
 
 // Colours of a heatmap are not graded.
@@ -77,8 +78,8 @@ TEST_F(SessionComparisonTest, OverlayIsNotGraded) {
   session.compare_with(kept);
   view.display.exposure = 3.0f;
   session.set_settings(view);
-  ASSERT_TRUE(owner.wait(30, [&] { return session.compared() != nullptr; }));
-  EXPECT_EQ(session.compared()->rgba8, kept->rgba8);
+  ASSERT_TRUE(owner.wait(30, [&] { return session.graded_comparison() != nullptr; }));
+  EXPECT_EQ(session.graded_comparison()->rgba8, kept->rgba8);
 }
 
 }  // namespace

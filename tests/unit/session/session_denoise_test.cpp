@@ -60,7 +60,7 @@ TEST_F(SessionDenoiseTest, FromTheFirstPictureOn) {
   view.render.height = 480;
   SessionOwner owner(view);
   owner.session.open(scene("cornell_box"));
-  std::shared_ptr<const ShownPicture> first;
+  std::shared_ptr<const SessionPicture> first;
   ASSERT_TRUE(owner.wait(120, [&] {
     owner.session.load_status();
     first = owner.session.picture();
@@ -84,7 +84,7 @@ TEST_F(SessionDenoiseTest, SwitchingRendersNothingAgain) {
   session.set_settings(view);
   ASSERT_TRUE(owner.wait(30, [&] { return session.picture()->denoised.empty(); }));
   EXPECT_EQ(session.picture()->rgba8, graded(before->rgba));
-  view.denoise = view.raw_beside = true;
+  view.denoise = view.include_raw = true;
   session.set_settings(view);
   ASSERT_TRUE(owner.wait(30, [&] { return !session.picture()->raw8.empty(); }));
   EXPECT_EQ(session.picture()->raw8, graded(before->rgba));

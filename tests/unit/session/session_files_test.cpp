@@ -13,7 +13,7 @@ using test::SessionOwner;
 class SessionFilesTest : public SessionFixture {
  protected:
   // Expects a session to show, and save with all channels, the command's picture.
-  void expect_as_rendered(const ViewSettings& view, RenderOptions options) {
+  void expect_equals_render(const ViewSettings& view, RenderOptions options) {
     SessionOwner owner(view);
     owner.open(scene("cornell_box"));
     ASSERT_TRUE(finishes(owner));
@@ -32,7 +32,7 @@ TEST_F(SessionFilesTest, SavesThePictureWithItsChannels) {
   view.render.aovs = "variance,N,stop";
   RenderOptions options = view.render;
   options.driver = "bucket";
-  expect_as_rendered(view, options);
+  expect_equals_render(view, options);
 }
 
 // Saves the variance of adaptive frames, also with the bucket driver.
@@ -43,7 +43,7 @@ TEST_F(SessionFilesTest, SavesTheVarianceOfAdaptiveFrames) {
   for (ViewSettings& view : {std::ref(adaptive), std::ref(bucket)}) {
     SCOPED_TRACE(view.render.driver);
     view.render.aovs = "variance";
-    expect_as_rendered(view, view.render);
+    expect_equals_render(view, view.render);
   }
 }
 

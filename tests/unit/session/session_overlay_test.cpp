@@ -15,7 +15,7 @@ using test::SessionOwner;
 class SessionOverlayTest : public SessionFixture {
  protected:
   // Counts the pixels of a stop overlay by stop reason.
-  static std::array<size_t, 7> reasons_of(const ShownPicture& picture) {
+  static std::array<size_t, 7> reasons_of(const SessionPicture& picture) {
     std::array<size_t, 7> counts = {};
     for (size_t i = 0; i < picture.rgba8.size(); i += 4) {
       const auto found = std::ranges::find_if(stop_categories(), [&](const Category& category) {
@@ -59,7 +59,7 @@ TEST_F(SessionOverlayTest, ShowsFinishedPixelsWhileOthersContinue) {
     if (!picture || picture->serial == serial) return false;
     serial = picture->serial;
     const auto reasons = reasons_of(*picture);
-    const size_t going_on = count(reasons, PixelStop::kGoingOn);
+    const size_t going_on = count(reasons, PixelStop::kUnfinished);
     EXPECT_EQ(
         going_on + count(reasons, PixelStop::kThreshold) + count(reasons, PixelStop::kMaximum),
         kPixels);
@@ -105,12 +105,12 @@ TEST_F(SessionOverlayTest, PausedFrameShowsItsCurrentState) {
   view.overlay = ViewOverlay::kStop;
   SessionOwner owner(view);
   owner.open(scene("cornell_box"));
-  EXPECT_EQ(count(reasons_of(*owner.session.picture()), PixelStop::kGoingOn), kPixels);
+  EXPECT_EQ(count(reasons_of(*owner.session.picture()), PixelStop::kUnfinished), kPixels);
   const std::optional<PixelInspection> pixel = look(owner, 7, 9);
-  EXPECT_EQ(pixel->stop, PixelStop::kGoingOn);
+  EXPECT_EQ(pixel->stop, PixelStop::kUnfinished);
   owner.session.save_heatmap(path("stop.exr"), ViewOverlay::kStop).get();
   for (const float stop : read_float_image(path("stop.exr")).values) {
-    ASSERT_EQ(stop, float(PixelStop::kGoingOn));
+    ASSERT_EQ(stop, float(PixelStop::kUnfinished));
   }
   view.paused = false;
   owner.session.set_settings(view);
@@ -134,13 +134,13 @@ TEST_F(SessionOverlayTest, BisectionAndBucketsShowFinishedPixels) {
       const auto picture = owner.session.picture();
       if (!picture) return false;
       const auto reasons = reasons_of(*picture);
-      const size_t going_on = count(reasons, PixelStop::kGoingOn);
+      const size_t going_on = count(reasons, PixelStop::kUnfinished);
       EXPECT_EQ(going_on + count(reasons, PixelStop::kBudget), kPixels);
       mixed += going_on > 0 && going_on < kPixels;
       return picture->finished;
     })) << driver;
     EXPECT_GT(mixed, 0u) << driver;
-    EXPECT_EQ(count(reasons_of(*owner.session.picture()), PixelStop::kGoingOn), 0u) << driver;
+    EXPECT_EQ(count(reasons_of(*owner.session.picture()), PixelStop::kUnfinished), 0u) << driver;
   }
 }
 
@@ -154,7 +154,7 @@ TEST_F(SessionOverlayTest, TimeLimitIsTheReasonForStoppedPixels) {
     ASSERT_TRUE(finishes(owner));
     const auto reasons = reasons_of(*owner.session.picture());
     EXPECT_GT(count(reasons, PixelStop::kTimeLimit), 0u) << driver;
-    EXPECT_EQ(count(reasons, PixelStop::kGoingOn), 0u) << driver;
+    EXPECT_EQ(count(reasons, PixelStop::kUnfinished), 0u) << driver;
   }
 }
 

@@ -221,9 +221,9 @@ TEST(ViewCamera, DolliesInProportion) {
     near = dolly(near, 0.5);
     far = dolly(far, 2.0);
   }
-  EXPECT_EQ(near.distance, view.least_distance);
+  EXPECT_EQ(near.distance, view.min_distance);
   EXPECT_GT(near.distance, 0.0);
-  EXPECT_EQ(far.distance, view.most_distance);
+  EXPECT_EQ(far.distance, view.max_distance);
   EXPECT_TRUE(std::isfinite(far.eye().z));
 }
 
@@ -235,9 +235,9 @@ TEST(ViewCamera, FliesAlongThePicturesAxes) {
 
 TEST(ViewCamera, KeepsTheAngleInItsRange) {
   const ViewCamera view;
-  EXPECT_EQ(with_perspective(view, 1.0).fov_y, 1.0);
-  EXPECT_EQ(with_perspective(view, -1.0).fov_y, kLeastFov);
-  EXPECT_EQ(with_perspective(view, 10.0).fov_y, kMostFov);
+  EXPECT_EQ(to_perspective(view, 1.0).fov_y, 1.0);
+  EXPECT_EQ(to_perspective(view, -1.0).fov_y, kMinFov);
+  EXPECT_EQ(to_perspective(view, 10.0).fov_y, kMaxFov);
 }
 
 TEST_P(ViewCameraTest, ChangingTheProjectionKeepsTheOrbitCentre) {
@@ -248,18 +248,18 @@ TEST_P(ViewCameraTest, ChangingTheProjectionKeepsTheOrbitCentre) {
           view_of(of_kind(camera_at(GetParam().from * scale, GetParam().at * scale, GetParam().up),
                           kind, 0),
                   Vec3d(0.3, 0.1, -0.2) * scale, scale);
-      const ViewCamera flat = without_perspective(view);
+      const ViewCamera flat = to_orthographic(view);
       EXPECT_TRUE(camera_of(edit_of(flat)).orthographic);
       EXPECT_EQ(flat.eye(), view.eye());
       for (const double right : {-0.4, 0.0, 0.3}) {
         expect_near(point_at_pivot(flat, right, 0.2, scale),
                     point_at_pivot(view, right, 0.2, scale), 1e-4, "at the pivot");
       }
-      const ViewCamera back = with_perspective(flat, view.fov_y);
+      const ViewCamera back = to_perspective(flat, view.fov_y);
       EXPECT_FALSE(camera_of(edit_of(back)).orthographic);
       expect_near(back.eye() / scale, view.eye() / scale, 1e-12, "and back");
       // Enlarging without perspective brings the camera closer with perspective.
-      EXPECT_NEAR(with_perspective(dolly(flat, 0.5), view.fov_y).distance, 0.5 * view.distance,
+      EXPECT_NEAR(to_perspective(dolly(flat, 0.5), view.fov_y).distance, 0.5 * view.distance,
                   1e-12 * view.distance);
     }
   }
@@ -277,9 +277,9 @@ TEST(ViewCamera, AnOrthographicOneIsEnlargedInsteadOfComingNearer) {
     near = fly(dolly(near, 0.5), 0, 0, 0.1);
     far = dolly(far, 2.0);
   }
-  EXPECT_EQ(near.half_height, view.least_distance);
+  EXPECT_EQ(near.half_height, view.min_distance);
   EXPECT_GT(near.half_height, 0.0);
-  EXPECT_EQ(far.half_height, view.most_distance);
+  EXPECT_EQ(far.half_height, view.max_distance);
   EXPECT_EQ(far.eye(), view.eye());
   EXPECT_LT(fly(view, 0, 0, 1.0).half_height, 2.0);
   EXPECT_EQ(fly(view, 0, 0, 1.0).eye(), view.eye());
@@ -319,11 +319,11 @@ TEST(ViewCamera, AnEditSaysOneKind) {
   before.f_stop = 2.0;
   before.focus_distance = 3.0;
   before.fov_y_degrees = 30.0;
-  ViewCamera view = without_perspective(ViewCamera());
+  ViewCamera view = to_orthographic(ViewCamera());
   const CameraEdit flat = edit_of(view, before);
   EXPECT_FALSE(flat.f_stop || flat.focus_distance || flat.fov_y_degrees);
   EXPECT_EQ(flat.orthographic_height, view.frame_height());
-  const CameraEdit deep = edit_of(with_perspective(view, 0.5), flat);
+  const CameraEdit deep = edit_of(to_perspective(view, 0.5), flat);
   EXPECT_FALSE(deep.orthographic_height);
   EXPECT_DOUBLE_EQ(*deep.fov_y_degrees, 0.5 * 180 / kPiD);
   EXPECT_EQ(edit_of(ViewCamera(), before).f_stop, 2.0);

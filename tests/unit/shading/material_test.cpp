@@ -24,7 +24,7 @@ TEST(Material, DefaultIsTheOneOfGltf) {
   EXPECT_FALSE(m.needs_uv() || m.is_emissive() || m.has_normal_map() || m.unlit() ||
                m.double_sided() || m.has_alpha(true));
   MaterialPoint p = evaluated(m, SurfaceAttributes{}, .5f);
-  EXPECT_FALSE(m.has_layers() || m.needs_tangents() || m.passes_light());
+  EXPECT_FALSE(m.has_layers() || m.needs_tangents() || m.is_transmissive());
   EXPECT_EQ(p.bsdf.base_color, Rgb(1));
   EXPECT_EQ(p.bsdf.specular_color, Rgb(1));
   EXPECT_EQ(p.bsdf.metallic, 1);
@@ -290,7 +290,7 @@ TEST(Material, DispersionNeedsRefraction) {
   EXPECT_EQ(set[0].dispersion(), .36f);
   for (int i = 1; i < 5; ++i) EXPECT_EQ(set[i].dispersion(), 0) << i;
   // Diffusely transmitted light is absorbed in the interior, too.
-  EXPECT_TRUE(set[4].passes_light() && set[4].has_diffuse_transmission());
+  EXPECT_TRUE(set[4].is_transmissive() && set[4].has_diffuse_transmission());
   EXPECT_FALSE(set[4].has_transmission());
   EXPECT_NEAR(beer_transmittance(set[4].attenuation(), 1).x, .5f, 1e-6);
 }

@@ -220,7 +220,7 @@ TEST(Texture, TriangleMeanOfASliver) {
 }
 
 template <typename T>
-void expect_one_texel_is_found(TexelType type, T opaque, T nearly) {
+void expect_finds_texel(TexelType type, T opaque, T nearly) {
   for (const int channels : {1, 2, 3, 4}) {
     std::vector<T> texels(size_t(90 * 100 * channels), opaque);
     const auto is_opaque = [&] {
@@ -237,9 +237,9 @@ void expect_one_texel_is_found(TexelType type, T opaque, T nearly) {
 }
 
 TEST(Texture, OneTexelMakesItSeeThrough) {
-  expect_one_texel_is_found<uint8_t>(TexelType::kUint8, 255, 254);
-  expect_one_texel_is_found<uint16_t>(TexelType::kUint16, 65535, 65534);
-  expect_one_texel_is_found<float>(TexelType::kFloat, 1.0f, 0.999f);
+  expect_finds_texel<uint8_t>(TexelType::kUint8, 255, 254);
+  expect_finds_texel<uint16_t>(TexelType::kUint16, 65535, 65534);
+  expect_finds_texel<float>(TexelType::kFloat, 1.0f, 0.999f);
 }
 
 // The layout of the image in a memory-mapped file.
@@ -282,7 +282,7 @@ TEST(Texture, TilesAreReadAsRowsAre) {
          {WrapMode::kRepeat, WrapMode::kMirroredRepeat, WrapMode::kClampToEdge}) {
       const Texture rows(image, wrapped(wrap, wrap), false);
       const Texture tiles(in_tiles(*image), wrapped(wrap, wrap), false);
-      EXPECT_FALSE(rows.same_places(tiles));
+      EXPECT_FALSE(rows.same_parametrisation(tiles));
       for (uint32_t i = 0; i < 4000; ++i) {
         const Vec2f uv = {4.0f * to_unit_float(hash32(3 * i)) - 2.0f,
                           4.0f * to_unit_float(hash32(3 * i + 1)) - 2.0f};

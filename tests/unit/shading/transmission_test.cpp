@@ -301,7 +301,7 @@ TEST(Transmission, StraightThroughIsTheMeanOfItsSamples) {
       const BsdfSample s = bsdf.sample((float(k) + .5f) / kSteps, Vec2f(.4f));
       if (s.valid && s.delta && s.transmitted && p.thin_walled) mean += s.weight / float(kSteps);
     }
-    const Rgb straight = bsdf.straight_through();
+    const Rgb straight = bsdf.straight_transmittance();
     // A step of the grid is worth 1 / 20000 of a weight, which is at most 50 (kPickFloor).
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(straight[c], mean[c], 5e-3) << "TestRandom(16, " << i;
     EXPECT_TRUE((!rough && !solid && p.ior > 0) || straight == Rgb(0)) << i;

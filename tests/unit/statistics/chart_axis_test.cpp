@@ -49,7 +49,7 @@ TEST(ChartAxis, LinearBeginsAndEndsAtTicks) {
   EXPECT_DOUBLE_EQ(range.min(), 0.0);
   EXPECT_DOUBLE_EQ(range.max(), 1.0);
   EXPECT_EQ(labels(range), (Words{"0", "0.2", "0.4", "0.6", "0.8", "1.0"}));
-  EXPECT_DOUBLE_EQ(range.place(0.25), 0.25);
+  EXPECT_DOUBLE_EQ(range.position(0.25), 0.25);
 }
 
 TEST(ChartAxis, LogTicksArePowersOfTenAndTheirPartsWhereFew) {
@@ -67,10 +67,11 @@ TEST(ChartAxis, LogTicksArePowersOfTenAndTheirPartsWhereFew) {
 
 TEST(ChartAxis, LogPlacesFactorsEvenly) {
   const AxisRange range(AxisScale::kLog, std::vector{1.0, 10000.0});
-  EXPECT_NEAR(range.place(100) - range.place(10), range.place(10000) - range.place(1000), 1e-12);
-  EXPECT_NEAR(range.place(100), 0.5, 1e-12);
-  EXPECT_GT(range.place(1), 0.0);
-  EXPECT_LT(range.place(10000), 1.0);
+  EXPECT_NEAR(range.position(100) - range.position(10),
+              range.position(10000) - range.position(1000), 1e-12);
+  EXPECT_NEAR(range.position(100), 0.5, 1e-12);
+  EXPECT_GT(range.position(1), 0.0);
+  EXPECT_LT(range.position(10000), 1.0);
 }
 
 TEST(ChartAxis, RejectsInvalidRanges) {
@@ -94,8 +95,8 @@ TEST(ChartAxis, NoValuesAndOneValue) {
   EXPECT_LT(none_log.max(), 20);
   for (const double v : {0.0, 5.0, -3.0, 1e-30, 1e90}) {
     const AxisRange range(AxisScale::kLinear, std::vector{v});
-    EXPECT_GE(range.place(v), 0.0) << v;
-    EXPECT_LE(range.place(v), 1.0) << v;
+    EXPECT_GE(range.position(v), 0.0) << v;
+    EXPECT_LE(range.position(v), 1.0) << v;
     EXPECT_GE(range.ticks().size(), 2u) << v;
   }
   const AxisRange zero(AxisScale::kLinear, std::vector{4.0}, true);
@@ -125,8 +126,8 @@ TEST(ChartAxis, TicksOfRandomRanges) {
     EXPECT_LE(labelled.size(), size_t(std::max(wanted, 3)) + 2) << a << " " << b << " " << wanted;
     for (size_t t = 1; t < labelled.size(); ++t) EXPECT_NE(labelled[t], labelled[t - 1]);
     for (const double v : {a, b}) {
-      EXPECT_GE(range.place(v), -1e-9);
-      EXPECT_LE(range.place(v), 1 + 1e-9);
+      EXPECT_GE(range.position(v), -1e-9);
+      EXPECT_LE(range.position(v), 1 + 1e-9);
     }
   }
 }

@@ -117,7 +117,7 @@ TEST(ColourMap, LightnessRisesInAllButTurbo) {
 TEST(ColourMap, NoValueIsLikeNoValueOfTheMap) {
   for (const ColourMapEntry& entry : colour_map_table()) {
     for (int i = 0; i <= 255; ++i) {
-      ASSERT_GT(least_difference(entry.no_value, colour_of(entry.map, i / 255.0)), 20.0)
+      ASSERT_GT(min_difference(entry.no_value, colour_of(entry.map, i / 255.0)), 20.0)
           << entry.name << " at " << i << " of 255";
     }
     EXPECT_EQ(colour_of(entry.map, NAN), entry.no_value);

@@ -20,7 +20,7 @@ TEST(HeatmapQuantity, EachUsesChannelsOfItsAov) {
     AovSet aovs;
     if (quantity.aov) aovs.insert(*quantity.aov);
     EXPECT_EQ(QuantityPlane::missing_channel(quantity, film_channel_names(aovs)).empty(),
-              !quantity.of_denoised)
+              !quantity.needs_denoised)
         << quantity.name;
     if (quantity.aov) {
       EXPECT_NE(QuantityPlane::missing_channel(quantity, film_channel_names({})), "");

@@ -386,7 +386,7 @@ TEST(CategoryMap, ReasonsAreDistinguishable) {
     for (size_t j = 0; j < i; ++j) {
       EXPECT_GT(std::abs(lightness(all[i].colour) - lightness(all[j].colour)), 6.0)
           << all[i].name << " and " << all[j].name;
-      EXPECT_GT(least_difference(all[i].colour, all[j].colour), 15.0)
+      EXPECT_GT(min_difference(all[i].colour, all[j].colour), 15.0)
           << all[i].name << " and " << all[j].name;
     }
   }

@@ -76,7 +76,7 @@ TEST(HtmlPage, TextStaysTextEverywhere) {
   page.table({odd, {{odd}, {odd, true}}, {{PageCell(odd), PageCell(odd, PageCell::Tone::kBad)}}});
   page.figures(
       std::vector<PageFigure>{{picture_markup(bytes_of("x"), "image/png", 1, 1, odd), odd}});
-  const ReadMarkup read = read_markup(page.finish());
+  const ParsedMarkup read = read_markup(page.finish());
   ASSERT_EQ(read.fault, "");
   EXPECT_EQ(read.count("script"), 0u);
   size_t found = 0;
@@ -97,7 +97,7 @@ TEST(HtmlPage, NeedsNoOtherFiles) {
   page.figures(
       std::vector<PageFigure>{{picture_markup(bytes_of("x"), "image/png", 7, 5, "", true), ""}});
   const std::string html = page.finish();
-  const ReadMarkup read = read_markup(html);
+  const ParsedMarkup read = read_markup(html);
   EXPECT_EQ(read.fault, "");
   for (const Element& element : read.elements) {
     EXPECT_TRUE(element.name != "script" && element.name != "link") << element.name;
@@ -117,7 +117,7 @@ TEST(HtmlPage, NeedsNoOtherFiles) {
 TEST(HtmlPage, TablesFillShortRowsAndLeaveOutAnEmptyHead) {
   HtmlPage page("t");
   page.table({"", {{""}, {"", true}, {""}}, {{"a"}, {"b", "1", "2"}}});
-  const ReadMarkup read = read_markup(page.finish());
+  const ParsedMarkup read = read_markup(page.finish());
   EXPECT_EQ(read.fault, "");
   EXPECT_EQ(read.count("thead"), 0u);
   EXPECT_EQ(read.count("td"), 4u);

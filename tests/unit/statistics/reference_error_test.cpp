@@ -62,7 +62,7 @@ TEST(ReferenceError, ProductsOfTwoHalvesAreFreeOfTheReferencesNoise) {
 TEST(ReferenceError, TheTruthHasHardlyAnyErrorOnTheDisplay) {
   const ReferencePicture halves(picture(1, 0.02), picture(2, 0.02));
   StudyReference reference;
-  halves.describe(&reference);
+  halves.set_noise(&reference);
   const StudyError error = halves.measure(picture(3, 0));
   // The products' mean has a deviation of twice the noise over sqrt(9216).
   EXPECT_NEAR(error.display_mse, 0, 0.15 * reference.noise_display_mse);
@@ -73,7 +73,7 @@ TEST(ReferenceError, TheTruthHasHardlyAnyErrorOnTheDisplay) {
 TEST(ReferenceError, NoiseIsThatOfTheMean) {
   const ReferencePicture halves(picture(1, 0.3), picture(2, 0.3));
   StudyReference reference;
-  halves.describe(&reference);
+  halves.set_noise(&reference);
   // A half's variance is 0.03, the mean's 0.015. The estimate from 9216 values has a relative
   // deviation of about sqrt((k - 1) / n) < 2 %.
   EXPECT_NEAR(reference.noise_mse, 0.015, 5 * 0.02 * 0.015);
@@ -82,7 +82,7 @@ TEST(ReferenceError, NoiseIsThatOfTheMean) {
   EXPECT_EQ(reference.rel_mse_epsilon, halves.epsilon());
   const double sum = 3 * kWidth * kHeight * 0.8;
   EXPECT_NEAR(reference.noise_bias, std::sqrt(3 * 0.015 * 3 * kWidth * kHeight) / sum, 2e-4);
-  ReferencePicture(picture(1, 0.3)).describe(&reference);
+  ReferencePicture(picture(1, 0.3)).set_noise(&reference);
   EXPECT_EQ(reference.noise_mse, 0);
 }
 

@@ -21,8 +21,8 @@ LineChart chart_of(std::vector<ChartPoint> points, AxisScale scale = AxisScale::
   return {"title", {"x", scale}, {"y", scale}, {{"series", std::move(points)}}};
 }
 
-ReadMarkup well_formed(const Markup& svg) {
-  ReadMarkup read = read_markup(svg.html);
+ParsedMarkup well_formed(const Markup& svg) {
+  ParsedMarkup read = read_markup(svg.html);
   EXPECT_EQ(read.fault, "") << svg.html;
   for (const Element& element : read.elements) {
     for (const auto& [name, value] : element.attributes) {
@@ -35,7 +35,7 @@ ReadMarkup well_formed(const Markup& svg) {
 }
 
 using Place = std::pair<double, double>;
-std::vector<Place> polyline(const ReadMarkup& read, size_t index = 0) {
+std::vector<Place> polyline(const ParsedMarkup& read, size_t index = 0) {
   std::vector<Place> places;
   for (const Element& element : read.elements) {
     if (element.name != "polyline" || index-- > 0) continue;

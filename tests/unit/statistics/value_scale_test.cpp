@@ -18,9 +18,9 @@ Plane row(std::vector<float> values) {
   return plane;
 }
 
-std::string labels(const ValueScale& scale, int most, double factor = 1) {
+std::string labels(const ValueScale& scale, int max, double factor = 1) {
   std::string text;
-  for (const AxisTick& tick : scale.ticks(most, factor)) text += tick.label + " ";
+  for (const AxisTick& tick : scale.ticks(max, factor)) text += tick.label + " ";
   return text;
 }
 
@@ -28,7 +28,7 @@ TEST(PlaneStatistics, IgnoreNonFiniteValues) {
   const PlaneStatistics s = plane_statistics(row({3, kNan, 0, -1, kInf, -kInf, 6}));
   EXPECT_EQ(s.values, 4u);
   EXPECT_EQ(s.no_value, 3u);
-  EXPECT_EQ(s.not_zero, 3u);
+  EXPECT_EQ(s.nonzero, 3u);
   EXPECT_EQ(s.minimum, -1);
   EXPECT_EQ(s.mean, 2);
   EXPECT_EQ(s.maximum, 6);
@@ -50,25 +50,25 @@ TEST(AutomaticRange, LeavesOutTheGreatestTwoPercent) {
   for (size_t i = 0; i < 1000; ++i) values[2 * i] = float(i + 1);
   for (size_t i = 0; i < 50; ++i) values[2 * i] = kInf;  // 950 non-zero values: 51 to 1000
   const ValueRange range = automatic_range(row(values), false);
-  EXPECT_EQ(range.least, 0);
-  EXPECT_EQ(range.most, 981);
-  EXPECT_EQ(automatic_range(row(values), false, 0.5).most, 525);
-  EXPECT_EQ(automatic_range(row({1, 2, 3}), false).most, 3);
+  EXPECT_EQ(range.min, 0);
+  EXPECT_EQ(range.max, 981);
+  EXPECT_EQ(automatic_range(row(values), false, 0.5).max, 525);
+  EXPECT_EQ(automatic_range(row({1, 2, 3}), false).max, 3);
 }
 
 TEST(AutomaticRange, FewNonzeroPixels) {
   std::vector<float> values(10000, 0.0f);
   values[77] = 3;
-  EXPECT_EQ(automatic_range(row(values), false).most, 3);
+  EXPECT_EQ(automatic_range(row(values), false).max, 3);
 }
 
 TEST(AutomaticRange, NegativeValues) {
   const ValueRange mixed = automatic_range(row({-4, 0, 2}), false);
-  EXPECT_EQ(mixed.least, -4);
-  EXPECT_EQ(mixed.most, 2);
+  EXPECT_EQ(mixed.min, -4);
+  EXPECT_EQ(mixed.max, 2);
   const ValueRange negative = automatic_range(row({-4, -4, 0}), false);
-  EXPECT_EQ(negative.least, -4);
-  EXPECT_EQ(negative.most, 0);
+  EXPECT_EQ(negative.min, -4);
+  EXPECT_EQ(negative.max, 0);
 }
 
 TEST(AutomaticRange, AConstantIsInTheMiddle) {
@@ -82,18 +82,18 @@ TEST(AutomaticRange, AConstantIsInTheMiddle) {
 
 TEST(AutomaticRange, LogarithmicIsAlwaysAboveZero) {
   const ValueRange range = automatic_range(row({0, -1, 0.5f, 8, kNan}), true);
-  EXPECT_EQ(range.least, 0.5);
-  EXPECT_EQ(range.most, 8);
+  EXPECT_EQ(range.min, 0.5);
+  EXPECT_EQ(range.max, 8);
   std::vector<float> values(1000, 10.0f);
   for (size_t i = 0; i < 5; ++i) values[i] = 1e-9f;  // half a per cent of outliers
   values[999] = 20;
-  EXPECT_EQ(automatic_range(row(values), true).least, double(1e-9f));
+  EXPECT_EQ(automatic_range(row(values), true).min, double(1e-9f));
   values[4] = 10;
-  EXPECT_EQ(automatic_range(row(values), true).least, 10);
+  EXPECT_EQ(automatic_range(row(values), true).min, 10);
   for (const Plane& plane : {row({0, 0}), row({-1, 0}), row({kNan}), row({5, 0}), row({-2})}) {
     const ValueRange any = automatic_range(plane, true);
-    EXPECT_GT(any.least, 0);
-    EXPECT_LT(any.least, any.most);
+    EXPECT_GT(any.min, 0);
+    EXPECT_LT(any.min, any.max);
   }
 }
 
@@ -132,13 +132,13 @@ TEST(ValueScale, LogarithmicTicksAreDecadesWithStepsBetweenFewOfThem) {
 // For any range: inside it, ascending, no more than requested, and at least one.
 TEST(ValueScale, TicksOfAnyRange) {
   for (const bool logarithmic : {false, true}) {
-    for (const double least : {1e-30, 1e-6, 0.37, 1.0, 123.4, 9.99e8}) {
+    for (const double min : {1e-30, 1e-6, 0.37, 1.0, 123.4, 9.99e8}) {
       for (const double factor : {1.0001, 1.5, 3.0, 10.0, 12345.0, 1e12}) {
-        const ValueScale scale({least, least * factor}, logarithmic);
-        for (const int most : {2, 3, 7, 40}) {
-          const std::vector<AxisTick> ticks = scale.ticks(most);
-          EXPECT_LE(ticks.size(), size_t(most)) << least << " x " << factor;
-          EXPECT_GE(ticks.size(), 1u) << least << " x " << factor << ", " << most;
+        const ValueScale scale({min, min * factor}, logarithmic);
+        for (const int max : {2, 3, 7, 40}) {
+          const std::vector<AxisTick> ticks = scale.ticks(max);
+          EXPECT_LE(ticks.size(), size_t(max)) << min << " x " << factor;
+          EXPECT_GE(ticks.size(), 1u) << min << " x " << factor << ", " << max;
           for (size_t i = 0; i < ticks.size(); ++i) {
             EXPECT_GE(scale.position(ticks[i].value), -1e-6);
             EXPECT_LE(scale.position(ticks[i].value), 1 + 1e-6);
@@ -166,13 +166,13 @@ TEST(NumberText, FourDigits) {
 }
 
 TEST(ToldUnit, SecondsBySize) {
-  EXPECT_EQ(told_unit("s", 2).name, "s");
-  EXPECT_EQ(told_unit("s", 0.5).name, "ms");
-  EXPECT_EQ(told_unit("s", 0.5).factor, 1e3);
-  EXPECT_EQ(told_unit("s", 2e-5).name, "µs");
-  EXPECT_EQ(told_unit("s", 2e-8).name, "ns");
-  EXPECT_EQ(told_unit("s", 0).name, "s");
-  EXPECT_EQ(told_unit("", 1e-5).factor, 1);
+  EXPECT_EQ(display_unit("s", 2).name, "s");
+  EXPECT_EQ(display_unit("s", 0.5).name, "ms");
+  EXPECT_EQ(display_unit("s", 0.5).factor, 1e3);
+  EXPECT_EQ(display_unit("s", 2e-5).name, "µs");
+  EXPECT_EQ(display_unit("s", 2e-8).name, "ns");
+  EXPECT_EQ(display_unit("s", 0).name, "s");
+  EXPECT_EQ(display_unit("", 1e-5).factor, 1);
 }
 
 }  // namespace

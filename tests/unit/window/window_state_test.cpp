@@ -80,7 +80,7 @@ TEST_F(WindowStateTest, RecentScenesAreNewestFirstEachOnceAndFew) {
   WindowState state;
   for (int i = 0; i < 20; ++i) state.remember_scene("/s/" + std::to_string(i) + ".glb");
   state.remember_scene("/s/15.glb");
-  EXPECT_EQ(state.recent_scenes.size(), WindowState::kMostRecent);
+  EXPECT_EQ(state.recent_scenes.size(), WindowState::kMaxRecent);
   EXPECT_EQ(state.recent_scenes[0], "/s/15.glb");
   EXPECT_EQ(state.recent_scenes[1], "/s/19.glb");
 }

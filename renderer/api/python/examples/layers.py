@@ -15,14 +15,14 @@ import emberline
 
 def mask_of(picture, layer, identity):
     """The coverage of each pixel by the id, summed over all ranks."""
-    share = np.zeros(picture["A"].shape, np.float32)
+    coverage = np.zeros(picture["A"].shape, np.float32)
     for name in picture.layers:
         if not name.startswith(layer):
             continue
         ranks = np.ascontiguousarray(picture[name])
         for rank in range(0, ranks.shape[-1], 2):
-            share += np.where(ranks[..., rank].view(np.uint32) == identity, ranks[..., rank + 1], 0)
-    return share
+            coverage += np.where(ranks[..., rank].view(np.uint32) == identity, ranks[..., rank + 1], 0)
+    return coverage
 
 
 def main():

@@ -34,16 +34,16 @@ def main():
         scene.edit({"lights": [lamp(scene, name, on=name in lamps) for name in options.lamps]})
         return emberline.render(scene)["RGB"]
 
-    rest = lit_by()  # light that is not named
-    alone = [lit_by(name) - rest for name in options.lamps]
-    mixed = rest + sum(weight * picture for weight, picture in zip(options.weights, alone))
+    unnamed_light = lit_by()  # light that is not named
+    lamp_pictures = [lit_by(name) - unnamed_light for name in options.lamps]
+    mixed = unnamed_light + sum(weight * picture for weight, picture in zip(options.weights, lamp_pictures))
     emberline.write(options.output, mixed)
 
     scene.edit({"lights": [lamp(scene, n, intensity=w) for n, w in zip(options.lamps, options.weights)]})
     rendered = emberline.render(scene)
     errors = emberline.compare(mixed, rendered)
-    everything = rest.mean() + sum(picture.mean() for picture in alone)
-    shares = (f"{name} {100 * picture.mean() / everything:.0f} %" for name, picture in zip(options.lamps, alone))
+    everything = unnamed_light.mean() + sum(picture.mean() for picture in lamp_pictures)
+    shares = (f"{name} {100 * picture.mean() / everything:.0f} %" for name, picture in zip(options.lamps, lamp_pictures))
     print("share of the light:", ", ".join(shares))
     print(f"mixed against rendered: PSNR {errors.psnr:.1f} dB, signed bias {100 * errors.signed_bias:+.2f} %")
 

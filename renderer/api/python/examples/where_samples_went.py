@@ -19,9 +19,9 @@ COLOURS = np.array([[0.1, 0.1, 0.5], [0.0, 0.7, 0.9], [0.2, 0.7, 0.2], [1.0, 0.9
 def false_colours(values):
     """Maps positive values to uint8 R G B on a logarithmic scale."""
     log = np.log2(np.maximum(values, 1))
-    place = (log - log.min()) / max(np.ptp(log), 1e-6) * (len(COLOURS) - 1)
+    position = (log - log.min()) / max(np.ptp(log), 1e-6) * (len(COLOURS) - 1)
     steps = np.arange(len(COLOURS))
-    colours = np.stack([np.interp(place, steps, COLOURS[:, c]) for c in range(3)], axis=-1)
+    colours = np.stack([np.interp(position, steps, COLOURS[:, c]) for c in range(3)], axis=-1)
     return np.rint(255 * colours).astype(np.uint8)
 
 
@@ -48,8 +48,8 @@ def main():
     print()
     samples = picture["samples"]
     emberline.write(options.output, false_colours(samples))
-    most = np.sort(samples, axis=None)[::-1]
-    tenth = most[: max(1, most.size // 10)].sum() / most.sum()
+    sorted_samples = np.sort(samples, axis=None)[::-1]
+    tenth = sorted_samples[: max(1, sorted_samples.size // 10)].sum() / sorted_samples.sum()
     print(f"{samples.min():.0f} to {samples.max():.0f} samples a pixel; a tenth of the pixels got {100 * tenth:.0f} %")
 
     # A single pixel's error and estimate are both noisy, so blocks of 8 x 8 pixels are compared.

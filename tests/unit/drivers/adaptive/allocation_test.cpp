@@ -29,7 +29,7 @@ struct Problem {
 
 std::vector<float> solve(const Problem& p) {
   std::vector<float> counts;
-  share_samples(p.rates, p.bounds, p.total, &counts);
+  allocate_samples(p.rates, p.bounds, p.total, &counts);
   return counts;
 }
 
@@ -40,7 +40,8 @@ double sum_of(const std::vector<float>& values) {
 double sum_at(const Problem& p, double k) {
   double sum = 0;
   for (size_t i = 0; i < p.rates.size(); ++i) {
-    sum += std::clamp(k * double(p.rates[i]), double(p.bounds[i].least), double(p.bounds[i].most));
+    sum += std::clamp(k * double(p.rates[i]), double(p.bounds[i].minimum),
+                      double(p.bounds[i].maximum));
   }
   return sum;
 }
@@ -51,8 +52,8 @@ double exact_k(const Problem& p) {
   std::vector<double> ends = {0.0};
   for (size_t i = 0; i < p.rates.size(); ++i) {
     if (p.rates[i] <= 0.0f) continue;
-    ends.push_back(double(p.bounds[i].least) / double(p.rates[i]));
-    ends.push_back(double(p.bounds[i].most) / double(p.rates[i]));
+    ends.push_back(double(p.bounds[i].minimum) / double(p.rates[i]));
+    ends.push_back(double(p.bounds[i].maximum) / double(p.rates[i]));
   }
   std::ranges::sort(ends);
   for (size_t e = 1; e < ends.size(); ++e) {
@@ -69,19 +70,19 @@ double exact_k(const Problem& p) {
 Problem random_problem(uint64_t seed, size_t pixels, double decades) {
   TestRandom random(seed, 0);
   Problem p;
-  double least = 0, most = 0;
+  double minimum = 0, maximum = 0;
   for (size_t i = 0; i < pixels; ++i) {
     const bool zero = random.next() < 0.125f;
     p.rates.push_back(zero ? 0.0f : float(std::pow(10.0, decades * (random.next_double() - 0.5))));
     SampleBounds b;
-    b.least = std::floor(64.0f * random.next() * random.next());
-    b.most = random.next() < 0.2f ? b.least : b.least + std::floor(1000.0f * random.next());
+    b.minimum = std::floor(64.0f * random.next() * random.next());
+    b.maximum = random.next() < 0.2f ? b.minimum : b.minimum + std::floor(1000.0f * random.next());
     p.bounds.push_back(b);
-    least += double(b.least);
+    minimum += double(b.minimum);
     // A pixel of rate zero stays at its minimum.
-    most += double(zero ? b.least : b.most);
+    maximum += double(zero ? b.minimum : b.maximum);
   }
-  p.total = least + (0.02 + 0.96 * random.next_double()) * (most - least);
+  p.total = minimum + (0.02 + 0.96 * random.next_double()) * (maximum - minimum);
   return p;
 }
 
@@ -94,8 +95,8 @@ TEST(ShareSamples, IsTheExactOptimum) {
     const double k = exact_k(p);
     EXPECT_NEAR(sum_of(counts), p.total, 1e-3 * p.total);
     for (size_t i = 0; i < pixels; ++i) {
-      const double exact =
-          std::clamp(k * double(p.rates[i]), double(p.bounds[i].least), double(p.bounds[i].most));
+      const double exact = std::clamp(k * double(p.rates[i]), double(p.bounds[i].minimum),
+                                      double(p.bounds[i].maximum));
       // The bisection's own tolerance: a thousandth of the sum may lie in few pixels.
       ASSERT_NEAR(double(counts[i]), exact, 2e-3 * exact + 1e-5) << "pixel " << i;
     }
@@ -112,8 +113,8 @@ TEST(ShareSamples, NoSampleIsBetterElsewhere) {
     for (size_t i = 0; i < counts.size(); ++i) {
       if (p.rates[i] == 0.0f) continue;
       const double gain = double(p.rates[i]) / double(counts[i]);
-      if (counts[i] > p.bounds[i].least) least_giver = std::min(least_giver, gain);
-      if (counts[i] < p.bounds[i].most) best_taker = std::max(best_taker, gain);
+      if (counts[i] > p.bounds[i].minimum) least_giver = std::min(least_giver, gain);
+      if (counts[i] < p.bounds[i].maximum) best_taker = std::max(best_taker, gain);
     }
     EXPECT_LE(best_taker, least_giver * 1.001) << "replay with random_problem(" << seed << ")";
   }
@@ -131,8 +132,8 @@ TEST(ShareSamples, PerturbationsRaiseTheError) {
     for (int trial = 0; trial < 2000; ++trial) {
       const size_t i = random.bits() % counts.size(), j = random.bits() % counts.size();
       if (i == j) continue;
-      const double room =
-          std::min(double(counts[i] - p.bounds[i].least), double(p.bounds[j].most - counts[j]));
+      const double room = std::min(double(counts[i] - p.bounds[i].minimum),
+                                   double(p.bounds[j].maximum - counts[j]));
       const double moved = room * random.next_double();
       const double before = error(i, double(counts[i])) + error(j, double(counts[j]));
       const double after =
@@ -169,13 +170,13 @@ TEST(ShareSamples, AllAtTheirMostOrLeast) {
   for (const double total : {1e12, std::numeric_limits<double>::infinity()}) {
     p.total = total;
     const std::vector<float> counts = solve(p);
-    for (size_t i = 0; i < counts.size(); ++i) ASSERT_EQ(counts[i], p.bounds[i].most);
+    for (size_t i = 0; i < counts.size(); ++i) ASSERT_EQ(counts[i], p.bounds[i].maximum);
   }
   for (const double total : {0.0, -1e12}) {
     p.total = total;
     const std::vector<float> counts = solve(p);
     for (size_t i = 0; i < counts.size(); ++i) {
-      ASSERT_NEAR(counts[i], p.bounds[i].least, 0.01f) << "least " << p.bounds[i].least;
+      ASSERT_NEAR(counts[i], p.bounds[i].minimum, 0.01f) << "least " << p.bounds[i].minimum;
     }
   }
 }
@@ -202,8 +203,8 @@ TEST(ShareSamples, HugeRangesOfRates) {
       const std::vector<float> counts = solve(p);
       EXPECT_NEAR(sum_of(counts), p.total, 1e-3 * p.total);
       for (size_t i = 0; i < counts.size(); ++i) {
-        ASSERT_GE(counts[i], p.bounds[i].least);
-        ASSERT_LE(counts[i], p.bounds[i].most);
+        ASSERT_GE(counts[i], p.bounds[i].minimum);
+        ASSERT_LE(counts[i], p.bounds[i].maximum);
       }
     }
   }
@@ -212,7 +213,7 @@ TEST(ShareSamples, HugeRangesOfRates) {
 // Rates scale with a frame's light; the shares do not.
 TEST(ShareSamples, AFactorOfAllRatesChangesNothing) {
   Problem p = random_problem(3100, 777, 6.0);
-  for (const auto share : {&share_samples, &share_steps}) {
+  for (const auto share : {&allocate_samples, &allocate_steps}) {
     std::vector<float> reference, counts;
     share(p.rates, p.bounds, p.total, &reference);
     for (int exponent = -20; exponent <= 20; ++exponent) {
@@ -228,7 +229,7 @@ TEST(ShareSamples, AFactorOfAllRatesChangesNothing) {
 
 // A pixel with a NaN rate gets its minimum, and the others get the rest.
 TEST(ShareSamples, NonFiniteRates) {
-  for (const auto share : {&share_samples, &share_steps}) {
+  for (const auto share : {&allocate_samples, &allocate_steps}) {
     for (const float rate : {std::nanf(""), -std::nanf("")}) {
       const std::vector<float> rates = {1.0f, rate, 3.0f, rate};
       const std::vector<SampleBounds> bounds(4, {8, 4096});
@@ -301,11 +302,11 @@ TEST(ShareSteps, CountsArePowersOfTwoAndHalfAgainWithinTheTotal) {
   for (uint64_t seed = 1; seed <= 20; ++seed) {
     const Problem p = doublings(seed, 40.0 * double(seed));
     std::vector<float> counts;
-    share_steps(p.rates, p.bounds, p.total, &counts);
+    allocate_steps(p.rates, p.bounds, p.total, &counts);
     for (size_t i = 0; i < counts.size(); ++i) {
       ASSERT_TRUE(is_step(counts[i])) << counts[i];
-      ASSERT_GE(counts[i], p.bounds[i].least);
-      ASSERT_LE(counts[i], p.bounds[i].most);
+      ASSERT_GE(counts[i], p.bounds[i].minimum);
+      ASSERT_LE(counts[i], p.bounds[i].maximum);
     }
     // One more step of the largest pixel is 65536 of 200000 to 4000000.
     EXPECT_LE(sum_of(counts), p.total);
@@ -320,14 +321,14 @@ TEST(ShareSteps, NoOtherStepsAreWorthMore) {
   for (uint64_t seed = 1; seed <= 20; ++seed) {
     const Problem p = doublings(seed, 40.0 * double(seed));
     std::vector<float> counts;
-    share_steps(p.rates, p.bounds, p.total, &counts);
+    allocate_steps(p.rates, p.bounds, p.total, &counts);
     double least_taken = 1e30, most_left = 0;
     for (size_t i = 0; i < counts.size(); ++i) {
       const double n = double(counts[i]), worth = square(double(p.rates[i]) / n);
       const bool power = std::has_single_bit(uint32_t(counts[i]));
       const double before = power ? 3.0 / 4 : 2.0 / 3, after = power ? 3.0 / 2 : 4.0 / 3;
-      if (counts[i] > p.bounds[i].least) least_taken = std::min(least_taken, worth / before);
-      if (counts[i] < p.bounds[i].most) most_left = std::max(most_left, worth / after);
+      if (counts[i] > p.bounds[i].minimum) least_taken = std::min(least_taken, worth / before);
+      if (counts[i] < p.bounds[i].maximum) most_left = std::max(most_left, worth / after);
     }
     EXPECT_GT(least_taken, (1.62 * 1.62 / 3) / (1.3 * 1.3 / 1.5) * 0.999 * most_left) << seed;
   }
@@ -340,7 +341,7 @@ TEST(ShareSteps, NonFiniteRates) {
     const std::vector<float> rates = {1.0f, rate, 3.0f};
     const std::vector<SampleBounds> bounds(3, {8, 0x1p24f});
     std::vector<float> counts;
-    share_steps(rates, bounds, 1000.0, &counts);
+    allocate_steps(rates, bounds, 1000.0, &counts);
     for (const float count : counts) EXPECT_TRUE(count >= 8 && count <= 0x1p24f) << rate;
   }
 }
@@ -349,11 +350,11 @@ TEST(ShareSteps, BoundsThatSettleEverything) {
   const std::vector<float> rates = {1.0f, 0.0f, 3.0f};
   const std::vector<SampleBounds> bounds = {{8, 100}, {8, 100}, {32, 20}};
   std::vector<float> counts;
-  share_steps(rates, bounds, 0.0, &counts);
+  allocate_steps(rates, bounds, 0.0, &counts);
   EXPECT_EQ(counts, (std::vector<float>{8, 8, 32}));
-  share_steps(rates, bounds, 1e18, &counts);
+  allocate_steps(rates, bounds, 1e18, &counts);
   EXPECT_EQ(counts, (std::vector<float>{100, 8, 32}));
-  share_steps(std::vector<float>(3, 0.0f), bounds, 1e6, &counts);
+  allocate_steps(std::vector<float>(3, 0.0f), bounds, 1e6, &counts);
   EXPECT_EQ(counts, (std::vector<float>{8, 8, 32}));
 }
 

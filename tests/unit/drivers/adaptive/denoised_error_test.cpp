@@ -30,9 +30,9 @@ SyntheticFrame half_flat(uint64_t seed) {
 }
 
 // Samples of the right half relative to the left half.
-double share_of_the_rough(std::string_view estimator, ErrorMetric allocation) {
+double rough_half_samples(std::string_view estimator, ErrorMetric allocation) {
   SyntheticFrame frame = half_flat(5);
-  AdaptiveSettings settings = of_budget(256, allocation);
+  AdaptiveSettings settings = budget_settings(256, allocation);
   settings.estimator = estimator;
   RoundPlanner planner(settings, kWidth, kHeight, 7);
   frame.render(planner);
@@ -48,44 +48,44 @@ double share_of_the_rough(std::string_view estimator, ErrorMetric allocation) {
 TEST(DenoisedError, SamplesGoWhereNoFilterHelps) {
   for (const char* estimator : {"two-stream", "nested"}) {
     SCOPED_TRACE(estimator);
-    EXPECT_LT(share_of_the_rough(estimator, ErrorMetric::kDisplay), 1.25);
-    EXPECT_GT(share_of_the_rough(estimator, ErrorMetric::kDenoised), 1.75);
+    EXPECT_LT(rough_half_samples(estimator, ErrorMetric::kDisplay), 1.25);
+    EXPECT_GT(rough_half_samples(estimator, ErrorMetric::kDenoised), 1.75);
   }
 }
 
-struct Looked {
+struct FilteredFrame {
   SyntheticFrame frame = half_flat(6);
   DenoisedError denoised;
   ErrorMap map = {std::vector<float>(size_t(kWidth) * kHeight, 7.0f),
                   std::vector<float>(size_t(kWidth) * kHeight, 7.0f)};
 
-  void look(uint32_t samples, bool may_filter = true) {
-    frame.bring_to(std::vector<uint32_t>(size_t(kWidth) * kHeight, samples));
+  void update(uint32_t samples, bool may_filter = true) {
+    frame.add_samples_until(std::vector<uint32_t>(size_t(kWidth) * kHeight, samples));
     const std::vector<float> counts(size_t(kWidth) * kHeight, float(samples));
-    EXPECT_TRUE(denoised.look(frame.film(), counts, may_filter, &map, {}));
+    EXPECT_TRUE(denoised.update(frame.film(), counts, may_filter, &map, {}));
   }
 };
 
 TEST(DenoisedError, IsFilteredAtFourTimesTheSamplesAndFallsInBetween) {
-  Looked at;
-  at.look(8);
+  FilteredFrame at;
+  at.update(8);
   EXPECT_EQ(at.map.error[0], 7.0f) << "one of the streams has no sample yet";
-  at.look(16);
-  EXPECT_FALSE(at.denoised.stale());
+  at.update(16);
+  EXPECT_FALSE(at.denoised.is_stale());
   const std::vector<float> error = at.map.error, deviation = at.map.deviation;
   EXPECT_LT(error[0], 0.5f * error[kWidth - 1]);
-  at.look(32);
-  EXPECT_TRUE(at.denoised.stale());
+  at.update(32);
+  EXPECT_TRUE(at.denoised.is_stale());
   EXPECT_EQ(at.map.deviation, deviation);
   for (size_t i = 0; i < error.size(); ++i) {
     ASSERT_NEAR(error[i], 4 * deviation[i] / 16, 1e-6);
     ASSERT_NEAR(at.map.error[i], error[i] / std::sqrt(2.0f), 1e-6);
   }
-  at.look(64, false);
-  EXPECT_TRUE(at.denoised.stale());
+  at.update(64, false);
+  EXPECT_TRUE(at.denoised.is_stale());
   EXPECT_EQ(at.map.deviation, deviation);
-  at.look(64);
-  EXPECT_FALSE(at.denoised.stale());
+  at.update(64);
+  EXPECT_FALSE(at.denoised.is_stale());
   EXPECT_NE(at.map.deviation, deviation);
 }
 
@@ -93,8 +93,8 @@ TEST(DenoisedError, IsFilteredAtFourTimesTheSamplesAndFallsInBetween) {
 // rejected.
 TEST(DenoisedError, ComesBackFromAnArchive) {
   const size_t pixels = size_t(kWidth) * kHeight;
-  Looked at, back;
-  at.look(16);
+  FilteredFrame at, back;
+  at.update(16);
   std::vector<std::byte> bytes;
   Archive saving(bytes);
   at.denoised.archive(saving, pixels);
@@ -102,8 +102,8 @@ TEST(DenoisedError, ComesBackFromAnArchive) {
   Archive loading{std::span<const std::byte>(bytes)};
   back.denoised.archive(loading, pixels);
   loading.end();
-  for (Looked* one : {&at, &back}) one->look(48);
-  EXPECT_TRUE(back.denoised.stale());
+  for (FilteredFrame* one : {&at, &back}) one->update(48);
+  EXPECT_TRUE(back.denoised.is_stale());
   EXPECT_EQ(at.map.error, back.map.error);
   Archive other{std::span<const std::byte>(bytes)};
   DenoisedError small;
@@ -116,8 +116,8 @@ TEST(DenoisedError, TheSameForAnyThreads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
     tbb::task_arena arena(threads);
     arena.execute([&] {
-      Looked at;
-      at.look(16);
+      FilteredFrame at;
+      at.update(16);
       if (reference.empty()) reference = at.map.error;
       EXPECT_EQ(at.map.error, reference) << threads << " threads";
     });
@@ -134,7 +134,7 @@ TEST(DenoisedError, BudgetsHoldInAnyLight) {
         return x < kWidth / 2 ? SyntheticFrame::Sample{scale, 2}
                               : noisy(random, 0.5f * scale, 0.1f * scale);
       });
-      AdaptiveSettings settings = of_budget(64, ErrorMetric::kDenoised);
+      AdaptiveSettings settings = budget_settings(64, ErrorMetric::kDenoised);
       settings.estimator = estimator;
       RoundPlanner planner(settings, kWidth, kHeight, 7);
       frame.render(planner);
@@ -148,8 +148,8 @@ TEST(DenoisedError, BudgetsHoldInAnyLight) {
 
 // A cancelled filter leaves the map unchanged.
 TEST(DenoisedError, AStopIsHonoured) {
-  Looked at;
-  at.frame.bring_to(std::vector<uint32_t>(size_t(kWidth) * kHeight, 16));
+  FilteredFrame at;
+  at.frame.add_samples_until(std::vector<uint32_t>(size_t(kWidth) * kHeight, 16));
   const std::vector<float> counts(size_t(kWidth) * kHeight, 16.0f);
   std::stop_source stop;
   stop.request_stop();

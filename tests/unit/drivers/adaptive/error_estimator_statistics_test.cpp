@@ -218,7 +218,7 @@ struct Loss {
   double bias, tolerance;  // signed, of the mean; five standard errors
 };
 
-Loss light_lost(VarianceRule rule, uint32_t batch, const Light& light, uint64_t seed) {
+Loss measure_loss(VarianceRule rule, uint32_t batch, const Light& light, uint64_t seed) {
   const uint64_t runs = test::long_or_short(40000u, 10000u);
   double sum = 0, squares = 0;
   for (uint64_t i = 0; i < runs; ++i) {
@@ -234,7 +234,7 @@ Loss light_lost(VarianceRule rule, uint32_t batch, const Light& light, uint64_t 
 void expect_losses(VarianceRule rule, uint32_t batch, uint64_t seed, const double (&expected)[4]) {
   constexpr double kKnown = 0.006;
   for (size_t i = 0; i < 4; ++i) {
-    const Loss loss = light_lost(rule, batch, kLights[i], seed + i);
+    const Loss loss = measure_loss(rule, batch, kLights[i], seed + i);
     EXPECT_NEAR(loss.bias, expected[i], loss.tolerance + kKnown)
         << kLights[i].name << ", seed " << seed + i;
   }
@@ -246,7 +246,7 @@ TEST(SelfStopping, ChiSquareLosesRareLight) {
   };
   expect_losses(rule, kChiSquareBatch, 500, {-0.43, -0.80, -0.32, -0.002});
   // Most of it is lost by the first test: eight samples without light, .9^8 of the pixels.
-  EXPECT_LT(light_lost(rule, 8, kLights[0], 500).bias, -std::pow(0.9, 8) + 0.02);
+  EXPECT_LT(measure_loss(rule, 8, kLights[0], 500).bias, -std::pow(0.9, 8) + 0.02);
 }
 
 // The interval of 1.96 standard errors: the rule's half width relative to that for many samples.

@@ -59,7 +59,7 @@ TEST(ErrorWeight, DisplayIsTheSquaredSlope) {
           (test::srgb(mean + deviation) - test::srgb(mean - deviation)) / (2 * deviation);
       // Two values known to 1e-6 over the step.
       EXPECT_NEAR(std::sqrt(display_error_weight(float(mean), float(deviation))),
-                  std::max(slope, double(kLeastDisplaySlope)), 1e-6 / deviation)
+                  std::max(slope, double(kMinDisplaySlope)), 1e-6 / deviation)
           << mean << " +- " << deviation;
     }
   }
@@ -68,7 +68,7 @@ TEST(ErrorWeight, DisplayIsTheSquaredSlope) {
 }
 
 TEST(ErrorWeight, ClippedWhiteCountsLittleButCounts) {
-  const float floor = kLeastDisplaySlope * kLeastDisplaySlope;
+  const float floor = kMinDisplaySlope * kMinDisplaySlope;
   const auto weight = [](float mean, float deviation) {
     return display_error_weight(mean, deviation);
   };

@@ -49,7 +49,7 @@ struct Chosen {
   std::vector<bool> pixels;
   int upper = 0, all = 0;
 };
-Chosen chosen_of_a_constant(uint32_t seed) {
+Chosen choose_for_constant(uint32_t seed) {
   FilmTile film(AovSet{}, {.squares = true, .rays = true});
   film.reset({0, 0, kSize, kSize});
   RoundPlanner planner({.estimator = "painter-sloan", .budget = 64}, kSize, kSize, seed);
@@ -74,7 +74,7 @@ Chosen chosen_of_a_constant(uint32_t seed) {
 }
 
 TEST(RoundPlanner, EqualErrorsAreServedAllOverTheWindow) {
-  const Chosen one = chosen_of_a_constant(1), other = chosen_of_a_constant(2);
+  const Chosen one = choose_for_constant(1), other = choose_for_constant(2);
   constexpr int kWindowPixels = kSize * kSize;
   EXPECT_EQ(one.all, kWindowPixels / 2);
   // Half of the chosen in each half: a standard deviation of 8, five of them (6e-7).
@@ -83,7 +83,7 @@ TEST(RoundPlanner, EqualErrorsAreServedAllOverTheWindow) {
   int both = 0;
   for (size_t i = 0; i < size_t(kWindowPixels); ++i) both += one.pixels[i] && other.pixels[i];
   EXPECT_NEAR(both, kWindowPixels / 4, 40);
-  EXPECT_EQ(one.pixels, chosen_of_a_constant(1).pixels);
+  EXPECT_EQ(one.pixels, choose_for_constant(1).pixels);
 }
 
 }  // namespace

@@ -31,12 +31,12 @@ TEST(RoundPlanner, StartsWithThePilot) {
     return planner.targets()[0];
   };
   // An eighth of the budget, 4 to 16.
-  EXPECT_EQ(pilot(of_budget(1)), 1u);
-  EXPECT_EQ(pilot(of_budget(5)), 5u);
-  EXPECT_EQ(pilot(of_budget(16)), 8u);
-  EXPECT_EQ(pilot(of_budget(64)), 8u);
-  EXPECT_EQ(pilot(of_budget(4096)), 16u);
-  AdaptiveSettings s = of_budget(0);
+  EXPECT_EQ(pilot(budget_settings(1)), 1u);
+  EXPECT_EQ(pilot(budget_settings(5)), 5u);
+  EXPECT_EQ(pilot(budget_settings(16)), 8u);
+  EXPECT_EQ(pilot(budget_settings(64)), 8u);
+  EXPECT_EQ(pilot(budget_settings(4096)), 16u);
+  AdaptiveSettings s = budget_settings(0);
   s.threshold = 0.01f;
   EXPECT_EQ(pilot(s), 16u);
   s.max_samples = 5;
@@ -46,7 +46,7 @@ TEST(RoundPlanner, StartsWithThePilot) {
   EXPECT_EQ(pilot(s), 33u);
   for (const EstimatorEntry& entry : estimator_table()) {
     if (entry.batch == 0) continue;
-    AdaptiveSettings historical = of_budget(64);
+    AdaptiveSettings historical = budget_settings(64);
     historical.estimator = entry.name;
     EXPECT_EQ(pilot(historical), entry.first_samples) << entry.name;
   }
@@ -58,7 +58,7 @@ TEST(RoundPlanner, AConstantImageSpendsEvenly) {
     for (const NamedValue<ErrorMetric>& metric : error_metric_table()) {
       SCOPED_TRACE(std::to_string(value) + ", " + std::string(metric.name));
       SyntheticFrame frame(64, 40, 1, [&](int, int, TestRandom&) { return Sample{value, 1}; });
-      RoundPlanner planner(of_budget(32, metric.value), 64, 40, 7);
+      RoundPlanner planner(budget_settings(32, metric.value), 64, 40, 7);
       frame.render(planner);
       const auto [least, most] = std::ranges::minmax_element(frame.counts());
       EXPECT_LE(*most - *least, 16u);
@@ -72,7 +72,7 @@ TEST(RoundPlanner, AConstantImageSpendsEvenly) {
 
 TEST(RoundPlanner, EvenNoiseSpendsAlmostEvenly) {
   SyntheticFrame frame = even_noise(64, 64, 2);
-  RoundPlanner planner(of_budget(64), 64, 64, 7);
+  RoundPlanner planner(budget_settings(64), 64, 64, 7);
   frame.render(planner);
   double squares = 0;
   for (const uint32_t n : frame.counts()) squares += double(n) * n;
@@ -89,7 +89,7 @@ TEST(RoundPlanner, ALoneNoisyDiscGetsTenTimesTheMeanDensity) {
       SyntheticFrame frame(64, 64, seed, [](int x, int y, TestRandom& random) {
         return std::hypot(x - 31.5, y - 20.5) <= 3.0 ? noisy(random, 2.0f, 1.0f) : Sample{0.1f, 2};
       });
-      RoundPlanner planner(of_budget(budget), 64, 64, uint32_t(seed));
+      RoundPlanner planner(budget_settings(budget), 64, 64, uint32_t(seed));
       frame.render(planner);
       double disc = 0, pixels = 0;
       for (int y = 0; y < 64; ++y) {
@@ -116,7 +116,7 @@ TEST(RoundPlanner, BudgetsAreMet) {
         const float deviation = 0.3f * float(x) / 192.0f;
         return random.next() < 1e-3f * float(y) ? Sample{20.0f, 9} : noisy(random, 0.5f, deviation);
       });
-      RoundPlanner planner(of_budget(budget, metric.value), 192, 108, 11);
+      RoundPlanner planner(budget_settings(budget, metric.value), 192, 108, 11);
       int rounds = 0;
       frame.render(planner, [&] { ++rounds; });
       // Random rounding to multiples of 8 and 16, over 20736 pixels, gives .06 at four deviations.
@@ -133,7 +133,7 @@ TEST(RoundPlanner, GrowthIsBounded) {
   SyntheticFrame frame(48, 48, 3, [](int x, int, TestRandom& random) {
     return noisy(random, 1.0f, x == 24 ? 1.0f : 0.001f);
   });
-  RoundPlanner planner(of_budget(64), 48, 48, 5);
+  RoundPlanner planner(budget_settings(64), 48, 48, 5);
   frame.render(planner, [&] {
     for (size_t i = 0; i < frame.counts().size(); ++i) {
       const double have = std::max(4u, frame.counts()[i]);
@@ -152,7 +152,7 @@ TEST(RoundPlanner, MostSamplesAreNeverExceeded) {
         SyntheticFrame frame(32, 32, 4, [](int x, int, TestRandom& random) {
           return noisy(random, 1.0f, x < 3 ? 1.0f : 0.01f);
         });
-        AdaptiveSettings s = of_budget(budget);
+        AdaptiveSettings s = budget_settings(budget);
         s.estimator = entry.name;
         s.max_samples = most;
         RoundPlanner planner(s, 32, 32, 5);
@@ -175,7 +175,7 @@ TEST(RoundPlanner, LeastAndMostAlikeIsUniform) {
   for (const EstimatorEntry& entry : estimator_table()) {
     for (const uint32_t n : {1u, 3u, 16u, 37u}) {
       SyntheticFrame frame = even_noise(16, 16, 5);
-      AdaptiveSettings s = of_budget(n);
+      AdaptiveSettings s = budget_settings(n);
       s.estimator = entry.name;
       s.min_samples = s.max_samples = n;
       RoundPlanner planner(s, 16, 16, 5);
@@ -188,7 +188,7 @@ TEST(RoundPlanner, LeastAndMostAlikeIsUniform) {
 // A tenth of every round goes everywhere, so that overlooked light is found.
 TEST(RoundPlanner, PixelsThatSeemFinishedGetTheirShare) {
   // 16 of the pilot and a tenth of the remaining 240.
-  EXPECT_NEAR(samples_beside_noise(of_budget(256)), 16 + 24, 4);
+  EXPECT_NEAR(noiseless_samples(budget_settings(256)), 16 + 24, 4);
 }
 
 TEST(RoundPlanner, AThresholdEndsPixelsAndNoneAboveItEnds) {
@@ -225,7 +225,7 @@ TEST(RoundPlanner, AThresholdEndsPixelsAndNoneAboveItEnds) {
 TEST(RoundPlanner, AThresholdIsMetAndNotMuchMore) {
   AdaptiveSettings s;
   s.threshold = 0.005f;
-  const double spent = spent_over_needed(s);
+  const double spent = spent_to_needed_ratio(s);
   EXPECT_GT(spent, 0.9);
   EXPECT_LT(spent, 1.5);
 }
@@ -240,24 +240,25 @@ TEST(RoundPlanner, ReportsFinishedPixelsWhileOthersContinue) {
   s.threshold = 0.01f;
   s.max_samples = 200;
   RoundPlanner planner(s, 48, 32, 5);
-  ASSERT_EQ(planner.stop_so_far(0, planner.targets()[0]), PixelStop::kGoingOn) << "not looked at";
+  ASSERT_EQ(planner.current_stop(0, planner.targets()[0]), PixelStop::kUnfinished)
+      << "not looked at";
   size_t mixed = 0;
   frame.render(planner, [&] {
     size_t going_on = 0;
     for (size_t i = 0; i < frame.counts().size(); ++i) {
       const uint32_t have = frame.counts()[i];
-      const PixelStop stop = planner.stop_so_far(i, have);
+      const PixelStop stop = planner.current_stop(i, have);
       const bool good = planner.errors().error[i] <= s.threshold;
       ASSERT_EQ(stop, good          ? PixelStop::kThreshold
                       : have == 200 ? PixelStop::kMaximum
-                                    : PixelStop::kGoingOn);
-      going_on += stop == PixelStop::kGoingOn;
+                                    : PixelStop::kUnfinished);
+      going_on += stop == PixelStop::kUnfinished;
     }
     mixed += going_on > 0 && going_on < frame.counts().size();
   });
   EXPECT_GT(mixed, 0u);
   for (size_t i = 0; i < frame.counts().size(); ++i) {
-    ASSERT_EQ(planner.stop_so_far(i, frame.counts()[i]), planner.stop_of(i)) << i;
+    ASSERT_EQ(planner.current_stop(i, frame.counts()[i]), planner.stop_of(i)) << i;
   }
 }
 
@@ -296,7 +297,7 @@ TEST(RoundPlanner, NoPixelIsFinishedBelowItsLeast) {
 
 // n ~ 1 / sqrt(cost). The camera ray costs .17 and every further ray 1 (pixel_statistics.cpp).
 TEST(RoundPlanner, DearSamplesAreFewer) {
-  const double ratio = counts_at_a_seventh_of_the_cost(of_budget(400));
+  const double ratio = sample_ratio_by_cost(budget_settings(400));
   // The ratio is lower, since a pixel keeps the samples that it got when its deviation was
   // overestimated. With samples proportional to 1 / cost it would be 7.
   const double expected = std::sqrt(8.17 / 1.17);
@@ -305,7 +306,7 @@ TEST(RoundPlanner, DearSamplesAreFewer) {
 }
 
 TEST(RoundPlanner, TheSamplesFollowTheDeviation) {
-  const double ratio = counts_at_four_times_the_noise(of_budget(400));
+  const double ratio = sample_ratio_by_noise(budget_settings(400));
   EXPECT_GT(ratio, 0.8 * 4);  // for the reason above
   EXPECT_LT(ratio, 1.02 * 4);
 }
@@ -313,7 +314,7 @@ TEST(RoundPlanner, TheSamplesFollowTheDeviation) {
 // The gain is the reduction of a known variance: v / n before, v / m after.
 TEST(RoundPlanner, GainsAreTheVarianceThatGoes) {
   SyntheticFrame frame = even_noise(48, 48, 3);
-  RoundPlanner planner(of_budget(400), 48, 48, 5);
+  RoundPlanner planner(budget_settings(400), 48, 48, 5);
   std::vector<uint32_t> have(48 * 48, 100), targets(48 * 48, 400);
   targets[7] = 100;
   std::vector<float> gains;
@@ -334,7 +335,7 @@ TEST(RoundPlanner, UnbiasedSamplesEveryPixel) {
   SyntheticFrame frame(64, 64, 14, [](int x, int y, TestRandom& random) {
     return x == 5 && y == 5 ? noisy(random, 2.0f, 1.0f) : Sample{0.1f, 2};
   });
-  AdaptiveSettings s = of_budget(32);
+  AdaptiveSettings s = budget_settings(32);
   s.unbiased = true;
   RoundPlanner planner(s, 64, 64, 5);
   frame.render(planner, [&] {
@@ -364,11 +365,11 @@ TEST(RoundPlanner, TheSameForAnyThreads) {
           s.threshold = threshold;
           RoundPlanner planner(s, 150, 101, 5);
           std::vector<std::vector<uint32_t>> rounds;
-          const auto look = [&] {
+          const auto update = [&] {
             rounds.emplace_back(planner.targets().begin(), planner.targets().end());
           };
-          look();
-          frame.render(planner, look);
+          update();
+          frame.render(planner, update);
           if (reference.empty()) reference = rounds;
           EXPECT_GT(rounds.size(), 1u);
           EXPECT_EQ(rounds, reference) << entry.name << ", " << threads << " threads";
@@ -391,7 +392,7 @@ TEST(RoundPlanner, NonFiniteSamplesStopNothing) {
           const bool hit = x == 12 && y == 7 && random.next_double() < part;
           return hit ? Sample{bad, 2} : noisy(random, 0.4f, 0.1f);
         });
-        AdaptiveSettings s = of_budget(48, ErrorMetric::kDisplay);
+        AdaptiveSettings s = budget_settings(48, ErrorMetric::kDisplay);
         s.estimator = entry.name;
         RoundPlanner planner(s, 32, 32, 5);
         frame.render(planner);
@@ -412,7 +413,7 @@ TEST(RoundPlanner, BatchesGoToTheLargerErrors) {
     SyntheticFrame frame(32, 32, 17, [](int x, int, TestRandom& random) {
       return noisy(random, 0.4f, 0.01f * float(x));
     });
-    AdaptiveSettings s = of_budget(100);
+    AdaptiveSettings s = budget_settings(100);
     s.estimator = entry.name;
     RoundPlanner planner(s, 32, 32, 5);
     frame.render(planner, [&] {
@@ -432,7 +433,7 @@ TEST(RoundPlanner, BatchesGoToTheLargerErrors) {
 
 TEST(RoundPlanner, RecordsThePlansForAPixel) {
   SyntheticFrame frame = even_noise(16, 16, 18);
-  RoundPlanner planner(of_budget(64), 16, 16, 5);
+  RoundPlanner planner(budget_settings(64), 16, 16, 5);
   planner.record(37);
   std::vector<uint32_t> targets;
   frame.render(planner, [&] { targets.push_back(planner.targets()[37]); });

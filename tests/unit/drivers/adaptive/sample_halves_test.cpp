@@ -26,7 +26,7 @@ class Pixel {
     count_ += count;
     statistics_.count[0] = count_;
     for (auto& plane : statistics_.mean) plane[0] = float(sum_ / double(count_));
-    halves_.look(&statistics_);
+    halves_.update(&statistics_);
   }
   float difference() const { return statistics_.stream_difference[1][0]; }
   float second() const { return statistics_.second_count[0]; }
@@ -80,7 +80,7 @@ TEST(SampleHalves, HasNoPartBelowAStratifiedBlock) {
 TEST(SampleHalves, TheirDifferenceIsTheVarianceOfASample) {
   const std::vector<std::vector<float>> looks = {{8, 8},     {8, 24},      {16, 8},
                                                  {16, 8, 8}, {32, 16, 16}, {32, 32, 8}};
-  for (const SampleParts parts : {SampleParts::kPowersOfTwo, SampleParts::kEveryLook}) {
+  for (const SampleParts parts : {SampleParts::kPowersOfTwo, SampleParts::kEveryUpdate}) {
     for (size_t l = 0; l < looks.size(); ++l) {
       Moments variances;
       for (uint64_t seed = 0; seed < 20000; ++seed) {

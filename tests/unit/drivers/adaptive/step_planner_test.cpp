@@ -15,8 +15,8 @@ namespace {
 using namespace test;
 using Sample = SyntheticFrame::Sample;
 
-AdaptiveSettings nested_of_budget(uint32_t budget) {
-  AdaptiveSettings s = of_budget(budget);
+AdaptiveSettings nested_budget_settings(uint32_t budget) {
+  AdaptiveSettings s = budget_settings(budget);
   s.estimator = "nested";
   return s;
 }
@@ -27,14 +27,14 @@ TEST(RoundPlannerOfSteps, ThePilotComesInTwoHalves) {
     SyntheticFrame frame = even_noise(8, 8, 1);
     RoundPlanner planner(s, 8, 8, 1);
     const uint32_t first = planner.targets()[0];
-    frame.bring_to(planner.targets());
+    frame.add_samples_until(planner.targets());
     planner.plan(frame.film());
     return std::pair(first, std::ranges::min(planner.targets()));
   };
-  EXPECT_EQ(pilots(nested_of_budget(4096)), std::pair(8u, 16u));
-  EXPECT_EQ(pilots(nested_of_budget(64)).first, 8u);
-  EXPECT_EQ(pilots(nested_of_budget(5)).first, 5u);
-  AdaptiveSettings s = nested_of_budget(0);
+  EXPECT_EQ(pilots(nested_budget_settings(4096)), std::pair(8u, 16u));
+  EXPECT_EQ(pilots(nested_budget_settings(64)).first, 8u);
+  EXPECT_EQ(pilots(nested_budget_settings(5)).first, 5u);
+  AdaptiveSettings s = nested_budget_settings(0);
   s.threshold = 0.01f;
   EXPECT_EQ(pilots(s), std::pair(8u, 16u));
   s.min_samples = 64;
@@ -51,7 +51,7 @@ TEST(RoundPlannerOfSteps, WhereNothingIsToGainNothingIsLost) {
           noise ? even_noise(64, 64, 2) : SyntheticFrame(64, 64, 2, [](int, int, TestRandom&) {
             return Sample{0.5f, 2};
           });
-      RoundPlanner planner(nested_of_budget(budget), 64, 64, 7);
+      RoundPlanner planner(nested_budget_settings(budget), 64, 64, 7);
       frame.render(planner);
       double inverse = 0;
       for (const uint32_t n : frame.counts()) {
@@ -70,7 +70,7 @@ TEST(RoundPlannerOfSteps, NoRoundIsForCrumbs) {
   for (const uint32_t budget : {32u, 128u, 512u}) {
     for (const uint64_t seed : {2, 3, 4}) {
       SyntheticFrame frame = even_noise(64, 64, seed);
-      RoundPlanner planner(nested_of_budget(budget), 64, 64, 7);
+      RoundPlanner planner(nested_budget_settings(budget), 64, 64, 7);
       double least_left = budget;
       frame.render(planner,
                    [&] { least_left = std::min(least_left, budget - frame.mean_count()); });
@@ -83,7 +83,7 @@ TEST(RoundPlannerOfSteps, NoRoundIsForCrumbs) {
 TEST(RoundPlannerOfSteps, OtherBudgetsAreMixed) {
   for (const uint32_t budget : {20u, 48u, 100u}) {
     SyntheticFrame frame = even_noise(64, 64, 3);
-    RoundPlanner planner(nested_of_budget(budget), 64, 64, 7);
+    RoundPlanner planner(nested_budget_settings(budget), 64, 64, 7);
     frame.render(planner);
     EXPECT_NEAR(frame.mean_count(), budget, 0.02 * budget);
     EXPECT_LE(frame.mean_count(), budget + 0.1);
@@ -92,19 +92,19 @@ TEST(RoundPlannerOfSteps, OtherBudgetsAreMixed) {
 
 // The same uniform share as the default estimator's.
 TEST(RoundPlannerOfSteps, PixelsThatSeemFinishedGetTheirShare) {
-  EXPECT_NEAR(samples_beside_noise(nested_of_budget(256)), 16 + 24, 6);
+  EXPECT_NEAR(noiseless_samples(nested_budget_settings(256)), 16 + 24, 6);
 }
 
 // Counts rounded to steps spread the ratio of two deviations, 4, over 3 to 5.3.
 TEST(RoundPlannerOfSteps, TheSamplesFollowTheDeviation) {
-  const double ratio = counts_at_four_times_the_noise(nested_of_budget(400));
+  const double ratio = sample_ratio_by_noise(nested_budget_settings(400));
   EXPECT_GT(ratio, 2.9);
   EXPECT_LT(ratio, 5.4);
 }
 
 TEST(RoundPlannerOfSteps, DearSamplesAreFewer) {
   const double expected = std::sqrt(8.17 / 1.17);
-  const double ratio = counts_at_a_seventh_of_the_cost(nested_of_budget(400));
+  const double ratio = sample_ratio_by_cost(nested_budget_settings(400));
   EXPECT_GT(ratio, 0.75 * expected);
   EXPECT_LT(ratio, 1.1 * expected);
 }
@@ -113,7 +113,7 @@ TEST(RoundPlannerOfSteps, DearSamplesAreFewer) {
 // underestimates are not, so the mean is somewhat low.
 TEST(RoundPlannerOfSteps, TheVarianceIsSeen) {
   SyntheticFrame frame = even_noise(48, 48, 3);
-  RoundPlanner planner(nested_of_budget(400), 48, 48, 5);
+  RoundPlanner planner(nested_budget_settings(400), 48, 48, 5);
   frame.render(planner);
   double mean = 0;
   for (const float d : planner.errors().deviation) mean += double(d) * double(d) / (48 * 48);
@@ -126,7 +126,7 @@ TEST(RoundPlannerOfSteps, AThresholdIsMetAndNotMuchMore) {
   AdaptiveSettings s;
   s.estimator = "nested";
   s.threshold = 0.005f;
-  const double spent = spent_over_needed(s);
+  const double spent = spent_to_needed_ratio(s);
   EXPECT_GT(spent, 0.9);
   EXPECT_LT(spent, 1.6);
 }

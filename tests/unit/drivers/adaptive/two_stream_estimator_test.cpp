@@ -16,12 +16,12 @@
 namespace emberline::test {
 namespace {
 
-struct Judged {
+struct ErrorEstimate {
   double error = 0, deviation = 0;
 };
 
 // The header's definition in double: sums over the 5 x 5 pixels around (px, py).
-Judged judge(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
+ErrorEstimate estimate_error(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
   constexpr double kSigma = 1.2, kPrior = 0.1;
   double weight = 0, freedom = 0, streams = 0, mean[3] = {}, spread[3] = {}, difference[3] = {},
          seen[3] = {};
@@ -48,7 +48,7 @@ Judged judge(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
   }
   const size_t i = size_t(py) * size_t(p.width) + size_t(px);
   const double n = std::max(1.0, double(p.count[i]));
-  Judged sum;
+  ErrorEstimate sum;
   for (size_t c = 0; c < 3; ++c) {
     const double own = freedom > 0 ? spread[c] / freedom : 1.0;
     const double honest = streams > 0 ? difference[c] / streams : own;
@@ -99,7 +99,8 @@ TEST(TwoStreamEstimator, IsItsDefinition) {
       ErrorMap map;
       estimate_two_stream(pixels, {.allocation = metric}, &map);
       for (size_t i = 0; i < pixels.size(); ++i) {
-        const Judged expected = judge(pixels, metric, int(i) % width, int(i) / width);
+        const ErrorEstimate expected =
+            estimate_error(pixels, metric, int(i) % width, int(i) / width);
         // The kernel's constants have six digits; a slope is a difference over at least .002.
         ASSERT_NEAR(double(map.error[i]), expected.error, 3e-4 * expected.error) << i;
         ASSERT_NEAR(double(map.deviation[i]), expected.deviation, 3e-4 * expected.deviation) << i;

@@ -287,14 +287,14 @@ colorspaces:
     with(transform);
     expect_error<InputError>([] { DisplayTransform({}); }, says);
     expect_error<InputError>([] { display_names(); }, says);
-    EXPECT_TRUE(display_tables().empty());
+    EXPECT_TRUE(ocio_table_files().empty());
   }
   with(
       "!<GroupTransform> {children: [!<LookTransform> {src: lin, dst: lin, looks: +l}, "
       "!<ColorSpaceTransform> {src: lin, dst: raw}, !<FileTransform> {src: my.cube}]}");
   std::ofstream(path("my.cube")) << "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n";
   EXPECT_NO_THROW(DisplayTransform({}));
-  EXPECT_EQ(display_tables(), std::vector<std::string>{path("my.cube")});
+  EXPECT_EQ(ocio_table_files(), std::vector<std::string>{path("my.cube")});
 }
 
 // Words between stars are not aliases; an alias has an anchor of its name.

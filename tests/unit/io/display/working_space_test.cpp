@@ -39,9 +39,9 @@ TEST(WorkingSpace, MatricesAreTheAcademys) {
 
 TEST(WorkingSpace, IsKnownByItsChromaticities) {
   for (const auto& space : working_space_table()) {
-    EXPECT_EQ(space_of(chromaticities_of(space.value)), space.value);
+    EXPECT_EQ(working_space_of(chromaticities_of(space.value)), space.value);
   }
-  EXPECT_EQ(space_of({}), WorkingSpace::kRec709);
+  EXPECT_EQ(working_space_of({}), WorkingSpace::kRec709);
 }
 
 TEST(WorkingSpace, IsDisplayedAsItself) {

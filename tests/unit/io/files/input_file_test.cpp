@@ -48,7 +48,7 @@ TEST(InputFile, RefusesNonRegularFiles) {
   EXPECT_NE(message_of(folder / "none", "x").find("x: file not found: "), std::string::npos);
   ASSERT_EQ(::symlink((folder / "loop").c_str(), (folder / "loop").c_str()), 0);
   EXPECT_NE(message_of(folder / "loop", "x").find("x: cannot access the file"), std::string::npos);
-  EXPECT_FALSE(InputFile::open_if_there(folder / "none"));
+  EXPECT_FALSE(InputFile::try_open(folder / "none"));
 }
 
 TEST(InputFile, NoticesThatTheFileBecameShorter) {
@@ -78,14 +78,14 @@ TEST(InputFile, StateIsFromTheTimeOfOpening) {
   const NamedFile then = InputFile(folder / "a").named("it");
   EXPECT_EQ(then.name, "it");
   EXPECT_EQ(then.path, folder / "a");
-  ASSERT_TRUE(file_now(folder / "a"));
-  EXPECT_EQ(file_now(folder / "a")->state, then.state);
-  EXPECT_EQ(file_now(folder / "a")->identity, then.identity);
+  ASSERT_TRUE(stat_file(folder / "a"));
+  EXPECT_EQ(stat_file(folder / "a")->state, then.state);
+  EXPECT_EQ(stat_file(folder / "a")->identity, then.identity);
   const timespec other[2] = {{1, 2}, {3, 4}};
   ASSERT_EQ(::utimensat(AT_FDCWD, (folder / "a").c_str(), other, 0), 0);
-  EXPECT_EQ(file_now(folder / "a")->state, (FileState{1, 3'000'000'004}));
-  EXPECT_NE(file_now(folder / "a")->state, then.state);
-  EXPECT_FALSE(file_now(folder / "none"));
+  EXPECT_EQ(stat_file(folder / "a")->state, (FileState{1, 3'000'000'004}));
+  EXPECT_NE(stat_file(folder / "a")->state, then.state);
+  EXPECT_FALSE(stat_file(folder / "none"));
 }
 
 TEST(InputFile, KernelTextsHaveNoSize) {

@@ -56,7 +56,7 @@ class GltfChangesTest : public testing::Test {
   }
 
   static Rgb light_at(const PunctualLightDescription& light, float share) {
-    if (light.shown && !light.shown->at(share)) return Rgb(0.0f);
+    if (light.visibility && !light.visibility->at(share)) return Rgb(0.0f);
     return light.share ? light.intensity * light.share->at(share) : light.intensity;
   }
   // Compares with stills at many times, slightly off the key frames; `tolerance` is relative to the
@@ -75,7 +75,7 @@ class GltfChangesTest : public testing::Test {
       const float share = (float(i) + 0.517f) / 200;
       const SceneDescription still = load_at(gltf_, from + double(share) * (to - from));
       expect_near(light_at(light, share), light_at(still.lights.at(0), 0), light.intensity, share);
-      expect_near(material.emission_share ? material.emission * material.emission_share->at(share)
+      expect_near(material.emission_scale ? material.emission * material.emission_scale->at(share)
                                           : material.emission,
                   still.materials.at(0).emission, material.emission, share);
       const Vec2f cones =
@@ -83,7 +83,7 @@ class GltfChangesTest : public testing::Test {
       EXPECT_NEAR(cones.x, still.lights[0].inner_cone, tolerance) << share;
       EXPECT_NEAR(cones.y, still.lights[0].outer_cone, tolerance) << share;
       const float range =
-          light.range_share ? light.range * light.range_share->at(share) : light.range;
+          light.range_scale ? light.range * light.range_scale->at(share) : light.range;
       EXPECT_NEAR(range, still.lights[0].range, tolerance * light.range) << share;
       EXPECT_NEAR(camera.zoom ? camera.zoom->at(share) : camera.fov_y, still.cameras.at(0).fov_y,
                   double(tolerance))
@@ -110,7 +110,7 @@ TEST_F(GltfChangesTest, StepsAreExact) {
   EXPECT_EQ(scene.lights[0].intensity, Rgb(5, 2.5f, 1.25f));
   EXPECT_EQ(scene.lights[0].share->times, (std::vector<float>{0, 0.3f, 0.3f, 0.8f, 0.8f, 1}));
   EXPECT_EQ(scene.materials[0].emission, Rgb(4.0f));
-  EXPECT_EQ(test::find_flaw(scene), "");
+  EXPECT_EQ(test::find_scene_violation(scene), "");
 }
 
 // With or without a shutter, a warning comes once per file, and only if the time has the value.
@@ -119,22 +119,22 @@ TEST_F(GltfChangesTest, ValuesBeyondTheirBoundsAreWarnedOf) {
   AnimationBuilder(gltf_)
       .point(outer, {0, 1, 2}, "SCALAR", {0.5f, 0.6f, 2.5f})
       .point(std::string(kLight) + "/intensity", {0, 1, 2}, "SCALAR", {1, 1, -3}, "STEP");
-  const auto said_of = [&](const auto& read) {
-    std::vector<std::string> said;
-    set_log_sink([&](LogKind, std::string_view message) { said.emplace_back(message); });
+  const auto warnings_of = [&](const auto& read) {
+    std::vector<std::string> warnings;
+    set_log_sink([&](LogKind, std::string_view message) { warnings.emplace_back(message); });
     const SceneDescription scene = read();
     set_log_sink(nullptr);
     EXPECT_LE(scene.lights.at(0).outer_cone, float(kPiD / 2));
-    std::erase_if(said, [](const std::string& s) { return s.find("clamped") == s.npos; });
-    return said;
+    std::erase_if(warnings, [](const std::string& s) { return s.find("clamped") == s.npos; });
+    return warnings;
   };
-  EXPECT_TRUE(said_of([&] { return load_at(gltf_, 1); }).empty());
-  EXPECT_TRUE(said_of([&] { return load_open(gltf_, 0.2, 0.9); }).empty());
-  const auto still = said_of([&] { return load_at(gltf_, 2); });
+  EXPECT_TRUE(warnings_of([&] { return load_at(gltf_, 1); }).empty());
+  EXPECT_TRUE(warnings_of([&] { return load_open(gltf_, 0.2, 0.9); }).empty());
+  const auto still = warnings_of([&] { return load_at(gltf_, 2); });
   ASSERT_EQ(still.size(), 1u);
   EXPECT_NE(still[0].find("clamped: " + outer + ", " + kLight + "/intensity"), std::string::npos)
       << still[0];
-  const auto open = said_of([&] { return load_open(gltf_, 1, 1.9); });
+  const auto open = warnings_of([&] { return load_open(gltf_, 1, 1.9); });
   ASSERT_EQ(open.size(), 1u);
   EXPECT_TRUE(open[0].ends_with("clamped: " + outer)) << open[0];
 }
@@ -159,8 +159,8 @@ TEST_F(GltfChangesTest, InvalidRangeIsInfinite) {
   EXPECT_EQ(load_at(gltf_, 0.25).lights.at(0).range, std::numeric_limits<float>::infinity());
   EXPECT_EQ(load_at(gltf_, 0.75).lights.at(0).range, 4.0f);
   const PunctualLightDescription light = load_open(gltf_, 0, 1).lights.at(0);
-  EXPECT_GE(light.range * light.range_share->at(0.25f), 1e17f);
-  EXPECT_FLOAT_EQ(light.range * light.range_share->at(0.75f), 4.0f);
+  EXPECT_GE(light.range * light.range_scale->at(0.25f), 1e17f);
+  EXPECT_FLOAT_EQ(light.range * light.range_scale->at(0.75f), 4.0f);
 }
 
 TEST_F(GltfChangesTest, ConstantValuesHaveNoCurve) {
@@ -171,11 +171,11 @@ TEST_F(GltfChangesTest, ConstantValuesHaveNoCurve) {
   EXPECT_EQ(scene.lights[0].intensity, Rgb(5, 2.5f, 1.25f));
   EXPECT_EQ(scene.lights[0].share, nullptr);
   EXPECT_EQ(scene.lights[0].cones, nullptr);
-  EXPECT_EQ(scene.lights[0].range_share, nullptr);
+  EXPECT_EQ(scene.lights[0].range_scale, nullptr);
   EXPECT_EQ(scene.cameras[0].zoom, nullptr);
   EXPECT_EQ(scene.materials[0].emission, Rgb(0.0f));
-  EXPECT_EQ(scene.materials[0].emission_share, nullptr);
-  EXPECT_EQ(scene.instances[0].shown, nullptr);
+  EXPECT_EQ(scene.materials[0].emission_scale, nullptr);
+  EXPECT_EQ(scene.instances[0].visibility, nullptr);
   // A shutter of zero length is an instant, even at another time than requested.
   const test::TempFolder folder;
   GltfOptions options;
@@ -212,13 +212,13 @@ TEST_F(GltfChangesTest, ChildrenAreSeenWhileTheirParentsAre) {
       .point<uint8_t>(std::string("/nodes/0") + visible, {0, 0.5f, 0.9f}, "BOOL", {1, 0, 1}, "STEP")
       .point<uint8_t>(std::string("/nodes/1") + visible, {0, 0.5f}, "BOOL", {0, 1}, "STEP");
   const SceneDescription scene = load_open(gltf_, 0, 1);
-  ASSERT_TRUE(scene.instances.at(0).shown);
-  EXPECT_FALSE(scene.instances[0].shown->at_opening);
-  EXPECT_EQ(scene.instances[0].shown->changes, (std::vector<float>{0.25f, 0.5f}));
-  EXPECT_EQ(scene.lights.at(0).shown->changes, (std::vector<float>{0.5f, 0.75f}));
+  ASSERT_TRUE(scene.instances.at(0).visibility);
+  EXPECT_FALSE(scene.instances[0].visibility->visible_at_open);
+  EXPECT_EQ(scene.instances[0].visibility->toggle_times, (std::vector<float>{0.25f, 0.5f}));
+  EXPECT_EQ(scene.lights.at(0).visibility->toggle_times, (std::vector<float>{0.5f, 0.75f}));
   expect_stills(0.51, 0.74, 1e-6f);
   // Hidden during the whole shutter.
-  EXPECT_EQ(load_open(gltf_, 0.3, 0.4).instances.at(0).shown, nullptr);
+  EXPECT_EQ(load_open(gltf_, 0.3, 0.4).instances.at(0).visibility, nullptr);
   EXPECT_TRUE(load_open(gltf_, 0.3, 0.4).lights.empty());
 }
 
@@ -226,11 +226,12 @@ TEST_F(GltfChangesTest, AnimationMayHideEverything) {
   hide(0, {0, 1}, {0, 1});
   const SceneDescription empty = load_at(gltf_, 0.5);
   EXPECT_TRUE(empty.instances.empty());
-  EXPECT_EQ(test::find_flaw(empty), "");
+  EXPECT_EQ(test::find_scene_violation(empty), "");
   // Its bounds are those of the visible object.
   ASSERT_TRUE(empty.rest_bounds);
   EXPECT_EQ(empty.rest_bounds->center(), load_at(gltf_, 1.5).rest_bounds->center());
-  EXPECT_EQ(load_open(gltf_, 0.5, 1.5).instances.at(0).shown->changes, std::vector<float>{0.5f});
+  EXPECT_EQ(load_open(gltf_, 0.5, 1.5).instances.at(0).visibility->toggle_times,
+            std::vector<float>{0.5f});
   // A file in which it is always hidden shows the environment, too.
   gltf_.root["animations"] = json::array();
   gltf_.root["nodes"][0]["extensions"]["KHR_node_visibility"]["visible"] = false;
@@ -270,7 +271,7 @@ TEST_F(GltfChangesTest, AMillionKeyFramesWithinTheShutter) {
   const double taken = test::processor_seconds() - begin;
   EXPECT_EQ(scene.lights[0].intensity.x, 6);
   EXPECT_LE(scene.lights[0].share->times.size(), kKeys + 1);
-  EXPECT_LE(scene.materials[0].emission_share->times.size(), 2 * kKeys);
+  EXPECT_LE(scene.materials[0].emission_scale->times.size(), 2 * kKeys);
   EXPECT_LT(taken, 60);  // quadratic work takes days
 }
 
@@ -292,7 +293,7 @@ TEST_F(GltfChangesTest, VisibilityThatIsSwitchedAHundredThousandTimes) {
   }
   gltf_.root["scenes"][0]["nodes"] = {child, 1, 2};
   const SceneDescription scene = load_open(gltf_, 0, 1);
-  EXPECT_EQ(scene.instances.at(0).shown->changes.size(), kKeys - 1);
+  EXPECT_EQ(scene.instances.at(0).visibility->toggle_times.size(), kKeys - 1);
 }
 
 TEST_F(GltfChangesTest, SharedKeyFramesAreLimitedByTheFileSize) {

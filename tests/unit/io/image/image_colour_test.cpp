@@ -29,7 +29,7 @@ std::string message_of(const Read& read) {
   return "no error";
 }
 
-std::string refusal(const Names& channels) {
+std::string rejection_message(const Names& channels) {
   return message_of([&] { find_colour(channels, {}, "place"); });
 }
 
@@ -105,15 +105,15 @@ TEST_F(ImageColour, TheOnlyLayerWithRgbIsUsed) {
 }
 
 TEST_F(ImageColour, NonColourChannelsAreListed) {
-  EXPECT_EQ(refusal({"Z"}),
+  EXPECT_EQ(rejection_message({"Z"}),
             "place: it has neither channels R, G and B nor a single channel Y; its channels are Z");
-  EXPECT_EQ(refusal({"N.X", "N.Y", "N.Z", "Z"}),
+  EXPECT_EQ(rejection_message({"N.X", "N.Y", "N.Z", "Z"}),
             "place: it has neither channels R, G and B nor a single channel Y; its channels are "
             "N.X, N.Y, N.Z, Z");
-  EXPECT_NE(refusal({"X", "Y", "Z"}), "no error");  // coordinates
-  EXPECT_NE(refusal({"R", "G"}), "no error");
-  EXPECT_NE(refusal({"a.R", "b.G", "c.B"}), "no error");
-  const std::string many = refusal(Names(4000, "depth.Z"));
+  EXPECT_NE(rejection_message({"X", "Y", "Z"}), "no error");  // coordinates
+  EXPECT_NE(rejection_message({"R", "G"}), "no error");
+  EXPECT_NE(rejection_message({"a.R", "b.G", "c.B"}), "no error");
+  const std::string many = rejection_message(Names(4000, "depth.Z"));
   EXPECT_LT(many.size(), 300u);
   EXPECT_NE(many.find("and 3988 more"), std::string::npos) << many;
   EXPECT_EQ(
@@ -122,7 +122,7 @@ TEST_F(ImageColour, NonColourChannelsAreListed) {
 }
 
 TEST_F(ImageColour, SeveralLayersAreListed) {
-  EXPECT_EQ(refusal({"Z", "day.R", "day.G", "day.B", "night.R", "night.G", "night.B"}),
+  EXPECT_EQ(rejection_message({"Z", "day.R", "day.G", "day.B", "night.R", "night.G", "night.B"}),
             "place: 2 layers have R, G and B; save one of them as a separate file: day, night");
 }
 
@@ -131,7 +131,8 @@ TEST_F(ImageColour, GreyIsASingleY) {
   EXPECT_EQ(sky({{"", {"A", "Y", "Z"}, {7, 2, 50}}}), (std::vector<float>{2, 2, 2}));
   EXPECT_EQ(sky({{"", {"R"}, {2}}}), (std::vector<float>{2, 2, 2}));
   for (const Names& channels : {Names{"BY", "RY", "Y"}, Names{"Y", "RY"}, Names{"sky.BY", "Y"}}) {
-    EXPECT_NE(refusal(channels).find("luminance-chroma"), std::string::npos) << channels[0];
+    EXPECT_NE(rejection_message(channels).find("luminance-chroma"), std::string::npos)
+        << channels[0];
   }
 }
 
@@ -211,7 +212,7 @@ TEST(FindColour, ChannelsInBothCasesAreNamed) {
 TEST_F(ImageColour, ComparedPicturesTakeTheSameChannels) {
   const auto read = [&](const std::vector<PartOfFile>& parts) {
     write_parts(path_, parts);
-    const std::vector<float> rgb = read_rgb(path_, LoadProgress::unwatched()).pixels.rgb;
+    const std::vector<float> rgb = read_rgb(path_, LoadProgress::none()).pixels.rgb;
     return std::vector<float>(rgb.begin(), rgb.begin() + 3);
   };
   EXPECT_EQ(read({{"", {"Z", "sky.R", "sky.G", "sky.B"}, {50, 1, 2, 3}}}), kSky);

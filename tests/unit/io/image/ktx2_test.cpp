@@ -115,12 +115,12 @@ TEST(Ktx2, TheTransferFunctionIsPassedOn) {
 TEST(Ktx2, UnsupportedFeaturesAreNamed) {
   const Ktx2Bytes plain = test::ktx2_file("uastc_nozstd");
   const size_t descriptor = test::descriptor_of(plain), texts = test::word_at(plain, 56) + 4;
-  const auto expect = [&](size_t offset, std::string_view written, const char* said) {
+  const auto expect = [&](size_t offset, std::string_view written, const char* expected_message) {
     Ktx2Bytes bytes = plain;
     std::copy(written.begin(), written.end(), bytes.begin() + std::ptrdiff_t(offset));
     const std::string message = ktx2_message(bytes);
     EXPECT_EQ(message.rfind("place: ", 0), 0u) << message;
-    EXPECT_NE(message.find(said), std::string::npos) << message;
+    EXPECT_NE(message.find(expected_message), std::string::npos) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   };
   expect(12, "\x91", "VkFormat 145");

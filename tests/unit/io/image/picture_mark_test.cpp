@@ -1,4 +1,4 @@
-#include "io/image/picture_mark.h"
+#include "io/image/file_completeness.h"
 
 #include <gtest/gtest.h>
 
@@ -28,29 +28,29 @@ class PictureMark : public ::testing::Test {
 
 TEST_F(PictureMark, ReadsTheWrittenMark) {
   for (const char* name : {"a.png", "a.jpg"}) {
-    EXPECT_FALSE(is_marked_incomplete(picture(name, true))) << name;
-    EXPECT_TRUE(is_marked_incomplete(picture(name, false))) << name;
+    EXPECT_FALSE(is_unfinished_image(picture(name, true))) << name;
+    EXPECT_TRUE(is_unfinished_image(picture(name, false))) << name;
   }
 }
 
 TEST_F(PictureMark, AnyFileIsReadOrRefused) {
-  EXPECT_THROW(is_marked_incomplete(folder_ / "none.png"), InputError);
+  EXPECT_THROW(is_unfinished_image(folder_ / "none.png"), InputError);
   write("text.png", "no picture");
-  EXPECT_THROW(is_marked_incomplete(folder_ / "text.png"), InputError);
+  EXPECT_THROW(is_unfinished_image(folder_ / "text.png"), InputError);
   write("empty.png", "");
-  EXPECT_THROW(is_marked_incomplete(folder_ / "empty.png"), InputError);
+  EXPECT_THROW(is_unfinished_image(folder_ / "empty.png"), InputError);
   const std::string_view begins[] = {"\x76\x2f\x31\x01", "\x89PNG\r\n\x1a\n", "\xff\xd8"};
   for (const std::string_view begin : begins) {
     for (const std::string_view rest : {"", "\xff\xff\xff\xff\xff\xff\xff\xff", "\x7f\xff"}) {
       write("odd.png", std::string(begin) + std::string(rest));
-      EXPECT_FALSE(is_marked_incomplete(folder_ / "odd.png"));
+      EXPECT_FALSE(is_unfinished_image(folder_ / "odd.png"));
     }
   }
   // Truncated anywhere, the file never makes this throw.
   const std::vector<uint8_t> whole = InputFile(picture("a.png", false)).read_all();
   for (size_t size = 8; size < whole.size(); ++size) {
     write("cut.png", {reinterpret_cast<const char*>(whole.data()), size});
-    EXPECT_NO_THROW(is_marked_incomplete(folder_ / "cut.png")) << size;
+    EXPECT_NO_THROW(is_unfinished_image(folder_ / "cut.png")) << size;
   }
 }
 

@@ -1,4 +1,4 @@
-#include "io/image/picture_mark.h"
+#include "io/image/file_completeness.h"
 
 #include <ImfRgbaFile.h>
 #include <ImfTiledRgbaFile.h>
@@ -22,11 +22,11 @@ class WholePicture : public ::testing::Test {
   // A file truncated to any smaller length is recognised.
   void expect_cuts_found(const std::string& name) const {
     SCOPED_TRACE(name);
-    EXPECT_TRUE(is_whole_picture(path(name)));
+    EXPECT_TRUE(is_complete_file(path(name)));
     std::vector<uintmax_t> passed;
     for (uintmax_t size = std::filesystem::file_size(path(name)); size-- > 0;) {
       std::filesystem::resize_file(path(name), size);
-      if (is_whole_picture(path(name))) passed.push_back(size);
+      if (is_complete_file(path(name))) passed.push_back(size);
     }
     EXPECT_EQ(passed, std::vector<uintmax_t>());
   }
@@ -59,16 +59,16 @@ TEST_F(WholePicture, AnExrWhoseEndIsZeroOrNotItsOwnIsFound) {
       value = float((state = state * 1664525 + 1013904223) >> 8) * 0x1p-24f;
     }
     write_exr_file(path("a.exr"), header, pixels);
-    ASSERT_TRUE(is_whole_picture(path("a.exr")));
+    ASSERT_TRUE(is_complete_file(path("a.exr")));
     const uintmax_t size = std::filesystem::file_size(path("a.exr"));
     for (const uintmax_t zeros : {8u, 64u, 512u, 4096u}) {
       std::filesystem::resize_file(path("a.exr"), size - zeros);
       std::filesystem::resize_file(path("a.exr"), size);
-      EXPECT_FALSE(is_whole_picture(path("a.exr"))) << int(compression) << " " << zeros;
+      EXPECT_FALSE(is_complete_file(path("a.exr"))) << int(compression) << " " << zeros;
       write_exr_file(path("a.exr"), header, pixels);
     }
     std::filesystem::resize_file(path("a.exr"), size + 1);
-    EXPECT_FALSE(is_whole_picture(path("a.exr")));
+    EXPECT_FALSE(is_complete_file(path("a.exr")));
   }
 }
 
@@ -101,9 +101,9 @@ TEST_F(WholePicture, AHeaderMayBeLong) {
                             .channels = {{"R"}},
                             .attributes = {{"names", std::string(3'000'000, 'x')}}};
   write_exr_file(path("a.exr"), header, std::vector<float>(16));
-  EXPECT_TRUE(is_whole_picture(path("a.exr")));
+  EXPECT_TRUE(is_complete_file(path("a.exr")));
   std::filesystem::resize_file(path("a.exr"), std::filesystem::file_size(path("a.exr")) - 1);
-  EXPECT_FALSE(is_whole_picture(path("a.exr")));
+  EXPECT_FALSE(is_complete_file(path("a.exr")));
 }
 
 TEST_F(WholePicture, EveryCutOfAnExrOfOthersIsFound) {
@@ -141,13 +141,13 @@ TEST_F(WholePicture, EveryCutOfAPngAJpegAndAGifIsFound) {
 }
 
 TEST_F(WholePicture, OtherFilesAreNotWholePictures) {
-  EXPECT_THROW(is_whole_picture(path("none.exr")), InputError);
+  EXPECT_THROW(is_complete_file(path("none.exr")), InputError);
   const std::string_view begins[] = {"",       "no picture",   "\x76\x2f\x31\x01",
                                      "GIF89a", "\xff\xd8\xff", "\x89PNG\r\n\x1a\n"};
   for (const std::string_view begin : begins) {
     for (const char fill : {'\0', '\x01', ';', '\x7f', '\xff'}) {
       write_file_atomically(path("odd"), std::string(begin) + std::string(3000, fill));
-      EXPECT_FALSE(is_whole_picture(path("odd"))) << begin << " " << int(fill);
+      EXPECT_FALSE(is_complete_file(path("odd"))) << begin << " " << int(fill);
     }
   }
 }

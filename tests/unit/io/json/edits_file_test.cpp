@@ -22,7 +22,7 @@ class EditsFile : public OutputFolder {
     std::ofstream(path("shot.json")) << text;
     return path("shot.json");
   }
-  std::string refusal(const std::string& text) const {
+  std::string rejection_message(const std::string& text) const {
     try {
       read_edits(write(text));
     } catch (const InputError& error) {
@@ -71,7 +71,7 @@ SceneEdits everything() {
       auto& color = material.*p.edited_color;
       if (!color) color = Rgb(number, 0.5f * number, 0.25f);
     } else if (!(material.*p.edited_number)) {
-      material.*p.edited_number = float(p.least) + number;
+      material.*p.edited_number = float(p.minimum) + number;
     }
     number += 0.03f;
   }
@@ -102,14 +102,16 @@ TEST_F(EditsFile, AMaterialsParametersAreHeldToTheirRanges) {
   const auto edit = [&](std::string_view name, double value, bool color) {
     const std::string number = std::to_string(value);
     const std::string text = color ? "[1, " + number + ", 1]" : number;
-    return refusal(R"({"emberline_edits": 1, "materials": [{"index": 0, ")" + std::string(name) +
-                   "\": " + text + "}]}");
+    return rejection_message(R"({"emberline_edits": 1, "materials": [{"index": 0, ")" +
+                             std::string(name) + "\": " + text + "}]}");
   };
   for (const MaterialParameter& p : material_parameters()) {
-    EXPECT_EQ(edit(p.name, p.least + 0.5 * std::min(1.0, p.most - p.least), p.color != nullptr), "")
+    EXPECT_EQ(
+        edit(p.name, p.minimum + 0.5 * std::min(1.0, p.maximum - p.minimum), p.color != nullptr),
+        "")
         << p.name;
     const std::string place = "#/materials/0/" + std::string(p.name);
-    for (const double bad : {p.least - 1.0, 2.0 * p.most}) {
+    for (const double bad : {p.minimum - 1.0, 2.0 * p.maximum}) {
       EXPECT_NE(edit(p.name, bad, p.color != nullptr).find(place), std::string::npos) << p.name;
     }
   }
@@ -156,7 +158,7 @@ TEST_F(EditsFile, EnvironmentPathIsRelativeToTheFile) {
 TEST_F(EditsFile, ErrorsNameThePlace) {
   struct Wrong {
     const char* members;  // after the version
-    std::vector<std::string> says;
+    std::vector<std::string> message_parts;
   };
   const Wrong wrongs[] = {
       {R"("light": [])", {"#/light: ", "did you mean 'lights'"}},
@@ -221,8 +223,8 @@ TEST_F(EditsFile, ErrorsNameThePlace) {
   };
   for (const Wrong& wrong : wrongs) {
     const std::string message =
-        refusal(R"({"emberline_edits": 1, )" + std::string(wrong.members) + "}");
-    for (const std::string& words : wrong.says) {
+        rejection_message(R"({"emberline_edits": 1, )" + std::string(wrong.members) + "}");
+    for (const std::string& words : wrong.message_parts) {
       EXPECT_NE(message.find(words), std::string::npos)
           << wrong.members << " says \"" << message << "\" without " << words;
     }
@@ -234,8 +236,8 @@ TEST_F(EditsFile, ErrorsNameThePlace) {
 // Deep nesting must not overflow the stack.
 TEST_F(EditsFile, NestedTooDeeplyIsRefused) {
   for (const int depth : {257, 100000, 1000000}) {
-    const std::string message =
-        refusal("{\"emberline_edits\": 1, \"lights\": " + std::string(size_t(depth), '['));
+    const std::string message = rejection_message("{\"emberline_edits\": 1, \"lights\": " +
+                                                  std::string(size_t(depth), '['));
     EXPECT_NE(message.find("nested deeper than 256 levels"), std::string::npos) << message;
     EXPECT_LT(message.size(), 400u) << message;
   }
@@ -247,7 +249,7 @@ TEST_F(EditsFile, IsRefusedWhole) {
   for (const char* text : {"", "[]", "3", "{}", "{\"emberline_edits\": 1",
                            "{\"emberline_edits\": 2}", "{\"emberline_edits\": \"1\"}",
                            "\x89PNG\r\n", "{\"a\\ud800\": 1}", "{\"emberline_edits\": 1}}"}) {
-    const std::string message = refusal(text);
+    const std::string message = rejection_message(text);
     EXPECT_NE(message.find("shot.json"), std::string::npos) << text << ": " << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   }

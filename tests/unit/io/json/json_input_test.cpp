@@ -18,7 +18,7 @@
 namespace emberline {
 namespace {
 
-std::string refusal(const std::string& text) {
+std::string rejection_message(const std::string& text) {
   try {
     parse_json(text, "f.json");
   } catch (const InputError& error) {
@@ -60,7 +60,7 @@ TEST(JsonInput, ErrorsNameThePlace) {
       {std::string(257, '['), "JSON nested deeper than 256 levels"},
   };
   for (const auto& [text, expected] : cases) {
-    const std::string message = refusal(text);
+    const std::string message = rejection_message(text);
     EXPECT_NE(message.find(expected), std::string::npos) << text << ": " << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
     EXPECT_LT(message.size(), 300u) << message;
@@ -71,15 +71,15 @@ TEST(JsonInput, DepthIsRefusedBeforeItCostsAnything) {
   for (const char* brackets : {"[", "{\"a\":", "[{\"a\":"}) {
     std::string text;
     for (int i = 0; i < 1000000; ++i) text += brackets;
-    EXPECT_NE(refusal(text).find("nested deeper than 256 levels"), std::string::npos) << brackets;
+    EXPECT_NE(rejection_message(text).find("nested deeper than 256 levels"), std::string::npos)
+        << brackets;
   }
 }
 
 // A duplicate member of the scene, as an appending writer may leave it.
 TEST(JsonInput, LastOfDuplicateMembersWins) {
   const char* text = R"({"a": {"old": [1, 2]}, "b": 1, "a": {"new": 3}, "b": 2, "b": [3]})";
-  EXPECT_EQ(parse_json(text, "twice.json", DuplicateMembers::kWarnedOf),
-            nlohmann::json::parse(text));
+  EXPECT_EQ(parse_json(text, "twice.json", DuplicateMembers::kWarn), nlohmann::json::parse(text));
   EXPECT_EQ(warnings_so_far().back(),
             "twice.json#/a: the member appears twice in one object; the last one is used, also for "
             "2 more");
@@ -91,7 +91,7 @@ TEST(JsonInput, ManyMembersAreFast) {
   for (int i = 0; i < 300000; ++i) text.append("\"").append(std::to_string(i)).append("\":0,");
   text += "\"7\":0}";
   const std::clock_t begin = std::clock();
-  EXPECT_NE(refusal(text).find("f.json#/7: the member appears twice"), std::string::npos);
+  EXPECT_NE(rejection_message(text).find("f.json#/7: the member appears twice"), std::string::npos);
   EXPECT_LT(double(std::clock() - begin) / CLOCKS_PER_SEC, 5.0);
 }
 
@@ -142,7 +142,7 @@ TEST(JsonReader, ErrorsNameThePlaceAndTheExpectedValue) {
       R"({"number": 2.5, "whole": 7, "text": "t", "flag": true, "list": [1, "x"], "a/b": {}})");
   const JsonReader root(json, file);
   EXPECT_EQ(root["number"].number(0, 3), 2.5);
-  EXPECT_EQ(root["whole"].whole(0, 7), 7u);
+  EXPECT_EQ(root["whole"].whole_number(0, 7), 7u);
   EXPECT_EQ(root["text"].text(), "t");
   EXPECT_TRUE(root["flag"].boolean());
   EXPECT_EQ(root["list"].size(), 2u);
@@ -153,8 +153,10 @@ TEST(JsonReader, ErrorsNameThePlaceAndTheExpectedValue) {
       {[&] { root["a/b"].size(); }, "f.json#/a~1b: expected an array, found {}"},
       {[&] { root["number"].number(0, 2); }, "f.json#/number: expected a number from 0 to 2"},
       {[&] { root["list"][1].number(0, 2); }, "f.json#/list/1: expected a number from 0 to 2"},
-      {[&] { root["number"].whole(0, 9); }, "f.json#/number: expected a whole number from 0 to 9"},
-      {[&] { root["whole"].whole(8, 9); }, "f.json#/whole: expected a whole number from 8 to 9"},
+      {[&] { root["number"].whole_number(0, 9); },
+       "f.json#/number: expected a whole number from 0 to 9"},
+      {[&] { root["whole"].whole_number(8, 9); },
+       "f.json#/whole: expected a whole number from 8 to 9"},
       {[&] { root["whole"].text(); }, "f.json#/whole: expected a text, found 7"},
       {[&] { root["whole"].boolean(); }, "f.json#/whole: expected true or false, found 7"},
       {[&] { root["list"].vector(0, 1); }, "f.json#/list: expected an array of 3 numbers"},

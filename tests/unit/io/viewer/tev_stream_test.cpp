@@ -88,8 +88,8 @@ TEST(TevStream, TheNewestPixelsWin) {
   const Rect crop{32, 16, 512, 500}, tile{96, 80, 160, 144};
   for (int n = 1; n <= 40; ++n) stream.add_picture(crop, 64, pixels(crop, n));
   stream.add(tile, pixels(tile, 41));
-  server.read_on();
-  stream.finish({.stalled_s = 60, .whole_s = 60});
+  server.start_reading();
+  stream.finish({.stalled_s = 60, .total_s = 60});
   EXPECT_EQ(server.wait(), "");
   const TevImage& image = server.image();
   expect_version(image, tile, 41);
@@ -99,7 +99,7 @@ TEST(TevStream, TheNewestPixelsWin) {
   // system buffered before (4 MiB, which is at most 64 tiles).
   EXPECT_GE(image.updates.size(), 64u);
   EXPECT_LE(image.updates.size(), 64u + 64u + 1u);
-  EXPECT_LE(stream.most_bytes(), uint64_t(crop.area()) * 16);
+  EXPECT_LE(stream.peak_bytes(), uint64_t(crop.area()) * 16);
 }
 
 TEST(TevStream, KeepsOnlyUnsentData) {
@@ -113,7 +113,7 @@ TEST(TevStream, KeepsOnlyUnsentData) {
   stream.finish({});
   EXPECT_EQ(server.wait(), "");
   expect_version(server.image(), {0, 0, 64, 6400}, 1);
-  EXPECT_LT(stream.most_bytes(), uint64_t(64 * 6400) * 16 / 2) << "of a viewer that keeps up";
+  EXPECT_LT(stream.peak_bytes(), uint64_t(64 * 6400) * 16 / 2) << "of a viewer that keeps up";
 }
 
 // A blocking call would wait until the test times out.
@@ -127,8 +127,8 @@ TEST(TevStream, SlowViewerBlocksNothing) {
     ::usleep(20000);
   }
   EXPECT_TRUE(stream.open());
-  EXPECT_LE(stream.most_bytes(), uint64_t(crop.area()) * 16);
-  stream.finish({.stalled_s = 0.2, .whole_s = 1000});
+  EXPECT_LE(stream.peak_bytes(), uint64_t(crop.area()) * 16);
+  stream.finish({.stalled_s = 0.2, .total_s = 1000});
   EXPECT_FALSE(stream.open());
   EXPECT_TRUE(warned_of(server.url() + ": it stopped reading"));
 }
@@ -138,7 +138,7 @@ TEST(TevStream, PatienceEndsWithASlowReaderToo) {
   TevStream stream(parse_tev_url(server.url()), {"slow", 2048, 2048});
   const Rect crop{0, 0, 2048, 2048};
   stream.add_picture(crop, 64, pixels(crop, 1));
-  stream.finish({.stalled_s = 1000, .whole_s = 0.3});
+  stream.finish({.stalled_s = 1000, .total_s = 0.3});
   EXPECT_TRUE(warned_of(server.url()));
 }
 
@@ -177,7 +177,7 @@ TEST(TevStream, UnreachableHostsAreSoonKnown) {
     const std::string url = "tev://" + host + ":" + free_port;
     TevStream stream(parse_tev_url(url), {"unreachable", 16, 16});
     stream.add({0, 0, 16, 16}, pixels({0, 0, 16, 16}, 1));
-    stream.finish({.stalled_s = 1000, .whole_s = 1000});
+    stream.finish({.stalled_s = 1000, .total_s = 1000});
     EXPECT_FALSE(stream.open());
     EXPECT_TRUE(warned_of(url)) << url;
   }

@@ -61,7 +61,7 @@ TEST(StudyFiles, ARunComesBackAsItWas) {
   EXPECT_EQ(a.estimate, b.estimate);
   ASSERT_TRUE(b.filter);
   EXPECT_EQ(a.filter->cpu_s, b.filter->cpu_s);
-  EXPECT_EQ(a.filter->kept_share, b.filter->kept_share);
+  EXPECT_EQ(a.filter->unchanged_fraction, b.filter->unchanged_fraction);
   EXPECT_EQ(a.error.signed_bias, b.error.signed_bias);
   for (const StudyMetricEntry& metric : study_metric_table()) {
     const double x = a.error.*metric.value, y = b.error.*metric.value;

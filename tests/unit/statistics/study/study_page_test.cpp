@@ -56,9 +56,9 @@ StudyResults study(uint32_t seeds) {
 
 class StudyPage : public ::testing::Test {
  protected:
-  ReadMarkup page(const StudyResults& results) const {
+  ParsedMarkup page(const StudyResults& results) const {
     const std::string html = study_page(results, folder_.path());
-    ReadMarkup read = read_markup(html);
+    ParsedMarkup read = read_markup(html);
     EXPECT_EQ(read.fault, "");
     for (const Element& element : read.elements) {
       for (const auto& [name, value] : element.attributes) {
@@ -70,7 +70,7 @@ class StudyPage : public ::testing::Test {
     }
     return read;
   }
-  static void expect_text(const ReadMarkup& read, const std::string& text) {
+  static void expect_text(const ParsedMarkup& read, const std::string& text) {
     EXPECT_NE(read.text.find(text), std::string::npos) << "not on the page: " << text;
   }
   void write_picture(const std::string& name, uint8_t value) const {
@@ -83,7 +83,7 @@ class StudyPage : public ::testing::Test {
 };
 
 // Number of elements with this class.
-size_t of_class(const ReadMarkup& read, const std::string& word) {
+size_t of_class(const ParsedMarkup& read, const std::string& word) {
   return size_t(std::ranges::count_if(read.elements, [&](const Element& element) {
     const auto found = element.attributes.find("class");
     return found != element.attributes.end() &&
@@ -92,7 +92,7 @@ size_t of_class(const ReadMarkup& read, const std::string& word) {
 }
 
 TEST_F(StudyPage, CurvesSpeedupsCalibrationAndSettings) {
-  const ReadMarkup read = page(study(4));
+  const ParsedMarkup read = page(study(4));
   // Five metrics against time and samples, and the calibration.
   EXPECT_EQ(read.count("svg"), 11u);
   // One line per method in each chart; in the calibration that of the method and the exact one.
@@ -107,7 +107,7 @@ TEST_F(StudyPage, CurvesSpeedupsCalibrationAndSettings) {
 }
 
 TEST_F(StudyPage, OneSeedHasNoIntervals) {
-  const ReadMarkup read = page(study(1));
+  const ParsedMarkup read = page(study(1));
   EXPECT_EQ(read.count("polygon"), 0u);
   EXPECT_EQ(read.count("polyline"), 22u);
   EXPECT_EQ(of_class(read, "good") + of_class(read, "bad"), 0u);
@@ -118,7 +118,7 @@ TEST_F(StudyPage, EmptyAndWithoutABaseline) {
   EXPECT_EQ(page({}).count("svg"), 0u);
   StudyResults r = study(2);
   r.settings.baseline = "none such";
-  const ReadMarkup read = page(r);
+  const ParsedMarkup read = page(r);
   expect_text(read, "nothing to compare with");
   EXPECT_EQ(read.count("svg"), 11u);
   r.settings.budgets.clear();
@@ -130,7 +130,7 @@ TEST_F(StudyPage, AllFailed) {
   for (StudyRun& run : r.runs) {
     run = {run.method, run.seed, StudyRunStatus::kFailed, "no memory for <this>", {}, {}};
   }
-  const ReadMarkup read = page(r);
+  const ParsedMarkup read = page(r);
   EXPECT_EQ(read.count("svg"), 0u);
   expect_text(read, "6 of 6 runs failed");
   expect_text(read, "No run has finished");
@@ -147,7 +147,7 @@ TEST_F(StudyPage, SomeFailedAndSomeNotMade) {
   r.runs.back() = {1, 2, StudyRunStatus::kFailed, "killed", {}, {}};
   r.runs.erase(r.runs.begin() + 2);  // the second seed of "slow"
   r.complete = false;
-  const ReadMarkup read = page(r);
+  const ParsedMarkup read = page(r);
   EXPECT_EQ(of_class(read, "warning"), 2u);
   expect_text(read, "(2 of 3 runs)");
   expect_text(read, "killed");
@@ -186,7 +186,7 @@ TEST_F(StudyPage, NamesAreText) {
   const std::string odd = "<b>&\"'";
   r.settings.scene = r.settings.command_line = r.methods[0].name = r.settings.baseline = odd;
   r.settings.frame = {{odd, odd}};
-  const ReadMarkup read = page(r);
+  const ParsedMarkup read = page(r);
   EXPECT_EQ(read.count("b"), 0u);
   expect_text(read, odd);
 }

@@ -24,7 +24,7 @@ std::vector<std::string> names(const StudyPlan& plan) {
 }
 
 TEST(StudyPlan, CountsAndPartsAreCheckedForEveryClient) {
-  for (const uint32_t seeds : {0u, kMostStudySeeds + 1}) {
+  for (const uint32_t seeds : {0u, kMaxStudySeeds + 1}) {
     StudyOptions options;
     options.seeds = seeds;
     EXPECT_THROW(plan_study(options), UsageError) << seeds;
@@ -80,9 +80,9 @@ TEST(StudyPlan, FramesThatCannotBeLookedAtOnTheirWayAreSeparate) {
   for (const PlannedMethod& m : plan_study(options).methods) {
     EXPECT_EQ(m.separate, m.method.driver == "bucket" || m.method.sampler == "blue_noise")
         << m.method.name;
-    EXPECT_EQ(m.impossible.empty(),
+    EXPECT_EQ(m.unsupported_reason.empty(),
               m.method.driver != "adaptive" || m.method.sampler != "blue_noise")
-        << m.impossible;
+        << m.unsupported_reason;
   }
   options.separate = true;
   for (const PlannedMethod& m : plan_study(options).methods) EXPECT_TRUE(m.separate);
@@ -105,7 +105,7 @@ TEST(StudyPlan, DenoisedMethodsFollowTheRawOnes) {
     const std::string& name = m.method.name;
     EXPECT_EQ(m.method.denoised, name.ends_with("+denoise") || name.ends_with("/denoised")) << m.id;
     EXPECT_EQ(aovs_of(m.options).contains(Aov::kDenoising), m.method.denoised) << m.id;
-    EXPECT_EQ(m.impossible, "") << m.id;
+    EXPECT_EQ(m.unsupported_reason, "") << m.id;
     ids.insert(m.id);
   }
   EXPECT_EQ(ids.size(), 5u);
@@ -115,7 +115,7 @@ TEST(StudyPlan, DenoisedMethodsFollowTheRawOnes) {
             (std::vector<std::string>{"bucket", "adaptive/nested", "adaptive/nested/denoised"}));
   EXPECT_TRUE(plan.methods[2].method.denoised);
   options.estimators = "nested/denoised/unbiased,two-stream";
-  EXPECT_NE(plan_study(options).methods[1].impossible.find("unbiased"), std::string::npos);
+  EXPECT_NE(plan_study(options).methods[1].unsupported_reason.find("unbiased"), std::string::npos);
 }
 
 TEST(StudyPlan, SamplersThatTakePowersOfTwoGetThem) {

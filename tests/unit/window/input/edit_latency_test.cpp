@@ -7,8 +7,8 @@
 namespace emberline {
 namespace {
 
-ShownPicture picture_of(uint64_t edit, bool filled, bool complete) {
-  ShownPicture picture;
+SessionPicture picture_of(uint64_t edit, bool filled, bool complete) {
+  SessionPicture picture;
   picture.edit = edit;
   picture.filled = filled;
   picture.complete = complete;
@@ -17,12 +17,12 @@ ShownPicture picture_of(uint64_t edit, bool filled, bool complete) {
 
 TEST(EditLatency, CountsToTheFirstPictureThatIsFilled) {
   EditLatency latency;
-  latency.asked(5, "orbit", 10.0);
-  latency.shown(picture_of(5, false, false), 10.01);
+  latency.add_edit(5, "orbit", 10.0);
+  latency.displayed(picture_of(5, false, false), 10.01);
   EXPECT_FALSE(latency.newest_s());
-  latency.shown(picture_of(5, true, false), 10.02);
-  latency.shown(picture_of(5, true, true), 10.5);
-  latency.shown(picture_of(5, true, true), 11.0);
+  latency.displayed(picture_of(5, true, false), 10.02);
+  latency.displayed(picture_of(5, true, true), 10.5);
+  latency.displayed(picture_of(5, true, true), 11.0);
   ASSERT_EQ(latency.edits().size(), 1u);
   EXPECT_DOUBLE_EQ(*latency.edits()[0].filled_s, 10.02);
   EXPECT_DOUBLE_EQ(*latency.edits()[0].complete_s, 10.5);
@@ -31,21 +31,21 @@ TEST(EditLatency, CountsToTheFirstPictureThatIsFilled) {
 
 TEST(EditLatency, PicturesOfEarlierEditsDoNotCount) {
   EditLatency latency;
-  latency.asked(5, "orbit", 10.0);
-  latency.shown(picture_of(4, true, true), 10.01);
+  latency.add_edit(5, "orbit", 10.0);
+  latency.displayed(picture_of(4, true, true), 10.01);
   EXPECT_FALSE(latency.edits()[0].filled_s);
 }
 
 TEST(EditLatency, APictureOfALaterEditShowsTheEarlierOnes) {
   EditLatency latency;
-  latency.asked(5, "orbit", 10.0);
-  latency.asked(6, "orbit", 10.1);
-  latency.asked(7, "orbit", 10.2);
-  latency.shown(picture_of(6, true, false), 10.3);
+  latency.add_edit(5, "orbit", 10.0);
+  latency.add_edit(6, "orbit", 10.1);
+  latency.add_edit(7, "orbit", 10.2);
+  latency.displayed(picture_of(6, true, false), 10.3);
   EXPECT_DOUBLE_EQ(*latency.edits()[0].filled_s, 10.3);
   EXPECT_DOUBLE_EQ(*latency.edits()[1].filled_s, 10.3);
   EXPECT_FALSE(latency.edits()[2].filled_s);
-  latency.shown(picture_of(7, true, true), 10.4);
+  latency.displayed(picture_of(7, true, true), 10.4);
   EXPECT_DOUBLE_EQ(*latency.edits()[0].complete_s, 10.4);
   EXPECT_DOUBLE_EQ(*latency.edits()[2].filled_s, 10.4);
 }

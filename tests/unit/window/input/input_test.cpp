@@ -62,7 +62,7 @@ TEST(Input, FindsShortcutsAndDrags) {
   EXPECT_EQ(find_shortcut(GLFW_KEY_7, 0)->number_of(GLFW_KEY_7), 7);
   EXPECT_FALSE(find_shortcut(GLFW_KEY_Z, GLFW_MOD_ALT));
   EXPECT_EQ(find_drag(GLFW_MOUSE_BUTTON_LEFT, 0)->drag, Drag::kOrbit);
-  EXPECT_EQ(find_drag(GLFW_MOUSE_BUTTON_RIGHT, GLFW_MOD_SHIFT)->drag, Drag::kTurnEnvironment);
+  EXPECT_EQ(find_drag(GLFW_MOUSE_BUTTON_RIGHT, GLFW_MOD_SHIFT)->drag, Drag::kRotateEnvironment);
   EXPECT_FALSE(find_drag(GLFW_MOUSE_BUTTON_RIGHT, GLFW_MOD_ALT));
 }
 

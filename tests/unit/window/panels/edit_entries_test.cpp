@@ -36,10 +36,10 @@ TEST(EditEntries, EditsMakeAMaterialALightOrNone) {
   SceneEdits edits;
   MaterialEdit wood = material_edit(edits, description, 0);
   wood.emission = Rgb(1.0f);
-  put(edits, description, wood);
+  store_entry(edits, description, wood);
   MaterialEdit neon = material_edit(edits, description, 1);
   neon.emission = Rgb(0.0f);
-  put(edits, description, neon);
+  store_entry(edits, description, neon);
   const std::vector<ListedLight> lights = list_lights(description, edits);
   ASSERT_EQ(lights.size(), 5u);
   EXPECT_EQ(lights[4].name, "wood");
@@ -51,14 +51,14 @@ TEST(EditEntries, AnEntryIsFoundAgainAndReplaced) {
   for (int i = 0; i < 4; ++i) {
     LightEdit edit = light_edit(edits, description, EditedLight::kPunctual, i);
     edit.intensity = float(i + 2);
-    put(edits, description, edit);
+    store_entry(edits, description, edit);
   }
   ASSERT_EQ(edits.lights.size(), 4u);
   for (int i = 0; i < 4; ++i) {
     LightEdit edit = light_edit(edits, description, EditedLight::kPunctual, i);
     EXPECT_EQ(edit.intensity, float(i + 2)) << i;
     edit.on = false;
-    put(edits, description, edit);
+    store_entry(edits, description, edit);
   }
   EXPECT_EQ(edits.lights.size(), 4u);
   EXPECT_EQ(edits.lights[2].intensity, 4.0f);
@@ -83,7 +83,7 @@ TEST(EditEntries, EqualNamesAreDistinguishedByTheIndex) {
   SceneEdits edits;
   MaterialEdit edit = material_edit(edits, description, 2);
   edit.roughness = 0.3f;
-  put(edits, description, edit);
+  store_entry(edits, description, edit);
   EXPECT_FALSE(material_edit(edits, description, 0).roughness);
   EXPECT_EQ(material_edit(edits, description, 2).roughness, 0.3f);
 }
@@ -92,18 +92,18 @@ TEST(EditEntries, EntriesWithoutEffectAreOmitted) {
   const SceneDescription description = scene();
   SceneEdits edits;
   LightEdit light = light_edit(edits, description, EditedLight::kMaterial, 1);
-  put(edits, description, light);
+  store_entry(edits, description, light);
   EXPECT_EQ(edits, SceneEdits());
   light.color = Rgb(1.0f, 0.5f, 0.5f);
-  put(edits, description, light);
+  store_entry(edits, description, light);
   EXPECT_EQ(edits.lights.size(), 1u);
   light.color = Rgb(1.0f);
-  put(edits, description, light);
+  store_entry(edits, description, light);
   MaterialEdit material = material_edit(edits, description, 0);
   material.metallic = 0.5f;
-  put(edits, description, material);
+  store_entry(edits, description, material);
   material.metallic.reset();
-  put(edits, description, material);
+  store_entry(edits, description, material);
   EXPECT_EQ(edits, SceneEdits());
 }
 
@@ -113,7 +113,7 @@ TEST(EditEntries, KindsOfEqualNumberAreApart) {
   SceneEdits edits;
   LightEdit edit = light_edit(edits, description, EditedLight::kPunctual, 1);
   edit.intensity = 3.0f;
-  put(edits, description, edit);
+  store_entry(edits, description, edit);
   EXPECT_EQ(light_edit(edits, description, EditedLight::kMaterial, 1).intensity, 1.0f);
   EXPECT_EQ(light_edit(edits, description, EditedLight::kEnvironment, 0).intensity, 1.0f);
 }

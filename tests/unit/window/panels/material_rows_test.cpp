@@ -11,9 +11,10 @@
 namespace emberline {
 namespace {
 
-std::vector<std::string> names(const MaterialDescription& own, const MaterialEdit& edit = {}) {
+std::vector<std::string> names(const MaterialDescription& original, const MaterialEdit& edit = {}) {
   std::vector<std::string> result;
-  for (const MaterialGroup* group : offered_groups(own, edit)) result.emplace_back(group->name);
+  for (const MaterialGroup* group : applicable_groups(original, edit))
+    result.emplace_back(group->name);
   return result;
 }
 
@@ -24,8 +25,8 @@ TEST(MaterialRows, EveryParameterHasOneWithinItsRange) {
       shown.insert(row.parameter);
       const MaterialParameter& p = material_parameter(row.parameter);
       EXPECT_EQ(p.name, row.parameter);
-      EXPECT_GE(double(row.least), p.least) << row.parameter;
-      EXPECT_LE(double(row.most), p.most) << row.parameter;
+      EXPECT_GE(double(row.minimum), p.minimum) << row.parameter;
+      EXPECT_LE(double(row.maximum), p.maximum) << row.parameter;
     }
   }
   EXPECT_EQ(shown.size(), material_parameters().size());
@@ -34,20 +35,20 @@ TEST(MaterialRows, EveryParameterHasOneWithinItsRange) {
 }
 
 TEST(MaterialRows, UsedParametersComeFirst) {
-  MaterialDescription own;
-  EXPECT_EQ(names(own), (std::vector<std::string>{"", "Clear Coat", "Sheen", "Iridescence",
-                                                  "Diffuse Transmission", "Reflection"}));
-  own.sheen_color = Rgb(0.5f);
-  own.ior = 1.4f;
-  own.thin_walled = false;
-  EXPECT_EQ(names(own),
+  MaterialDescription original;
+  EXPECT_EQ(names(original), (std::vector<std::string>{"", "Clear Coat", "Sheen", "Iridescence",
+                                                       "Diffuse Transmission", "Reflection"}));
+  original.sheen_color = Rgb(0.5f);
+  original.ior = 1.4f;
+  original.thin_walled = false;
+  EXPECT_EQ(names(original),
             (std::vector<std::string>{"", "Sheen", "Interior", "Reflection", "Clear Coat",
                                       "Iridescence", "Diffuse Transmission"}));
   // An edit does not change the order.
   MaterialEdit edit;
   edit.clearcoat = 1.0f;
-  EXPECT_EQ(names(own, edit), names(own));
-  const auto groups = offered_groups(own, edit);
+  EXPECT_EQ(names(original, edit), names(original));
+  const auto groups = applicable_groups(original, edit);
   EXPECT_TRUE(groups[4]->edited(edit));
   EXPECT_FALSE(groups[1]->edited(edit));
 }
@@ -56,13 +57,13 @@ TEST(MaterialRows, AnisotropyIsOfferedIfThereAreTangents) {
   const auto offers = [](const std::vector<std::string>& groups) {
     return std::ranges::find(groups, "Anisotropy") != groups.end();
   };
-  MaterialDescription own;
-  EXPECT_FALSE(offers(names(own)));
+  MaterialDescription original;
+  EXPECT_FALSE(offers(names(original)));
   MaterialEdit edit;  // the scene was opened with it
   edit.anisotropy = 0.5f;
-  EXPECT_TRUE(offers(names(own, edit)));
-  own.normal_texture.image = 0;
-  EXPECT_TRUE(offers(names(own)));
+  EXPECT_TRUE(offers(names(original, edit)));
+  original.normal_texture.image = 0;
+  EXPECT_TRUE(offers(names(original)));
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ std::vector<AnimationDescription> animations() {
 
 TEST(TimeLine, ResolvesAnEdit) {
   const auto list = animations();
-  EXPECT_TRUE(is_at_rest({}));
+  EXPECT_TRUE(is_unanimated({}));
   EXPECT_EQ(animation_index({}, list), -1);
   EXPECT_EQ(animation_index({.time = 0.0}, list), 0);
   EXPECT_EQ(animation_index({.name = "walk"}, list), 0);
@@ -37,13 +37,13 @@ TEST(TimeLine, StepsFromFrameToFrame) {
   EXPECT_EQ(frame_at(0.99, 24), 23.0);
   double time = 0.0;
   for (int frame = 1; frame <= 72; ++frame) {
-    time = stepped(time, 1, 24, 10.0);
+    time = step_time(time, 1, 24, 10.0);
     EXPECT_EQ(frame_at(time, 24), frame);
   }
-  EXPECT_EQ(stepped(0.51, -1, 2, 10.0), 0.0);
-  EXPECT_EQ(stepped(0.0, -1, 24, 10.0), 0.0);
-  EXPECT_EQ(stepped(9.99, 1, 24, 10.0), 10.0);
-  EXPECT_EQ(stepped(0.0, 1, 24, 0.0), 0.0);
+  EXPECT_EQ(step_time(0.51, -1, 2, 10.0), 0.0);
+  EXPECT_EQ(step_time(0.0, -1, 24, 10.0), 0.0);
+  EXPECT_EQ(step_time(9.99, 1, 24, 10.0), 10.0);
+  EXPECT_EQ(step_time(0.0, 1, 24, 0.0), 0.0);
 }
 
 TEST(TimeLine, PlaysTheFrameThatIsDue) {

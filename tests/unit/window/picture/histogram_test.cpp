@@ -5,8 +5,9 @@
 namespace emberline {
 namespace {
 
-std::shared_ptr<const ShownPicture> picture_of(const std::vector<std::array<uint8_t, 3>>& pixels) {
-  auto picture = std::make_shared<ShownPicture>();
+std::shared_ptr<const SessionPicture> picture_of(
+    const std::vector<std::array<uint8_t, 3>>& pixels) {
+  auto picture = std::make_shared<SessionPicture>();
   picture->width = int(pixels.size());
   picture->height = 1;
   for (const auto& p : pixels) picture->rgba8.insert(picture->rgba8.end(), {p[0], p[1], p[2], 255});

@@ -70,9 +70,9 @@ TEST(PicturePlacement, ZoomingKeepsThePointUnderTheCursor) {
 TEST(PicturePlacement, ZoomStaysInItsRange) {
   PicturePlacement p = placed({0, 0, 800, 600}, 100, 100);
   p.zoom_to(1e6, Vec2f(400, 300));
-  EXPECT_DOUBLE_EQ(p.zoom(), PicturePlacement::kMostZoom);
+  EXPECT_DOUBLE_EQ(p.zoom(), PicturePlacement::kMaxZoom);
   p.zoom_to(1e-6, Vec2f(400, 300));
-  EXPECT_DOUBLE_EQ(p.zoom(), PicturePlacement::kLeastZoom);
+  EXPECT_DOUBLE_EQ(p.zoom(), PicturePlacement::kMinZoom);
 }
 
 TEST(PicturePlacement, SomeOfThePictureStaysInSight) {

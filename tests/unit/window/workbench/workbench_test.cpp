@@ -34,7 +34,7 @@ class WorkbenchTest : public OutputFolder {
   // Updates the workbench like the window's loop until `done`. Returns false after two minutes.
   static bool wait(Workbench& bench, const std::function<bool()>& done) {
     using Clock = std::chrono::steady_clock;
-    const auto end = Clock::now() + std::chrono::seconds(int(120 * test::kSlower));
+    const auto end = Clock::now() + std::chrono::seconds(int(120 * test::kSanitizerSlowdown));
     while (!done()) {
       if (Clock::now() >= end) return false;
       bench.update();
@@ -64,16 +64,16 @@ TEST_F(WorkbenchTest, ChangesOfOneGestureAreOneStepOfUndo) {
   const SceneEdits before = bench.session.edits();
   bench.edits.change(with_intensity(bench, 2.0f), "light");
   bench.edits.change(with_intensity(bench, 3.0f), "light");
-  bench.gesture_goes_on(false);
+  bench.update_gesture(false);
   const SceneEdits first = bench.session.edits();
   bench.edits.change(with_intensity(bench, 4.0f), "light");
-  EXPECT_TRUE(bench.edits.unsaved());
+  EXPECT_TRUE(bench.edits.has_unsaved_edits());
   bench.act(Action::kUndo);
   EXPECT_EQ(bench.session.edits(), first);
   bench.act(Action::kUndo);
   EXPECT_EQ(bench.session.edits(), before);
   EXPECT_FALSE(bench.edits.can_undo());
-  EXPECT_FALSE(bench.edits.unsaved());
+  EXPECT_FALSE(bench.edits.has_unsaved_edits());
   bench.act(Action::kRedo);
   EXPECT_EQ(bench.session.edits(), first);
 }
@@ -96,22 +96,22 @@ TEST_F(WorkbenchTest, ThereIsOneWipeAtATime) {
   Workbench bench(
       options(box()), state_, [] {}, [](const std::string&) {});
   ASSERT_TRUE(wait_for_picture(bench));
-  const auto raw_beside = [&] { return bench.session.settings().raw_beside; };
+  const auto include_raw = [&] { return bench.session.settings().include_raw; };
   bench.act(Action::kWipe);
   EXPECT_EQ(bench.comparison.wipe(), Wipe::kNone) << "there is no B yet";
   bench.act(Action::kStoreSnapshot);
   bench.act(Action::kWipe);
-  EXPECT_EQ(bench.comparison.wipe(), Wipe::kKept);
+  EXPECT_EQ(bench.comparison.wipe(), Wipe::kStored);
   bench.act(Action::kWipeRaw);
   EXPECT_EQ(bench.comparison.wipe(), Wipe::kRaw);
-  EXPECT_TRUE(raw_beside());
+  EXPECT_TRUE(include_raw());
   bench.act(Action::kWipe);
-  EXPECT_EQ(bench.comparison.wipe(), Wipe::kKept);
-  EXPECT_FALSE(raw_beside());
+  EXPECT_EQ(bench.comparison.wipe(), Wipe::kStored);
+  EXPECT_FALSE(include_raw());
   bench.act(Action::kWipeRaw);
   bench.act(Action::kDenoise);
   EXPECT_EQ(bench.comparison.wipe(), Wipe::kNone);
-  EXPECT_FALSE(raw_beside());
+  EXPECT_FALSE(include_raw());
   bench.act(Action::kWipeRaw);
   EXPECT_EQ(bench.comparison.wipe(), Wipe::kNone) << "the picture is raw on both sides";
 }
@@ -127,14 +127,14 @@ TEST_F(WorkbenchTest, ReloadingKeepsTheEditsAndNotTheirHistory) {
   bench.act(Action::kReload);
   ASSERT_TRUE(wait(bench, [&] { return bench.session.scene() != before; }));
   EXPECT_EQ(bench.session.edits(), edits);
-  EXPECT_TRUE(bench.edits.unsaved());
+  EXPECT_TRUE(bench.edits.has_unsaved_edits());
   EXPECT_FALSE(bench.edits.can_undo());
   EXPECT_TRUE(bench.navigator.bookmarks()[2]);
   bench.files.open(box());
   const auto reloaded = bench.session.scene();
   ASSERT_TRUE(wait(bench, [&] { return bench.session.scene() != reloaded; }));
   EXPECT_EQ(bench.session.edits(), SceneEdits());
-  EXPECT_FALSE(bench.edits.unsaved());
+  EXPECT_FALSE(bench.edits.has_unsaved_edits());
   EXPECT_FALSE(bench.navigator.bookmarks()[2]);
 }
 
@@ -152,7 +152,7 @@ TEST_F(WorkbenchTest, EditsOfAnotherSceneDoNotReplaceTheFileThatWasGiven) {
   ASSERT_TRUE(wait_for_picture(bench));
   bench.edits.change(with_intensity(bench, 2.0f), "light");
   bench.act(Action::kSaveEdits);
-  ASSERT_TRUE(wait(bench, [&] { return !bench.edits.unsaved(); }));
+  ASSERT_TRUE(wait(bench, [&] { return !bench.edits.has_unsaved_edits(); }));
   EXPECT_TRUE(std::filesystem::exists(path("other.edits.json")));
   EXPECT_EQ(std::filesystem::last_write_time(given.render.edits), written);
 }

@@ -65,7 +65,7 @@ void expect_at(const Vec3d& found, const Vec3d& expected, double tolerance = 1e-
 
 // Log messages while `body` runs.
 template <class Body>
-std::vector<std::string> said(const Body& body) {
+std::vector<std::string> warnings_of(const Body& body) {
   std::vector<std::string> lines;
   set_log_sink([&](LogKind, std::string_view message) { lines.emplace_back(message); });
   body();
@@ -107,7 +107,7 @@ TEST_F(GltfAnimationTest, NodesMoveTurnAndScale) {
     const Affine parent = product(time < 4 ? placed(0, 0, 0) : placed(8, 4, 0), about_z(angle));
     const Affine world = product(parent, product(placed(1, 0, 0), scaled(1 + std::min(time, 2.0))));
     for (size_t v = 0; v < 3; ++v) expect_at(vertex(scene, 0, v), image(world, kCorners[v]));
-    EXPECT_EQ(test::find_flaw(scene), "");
+    EXPECT_EQ(test::find_scene_violation(scene), "");
     EXPECT_TRUE(scene.coverage.ignored.empty());
   }
 }
@@ -137,7 +137,7 @@ TEST_F(GltfAnimationTest, IsChosenByNameOrIndexOrAll) {
   expect_at(corner("2"), Vec3d(1, 2, 0));
   expect_at(corner("big"), Vec3d(11, 7, 7));
   expect_at(corner("all"), Vec3d(4, 2, 0));  // if two move the same property, the later one
-  EXPECT_EQ(count_with(said([&] { corner(""); }), "the first animation is used"), 1u);
+  EXPECT_EQ(count_with(warnings_of([&] { corner(""); }), "the first animation is used"), 1u);
   for (const char* wrong : {"down", "3", "-1", "All"}) {
     try {
       corner(wrong);
@@ -155,14 +155,14 @@ TEST_F(GltfAnimationTest, IsChosenByNameOrIndexOrAll) {
 }
 
 TEST_F(GltfAnimationTest, AFileWithoutAnimationsStaysAtRest) {
-  EXPECT_EQ(count_with(said([&] { load_at(gltf_, 1); }), "the file has no animation"), 1u);
+  EXPECT_EQ(count_with(warnings_of([&] { load_at(gltf_, 1); }), "the file has no animation"), 1u);
   EXPECT_THROW(load_at(gltf_, 1, "all"), UsageError);
 }
 
 TEST_F(GltfAnimationTest, TimeOutsideTheAnimationIsReportedOnce) {
   AnimationBuilder(gltf_).move(1, "translation", {1, 2}, "VEC3", {1, 0, 0, 2, 0, 0});
   const auto lines = [&](double time) {
-    return count_with(said([&] { load_at(gltf_, time); }), "is outside the animation");
+    return count_with(warnings_of([&] { load_at(gltf_, time); }), "is outside the animation");
   };
   EXPECT_EQ(lines(-0.1), 1u);
   EXPECT_EQ(lines(0), 0u);
@@ -257,7 +257,7 @@ TEST_F(GltfAnimationTest, ASingularJointMakesNoNaN) {
   gltf_.add_mesh_node(gltf_.add_mesh({{"attributes", {{"POSITION", 0}}}, {"indices", 1}}));
   AnimationBuilder(gltf_).move(2, "scale", {0, 1, 2}, "VEC3", {0, 1, 1, 0, 0, 1, 0, 0, 0});
   for (const double time : {0.0, 0.5, 1.0, 2.0}) {
-    EXPECT_EQ(test::find_flaw(load_at(gltf_, time)), "") << time;
+    EXPECT_EQ(test::find_scene_violation(load_at(gltf_, time)), "") << time;
   }
 }
 
@@ -304,7 +304,7 @@ TEST_F(GltfAnimationTest, PointersReachMaterialsLightsAndCameras) {
       .point(lamp + "spot/outerConeAngle", {0, 1}, "SCALAR", {0.2f, 0.6f});
   std::vector<std::string> lines;
   SceneDescription scene;
-  lines = said([&] { scene = load_at(gltf_, 0.25); });
+  lines = warnings_of([&] { scene = load_at(gltf_, 0.25); });
   EXPECT_TRUE(lines.empty()) << lines.front();
   const MaterialDescription& material = scene.materials[0];
   EXPECT_EQ(material.base_color, Rgb(0.75f, 0, 0.25f));
@@ -367,7 +367,7 @@ TEST_F(GltfAnimationTest, UnknownPointersAreReportedAndCounted) {
       "/extensions/KHR_lights_punctual/lights/0/intensity"};
   for (const std::string& pointer : nowhere) animation.point(pointer, {0}, "SCALAR", {1});
   SceneDescription scene;
-  const auto lines = said([&] { scene = load_at(gltf_, 0); });
+  const auto lines = warnings_of([&] { scene = load_at(gltf_, 0); });
   expect_at(vertex(scene, 0, 0), Vec3d(1, 2, 3));
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_NE(lines[0].find("#/animations/0/channels/1/target/extensions/KHR_animation_pointer/"
@@ -412,7 +412,7 @@ TEST_F(GltfAnimationTest, InvisibleNodesHideTheirChildren) {
   EXPECT_EQ(counts(load_at(gltf_, 2.0)), hidden);
   // If everything is invisible, only the environment is left.
   node(2)["extensions"]["KHR_node_visibility"]["visible"] = false;
-  EXPECT_EQ(count_with(said([&] { EXPECT_TRUE(load(gltf_).instances.empty()); }),
+  EXPECT_EQ(count_with(warnings_of([&] { EXPECT_TRUE(load(gltf_).instances.empty()); }),
                        "nothing is visible (2 invisible nodes)"),
             1u);
 }

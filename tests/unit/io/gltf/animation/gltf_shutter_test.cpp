@@ -26,16 +26,17 @@ constexpr double kPi = 3.14159265358979;
 struct Segment {
   size_t step;
   double share;
-  Segment(double share_of_all, size_t later)
-      : step(std::min(size_t(share_of_all * double(later)), later - 1)),
-        share(share_of_all * double(later) - double(step)) {}
+  Segment(double share_of_all, size_t next_frame)
+      : step(std::min(size_t(share_of_all * double(next_frame)), next_frame - 1)),
+        share(share_of_all * double(next_frame) - double(step)) {}
 };
 
-Mat44d transform_at(const Mat44d& first, const std::vector<Mat44d>& later, double share) {
-  if (later.empty()) return first;
-  const Segment at(share, later.size());
-  const TransformParts before(at.step == 0 ? first : later[at.step - 1]), after(later[at.step]);
-  return between(before, after, at.share).matrix();
+Mat44d transform_at(const Mat44d& first, const std::vector<Mat44d>& next_frame, double share) {
+  if (next_frame.empty()) return first;
+  const Segment at(share, next_frame.size());
+  const TransformParts before(at.step == 0 ? first : next_frame[at.step - 1]),
+      after(next_frame[at.step]);
+  return interpolate(before, after, at.share).matrix();
 }
 
 Vec3d vertex_at(const SceneDescription& scene, size_t instance, size_t index, double share) {
@@ -70,7 +71,7 @@ class GltfShutterTest : public testing::Test {
   // Compares every vertex with stills at many times, to within `tolerance`.
   SceneDescription expect_stills(double from, double to, double tolerance = 2e-3) const {
     const SceneDescription open = load_open(gltf_, from, to);
-    EXPECT_EQ(test::find_flaw(open), "");
+    EXPECT_EQ(test::find_scene_violation(open), "");
     for (int i = 0; i <= 40; ++i) {
       const double share = i / 40.0;
       const SceneDescription still = load_at(gltf_, from + share * (to - from));
@@ -89,13 +90,13 @@ class GltfShutterTest : public testing::Test {
   }
 
   // For an instant: the scene is as without velocities, and later vertices are those of a still.
-  SceneDescription expect_later(double time, double later, double tolerance = 1e-5) const {
+  SceneDescription expect_later(double time, double next_frame, double tolerance = 1e-5) const {
     const test::TempFolder folder;
     GltfOptions options;
     options.time = time;
-    options.later = later;
+    options.next_frame = next_frame;
     SceneDescription scene = load_gltf(gltf_.write_glb(folder / "a.glb"), options);
-    const SceneDescription now = load_at(gltf_, time), then = load_at(gltf_, time + later);
+    const SceneDescription now = load_at(gltf_, time), then = load_at(gltf_, time + next_frame);
     EXPECT_EQ(scene.meshes.size(), now.meshes.size());
     for (size_t m = 0; m < now.meshes.size(); ++m) {
       EXPECT_EQ(scene.meshes[m].positions, now.meshes[m].positions);
@@ -104,21 +105,22 @@ class GltfShutterTest : public testing::Test {
       EXPECT_TRUE(scene.meshes[m].motion.empty());
     }
     EXPECT_EQ(scene.instances.size(), now.instances.size());
-    auto next = scene.later_instances.begin();
+    auto next = scene.next_frame_instances.begin();
     for (uint32_t i = 0; i < scene.instances.size(); ++i) {
       const InstanceDescription& instance = scene.instances[i];
       EXPECT_EQ(instance.to_world, now.instances[i].to_world);
       EXPECT_TRUE(instance.motion.empty());
       Mat44d to_world = instance.to_world;
-      if (next != scene.later_instances.end() && next->instance == i) to_world = (next++)->to_world;
+      if (next != scene.next_frame_instances.end() && next->instance == i)
+        to_world = (next++)->to_world;
       const MeshDescription& mesh = scene.meshes[size_t(instance.mesh)];
       for (size_t v = 0; v < mesh.positions.size(); ++v) {
-        const Vec3d p(mesh.later.empty() ? mesh.positions[v] : mesh.later.at(v));
+        const Vec3d p(mesh.next_frame.empty() ? mesh.positions[v] : mesh.next_frame.at(v));
         const Vec3d found = transform_point(to_world, p);
         EXPECT_LE((found - vertex_at(then, i, v, 0)).length(), tolerance) << i << " vertex " << v;
       }
     }
-    EXPECT_EQ(next, scene.later_instances.end());
+    EXPECT_EQ(next, scene.next_frame_instances.end());
     return scene;
   }
 
@@ -164,8 +166,8 @@ TEST_F(GltfShutterTest, StaticObjectsHaveNoMotion) {
   // There is no motion after the last key, nor in an instant.
   EXPECT_TRUE(load_open(gltf_, 1, 2).instances[0].motion.empty());
   EXPECT_TRUE(load_open(gltf_, 0.5, 0.5).instances[0].motion.empty());
-  EXPECT_EQ(expect_later(0.5, 0.25).later_instances.size(), 1u);
-  EXPECT_TRUE(expect_later(1, 0.25).later_instances.empty());
+  EXPECT_EQ(expect_later(0.5, 0.25).next_frame_instances.size(), 1u);
+  EXPECT_TRUE(expect_later(1, 0.25).next_frame_instances.empty());
 }
 
 TEST_F(GltfShutterTest, KeysWithinTheShutterCount) {
@@ -204,7 +206,7 @@ TEST_F(GltfShutterTest, ObjectsGrowFromNothing) {
   ASSERT_EQ(scene.instances.size(), 1u);
   EXPECT_NEAR(vertex_at(scene, 0, 1, 0).x, 0, 1e-3);
   EXPECT_NEAR(vertex_at(scene, 0, 1, 0.5).x, 0.5, 1e-3);
-  EXPECT_EQ(test::find_flaw(scene), "");
+  EXPECT_EQ(test::find_scene_violation(scene), "");
   expect_later(0.25, 0.5);
 }
 
@@ -252,7 +254,7 @@ TEST_F(GltfShutterTest, MorphsAndSkinsHaveVerticesInMotion) {
       .move(upper, "rotation", {0, 1}, "VEC4", {0, 0, 0, 1, 0, half, 0, half})
       .move(0, "weights", {0, 0.5f, 1}, "SCALAR", {0, 1, 0});
   const SceneDescription scene = expect_stills(0, 1, 3e-3);
-  EXPECT_FALSE(expect_later(.3, .4).meshes[0].later.empty());
+  EXPECT_FALSE(expect_later(.3, .4).meshes[0].next_frame.empty());
   EXPECT_TRUE(scene.instances[0].motion.empty());
   ASSERT_FALSE(scene.meshes[0].motion.empty());
   const MeshStep& last = scene.meshes[0].motion.back();
@@ -294,7 +296,7 @@ TEST_F(GltfShutterTest, CamerasAndLightsMoveWithTheirNodes) {
   const SceneDescription instant = expect_later(0, .5);
   EXPECT_TRUE(instant.cameras[0].motion.empty());
   EXPECT_TRUE(instant.lights[0].motion.empty());
-  EXPECT_EQ(instant.cameras[0].later.value()[3][0], 1);
+  EXPECT_EQ(instant.cameras[0].next_frame.value()[3][0], 1);
 }
 
 // Two nodes share a mesh, one with animated weights that at this time equal the mesh's own.
@@ -305,8 +307,8 @@ TEST_F(GltfShutterTest, WeightsThatAreAnimatedAreANodesOwn) {
   AnimationBuilder(gltf_).move(0, "weights", {0, 1}, "SCALAR", {0, 1});
   const SceneDescription scene = expect_later(0, .5);
   ASSERT_EQ(scene.meshes.size(), 2u);
-  EXPECT_FALSE(scene.meshes[0].later.empty());
-  EXPECT_TRUE(scene.meshes[1].later.empty());
+  EXPECT_FALSE(scene.meshes[0].next_frame.empty());
+  EXPECT_TRUE(scene.meshes[1].next_frame.empty());
 }
 
 // A vertex that leaves float's range in the next frame: the triangle exists now and is kept.
@@ -317,10 +319,10 @@ TEST_F(GltfShutterTest, TrianglesThatOverflowLaterAreKept) {
   const test::TempFolder folder;
   GltfOptions options;
   options.time = 0;
-  options.later = .5;
+  options.next_frame = .5;
   const SceneDescription scene = load_gltf(gltf_.write_glb(folder / "a.glb"), options);
   ASSERT_EQ(scene.meshes.at(0).triangles.size(), 1u);
-  EXPECT_EQ(scene.meshes[0].later, scene.meshes[0].positions);
+  EXPECT_EQ(scene.meshes[0].next_frame, scene.meshes[0].positions);
 }
 
 TEST_F(GltfShutterTest, InstancesOfAMovingNodeMove) {

@@ -201,7 +201,7 @@ TEST(MeshoptV1, BlocksFollowEachOther) {
     expected[i * 4] = uint8_t(i < 256 ? 0 : i - 255);
     expected[i * 4 + 3] = i == 299 ? 9 : 1;
   }
-  EXPECT_LE(least_meshopt_v1_size(300, 4), encoded.size());
+  EXPECT_LE(min_meshopt_v1_size(300, 4), encoded.size());
   Bytes decoded(300 * 4);
   ASSERT_TRUE(decode_meshopt_v1(encoded, 300, 4, decoded.data()));
   EXPECT_EQ(decoded, expected);

@@ -128,10 +128,10 @@ TEST(GltfGeometry, VertexColoursOfThreeAndFourComponents) {
 TEST(GltfGeometry, NonFiniteAttributesAreCounted) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
-  std::vector<std::string> said;
+  std::vector<std::string> warnings;
   const auto repaired = [&](const GltfBuilder& gltf) {
-    said.clear();
-    set_log_sink([&](LogKind, std::string_view message) { said.emplace_back(message); });
+    warnings.clear();
+    set_log_sink([&](LogKind, std::string_view message) { warnings.emplace_back(message); });
     const SceneDescription scene = load(gltf);
     set_log_sink(nullptr);
     return scene.repairs.non_finite_attributes;
@@ -140,12 +140,12 @@ TEST(GltfGeometry, NonFiniteAttributesAreCounted) {
     GltfBuilder gltf;
     const int mesh = gltf.add_triangle();
     EXPECT_EQ(repaired(gltf), 0u);
-    EXPECT_TRUE(said.empty());
+    EXPECT_TRUE(warnings.empty());
     gltf.primitive(mesh)["attributes"]["COLOR_0"] =
         gltf.add_accessor<float>("VEC4", {nan, 1, inf, 1, 1, 1, 1, -inf, 2, 2, 2, 1});
     EXPECT_EQ(repaired(gltf), 2u);
-    ASSERT_EQ(said.size(), 1u);
-    EXPECT_NE(said[0].find("2 vertices"), std::string::npos) << said[0];
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].find("2 vertices"), std::string::npos) << warnings[0];
     const std::vector<Vec4f> colors = {{0, 1, 1, 1}, {1, 1, 1, 0}, {1, 1, 1, 1}};
     EXPECT_EQ(load(gltf).meshes.at(0).colors, colors);
   }

@@ -71,28 +71,30 @@ TEST_F(GltfMaterial, FactorsOutOfRangeAreClamped) {
 
 // One warning of each kind names the members, eight at most.
 TEST_F(GltfMaterial, ClampedFactorsAreNamed) {
-  const auto said_of = [&](const json& value) {
+  const auto warnings_of = [&](const json& value) {
     testing::internal::CaptureStderr();
     material(value);
     return testing::internal::GetCapturedStderr();
   };
-  EXPECT_EQ(said_of({{"name", "Gold"}, {"pbrMetallicRoughness", {{"metallicFactor", 1}}}}), "");
-  const std::string said = said_of(
+  EXPECT_EQ(warnings_of({{"name", "Gold"}, {"pbrMetallicRoughness", {{"metallicFactor", 1}}}}), "");
+  const std::string warnings = warnings_of(
       {{"name", "Gold"},
        {"pbrMetallicRoughness",
         {{"baseColorFactor", {0, 1, 1, 1.5}}, {"metallicFactor", 2}, {"roughnessFactor", -1}}},
        {"emissiveFactor", {-1, 3, 0}}});
   const std::string in = "/materials/0/pbrMetallicRoughness/";
-  EXPECT_NE(said.find("factors outside [0, 1] are clamped: " + in +
-                      "baseColorFactor of 'Gold' is [0,1,1,1.5], " + in +
-                      "metallicFactor of 'Gold' is 2, " + in + "roughnessFactor of 'Gold' is -1\n"),
-            std::string::npos)
-      << said;
-  EXPECT_NE(said.find("negative material colours are replaced by 0: /materials/0/emissiveFactor of "
-                      "'Gold' is [-1,3,0]\n"),
-            std::string::npos)
-      << said;
-  EXPECT_EQ(std::ranges::count(said, '\n'), 2) << said;
+  EXPECT_NE(
+      warnings.find("factors outside [0, 1] are clamped: " + in +
+                    "baseColorFactor of 'Gold' is [0,1,1,1.5], " + in +
+                    "metallicFactor of 'Gold' is 2, " + in + "roughnessFactor of 'Gold' is -1\n"),
+      std::string::npos)
+      << warnings;
+  EXPECT_NE(
+      warnings.find("negative material colours are replaced by 0: /materials/0/emissiveFactor of "
+                    "'Gold' is [-1,3,0]\n"),
+      std::string::npos)
+      << warnings;
+  EXPECT_EQ(std::ranges::count(warnings, '\n'), 2) << warnings;
 }
 
 TEST_F(GltfMaterial, SamplersAndUvSets) {
@@ -235,12 +237,12 @@ TEST_F(GltfMaterial, ABasisuTextureThatDoesNotDecodeFallsBack) {
   const json slot = base_color_slot({{"index", 0}});
   testing::internal::CaptureStderr();
   const SceneDescription scene = load(slot);
-  const std::string said = testing::internal::GetCapturedStderr();
+  const std::string warnings = testing::internal::GetCapturedStderr();
   ASSERT_EQ(scene.images.size(), 1u);
   EXPECT_EQ(scene.images[0]->width, 2);
   EXPECT_EQ(scene.repairs.replaced_images, 0u);
-  EXPECT_NE(said.find("a.glb#/images/1: "), std::string::npos) << said;
-  EXPECT_NE(said.find("the texture's other image is used"), std::string::npos) << said;
+  EXPECT_NE(warnings.find("a.glb#/images/1: "), std::string::npos) << warnings;
+  EXPECT_NE(warnings.find("the texture's other image is used"), std::string::npos) << warnings;
 
   gltf_.root["extensionsRequired"] = {"KHR_texture_basisu"};
   EXPECT_NE(message_of(slot).find("a.glb#/images/1: the image does not decode: the KTX 2"),
@@ -255,9 +257,10 @@ TEST_F(GltfMaterial, ATransferFunctionThatTheUseContradictsIsWarnedOf) {
   test::add_texture(gltf_, test::ktx2_file("etc1s_odd"), "image/ktx2");
   testing::internal::CaptureStderr();
   load({{"normalTexture", {{"index", 0}}}});
-  const std::string said = testing::internal::GetCapturedStderr();
-  EXPECT_NE(said.find("is marked as sRGB, but is used where linear is expected"), std::string::npos)
-      << said;
+  const std::string warnings = testing::internal::GetCapturedStderr();
+  EXPECT_NE(warnings.find("is marked as sRGB, but is used where linear is expected"),
+            std::string::npos)
+      << warnings;
   testing::internal::CaptureStderr();
   load(base_color_slot({{"index", 0}}));
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");

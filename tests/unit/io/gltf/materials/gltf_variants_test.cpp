@@ -38,7 +38,7 @@ SceneDescription load_varied(const GltfBuilder& gltf, bool variants = true) {
   return load_gltf(gltf.write_glb(folder / "a.glb"), {.variants = variants});
 }
 
-std::string refusal(const GltfBuilder& gltf) {
+std::string rejection_message(const GltfBuilder& gltf) {
   try {
     load_varied(gltf);
   } catch (const InputError& error) {
@@ -70,7 +70,7 @@ TEST(GltfVariants, OnlyNamesAreReadIfNoneIsChosen) {
   SceneEdits edits;
   edits.variant = EditTarget{"red", 0, ""};
   EXPECT_THROW(apply(edits, scene), InputError);
-  EXPECT_NE(refusal(gltf).find("/images/0"), std::string::npos);
+  EXPECT_NE(rejection_message(gltf).find("/images/0"), std::string::npos);
 }
 
 // Images, texture coordinates and tangents of every material that the mesh may have.
@@ -115,7 +115,7 @@ TEST(GltfVariants, NormalMapsWithOtherCoordinatesAreNamed) {
 TEST(GltfVariants, FaultsAreNamedWithTheirPlace) {
   const auto expect = [](GltfBuilder gltf, const std::string& place, const std::string& words) {
     gltf.root["extensionsRequired"] = {"KHR_materials_variants"};
-    const std::string message = refusal(gltf);
+    const std::string message = rejection_message(gltf);
     EXPECT_NE(message.find("a.glb#" + place + ": "), std::string::npos) << message;
     EXPECT_NE(message.find(words), std::string::npos) << message;
   };

@@ -13,7 +13,7 @@
 namespace emberline {
 
 // A picture and its state. Immutable once published.
-struct ShownPicture {
+struct SessionPicture {
   uint64_t edit = 0;    // the last edit that it shows; see RenderSession::edit()
   uint64_t serial = 0;  // increases with each picture
   int width = 0, height = 0;
@@ -28,7 +28,7 @@ struct ShownPicture {
   std::vector<uint8_t> rgba8;     // display values, overlay included; top row first
   std::vector<float> rgba;        // linear Rec. 709, premultiplied, from the film
   std::vector<float> denoised;    // filtered `rgba` if rgba8 shows that; else empty
-  std::vector<uint8_t> raw8;      // unfiltered rgba8, with ViewSettings::raw_beside; else empty
+  std::vector<uint8_t> raw8;      // unfiltered rgba8, with ViewSettings::include_raw; else empty
   std::vector<Rect> in_progress;  // buckets being rendered
   JobProgress progress;
   uint64_t samples = 0;        // of this frame so far
@@ -56,7 +56,7 @@ struct PixelInspection {
   std::optional<Rgb>
       variance;             // of the mean, if the film has it (adaptive driver or error overlay)
   uint32_t non_finite = 0;  // samples counted as black
-  PixelStop stop = PixelStop::kNone;  // so far; kGoingOn if more samples may come
+  PixelStop stop = PixelStop::kNone;  // so far; kUnfinished if more samples may come
   uint32_t id = 0;                    // 1 + instance; 0: background
   std::string object;                 // name of its node or mesh
   int material = -1;            // index in the materials of ListedScene::outline; -1: nothing hit

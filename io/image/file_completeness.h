@@ -16,12 +16,12 @@ inline constexpr std::string_view kIncompletePngText("emberline:complete\0false"
 
 // Reads no pixels. A picture without the mark counts as complete. Throws InputError for a missing
 // file, or one that is not recognised as EXR, PNG or JPEG.
-bool is_marked_incomplete(const std::string& path);
+bool is_unfinished_image(const std::string& path);
 
 // Checks that the file reaches its end, without decoding pixels: EXR by its offset table and a last
 // chunk that ends with the file and not in zeros, PNG and JPEG by their end, GIF by its blocks.
 // False also for deep EXRs, which we never write, and for any other format. Throws InputError for a
 // missing file.
-bool is_whole_picture(const std::string& path);
+bool is_complete_file(const std::string& path);
 
 }  // namespace emberline

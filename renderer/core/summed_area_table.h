@@ -10,11 +10,11 @@
 
 namespace emberline {
 
-class SummedAreas {
+class SummedAreaTable {
  public:
   // value(i) returns the value of pixel i, in row order; called in parallel.
   template <typename Value>
-  SummedAreas(int width, int height, const Value& value)
+  SummedAreaTable(int width, int height, const Value& value)
       : pitch_(size_t(width) + 1), sums_(pitch_ * (size_t(height) + 1)) {
     constexpr size_t kRows = 8, kColumns = 256;
     parallel_each(size_t(height), kRows, [&](size_t y) {

@@ -1,4 +1,4 @@
-#include "io/gltf/animation/changes.h"
+#include "io/gltf/animation/animated_values.h"
 
 #include <algorithm>
 #include <array>
@@ -23,10 +23,10 @@ constexpr const char* kStrength = "/extensions/KHR_materials_emissive_strength/e
 
 // Relative to the largest value nearby.
 constexpr double kTolerance = 1e-3;
-// Limits the pieces between two key frames to 2^kMostHalvings, or fewer if the whole curve would
-// exceed kMostPieces: shorter pieces are not visible.
-constexpr int kMostHalvings = 10;
-constexpr size_t kMostPieces = 65536;
+// Limits the pieces between two key frames to 2^kMaxHalvings, or fewer if the whole curve would
+// exceed kMaxPieces: shorter pieces are not visible.
+constexpr int kMaxHalvings = 10;
+constexpr size_t kMaxPieces = 65536;
 
 double magnitude(double value) { return std::abs(value); }
 double magnitude(float value) { return double(std::abs(value)); }
@@ -40,7 +40,7 @@ class CurveBuilder {
 
   void add(double seconds, const Value& value) {
     auto& [times, values] = curve_;
-    const float time = animation_.share_of_shutter(seconds);
+    const float time = animation_.shutter_fraction(seconds);
     const size_t n = values.size();
     if (n > 0 && times.back() == time && values.back() == value) return;
     if (n > 1 && values[n - 2] == value && values.back() == value) {
@@ -53,8 +53,8 @@ class CurveBuilder {
 
   // Adds the curve from `from`, whose value has been added already, to `to`.
   template <class At>
-  void follow(const At& at, double from, const Value& first, double to, const Value& last,
-              int halvings) {
+  void subdivide(const At& at, double from, const Value& first, double to, const Value& last,
+                 int halvings) {
     // Tests two points, since a cubic may cross its chord at one.
     for (const double share : {0.25, 0.6}) {
       if (halvings == 0) break;
@@ -64,8 +64,8 @@ class CurveBuilder {
       if (!(magnitude(found - chord) > kTolerance * largest)) continue;
       const double middle = 0.5 * (from + to);
       const Value between = at(middle);
-      follow(at, from, first, middle, between, halvings - 1);
-      follow(at, middle, between, to, last, halvings - 1);
+      subdivide(at, from, first, middle, between, halvings - 1);
+      subdivide(at, middle, between, to, last, halvings - 1);
       return;
     }
     add(to, last);
@@ -88,7 +88,7 @@ bool is_constant(const TimeCurve<Value>& curve) {
 // Whether the value changes while the shutter is open.
 bool changes(const GltfAnimation& animation, const PointerTrack& track) {
   const KeyFrames* const keys[] = {&track.keys};
-  const std::vector<double> times = times_within(animation, keys);
+  const std::vector<double> times = shutter_key_times(animation, keys);
   std::vector<double> first(track.keys.width), now(track.keys.width);
   sample_value(track, times.front(), first);
   return std::ranges::any_of(times, [&](double time) {
@@ -99,27 +99,27 @@ bool changes(const GltfAnimation& animation, const PointerTrack& track) {
 
 // Ranges are capped at a value that acts as infinite, so that the relative curve is finite.
 void apply_range(const TimeCurve<float>& ranges, PunctualLightDescription& light) {
-  constexpr float kAsGoodAsInfinite = 1e18f;
+  constexpr float kPracticallyInfinite = 1e18f;
   light.range = *std::ranges::max_element(ranges.values);
   if (is_constant(ranges)) return;
   auto share = std::make_shared<TimeCurve<float>>(ranges);
-  light.range = std::min(light.range, kAsGoodAsInfinite);
+  light.range = std::min(light.range, kPracticallyInfinite);
   for (float& value : share->values) value = std::min(value, light.range) / light.range;
-  light.range_share = std::move(share);
+  light.range_scale = std::move(share);
 }
 
 }  // namespace
 
-void GltfChanges::apply(std::vector<MaterialDescription>& materials) const {
+void GltfAnimatedValues::apply(std::vector<MaterialDescription>& materials) const {
   for (const auto& [index, brightness] : materials_) {
-    materials[index].emission = brightness.brightest;
-    materials[index].emission_share = brightness.share;
+    materials[index].emission = brightness.peak;
+    materials[index].emission_scale = brightness.share;
   }
 }
 
-void GltfChanges::apply(size_t light, PunctualLightDescription& description) const {
+void GltfAnimatedValues::apply(size_t light, PunctualLightDescription& description) const {
   if (const auto found = lights_.find(light); found != lights_.end()) {
-    description.intensity = found->second.brightest;
+    description.intensity = found->second.peak;
     description.share = found->second.share;
   }
   if (const auto found = ranges_.find(light); found != ranges_.end()) {
@@ -136,7 +136,7 @@ void GltfChanges::apply(size_t light, PunctualLightDescription& description) con
   if (!is_constant(*found->second)) description.cones = found->second;
 }
 
-void GltfChanges::apply(size_t camera, CameraDescription& description) const {
+void GltfAnimatedValues::apply(size_t camera, CameraDescription& description) const {
   const auto found = lenses_.find(camera);
   if (found == lenses_.end() || description.fault) return;
   const TimeCurve<double>& lens = *found->second;
@@ -144,12 +144,12 @@ void GltfChanges::apply(size_t camera, CameraDescription& description) const {
   if (!is_constant(lens)) description.zoom = found->second;
 }
 
-uint64_t most_times(const GltfDocument& document) {
+uint64_t max_curve_times(const GltfDocument& document) {
   return (uint64_t(1) << 22) + document.total_bytes * 8;
 }
 
-GltfChanges::GltfChanges(const GltfDocument& document, const GltfAnimation& animation,
-                         CoverageReport& coverage)
+GltfAnimatedValues::GltfAnimatedValues(const GltfDocument& document, const GltfAnimation& animation,
+                                       CoverageReport& coverage)
     : document_(document), animation_(animation) {
   if (!(animation.open < animation.close)) return;
   for (const PointerTrack& track : animation.pointers) {
@@ -157,10 +157,10 @@ GltfChanges::GltfChanges(const GltfDocument& document, const GltfAnimation& anim
   }
   const struct {
     std::string_view root;
-    void (GltfChanges::*read)(size_t);
-  } kinds[] = {{kMaterials, &GltfChanges::read_material},
-               {kCameras, &GltfChanges::read_camera},
-               {kLights, &GltfChanges::read_light}};
+    void (GltfAnimatedValues::*read)(size_t);
+  } kinds[] = {{kMaterials, &GltfAnimatedValues::read_material},
+               {kCameras, &GltfAnimatedValues::read_camera},
+               {kLights, &GltfAnimatedValues::read_light}};
   for (const auto& [root, read] : kinds) {
     std::string last;
     for (auto track = tracks_.lower_bound(std::string(root));
@@ -173,21 +173,21 @@ GltfChanges::GltfChanges(const GltfDocument& document, const GltfAnimation& anim
       try {
         (this->*read)(size_t(std::stoul(object.substr(root.size()))));
       } catch (const InputError& error) {
-        document.faults->note(object, error);
+        document.faults->note_broken(object, error);
       }
     }
   }
-  report_held(coverage);
+  report_held_values(coverage);
 }
 
-void GltfChanges::report_held(CoverageReport& coverage) const {
+void GltfAnimatedValues::report_held_values(CoverageReport& coverage) const {
   std::map<std::pair<const void*, const void*>, bool> known;  // by shared key frames
   for (const auto& [pointer, track] : tracks_) {
-    const bool follows = pointer.starts_with(kLights) || pointer.ends_with(kFactor) ||
-                         pointer.ends_with(kStrength) || pointer.ends_with("/yfov") ||
-                         pointer.ends_with("mag") || pointer.ends_with("/znear") ||
-                         pointer.ends_with("/zfar");
-    if (follows) continue;
+    const bool is_followed = pointer.starts_with(kLights) || pointer.ends_with(kFactor) ||
+                             pointer.ends_with(kStrength) || pointer.ends_with("/yfov") ||
+                             pointer.ends_with("mag") || pointer.ends_with("/znear") ||
+                             pointer.ends_with("/zfar");
+    if (is_followed) continue;
     const auto [entry, is_new] =
         known.try_emplace({track->keys.times.get(), track->keys.values.get()});
     if (is_new) entry->second = changes(animation_, *track);
@@ -201,35 +201,36 @@ void GltfChanges::report_held(CoverageReport& coverage) const {
   }
 }
 
-GltfChanges::Source GltfChanges::find(const std::string& pointer,
-                                      std::vector<double> otherwise) const {
+GltfAnimatedValues::ValueSource GltfAnimatedValues::find(const std::string& pointer,
+                                                         std::vector<double> default_value) const {
   const auto track = tracks_.find(pointer);
-  if (track != tracks_.end()) return {track->second, std::move(otherwise)};
+  if (track != tracks_.end()) return {track->second, std::move(default_value)};
   const json::json_pointer place(pointer);
-  if (!document_.json->contains(place)) return {nullptr, std::move(otherwise)};
+  if (!document_.json->contains(place)) return {nullptr, std::move(default_value)};
   const json& value = document_.json->at(place);
   if (value.is_number()) return {nullptr, {value.get<double>()}};
   return {nullptr, value.get<std::vector<double>>()};
 }
 
 template <class Value, class Make>
-GltfChanges::Curve<Value> GltfChanges::curve(const std::vector<Source>& sources, const Make& make) {
+GltfAnimatedValues::Curve<Value> GltfAnimatedValues::curve(const std::vector<ValueSource>& sources,
+                                                           const Make& make) {
   std::vector<const KeyFrames*> keys;
-  for (const Source& source : sources) {
+  for (const ValueSource& source : sources) {
     if (source.track) keys.push_back(&source.track->keys);
   }
-  const std::vector<double> times = times_within(animation_, keys);
-  int halvings = kMostHalvings;
-  while (halvings > 0 && times.size() << halvings > kMostPieces) --halvings;
+  const std::vector<double> times = shutter_key_times(animation_, keys);
+  int halvings = kMaxHalvings;
+  while (halvings > 0 && times.size() << halvings > kMaxPieces) --halvings;
   CurveBuilder<Value> builder(animation_);
-  size_t kept = 0;
+  size_t reserved_count = 0;
   for (size_t i = 0; i + 1 < times.size(); ++i) {
     const double from = times[i], to = times[i + 1], inside = 0.5 * (from + to);
     // Steps are evaluated inside the interval, so that both sides of a jump are known.
     const auto at = [&](double seconds) {
       std::array<double, 6> numbers = {};
       size_t n = 0;
-      for (const Source& source : sources) {
+      for (const ValueSource& source : sources) {
         const std::span<double> out = std::span(numbers).subspan(n, source.fixed.size());
         std::ranges::copy(source.fixed, out.begin());
         if (source.track) {
@@ -242,78 +243,79 @@ GltfChanges::Curve<Value> GltfChanges::curve(const std::vector<Source>& sources,
     };
     const Value first = at(from);
     builder.add(from, first);
-    builder.follow(at, from, first, to, at(to), halvings);
-    if (builder.size() - kept < 65536 && i + 2 < times.size()) continue;
+    builder.subdivide(at, from, first, to, at(to), halvings);
+    if (builder.size() - reserved_count < 65536 && i + 2 < times.size()) continue;
     document_.progress->check();
-    keep(builder.size() - kept, sizeof(float) + sizeof(Value));
-    kept = builder.size();
+    reserve_times(builder.size() - reserved_count, sizeof(float) + sizeof(Value));
+    reserved_count = builder.size();
   }
   return std::make_shared<const TimeCurve<Value>>(builder.take());
 }
 
-void GltfChanges::keep(uint64_t times, size_t bytes) {
+void GltfAnimatedValues::reserve_times(uint64_t times, size_t bytes) {
   // Factor 2, since vectors grow by doubling.
   document_.reserve(MemoryPart::kLights, bytes_of(2 * times, bytes));
   times_ += times;
-  if (times_ > most_times(document_)) {
+  if (times_ > max_curve_times(document_)) {
     throw LimitError(document_.file,
                      "its animations change lights, lenses and materials too often while the "
                      "shutter is open for a file of this size");
   }
 }
 
-GltfChanges::Brightness GltfChanges::brightness(const Source& color, const Source& factor,
-                                                const std::string& place) {
+GltfAnimatedValues::EmissionCurve GltfAnimatedValues::brightness(const ValueSource& color,
+                                                                 const ValueSource& factor,
+                                                                 const std::string& place) {
   const Curve<Rgb> absolute = curve<Rgb>({color, factor}, [](const auto& n) {
     Rgb value;
     for (size_t c = 0; c < 3; ++c) value[int(c)] = float(std::max(n[c], 0.0) * n[3]);
     return value;
   });
-  Brightness result;
+  EmissionCurve result;
   for (const Rgb& value : absolute->values) {
     if (!is_finite(value)) throw InputError(place, "its brightness is not finite");
-    for (int c = 0; c < 3; ++c) result.brightest[c] = std::max(result.brightest[c], value[c]);
+    for (int c = 0; c < 3; ++c) result.peak[c] = std::max(result.peak[c], value[c]);
   }
   if (is_constant(*absolute)) return result;
   auto share = std::make_shared<TimeCurve<Rgb>>(*absolute);
   for (Rgb& value : share->values) {
-    for (int c = 0; c < 3; ++c) value[c] = value[c] > 0.0f ? value[c] / result.brightest[c] : 0.0f;
+    for (int c = 0; c < 3; ++c) value[c] = value[c] > 0.0f ? value[c] / result.peak[c] : 0.0f;
   }
   result.share = std::move(share);
   return result;
 }
 
-void GltfChanges::read_material(size_t index) {
+void GltfAnimatedValues::read_material(size_t index) {
   const std::string pointer = std::string(kMaterials) + std::to_string(index);
-  if (!animated(pointer + kFactor) && !animated(pointer + kStrength)) return;
+  if (!is_animated(pointer + kFactor) && !is_animated(pointer + kStrength)) return;
   materials_[index] = brightness(find(pointer + kFactor, {0.0, 0.0, 0.0}),
                                  find(pointer + kStrength, {1.0}), document_.place(pointer));
 }
 
-void GltfChanges::read_light(size_t index) {
+void GltfAnimatedValues::read_light(size_t index) {
   const std::string pointer = std::string(kLights) + std::to_string(index);
   const std::string place = document_.place(pointer);
-  if (animated(pointer + "/color") || animated(pointer + "/intensity")) {
+  if (is_animated(pointer + "/color") || is_animated(pointer + "/intensity")) {
     lights_[index] = brightness(find(pointer + "/color", {1.0, 1.0, 1.0}),
                                 find(pointer + "/intensity", {1.0}), place);
   }
-  if (const std::string range = pointer + "/range"; animated(range)) {
+  if (const std::string range = pointer + "/range"; is_animated(range)) {
     ranges_[index] = curve<float>(
         {find(range, {0.0})}, [&](const auto& n) { return light_range(n[0], document_, pointer); });
   }
   const std::string inner = pointer + "/spot/innerConeAngle";
   const std::string outer = pointer + "/spot/outerConeAngle";
-  if (!animated(inner) && !animated(outer)) return;
+  if (!is_animated(inner) && !is_animated(outer)) return;
   cones_[index] = curve<Vec2f>({find(inner, {0.0}), find(outer, {kPiD / 4})}, [&](const auto& n) {
     return cone_angles(n[0], n[1], document_, pointer);
   });
 }
 
-void GltfChanges::read_camera(size_t index) {
+void GltfAnimatedValues::read_camera(size_t index) {
   const std::string pointer = std::string(kCameras) + std::to_string(index);
   const std::string yfov = pointer + "/perspective/yfov", ymag = pointer + "/orthographic/ymag";
-  const bool is_angle = animated(yfov);
-  if (!is_angle && !animated(ymag)) return;
+  const bool is_angle = is_animated(yfov);
+  if (!is_angle && !is_animated(ymag)) return;
   const std::string& lens = is_angle ? yfov : ymag;
   lenses_[index] = curve<double>({find(lens, {0.0})}, [&](const auto& n) {
     return is_angle ? field_of_view(n[0], document_.place(lens))

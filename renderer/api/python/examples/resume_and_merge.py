@@ -22,15 +22,15 @@ def main():
     parser.add_argument("--spp", type=int, default=32)
     options = parser.parse_args()
     scene = emberline.Scene(options.scene, size=options.size, spp=options.spp, bucket_size=16)
-    whole = emberline.render(scene)
-    enough = whole.samples / 2
+    reference = emberline.render(scene)
+    half_samples = reference.samples / 2
 
     file = options.folder / "frame.checkpoint"
-    half = emberline.render(scene, checkpoint=file, progress=lambda now: now.samples < enough)
+    half = emberline.render(scene, checkpoint=file, progress=lambda now: now.samples < half_samples)
     resumed = emberline.render(scene, checkpoint=file, resume=True, keep_checkpoint=True)
-    print(f"stopped after {half.samples} of {whole.samples} samples, and resumed")
+    print(f"stopped after {half.samples} of {reference.samples} samples, and resumed")
 
-    more = emberline.extend(file, scene, spp=2 * options.spp)
+    extended = emberline.extend(file, scene, spp=2 * options.spp)
     print(f"extended to {emberline.stored_frame(file).settings['spp']} samples a pixel")
 
     parts = [options.folder / f"part_{k}.checkpoint" for k in (1, 2)]
@@ -39,9 +39,9 @@ def main():
     merged = emberline.merge(parts, parts=True)
     print(f"merged: {(merged['part'] == 1).mean():.0%} of the pixels are of the first part")
 
-    twice = emberline.render(scene, spp=2 * options.spp)
-    same = [np.array_equal(a.pixels, b.pixels) for a, b in ((resumed, whole), (more, twice))]
-    same.append(np.array_equal(merged["RGBA"], whole["RGBA"]))
+    rendered_at_once = emberline.render(scene, spp=2 * options.spp)
+    same = [np.array_equal(a.pixels, b.pixels) for a, b in ((resumed, reference), (extended, rendered_at_once))]
+    same.append(np.array_equal(merged["RGBA"], reference["RGBA"]))
     print("the same bits:", *same)
 
 

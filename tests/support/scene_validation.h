@@ -9,7 +9,7 @@
 namespace emberline::test {
 
 // The guarantee that an image breaks; empty if none.
-inline std::string find_flaw(const Image& image) {
+inline std::string find_scene_violation(const Image& image) {
   const size_t texel = image.type == TexelType::kUint8   ? 1
                        : image.type == TexelType::kFloat ? 4
                                                          : 2;
@@ -19,9 +19,12 @@ inline std::string find_flaw(const Image& image) {
   return image.texels.size() == count * texel ? "" : "an image's size";
 }
 
-inline std::string find_flaw(const MeshDescription& mesh, const SceneDescription& scene) {
+inline std::string find_scene_violation(const MeshDescription& mesh,
+                                        const SceneDescription& scene) {
   const size_t count = mesh.positions.size();
-  const auto whole = [&](const auto& values) { return values.empty() || values.size() == count; };
+  const auto is_per_vertex = [&](const auto& values) {
+    return values.empty() || values.size() == count;
+  };
   const auto is_material = [&](int i) { return i >= 0 && size_t(i) < scene.materials.size(); };
   if (mesh.triangles.empty()) return "a mesh without triangles";
   for (const auto& triangle : mesh.triangles) {
@@ -29,9 +32,10 @@ inline std::string find_flaw(const MeshDescription& mesh, const SceneDescription
       if (v >= count) return "a triangle's index";
     }
   }
-  if (!whole(mesh.normals) || !whole(mesh.tangents) || !whole(mesh.colors)) return "an attribute";
+  if (!is_per_vertex(mesh.normals) || !is_per_vertex(mesh.tangents) || !is_per_vertex(mesh.colors))
+    return "an attribute";
   for (const auto& uv : mesh.uv_sets) {
-    if (!whole(uv)) return "a UV set";
+    if (!is_per_vertex(uv)) return "a UV set";
   }
   for (const Vec3f& p : mesh.positions) {
     if (!is_finite(p)) return "a position that is not finite";
@@ -43,14 +47,15 @@ inline std::string find_flaw(const MeshDescription& mesh, const SceneDescription
     if (!is_finite(Vec3f(t.x, t.y, t.z))) return "a tangent that is not finite";
   }
   if (mesh.material != -1 && !is_material(mesh.material)) return "a mesh's material";
-  for (const VariantMaterial& worn : mesh.variant_materials) {
-    if (!is_material(worn.material)) return "a variant's material";
-    if (worn.variant < 0 || size_t(worn.variant) >= scene.variants.size()) return "a variant";
+  for (const VariantMaterial& variant_material : mesh.variant_materials) {
+    if (!is_material(variant_material.material)) return "a variant's material";
+    if (variant_material.variant < 0 || size_t(variant_material.variant) >= scene.variants.size())
+      return "a variant";
   }
   return "";
 }
 
-inline std::string find_flaw(const SceneDescription& scene) {
+inline std::string find_scene_violation(const SceneDescription& scene) {
   for (const InstanceDescription& instance : scene.instances) {
     if (instance.mesh < 0 || size_t(instance.mesh) >= scene.meshes.size()) return "an instance";
     for (int i = 0; i < 16; ++i) {
@@ -58,10 +63,12 @@ inline std::string find_flaw(const SceneDescription& scene) {
     }
   }
   for (const MeshDescription& mesh : scene.meshes) {
-    if (const std::string flaw = find_flaw(mesh, scene); !flaw.empty()) return flaw;
+    if (const std::string violation = find_scene_violation(mesh, scene); !violation.empty())
+      return violation;
   }
   for (const auto& image : scene.images) {
-    if (const std::string flaw = find_flaw(*image); !flaw.empty()) return flaw;
+    if (const std::string violation = find_scene_violation(*image); !violation.empty())
+      return violation;
   }
   for (const MaterialDescription& m : scene.materials) {
     for (const TextureRef* slot : texture_slots(m)) {

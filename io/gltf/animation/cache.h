@@ -12,7 +12,7 @@
 namespace emberline {
 
 // A primitive that no animation deforms.
-struct RestMesh {
+struct StaticMesh {
   uint64_t key = 0;   // key in MeshDescription
   LoadedMesh loaded;  // without arrays, which the receiver of the pose takes over
   WorldBounds bounds;
@@ -20,10 +20,10 @@ struct RestMesh {
   std::vector<TangentLayout> layouts;  // layouts for which it was read
 };
 
-struct GltfRest {
+struct GltfCache {
   // Mesh, primitive, skin, node or -1, and whether the node flattens it.
   using MeshId = std::tuple<size_t, size_t, int, int, bool>;
-  std::map<MeshId, RestMesh> meshes;
+  std::map<MeshId, StaticMesh> meshes;
   uint64_t last_key = 0;
   std::map<int, GltfImage> images;  // by glTF image
   TextureStore textures;            // backing store of the texels
@@ -33,7 +33,7 @@ struct GltfRest {
   // Of the latest pose: whether something deforms, so that buffers are needed again; bytes reserved
   // for its resting meshes, and for those of them that were read for it.
   bool deforms = false;
-  uint64_t resting_bytes = 0, read_bytes = 0;
+  uint64_t static_bytes = 0, new_static_bytes = 0;
 };
 
 }  // namespace emberline

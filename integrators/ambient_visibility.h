@@ -9,7 +9,7 @@ namespace emberline {
 // the shading normal (S. Zhukov, A. Iones, G. Kronin, "An Ambient Light Illumination Model", EGWR
 // 1998). Rays end after a fifth of the scene's radius, chosen by eye on interiors, which would be
 // black without a limit. Uses the slot's random numbers for the BSDF; `rays` may be null.
-float openness(const Scene& scene, const ShadedPoint& point, float time, PixelSamples& samples,
-               SampleRays* rays);
+float ambient_visibility(const Scene& scene, const ShadedPoint& point, float time,
+                         PixelSamples& samples, SampleRays* rays);
 
 }  // namespace emberline

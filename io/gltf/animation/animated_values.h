@@ -16,17 +16,17 @@ namespace emberline {
 
 // Upper limit on the times of all curves and visibility tracks together: since key frames can be
 // shared, a small file could ask for any number. The value is our choice.
-uint64_t most_times(const GltfDocument& document);
+uint64_t max_curve_times(const GltfDocument& document);
 
 // Step key frames become jumps. Other curves are within 0.1 % of the exact value if they have up to
 // a thousand key frames; with more, each key frame is kept and connected by straight lines.
-class GltfChanges {
+class GltfAnimatedValues {
  public:
   // Both arguments must outlive this object; values that are not animated come from the JSON.
   // Invalid lights, lenses or emission at some time are noted as broken; held values are added to
   // the report. Throws InputError for more key frames than memory or the file's size allows.
-  GltfChanges(const GltfDocument& document, const GltfAnimation& animation,
-              CoverageReport& coverage);
+  GltfAnimatedValues(const GltfDocument& document, const GltfAnimation& animation,
+                     CoverageReport& coverage);
 
   // Add the changes to what was read from the file.
   void apply(std::vector<MaterialDescription>& materials) const;
@@ -35,12 +35,12 @@ class GltfChanges {
 
  private:
   // Brightest emission and curve relative to it, as in scene_description.h.
-  struct Brightness {
-    Rgb brightest = Rgb(0.0f);
+  struct EmissionCurve {
+    Rgb peak = Rgb(0.0f);
     std::shared_ptr<const TimeCurve<Rgb>> share;
   };
   // Numbers of the document, animated or constant.
-  struct Source {
+  struct ValueSource {
     const PointerTrack* track = nullptr;
     std::vector<double> fixed;
   };
@@ -50,18 +50,19 @@ class GltfChanges {
   void read_material(size_t index);
   void read_light(size_t index);
   void read_camera(size_t index);
-  bool animated(const std::string& pointer) const { return tracks_.contains(pointer); }
-  Source find(const std::string& pointer, std::vector<double> otherwise) const;
-  Brightness brightness(const Source& color, const Source& factor, const std::string& place);
+  bool is_animated(const std::string& pointer) const { return tracks_.contains(pointer); }
+  ValueSource find(const std::string& pointer, std::vector<double> default_value) const;
+  EmissionCurve brightness(const ValueSource& color, const ValueSource& factor,
+                           const std::string& place);
   template <class Value, class Make>
-  Curve<Value> curve(const std::vector<Source>& sources, const Make& make);
-  void keep(uint64_t times, size_t bytes);
-  void report_held(CoverageReport& coverage) const;
+  Curve<Value> curve(const std::vector<ValueSource>& sources, const Make& make);
+  void reserve_times(uint64_t times, size_t bytes);
+  void report_held_values(CoverageReport& coverage) const;
 
   const GltfDocument& document_;
   const GltfAnimation& animation_;
   std::map<std::string, const PointerTrack*> tracks_;  // by pointer; the later track wins
-  std::map<size_t, Brightness> materials_, lights_;
+  std::map<size_t, EmissionCurve> materials_, lights_;
   std::map<size_t, Curve<Vec2f>> cones_;
   std::map<size_t, Curve<float>> ranges_;
   std::map<size_t, Curve<double>> lenses_;

@@ -11,27 +11,27 @@ namespace emberline {
 
 // Passes finished tiles to files and report. During the render it also updates progress, notes
 // passes, takes snapshots and updates the viewer.
-class CommandFrame::Watcher final : public RenderSink {
+class CommandFrame::FrameSink final : public RenderSink {
  public:
   // `progress` is null when a rendered frame is only delivered.
-  Watcher(CommandFrame& frame, ProgressDisplay* progress) : frame_(frame), progress_(progress) {}
+  FrameSink(CommandFrame& frame, ProgressDisplay* progress) : frame_(frame), progress_(progress) {}
 
   void tile_finished(const FilmTile& tile) override {
     write(tile);
     // Buckets finish one by one, so their pixels measure the progress of a frame with a noise
     // threshold.
-    if (progress_ && frame_.job_->by_tiles()) progress_->add_share(share(tile));
+    if (progress_ && frame_.job_->is_tiled()) progress_->add_fraction(tile_fraction(tile));
   }
   void tile_loaded(const FilmTile& tile, uint64_t samples) override {
     write(tile);
-    earlier_samples_ += samples;
-    if (progress_) progress_->add_earlier(samples, share(tile));
+    resumed_samples_ += samples;
+    if (progress_) progress_->add_resumed(samples, tile_fraction(tile));
   }
   void samples_loaded(uint64_t count) override {
-    earlier_samples_ += count;
-    if (progress_) progress_->add_earlier(count, 0);
+    resumed_samples_ += count;
+    if (progress_) progress_->add_resumed(count, 0);
   }
-  uint64_t earlier_samples() const { return earlier_samples_; }
+  uint64_t resumed_samples() const { return resumed_samples_; }
   void write(const FilmTile& tile) {
     frame_.outputs_->tile_finished(tile);
     if (frame_.pictures_) frame_.pictures_->add(tile);
@@ -48,30 +48,30 @@ class CommandFrame::Watcher final : public RenderSink {
     progress_->add(count);
   }
   void picture_changed(const JobProgress& now, const LivePicture& picture) override {
-    if (progress_) frame_.note_picture(now, picture);
+    if (progress_) frame_.on_picture_changed(now, picture);
   }
-  void cut_short() override { frame_.checkpoint_.save(*frame_.job_); }
-  bool picture_wanted() const override {
-    if (frame_.checkpoint_.wanted()) return true;
+  void interrupted() override { frame_.checkpoint_.save(*frame_.job_); }
+  bool needs_picture() const override {
+    if (frame_.checkpoint_.is_due()) return true;
     if (!progress_ || (!frame_.snapshots_ && !frame_.viewer_)) return false;
     const double elapsed = frame_.clock_->seconds();
-    return (frame_.snapshots_ && frame_.snapshots_->wanted(elapsed)) ||
-           (frame_.viewer_ && frame_.viewer_->wanted(elapsed));
+    return (frame_.snapshots_ && frame_.snapshots_->is_due(elapsed)) ||
+           (frame_.viewer_ && frame_.viewer_->is_due(elapsed));
   }
-  std::optional<uint64_t> picture_wanted_at() const override {
-    return progress_ && frame_.snapshots_ ? frame_.snapshots_->wanted_at() : std::nullopt;
+  std::optional<uint64_t> next_picture_at() const override {
+    return progress_ && frame_.snapshots_ ? frame_.snapshots_->next_sample_count() : std::nullopt;
   }
   PixelStop stop_cause() const override { return frame_.stop_.cause(); }
 
  private:
-  double share(const FilmTile& tile) const {
+  double tile_fraction(const FilmTile& tile) const {
     return double(tile.rect().area()) / (double(frame_.plan_.crop.area()) * frame_.part_of_frame());
   }
 
   CommandFrame& frame_;
   ProgressDisplay* const progress_;
   std::atomic<bool> begun_{false};
-  std::atomic<uint64_t> earlier_samples_{0};
+  std::atomic<uint64_t> resumed_samples_{0};
 };
 
 }  // namespace emberline

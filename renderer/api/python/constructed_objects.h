@@ -24,7 +24,7 @@ bool is_object_of(const py::handle& value) {
 }
 
 template <typename Class>
-void check_is_made(const py::handle& value) {
+void check_is_constructed(const py::handle& value) {
   if (!is_object_of<Class>(value)) return;
   const auto* const type = py::detail::get_type_info(typeid(Class));
   auto* const object = reinterpret_cast<py::detail::instance*>(value.ptr());
@@ -35,26 +35,26 @@ void check_is_made(const py::handle& value) {
 }
 
 template <typename Class, typename Base>
-struct MadeCaster : Base {
+struct ConstructedCaster : Base {
   bool load(py::handle object, bool convert) {
-    check_is_made<Class>(object);
+    check_is_constructed<Class>(object);
     return Base::load(object, convert);
   }
 };
 
 }  // namespace emberline::python
 
-// Use for each class of the module, in the global namespace, before any function takes or returns
-// it.
-#define EMBERLINE_CHECK_IS_MADE(Class)                                                      \
-  template <>                                                                               \
-  struct pybind11::detail::type_caster<Class>                                               \
-      : emberline::python::MadeCaster<Class, pybind11::detail::type_caster_base<Class>> {}; \
-  template <>                                                                               \
-  struct pybind11::detail::type_caster<std::shared_ptr<Class>>                              \
-      : emberline::python::MadeCaster<                                                      \
+// SceneLock for each class of the module, in the global namespace, before any function takes or
+// returns it.
+#define EMBERLINE_CHECK_IS_CONSTRUCTED(Class)                                                      \
+  template <>                                                                                      \
+  struct pybind11::detail::type_caster<Class>                                                      \
+      : emberline::python::ConstructedCaster<Class, pybind11::detail::type_caster_base<Class>> {}; \
+  template <>                                                                                      \
+  struct pybind11::detail::type_caster<std::shared_ptr<Class>>                                     \
+      : emberline::python::ConstructedCaster<                                                      \
             Class, pybind11::detail::copyable_holder_caster<Class, std::shared_ptr<Class>>> {}
 
-EMBERLINE_CHECK_IS_MADE(emberline::api::Settings);
-EMBERLINE_CHECK_IS_MADE(emberline::api::RenderedPicture);
-EMBERLINE_CHECK_IS_MADE(emberline::api::Comparison);
+EMBERLINE_CHECK_IS_CONSTRUCTED(emberline::api::Settings);
+EMBERLINE_CHECK_IS_CONSTRUCTED(emberline::api::RenderedPicture);
+EMBERLINE_CHECK_IS_CONSTRUCTED(emberline::api::Comparison);

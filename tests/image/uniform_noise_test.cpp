@@ -11,7 +11,7 @@ namespace {
 using namespace test;
 
 // Most pixels equal the uniform frame's, so the ratio is more precise than either error.
-TEST(NothingToGain, NestedLosesLessThanThreePerCent) {
+TEST(UniformNoise, NestedIsAtMostThreePercentWorse) {
   const auto scene = lit_floor();
   const CameraDescription view = lit_floor_view();
   RenderSettings s = lit_floor_settings();

@@ -1,4 +1,4 @@
-#include "io/image/picture_mark.h"
+#include "io/image/file_completeness.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -12,46 +12,47 @@ namespace emberline {
 namespace {
 
 // Bytes searched before the pixels; our writers use less.
-constexpr size_t kMostHeader = size_t(1) << 20;
+constexpr size_t kMaxHeaderBytes = size_t(1) << 20;
 
-bool exr_is_marked(ByteCursor& header) {
+bool is_unfinished_exr(ByteCursor& header) {
   header.skip(4);  // version
   while (!header.at_end()) {
-    const std::string name = header.until_zero();
+    const std::string name = header.read_c_string();
     if (name.empty()) break;
-    header.until_zero();  // type
+    header.read_c_string();  // type
     const uint64_t size = header.little_endian(4);
-    constexpr std::string_view kNo = "false";
-    if (name == kCompleteAttribute) return size >= kNo.size() && header.take_if(kNo);
+    constexpr std::string_view kFalse = "false";
+    if (name == kCompleteAttribute) return size >= kFalse.size() && header.consume_if(kFalse);
     header.skip(size);
   }
   return false;
 }
 
-bool png_is_marked(ByteCursor& header) {
+bool is_unfinished_png(ByteCursor& header) {
   while (!header.at_end()) {
     const uint64_t size = header.big_endian(4), data = header.offset() + 4;
-    if (header.take_if("IDAT")) break;
-    if (header.take_if("tEXt") && size == kIncompletePngText.size() &&
-        header.take_if(kIncompletePngText)) {
+    if (header.consume_if("IDAT")) break;
+    if (header.consume_if("tEXt") && size == kIncompletePngText.size() &&
+        header.consume_if(kIncompletePngText)) {
       return true;
     }
-    header.go_to(data);
+    header.seek(data);
     header.skip(size);
     header.skip(4);  // checksum
   }
   return false;
 }
 
-bool jpeg_is_marked(ByteCursor& header) {
-  while (header.take_if("\xff")) {
+bool is_unfinished_jpeg(ByteCursor& header) {
+  while (header.consume_if("\xff")) {
     const uint8_t marker = header.byte();
     const uint64_t size = std::max<uint64_t>(header.big_endian(2), 2) - 2, data = header.offset();
     if (marker == 0xda) break;  // the pixels
-    if (marker == 0xfe && size == kIncompleteComment.size() && header.take_if(kIncompleteComment)) {
+    if (marker == 0xfe && size == kIncompleteComment.size() &&
+        header.consume_if(kIncompleteComment)) {
       return true;
     }
-    header.go_to(data);
+    header.seek(data);
     header.skip(size);
   }
   return false;
@@ -61,7 +62,7 @@ bool ends_with(const ByteSource& file, std::string_view text) {
   if (file.size < text.size()) return false;
   ByteCursor cursor(file);
   cursor.skip(file.size - text.size());
-  return cursor.take_if(text);
+  return cursor.consume_if(text);
 }
 
 struct ExrPart {
@@ -70,42 +71,42 @@ struct ExrPart {
 };
 struct ExrPartList {
   std::vector<ExrPart> list;
-  bool several = false, readable = false;
+  bool is_multipart = false, readable = false;
 };
 
 // "OpenEXR File Layout": version and flags, then one header of attributes per part.
 ExrPartList read_exr_parts(ByteCursor& cursor) {
-  constexpr uint64_t kTiled = 0x200, kDeep = 0x800, kSeveral = 0x1000;
-  cursor.go_to(4);
+  constexpr uint64_t kTiled = 0x200, kDeep = 0x800, kMultipart = 0x1000;
+  cursor.seek(4);
   const uint64_t flags = cursor.little_endian(4);
   ExrPartList parts;
-  parts.several = flags & kSeveral;
+  parts.is_multipart = flags & kMultipart;
   if (flags & kDeep) return parts;
-  while (!cursor.is_behind_end()) {
+  while (!cursor.is_past_end()) {
     ExrPart part = {.tiled = (flags & kTiled) != 0};
     bool empty = true;
-    for (std::string name = cursor.until_zero(); !name.empty() && !cursor.is_behind_end();
-         name = cursor.until_zero(), empty = false) {
-      cursor.until_zero();  // type
+    for (std::string name = cursor.read_c_string(); !name.empty() && !cursor.is_past_end();
+         name = cursor.read_c_string(), empty = false) {
+      cursor.read_c_string();  // type
       const uint64_t size = cursor.little_endian(4), value = cursor.offset();
-      if (parts.several && name == "type") part.tiled = cursor.byte() == 't';  // "tiledimage"
+      if (parts.is_multipart && name == "type") part.tiled = cursor.byte() == 't';  // "tiledimage"
       if (name == "compression") part.compression = cursor.byte();
-      cursor.go_to(value);
+      cursor.seek(value);
       cursor.skip(size);
     }
-    parts.readable = !cursor.is_behind_end();
+    parts.readable = !cursor.is_past_end();
     if (empty) break;
     parts.list.push_back(part);
-    if (!parts.several) break;
+    if (!parts.is_multipart) break;
   }
   return parts;
 }
 
 // After a power loss a file can have the right length but end in zeros. Compressed pixels (zip,
 // piz, pxr24, dwa) end with a checksum or codes, never with this many zeros.
-constexpr uint64_t kMostZeros = 8;
+constexpr uint64_t kMaxEndZeros = 8;
 
-bool is_packed(uint8_t compression) {
+bool is_compressed(uint8_t compression) {
   constexpr uint8_t kZips = 2, kPxr24 = 5, kDwaa = 8, kDwab = 9;
   return (compression >= kZips && compression <= kPxr24) || compression == kDwaa ||
          compression == kDwab;
@@ -121,46 +122,46 @@ bool ends_with_zeros(const ByteSource& file, uint64_t count) {
 }
 
 // The offset tables must end at the first chunk, and the last chunk at the end of the file.
-bool exr_is_whole(const ByteSource& file) {
+bool is_complete_exr(const ByteSource& file) {
   ByteCursor cursor(file);
   const ExrPartList parts = read_exr_parts(cursor);
   if (!parts.readable) return false;
   uint64_t first = file.size, last = 0;
   while (cursor.offset() < first) {
     const uint64_t offset = cursor.little_endian(8);
-    if (cursor.is_behind_end() || offset >= file.size) return false;
+    if (cursor.is_past_end() || offset >= file.size) return false;
     first = std::min(first, offset);
     last = std::max(last, offset);
   }
   if (cursor.offset() != first || last == 0) return false;
-  cursor.go_to(last);
-  const uint64_t part = parts.several ? cursor.little_endian(4) : 0;
+  cursor.seek(last);
+  const uint64_t part = parts.is_multipart ? cursor.little_endian(4) : 0;
   if (part >= parts.list.size()) return false;
   cursor.skip(parts.list[part].tiled ? 16 : 4);  // its coordinates
   const uint64_t size = cursor.little_endian(4);
   cursor.skip(size);
   if (size == 0 || cursor.offset() != file.size) return false;
-  return !is_packed(parts.list[part].compression) ||
-         !ends_with_zeros(file, std::min(size, kMostZeros));
+  return !is_compressed(parts.list[part].compression) ||
+         !ends_with_zeros(file, std::min(size, kMaxEndZeros));
 }
 
-bool png_is_whole(const ByteSource& file) {
+bool is_complete_png(const ByteSource& file) {
   return ends_with(file, std::string_view("\0\0\0\0IEND\xae\x42\x60\x82", 12));
 }
 
 // Looks for the end marker only after the headers, whose thumbnails have end markers, too.
-bool jpeg_is_whole(const ByteSource& file) {
+bool is_complete_jpeg(const ByteSource& file) {
   ByteCursor cursor(file);
   cursor.skip(2);
   constexpr uint8_t kScan = 0xda;
   for (uint8_t marker = 0; marker != kScan; cursor.skip(cursor.big_endian(2) - 2)) {
-    if (cursor.byte() != 0xff || cursor.is_behind_end()) return false;
+    if (cursor.byte() != 0xff || cursor.is_past_end()) return false;
     for (marker = cursor.byte(); marker == 0xff;) marker = cursor.byte();
   }
-  return !cursor.is_behind_end() && ends_with(file, "\xff\xd9");
+  return !cursor.is_past_end() && ends_with(file, "\xff\xd9");
 }
 
-bool gif_is_whole(const ByteSource& file) {
+bool is_complete_gif(const ByteSource& file) {
   ByteCursor cursor(file);
   const auto skip_colours = [&](uint8_t flags) {
     if (flags & 0x80) cursor.skip(uint64_t(6) << (flags & 7));
@@ -169,7 +170,7 @@ bool gif_is_whole(const ByteSource& file) {
   const uint8_t flags = cursor.byte();
   cursor.skip(2);
   skip_colours(flags);
-  while (!cursor.is_behind_end()) {
+  while (!cursor.is_past_end()) {
     const uint8_t kind = cursor.byte();
     if (kind == ';') return cursor.offset() == file.size;
     if (kind == ',') {  // an image: its palette, then the width of its codes
@@ -188,22 +189,22 @@ bool gif_is_whole(const ByteSource& file) {
 
 }  // namespace
 
-bool is_marked_incomplete(const std::string& path) {
-  const ByteSource file = source_of(InputFile(path));
-  ByteCursor header(file, kMostHeader);
-  if (header.take_if("\x76\x2f\x31\x01")) return exr_is_marked(header);
-  if (header.take_if("\x89PNG\r\n\x1a\n")) return png_is_marked(header);
-  if (header.take_if("\xff\xd8")) return jpeg_is_marked(header);
+bool is_unfinished_image(const std::string& path) {
+  const ByteSource file = make_byte_source(InputFile(path));
+  ByteCursor header(file, kMaxHeaderBytes);
+  if (header.consume_if("\x76\x2f\x31\x01")) return is_unfinished_exr(header);
+  if (header.consume_if("\x89PNG\r\n\x1a\n")) return is_unfinished_png(header);
+  if (header.consume_if("\xff\xd8")) return is_unfinished_jpeg(header);
   throw InputError(path, "is not an EXR, PNG or JPEG");
 }
 
-bool is_whole_picture(const std::string& path) {
-  const ByteSource file = source_of(InputFile(path));
+bool is_complete_file(const std::string& path) {
+  const ByteSource file = make_byte_source(InputFile(path));
   ByteCursor cursor(file);
-  if (cursor.take_if("\x76\x2f\x31\x01")) return exr_is_whole(file);
-  if (cursor.take_if("\x89PNG\r\n\x1a\n")) return png_is_whole(file);
-  if (cursor.take_if("\xff\xd8\xff")) return jpeg_is_whole(file);
-  if (cursor.take_if("GIF8")) return gif_is_whole(file);
+  if (cursor.consume_if("\x76\x2f\x31\x01")) return is_complete_exr(file);
+  if (cursor.consume_if("\x89PNG\r\n\x1a\n")) return is_complete_png(file);
+  if (cursor.consume_if("\xff\xd8\xff")) return is_complete_jpeg(file);
+  if (cursor.consume_if("GIF8")) return is_complete_gif(file);
   return false;
 }
 
