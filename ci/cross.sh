@@ -24,7 +24,7 @@ trap 'rm -f "$log"' EXIT
 if [ ! -e "$folder/whole" ]; then
   echo "ci/cross.sh: unpacking Debian's libraries for arm64 into $folder"
   rm -rf "$folder/root"
-  wanted=$(sed -n '/^packages=(/,/^)/p' ci/setup.sh | grep -oE '[a-z0-9+.-]+-dev' | grep -vE '^(dpkg|python3|pybind11)-dev$' | paste -sd ,)
+  wanted=$(sed -n '/packages.*=($/,/^ *)$/p' ci/setup.sh | grep -oE '[a-z0-9+.-]+-dev' | grep -vE '^(dpkg|python3|pybind11)-dev$' | paste -sd ,)
   mmdebstrap --variant=extract --architectures=arm64 --aptopt='Acquire::Check-Valid-Until "false"' \
     --include="draco,openimageio-tools,libc6-dev,libstdc++-12-dev,$wanted" bookworm "$folder/root" >"$log" 2>&1 || {
     tail -n 20 "$log" >&2

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Installs Emberline's build dependencies and the packages given as arguments on Debian 12 or later. Quiet; skips what
-# is already installed.
+# Installs Emberline's dependencies on Debian 12 or later, and the packages given as arguments. Quiet; skips what is
+# already installed.
+#   ci/setup.sh [--program] [PACKAGE...]   --program: only what the program needs, nothing for Python and the tests
 set -euo pipefail
 
 packages=(
@@ -11,12 +12,18 @@ packages=(
   libtinygltf-dev libdraco-dev libmeshoptimizer-dev libzstd-dev
   libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev
   libglfw3-dev libimgui-dev
-  libgtest-dev libgmock-dev libbenchmark-dev
-  pybind11-dev python3-dev python3-numpy
-  xvfb xdotool libgl1-mesa-dri
-  man-db zsh dpkg-dev
-  "$@"
 )
+if [ "${1:-}" = --program ]; then
+  shift
+else
+  packages+=(
+    libgtest-dev libgmock-dev libbenchmark-dev
+    pybind11-dev python3-dev python3-numpy
+    xvfb xdotool libgl1-mesa-dri
+    man-db zsh dpkg-dev
+  )
+fi
+packages+=("$@")
 
 missing=()
 for package in "${packages[@]}"; do

@@ -23,5 +23,5 @@ fi
 rows=$(mktemp)
 trap 'rm -f "$rows"' EXIT
 # One job more than there are cores: nine in ten tests leave a core idle at times.
-EMBERLINE_NUMERICS_TABLE=$rows ctest --preset "$preset" -j "$(($(nproc) + 1))"
+EMBERLINE_NUMERICS_TABLE=$rows ctest --preset "$preset" --no-tests=error -j "$(($(nproc) + 1))"
 python3 tests/numerics/table.py "$rows" tests/numerics/table.csv >/dev/null
