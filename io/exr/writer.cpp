@@ -67,8 +67,8 @@ uint32_t rounded_uint(float value) {
 }
 
 uint16_t half_bits(float value) {
-  constexpr float kMaxHalf = 65504.0f;
-  return Imath::half(std::clamp(value, -kMaxHalf, kMaxHalf)).bits();
+  constexpr float kMaxFinite = 65504.0f;
+  return Imath::half(std::clamp(value, -kMaxFinite, kMaxFinite)).bits();
 }
 
 // Converts one channel of interleaved floats to a plane of file values.

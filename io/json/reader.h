@@ -15,7 +15,7 @@
 
 namespace emberline {
 
-// A value in a document, with its JSON pointer. All functions except place(), has() and null()
+// A value in a document, with its JSON pointer. All functions except place(), has() and is_null()
 // throw InputError with the file, the JSON pointer and what was expected.
 class JsonReader {
  public:

@@ -218,7 +218,7 @@ struct NodeDescription {
 };
 
 // A moving instance one frame after the rendered instant, to compute its velocity with an instant
-// shutter. Rays do not hit it there. Meshes and cameras have their own `later`.
+// shutter. Rays do not hit it there. Meshes and cameras have their own `next_frame`.
 struct NextFrameInstance {
   uint32_t instance = 0;  // into SceneDescription::instances
   Mat44d to_world;

@@ -42,8 +42,8 @@ uint32_t min_count(std::span<const uint32_t> counts) {
 
 class AdaptiveDriver final : public FrameDriver {
  public:
-  // `shown`: the picture is shown before the frame is finished. All pixels then get a first sample
-  // before others follow, so the picture is complete early.
+  // `is_progressive`: the picture is shown before the frame is finished. All pixels then get a
+  // first sample before others follow, so the picture is complete early.
   AdaptiveDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings,
                  bool is_progressive)
       : crop_(crop),

@@ -38,7 +38,7 @@ struct TileResult {
 class TileStore {
  public:
   virtual ~TileStore() = default;
-  // The state passed to save(), at most `most` bytes; absent: the tile must be rendered.
+  // The state passed to save(), at most `max_bytes` bytes; absent: the tile must be rendered.
   virtual std::optional<std::vector<std::byte>> load(size_t tile, uint64_t max_bytes) = 0;
   // `state`: a TileResult, the film and the driver's state.
   virtual void save(size_t tile, std::span<const std::byte> state) = 0;

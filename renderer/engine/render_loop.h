@@ -32,8 +32,8 @@ class RenderLoop {
              RenderCounters& counters)
       : sink(the_sink), stop(std::move(the_stop)), frame_(frame), counters_(counters) {}
 
-  // Runs work(worker, should_continue) on all threads, but at most `most`. should_continue() is
-  // false once one of them has thrown or a stop is requested. Rethrows.
+  // Runs work(worker, should_continue) on all threads, but at most `max_threads`. should_continue()
+  // is false once one of them has thrown or a stop is requested. Rethrows.
   template <typename Work>
   void run_workers(size_t max_threads, const Work& work) {
     std::atomic<bool> failed{false};

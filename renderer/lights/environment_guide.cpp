@@ -26,7 +26,7 @@ constexpr double kUnguidedShare = 0.3, kUnguidedPoints = 1.0;
 constexpr double kMinVisibleLight = 1e-9;
 // Lower bound of the mean light left out of the tables, relative to its maximum.
 constexpr double kMinResidual = 1e-3;
-// Texels averaged along each side of a tile for its even light, or up to twice as many.
+// Texels averaged along each side of a tile for its residual, or up to twice as many.
 constexpr int kTexelsPerSide = 16;
 
 // The last entry that begins at or before `at`, which must be below the end of the last entry.

@@ -49,8 +49,8 @@ bool is_default_checkpoint(const RenderOptions& options);
 // settings alone. Throws UsageError.
 void check_overwrite(const std::string& path, const nlohmann::json& head);
 
-// Returns the saved state of a frame with one film, at most `most` bytes, or nullopt if none was
-// saved. Throws InputError.
+// Returns the saved state of a frame with one film, at most `max_bytes` bytes, or nullopt if none
+// was saved. Throws InputError.
 std::optional<std::vector<std::byte>> read_film_state(const RecordFile& file, uint64_t max_bytes);
 
 struct CheckpointReport {
@@ -92,7 +92,7 @@ class Checkpoint final : public TileStore {
   void save(size_t tile, std::span<const std::byte> state) override;
 
   // Call before the job renders: resumes from an earlier run or from the frame that is extended,
-  // whose states have at most `most` bytes. Throws InputError that names the file.
+  // whose states have at most `max_bytes` bytes. Throws InputError that names the file.
   void begin(RenderJob& job, uint64_t max_bytes);
   // Frames with one film: whether a save is due, for which the job must pause. Any thread.
   bool is_due() const;

@@ -50,7 +50,7 @@ FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
 std::string find_text(const nlohmann::json& head, const char* part, const char* name);
 
 // Lists in a few words each what prevents a frame of `now` from resuming `then`; empty if the bits
-// are the same. Settings in `but` may differ. `then` may be arbitrary JSON.
+// are the same. Settings in `ignored` may differ. `then` may be arbitrary JSON.
 std::vector<std::string> differences(const nlohmann::json& now, const nlohmann::json& then,
                                      std::initializer_list<std::string_view> ignored = {});
 // As differences(), for machine and libraries: bits may differ by rounding between processor

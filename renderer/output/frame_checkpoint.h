@@ -16,9 +16,9 @@ class FrameCheckpoint {
  public:
   explicit FrameCheckpoint(const RenderOptions& options) : options_(options) {}
 
-  // Locks the file named by the options and resumes from its state, which has at most `most` bytes.
-  // Call before the job renders. `own`: is_default_checkpoint(). `save_now`: see CheckpointOptions.
-  // Throws as Checkpoint does.
+  // Locks the file named by the options and resumes from its state, which has at most `max_bytes`
+  // bytes. Call before the job renders. `is_default`: is_default_checkpoint(). `save_now`: see
+  // CheckpointOptions. Throws as Checkpoint does.
   void open(const nlohmann::json& head, bool is_default, const std::function<bool()>& save_now,
             uint64_t max_bytes, RenderJob& job);
   bool is_open() const { return checkpoint_.has_value(); }

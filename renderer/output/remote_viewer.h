@@ -19,7 +19,7 @@ class RemoteViewer {
   void add(const FilmTile& tile);
   // Call at a driver's pause, `elapsed_s` into rendering: sends the picture if one is due.
   void update(const LivePicture& picture, double elapsed_s);
-  // Whether look() would send it. Any thread, but not during look().
+  // Whether update() would send it. Any thread, but not during update().
   bool is_due(double elapsed_s) const;
   // Waits briefly for pending data, and hardly at all after a user stop.
   void finish(PixelStop stop_cause);

@@ -62,7 +62,7 @@ class SnapshotRecorder {
   // Copies the picture if a snapshot is due, `elapsed_s` into rendering.
   void update(const JobProgress& progress, const LivePicture& picture, double elapsed_s);
 
-  // Answers RenderSink, from any thread but not during look(): whether a moment has come, and the
+  // Answers RenderSink, from any thread but not during update(): whether a moment has come, and the
   // sample count of the next moment given in samples.
   bool is_due(double elapsed_s) const;
   std::optional<uint64_t> next_sample_count() const;

@@ -91,8 +91,8 @@ class Camera {
 
   // Film velocity in pixels per frame, to the right and up, of a point that moves from `from` at
   // shutter open to `to` at shutter close, `frames` later; with an instant shutter, from then to
-  // one frame later (CameraDescription::later). Seen through the lens's centre. Points are clipped
-  // at a hundredth of their depth from the camera plane; the result fits a half float. In a
+  // one frame later (CameraDescription::next_frame). Seen through the lens's centre. Points are
+  // clipped at a hundredth of their depth from the camera plane; the result fits a half float. In a
   // panorama the motion takes the shorter way round.
   Vec2f velocity(const Vec3d& from, const Vec3d& to, double frames) const;
   // Film velocity of a point at infinity, due to the camera's rotation.

@@ -93,7 +93,7 @@ struct EmbreeScene;     // an Embree scene
 
 // A mesh's arrays and their Embree data, in object space if instanced, otherwise in internal space.
 // A new pose takes them over unchanged. `positions` has a spare entry at the end, because Embree
-// reads 16 bytes per vertex. `later` is in object space, for NextFramePlacement; if empty,
+// reads 16 bytes per vertex. `next_frame` is in object space, for NextFramePlacement; if empty,
 // `positions` applies.
 struct ReusableMesh : MeshArrays {
   std::optional<SolidShape> solid;  // computed on demand
@@ -135,7 +135,7 @@ struct Instance {
 // The place of a moving instance one frame after the rendered instant (NextFrameInstance).
 struct NextFramePlacement {
   uint32_t instance = 0;
-  // To internal space from the mesh's `later`, or from `positions` if that is empty.
+  // To internal space from the mesh's `next_frame`, or from `positions` if that is empty.
   Mat44d to_internal;
 };
 class Geometry;       // Embree handles

@@ -65,7 +65,7 @@ ViewCamera pan(ViewCamera view, double right, double down);
 // Multiplies the distance, or the height of an orthographic frame, by `factor`.
 ViewCamera dolly(ViewCamera view, double factor);
 // Moves eye and pivot along the picture's axes, in metres. In an orthographic view, `forward`
-// enlarges the picture as much as it would a perspective one at a distance of reach().
+// enlarges the picture as much as it would a perspective one at the distance of the pivot.
 ViewCamera fly(ViewCamera view, double right, double up, double forward);
 // Switch the projection and keep the size of objects at the pivot. The eye stays when perspective
 // is removed, and moves along the axis when it is added.

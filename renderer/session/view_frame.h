@@ -54,8 +54,8 @@ struct FilmCopy {
 
 class ViewFrame final : private RenderSink {
  public:
-  // Called at a pause of the driver: may read the frame, and may wait. `shown`: whether the newest
-  // picture shows this state.
+  // Called at a pause of the driver: may read the frame, and may wait. `is_published`: whether the
+  // newest picture shows this state.
   using Pause = std::function<void(bool is_published)>;
 
   // All arguments must outlive the frame. The scene must have the request's edits and must not

@@ -83,7 +83,7 @@ class ViewRenderer {
   std::shared_ptr<StopRequest> stop_;  // of the current frame
   bool frame_published_ = false;       // the current frame has shown a picture
   bool republish_requested_ = false;
-  std::array<InspectedPixel, 2> inspection_targets_;  // indexed by Look
+  std::array<InspectedPixel, 2> inspection_targets_;  // indexed by InspectionTarget
   std::vector<std::promise<FilmCopy>> copies_;
   std::shared_ptr<const LightGroups> groups_;  // of the current frame
   std::shared_ptr<LoadedScene> groups_scene_;

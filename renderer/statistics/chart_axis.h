@@ -43,8 +43,8 @@ class AxisRange {
   double min_ = 0, max_ = 1;
 };
 
-// The smallest of 1, 2 or 5 times a power of ten that divides `range` (> 0) into at most `most`
-// parts.
+// The smallest of 1, 2 or 5 times a power of ten that divides `range` (> 0) into at most
+// `max_parts` parts.
 double nice_step(double range, int max_parts);
 
 // "2×10⁻⁵"; only "10⁻⁵" where the mantissa is 1.

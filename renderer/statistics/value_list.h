@@ -10,8 +10,8 @@
 
 namespace emberline {
 
-// The smallest value that at least `part` of the values do not exceed: for 1000 values and .995,
-// the 995th in ascending order. The list must not be empty.
+// The smallest value that at least `fraction` of the values do not exceed: for 1000 values and
+// .995, the 995th in ascending order. The list must not be empty.
 template <typename T>
 double nearest_rank_quantile(std::vector<T> values, double fraction) {
   assert(!values.empty());

@@ -36,7 +36,7 @@ ValueRange range_around(double value, bool logarithmic) {
   return value > 0 ? ValueRange{0, 2 * value} : ValueRange{2 * value, 0};
 }
 
-// A step of round numbers with at most `most` multiples in the range.
+// A step of round numbers with at most `max` multiples in the range.
 double tick_step(double min, double greatest, int max) {
   double step = nice_step(greatest - min, max + 1);
   const auto multiples = [&] {

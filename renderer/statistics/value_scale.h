@@ -26,7 +26,7 @@ ValueRange automatic_range(const Plane& plane, bool logarithmic, double bright =
 
 class ValueScale {
  public:
-  // range.min < range.most; if `logarithmic`, 0 < range.min (asserted).
+  // range.min < range.max; if `logarithmic`, 0 < range.min (asserted).
   ValueScale(const ValueRange& range, bool logarithmic);
 
   const ValueRange& range() const { return range_; }
@@ -35,7 +35,7 @@ class ValueScale {
   // non-finite values. On a logarithmic scale, values up to 0 give minus infinity.
   double position(double value) const;
 
-  // At most `most` (>= 2) ticks inside the range, ascending: multiples of 1, 2 or 5 times a power
+  // At most `max` (>= 2) ticks inside the range, ascending: multiples of 1, 2 or 5 times a power
   // of ten; on a logarithmic scale powers of ten and, if these are few, 2 and 5 times those. Labels
   // show value x `factor`.
   std::vector<AxisTick> ticks(int max, double factor = 1.0) const;

@@ -2,8 +2,8 @@
 //
 // Nodes are posed by separate values (GltfPose), which are cheap to evaluate at any number of
 // times. All other targets of KHR_animation_pointer are written into the document's JSON, from
-// which materials, lights and cameras are then read as usual; gltf/animation/animated_values.h follows some
-// of them during the shutter.
+// which materials, lights and cameras are then read as usual; gltf/animation/animated_values.h
+// follows some of them during the shutter.
 #pragma once
 
 #include <map>
@@ -40,7 +40,7 @@ struct GltfAnimation {
   bool at_rest = true;
   double time = 0.0;                 // requested time in seconds
   double open = 0.0, close = 0.0;    // shutter interval in seconds; equal for an instant
-  std::optional<double> next_frame;  // GltfOptions::later, for an instant
+  std::optional<double> next_frame;  // GltfOptions::next_frame, for an instant
   double duration = 0.0;             // of the longest animation
   // In file order; if two tracks have the same target, the later wins.
   std::vector<NodeTrack> nodes;            // without visibility

@@ -25,7 +25,7 @@ class GltfShutter {
 
   // Number of poses, including the first; 1: nothing moves.
   size_t steps() const { return poses_.size(); }
-  // True if the second pose, if any, is GltfAnimation::later.
+  // True if the second pose, if any, is GltfAnimation::next_frame.
   bool is_instant() const { return animation_.next_frame.has_value(); }
   bool moves(size_t node) const { return !moving_.empty() && moving_[node] != kNotMoving; }
   // The node must move.

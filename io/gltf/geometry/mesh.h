@@ -41,11 +41,11 @@ struct LoadedMesh {
   uint64_t bytes = 0;  // reserved for the mesh
 };
 
-// `poses` are at even times of the shutter; or a single one; or, with `later`, one and the pose for
-// MeshDescription::later. `materials` are all materials that may shade the primitive, its own
-// first; they decide which UV sets are kept (0 always) and whether tangents are needed, unless
-// `tangents` requires them. `flat` means that the instance transform flattens the mesh; normals are
-// then not read and are those of the plane. Throws InputError. Thread-safe.
+// `poses` are at even times of the shutter; or a single one; or, with `next_frame`, one and the
+// pose for MeshDescription::next_frame. `materials` are all materials that may shade the primitive,
+// its own first; they decide which UV sets are kept (0 always) and whether tangents are needed,
+// unless `tangents` requires them. `flat` means that the instance transform flattens the mesh;
+// normals are then not read and are those of the plane. Throws InputError. Thread-safe.
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh, size_t primitive,
                           std::span<const MeshPose> poses, bool next_frame,
                           std::span<const MaterialDescription* const> materials, bool tangents,

@@ -29,7 +29,7 @@ struct MeshUse {
 
 class GltfMeshUses {
  public:
-  // `later` as in load_primitive. Meshes known to `cache` are not read again, and new resting
+  // `next_frame` as in load_primitive. Meshes known to `cache` are not read again, and new resting
   // meshes are added to it; meshes whose keys are in `held` (ascending) are not read at all. All
   // arguments must outlive this object.
   GltfMeshUses(const GltfDocument& document, bool next_frame, std::span<const uint64_t> held,

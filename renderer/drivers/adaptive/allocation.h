@@ -21,8 +21,8 @@ struct SampleBounds {
 };
 
 // Counts n_i = clamp(K x rate_i, minimum_i, maximum_i) with K such that they add up to `total`; all
-// at `most` if those add up to less, all at `least` if those add up to more. Rates are >= 0 and
-// finite; NaN counts as 0. Parallel, with the same result for any number of threads.
+// at `maximum` if those add up to less, all at `minimum` if those add up to more. Rates are >= 0
+// and finite; NaN counts as 0. Parallel, with the same result for any number of threads.
 void allocate_samples(std::span<const float> rates, std::span<const SampleBounds> bounds,
                       double total, std::vector<float>* counts);
 
@@ -43,9 +43,9 @@ inline uint32_t count_multiple(float wanted, bool halves) {
   return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / steps);
 }
 
-// Rounds `wanted` up or down at random (u in [0, 1)), preserving its expectation, to `have` or a
-// larger multiple of `step`, a power of two. Returns `have` if `wanted` is less or NaN. Exact below
-// 2^24; uses floats throughout so that loops vectorise.
+// Rounds `wanted` up or down at random (u in [0, 1)), preserving its expectation, to `current` or a
+// larger multiple of `step`, a power of two. Returns `current` if `wanted` is less or NaN. Exact
+// below 2^24; uses floats throughout so that loops vectorise.
 inline uint32_t round_count(uint32_t current, float wanted, uint32_t step, float u) {
   const auto minimum = float(current), whole_step = float(step);
   const float lower = std::max(minimum, std::floor(wanted / whole_step) * whole_step);

@@ -118,8 +118,8 @@ class RefinementTree {
   // the crop; empty before the first insert().
   std::vector<RefinementNode> describe(int x, int y) const;
 
-  // The first `most` leaves of two or more pixels, in the order in which they will be split; and
-  // the number of all such leaves.
+  // The first `max_count` leaves of two or more pixels, in the order in which they will be split;
+  // and the number of all such leaves.
   std::vector<RefinementNode> most_urgent(size_t max_count) const;
   size_t open_count() const { return open_leaves_.size(); }
   // Number of leaves with 2^k .. 2^(k+1) - 1 pixels, for k = 0, 1, ...

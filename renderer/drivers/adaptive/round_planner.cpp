@@ -91,7 +91,7 @@ uint32_t hash_of_round(uint32_t seed, int round) {
   return hash_combine(hash_combine(hash32(seed), 0x7a11u), uint32_t(round));
 }
 
-// The next power of two above `have`; `have` is below 2^24.
+// The next power of two above `current`; `current` is below 2^24.
 float next_power_of_two(float current) { return float(std::bit_ceil(uint32_t(current) + 1)); }
 
 constexpr double kUnlimited = 1e18;

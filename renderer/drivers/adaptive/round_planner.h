@@ -48,8 +48,8 @@ class RoundPlanner {
   bool plan(const FilmTile& film, const std::stop_token& stop = {});
   // Whether a stop request interrupted the last plan().
   bool interrupted() const { return interrupted_; }
-  // The reduction of each pixel's squared error that is expected from going from `have` samples to
-  // `targets`, as of the last update; all 0 before it.
+  // The reduction of each pixel's squared error that is expected from going from `current` samples
+  // to `targets`, as of the last update; all 0 before it.
   void expected_gains(std::span<const uint32_t> current, std::span<const uint32_t> targets,
                       std::vector<float>* gains) const;
   // Only updates the error estimates.
@@ -68,8 +68,9 @@ class RoundPlanner {
   double error_estimate() const { return error_estimate_; }
   // Why the pixel would get no more samples if the frame ended now.
   PixelStop stop_of(size_t i) const;
-  // The same while the frame continues, for a pixel with `have` samples: the limit that it had met
-  // at the last update, or kUnfinished. The uniform share of a round may still bring it samples.
+  // The same while the frame continues, for a pixel with `current` samples: the limit that it had
+  // met at the last update, or kUnfinished. The uniform share of a round may still bring it
+  // samples.
   PixelStop current_stop(size_t i, uint32_t current) const;
   // With `unbiased`: the weight of the current round in a mean over rounds (RoundAverages). Depends
   // on the settings only.

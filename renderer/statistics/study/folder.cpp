@@ -24,7 +24,7 @@ constexpr const char* kPace = "pace.json";
 constexpr const char* kRuns = "runs";
 
 // Reads one of our files with `read`. Empty if it is missing or damaged; then logs the error with
-// `instead`, which says what happens instead.
+// `consequence`, which says what happens instead.
 template <typename Value>
 std::optional<Value> read_own_file(const std::string& path, const char* consequence,
                                    Value (*read)(const JsonReader& root, std::string_view key),
