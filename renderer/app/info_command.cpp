@@ -12,6 +12,7 @@
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/setting_names.h"
+#include "renderer/core/shortened.h"
 #include "renderer/core/utf8.h"
 #include "renderer/description/edits_template.h"
 #include "renderer/description/framing.h"
@@ -156,7 +157,10 @@ Json describe(const SceneDescription& scene) {
   return json;
 }
 
-std::string printable_text(const Json& name) { return printable(name.get<std::string>()); }
+std::string printable_text(const Json& text) { return printable(text.get<std::string>()); }
+std::string printable_name(const Json& entry) {
+  return printable(shortened(entry["name"].get_ref<const std::string&>()));
+}
 
 // One line for each entry of a long list would hide the rest.
 constexpr size_t kMaxLines = 100;
@@ -181,11 +185,11 @@ std::string image_line(size_t, const Json& image) {
 }
 
 std::string variant_line(size_t index, const Json& variant) {
-  return fmt::format("variant {} '{}'", index, printable_text(variant["name"]));
+  return fmt::format("variant {} '{}'", index, printable_name(variant));
 }
 
 std::string camera_line(size_t index, const Json& camera) {
-  std::string text = fmt::format("camera {} '{}' {}", index, printable_text(camera["name"]),
+  std::string text = fmt::format("camera {} '{}' {}", index, printable_name(camera),
                                  printable_text(camera["type"]));
   const bool is_same_name = !camera.contains("node") || camera["node"] == camera["name"];
   if (!is_same_name) text += ", node '" + printable_text(camera["node"]) + "'";
@@ -194,8 +198,8 @@ std::string camera_line(size_t index, const Json& camera) {
 }
 
 std::string light_line(size_t index, const Json& light) {
-  std::string text = fmt::format("light {} '{}' {}", index, printable_text(light["name"]),
-                                 printable_text(light["type"]));
+  std::string text =
+      fmt::format("light {} '{}' {}", index, printable_name(light), printable_text(light["type"]));
   if (light.contains("range"))
     text += fmt::format(", range {:.6g} m", light["range"].get<double>());
   return text;
@@ -207,9 +211,8 @@ std::string animation_line(size_t index, const Json& animation) {
       {"morphs", "morphed meshes"},
       {"pointers", "other values"},
       {"without_effect", "channels without effect"}};
-  std::string text =
-      fmt::format("animation {} '{}' {:.6g} s", index, printable_text(animation["name"]),
-                  animation["duration_s"].get<double>());
+  std::string text = fmt::format("animation {} '{}' {:.6g} s", index, printable_name(animation),
+                                 animation["duration_s"].get<double>());
   for (const auto& [member, what] : kCounts) {
     const auto count = animation[member].get<size_t>();
     if (count > 0) text += fmt::format(", {} {}", count, what);
@@ -219,7 +222,7 @@ std::string animation_line(size_t index, const Json& animation) {
 }
 
 std::string material_line(size_t index, const Json& material) {
-  return fmt::format("material {} '{}'{}", index, printable_text(material["name"]),
+  return fmt::format("material {} '{}'{}", index, printable_name(material),
                      material["emissive"].get<bool>() ? ", emissive" : "");
 }
 
