@@ -32,12 +32,13 @@ int run_render(const RenderOptions& options);
 int run_range(const RenderOptions& options, const std::vector<int>& frames);
 
 // `emberline info`: lists what a scene contains, which features it needs and which are approximated
-// or ignored; or lists the channels that pictures can have.
+// or ignored; or prints edits to begin with, or the channels that pictures can have.
 struct InfoOptions {
   std::string scene;      // unused with `channels`
   bool channels = false;  // list the channels instead of a scene
+  bool edits = false;     // print edits that change nothing (edits_template.h)
   bool json = false;
-  FrameSettings settings;  // how to load the scene
+  FrameSettings settings;  // how to load the scene, and its environment
   LimitOptions limits;
 };
 

@@ -192,16 +192,25 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
 
 void add_info_options(CLI::App* app, InfoOptions& o) {
   CLI::Option* scene = add_scene(app, o.scene);
-  add_flag(app, "--channels", o.channels,
+  CLI::Option* channels =
+      add_flag(app, "--channels", o.channels,
+               {.section = H::kOutput,
+                .brief = "list the channels that pictures can have, without a scene",
+                .full = "List the channels that pictures can have. This needs no scene."})
+          ->excludes(scene);
+  add_flag(app, "--edits", o.edits,
            {.section = H::kOutput,
-            .brief = "list the channels that pictures can have, without a scene",
-            .full = "List the channels that pictures can have. This needs no scene."})
-      ->excludes(scene);
+            .brief = "print an edits file to begin with",
+            .full = "Print an edits file for `emberline render --edits` that names every light, "
+                    "every material and the environment with its present values, so that it "
+                    "changes nothing yet. Give `env` or `sun` as for the render."})
+      ->excludes(channels);
   add_json(app, o.json);
-  add_settings(app, o.settings, {kLoading});
+  add_settings(app, o.settings, {kLight, kLoading}, {"working-space", "backfaces"});
   add_limits(app, o.limits);
   app->footer(
       "emberline info scene.glb\n"
+      "emberline info scene.glb --edits > look.json\n"
       "emberline info --channels");
 }
 

@@ -234,7 +234,8 @@ std::vector<Setting> channel_settings() {
            .full = "Let these nodes, and all nodes below them, stand for surfaces of a plate and "
                    "catch shadows. The layer `shadow` holds the factor by which the plate is "
                    "multiplied. With `transparent`, catchers show in alpha where they are in "
-                   "shadow, and are invisible elsewhere. Write a comma in a name as \\,.",
+                   "shadow, and are invisible elsewhere. Write a comma in a name as \\,. "
+                   "`emberline info` lists the nodes.",
            .example = "--catcher floor --transparent"}),
       word<&S::holdouts>(
           "holdout", kChannels, "NAME|INDEX,...",
