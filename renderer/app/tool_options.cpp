@@ -58,8 +58,9 @@ void add_job_options(CLI::App* app, FarmOptions& o) {
   add_size(app, "--memory", o.request.memory_bytes,
            {.section = H::kJobs,
             .brief = "memory of each job, such as 8G",
-            .full = "Ask for this much memory for each job. SIZE is a number of bytes, or of "
-                    "powers of 1024 with K, M, G or T: 8G is 8 GiB.",
+            .full = "Ask for this much memory for each job. SIZE is a number of bytes, or has a "
+                    "unit: 8G and 8GiB are 8 times 1024^3 bytes, 8GB are 8 times 1000^3; also K, M "
+                    "and T.",
             .fallback = "the partition's default",
             .example = "--memory 16G"});
   add_number(app, "--minutes", o.request.minutes, 2, 10000000,
