@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
+#include <functional>
+#include <optional>
+
 #include "io/files/register.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -11,6 +14,7 @@
 #include "renderer/engine/worker_threads.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_merge.h"
+#include "renderer/output/merged_checkpoint.h"
 #include "renderer/output/outputs.h"
 #include "renderer/output/report.h"
 
@@ -53,10 +57,16 @@ int run_merge(const MergeOptions& merge) {
   frame.reserve(options, settings, workers.count(), *limits.memory);
   FrameOutputs outputs(options.outputs, settings, stop);
   outputs.add_scene(frame.first().layers());
+  std::optional<MergedCheckpoint> checkpoint;
+  SaveTile save;
+  if (options.resumable) {
+    checkpoint.emplace(checkpoint_path(options), frame);
+    save = std::bind_front(&MergedCheckpoint::save, &*checkpoint);
+  }
   tbb::task_arena arena(workers.count());
   RenderReport report;
   arena.execute([&] {
-    frame.deliver(settings.aovs, outputs);
+    frame.deliver(settings.aovs, outputs, save);
     report.denoise = outputs.finish_spooled();
   });
 
@@ -77,6 +87,7 @@ int run_merge(const MergeOptions& merge) {
   WriteAttempts attempts;
   outputs.finish({frame.complete(), report.counters.samples, report.counters.clamped.fraction()},
                  attempts);
+  if (checkpoint) attempts.attempt(checkpoint->path(), [&] { checkpoint->commit(); });
   warn_about_non_finite(report.counters, options.seed);
   warn_about_optics(report.counters.optics);
   report.failed_outputs = attempts.failed();

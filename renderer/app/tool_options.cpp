@@ -310,6 +310,12 @@ void add_merge_options(CLI::App* app, MergeOptions& o) {
             .brief = "write a frame even if parts are missing; their pixels are black",
             .full = "Write the frame even if parts are missing. Their pixels are black, and their "
                     "`aov` stop is 0."});
+  add_flag(app, "--resumable", o.frame.resumable,
+           {.section = H::kOutput,
+            .brief = "keep a checkpoint of the merged frame, for `emberline extend`",
+            .full = "Keep a checkpoint of the merged frame beside the first output "
+                    "(FILE.checkpoint), so that `emberline extend` can add samples. This needs "
+                    "parts of driver bucket and of one seed, and all of them."});
   add_flag(app, "--strict", o.strict,
            {.section = H::kParts,
             .brief = "refuse parts from different kinds of machine",
