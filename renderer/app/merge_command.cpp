@@ -34,6 +34,21 @@ RenderOptions merged_options(const MergeOptions& merge, const FrameMerge& frame)
   return options;
 }
 
+// Call after deliver().
+void describe_merge(const FrameMerge& frame, const RenderOptions& options, RenderReport& report) {
+  report.counters = frame.counters();
+  report.complete = frame.complete();
+  report.light_layers = frame.first().layers().lights;
+  report.crop = frame.first().plan().crop;
+  report.error_estimate = frame.error_estimate();
+  if (!frame.first().plan().is_uniform) report.estimator = options.estimator;
+  report.passes.push_back({0, report.counters.samples, report.error_estimate});
+  for (const auto& part : frame.frames()) {
+    report.parts.push_back({part->path(), find_text(part->head(), "machine", "host"),
+                            find_text(part->head(), "machine", "instruction sets")});
+  }
+}
+
 }  // namespace
 
 int run_merge(const MergeOptions& merge) {
@@ -71,19 +86,9 @@ int run_merge(const MergeOptions& merge) {
   });
 
   report.cryptomattes = outputs.cryptomattes();
-  report.counters = frame.counters();
-  report.complete = frame.complete();
-  report.light_layers = frame.first().layers().lights;
-  report.crop = crop;
+  describe_merge(frame, options, report);
   report.threads = workers.count();
   report.budget = limits.memory;
-  report.error_estimate = frame.error_estimate();
-  if (!frame.first().plan().is_uniform) report.estimator = options.estimator;
-  report.passes.push_back({0, report.counters.samples, report.error_estimate});
-  for (const auto& part : frame.frames()) {
-    report.parts.push_back({part->path(), find_text(part->head(), "machine", "host"),
-                            find_text(part->head(), "machine", "instruction sets")});
-  }
   WriteAttempts attempts;
   outputs.finish({frame.complete(), report.counters.samples, report.counters.clamped.fraction()},
                  attempts);

@@ -49,6 +49,7 @@ const std::vector<WrongValue>& wrong_values() {
        {"8G, 500MB or 4096"}},
       {"--texture-memory", {"abc", "0", "-1", "4X", "0.5", "1e30"}, {"8G, 500MB or 4096"}},
       {"--load-timeout", numbers({"0", "-1", "1e10"}), {"0.001 to 1000000000"}},
+      {"--turntable-center", {"middle", "0,1,0"}, {"valid names are", "bounds, look-at"}},
       {"--bisection-axis", {"row", "Both"}, {"valid names are", "rows, columns, both"}},
       {"--reconstruction", {"cubic"}, {"valid names are", "duplicate, linear"}},
       {"--snapshot-at",
