@@ -198,6 +198,29 @@ bool is_unfinished_image(const std::string& path) {
   throw InputError(path, "is not an EXR, PNG or JPEG");
 }
 
+std::vector<std::pair<std::string, std::string>> exr_texts(const std::string& path,
+                                                           std::string_view prefix) {
+  const ByteSource file = make_byte_source(InputFile(path));
+  ByteCursor header(file, kMaxHeaderBytes);
+  std::vector<std::pair<std::string, std::string>> texts;
+  if (!header.consume_if("\x76\x2f\x31\x01")) return texts;
+  header.skip(4);  // version
+  while (!header.at_end()) {
+    const std::string name = header.read_c_string();
+    if (name.empty()) break;
+    const std::string type = header.read_c_string();
+    const uint64_t size = header.little_endian(4), value = header.offset();
+    if (type == "string" && name.starts_with(prefix) && size <= kMaxHeaderBytes) {
+      std::string text(size, '\0');
+      text.resize(header.take(text.data(), size));
+      texts.emplace_back(name, std::move(text));
+    }
+    header.seek(value);
+    header.skip(size);
+  }
+  return texts;
+}
+
 bool is_complete_file(const std::string& path) {
   const ByteSource file = make_byte_source(InputFile(path));
   ByteCursor cursor(file);

@@ -1,9 +1,13 @@
 #include "renderer/app/commands.h"
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "io/files/input_file.h"
 #include "io/files/record_file.h"
+#include "io/image/file_completeness.h"
 #include "io/json/input.h"
+#include "renderer/app/shell_quote.h"
 #include "renderer/core/errors.h"
 #include "renderer/output/frame_extension.h"
 
@@ -12,12 +16,23 @@ namespace {
 
 constexpr std::string_view kCheckpointSuffix = ".checkpoint";
 
+// Names the command that would have kept the checkpoint: an EXR has it in its header.
+[[noreturn]] void reject_missing(const std::string& frame, const std::string& checkpoint) {
+  std::string command = "emberline render ... -o " + shell_quoted(frame);
+  if (std::filesystem::is_regular_file(frame)) {
+    for (const auto& [name, text] : exr_texts(frame, "emberline:command")) command = text;
+  }
+  throw InputError(checkpoint, "file not found, so the frame cannot be extended; this keeps it: {}",
+                   command + " --resumable");
+}
+
 }  // namespace
 
 int run_extend(const ExtendOptions& options) {
   const std::string checkpoint = is_record_file(options.frame)
                                      ? options.frame
                                      : options.frame + std::string(kCheckpointSuffix);
+  if (!InputFile::try_open(checkpoint)) reject_missing(options.frame, checkpoint);
   const RecordFile file(checkpoint);
   const nlohmann::json head = parse_json(file.head(), checkpoint);
 

@@ -58,8 +58,9 @@ void add_job_options(CLI::App* app, FarmOptions& o) {
   add_size(app, "--memory", o.request.memory_bytes,
            {.section = H::kJobs,
             .brief = "memory of each job, such as 8G",
-            .full = "Ask for this much memory for each job. SIZE is a number of bytes, or of "
-                    "powers of 1024 with K, M, G or T: 8G is 8 GiB.",
+            .full = "Ask for this much memory for each job. SIZE is a number of bytes, or has a "
+                    "unit: 8G and 8GiB are 8 times 1024^3 bytes, 8GB are 8 times 1000^3; also K, M "
+                    "and T.",
             .fallback = "the partition's default",
             .example = "--memory 16G"});
   add_number(app, "--minutes", o.request.minutes, 2, 10000000,
@@ -318,6 +319,12 @@ void add_merge_options(CLI::App* app, MergeOptions& o) {
             .brief = "write a frame even if parts are missing; their pixels are black",
             .full = "Write the frame even if parts are missing. Their pixels are black, and their "
                     "`aov` stop is 0."});
+  add_flag(app, "--resumable", o.frame.resumable,
+           {.section = H::kOutput,
+            .brief = "keep a checkpoint of the merged frame, for `emberline extend`",
+            .full = "Keep a checkpoint of the merged frame beside the first output "
+                    "(FILE.checkpoint), so that `emberline extend` can add samples. This needs "
+                    "parts of driver bucket and of one seed, and all of them."});
   add_flag(app, "--strict", o.strict,
            {.section = H::kParts,
             .brief = "refuse parts from different kinds of machine",

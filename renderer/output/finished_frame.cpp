@@ -1,14 +1,22 @@
 #include "renderer/output/finished_frame.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "io/files/input_file.h"
 #include "io/image/file_completeness.h"
 #include "io/json/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
+#include "renderer/core/shortened.h"
+#include "renderer/engine/setting_table.h"
+#include "renderer/output/report.h"
 #include "renderer/output/report_page.h"
 #include "renderer/output/snapshots.h"
 
@@ -57,6 +65,28 @@ bool are_complete_snapshots(const std::string& folder) {
   return true;
 }
 
+// Settings whose texts in the EXR's header differ from the options'. Files are left out, since
+// their names depend on the folder that the command runs in.
+std::vector<std::string> setting_changes(const std::string& path, const RenderOptions& options) {
+  std::map<std::string, std::string> stored;
+  for (auto& [name, text] : exr_texts(path, "emberline:")) stored[name] = std::move(text);
+  std::vector<std::string> changes;
+  if (!stored.contains("emberline:command")) return changes;  // not ours
+  const FrameSettings now = with_recorded_defaults(options);
+  for (const Setting& setting : setting_table()) {
+    std::string name = "emberline:" + setting.name;
+    std::ranges::replace(name, '-', '_');
+    const std::string text = setting.text(now);
+    if (setting.file || stored[name] == text) continue;
+    const auto shown = [](const std::string& value) {
+      return value.empty() ? "not given" : shortened(value);
+    };
+    changes.push_back(
+        fmt::format("`{}` {} (now {})", setting.name, shown(stored[name]), shown(text)));
+  }
+  return changes;
+}
+
 }  // namespace
 
 bool is_finished(const RenderOptions& options) {
@@ -71,6 +101,20 @@ bool is_finished(const RenderOptions& options) {
   } catch (const InputError&) {
     return false;  // unreadable
   }
+}
+
+std::string skip_reason(const RenderOptions& options) {
+  constexpr size_t kMaxListed = 3;
+  constexpr std::string_view kReason = "all its outputs exist";
+  for (const std::string& path : options.outputs) {
+    if (!is_exr(path)) continue;
+    const std::vector<std::string> list = setting_changes(path, options);
+    if (list.empty()) continue;
+    const std::span shown(list.data(), std::min(list.size(), kMaxListed));
+    return fmt::format("{}, but {} has other settings: {}{}", kReason, path, fmt::join(shown, ", "),
+                       list.size() > kMaxListed ? " and more" : "");
+  }
+  return std::string(kReason);
 }
 
 }  // namespace emberline

@@ -1,6 +1,8 @@
 // --skip-existing: whether a frame is already finished.
 #pragma once
 
+#include <string>
+
 #include "renderer/output/render_options.h"
 
 namespace emberline {
@@ -9,5 +11,10 @@ namespace emberline {
 // (file_completeness.h) and are not from a stopped frame (JSON reports: "complete"). Existing snapshots
 // must be intact, and no checkpoint may be waiting to be resumed. Settings are not compared.
 bool is_finished(const RenderOptions& options);
+
+// Why a finished frame is skipped: "all its outputs exist". Adds a warning if one of them is an EXR
+// that was rendered with other settings: ", but a.exr has other settings: `spp` 64 (now 256)". PNG
+// and JPEG files do not have them.
+std::string skip_reason(const RenderOptions& options);
 
 }  // namespace emberline

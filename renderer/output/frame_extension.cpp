@@ -48,7 +48,12 @@ void raise_limits(const FrameSettings& more, const std::string& path, FrameSetti
 }
 
 void check_extensible(const FrameSettings& settings, const std::string& path) {
-  if (is_part(settings)) throw InputError(path, "it is a part of a frame; merge the parts first");
+  if (is_part(settings)) {
+    throw InputError(
+        path,
+        "it is a part of a frame; join all parts with emberline merge and `resumable`, "
+        "then extend the merged frame");
+  }
   const RenderPlan plan(settings);
   if (plan.half_block != RenderPlan::kStreamBlock) {
     throw InputError(path,

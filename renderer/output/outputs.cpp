@@ -184,6 +184,7 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
     } else {
       if (!transform_) {
         transform_ = std::make_shared<DisplayTransform>(settings.display, settings.view.space);
+        exposure_hint_.emplace(*transform_, settings.display.exposure);
       }
       images_.push_back(std::make_unique<DisplayImageWriter>(path, settings.crop, transform_,
                                                              settings.transparent));
@@ -235,7 +236,7 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
   }
   if (!images_.empty() && !settings_.denoise) {
     tile.resolve_rgba(pixels);
-    for (const auto& image : images_) image->write_tile(tile.rect(), pixels);
+    write_images(tile.rect(), pixels);
   }
   const uint64_t bytes = tile.bytes() + pixels.capacity() * sizeof(float);
   const std::lock_guard lock(mutex_);
@@ -307,12 +308,17 @@ void FrameOutputs::write_tiles() {
   }
 }
 
+void FrameOutputs::write_images(const Rect& tile, const std::vector<float>& rgba) {
+  for (const auto& image : images_) image->write_tile(tile, rgba);
+  exposure_hint_->add(rgba);
+}
+
 void FrameOutputs::write_denoised(const Rect& tile, const std::vector<float>& pixels) {
   for (ExrOutput& exr : exrs_) write(exr, tile, pixels);
   if (images_.empty()) return;
   const std::vector<float> rgba =
       denoised_rgba(pixels, names_of(finished_channels(channels_.list(), false)));
-  for (const auto& image : images_) image->write_tile(tile, rgba);
+  write_images(tile, rgba);
 }
 
 bool FrameOutputs::all_outputs_failed() const {
@@ -339,6 +345,10 @@ void FrameOutputs::finish(const FrameState& state, WriteAttempts& attempts) {
   }
   for (const auto& heatmap : heatmaps_)
     attempts.attempt(heatmap->path(), [&] { heatmap->finish(); });
+  if (const auto exposure = exposure_hint_ ? exposure_hint_->suggestion() : std::nullopt) {
+    log_info(
+        fmt::format("most of the picture is brighter than white; try `exposure` {}", *exposure));
+  }
 }
 
 uint64_t FrameOutputs::film_bytes() const {

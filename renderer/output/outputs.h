@@ -20,6 +20,7 @@
 #include "renderer/engine/render_sink.h"
 #include "renderer/engine/stop_request.h"
 #include "renderer/output/denoise_pass.h"
+#include "renderer/output/exposure_hint.h"
 #include "renderer/output/frame_channels.h"
 #include "renderer/output/heatmap_file.h"
 #include "renderer/output/render_options.h"
@@ -110,6 +111,7 @@ class FrameOutputs final : public RenderSink {
   void write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels);
   DenoiseReport denoise(const std::stop_token& stop);
   void write_tiles();
+  void write_images(const Rect& tile, const std::vector<float>& rgba);
   void write_denoised(const Rect& tile, const std::vector<float>& pixels);
   bool all_outputs_failed() const;  // every EXR has failed and there is no other output
 
@@ -123,6 +125,7 @@ class FrameOutputs final : public RenderSink {
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
   std::vector<std::unique_ptr<HeatmapFile>> heatmaps_;
   std::shared_ptr<const DisplayTransform> transform_;
+  std::optional<ExposureHint> exposure_hint_;  // if there are images
   const StopRequest& stop_;
   mutable std::mutex mutex_;
   std::map<std::thread::id, uint64_t> thread_bytes_;  // peak per thread
