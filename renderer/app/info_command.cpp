@@ -15,6 +15,7 @@
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/worker_threads.h"
 #include "renderer/output/channel_list.h"
+#include "renderer/output/frame_info.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {
@@ -200,6 +201,10 @@ int run_info(const InfoOptions& options) {
   if (options.scene.empty()) throw UsageError("scene is required");
   const WorkerThreads workers(0);
   LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
+  if (is_exr_file(options.scene)) {
+    print_result(frame_info(options.scene, progress, options.json));
+    return kExitDone;
+  }
   SceneDescription scene = load_gltf(options.scene, load_options(options.settings), progress);
   Json json = describe(scene);
   SceneBuildOptions build_options;

@@ -54,7 +54,7 @@ bool parse_numbers(std::string_view text, char separator, std::array<T, kCount>&
 // "8G", "1.5M", "4096": bytes, or with K, M, G or T powers of 1024; at least 1.
 std::optional<uint64_t> parse_size(std::string_view text);
 
-// An error message with suggestions for an unknown option or command; names.h has the wording.
+// An error message with suggestions for an unknown command, as in names.h, that lists all of them.
 std::string unknown_word_message(const char* kind, const std::string& word,
                                  const std::vector<std::string>& valid);
 
