@@ -1,4 +1,4 @@
-// Records ambient occlusion of the first surface (openness.h).
+// Records ambient occlusion of the first surface (ambient_visibility.h).
 #pragma once
 
 #include "integrators/recorders/hooks.h"

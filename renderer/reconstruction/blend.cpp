@@ -169,7 +169,7 @@ Change change_at(const Terms& terms, const Shares& a, int x, int y) {
 
 // The non-negative weights of sum <= 1 that minimise the error, by coordinate descent.
 constexpr int kIterations = 16;
-constexpr float kMinDivisor = 1e-30f;
+constexpr float kMinBlendDivisor = 1e-30f;
 
 Shares least_error(const Terms& terms, int x, int y) {
   Shares a = {};
@@ -181,7 +181,8 @@ Shares least_error(const Terms& terms, int x, int y) {
         rest -= l == k ? 0.0f : a[l];
       }
       const float square = terms.squares[pair(k, k)].row(y)[x];
-      a[k] = gain > 0 ? std::max(std::min(gain / std::max(square, kMinDivisor), rest), 0.0f) : 0.0f;
+      a[k] = gain > 0 ? std::max(std::min(gain / std::max(square, kMinBlendDivisor), rest), 0.0f)
+                      : 0.0f;
     }
   }
   return a;
@@ -231,7 +232,8 @@ void limit_dark_pixels(const Halves& h, const Candidates& candidates, Choice& ch
       filtered += candidates.back().colour[c].row(y)[x];
     }
     if (!(raw < kDarkRatio * filtered)) return;
-    const float dark = std::min(2 - 2 / kDarkRatio * (raw / std::max(filtered, kMinDivisor)), 1.0f);
+    const float dark =
+        std::min(2 - 2 / kDarkRatio * (raw / std::max(filtered, kMinBlendDivisor)), 1.0f);
     const float weight_scale = 1 - dark * (1 - choice.dark_fraction.row(y)[x]);
     for (BorderedPlane& plane : choice.shares) plane.row(y)[x] *= weight_scale;
   });
@@ -295,7 +297,7 @@ BorderedPlane rarity(const Halves& h) {
       a += h.half[0].colour[c].row(y)[x];
       b += h.half[1].colour[c].row(y)[x];
     }
-    const float ratio = (a - b) / std::max(std::abs(a + b), kMinDivisor);
+    const float ratio = (a - b) / std::max(std::abs(a + b), kMinBlendDivisor);
     rare.row(y)[x] = std::min(ratio * ratio, 1.0f) * h.both_known.row(y)[x];
   });
   return rare;
@@ -315,7 +317,7 @@ void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPla
   errors = pool_smoothly(errors);
   squares = pool_smoothly(squares);
   for_each_pixel(own.width(), own.height(), [&](int x, int y) {
-    const float all = std::max(errors.row(y)[x], kMinDivisor);
+    const float all = std::max(errors.row(y)[x], kMinBlendDivisor);
     pool.row(y)[x] += pixel_weight() * squares.row(y)[x] / all;
   });
 }

@@ -29,8 +29,8 @@ constexpr int kNoiseReach = 2;
 constexpr size_t kRows = 4;
 
 constexpr float kRed = 0.2126f, kGreen = 0.7152f, kBlue = 0.0722f;  // as in luminance()
-constexpr float kMaxColour = 1e12f;    // of a colour, so that squares and their sums stay finite
-constexpr float kMinDivisor = 1e-12f;  // of a divisor
+constexpr float kMaxColour = 1e12f;  // of a colour, so that squares and their sums stay finite
+constexpr float kMinFilterDivisor = 1e-12f;  // of a divisor
 
 // Without std::clamp, whose references prevent vectorisation.
 float clamp_colour(float value) {
@@ -207,9 +207,9 @@ class FastFilter::Planes {
       load(row.nearness + x, nearness);
       load(row.variance + x, variance);
       load(slope + x, per_nearness);
-      per_nearness =
-          reciprocal(kSlopeTolerance * stride * per_nearness + kMinSlope * nearness + kMinDivisor);
-      variance += kMinDivisor;
+      per_nearness = reciprocal(kSlopeTolerance * stride * per_nearness + kMinSlope * nearness +
+                                kMinFilterDivisor);
+      variance += kMinFilterDivisor;
       weight = Float8{} + 0.25f;  // the pixel's own weight
       noise = 0.0625f * variance;
       sum[0] = 0.25f * luminance;

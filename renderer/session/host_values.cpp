@@ -20,9 +20,10 @@ json expand_matrix(json camera, const std::string& name) {
   const json document = {{"camera", camera}};
   const JsonReader matrix = JsonReader(document, name)["camera"]["matrix"];
   for (const char* const other : {"look_from", "look_at", "up", "mirrored"}) {
-    if (camera.contains(other)) matrix.expected("a matrix or the view's members, but not both");
+    if (camera.contains(other))
+      matrix.throw_expected("a matrix or the view's members, but not both");
   }
-  if (matrix.size() != 16) matrix.expected("16 numbers");
+  if (matrix.size() != 16) matrix.throw_expected("16 numbers");
   // glTF matrices are column-major with column vectors; Imath uses row vectors.
   const auto row = [&](size_t i) {
     const auto number = [&](size_t k) {
@@ -33,7 +34,7 @@ json expand_matrix(json camera, const std::string& name) {
   const Vec3d right = row(0), up = row(1).normalized(), back = row(2).normalized(), eye = row(3);
   if (!(right.length() > 0 && up.length() > 0 && back.length() > 0 &&
         up.cross(back).length() > 0)) {
-    matrix.expected("a view whose axes are not zero and not parallel");
+    matrix.throw_expected("a view whose axes are not zero and not parallel");
   }
   camera.erase("matrix");
   camera["look_from"] = json_of(eye);

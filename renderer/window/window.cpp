@@ -240,7 +240,7 @@ class Window {
   void record_displayed() {
     if (!picture_.drawn()) return;
     bench_.latency.displayed(*picture_.drawn(), window_time_s());
-    drawn_journal_.note(picture_.drawn(), bench_.placement);
+    drawn_journal_.record_picture(picture_.drawn(), bench_.placement);
   }
 
   std::string screenshot_file() {

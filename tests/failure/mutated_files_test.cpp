@@ -5,7 +5,7 @@
 #include "failure/bad_input.h"
 #include "renderer/core/log.h"
 #include "support/dense_gltf.h"
-#include "support/sound_scene.h"
+#include "support/scene_validation.h"
 
 namespace emberline {
 namespace {

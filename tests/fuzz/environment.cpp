@@ -1,7 +1,7 @@
 // An environment map (--env, and the edits' "file").
 #include "fuzz/fuzz.h"
 #include "io/image/input.h"
-#include "support/sound_scene.h"
+#include "support/scene_validation.h"
 
 using namespace emberline;
 

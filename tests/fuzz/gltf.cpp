@@ -3,7 +3,7 @@
 #include "io/gltf/gltf_file.h"
 
 #include "fuzz/fuzz.h"
-#include "support/sound_scene.h"
+#include "support/scene_validation.h"
 
 using namespace emberline;
 

@@ -2,7 +2,7 @@
 #include "io/image/input.h"
 
 #include "fuzz/fuzz.h"
-#include "support/sound_scene.h"
+#include "support/scene_validation.h"
 
 using namespace emberline;
 

@@ -85,7 +85,7 @@ TEST(DamagedMesh, EmitterWithoutAreaHasNoDensity) {
                     triangle({0, 2, 0}, {1, 2, 0}, {2, 2, 0}, 1, true),
                     triangle({0, 2, 0}, {nan, 2, 0}, {0, 2, 1}, 1, true)};
   for (const uint32_t threshold : {1u, 16u}) {
-    const LightSampler lights = make(list, {}, nullptr, threshold);
+    const LightSampler lights = make_light_sampler(list, {}, nullptr, threshold);
     const LightQuery query{Vec3f(0.1f, 0, 0.1f), Vec3f(0, 1, 0)};
     double wrong = 0;
     for (int i = 0; i < 20'000; ++i) {

@@ -72,10 +72,10 @@ TEST(BrightTexel, BsdfSamplingAlone) {
 
 // Light sampling alone, without MIS compensation, which would leave the dim part to BSDF sampling.
 TEST(BrightTexel, LightSamplingAlone) {
-  const LightSampler lights =
-      make({}, {},
-           std::make_shared<EnvironmentLight>(sky(), 1.0f, 0.0f,
-                                              EnvironmentLightSettings{.mis_compensation = 0.0f}));
+  const LightSampler lights = make_light_sampler(
+      {}, {},
+      std::make_shared<EnvironmentLight>(sky(), 1.0f, 0.0f,
+                                         EnvironmentLightSettings{.mis_compensation = 0.0f}));
   const Moments m = estimate(lights, {Vec3f(0.0f), Vec3f(0, 1, 0)}, 2'000'000, 22);
   expect_case({"22", "light sampling"},
               {exact_irradiance(), m.mean(), m.standard_error(), kTolerance * exact_irradiance()},

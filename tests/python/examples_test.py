@@ -67,9 +67,9 @@ class Examples(Test):
         self.assertLess(emberline.read(f"{shot}_relit.png")["RGB"].mean(), lit)
         self.assertGreater(emberline.read(f"{shot}_samples.png").height, 24)  # with a legend
 
-    def test_go_on(self):
+    def test_resume_and_merge(self):
         out = self.run_example(
-            "go_on.py", SCENES / "cornell_box.glb", "--folder", self.folder(), "--size", 48, 32, "--spp", 16
+            "resume_and_merge.py", SCENES / "cornell_box.glb", "--folder", self.folder(), "--size", 48, 32, "--spp", 16
         )
         self.assertIn("extended to 32 samples a pixel", out)
         self.assertIn("the same bits: True True True", out)

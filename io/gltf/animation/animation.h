@@ -2,7 +2,7 @@
 //
 // Nodes are posed by separate values (GltfPose), which are cheap to evaluate at any number of
 // times. All other targets of KHR_animation_pointer are written into the document's JSON, from
-// which materials, lights and cameras are then read as usual; gltf/animation/changes.h follows some
+// which materials, lights and cameras are then read as usual; gltf/animation/animated_values.h follows some
 // of them during the shutter.
 #pragma once
 

@@ -70,6 +70,11 @@ OptionHelp option_help(const CLI::Option& option) {
 
 }  // namespace
 
+std::string upper_case(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::toupper(c)); });
+  return text;
+}
+
 CommandHelp command_help(const CLI::App& app, const std::string& parent_names) {
   CommandHelp help;
   help.name = parent_names + app.get_name();

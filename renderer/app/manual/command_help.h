@@ -38,6 +38,8 @@ struct CommandHelp {
 // Returns the help of a command, given the names of the commands above it, such as "emberline ".
 CommandHelp command_help(const CLI::App& app, const std::string& parent_names = "");
 
+std::string upper_case(std::string text);
+
 // "emberline render SCENE -o FILE [OPTION]..."
 std::string usage_line(const CommandHelp& command);
 // Titles of sections in their order, without those that have none of `options`.

@@ -3,7 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <iterator>
 
 #include "renderer/app/manual/command_help.h"
@@ -33,11 +32,6 @@ std::string wrap_text(const std::string& text, const std::string& first, size_t 
     begin = end + 1;
   }
   return out + line + "\n";
-}
-
-std::string upper_case(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::toupper(c)); });
-  return text;
 }
 
 // The option with a short word for its value, such as N for a range of numbers.

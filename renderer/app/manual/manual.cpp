@@ -26,11 +26,6 @@ std::string escape_roff(const std::string& text) {
 std::string bold(const std::string& text) { return "\\fB" + escape_roff(text) + "\\fR"; }
 std::string italic(const std::string& text) { return "\\fI" + escape_roff(text) + "\\fR"; }
 
-std::string upper_case(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::toupper(c)); });
-  return text;
-}
-
 std::string hyphenated(std::string name) {
   std::ranges::replace(name, ' ', '-');
   return name;

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Checkpoints: stops and resumes a frame, extends it, and renders it in parts.
 
-    go_on.py scenes/cornell_box.glb --folder /tmp/frames
+    resume_and_merge.py scenes/cornell_box.glb --folder /tmp/frames
 
 Stops a frame half-way and resumes it, doubles its samples with extend(), and renders and merges two parts, as two machines
 would. All results have the same bits as a frame rendered at once.

@@ -65,7 +65,7 @@ TEST(InputFile, IdentityBelongsToTheFileNotItsName) {
   write_text(folder / "b", "a");
   ASSERT_EQ(::link((folder / "a").c_str(), (folder / "hard").c_str()), 0);
   ASSERT_EQ(::symlink("a", (folder / "soft").c_str()), 0);
-  const FileIdentity a = InputFile(folder / "a").named("a").identity;
+  const FileIdentity a = InputFile(folder / "a").named_file("a").identity;
   EXPECT_EQ(file_identity(folder / "hard"), a);
   EXPECT_EQ(file_identity(folder / "soft"), a);
   EXPECT_NE(file_identity(folder / "b"), a);
@@ -75,7 +75,7 @@ TEST(InputFile, IdentityBelongsToTheFileNotItsName) {
 TEST(InputFile, StateIsFromTheTimeOfOpening) {
   const TempFolder folder;
   write_text(folder / "a", "a");
-  const NamedFile then = InputFile(folder / "a").named("it");
+  const NamedFile then = InputFile(folder / "a").named_file("it");
   EXPECT_EQ(then.name, "it");
   EXPECT_EQ(then.path, folder / "a");
   ASSERT_TRUE(stat_file(folder / "a"));

@@ -10,7 +10,7 @@
 #include "support/animated_gltf.h"
 #include "support/loaded_gltf.h"
 #include "support/processor_time.h"
-#include "support/sound_scene.h"
+#include "support/scene_validation.h"
 
 namespace emberline {
 namespace {

@@ -11,7 +11,7 @@
 #include "renderer/core/log.h"
 #include "support/animated_gltf.h"
 #include "support/loaded_gltf.h"
-#include "support/sound_scene.h"
+#include "support/scene_validation.h"
 
 namespace emberline {
 namespace {

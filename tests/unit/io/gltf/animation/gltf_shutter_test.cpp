@@ -9,7 +9,7 @@
 #include "renderer/description/transform_parts.h"
 #include "support/animated_gltf.h"
 #include "support/loaded_gltf.h"
-#include "support/sound_scene.h"
+#include "support/scene_validation.h"
 
 namespace emberline {
 namespace {
