@@ -1,10 +1,14 @@
 #include "renderer/core/option_values.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <cctype>
 #include <charconv>
 #include <cmath>
 
 #include "renderer/core/names.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {

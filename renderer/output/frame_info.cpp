@@ -157,9 +157,11 @@ std::string format_frame(const std::string& path, const InfoJson& json) {
   for (const InfoJson& layer : json["layers"]) {
     std::string names, type;
     for (const InfoJson& channel : layer["channels"]) {
-      names += (names.empty() ? "" : " ") + printable_text(channel["name"]);
       const std::string next = channel["type"];
-      if (type.find(next) == std::string::npos) type += (type.empty() ? "" : ", ") + next;
+      names += fmt::format("{}{}", names.empty() ? "" : " ", printable_text(channel["name"]));
+      if (type.find(next) == std::string::npos) {
+        type += fmt::format("{}{}", type.empty() ? "" : ", ", next);
+      }
     }
     text += fmt::format("  {:<20} {} ({})\n", printable_text(layer["name"]), names, type);
   }
