@@ -49,6 +49,7 @@ struct AllOptions {
   ViewOptions view;
   InfoOptions info;
   HeatmapOptions heatmap;
+  ShowOptions show;
   CompareOptions compare;
   DenoiseOptions denoise;
   StudyOptions study;
@@ -86,7 +87,10 @@ constexpr Command kCommands[] = {
         "session", "Serve another program, such as Blender, over a pipe and shared memory."),
     command<&All::info, add_info_options, run_info>(
         "info",
-        "List the contents of a scene, and glTF features that are approximated or ignored."),
+        "List the contents of a scene or of a frame, and glTF features that are approximated or "
+        "ignored."),
+    command<&All::show, add_show_options, run_show>(
+        "show", "Make a displayed picture of a frame, or of one of its layers."),
     command<&All::heatmap, add_heatmap_options, run_heatmap>(
         "heatmap", "Draw the samples, error or time of each pixel of a finished frame."),
     command<&All::compare, add_compare_options, run_compare>(

@@ -29,9 +29,8 @@ constexpr std::string_view kCheckpointSuffix = ".checkpoint";
 }  // namespace
 
 int run_extend(const ExtendOptions& options) {
-  const std::string checkpoint = is_record_file(options.frame)
-                                     ? options.frame
-                                     : options.frame + std::string(kCheckpointSuffix);
+  const std::string checkpoint =
+      is_record_file(options.frame) ? options.frame : checkpoint_beside(options.frame);
   if (!InputFile::try_open(checkpoint)) reject_missing(options.frame, checkpoint);
   const RecordFile file(checkpoint);
   const nlohmann::json head = parse_json(file.head(), checkpoint);

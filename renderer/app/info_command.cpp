@@ -20,6 +20,7 @@
 #include "renderer/engine/setting_rules.h"
 #include "renderer/engine/worker_threads.h"
 #include "renderer/output/channel_list.h"
+#include "renderer/output/frame_info.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {
@@ -281,6 +282,11 @@ int run_info(const InfoOptions& options) {
   if (options.scene.empty()) throw UsageError("scene is required");
   const WorkerThreads workers(0);
   LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
+  if (is_exr_file(options.scene)) {
+    if (options.edits) throw UsageError("`edits` needs a scene, and {} is a frame", options.scene);
+    print_result(frame_info(options.scene, progress, options.json));
+    return kExitDone;
+  }
   SceneDescription scene = read_scene(options, progress);
   if (options.edits) {
     apply({}, scene);

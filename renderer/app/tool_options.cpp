@@ -192,7 +192,8 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
 }  // namespace
 
 void add_info_options(CLI::App* app, InfoOptions& o) {
-  CLI::Option* scene = add_scene(app, o.scene);
+  CLI::Option* scene =
+      add_argument(app, "scene", o.scene, "The scene: a .gltf or .glb file; or a frame: .exr.");
   CLI::Option* channels =
       add_flag(app, "--channels", o.channels,
                {.section = H::kOutput,
@@ -212,6 +213,7 @@ void add_info_options(CLI::App* app, InfoOptions& o) {
   app->footer(
       "emberline info scene.glb\n"
       "emberline info scene.glb --edits > look.json\n"
+      "emberline info frame.exr\n"
       "emberline info --channels");
 }
 
@@ -236,6 +238,30 @@ void add_heatmap_options(CLI::App* app, HeatmapOptions& o) {
   app->footer("emberline heatmap frame.exr -o error.png --of error --colors viridis");
 }
 
+void add_show_options(CLI::App* app, ShowOptions& o) {
+  add_argument(app, "frame", o.image, "The frame: an .exr file of any program.")->required();
+  add_text(app, "-o,--output", o.outputs, "FILE",
+           {.section = H::kOutput,
+            .brief = "picture to write: .png, .jpg or .exr",
+            .full = "Write the picture to this file. .png, .jpg files are converted for display; "
+                    "an .exr file has the layer alone, as linear R, G and B. May be given more "
+                    "than once."})
+      ->required();
+  add_text(app, "--layer", o.layer, "NAME",
+           {.section = H::kOutput,
+            .brief = "layer to show, such as denoised, albedo or Z",
+            .full = "Show this layer or channel. `emberline info` lists them. Coordinates are "
+                    "shown as red, green and blue; a single number as grey, from its least to its "
+                    "greatest value unless all are from 0 to 1.",
+            .fallback = "R, G and B; or the only layer that has them",
+            .example = "--layer albedo"});
+  add_display_options(app, o.display);
+  add_limits(app, o.limits);
+  app->footer(
+      "emberline show frame.exr -o frame.png --view ACES --exposure -1\n"
+      "emberline show frame.exr -o albedo.png --layer albedo");
+}
+
 void add_compare_options(CLI::App* app, CompareOptions& o) {
   add_argument(app, "image", o.image, "The picture to measure.")->required();
   add_argument(app, "reference", o.reference, "The picture that it should be.")->required();
@@ -250,6 +276,13 @@ void add_compare_options(CLI::App* app, CompareOptions& o) {
               .brief = "brighten both pictures by this many stops for FLIP, SSIM, PSNR",
               .full = "Brighten both pictures by this many stops for FLIP, SSIM and PSNR.",
               .fallback = "0"});
+  add_text(app, "--layer", o.layer, "NAME",
+           {.section = H::kOutput,
+            .brief = "layer to measure, such as denoised or albedo",
+            .full = "Measure this layer or channel. The reference's layer of that name counts; "
+                    "its picture if it has no layers, and its raw picture for a denoised one.",
+            .fallback = "R, G and B; or the only layer that has them",
+            .example = "--layer denoised"});
   add_limits(app, o.limits);
   app->footer("emberline compare frame.exr reference.exr -o flip.png");
 }

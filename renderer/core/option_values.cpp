@@ -1,10 +1,14 @@
 #include "renderer/core/option_values.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <cctype>
 #include <charconv>
 #include <cmath>
 
 #include "renderer/core/names.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {
@@ -60,7 +64,9 @@ std::optional<uint64_t> parse_size(std::string_view text) {
 std::string unknown_word_message(const char* kind, const std::string& word,
                                  const std::vector<std::string>& valid) {
   const std::vector<std::string_view> views(valid.begin(), valid.end());
-  return unknown_name_message(kind, word, views);
+  if (views.size() <= kMaxListedNames) return unknown_name_message(kind, word, views);
+  return fmt::format("unknown {} '{}' (did you mean {}?); valid names are {}", kind,
+                     shortened(word), nearest_names(word, views), fmt::join(valid, ", "));
 }
 
 std::vector<std::string_view> split_list(std::string_view text) {

@@ -58,7 +58,7 @@ bool parse_numbers(std::string_view text, char separator, std::array<T, kCount>&
 // MB, GB, TB powers of 1000; at least 1.
 std::optional<uint64_t> parse_size(std::string_view text);
 
-// An error message with suggestions for an unknown option or command; names.h has the wording.
+// An error message with suggestions for an unknown command, as in names.h, that lists all of them.
 std::string unknown_word_message(const char* kind, const std::string& word,
                                  const std::vector<std::string>& valid);
 

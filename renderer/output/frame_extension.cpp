@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "io/files/record_file.h"
+#include "io/json/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/engine/render_plan.h"
 #include "renderer/output/checkpoint_head.h"
@@ -88,6 +90,18 @@ void extend_settings(const FrameSettings& more, const std::string& path, FrameSe
     throw InputError(path, "its settings are invalid: {}", error.what());
   }
   raise_limits(more, path, settings);
+}
+
+std::string checkpoint_beside(const std::string& picture) { return picture + ".checkpoint"; }
+
+std::string extension_obstacle(const std::string& checkpoint) {
+  try {
+    const RecordFile file(checkpoint);
+    check_extensible(stored_settings(parse_json(file.head(), checkpoint), checkpoint), checkpoint);
+    return "";
+  } catch (const EmberlineError& error) {
+    return error.what();
+  }
 }
 
 }  // namespace emberline

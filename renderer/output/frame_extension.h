@@ -16,4 +16,10 @@ FrameSettings stored_settings(const nlohmann::json& head, const std::string& pat
 // frame that cannot be extended, UsageError for less than it has.
 void extend_settings(const FrameSettings& more, const std::string& path, FrameSettings& settings);
 
+// The checkpoint that --resumable keeps beside a picture.
+std::string checkpoint_beside(const std::string& picture);
+
+// Why the frame of this checkpoint cannot be extended, as far as its settings say; empty if it can.
+std::string extension_obstacle(const std::string& checkpoint);
+
 }  // namespace emberline

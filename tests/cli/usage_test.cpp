@@ -274,6 +274,7 @@ TEST_F(Usage, EmptyValuesAreRefused) {
                             {"view", scene()},
                             {"heatmap", path("a.exr"), "-o", path("b.png")},
                             {"compare", path("a.exr"), path("a.exr")},
+                            {"show", path("a.exr"), "-o", path("b.png")},
                             {"study", scene(), "-o", path("s")}};
   for (const Words& words : commands) {
     size_t values = 0;
@@ -282,7 +283,10 @@ TEST_F(Usage, EmptyValuesAreRefused) {
       ++values;
       expect_failure(words + Words{option.name, ""}, 2, {option_in_messages(option.name)});
     }
-    EXPECT_GE(values, words[0] == "compare" ? 2u : words[0] == "heatmap" ? 4u : 20u) << words[0];
+    EXPECT_GE(values, words[0] == "compare"                         ? 2u
+                      : words[0] == "heatmap" || words[0] == "show" ? 4u
+                                                                    : 20u)
+        << words[0];
   }
 }
 
@@ -390,8 +394,8 @@ TEST_F(Usage, HelpAndVersion) {
 
 // The longest line counts, too, since terminals break it.
 TEST_F(Usage, HelpFitsOnAScreen) {
-  for (const char* command : {"render", "view", "session", "info", "heatmap", "compare", "denoise",
-                              "extend", "merge", "farm", "study", "help"}) {
+  for (const char* command : {"render", "view", "session", "info", "show", "heatmap", "compare",
+                              "denoise", "extend", "merge", "farm", "study", "help"}) {
     const RunResult help = run({command, "--help"});
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_LE(line_count(help.out), 45u) << help.out;
