@@ -62,6 +62,7 @@ int run_merge(const MergeOptions& merge) {
 
   report.cryptomattes = outputs.cryptomattes();
   report.counters = frame.counters();
+  report.unsampled_pixels = frame.unsampled_pixels();
   report.complete = frame.complete();
   report.light_layers = frame.first().layers().lights;
   report.crop = crop;

@@ -327,6 +327,7 @@ size_t FrameMerge::part_number(const StoredFrame* frame) const {
 void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink) {
   std::atomic<size_t> next{0};
   std::atomic<uint32_t> lowest{UINT32_MAX};
+  std::atomic<uint64_t> unsampled{0};
   std::mutex mutex;
   const auto threads = size_t(std::max(1, tbb::this_task_arena::max_concurrency()));
   parallel_tasks(std::min(tiles_.size(), threads), [&](size_t) {
@@ -340,6 +341,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink) {
       while (before > film.min_samples() &&
              !lowest.compare_exchange_weak(before, film.min_samples())) {
       }
+      unsampled += count_unsampled(film);
       sink.tile_finished(film);
     }
     const std::lock_guard lock(mutex);
@@ -350,6 +352,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink) {
     if (frame->film_result()) counters_.merge(frame->film_result()->counters);
   }
   counters_.min_samples = tiles_.empty() ? 0 : lowest.load();
+  unsampled_pixels_ = unsampled.load();
   combine_errors();
 }
 

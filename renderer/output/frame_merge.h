@@ -89,6 +89,7 @@ class FrameMerge {
   void deliver(const AovSet& aovs, RenderSink& sink);
   // Valid after deliver().
   const RenderCounters& counters() const { return counters_; }
+  uint64_t unsampled_pixels() const { return unsampled_pixels_; }
   std::optional<double> error_estimate() const { return error_; }
 
  private:
@@ -117,6 +118,7 @@ class FrameMerge {
   std::vector<Group> groups_;
   bool complete_ = true;  // no samples are missing
   RenderCounters counters_;
+  uint64_t unsampled_pixels_ = 0;
   std::optional<double> error_;
 };
 
