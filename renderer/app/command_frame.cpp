@@ -262,7 +262,8 @@ void CommandFrame::write() {
   report_.complete = result_.complete && !denoising_stopped_;
   if (may_write()) {
     outputs_->finish(
-        {report_.complete, report_.counters.samples, report_.counters.clamped.fraction()},
+        {report_.complete, report_.counters.samples, report_.counters.clamped.fraction(),
+         job_->picture() ? job_->facts().history : ""},
         attempts_);
   }
   write_refinement(options_, *job_, attempts_);

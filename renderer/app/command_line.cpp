@@ -49,6 +49,7 @@ struct AllOptions {
   ViewOptions view;
   InfoOptions info;
   HeatmapOptions heatmap;
+  ExplainOptions explain;
   CompareOptions compare;
   DenoiseOptions denoise;
   StudyOptions study;
@@ -89,6 +90,8 @@ constexpr Command kCommands[] = {
         "List the contents of a scene, and glTF features that are approximated or ignored."),
     command<&All::heatmap, add_heatmap_options, run_heatmap>(
         "heatmap", "Draw the samples, error or time of each pixel of a finished frame."),
+    command<&All::explain, add_explain_options, run_explain>(
+        "explain", "Say why a pixel of a finished frame got its samples."),
     command<&All::compare, add_compare_options, run_compare>(
         "compare", "Measure a picture against a reference."),
     command<&All::denoise, add_denoise_options, run_denoise>("denoise",

@@ -135,7 +135,6 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
             .example = "--report frame.html"});
   add_flag(app, "--strict", o.strict,
            {.section = H::kLimits,
-            .brief = "fail if --time-limit leaves pixels black",
             .full = "End with exit code 1 if `time-limit` leaves pixels without a sample, which "
                     "`driver` bucket does. The picture and the report are still written. With "
                     "`resume` the exit code is 130, as without this option.",
@@ -152,7 +151,8 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
             .example = "--replay 100,50,7"});
   add_parsed(app, "--explain", "X,Y",
              {.section = H::kInspection,
-              .full = "After the render, print why this pixel got as many samples as it did.",
+              .full = "After the render, print why this pixel got as many samples as it did. An "
+                      "EXR keeps the history of the pixel for `emberline explain`.",
               .example = "--driver adaptive --explain 100,50"},
              "X,Y in whole pixels of the frame", [&o](const std::string& text) {
                std::array<int, 2> v;
