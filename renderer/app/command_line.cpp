@@ -50,6 +50,7 @@ struct AllOptions {
   InfoOptions info;
   HeatmapOptions heatmap;
   ShowOptions show;
+  ExplainOptions explain;
   CompareOptions compare;
   DenoiseOptions denoise;
   StudyOptions study;
@@ -93,6 +94,8 @@ constexpr Command kCommands[] = {
         "show", "Make a displayed picture of a frame, or of one of its layers."),
     command<&All::heatmap, add_heatmap_options, run_heatmap>(
         "heatmap", "Draw the samples, error or time of each pixel of a finished frame."),
+    command<&All::explain, add_explain_options, run_explain>(
+        "explain", "Say why a pixel of a finished frame got its samples."),
     command<&All::compare, add_compare_options, run_compare>(
         "compare", "Measure a picture against a reference."),
     command<&All::denoise, add_denoise_options, run_denoise>("denoise",

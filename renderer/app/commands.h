@@ -75,6 +75,16 @@ struct ShowOptions {
 // (unreadable, no picture), UsageError (layer, names), RenderError (cannot write).
 int run_show(const ShowOptions& options);
 
+// `emberline explain`: says in words why a pixel of a finished frame got its samples.
+struct ExplainOptions {
+  std::string image;            // an .exr that `emberline render` wrote
+  std::string pixel = "worst";  // "X,Y" of the frame, or "worst"
+  LimitOptions limits;
+};
+
+// Prints to stdout. Returns kExitDone. Throws as explain_frame() does, and UsageError.
+int run_explain(const ExplainOptions& options);
+
 // `emberline compare`: measures the difference between two pictures.
 struct CompareOptions {
   std::string image;

@@ -37,6 +37,7 @@ RenderOptions merged_options(const MergeOptions& merge, const FrameMerge& frame)
 // Call after deliver().
 void describe_merge(const FrameMerge& frame, const RenderOptions& options, RenderReport& report) {
   report.counters = frame.counters();
+  report.unsampled_pixels = frame.unsampled_pixels();
   report.complete = frame.complete();
   report.light_layers = frame.first().layers().lights;
   report.crop = frame.first().plan().crop;

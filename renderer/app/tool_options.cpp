@@ -262,6 +262,17 @@ void add_show_options(CLI::App* app, ShowOptions& o) {
       "emberline show frame.exr -o albedo.png --layer albedo");
 }
 
+void add_explain_options(CLI::App* app, ExplainOptions& o) {
+  add_argument(app, "image", o.image, "An .exr file that `emberline render` wrote.")->required();
+  add_argument(app, "pixel", o.pixel,
+               "X,Y of a pixel, or worst, the one with the largest error, which takes --aov "
+               "variance. Without it, worst.");
+  add_limits(app, o.limits);
+  app->footer(
+      "emberline explain frame.exr 412,93\n"
+      "emberline explain frame.exr worst");
+}
+
 void add_compare_options(CLI::App* app, CompareOptions& o) {
   add_argument(app, "image", o.image, "The picture to measure.")->required();
   add_argument(app, "reference", o.reference, "The picture that it should be.")->required();

@@ -53,6 +53,8 @@ struct DriverFacts {
   const RefinementTree* tree = nullptr;
   // For an incomplete frame, the finest lattice whose pixels all have samples.
   const PixelLattice* lattice = nullptr;
+  // Why the recorded pixel got its samples, in a sentence; empty if none is recorded.
+  std::string history = {};
 };
 
 // Drives one film: the whole crop, or a tile. After next(), rendered() is called for all parts of

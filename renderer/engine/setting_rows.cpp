@@ -379,7 +379,8 @@ std::vector<Setting> count_settings() {
           "time-limit", kCounts, kMinTimeLimit, kMaxTimeLimit,
           {.section = H::kLimits,
            .brief = "stop after this many seconds and write the unfinished picture",
-           .full = "Stop rendering after this many seconds and write the unfinished picture.",
+           .full = "Stop rendering after this many seconds and write the unfinished picture. "
+                   "`driver` bucket leaves the pixels black that it has not reached.",
            .fallback = "none",
            .example = "--driver adaptive --time-limit 60"}),
   };

@@ -349,6 +349,7 @@ size_t FrameMerge::part_number(const StoredFrame* frame) const {
 void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& save) {
   std::atomic<size_t> next{0};
   std::atomic<uint32_t> lowest{UINT32_MAX};
+  std::atomic<uint64_t> unsampled{0};
   std::mutex mutex;
   const auto threads = size_t(std::max(1, tbb::this_task_arena::max_concurrency()));
   parallel_tasks(std::min(tiles_.size(), threads), [&](size_t) {
@@ -362,6 +363,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& s
       while (before > film.min_samples() &&
              !lowest.compare_exchange_weak(before, film.min_samples())) {
       }
+      unsampled += count_unsampled(film);
       sink.tile_finished(film);
     }
     const std::lock_guard lock(mutex);
@@ -372,6 +374,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& s
     if (frame->film_result()) counters_.merge(frame->film_result()->counters);
   }
   counters_.min_samples = tiles_.empty() ? 0 : lowest.load();
+  unsampled_pixels_ = unsampled.load();
   combine_errors();
 }
 

@@ -94,6 +94,7 @@ class FrameMerge {
   void deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& save = nullptr);
   // Valid after deliver().
   const RenderCounters& counters() const { return counters_; }
+  uint64_t unsampled_pixels() const { return unsampled_pixels_; }
   std::optional<double> error_estimate() const { return error_; }
 
  private:
@@ -123,6 +124,7 @@ class FrameMerge {
   std::vector<Group> groups_;
   bool complete_ = true;  // no samples are missing
   RenderCounters counters_;
+  uint64_t unsampled_pixels_ = 0;
   std::optional<double> error_;
 };
 

@@ -18,6 +18,7 @@
 #include "renderer/engine/half_layers.h"
 #include "renderer/engine/render_plan.h"
 #include "renderer/film/shared_samples.h"
+#include "renderer/output/frame_explanation.h"
 #include "renderer/output/report.h"
 
 namespace emberline {
@@ -74,6 +75,7 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
   settings.heatmap_style = options.heatmap_style;
   settings.is_clamped = options.clamp_indirect.has_value();
   settings.denoise = denoises(options);
+  settings.explained = options.explained;
   settings.light_groups = options.light_groups;
   settings.cryptomattes = parse_cryptomattes(options.cryptomattes);
   settings.cryptomatte_levels = options.cryptomatte_levels;
@@ -99,6 +101,9 @@ ExrHeader frame_header(const OutputSettings& settings, std::vector<PictureChanne
   if (settings.is_clamped) {
     header.attributes.emplace_back(kClampedAttribute, std::string(kMaxDigits, ' '));
   }
+  if (settings.explained) {
+    header.attributes.emplace_back(kExplanationAttribute, std::string(kMaxExplanation, ' '));
+  }
   // After the attributes that is_unfinished_image() looks for, since names may be megabytes.
   for (auto& attribute : cryptomatte_attributes(layers.cryptomattes)) {
     header.attributes.push_back(std::move(attribute));
@@ -111,6 +116,10 @@ void set_state(const OutputSettings& settings, const FrameState& state, ExrWrite
   writer.set_attribute(kSamplesAttribute, std::to_string(state.samples));
   if (settings.is_clamped)
     writer.set_attribute(kClampedAttribute, fmt::format("{:.4g}", state.clamped_fraction));
+  if (settings.explained && !state.history.empty()) {
+    writer.set_attribute(kExplanationAttribute,
+                         explanation_attribute(*settings.explained, state.history));
+  }
 }
 
 void register_inputs(const RenderOptions& options, FileRegister& files) {

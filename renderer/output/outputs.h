@@ -36,9 +36,10 @@ struct OutputSettings : ExrHeader, FrameContents {
   bool transparent = false;              // PNG gets an alpha channel
   std::vector<HeatmapRequest> heatmaps;  // their channels are in `aovs`
   HeatmapStyle heatmap_style;
-  bool is_clamped = false;        // --clamp-indirect
-  bool denoise = false;           // files also get the denoised picture
-  std::vector<std::string> half;  // layer names
+  bool is_clamped = false;         // --clamp-indirect
+  bool denoise = false;            // files also get the denoised picture
+  std::optional<Vec2i> explained;  // --explain
+  std::vector<std::string> half;   // layer names
 };
 
 // Includes the channels that the heatmaps need.
@@ -46,11 +47,13 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop);
 
 // State recorded in the EXR header: "emberline:complete" ("true " or "false"), "emberline:samples"
 // and, with --clamp-indirect, "emberline:clamped" (the fraction of light removed). The values are
-// padded with blanks, because they are set long after the header is written.
+// padded with blanks, because they are set long after the header is written. With --explain also
+// kExplanationAttribute.
 struct FrameState {
   bool complete = false;
   uint64_t samples = 0;
   double clamped_fraction = 0.0;
+  std::string history = {};  // DriverFacts::history
 };
 
 // Header of a whole frame's EXR; set_state() must be called before it is finished. Channels named

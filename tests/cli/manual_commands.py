@@ -107,8 +107,10 @@ def shorten_command(words, folder):
             words[words.index("--seconds")] = "--spp"
     if command == "extend":
         values["--spp"] = "2"
-    if denoised or "--min-spp" in words:
-        values["--spp"] = "16"  # --min-spp must not be above it
+    if denoised or "--min-spp" in words or "variance" in " ".join(words):
+        values["--spp"] = "16"  # --min-spp must not be above it; a variance takes two
+    if command == "explain":
+        words = [re.sub(r"^\d+,\d+$", values["--explain"], word) for word in words]
     if "--panorama" in words:
         values["--size"] = "32x16"
     if "--turntable" in words:

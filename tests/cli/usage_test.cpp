@@ -255,10 +255,10 @@ TEST_F(Usage, EveryOptionHasARow) {
   const RunResult help = run({"render", "--help-all"});
   ASSERT_EQ(help.exit_code, 0);
   std::set<std::string> with_row = {
-      "--help",          "--help-all",      "--transparent", "--lenient",
-      "--unbiased",      "--light-groups",  "--quiet",       "--verbose",
-      "--log",           "--plain",         "--resume",      "--resumable",
-      "--skip-existing", "--stop-on-error", "--denoise",     "--panorama"};
+      "--help",         "--help-all",  "--transparent",   "--lenient",       "--unbiased",
+      "--light-groups", "--quiet",     "--verbose",       "--log",           "--plain",
+      "--resume",       "--resumable", "--skip-existing", "--stop-on-error", "--denoise",
+      "--panorama",     "--strict"};
   for (const WrongValue& row : wrong_values()) with_row.insert(row.option);
   const std::vector<HelpedOption> options = options_in(help.out);
   EXPECT_GE(options.size(), 30u) << help.out;
@@ -394,8 +394,8 @@ TEST_F(Usage, HelpAndVersion) {
 
 // The longest line counts, too, since terminals break it.
 TEST_F(Usage, HelpFitsOnAScreen) {
-  for (const char* command : {"render", "view", "session", "info", "show", "heatmap", "compare",
-                              "denoise", "extend", "merge", "farm", "study", "help"}) {
+  for (const char* command : {"render", "view", "session", "info", "show", "heatmap", "explain",
+                              "compare", "denoise", "extend", "merge", "farm", "study", "help"}) {
     const RunResult help = run({command, "--help"});
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_LE(line_count(help.out), 45u) << help.out;
