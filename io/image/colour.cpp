@@ -207,9 +207,8 @@ void append_layers(const std::string& prefix, const Names& names, std::vector<in
 }  // namespace
 
 ColourChannels find_colour(const Names& channels, const std::vector<ImagePart>& parts,
-                           const std::string& place) {
-  const std::vector<ImagePart> whole = {{"", channels, 0}};
-  const std::vector<ImagePart>& all = parts.empty() ? whole : parts;
+                           const std::string& place, std::string_view remedy) {
+  const std::vector<ImagePart> all = parts_or_whole(channels, parts);
   std::vector<Layer> layers = rgb_layers(all);
   const auto has_prefix = [](const Layer& layer) { return !layer.prefix.empty(); };
   if (!std::ranges::all_of(layers, has_prefix)) std::erase_if(layers, has_prefix);

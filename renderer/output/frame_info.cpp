@@ -13,6 +13,7 @@
 #include "io/image/file_completeness.h"
 #include "io/image/input.h"
 #include "renderer/core/option_values.h"
+#include "renderer/core/setting_names.h"
 #include "renderer/core/utf8.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/output/frame_extension.h"
@@ -79,8 +80,9 @@ InfoJson state_json(const std::string& path, const FloatImageRows& file) {
     state["samples_per_pixel"] = double(*samples) / double(image.data_window.area());
   }
   const std::string checkpoint = checkpoint_beside(path);
-  if (!InputFile::try_open(checkpoint)) {
-    state["obstacle"] = fmt::format("there is no {}", checkpoint);
+  if (!file_identity(checkpoint)) {
+    state["obstacle"] =
+        spell_setting_names(fmt::format("there is no {}, which `resumable` keeps", checkpoint));
     return state;
   }
   state["checkpoint"] = checkpoint;
