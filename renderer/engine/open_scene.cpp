@@ -20,7 +20,7 @@ ReadScene::ReadScene(const FrameSettings& settings, SceneEdits edits, const Open
                 std::make_shared<SceneSource>(progress.budget())) {
   source_->open(settings_, progress, options.edits || edits_.variant, need_tangents(edits_));
   read({}, progress);
-  hint_at_rest(settings_, description_);
+  if (!options.poses) hint_at_rest(settings_, description_);
   const bool may_pose = options.poses && !description_.animations.empty();
   if (!may_pose) source_->close();
   if (!options.edits) options_.build.editable = may_pose;
