@@ -23,7 +23,7 @@ ReadScene::ReadScene(const FrameSettings& settings, SceneEdits edits, const Open
                  .tangents = need_tangents(edits_),
                  .nodes = options.nodes});
   read({}, progress);
-  hint_at_rest(settings_, description_);
+  if (!options.poses) hint_at_rest(settings_, description_);
   const bool may_pose = options.poses && !description_.animations.empty();
   if (!may_pose) source_->close();
   if (!options.edits) options_.build.editable = may_pose;
