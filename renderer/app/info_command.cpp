@@ -22,6 +22,7 @@
 #include "renderer/output/channel_list.h"
 #include "renderer/output/frame_info.h"
 #include "renderer/scene/build_scene.h"
+#include "renderer/scene/scene.h"
 
 namespace emberline {
 namespace {
