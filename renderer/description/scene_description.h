@@ -221,8 +221,8 @@ struct InstanceDescription {
 struct NodeDescription {
   std::string name;
   int root = 0;             // the topmost ancestor; itself if it has no parent
-  int parent = -1;          // -1: none
   bool has_mesh = false;    // whether visible or not
+  int parent = -1;          // -1: none
   bool has_camera = false;  // or a camera that cannot be used
   bool has_light = false;   // of KHR_lights_punctual
   bool in_scene = false;    // of the scene that is rendered
