@@ -169,12 +169,12 @@ std::string describe_stop(float stop, const StatedSettings& settings) {
 
 // The error that `noise-threshold` is compared with, which the file does not have.
 std::string threshold_error(const StatedSettings& s) {
-  if (s.allocation == "denoised") return "the error of the denoised picture";
+  if (s.allocation == "denoised") return "that of the denoised picture";
   for (const EstimatorEntry& entry : estimator_table()) {
     if (entry.name != s.estimator) continue;
     return entry.halves || entry.name == "two-stream"
-               ? "an error that is averaged over 5 x 5 pixels, since one pixel's is unreliable"
-               : fmt::format("the error of `estimator` {}", entry.name);
+               ? "one averaged over 5 x 5 pixels, since that of one pixel is unreliable"
+               : fmt::format("that of `estimator` {}", entry.name);
   }
   return "the driver's own estimate";
 }
