@@ -36,7 +36,7 @@ int run_help(const HelpOptions& options) {
       for (const CommandHelp& each : root.commands) {
         names.push_back(each.name.substr(root.name.size() + 1));
       }
-      throw UsageError(unknown_word_message("command", words[i], names));
+      throw UsageError(unknown_word_message("command", words[i], names) + "; see emberline help");
     }
     if (i + 1 < words.size()) throw UsageError("help takes a command and one of its options");
     print_result(option_page(*command, words[i]));

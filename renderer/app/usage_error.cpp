@@ -59,7 +59,7 @@ void throw_usage(const CLI::App& root, const CLI::ParseError& error) {
     if (app != &root) throw UsageError("unexpected argument '{}'", shortened(unknown));
     std::vector<std::string> commands;
     for (const CLI::App* sub : root.get_subcommands(nullptr)) commands.push_back(sub->get_name());
-    throw UsageError(unknown_word_message("command", unknown, commands));
+    throw UsageError(unknown_word_message("command", unknown, commands) + "; see emberline help");
   }
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error)) {
     const std::string name = what.substr(0, what.find(':'));
