@@ -304,8 +304,9 @@ TEST_F(Limits, ARefusalNamesLessMemoryThanIsNeeded) {
 TEST_F(Limits, UnitsAreBinaryOrDecimal) {
   for (const auto& [size, shown] :
        {std::pair("1GiB", "1 GiB"), {"1g", "1 GiB"}, {"1GB", "954 MiB"}, {"1000MB", "954 MiB"}}) {
-    expect_failure(render_words({"--size", "65536x65536", "--memory-limit", size}), 2,
-                   {"limit of " + std::string(shown)});
+    expect_failure(
+        render_words({"-o", path("a.png"), "--size", "65536x65536", "--memory-limit", size}), 2,
+        {"limit of " + std::string(shown)});
   }
 }
 
