@@ -246,6 +246,7 @@ void add_show_options(CLI::App* app, ShowOptions& o) {
             .fallback = "R, G and B; or the only layer that has them",
             .example = "--layer albedo"});
   add_display_options(app, o.display);
+  app->get_option("--view")->option_text("OpenColorIO view, such as ACES");
   add_limits(app, o.limits);
   app->footer(
       "emberline show frame.exr -o frame.png --view ACES --exposure -1\n"
