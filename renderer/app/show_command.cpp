@@ -9,6 +9,7 @@
 #include "io/exr/writer.h"
 #include "io/files/register.h"
 #include "io/files/write_attempts.h"
+#include "io/image/file_completeness.h"
 #include "io/image/input.h"
 #include "renderer/app/shell_quote.h"
 #include "renderer/core/errors.h"
@@ -23,6 +24,11 @@
 
 namespace emberline {
 namespace {
+
+constexpr const char* kTransparentAttribute = "emberline:transparent";
+// What an .exr of one layer keeps of a frame's header.
+constexpr std::string_view kKeptAttributes[] = {kCompleteAttribute, "emberline:samples",
+                                                kTransparentAttribute};
 
 // The heatmap of this channel alone; empty if there is none.
 std::string_view heatmap_of(std::string_view channel) {
@@ -57,12 +63,16 @@ ImageLayer choose_layer(const ShowOptions& options, const FloatImage& image) {
   return layer;
 }
 
-// The file's colours, unless it says that its picture is opaque. Other programs say nothing.
+// Whether a .png has the layer's alpha: as --transparent chose for a frame of ours, otherwise if
+// the file has it.
 bool is_transparent(const FloatImageRows& file, const ImageLayer& layer) {
-  for (const auto& [name, text] : file.text_attributes()) {
-    if (name == "emberline:transparent") return layer.alpha >= 0 && text == "yes";
-  }
-  return layer.alpha >= 0;
+  if (layer.alpha < 0) return false;
+  const auto& attributes = file.text_attributes();
+  const auto is_ours = [](const auto& attribute) { return attribute.first == kCompleteAttribute; };
+  const auto is_marked = [](const auto& attribute) {
+    return attribute.first == kTransparentAttribute && attribute.second == "yes";
+  };
+  return std::ranges::none_of(attributes, is_ours) || std::ranges::any_of(attributes, is_marked);
 }
 
 // Rows that are read at once; also the height of written tiles.
@@ -197,8 +207,7 @@ class ShownFiles {
     if (layer.alpha >= 0) header.channels.push_back({"A"});
     header.view.space = space;
     for (const auto& attribute : file.text_attributes()) {
-      const std::string& name = attribute.first;
-      if (name == "emberline:complete" || name == "emberline:samples") {
+      if (std::ranges::find(kKeptAttributes, attribute.first) != std::end(kKeptAttributes)) {
         header.attributes.push_back(attribute);
       }
     }
