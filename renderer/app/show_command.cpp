@@ -75,9 +75,9 @@ bool is_transparent(const FloatImageRows& file, const ImageLayer& layer) {
   return std::ranges::none_of(attributes, is_ours) || std::ranges::any_of(attributes, is_marked);
 }
 
-// Rows that are read at once; also the height of written tiles.
-int band_height(const FloatImageRows& file) {
-  return std::min(file.tile_size(), file.image().height);
+// The side of written tiles; also how many rows are read at once.
+int tile_side(const FloatImageRows& file) {
+  return std::min(file.tile_size(), std::max(file.image().width, file.image().height));
 }
 
 // Calls `use` with each band of rows from the top and its pixels.
@@ -86,7 +86,7 @@ void read_bands(FloatImageRows& file, const Use& use) {
   const Rect& window = file.image().data_window;
   std::vector<float> pixels;
   for (int y = window.y0; y < window.y1;) {
-    const Rect band = Rect{window.x0, y, window.x1, y + band_height(file)}.intersect(window);
+    const Rect band = Rect{window.x0, y, window.x1, y + tile_side(file)}.intersect(window);
     file.read(band.height(), pixels);
     use(band, pixels);
     y = band.y1;
@@ -155,7 +155,7 @@ class LayerColours {
 class ShownFiles {
  public:
   ShownFiles(const ShowOptions& options, const FloatImageRows& file, const ImageLayer& layer)
-      : tile_size_(band_height(file)), has_alpha_(layer.alpha >= 0) {
+      : tile_size_(tile_side(file)), has_alpha_(layer.alpha >= 0) {
     const WorkingSpace space = layer.has_colour ? file.image().space : WorkingSpace::kRec709;
     std::shared_ptr<const DisplayTransform> transform;
     for (const std::string& path : options.outputs) {
@@ -200,7 +200,7 @@ class ShownFiles {
         .width = image.frame_width,
         .height = image.frame_height,
         .data_window = image.data_window,
-        .tile_size = band_height(file),
+        .tile_size = tile_side(file),
         .channels = {{"R"}, {"G"}, {"B"}},
         .view = file.view(),
         .attributes = {{"emberline.image", options.image}, {"emberline.layer", options.layer}}};
@@ -246,7 +246,8 @@ class ShownFiles {
 // The pictures of 8 bits, and bands of the file, of the layer and of its tiles.
 uint64_t shown_bytes(const ShowOptions& options, const FloatImageRows& file) {
   const FloatImage& image = file.image();
-  const auto band_pixels = uint64_t(image.width) * uint64_t(band_height(file));
+  const auto band_pixels =
+      uint64_t(image.width) * uint64_t(std::min(tile_side(file), image.height));
   const uint64_t band = bytes_of(band_pixels, (image.channel_names.size() + 16) * sizeof(float));
   return band + bytes_of(uint64_t(image.data_window.area()), 4 * options.outputs.size());
 }
