@@ -23,7 +23,11 @@ class Show : public CommandTest {
     std::vector<float> pixels = values;
     pixels.insert(pixels.end(), values.begin(), values.end());
     write_exr_file(path("out.exr"),
-                   {.width = 2, .height = 1, .data_window = {0, 0, 2, 1}, .channels = channels},
+                   {.width = 2,
+                    .height = 1,
+                    .data_window = {0, 0, 2, 1},
+                    .channels = channels,
+                    .attributes = {}},
                    pixels);
   }
   std::vector<int> first_pixel(const std::string& name) {
@@ -104,7 +108,8 @@ TEST_F(Show, NumbersAreGreyFromTheLeastToTheGreatest) {
                  {.width = 4,
                   .height = 1,
                   .data_window = {0, 0, 4, 1},
-                  .channels = {{"R"}, {"G"}, {"B"}, {"Z"}, {"mask"}}},
+                  .channels = {{"R"}, {"G"}, {"B"}, {"Z"}, {"mask"}},
+                  .attributes = {}},
                  std::vector<float>{0, 0, 0, 2, 0.2f, 0, 0, 0, 4,     0.2f,
                                     0, 0, 0, 7, 0.2f, 0, 0, 0, 1e10f, 0.2f});
   const RunResult result = show("z.png", {"--layer", "Z", "--view", "Raw"});
