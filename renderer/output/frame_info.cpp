@@ -127,7 +127,8 @@ std::string format_state(const std::string& path, const InfoJson& json) {
                         state["samples_per_pixel"].get<double>());
   }
   text += state["extensible"].get<bool>()
-              ? fmt::format("\ncan be extended: emberline extend {} --spp N\n", printable(path))
+              ? fmt::format("\ncan be extended: emberline extend {} {} N\n", printable(path),
+                            spell_setting_names("`spp`"))
               : fmt::format("\ncannot be extended: {}\n", printable_text(state["obstacle"]));
   return text;
 }
