@@ -97,8 +97,9 @@ class DisplayImageWriter {
   // Memory held from construction on: the picture.
   uint64_t bytes() const { return image_.values.capacity(); }
 
-  // Encodes and writes the file, marked as unfinished unless `complete` (image/file_completeness.h).
-  // Call once, after all threads have stopped writing. Throws RenderError.
+  // Encodes and writes the file, marked as unfinished unless `complete`
+  // (image/file_completeness.h). Call once, after all threads have stopped writing. Throws
+  // RenderError.
   void finish(bool complete = true);
 
  private:
