@@ -165,7 +165,7 @@ TEST(NumberText, FourDigits) {
   EXPECT_EQ(number_text(-12345678), "-1.235×10⁷");
 }
 
-TEST(ToldUnit, SecondsBySize) {
+TEST(DisplayUnit, SecondsBySize) {
   EXPECT_EQ(display_unit("s", 2).name, "s");
   EXPECT_EQ(display_unit("s", 0.5).name, "ms");
   EXPECT_EQ(display_unit("s", 0.5).factor, 1e3);
