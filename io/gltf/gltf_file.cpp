@@ -16,7 +16,7 @@
 #include "io/gltf/materials/variants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
-#include "renderer/core/setting_names.h"
+#include "renderer/core/readable.h"
 
 namespace emberline {
 namespace {
@@ -137,9 +137,11 @@ SceneDescription GltfFile::State::read(std::span<const uint64_t> held) {
   report_extensions(document, scene.coverage);
   report_unknown_members(document, scene.coverage);
   if (animation.at_rest && !animations.empty()) {
-    report_ignored(document.file,
-                   spell_setting_names("animations (not played; choose one with `animation`)"),
-                   scene.coverage);
+    scene.coverage.not_played =
+        animations.size() == 1
+            ? "1 animation; choose it with `animation`"
+            : readable_count(animations.size()) + " animations; choose one with `animation`";
+    log_warning(document.file + ": not played: " + scene.coverage.not_played);
   }
   memory.reserve(MemoryPart::kGeometry,
                  bytes_of(document.array("materials").size(), sizeof(MaterialDescription)),

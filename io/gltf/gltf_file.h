@@ -22,7 +22,7 @@ struct GltfOptions {
   // Give every mesh tangents, so that SceneEdits can make any material anisotropic. Otherwise only
   // meshes whose materials need them.
   bool tangents = false;
-  // Include the names and roots of all nodes.
+  // Include all nodes, with their names and parents.
   bool nodes = false;
   // Referenced files must lie below this folder, links followed. Empty: the scene's folder.
   std::string resource_root = {};

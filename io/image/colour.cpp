@@ -1,7 +1,6 @@
 #include "io/image/colour.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -9,9 +8,12 @@
 #include <map>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
+#include "renderer/core/names.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {
@@ -20,10 +22,16 @@ using Names = std::vector<std::string>;
 
 // Names listed in a message: an EXR may have thousands.
 constexpr size_t kMaxListed = 12;
+constexpr size_t kMaxListedLayers = 40;  // for someone who has to choose one
 
-std::string join_names(const Names& names) {
-  const size_t shown = std::min(names.size(), kMaxListed);
-  std::string text = fmt::format("{}", fmt::join(std::span(names).first(shown), ", "));
+constexpr const char kUnreadPart[] =
+    "{}: the part differs from the first in size, or repeats its channel names; save it as a "
+    "separate file";
+
+std::string join_names(const Names& names, size_t most = kMaxListed) {
+  const size_t shown = std::min(names.size(), most);
+  std::string text;
+  for (size_t i = 0; i < shown; ++i) text += (i > 0 ? ", " : "") + shortened(names[i]);
   if (shown < names.size()) text += fmt::format(" and {} more", names.size() - shown);
   return text;
 }
@@ -109,10 +117,7 @@ std::string case_duplicates(const Layer& layer) {
 ColourChannels channels_of(const Layer& layer, const std::string& place) {
   const auto [red, green, blue, alpha] = layer.rgba;
   if (layer.part->first < 0) {
-    throw InputError(place,
-                     "{}: the part differs from the first in size, or repeats its channel names; "
-                     "save it as a separate file",
-                     layer.name());
+    throw InputError(place, kUnreadPart, layer.name());
   }
   if (green != red + 1 || blue != red + 2) {
     if (const std::string twice = case_duplicates(layer); !twice.empty()) {
@@ -141,6 +146,10 @@ int find_grey(const Names& channels) {
   return y;
 }
 
+std::vector<ImagePart> parts_or_whole(const Names& channels, const std::vector<ImagePart>& parts) {
+  return parts.empty() ? std::vector<ImagePart>{{"", channels, 0}} : parts;
+}
+
 Names all_names(const std::vector<ImagePart>& parts) {
   Names names;
   for (const ImagePart& part : parts) {
@@ -151,12 +160,55 @@ Names all_names(const std::vector<ImagePart>& parts) {
   return names;
 }
 
+// The names of channels that make a layer, of which the first `required` must be there.
+struct LayerKind {
+  std::string_view letters;
+  std::array<std::string_view, 4> names;
+  size_t required;
+};
+constexpr LayerKind kLayerKinds[] = {{"RGBA", {"red", "green", "blue", "alpha"}, 3},
+                                     {"XYZ", {"x", "y", "z", ""}, 2},
+                                     {"UV", {"u", "v", "", ""}, 2}};
+
+// Appends the layers that the channels with this prefix make.
+void append_layers(const std::string& prefix, const Names& names, std::vector<int> channels,
+                   std::vector<ImageLayer>& layers) {
+  const std::string layer = prefix.empty() ? "" : prefix.substr(0, prefix.size() - 1);
+  const bool is_single = channels.size() == 1;
+  const auto leaf = [&](int c) { return std::string_view(names[size_t(c)]).substr(prefix.size()); };
+  for (const auto& [letters, components, required] : kLayerKinds) {
+    std::vector<int> found;
+    for (size_t i = 0; i < letters.size(); ++i) {
+      const std::string_view component = components[i];
+      const auto channel =
+          std::ranges::find_if(channels, [&](int c) { return matches_name(leaf(c), component); });
+      if (channel == channels.end()) break;
+      found.push_back(*channel);
+    }
+    if (found.size() < required) continue;
+    std::erase_if(channels, [&](int c) { return std::ranges::find(found, c) != found.end(); });
+    ImageLayer& added = layers.emplace_back();
+    added.name = layer.empty() ? std::string(letters.substr(0, found.size())) : layer;
+    added.has_colour = letters == "RGBA";
+    if (found.size() == 4) {
+      added.alpha = found.back();
+      found.pop_back();
+    }
+    added.channels = std::move(found);
+    break;
+  }
+  for (const int c : channels) {
+    // "depth" for "depth.Z" if that is all that it has.
+    const bool is_layer = is_single && !layer.empty() && leaf(c).size() == 1;
+    layers.push_back({is_layer ? layer : names[size_t(c)], {c}});
+  }
+}
+
 }  // namespace
 
 ColourChannels find_colour(const Names& channels, const std::vector<ImagePart>& parts,
-                           const std::string& place) {
-  const std::vector<ImagePart> whole = {{"", channels, 0}};
-  const std::vector<ImagePart>& all = parts.empty() ? whole : parts;
+                           const std::string& place, std::string_view remedy) {
+  const std::vector<ImagePart> all = parts_or_whole(channels, parts);
   std::vector<Layer> layers = rgb_layers(all);
   const auto has_prefix = [](const Layer& layer) { return !layer.prefix.empty(); };
   if (!std::ranges::all_of(layers, has_prefix)) std::erase_if(layers, has_prefix);
@@ -164,8 +216,8 @@ ColourChannels find_colour(const Names& channels, const std::vector<ImagePart>& 
   if (layers.size() > 1) {
     Names names;
     std::ranges::transform(layers, std::back_inserter(names), &Layer::name);
-    throw InputError(place, "{} layers have R, G and B; save one of them as a separate file: {}",
-                     names.size(), join_names(names));
+    throw InputError(place, "{} layers have R, G and B; {}: {}", names.size(), remedy,
+                     join_names(names));
   }
   if (is_luminance_chroma(channels)) {
     throw InputError(place, "luminance-chroma EXR is not supported; save it as RGB");
@@ -178,6 +230,62 @@ ColourChannels find_colour(const Names& channels, const std::vector<ImagePart>& 
   }
   const size_t next = size_t(grey) + 1;
   return {grey, 1, next < channels.size() && matches_name(channels[next], "alpha")};
+}
+
+std::vector<ImageLayer> image_layers(const Names& channels, const std::vector<ImagePart>& parts) {
+  std::vector<ImageLayer> layers;
+  for (const ImagePart& part : parts_or_whole(channels, parts)) {
+    if (part.first < 0) continue;
+    std::vector<std::pair<std::string, std::vector<int>>> groups;  // by prefix
+    std::map<std::string_view, size_t> known;
+    for (size_t i = 0; i < part.channels.size(); ++i) {
+      const size_t c = size_t(part.first) + i;
+      if (c >= channels.size()) break;
+      const std::string_view prefix = layer_prefix(channels[c]);
+      const auto [entry, is_new] = known.try_emplace(prefix, groups.size());
+      if (is_new) groups.emplace_back(prefix, std::vector<int>{});
+      groups[entry->second].second.push_back(int(c));
+    }
+    for (const auto& [prefix, members] : groups) append_layers(prefix, channels, members, layers);
+  }
+  return layers;
+}
+
+std::optional<ImageLayer> try_find_layer(const Names& channels, const std::vector<ImagePart>& parts,
+                                         const std::string& name, const std::string& place) {
+  const std::vector<ImageLayer> layers = image_layers(channels, parts);
+  const auto is_picture = [](std::string_view word) { return word == "RGB" || word == "RGBA"; };
+  for (const ImageLayer& layer : layers) {
+    if (layer.name == name || (is_picture(name) && is_picture(layer.name))) return layer;
+  }
+  const auto channel = std::ranges::find(channels, name);
+  if (channel != channels.end()) return ImageLayer{name, {int(channel - channels.begin())}};
+  for (const ImagePart& part : parts) {
+    if (part.name != name || name.empty()) continue;
+    if (part.first < 0) throw InputError(place, kUnreadPart, name);
+    const auto in_part = [&](const ImageLayer& layer) {
+      const int c = layer.channels.front() - part.first;
+      return c >= 0 && c < int(part.channels.size());
+    };
+    const auto layer = std::ranges::find_if(layers, in_part);
+    if (layer != layers.end()) return *layer;
+  }
+  return std::nullopt;
+}
+
+ImageLayer find_layer(const Names& channels, const std::vector<ImagePart>& parts,
+                      const std::string& name, const std::string& place) {
+  if (auto found = try_find_layer(channels, parts, name, place)) return *std::move(found);
+  const std::vector<ImageLayer> layers = image_layers(channels, parts);
+  std::vector<std::string_view> names;
+  for (const ImageLayer& layer : layers) names.push_back(layer.name);
+  Names listed;
+  for (const size_t i : nearest_indices(name, names)) listed.push_back(layers[i].name);
+  for (const ImageLayer& layer : layers) {
+    if (std::ranges::find(listed, layer.name) == listed.end()) listed.push_back(layer.name);
+  }
+  throw UsageError("`layer`: unknown layer '{}'; the layers of {}, nearest names first, are {}",
+                   shortened(name), place, join_names(listed, kMaxListedLayers));
 }
 
 bool is_cube_map(const std::vector<ImagePart>& parts, int channel) {

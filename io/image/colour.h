@@ -2,7 +2,9 @@
 // its colour, or have its colour in a layer.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace emberline {
@@ -24,9 +26,35 @@ struct ColourChannels {
 
 // Chooses R, G and B without a layer; otherwise the only layer that has them; otherwise Y. Throws
 // InputError, which lists the channels, if there is none or more than one candidate, or for
-// luminance-chroma images. `parts` may be empty.
+// luminance-chroma images. `parts` may be empty. `remedy` is what to do if there are several.
 ColourChannels find_colour(const std::vector<std::string>& channels,
-                           const std::vector<ImagePart>& parts, const std::string& place);
+                           const std::vector<ImagePart>& parts, const std::string& place,
+                           std::string_view remedy = "save one of them as a separate file");
+
+// Channels that belong together.
+struct ImageLayer {
+  std::string name;           // "albedo"; "RGBA" for channels without a layer
+  std::vector<int> channels;  // indices: R, G, B; or X, Y and maybe Z; or U, V; or one number
+  int alpha = -1;             // index; -1: none
+  bool has_colour = false;    // R, G and B
+
+  bool is_number() const { return channels.size() == 1; }
+};
+
+// All layers that can be read, in the file's order. Channels that are neither colours nor
+// coordinates are layers by themselves: "samples", "denoised.error".
+std::vector<ImageLayer> image_layers(const std::vector<std::string>& channels,
+                                     const std::vector<ImagePart>& parts);
+
+// The layer, channel or part with this name; nullopt if there is none. "RGB" and "RGBA" are the
+// same layer. Throws InputError for a part that is not read.
+std::optional<ImageLayer> try_find_layer(const std::vector<std::string>& channels,
+                                         const std::vector<ImagePart>& parts,
+                                         const std::string& name, const std::string& place);
+// Like try_find_layer(), but throws UsageError, which lists the layers, nearest names first, if
+// there is none.
+ImageLayer find_layer(const std::vector<std::string>& channels, const std::vector<ImagePart>& parts,
+                      const std::string& name, const std::string& place);
 
 // Whether the channel belongs to a part that holds the faces of a cube.
 bool is_cube_map(const std::vector<ImagePart>& parts, int channel);

@@ -14,18 +14,31 @@ namespace {
 // Bytes searched before the pixels; our writers use less.
 constexpr size_t kMaxHeaderBytes = size_t(1) << 20;
 
-bool is_unfinished_exr(ByteCursor& header) {
+// Calls `use` with the name and type of each attribute of the first header, the size of its value
+// and the cursor at it, until `use` returns false. Starts after the magic number.
+template <typename Use>
+void for_exr_attributes(ByteCursor& header, const Use& use) {
   header.skip(4);  // version
   while (!header.at_end()) {
     const std::string name = header.read_c_string();
     if (name.empty()) break;
-    header.read_c_string();  // type
-    const uint64_t size = header.little_endian(4);
-    constexpr std::string_view kFalse = "false";
-    if (name == kCompleteAttribute) return size >= kFalse.size() && header.consume_if(kFalse);
+    const std::string type = header.read_c_string();
+    const uint64_t size = header.little_endian(4), value = header.offset();
+    if (!use(name, type, size)) break;
+    header.seek(value);
     header.skip(size);
   }
-  return false;
+}
+
+bool is_unfinished_exr(ByteCursor& header) {
+  bool unfinished = false;
+  for_exr_attributes(header, [&](const std::string& name, const std::string&, uint64_t size) {
+    constexpr std::string_view kFalse = "false";
+    if (name != kCompleteAttribute) return true;
+    unfinished = size >= kFalse.size() && header.consume_if(kFalse);
+    return false;
+  });
+  return unfinished;
 }
 
 bool is_unfinished_png(ByteCursor& header) {
@@ -196,6 +209,23 @@ bool is_unfinished_image(const std::string& path) {
   if (header.consume_if("\x89PNG\r\n\x1a\n")) return is_unfinished_png(header);
   if (header.consume_if("\xff\xd8")) return is_unfinished_jpeg(header);
   throw InputError(path, "is not an EXR, PNG or JPEG");
+}
+
+std::vector<std::pair<std::string, std::string>> exr_texts(const std::string& path,
+                                                           std::string_view prefix) {
+  const ByteSource file = make_byte_source(InputFile(path));
+  ByteCursor header(file, kMaxHeaderBytes);
+  std::vector<std::pair<std::string, std::string>> texts;
+  if (!header.consume_if("\x76\x2f\x31\x01")) return texts;
+  for_exr_attributes(header, [&](const std::string& name, const std::string& type, uint64_t size) {
+    if (type == "string" && name.starts_with(prefix) && size <= kMaxHeaderBytes) {
+      std::string text(size, '\0');
+      text.resize(header.take(text.data(), size));
+      texts.emplace_back(name, std::move(text));
+    }
+    return true;
+  });
+  return texts;
 }
 
 bool is_complete_file(const std::string& path) {

@@ -7,6 +7,8 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace emberline {
 
@@ -17,6 +19,11 @@ inline constexpr std::string_view kIncompletePngText("emberline:complete\0false"
 // Reads no pixels. A picture without the mark counts as complete. Throws InputError for a missing
 // file, or one that is not recognised as EXR, PNG or JPEG.
 bool is_unfinished_image(const std::string& path);
+
+// The text attributes of an EXR's first header whose names begin with `prefix`. Reads no pixels.
+// Throws InputError for a missing file; anything that is no EXR has none.
+std::vector<std::pair<std::string, std::string>> exr_texts(const std::string& path,
+                                                           std::string_view prefix);
 
 // Checks that the file reaches its end, without decoding pixels: EXR by its offset table and a last
 // chunk that ends with the file and not in zeros, PNG and JPEG by their end, GIF by its blocks.

@@ -391,6 +391,7 @@ FloatImage image_description(OpenImage& input) {
   image.height = layout.height;
   image.data_window = input.data_window();
   image.space = layout.view.space;
+  image.chromaticities = layout.chromaticities;
   image.frame_width = layout.full_width;
   image.frame_height = layout.full_height;
   image.channel_names = layout.channel_names;
@@ -446,8 +447,11 @@ FloatImageRows::~FloatImageRows() = default;
 
 const FloatImage& FloatImageRows::image() const { return impl_->image; }
 
-bool FloatImageRows::is_counter(size_t channel) const {
-  return impl_->input.layout().channel_types[channel] == SampleType::kUint32;
+ChannelType FloatImageRows::channel_type(size_t channel) const {
+  const SampleType type = impl_->input.layout().channel_types[channel];
+  return type == SampleType::kUint32 ? ChannelType::kUint
+         : type == SampleType::kHalf ? ChannelType::kHalf
+                                     : ChannelType::kFloat;
 }
 
 const std::vector<std::pair<std::string, std::string>>& FloatImageRows::text_attributes() const {

@@ -10,9 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include "io/display/working_space.h"
 #include "io/exr/view.h"
 #include "io/image/colour.h"
 #include "renderer/core/load_progress.h"
+#include "renderer/core/picture_channel.h"
 #include "renderer/core/rect.h"
 #include "renderer/description/scene_description.h"
 
@@ -57,6 +59,8 @@ struct FloatImage {
   // (renderer/output/outputs.h).
   std::optional<uint64_t> stopped_after;
   WorkingSpace space = WorkingSpace::kRec709;  // EXR only
+  // EXR only, as its header states them; those of `space` unless it is kRec709.
+  std::optional<Chromaticities> chromaticities;
   int channels() const { return int(channel_names.size()); }
   // Channel index by name ("R", "albedo.G"), -1 if absent.
   int find_channel(const std::string& name) const;
@@ -73,7 +77,7 @@ class FloatImageRows {
 
   // The description without values.
   const FloatImage& image() const;
-  bool is_counter(size_t channel) const;  // stored as integers
+  ChannelType channel_type(size_t channel) const;
   // The header's text attributes that begin with "emberline" or "cryptomatte/".
   const std::vector<std::pair<std::string, std::string>>& text_attributes() const;
   const ExrView& view() const;

@@ -313,6 +313,23 @@ SceneEdits convert_edits(const nlohmann::json& document, const std::string& path
   return edits;
 }
 
+std::string text_of(const SceneEdits& edits, Json environment) {
+  Json object = {{"emberline_edits", kEditsVersion}};
+  const auto put = [&object](const char* name, Json value) {
+    if (!value.empty()) object[name] = std::move(value);
+  };
+  put("camera", camera_json(edits.camera));
+  put("animation", object_json(edits.animation));
+  if (edits.variant) put("variant", object_json(*edits.variant));
+  put("environment", std::move(environment));
+  Json lights = Json::array(), materials = Json::array();
+  for (const LightEdit& edit : edits.lights) lights.push_back(object_json(edit));
+  for (const MaterialEdit& edit : edits.materials) materials.push_back(object_json(edit));
+  put("lights", std::move(lights));
+  put("materials", std::move(materials));
+  return object.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 }  // namespace
 
 SceneEdits read_edits(const std::string& path, const LoadProgress& progress) {
@@ -329,21 +346,12 @@ SceneEdits edits_from_json(const nlohmann::json& document, const std::string& na
   return convert_edits(document, name, nullptr);
 }
 
+std::string format_edits(const SceneEdits& edits) {
+  return text_of(edits, object_json(edits.environment));
+}
+
 void write_edits(const std::string& path, const SceneEdits& edits) {
-  Json object = {{"emberline_edits", kEditsVersion}};
-  const auto put = [&object](const char* name, Json value) {
-    if (!value.empty()) object[name] = std::move(value);
-  };
-  put("camera", camera_json(edits.camera));
-  put("animation", object_json(edits.animation));
-  if (edits.variant) put("variant", object_json(*edits.variant));
-  put("environment", environment_json(edits.environment, path));
-  Json lights = Json::array(), materials = Json::array();
-  for (const LightEdit& edit : edits.lights) lights.push_back(object_json(edit));
-  for (const MaterialEdit& edit : edits.materials) materials.push_back(object_json(edit));
-  put("lights", std::move(lights));
-  put("materials", std::move(materials));
-  write_file_atomically(path, object.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  write_file_atomically(path, text_of(edits, environment_json(edits.environment, path)));
 }
 
 }  // namespace emberline

@@ -60,5 +60,7 @@ SceneEdits edits_from_json(const nlohmann::json& document, const std::string& na
 // Reading the file back gives the same edits, bit for bit. A relative environment path is written
 // relative to the folder of `path`. Throws RenderError.
 void write_edits(const std::string& path, const SceneEdits& edits);
+// The text of such a file, with the environment's path unchanged.
+std::string format_edits(const SceneEdits& edits);
 
 }  // namespace emberline

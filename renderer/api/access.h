@@ -6,6 +6,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "renderer/api/emberline.h"
 #include "renderer/core/errors.h"
@@ -38,6 +39,7 @@ struct Scene::State {
   SceneBuildOptions build;
   WorldBounds bounds;
   AnimationEdit animation;  // from the edits it was opened with
+  std::vector<AnimationDescription> animations;
   LoadedFiles files;
   // Fingerprint of the last edit(); empty: it had no edits. Absent: edit() was never called.
   std::optional<std::string> edited;

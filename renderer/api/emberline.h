@@ -132,10 +132,29 @@ class EMBERLINE_API Scene {
     int width = 0, height = 0;
   };
   void edit(std::string_view json, const Environment& environment);
-  // Names in the file.
+  // Names in the file; lights() has those of KHR_lights_punctual.
   std::vector<std::string> lights() const;
   std::vector<std::string> materials() const;
   std::vector<std::string> cameras() const;
+  // The names of everything that shines: lights(), then the emissive materials, then "environment"
+  // if there is one. Since 1.1.0.
+  std::vector<std::string> light_sources() const;
+  // The file's nodes, by their index there, and its animations. Since 1.1.0.
+  struct Node {
+    std::string name;
+    int parent = -1;  // -1: none
+    bool mesh = false, camera = false, light = false;
+    bool in_scene = false;  // of the scene that is rendered
+  };
+  std::vector<Node> nodes() const;
+  struct Animation {
+    std::string name;
+    double duration = 0;  // seconds
+  };
+  std::vector<Animation> animations() const;
+  // All that can be edited: edits that name every light, every material and the environment with
+  // the file's values. edit() with them changes nothing. Since 1.1.0.
+  std::string editable() const;
   // Features of the file that are approximated or ignored, one line each.
   std::vector<std::string> approximated() const;
   std::vector<std::string> ignored() const;

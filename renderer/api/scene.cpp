@@ -9,6 +9,7 @@
 #include "io/json/edits_file.h"
 #include "renderer/api/access.h"
 #include "renderer/core/errors.h"
+#include "renderer/description/edits_template.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/render_plan.h"
 
@@ -70,9 +71,10 @@ Scene::State::State(const std::string& path, const Settings& initial_settings,
   files = LoadedFiles(settings, progress);
   tbb::task_arena(arena_threads(resources)).execute([&] {
     ReadScene read(load_settings, load_edits(settings, progress),
-                   {.build = build, .edits = true, .poses = poses}, progress);
+                   {.build = build, .edits = true, .poses = poses, .nodes = true}, progress);
     const SceneEdits edits = read.edits();
     animation = edits.animation;
+    animations = read.description().animations;
     files.add(read.description().files);
     bounds = framed_bounds(read.description());
     open = std::move(read).build(progress);
@@ -158,6 +160,33 @@ std::vector<std::string> Scene::materials() const {
 }
 std::vector<std::string> Scene::cameras() const {
   return names_of(state_->open->editable().original().cameras);
+}
+std::vector<std::string> Scene::light_sources() const {
+  const SceneDescription& scene = state_->open->editable().original();
+  std::vector<std::string> names = names_of(scene.lights);
+  for (const MaterialDescription& material : scene.materials) {
+    if (emits(material)) names.push_back(material.name);
+  }
+  if (scene.environment) names.emplace_back("environment");
+  return names;
+}
+std::vector<Scene::Node> Scene::nodes() const {
+  std::vector<Node> nodes;
+  for (const NodeDescription& node : state_->open->editable().original().nodes) {
+    nodes.push_back(
+        {node.name, node.parent, node.has_mesh, node.has_camera, node.has_light, node.in_scene});
+  }
+  return nodes;
+}
+std::vector<Scene::Animation> Scene::animations() const {
+  std::vector<Animation> animations;
+  for (const AnimationDescription& animation : state_->animations) {
+    animations.push_back({animation.name, animation.duration});
+  }
+  return animations;
+}
+std::string Scene::editable() const {
+  return format_edits(edits_template(state_->open->editable().original()));
 }
 std::vector<std::string> Scene::approximated() const {
   return state_->open->coverage().approximated;

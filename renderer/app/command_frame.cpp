@@ -213,6 +213,7 @@ void CommandFrame::render() {
     report_.resumed_samples += sink.resumed_samples();
   });
   report_.counters = result_.counters;
+  report_.unsampled_pixels = result_.unsampled_pixels;
   checkpoint_.save_if_retained(report_.counters.stopped, stop_.cause(), *job_);
   report_.times.render_s = clock_->seconds();
   report_.times.snapshots_s = clock_->excluded_seconds();
@@ -260,9 +261,9 @@ void CommandFrame::write() {
   }
   report_.complete = result_.complete && !denoising_stopped_;
   if (may_write()) {
-    outputs_->finish(
-        {report_.complete, report_.counters.samples, report_.counters.clamped.fraction()},
-        attempts_);
+    outputs_->finish({report_.complete, report_.counters.samples,
+                      report_.counters.clamped.fraction(), job_->picture() ? job_->history() : ""},
+                     attempts_);
   }
   write_refinement(options_, *job_, attempts_);
   report_.cryptomattes = outputs_->cryptomattes();
@@ -308,13 +309,27 @@ void CommandFrame::end_checkpoint() {
            " it");
 }
 
+bool CommandFrame::has_holes() const {
+  return job_->is_tiled() && result_.unsampled_pixels > 0 && !is_part(options_) &&
+         options_.extended.empty();
+}
+
+void CommandFrame::report_holes() const {
+  if (!has_holes() || stop_.cause() != PixelStop::kTimeLimit) return;
+  const std::string message =
+      fmt::format("{} of the pixels have no sample and are black; --driver adaptive leaves none",
+                  readable_percent(double(result_.unsampled_pixels) / double(plan_.crop.area())));
+  options_.strict ? log_error(message) : log_warning(message);
+}
+
 int CommandFrame::exit_code() const {
   if (!report_.failed_outputs.empty()) return kExitRenderFailed;
   if (!unfinished()) return kExitDone;
   // A caller that resumes must learn that the frame is unfinished. Otherwise a frame that reaches
   // its time limit is done.
   const bool is_resumable = options_.resume || is_part(options_) || denoising_stopped_;
-  return is_resumable || stop_.cause() == PixelStop::kUser ? kExitStopped : kExitDone;
+  if (is_resumable || stop_.cause() == PixelStop::kUser) return kExitStopped;
+  return options_.strict && has_holes() ? kExitRenderFailed : kExitDone;
 }
 
 int CommandFrame::report() {
@@ -326,6 +341,7 @@ int CommandFrame::report() {
   report_.times.cpu_s = process_cpu_seconds() - run_.cpu_before_s;
   warn_about_non_finite(report_.counters, options_.seed);
   warn_about_optics(report_.counters.optics);
+  report_holes();
   report_.warnings = warnings_so_far();
   write_reports();
   summarize(options_, report_, attempts_.written());

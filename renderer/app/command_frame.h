@@ -50,6 +50,9 @@ class CommandFrame {
   bool unfinished() const { return report_.counters.stopped || denoising_stopped_; }
   void add_light_groups(const LightGroups& groups);
   void on_picture_changed(const JobProgress& now, const LivePicture& picture);
+  // A bucket driver was stopped, and its picture is written with black pixels.
+  bool has_holes() const;
+  void report_holes() const;
   int exit_code() const;
   double part_of_frame() const { return 1.0 / plan_.driver_settings.part.count; }
   std::vector<std::string> failed_outputs() const;

@@ -15,7 +15,6 @@
 #include "renderer/app/failure.h"
 #include "renderer/app/manual/command_help.h"
 #include "renderer/app/shared_options.h"
-#include "renderer/app/shell_quote.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/app/stop_signal.h"
 #include "renderer/app/usage_error.h"
@@ -23,6 +22,7 @@
 #include "renderer/core/log.h"
 #include "renderer/core/option_values.h"
 #include "renderer/core/setting_names.h"
+#include "renderer/core/shell_quote.h"
 #include "renderer/engine/worker_threads.h"
 #include "renderer/output/report.h"
 
@@ -49,6 +49,8 @@ struct AllOptions {
   ViewOptions view;
   InfoOptions info;
   HeatmapOptions heatmap;
+  ShowOptions show;
+  ExplainOptions explain;
   CompareOptions compare;
   DenoiseOptions denoise;
   StudyOptions study;
@@ -86,9 +88,14 @@ constexpr Command kCommands[] = {
         "session", "Serve another program, such as Blender, over a pipe and shared memory."),
     command<&All::info, add_info_options, run_info>(
         "info",
-        "List the contents of a scene, and glTF features that are approximated or ignored."),
+        "List the contents of a scene or of a frame, and glTF features that are approximated or "
+        "ignored."),
+    command<&All::show, add_show_options, run_show>(
+        "show", "Make a displayed picture of a frame, or of one of its layers."),
     command<&All::heatmap, add_heatmap_options, run_heatmap>(
         "heatmap", "Draw the samples, error or time of each pixel of a finished frame."),
+    command<&All::explain, add_explain_options, run_explain>(
+        "explain", "Say why a pixel of a finished frame got its samples."),
     command<&All::compare, add_compare_options, run_compare>(
         "compare", "Measure a picture against a reference."),
     command<&All::denoise, add_denoise_options, run_denoise>("denoise",

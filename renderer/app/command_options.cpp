@@ -133,6 +133,12 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
             .full = "Write a report of the render. An .html file is a page with pictures and "
                     "charts; .json or any other name gives JSON. May be given more than once.",
             .example = "--report frame.html"});
+  add_flag(app, "--strict", o.strict,
+           {.section = H::kLimits,
+            .full = "End with exit code 1 if `time-limit` leaves pixels without a sample, which "
+                    "`driver` bucket does. The picture and the report are still written. With "
+                    "`resume` the exit code is 130, as without this option.",
+            .example = "--time-limit 60 --strict"});
   add_snapshots(app, o);
   add_checkpoint(app, o);
   add_text(app, "--save-settings", o.save_settings, "FILE",
@@ -145,7 +151,8 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
             .example = "--replay 100,50,7"});
   add_parsed(app, "--explain", "X,Y",
              {.section = H::kInspection,
-              .full = "After the render, print why this pixel got as many samples as it did.",
+              .full = "After the render, print why this pixel got as many samples as it did. An "
+                      "EXR keeps the history of the pixel for `emberline explain`.",
               .example = "--driver adaptive --explain 100,50"},
              "X,Y in whole pixels of the frame", [&o](const std::string& text) {
                std::array<int, 2> v;

@@ -17,6 +17,8 @@ void add_view_options(CLI::App* app, ViewOptions& options);
 void add_session_options(CLI::App* app, SessionOptions& options);
 void add_info_options(CLI::App* app, InfoOptions& options);
 void add_heatmap_options(CLI::App* app, HeatmapOptions& options);
+void add_show_options(CLI::App* app, ShowOptions& options);
+void add_explain_options(CLI::App* app, ExplainOptions& options);
 void add_compare_options(CLI::App* app, CompareOptions& options);
 void add_denoise_options(CLI::App* app, DenoiseOptions& options);
 void add_merge_options(CLI::App* app, MergeOptions& options);

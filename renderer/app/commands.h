@@ -32,12 +32,14 @@ int run_render(const RenderOptions& options);
 int run_range(const RenderOptions& options, const std::vector<int>& frames);
 
 // `emberline info`: lists what a scene contains, which features it needs and which are approximated
-// or ignored; or lists the channels that pictures can have.
+// or ignored; or prints edits to begin with; or describes a frame; or lists the channels that
+// pictures can have.
 struct InfoOptions {
-  std::string scene;      // unused with `channels`
+  std::string scene;      // or an .exr, told by its content; unused with `channels`
   bool channels = false;  // list the channels instead of a scene
+  bool edits = false;     // print edits that change nothing (edits_template.h)
   bool json = false;
-  FrameSettings settings;  // how to load the scene
+  FrameSettings settings;  // how to load the scene, and its environment
   LimitOptions limits;
 };
 
@@ -58,6 +60,33 @@ struct HeatmapOptions {
 // RenderError (cannot write).
 int run_heatmap(const HeatmapOptions& options);
 
+// `emberline show`: makes a displayed picture of an EXR.
+struct ShowOptions {
+  std::string image;                 // any .exr with a flat picture
+  std::string layer;                 // see find_layer(); empty: see find_colour()
+  std::vector<std::string> outputs;  // .png, .jpg: displayed; .exr: the layer as R, G, B and A
+  DisplaySettings display;           // for .png and .jpg
+  LimitOptions limits;
+};
+
+// Writes the same .png and .jpg as `render -o` of the frame, except that the denoised picture is
+// shown only as layer "denoised", and that the file's precision counts (half, lossy compression). A
+// layer of one number that is not between 0 and 1 everywhere is shown in grey from its least to its
+// greatest value. Memory grows with the written picture and a band of rows. Returns the exit code.
+// Throws InputError (unreadable, no picture), UsageError (layer, names), RenderError (cannot
+// write).
+int run_show(const ShowOptions& options);
+
+// `emberline explain`: says in words why a pixel of a finished frame got its samples.
+struct ExplainOptions {
+  std::string image;            // an .exr that `emberline render` wrote
+  std::string pixel = "worst";  // "X,Y" of the frame, or "worst"
+  LimitOptions limits;
+};
+
+// Prints to stdout. Returns kExitDone. Throws as explain_frame() does, and UsageError.
+int run_explain(const ExplainOptions& options);
+
 // `emberline compare`: measures the difference between two pictures.
 struct CompareOptions {
   std::string image;
@@ -65,11 +94,13 @@ struct CompareOptions {
   bool json = false;       // to stdout, instead of a table
   std::string difference;  // empty: none; .png/.jpg: FLIP in false colour; .exr: image - reference
   float exposure = 0.0f;   // stops, for PSNR, SSIM, FLIP and the FLIP picture
+  std::string layer;       // empty: R, G and B
   LimitOptions limits;
 };
 
-// Reads both pictures (any format of OpenImageIO; 8-bit ones as sRGB; channels R, G and B), prints
-// the metrics of renderer/statistics/error_metrics.h to stdout and writes the difference picture.
+// Reads both pictures (any format of OpenImageIO; 8-bit ones as sRGB; channels R, G and B, or those
+// of the layer, see read_rgb()), prints the metrics of renderer/statistics/error_metrics.h to
+// stdout and writes the difference picture.
 //
 // JSON: one object with the keys width, height, mse, rmse, relmse, relmse_epsilon, relmse_trimmed,
 // signed_bias, psnr, ssim, flip, max_abs, non_finite, different_pixels. A metric without a finite
@@ -79,8 +110,8 @@ struct CompareOptions {
 // FLIP picture: see renderer/output/flip_picture.h. EXR: channels R, G, B, unclamped, and "flip".
 //
 // Returns kExitDone, however different the pictures are. Throws InputError (unreadable, channels
-// missing, sizes differ), UsageError (suffix of the difference picture, exposure), RenderError
-// (cannot write it).
+// missing, sizes differ), UsageError (layer, suffix of the difference picture, exposure),
+// RenderError (cannot write it).
 int run_compare(const CompareOptions& options);
 
 // `emberline denoise`: denoises a finished frame.

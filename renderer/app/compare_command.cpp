@@ -104,10 +104,19 @@ int run_compare(const CompareOptions& options) {
     }
   }
   const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
-  const RgbFile file = read_rgb(options.image, progress);
+  LayerChoice choice = {.layer = options.layer, .remedy = "choose one with `layer`"};
+  const RgbFile file = read_rgb(options.image, progress, choice);
   const RgbImage& image = file.pixels;
-  const RgbImage reference = reference_pixels(read_rgb(options.reference, progress), options.image,
-                                              file.crop, file.frame_width, file.frame_height);
+  choice.is_reference = true;
+  const RgbImage reference =
+      reference_pixels(read_rgb(options.reference, progress, choice), options.image, file.crop,
+                       file.frame_width, file.frame_height);
+  if (options.layer.empty() && file.has_denoised) {
+    log_info(
+        fmt::format("measuring R, G and B of {}, which are not denoised; --layer {} measures "
+                    "the denoised picture",
+                    options.image, kDenoisedLayer));
+  }
   if (!file.is_whole_frame()) {
     const Rect& w = file.crop;
     log_info(fmt::format("comparing only the pixels in {}: --crop {},{},{},{}", options.image, w.x0,

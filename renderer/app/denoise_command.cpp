@@ -18,6 +18,7 @@
 #include "renderer/engine/worker_threads.h"
 #include "renderer/output/denoise_pass.h"
 #include "renderer/output/outputs.h"
+#include "renderer/output/rgb_file.h"
 
 namespace emberline {
 namespace {
@@ -82,8 +83,9 @@ class InputRows {
                         .view = file_.view(),
                         .attributes = file_.text_attributes()};
     for (const size_t c : channel_indices_) {
+      const bool is_counter = file_.channel_type(c) == ChannelType::kUint;
       header.channels.push_back(
-          {image.channel_names[c], file_.is_counter(c) ? ChannelType::kUint : ChannelType::kFloat});
+          {image.channel_names[c], is_counter ? ChannelType::kUint : ChannelType::kFloat});
     }
     for (const std::string& name : denoise_results(channels_)) header.channels.push_back({name});
     restore_storage(header);
@@ -178,10 +180,7 @@ int run_denoise(const DenoiseOptions& options) {
                                  denoise_bytes(image.data_window, rows.file().tile_size(),
                                                image.channel_names, rows.file().rows_at_once()),
                                  options.image);
-  if (image.stopped_after) {
-    log_warning(fmt::format("{}: the frame was stopped before it was complete, at {} samples",
-                            options.image, *image.stopped_after));
-  }
+  warn_if_stopped(options.image, image);
   Results results(options, rows);
   const DenoiseJob job = {
       .crop = image.data_window,

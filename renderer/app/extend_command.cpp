@@ -2,9 +2,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "io/files/input_file.h"
 #include "io/files/record_file.h"
+#include "io/image/file_completeness.h"
 #include "io/json/input.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/shell_quote.h"
 #include "renderer/output/frame_extension.h"
 
 namespace emberline {
@@ -12,12 +15,28 @@ namespace {
 
 constexpr std::string_view kCheckpointSuffix = ".checkpoint";
 
+// Names the command that would have kept the checkpoint: an EXR has it in its header.
+[[noreturn]] void reject_missing(const std::string& frame, const std::string& checkpoint) {
+  if (!InputFile::try_open(frame)) throw InputError(frame, "file not found");
+  std::string command = "emberline render ... -o " + shell_quoted(frame);
+  for (const auto& [name, text] : exr_texts(frame, "emberline:command")) {
+    // Only these two commands can keep a checkpoint.
+    if (text.starts_with("emberline render ") || text.starts_with("emberline merge ")) {
+      command = text;
+    }
+  }
+  throw InputError(
+      checkpoint,
+      "file not found, so the frame cannot be extended; to keep a checkpoint, use: {} --resumable",
+      command);
+}
+
 }  // namespace
 
 int run_extend(const ExtendOptions& options) {
-  const std::string checkpoint = is_record_file(options.frame)
-                                     ? options.frame
-                                     : options.frame + std::string(kCheckpointSuffix);
+  const std::string checkpoint =
+      is_record_file(options.frame) ? options.frame : checkpoint_beside(options.frame);
+  if (!InputFile::try_open(checkpoint)) reject_missing(options.frame, checkpoint);
   const RecordFile file(checkpoint);
   const nlohmann::json head = parse_json(file.head(), checkpoint);
 

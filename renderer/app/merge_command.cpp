@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
+#include <functional>
+#include <optional>
+
 #include "io/files/register.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -11,6 +14,7 @@
 #include "renderer/engine/worker_threads.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_merge.h"
+#include "renderer/output/merged_checkpoint.h"
 #include "renderer/output/outputs.h"
 #include "renderer/output/report.h"
 
@@ -28,6 +32,22 @@ RenderOptions merged_options(const MergeOptions& merge, const FrameMerge& frame)
                      heatmap.quantity->name, name_of(aov_table(), *aov));
   }
   return options;
+}
+
+// Call after deliver().
+void describe_merge(const FrameMerge& frame, const RenderOptions& options, RenderReport& report) {
+  report.counters = frame.counters();
+  report.unsampled_pixels = frame.unsampled_pixels();
+  report.complete = frame.complete();
+  report.light_layers = frame.first().layers().lights;
+  report.crop = frame.first().plan().crop;
+  report.error_estimate = frame.error_estimate();
+  if (!frame.first().plan().is_uniform) report.estimator = options.estimator;
+  report.passes.push_back({0, report.counters.samples, report.error_estimate});
+  for (const auto& part : frame.frames()) {
+    report.parts.push_back({part->path(), find_text(part->head(), "machine", "host"),
+                            find_text(part->head(), "machine", "instruction sets")});
+  }
 }
 
 }  // namespace
@@ -53,30 +73,27 @@ int run_merge(const MergeOptions& merge) {
   frame.reserve(options, settings, workers.count(), *limits.memory);
   FrameOutputs outputs(options.outputs, settings, stop);
   outputs.add_scene(frame.first().layers());
+  std::optional<MergedCheckpoint> checkpoint;
+  SaveTile save;
+  if (options.resumable) {
+    checkpoint.emplace(options, frame);
+    save = std::bind_front(&MergedCheckpoint::save, &*checkpoint);
+  }
   tbb::task_arena arena(workers.count());
   RenderReport report;
   arena.execute([&] {
-    frame.deliver(settings.aovs, outputs);
+    frame.deliver(settings.aovs, outputs, save);
     report.denoise = outputs.finish_spooled();
   });
 
   report.cryptomattes = outputs.cryptomattes();
-  report.counters = frame.counters();
-  report.complete = frame.complete();
-  report.light_layers = frame.first().layers().lights;
-  report.crop = crop;
+  describe_merge(frame, options, report);
   report.threads = workers.count();
   report.budget = limits.memory;
-  report.error_estimate = frame.error_estimate();
-  if (!frame.first().plan().is_uniform) report.estimator = options.estimator;
-  report.passes.push_back({0, report.counters.samples, report.error_estimate});
-  for (const auto& part : frame.frames()) {
-    report.parts.push_back({part->path(), find_text(part->head(), "machine", "host"),
-                            find_text(part->head(), "machine", "instruction sets")});
-  }
   WriteAttempts attempts;
   outputs.finish({frame.complete(), report.counters.samples, report.counters.clamped.fraction()},
                  attempts);
+  if (checkpoint) attempts.attempt(checkpoint->path(), [&] { checkpoint->commit(); });
   warn_about_non_finite(report.counters, options.seed);
   warn_about_optics(report.counters.optics);
   report.failed_outputs = attempts.failed();

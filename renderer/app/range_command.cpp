@@ -195,7 +195,7 @@ class RangeRun {
     FrameOutcome outcome;
     outcome.outputs = options.outputs;
     if (options.skip_existing && is_finished(options)) {
-      log_info(run_.frame_position->text() + " is skipped: all its outputs exist");
+      log_info(run_.frame_position->text() + " is skipped: " + skip_reason(options));
       outcome.status = FrameStatus::kSkipped;
       return outcome;
     }

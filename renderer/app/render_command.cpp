@@ -22,7 +22,7 @@ int render_single(const RenderOptions& options) {
   RenderRun run(options);
   int exit_code = kExitDone;
   if (options.skip_existing && is_finished(options)) {
-    log_info("skipped: all its outputs exist");
+    log_info("skipped: " + skip_reason(options));
   } else {
     // A signal before rendering ends the process, so a report is always returned.
     exit_code = render_frame(run, options)->exit_code;

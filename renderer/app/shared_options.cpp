@@ -79,7 +79,7 @@ CLI::Option* add_checked_name(CLI::App* app, const std::string& option, std::str
 
 void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>& bytes,
               const OptionText& help) {
-  add_parsed(app, option, "SIZE", help, "a size, such as 8G, 500M or 4096",
+  add_parsed(app, option, "SIZE", help, "a size, such as 8G, 500MB or 4096",
              [&bytes](const std::string& text) {
                bytes = parse_size(text);
                return bytes.has_value();
@@ -138,8 +138,9 @@ void add_limits(CLI::App* app, LimitOptions& o) {
   add_size(app, "--memory-limit", o.memory_bytes,
            {.section = H::kLimits,
             .brief = "refuse what needs more memory than this, such as 8G",
-            .full = "Refuse what needs more memory than this. SIZE is a number of bytes, or of "
-                    "powers of 1024 with K, M, G or T: 8G is 8 GiB.",
+            .full = "Refuse what needs more memory than this. SIZE is a number of bytes, or has "
+                    "a unit: 8G and 8GiB are 8 times 1024^3 bytes, 8GB are 8 times 1000^3; also "
+                    "K, M and T.",
             .fallback = "three quarters of the memory of the machine, its container or the Slurm "
                         "job",
             .example = "--memory-limit 8G"});

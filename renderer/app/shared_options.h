@@ -88,7 +88,7 @@ CLI::Option* add_name(CLI::App* app, const std::string& option, std::string& tar
   return add_checked_name(app, option, target, check, help, table_lines(table));
 }
 
-// A size in bytes, with an optional suffix K, M, G or T (powers of 1024).
+// A size in bytes, with an optional unit; see parse_size().
 void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>& bytes,
               const OptionText& help);
 

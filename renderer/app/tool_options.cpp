@@ -58,8 +58,9 @@ void add_job_options(CLI::App* app, FarmOptions& o) {
   add_size(app, "--memory", o.request.memory_bytes,
            {.section = H::kJobs,
             .brief = "memory of each job, such as 8G",
-            .full = "Ask for this much memory for each job. SIZE is a number of bytes, or of "
-                    "powers of 1024 with K, M, G or T: 8G is 8 GiB.",
+            .full = "Ask for this much memory for each job. SIZE is a number of bytes, or has a "
+                    "unit: 8G and 8GiB are 8 times 1024^3 bytes, 8GB are 8 times 1000^3; also K, M "
+                    "and T.",
             .fallback = "the partition's default",
             .example = "--memory 16G"});
   add_number(app, "--minutes", o.request.minutes, 2, 10000000,
@@ -191,17 +192,28 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
 }  // namespace
 
 void add_info_options(CLI::App* app, InfoOptions& o) {
-  CLI::Option* scene = add_scene(app, o.scene);
-  add_flag(app, "--channels", o.channels,
+  CLI::Option* scene =
+      add_argument(app, "scene", o.scene, "The scene: a .gltf or .glb file; or a frame: .exr.");
+  CLI::Option* channels =
+      add_flag(app, "--channels", o.channels,
+               {.section = H::kOutput,
+                .brief = "list the channels that pictures can have, without a scene",
+                .full = "List the channels that pictures can have. This needs no scene."})
+          ->excludes(scene);
+  add_flag(app, "--edits", o.edits,
            {.section = H::kOutput,
-            .brief = "list the channels that pictures can have, without a scene",
-            .full = "List the channels that pictures can have. This needs no scene."})
-      ->excludes(scene);
+            .brief = "print an edits file to start from",
+            .full = "Print an edits file for `emberline render --edits` that names every light, "
+                    "every material and the environment with its present values, so that it "
+                    "changes nothing yet. Give `env` or `sun` as for the render."})
+      ->excludes(channels);
   add_json(app, o.json);
-  add_settings(app, o.settings, {kLoading});
+  add_settings(app, o.settings, {kLight, kLoading}, {"working-space", "backfaces"});
   add_limits(app, o.limits);
   app->footer(
       "emberline info scene.glb\n"
+      "emberline info scene.glb --edits > look.json\n"
+      "emberline info frame.exr\n"
       "emberline info --channels");
 }
 
@@ -226,6 +238,42 @@ void add_heatmap_options(CLI::App* app, HeatmapOptions& o) {
   app->footer("emberline heatmap frame.exr -o error.png --of error --colors viridis");
 }
 
+void add_show_options(CLI::App* app, ShowOptions& o) {
+  add_argument(app, "frame", o.image, "The frame: an .exr file of any program.")->required();
+  add_text(app, "-o,--output", o.outputs, "FILE",
+           {.section = H::kOutput,
+            .brief = "picture to write: .png, .jpg or .exr",
+            .full = "Write the picture to this file. .png, .jpg files are converted for display; "
+                    "an .exr file has the layer alone, as linear R, G and B. May be given more "
+                    "than once."})
+      ->required();
+  add_text(app, "--layer", o.layer, "NAME",
+           {.section = H::kOutput,
+            .brief = "layer to show, such as denoised, albedo or Z",
+            .full = "Show this layer or channel. `emberline info` lists them. Coordinates are "
+                    "shown as red, green and blue; a single number as grey, from its least to its "
+                    "greatest value unless all are from 0 to 1.",
+            .fallback = "R, G and B; or the only layer that has them",
+            .example = "--layer albedo"});
+  add_display_options(app, o.display);
+  app->get_option("--view")->option_text("OpenColorIO view, such as ACES");
+  add_limits(app, o.limits);
+  app->footer(
+      "emberline show frame.exr -o frame.png --view ACES --exposure -1\n"
+      "emberline show frame.exr -o albedo.png --layer albedo");
+}
+
+void add_explain_options(CLI::App* app, ExplainOptions& o) {
+  add_argument(app, "image", o.image, "An .exr file that `emberline render` wrote.")->required();
+  add_argument(app, "pixel", o.pixel,
+               "The pixel: X,Y, or worst for the one with the largest error (needs --aov "
+               "variance). The default is worst.");
+  add_limits(app, o.limits);
+  app->footer(
+      "emberline explain frame.exr 412,93\n"
+      "emberline explain frame.exr worst");
+}
+
 void add_compare_options(CLI::App* app, CompareOptions& o) {
   add_argument(app, "image", o.image, "The picture to measure.")->required();
   add_argument(app, "reference", o.reference, "The picture that it should be.")->required();
@@ -240,6 +288,14 @@ void add_compare_options(CLI::App* app, CompareOptions& o) {
               .brief = "brighten both pictures by this many stops for FLIP, SSIM, PSNR",
               .full = "Brighten both pictures by this many stops for FLIP, SSIM and PSNR.",
               .fallback = "0"});
+  add_text(app, "--layer", o.layer, "NAME",
+           {.section = H::kOutput,
+            .brief = "layer to measure, such as denoised or albedo",
+            .full = "Measure this layer or channel, which has one or three numbers for each pixel. "
+                    "It is compared with the reference's layer of that name. If the reference has "
+                    "no layers, its picture is used; for a denoised layer, its raw picture.",
+            .fallback = "R, G and B; or the only layer that has them",
+            .example = "--layer denoised"});
   add_limits(app, o.limits);
   app->footer("emberline compare frame.exr reference.exr -o flip.png");
 }
@@ -309,6 +365,12 @@ void add_merge_options(CLI::App* app, MergeOptions& o) {
             .brief = "write a frame even if parts are missing; their pixels are black",
             .full = "Write the frame even if parts are missing. Their pixels are black, and their "
                     "`aov` stop is 0."});
+  add_flag(app, "--resumable", o.frame.resumable,
+           {.section = H::kOutput,
+            .brief = "keep a checkpoint of the merged frame, for `emberline extend`",
+            .full = "Keep a checkpoint of the merged frame beside the first output "
+                    "(FILE.checkpoint), so that `emberline extend` can add samples. This needs "
+                    "parts of driver bucket and of one seed, and all of them."});
   add_flag(app, "--strict", o.strict,
            {.section = H::kParts,
             .brief = "refuse parts from different kinds of machine",

@@ -78,6 +78,9 @@ class Archive {
     }
   }
 
+  // What is left to load.
+  std::span<const std::byte> rest() const { return from_; }
+
   void check(bool accepted) const {
     if (loading() && !accepted) throw_damaged();
   }

@@ -28,11 +28,14 @@ std::shared_ptr<MemoryBudget> MemoryBudget::child_budget() const {
   return child_budget;
 }
 
-bool MemoryBudget::try_reserve(MemoryPart part, uint64_t bytes) noexcept {
+bool MemoryBudget::try_reserve(MemoryPart part, uint64_t bytes, uint64_t* left) noexcept {
   if (limit_ == kUnlimited) return true;
   uint64_t before = reserved_.load(std::memory_order_relaxed);
   do {
-    if (bytes > limit_ - before) return false;
+    if (bytes > limit_ - before) {
+      if (left) *left = limit_ - before;
+      return false;
+    }
   } while (!reserved_.compare_exchange_weak(before, before + bytes, std::memory_order_relaxed));
   parts_[size_t(part)].fetch_add(bytes, std::memory_order_relaxed);
   uint64_t peak = peak_.load(std::memory_order_relaxed);
@@ -43,7 +46,8 @@ bool MemoryBudget::try_reserve(MemoryPart part, uint64_t bytes) noexcept {
 }
 
 void MemoryBudget::reserve(MemoryPart part, uint64_t bytes, const std::string& place) {
-  if (!try_reserve(part, bytes)) throw LimitError(place, limit_message(part, bytes));
+  uint64_t left = 0;
+  if (!try_reserve(part, bytes, &left)) throw LimitError(place, limit_message(part, bytes, left));
 }
 
 void MemoryBudget::release(MemoryPart part, uint64_t bytes) noexcept {
@@ -52,11 +56,15 @@ void MemoryBudget::release(MemoryPart part, uint64_t bytes) noexcept {
   reserved_.fetch_sub(bytes, std::memory_order_relaxed);
 }
 
-std::string MemoryBudget::limit_message(MemoryPart part, uint64_t bytes) const {
+std::string MemoryBudget::limit_message(MemoryPart part, uint64_t bytes, uint64_t left) const {
+  std::string needed = readable_bytes(bytes), available = readable_bytes(left);
+  if (needed == available) {  // they differ by less than is shown
+    needed = readable_count(bytes) + " B";
+    available = readable_count(left) + " B";
+  }
   return fmt::format(
       "needs {} of memory ({}), but only {} of the limit of {} are left; raise `memory-limit`",
-      readable_bytes(bytes), name_of(part), readable_bytes(limit_ - std::min(limit_, reserved())),
-      readable_bytes(limit_));
+      needed, name_of(part), available, readable_bytes(limit_));
 }
 
 MemoryReservation& MemoryReservation::operator=(MemoryReservation&& other) noexcept {

@@ -33,11 +33,12 @@ class MemoryBudget {
 
   // Throws InputError, naming `place`, if not enough is left; then nothing is reserved.
   void reserve(MemoryPart part, uint64_t bytes, const std::string& place);
-  // Returns false instead of throwing, for use in callbacks.
-  bool try_reserve(MemoryPart part, uint64_t bytes) noexcept;
+  // Returns false instead of throwing, for use in callbacks, and then sets `left` to what was left.
+  bool try_reserve(MemoryPart part, uint64_t bytes, uint64_t* left = nullptr) noexcept;
   void release(MemoryPart part, uint64_t bytes) noexcept;
-  // The message of reserve() without the place.
-  std::string limit_message(MemoryPart part, uint64_t bytes) const;
+  // The message of reserve() without the place, for a refusal when `left` bytes were left. Memory
+  // may have been released since, so what is left now can be more than what was needed.
+  std::string limit_message(MemoryPart part, uint64_t bytes, uint64_t left) const;
 
   // A separate budget with the same limit that starts with this one's reservations. A load uses it,
   // and reserves its newly_reserved() here on success.

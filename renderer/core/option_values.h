@@ -34,6 +34,9 @@ std::optional<T> parse_number(std::string_view text) {
   }
 }
 
+// A number, or a percentage: "2%" is 0.02.
+std::optional<float> parse_share(std::string_view text);
+
 // Splits "a,b" into its non-empty parts; they point into `text`.
 std::vector<std::string_view> split_list(std::string_view text);
 
@@ -51,10 +54,11 @@ bool parse_numbers(std::string_view text, char separator, std::array<T, kCount>&
   return true;
 }
 
-// "8G", "1.5M", "4096": bytes, or with K, M, G or T powers of 1024; at least 1.
+// "8G", "1.5M", "4096": bytes, or with K, M, G, T or KiB, MiB, GiB, TiB powers of 1024, with KB,
+// MB, GB, TB powers of 1000; at least 1.
 std::optional<uint64_t> parse_size(std::string_view text);
 
-// An error message with suggestions for an unknown option or command; names.h has the wording.
+// Like unknown_name_message() (names.h), but always lists every valid word, however many there are.
 std::string unknown_word_message(const char* kind, const std::string& word,
                                  const std::vector<std::string>& valid);
 

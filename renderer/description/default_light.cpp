@@ -1,19 +1,12 @@
 #include "renderer/description/default_light.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "renderer/core/log.h"
 #include "renderer/description/scene_description.h"
 
 namespace emberline {
 namespace {
-
-bool emits(const MaterialDescription& material) {
-  const auto positive = [](float x) { return x > 0.0f && std::isfinite(x); };
-  const Rgb& e = material.emission;
-  return !material.unlit && (positive(e.x) || positive(e.y) || positive(e.z));
-}
 
 // The material of a placed mesh, or null for the default one.
 const MaterialDescription* material_of(const SceneDescription& scene,

@@ -8,6 +8,7 @@
 #include <Imath/ImathBox.h>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -143,6 +144,13 @@ struct MaterialDescription {
   float clearcoat_normal_scale = 1.0f;
 };
 
+// Whether the material's surfaces are lights.
+inline bool emits(const MaterialDescription& material) {
+  const auto positive = [](float x) { return x > 0.0f && std::isfinite(x); };
+  const Rgb& e = material.emission;
+  return !material.unlit && (positive(e.x) || positive(e.y) || positive(e.z));
+}
+
 // Whether load_gltf gives tangents to the meshes with this material: it uses tangent space, or
 // would if its factor were not 0.
 inline bool has_tangent_space(const MaterialDescription& material) {
@@ -212,9 +220,12 @@ struct InstanceDescription {
 // A node of the file, by its index there.
 struct NodeDescription {
   std::string name;
-  int root = 0;           // the topmost ancestor; itself if it has no parent
-  bool has_mesh = false;  // whether visible or not
-  int parent = -1;        // -1: none
+  int root = 0;             // the topmost ancestor; itself if it has no parent
+  bool has_mesh = false;    // whether visible or not
+  int parent = -1;          // -1: none
+  bool has_camera = false;  // or a camera that cannot be used
+  bool has_light = false;   // of KHR_lights_punctual
+  bool in_scene = false;    // of the scene that is rendered
 };
 
 // A moving instance one frame after the rendered instant, to compute its velocity with an instant
@@ -309,6 +320,8 @@ struct CoverageReport {
   std::vector<std::string> used;          // supported extensions
   std::vector<std::string> approximated;  // rendered approximately; says how
   std::vector<std::string> ignored;       // without effect on the image
+  // The number of animations, if none poses the scene, and the `setting` that chooses one.
+  std::string not_played;
 };
 
 // Repairs and omissions during loading, with counts; each kind is also reported by one warning.

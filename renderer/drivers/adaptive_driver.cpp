@@ -12,6 +12,7 @@
 
 #include "renderer/core/archive.h"
 #include "renderer/core/parallel.h"
+#include "renderer/drivers/adaptive/pixel_explanation.h"
 #include "renderer/drivers/adaptive/refinement_tree.h"
 #include "renderer/drivers/adaptive/round_averages.h"
 #include "renderer/drivers/adaptive/round_parts.h"
@@ -248,6 +249,11 @@ class AdaptiveDriver final : public FrameDriver {
 
   DriverFacts facts() const override { return {.tree = settings_.keep_tree ? &*tree_ : nullptr}; }
 
+  std::string history() const override {
+    const bool is_known = planner_.recorded() < sample_counts_.size() && has_errors();
+    return is_known ? describe_history(history_of(planner_.recorded())) : "";
+  }
+
   std::string explain(const FilmTile& film, int x, int y) const override {
     const size_t i = index(x, y);
     const Rgb mean = film.mean(x, y);
@@ -255,36 +261,17 @@ class AdaptiveDriver final : public FrameDriver {
                                    sample_counts_[i] == 1 ? "" : "s", describe_status(i));
     const auto out = std::back_inserter(text);
     fmt::format_to(out, "mean {:.6g} {:.6g} {:.6g}\n", mean.x, mean.y, mean.z);
-    if (!planner_.errors().error.empty()) {  // at least one round was planned
+    if (has_errors()) {
       fmt::format_to(out, "error now {:.4g}{}\n", planner_.errors().error[i],
                      settings_.adaptive.threshold > 0
                          ? fmt::format(", threshold {:.4g}", settings_.adaptive.threshold)
                          : "");
     }
-    if (tree_) {
-      fmt::format_to(out,
-                     "refinement tree, from the crop down to the leaf with this pixel\n"
-                     "  {:>24} {:>10} {:>10} {:>10} {:>6}  {}\n",
-                     "rectangle", "v_int", "v_ext", "priority", "round", "phase");
-      for (const RefinementNode& step : tree_->describe(x, y)) {
-        const Rect& r = step.rect;
-        fmt::format_to(out, "  {:>24} {:>10.3g} {:>10.3g} {:>10.3g} {:>6}  {}{}\n",
-                       fmt::format("{},{} {}x{}", r.x0, r.y0, r.width(), r.height()), step.v_int,
-                       step.v_ext, step.priority, step.round, refinement_phase_name(step.phase),
-                       step.leaf ? ", leaf" : "");
-      }
-    }
-    if (planner_.recorded() != i || planner_.records().empty()) return text;
-    const bool started_late = recorded_since_ > 0;
-    fmt::format_to(out, "rounds{}\n  {:>5} {:>8} {:>10} {:>10} {:>6} {:>8}\n",
-                   started_late
-                       ? fmt::format(" since round {}, when they were requested", recorded_since_)
-                       : "",
-                   "round", "samples", "error", "deviation", "cost", "to have");
-    for (const RoundRecord& r : planner_.records()) {
-      fmt::format_to(out, "  {:>5} {:>8} {:>10.4g} {:>10.4g} {:>6.3g} {:>8}\n", r.round, r.samples,
-                     r.error, r.deviation, r.cost, r.target);
-    }
+    const bool is_recorded = planner_.recorded() == i && has_errors();
+    const PixelHistory history = history_of(i);
+    if (is_recorded) text += describe_history(history);
+    if (tree_) text += tree_table(tree_->describe(x, y));
+    if (is_recorded && !history.rounds.empty()) text += rounds_table(history);
     return text;
   }
 
@@ -380,6 +367,18 @@ class AdaptiveDriver final : public FrameDriver {
     const bool wants_more =
         !is_covered() || planner_.interrupted() || sample_counts_[i] < planner_.targets()[i];
     return !finished() && wants_more ? unfinished_stop : planner_.stop_of(i);
+  }
+
+  bool has_errors() const { return !planner_.errors().error.empty(); }  // a round was planned
+
+  PixelHistory history_of(size_t i) const {
+    PixelHistory history = {.rounds = planner_.records(),
+                            .recorded_since = recorded_since_,
+                            .threshold = settings_.adaptive.threshold,
+                            .samples = sample_counts_[i]};
+    if (has_errors()) history.error = planner_.errors().error[i];
+    if (finished() || end_stop_) history.end = stop_of(i, end_stop_.value_or(PixelStop::kUser));
+    return history;
   }
 
   std::string describe_status(size_t i) const {

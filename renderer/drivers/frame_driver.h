@@ -87,6 +87,9 @@ class FrameDriver {
   // Whether resolve() shows other values than the film's means for pixels with samples.
   virtual bool overrides_means() const { return false; }
   virtual DriverFacts facts() const { return {}; }
+  // Why the recorded pixel got its samples, in a sentence; empty if none is recorded. Valid when
+  // facts() are.
+  virtual std::string history() const { return ""; }
   // Text for people: what has decided the pixel's number of samples so far. Call at a pause or at
   // the end. Empty: the driver decides nothing for single pixels.
   virtual std::string explain(const FilmTile& /*film*/, int /*x*/, int /*y*/) const { return {}; }

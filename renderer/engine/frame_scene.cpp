@@ -202,6 +202,13 @@ void apply_animation(const AnimationEdit& edit, FrameSettings& settings) {
   }
 }
 
+void hint_at_rest(const FrameSettings& settings, const SceneDescription& scene) {
+  if (is_instant(settings) || !settings.animation.empty() || pose_time(settings)) return;
+  log_info(scene.animations.empty()
+               ? "`shutter` blurs nothing: the file has no animation"
+               : "`shutter` blurs nothing while the scene is at rest; add `animation` or `time`");
+}
+
 GltfOptions load_options(const FrameSettings& settings) {
   GltfOptions options = {.lenient = settings.lenient,
                          .variants = !settings.variant.empty(),
@@ -269,7 +276,10 @@ CameraDescription apply_turntable(CameraDescription camera, const FrameSettings&
   if (!settings.turntable) return camera;
   const Turntable& turn = *settings.turntable;
   const int64_t frame = turn.frame.value_or(1);
-  const Vec3d center = bounds.isEmpty() ? Vec3d(0.0) : bounds.center();
+  const bool looks_at = settings.turntable_center == TurntableCenter::kLookAt;
+  const Vec3d center = looks_at           ? settings.look_at.value()
+                       : bounds.isEmpty() ? Vec3d(0.0)
+                                          : bounds.center();
   if (needs_next_frame(settings)) {
     camera.next_frame = rotate_about_vertical(camera.next_frame.value_or(camera.to_world), frame,
                                               turn.count, center);

@@ -28,6 +28,9 @@ bool is_instant(const FrameSettings& settings);
 // Fills in animation, time and shutter from the edits where the settings have none.
 void apply_animation(const AnimationEdit& edit, FrameSettings& settings);
 
+// Says what to add if the shutter is open but the scene is at rest.
+void hint_at_rest(const FrameSettings& settings, const SceneDescription& scene);
+
 // The options for reading the scene file, without those that edits need. Throws UsageError.
 GltfOptions load_options(const FrameSettings& settings);
 
@@ -50,8 +53,8 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
                                 const SceneEdits& edits);
 
 // Moves the camera to its frame of the turntable: to its right on a circle around the vertical axis
-// through the centre of the bounds. choose_camera() calls it with the scene's bounds. Without a
-// turntable the camera is unchanged.
+// through the centre of the bounds, or the point that the settings choose. choose_camera() calls it
+// with the scene's bounds. Without a turntable the camera is unchanged.
 CameraDescription apply_turntable(CameraDescription camera, const FrameSettings& settings,
                                   const WorldBounds& bounds);
 

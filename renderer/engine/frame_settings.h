@@ -30,7 +30,11 @@ struct Shutter {
   double open = 0, close = 0;
 };
 
-// A turntable view: the camera orbits the vertical axis through the scene's centre.
+// What the vertical axis of a turntable goes through: the middle of the scene's bounds, or the
+// point that the camera looks at.
+enum class TurntableCenter { kBounds, kLookAt };
+
+// A turntable view: the camera orbits a vertical axis.
 struct Turntable {
   std::optional<int> frame;  // 1 is the unrotated camera; absent: all frames in turn
   uint32_t count = 1;        // frames of a full turn
@@ -80,6 +84,7 @@ struct FrameSettings {
   std::optional<double> f_stop, focus_distance;  // metres; absent: a pinhole
   bool panorama = false;  // latitude-longitude map of all directions from the camera
   std::optional<Turntable> turntable;
+  TurntableCenter turntable_center = TurntableCenter::kBounds;
 
   // Animation. Without `animation` and `time`, nodes keep the file's transforms.
   std::string animation;              // name, index or "all"; empty: the first, if there is a time

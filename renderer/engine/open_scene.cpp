@@ -18,8 +18,12 @@ ReadScene::ReadScene(const FrameSettings& settings, SceneEdits edits, const Open
                      LoadProgress& progress)
     : ReadScene(settings, std::move(edits), options,
                 std::make_shared<SceneSource>(progress.budget())) {
-  source_->open(settings_, progress, options.edits || edits_.variant, need_tangents(edits_));
+  source_->open(settings_, progress,
+                {.variants = options.edits || edits_.variant,
+                 .tangents = need_tangents(edits_),
+                 .nodes = options.nodes});
   read({}, progress);
+  if (!options.poses) hint_at_rest(settings_, description_);
   const bool may_pose = options.poses && !description_.animations.empty();
   if (!may_pose) source_->close();
   if (!options.edits) options_.build.editable = may_pose;

@@ -28,6 +28,7 @@ struct OpenOptions {
   SceneBuildOptions build = {};
   bool edits = false;  // enables editable(); the scene is built without its initial edits
   bool poses = false;  // enables read() and pose() for other times; keeps an animated file open
+  bool nodes = false;  // lists all nodes of the file
 };
 
 // A scene that is read and posed but not built. Its memory reservations are released unless it is

@@ -68,6 +68,12 @@ void store_driver_picture(const FrameDriver& driver, FilmTile& film) {
   }
 }
 
+uint64_t count_unsampled(const FilmTile& film) {
+  uint64_t count = 0;
+  for (size_t i = 0; i < size_t(film.rect().area()); ++i) count += film.sums(i).samples() == 0;
+  return count;
+}
+
 RenderJob::RenderJob(Frame frame, DriverFactory drivers)
     : frame_(std::move(frame)), drivers_(std::move(drivers)) {}
 
@@ -77,7 +83,7 @@ RenderResult RenderJob::render(RenderSink& sink, std::stop_token stop) {
   RenderLoop loop(frame_, sink, std::move(stop), counters_);
   drivers_.tiles ? render_tiles(loop) : render_crop(loop);
   const bool ended_by_time = sink.stop_cause() == PixelStop::kTimeLimit && !drivers_.tiles;
-  return {counters_, !counters_.stopped || ended_by_time};
+  return {counters_, !counters_.stopped || ended_by_time, unsampled_pixels_};
 }
 
 void RenderJob::begin() {
@@ -160,6 +166,7 @@ void RenderJob::render_crop(RenderLoop& loop) {
   }
   counters_.min_samples = driver_->min_samples(*film_);
   counters_.stopped = !driver_->finished();
+  unsampled_pixels_ = counters_.min_samples == 0 ? count_unsampled(*film_) : 0;
 }
 
 uint64_t RenderJob::job_bytes_per_pixel() const {

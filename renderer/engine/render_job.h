@@ -58,6 +58,7 @@ struct RenderResult {
   // All samples were rendered, or a time limit ended the frame of a one-film driver, whose pixels
   // without samples are filled in from their neighbours.
   bool complete = false;
+  uint64_t unsampled_pixels = 0;  // of the rendered pixels
 };
 
 // A single sample, exactly as render() computes it.
@@ -121,6 +122,7 @@ class RenderJob final : public LivePicture {
   const LivePicture* picture() const { return driver_ ? this : nullptr; }
   // Facts of the driver; requires picture().
   DriverFacts facts() const { return driver_->facts(); }
+  std::string history() const { return driver_->history(); }
   std::string explain(int x, int y) const { return driver_->explain(*film_, x, y); }
   void record_pixel(int x, int y) { driver_->record_pixel(x, y); }
 
@@ -154,6 +156,7 @@ class RenderJob final : public LivePicture {
   std::unique_ptr<FrameDriver> driver_;
   RenderCounters counters_;
   std::optional<double> tile_error_;
+  uint64_t unsampled_pixels_ = 0;
   TileStore* store_ = nullptr;
   bool resumable_ = false;
   // For a frame with one film: finished parts of the current round, and whether pixels of later
@@ -161,6 +164,9 @@ class RenderJob final : public LivePicture {
   size_t parts_done_ = 0;
   bool film_is_ahead_ = false;
 };
+
+// How many pixels have no sample.
+uint64_t count_unsampled(const FilmTile& film);
 
 // RMS over the tiles' pixels, summed in this order; absent if any error is unknown.
 std::optional<double> error_of_tiles(std::span<const Rect> tiles,

@@ -34,6 +34,16 @@ std::optional<double> error_of_tiles(std::span<const Rect> tiles,
   return tiles.empty() ? std::nullopt : std::optional(std::sqrt(sum / pixels));
 }
 
+namespace {
+
+uint64_t pixels_of(std::span<const Rect> tiles) {
+  uint64_t pixels = 0;
+  for (const Rect& tile : tiles) pixels += uint64_t(tile.area());
+  return pixels;
+}
+
+}  // namespace
+
 // Renders all rounds of one tile.
 void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& worker,
                             FrameDriver& driver, FilmTile& film, TileResult& result) {
@@ -61,6 +71,7 @@ void RenderJob::render_tiles(RenderLoop& loop) {
   const std::vector<Rect> tiles = this->tiles();
   std::atomic<size_t> next{0};
   std::atomic<bool> all_finished{true};
+  std::atomic<uint64_t> sampled_pixels{0};
   std::vector<std::optional<double>> errors(tiles.size());  // summed in this order
   std::vector<uint32_t> tile_min_samples(tiles.size(), 0);
   SharedTiles shared(loop.sink, loop.stop);
@@ -82,6 +93,7 @@ void RenderJob::render_tiles(RenderLoop& loop) {
       loop.count(result.counters);
       errors[i] = result.error;
       tile_min_samples[i] = result.min_samples;
+      sampled_pixels += uint64_t(tiles[i].area()) - count_unsampled(film);
     }
   };
   // A single row of a tile is worth sharing.
@@ -92,6 +104,7 @@ void RenderJob::render_tiles(RenderLoop& loop) {
                    });
   counters_.stopped = !all_finished || next.load() < tiles.size();
   counters_.min_samples = tiles.empty() ? 0 : *std::ranges::min_element(tile_min_samples);
+  unsampled_pixels_ = pixels_of(tiles) - sampled_pixels.load();
   tile_error_ = error_of_tiles(tiles, errors);
 }
 

@@ -18,11 +18,12 @@ enum : size_t { kFilePart, kGeometryPart, kTexturesPart };
 
 }  // namespace
 
-SceneFile::SceneFile(const FrameSettings& settings, LoadProgress& progress, bool variants,
-                     bool tangents) {
+SceneFile::SceneFile(const FrameSettings& settings, LoadProgress& progress,
+                     const AdditionalParts& parts) {
   GltfOptions options = load_options(settings);
-  options.variants |= variants;
-  options.tangents = tangents;
+  options.variants |= parts.variants;
+  options.tangents = parts.tangents;
+  options.nodes |= parts.nodes;
   gltf_ = std::make_unique<GltfFile>(settings.scene, options, progress);
 }
 
@@ -72,9 +73,9 @@ SceneSource::~SceneSource() {
   release(left);
 }
 
-void SceneSource::open(const FrameSettings& settings, LoadProgress& progress, bool variants,
-                       bool tangents) {
-  file_ = std::make_unique<SceneFile>(settings, progress, variants, tangents);
+void SceneSource::open(const FrameSettings& settings, LoadProgress& progress,
+                       const AdditionalParts& parts) {
+  file_ = std::make_unique<SceneFile>(settings, progress, parts);
 }
 
 SceneSource::Reservations SceneSource::reserved() const {

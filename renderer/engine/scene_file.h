@@ -14,13 +14,17 @@
 
 namespace emberline {
 
+// What is read in addition to what the settings need; see GltfOptions. Edits may need variants and
+// tangents (need_tangents() in scene_edits.h).
+struct AdditionalParts {
+  bool variants = false, tangents = false, nodes = false;
+};
+
 // A scene file with the settings' environment, which can be posed repeatedly.
 class SceneFile {
  public:
-  // Ignores animation, time and shutter of the settings. `variants` and `tangents`: see
-  // GltfOptions; edits may need them (need_tangents() in scene_edits.h). Variants are also read if
-  // the settings choose one. Throws InputError and Cancelled.
-  SceneFile(const FrameSettings& settings, LoadProgress& progress, bool variants, bool tangents);
+  // Ignores animation, time and shutter of the settings. Throws InputError and Cancelled.
+  SceneFile(const FrameSettings& settings, LoadProgress& progress, const AdditionalParts& parts);
 
   // Returns the scene in the settings' pose; `held` as in GltfFile::pose(). Throws what that does.
   SceneDescription pose(const FrameSettings& settings, std::span<const uint64_t> held,
@@ -46,7 +50,7 @@ class SceneSource {
   ~SceneSource();
 
   // As SceneFile::SceneFile().
-  void open(const FrameSettings& settings, LoadProgress& progress, bool variants, bool tangents);
+  void open(const FrameSettings& settings, LoadProgress& progress, const AdditionalParts& parts);
   bool is_open() const { return file_ != nullptr; }
   SceneFile& file() { return *file_; }
   // Call when no further pose will be read.

@@ -57,9 +57,10 @@ std::string member_text(const FrameSettings& settings) {
 
 // A number, or an optional number, in [min, max].
 template <auto Member, typename T>
-Setting number(const std::string& name, SettingGroup group, T min, T max, const OptionText& help) {
+Setting number(const std::string& name, SettingGroup group, T min, T max, const OptionText& help,
+               std::optional<T> (*parse)(std::string_view) = parse_number<T>) {
   const auto read = [=](FrameSettings& settings, std::string_view text) {
-    const std::optional<T> value = parse_number<T>(text);
+    const std::optional<T> value = parse(text);
     if (!value || *value < min || *value > max) {
       reject_value(name, text,
                    fmt::format("a {} from {} to {}",

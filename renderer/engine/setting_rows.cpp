@@ -54,6 +54,11 @@ constexpr NamedValue<bool> kBackfaces[] = {
     {"cull", "they are invisible, as glTF requires", false},
     {"show", "they look as if they were double-sided", true}};
 
+constexpr NamedValue<TurntableCenter> kTurntableCenters[] = {
+    {"bounds", "the middle of the scene's bounds", TurntableCenter::kBounds},
+    {"look-at", "the point of `look-at`, which stays in the middle of the frame",
+     TurntableCenter::kLookAt}};
+
 template <auto Member>
 Setting point(const std::string& name, const OptionText& help) {
   const std::string expected =
@@ -146,9 +151,9 @@ Setting turntable() {
           kTurn,
           "N|K/N",
           {.section = H::kView,
-           .full = "Render N frames (`frames` 1-N) while the camera moves once around the vertical "
-                   "axis through the middle of the scene's bounds. K/N renders only frame K. The "
-                   "scene itself stands still unless `animation` is given.",
+           .full = "Render N frames (`frames` 1-N) while the camera moves once around a vertical "
+                   "axis. K/N renders only frame K. The scene itself stands still unless "
+                   "`animation` is given.",
            .example = "--turntable 120 -o turn.####.png"},
           read,
           member_text<&FrameSettings::turntable>};
@@ -187,6 +192,32 @@ Setting sun() {
       });
 }
 
+// Aliases become names of channels, which rules and files have.
+Setting aovs() {
+  std::string aliases;
+  for (const AovAlias& alias : aov_aliases()) {
+    if (alias.name == "lightpath") continue;  // has a line of its own
+    aliases += fmt::format("{}{} for {}", aliases.empty() ? "" : ", ", alias.name, alias.list);
+  }
+  Setting setting =
+      names<&S::aovs>("aov",
+                      {.section = H::kOutput,
+                       .brief = "add channels to the EXR, such as albedo,N,Z",
+                       .full = "Add these channels to the EXR, a comma-separated list. Names of "
+                               "other programs are understood, too: " +
+                               aliases + ".",
+                       .example = "--aov albedo,N,Z"},
+                      aov_table(), nullptr);
+  setting.choices.push_back(
+      {"lightpath",
+       "the six layers by light path, which add up to R G B: direct, indirect, "
+       "emission, transmission, reflection and environment"});
+  setting.read = [](FrameSettings& settings, std::string_view text) {
+    settings.aovs = canonical_aovs(text);
+  };
+  return setting;
+}
+
 // The rows, in the order of files and reports.
 std::vector<Setting> edit_settings() {
   return {
@@ -207,12 +238,7 @@ std::vector<Setting> edit_settings() {
 
 std::vector<Setting> channel_settings() {
   return {
-      names<&S::aovs>("aov",
-                      {.section = H::kOutput,
-                       .brief = "add channels to the EXR, such as albedo,N,Z",
-                       .full = "Add these channels to the EXR, a comma-separated list.",
-                       .example = "--aov albedo,N,Z"},
-                      aov_table(), [](std::string_view list) { AovSet::parse(list); }),
+      aovs(),
       names<&S::cryptomattes>(
           "cryptomatte",
           {.section = H::kOutput,
@@ -234,7 +260,8 @@ std::vector<Setting> channel_settings() {
            .full = "Let these nodes, and all nodes below them, stand for surfaces of a plate and "
                    "catch shadows. The layer `shadow` holds the factor by which the plate is "
                    "multiplied. With `transparent`, catchers show in alpha where they are in "
-                   "shadow, and are invisible elsewhere. Write a comma in a name as \\,.",
+                   "shadow, and are invisible elsewhere. Write a comma in a name as \\,. "
+                   "`emberline info` lists the nodes.",
            .example = "--catcher floor --transparent"}),
       word<&S::holdouts>(
           "holdout", kChannels, "NAME|INDEX,...",
@@ -262,6 +289,13 @@ std::vector<Setting> channel_settings() {
       part(),
       sample_range(),
       turntable(),
+      omit_default(choice<&S::turntable_center>(
+          "turntable-center", kTurn, "centre",
+          {.section = H::kView,
+           .full = "Choose what the axis of `turntable` goes through.",
+           .fallback = "bounds",
+           .example = "--look-from 3,2,5 --look-at 0,1,0 --turntable-center look-at"},
+          std::span<const NamedValue<TurntableCenter>>(kTurntableCenters))),
       flag<&S::light_groups>(
           "light-groups", kChannels,
           {.section = H::kOutput,
@@ -311,9 +345,10 @@ std::vector<Setting> count_settings() {
            .brief = "finish a pixel when its error is this small, such as 0.01",
            .full = "Finish a pixel when its expected RMS error in the displayed picture (sRGB, 0 "
                    "to 1) is at most this. 0.02 leaves visible noise, 0.005 hardly any, and 0.002 "
-                   "is half a step of 8 bits.",
+                   "is half a step of 8 bits. 2% is 0.02.",
            .fallback = "none",
-           .example = "--driver adaptive --noise-threshold 0.01"}),
+           .example = "--driver adaptive --noise-threshold 0.01"},
+          parse_share),
       number<&S::min_spp>(
           "min-spp", kCounts, 1u, kMaxSamples,
           {.section = H::kSamples,
@@ -344,7 +379,8 @@ std::vector<Setting> count_settings() {
           "time-limit", kCounts, kMinTimeLimit, kMaxTimeLimit,
           {.section = H::kLimits,
            .brief = "stop after this many seconds and write the unfinished picture",
-           .full = "Stop rendering after this many seconds and write the unfinished picture.",
+           .full = "Stop rendering after this many seconds and write the unfinished picture. "
+                   "`driver` bucket leaves the pixels black that it has not reached.",
            .fallback = "none",
            .example = "--driver adaptive --time-limit 60"}),
   };

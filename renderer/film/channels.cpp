@@ -2,8 +2,10 @@
 #include "renderer/film/channels.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <iterator>
 #include <type_traits>
 
 #include "renderer/core/names.h"
@@ -334,9 +336,43 @@ bool AovSet::needs(SumGroup group) const {
   return std::ranges::any_of(rows_of(*this), [&](const auto* row) { return row->group == group; });
 }
 
+std::span<const AovAlias> aov_aliases() {
+  // Passes of Blender, Arnold and Nuke go by these names.
+  static constexpr AovAlias kAliases[] = {
+      {"lightpath", "direct,indirect,emission,transmission,reflection,environment"},
+      {"normal", "N"},
+      {"depth", "Z"},
+      {"position", "P"},
+      {"uv", "UV"},
+      {"motion", "velocity"},
+      {"diffuse", "direct,indirect"},
+      {"specular", "reflection"}};
+  return kAliases;
+}
+
+std::string canonical_aovs(std::string_view list) {
+  std::vector<std::string_view> valid;
+  for (const auto& entry : aov_table()) valid.push_back(entry.name);
+  for (const AovAlias& alias : aov_aliases()) valid.push_back(alias.name);
+  std::vector<std::string_view> names;
+  for (const std::string_view name : split_list(list)) {
+    if (std::ranges::find(valid, name) == valid.end()) {
+      throw_unknown_name("`aov`", "channel", name, valid);
+    }
+    const auto alias = std::ranges::find(aov_aliases(), name, &AovAlias::name);
+    if (alias == aov_aliases().end()) {
+      names.push_back(name);
+    } else {
+      std::ranges::copy(split_list(alias->list), std::back_inserter(names));
+    }
+  }
+  return fmt::format("{}", fmt::join(names, ","));
+}
+
 AovSet AovSet::parse(std::string_view list) {
   AovSet set;
-  for (const std::string_view name : split_list(list)) {
+  const std::string names = canonical_aovs(list);
+  for (const std::string_view name : split_list(names)) {
     set.insert(find_named(aov_table(), "`aov`", "channel", name).value);
   }
   return set;

@@ -127,17 +127,27 @@ const ChannelRow& row_of(Aov aov);
 // The rows that the setting `aov` accepts.
 std::span<const NamedValue<Aov>> aov_table();
 
+// Other names that the setting `aov` accepts: for a group of rows, and those of other programs.
+struct AovAlias {
+  std::string_view name;
+  std::string_view list;  // names of aov_table()
+};
+std::span<const AovAlias> aov_aliases();
+// The list with the names of aov_table() alone. Throws UsageError that suggests valid names.
+std::string canonical_aovs(std::string_view list);
+
 // The rows that a film has in addition to those always present.
 class AovSet {
  public:
   static constexpr size_t kMaxAovs = 64;
   void insert(Aov aov) { bits_ |= bit(aov); }
   bool contains(Aov aov) const { return (bits_ & bit(aov)) != 0; }
+  bool operator==(const AovSet&) const = default;
   bool empty() const { return bits_ == 0; }
   // Whether a row in the set has this feed, or keeps sums in this group.
   bool needs(ChannelFeed feed) const;
   bool needs(SumGroup group) const;
-  // Parses "variance,N". Throws UsageError with the valid names.
+  // Parses a list such as "variance,N", aliases included. Throws UsageError with the valid names.
   static AovSet parse(std::string_view list);
 
  private:

@@ -166,6 +166,7 @@ FrameSettings settings_of(const Json& head, const std::string& place) {
   FrameSettings settings;
   for (const char* part : {"settings", "schedule"}) {
     const Json texts = head.is_object() ? head.value(part, Json::object()) : Json::object();
+    if (!texts.is_object()) throw InputError(place, "its {} is not an object", part);
     for (const auto& [name, value] : texts.items()) {
       if (name == "tree" || name == "explain") continue;
       try {

@@ -1,14 +1,19 @@
 #include "renderer/output/finished_frame.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "io/files/input_file.h"
 #include "io/image/file_completeness.h"
 #include "io/json/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
+#include "renderer/output/recorded_settings.h"
 #include "renderer/output/report_page.h"
 #include "renderer/output/snapshots.h"
 
@@ -71,6 +76,22 @@ bool is_finished(const RenderOptions& options) {
   } catch (const InputError&) {
     return false;  // unreadable
   }
+}
+
+std::string skip_reason(const RenderOptions& options) {
+  constexpr size_t kMaxListed = 3;
+  constexpr std::string_view kReason = "all its outputs exist";
+  for (const std::string& path : options.outputs) {
+    if (!is_exr(path)) continue;
+    const RecordedSettings recorded(exr_texts(path, "emberline:"));
+    if (!recorded.is_ours()) continue;
+    const std::vector<std::string> list = recorded.changes(options);
+    if (list.empty()) continue;
+    const std::span shown(list.data(), std::min(list.size(), kMaxListed));
+    return fmt::format("{}, but {} has other settings: {}{}", kReason, path, fmt::join(shown, ", "),
+                       list.size() > kMaxListed ? " and more" : "");
+  }
+  return std::string(kReason);
 }
 
 }  // namespace emberline

@@ -1,6 +1,8 @@
 // --skip-existing: whether a frame is already finished.
 #pragma once
 
+#include <string>
+
 #include "renderer/output/render_options.h"
 
 namespace emberline {
@@ -10,5 +12,11 @@ namespace emberline {
 // snapshots must be intact, and no checkpoint may be waiting to be resumed. Settings are not
 // compared.
 bool is_finished(const RenderOptions& options);
+
+// Why a finished frame is skipped: "all its outputs exist". Adds a warning if one of them is an EXR
+// that was rendered with other settings (RecordedSettings::changes()): ", but a.exr has other
+// settings: `spp` 64 (now 256)". PNG and JPEG files do not state theirs, and a changed scene,
+// environment or edits file is not noticed.
+std::string skip_reason(const RenderOptions& options);
 
 }  // namespace emberline

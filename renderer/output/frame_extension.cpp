@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "io/files/record_file.h"
+#include "io/json/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/engine/render_plan.h"
 #include "renderer/output/checkpoint_head.h"
@@ -47,25 +49,37 @@ void raise_limits(const FrameSettings& more, const std::string& path, FrameSetti
                    path);
 }
 
+RenderPlan plan_of(const FrameSettings& settings, const std::string& path) {
+  try {
+    return RenderPlan(settings);
+  } catch (const UsageError& error) {
+    throw InputError(path, "its settings are invalid: {}", error.what());
+  }
+}
+
+}  // namespace
+
 void check_extensible(const FrameSettings& settings, const std::string& path) {
-  if (is_part(settings)) throw InputError(path, "it is a part of a frame; merge the parts first");
-  const RenderPlan plan(settings);
-  if (plan.half_block != RenderPlan::kStreamBlock) {
+  if (is_part(settings)) {
+    throw InputError(
+        path,
+        "it is a part of a frame; join all parts with emberline merge and `resumable`, "
+        "then extend the merged frame");
+  }
+  if (plan_of(settings, path).half_block != RenderPlan::kStreamBlock) {
     throw InputError(path,
-                     "its denoising halves are those of a frame with fewer than {} samples a "
-                     "pixel; render it again",
+                     "it was rendered with fewer than {} samples per pixel, so its denoising "
+                     "halves cannot be extended; render it again",
                      kMinStreamSamples);
   }
   if (!samples_uniformly(settings)) return;
   const std::vector<std::string_view> valid = extensible_samplers();
   if (std::ranges::find(valid, settings.sampler) != valid.end()) return;
   throw InputError(path,
-                   "the samples of its sampler, {}, depend on their total number; uniform frames "
-                   "can be extended with {}",
+                   "its sampler, {}, needs the number of samples in advance; uniform frames can be "
+                   "extended with {}",
                    settings.sampler, fmt::join(valid, ", "));
 }
-
-}  // namespace
 
 FrameSettings stored_settings(const nlohmann::json& head, const std::string& path) {
   FrameSettings settings = settings_of(head, path);
@@ -77,12 +91,23 @@ FrameSettings stored_settings(const nlohmann::json& head, const std::string& pat
 }
 
 void extend_settings(const FrameSettings& more, const std::string& path, FrameSettings& settings) {
-  try {
-    check_extensible(settings, path);
-  } catch (const UsageError& error) {
-    throw InputError(path, "its settings are invalid: {}", error.what());
-  }
+  check_extensible(settings, path);
   raise_limits(more, path, settings);
+}
+
+std::string checkpoint_beside(const std::string& picture) { return picture + ".checkpoint"; }
+
+std::string extension_obstacle(const std::string& checkpoint, const RecordedSettings& picture) {
+  try {
+    const RecordFile file(checkpoint);
+    const FrameSettings settings = stored_settings(parse_json(file.head(), checkpoint), checkpoint);
+    check_extensible(settings, checkpoint);
+    const std::vector<std::string> list = picture.changes(settings);
+    if (list.empty()) return "";
+    return fmt::format("{} belongs to another frame: {}", checkpoint, fmt::join(list, "; "));
+  } catch (const EmberlineError& error) {
+    return error.what();
+  }
 }
 
 }  // namespace emberline

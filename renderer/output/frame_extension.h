@@ -5,6 +5,7 @@
 #include <string>
 
 #include "renderer/engine/frame_settings.h"
+#include "renderer/output/recorded_settings.h"
 
 namespace emberline {
 
@@ -15,5 +16,15 @@ FrameSettings stored_settings(const nlohmann::json& head, const std::string& pat
 // Applies `spp`, `noise-threshold`, `max-spp` and `time-limit` of `more`. Throws InputError for a
 // frame that cannot be extended, UsageError for less than it has.
 void extend_settings(const FrameSettings& more, const std::string& path, FrameSettings& settings);
+
+// The checkpoint that --resumable keeps beside a picture.
+std::string checkpoint_beside(const std::string& picture);
+
+// Throws InputError that names `path` if frames of these settings cannot be extended.
+void check_extensible(const FrameSettings& settings, const std::string& path);
+
+// Why this checkpoint cannot extend the finished frame of a picture with these settings; empty if
+// it can, as far as the settings show.
+std::string extension_obstacle(const std::string& checkpoint, const RecordedSettings& picture);
 
 }  // namespace emberline

@@ -19,10 +19,12 @@ uint64_t saturating_sum(uint64_t a, uint64_t b) { return a > UINT64_MAX - b ? UI
 // Throws UsageError that begins with `subject()`.
 template <class Subject>
 void reserve_memory(uint64_t bytes, MemoryReservation& memory, const Subject& subject) {
+  const MemoryBudget& budget = *memory.budget();
+  const uint64_t left = budget.limit() - budget.reserved();
   try {
     memory.add(bytes, "");
   } catch (const LimitError&) {
-    throw UsageError("{} {}", subject(), memory.budget()->limit_message(MemoryPart::kFilm, bytes));
+    throw UsageError("{} {}", subject(), budget.limit_message(MemoryPart::kFilm, bytes, left));
   }
 }
 

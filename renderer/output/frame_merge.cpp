@@ -112,7 +112,7 @@ bool StoredFrame::has_tile(size_t tile) const {
   return is_tiled_ ? tiles_[tile] != nullptr : film_.has_value();
 }
 
-TileResult StoredFrame::load(size_t tile, FilmTile& film) const {
+TileResult StoredFrame::load(size_t tile, FilmTile& film, std::vector<std::byte>* driver) const {
   if (!is_tiled_) {
     const Rect& rect = film.rect();
     for (int y = rect.y0; y < rect.y1; ++y) {
@@ -130,6 +130,7 @@ TileResult StoredFrame::load(size_t tile, FilmTile& film) const {
   } catch (const InputError& error) {
     throw InputError(path(), error.what());
   }
+  if (driver) driver->assign(loading.rest().begin(), loading.rest().end());
   return result;
 }
 
@@ -188,8 +189,12 @@ void FrameMerge::reserve(const RenderOptions& options, const OutputSettings& set
                          MemoryBudget& budget) const {
   const std::vector<std::string>& lights = first().layers().lights;
   const uint64_t film = film_bytes_per_pixel(settings.aovs, first().film_extras());
+  // The tile's state, its packed bytes, and twice the driver's: as loaded and within the state.
+  const RenderPlan& plan = first().plan();
+  const uint64_t saved =
+      options.resumable ? 2 * film + 3 * plan.driver->bytes_per_pixel(plan.driver_settings) : 0;
   const uint64_t bytes_per_pixel =
-      (groups_.size() > 1 ? 2 : 1) * film +
+      (groups_.size() > 1 ? 2 : 1) * film + saved +
       std::max(film, write_bytes_per_pixel(tile_channels(settings, lights).size()));
   const ActiveBuckets at_work = active_buckets(settings.crop, settings.tile_size, threads);
   budget.reserve(MemoryPart::kFilm, bytes_of(at_work.pixels(), bytes_per_pixel), first().path());
@@ -297,17 +302,25 @@ FrameSettings FrameMerge::settings() const {
 
 // A pixel's samples are added by seed, then in index order.
 void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
-                            RenderCounters& counters) {
+                            RenderCounters& counters, const SaveTile& save) {
   const size_t number = tile_index(tile);
   film.reset(tile);
   bool has_samples = false;
+  TileResult merged;
+  std::vector<std::byte> driver;
   for (Group& group : groups_) {
     const StoredFrame* frame = group.frames_by_tile[number];
     if (!frame) continue;
     FilmTile& to = has_samples ? more : film;
     to.reset(tile);
-    const TileResult result = frame->load(number, to);
-    if (has_samples) film.add_film(more);
+    const TileResult result = frame->load(number, to, save ? &driver : nullptr);
+    if (has_samples) {
+      film.add_film(more);
+      merged.counters.merge(result.counters);
+      merged.min_samples += result.min_samples;
+    } else {
+      merged = result;
+    }
     has_samples = true;
     film.set_part(uint32_t(part_number(frame)));
     group.errors[number] = result.error;
@@ -315,8 +328,21 @@ void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
     counters.merge(result.counters);
   }
   for (size_t i = 0; i < size_t(tile.area()); ++i) {
-    counters.max_samples = std::max(counters.max_samples, uint32_t(film.sums(i).samples()));
+    merged.counters.max_samples =
+        std::max(merged.counters.max_samples, uint32_t(film.sums(i).samples()));
   }
+  counters.max_samples = std::max(counters.max_samples, merged.counters.max_samples);
+  if (!save || !has_samples) return;
+  // The state of a uniform driver does not depend on the number of samples, and other drivers have
+  // no ranges of samples.
+  std::vector<std::byte> state;
+  state.reserve(film.bytes() + driver.size() + 4096);
+  Archive saving(state);
+  merged.archive(saving);
+  film.archive(saving);
+  saving.values(std::span(driver));
+  saving.end();
+  save(number, state);
 }
 
 size_t FrameMerge::part_number(const StoredFrame* frame) const {
@@ -324,9 +350,10 @@ size_t FrameMerge::part_number(const StoredFrame* frame) const {
   return size_t(at - frames_.begin()) + 1;
 }
 
-void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink) {
+void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& save) {
   std::atomic<size_t> next{0};
   std::atomic<uint32_t> lowest{UINT32_MAX};
+  std::atomic<uint64_t> unsampled{0};
   std::mutex mutex;
   const auto threads = size_t(std::max(1, tbb::this_task_arena::max_concurrency()));
   parallel_tasks(std::min(tiles_.size(), threads), [&](size_t) {
@@ -335,11 +362,12 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink) {
     FilmTile more(aovs, first().film_extras());
     RenderCounters counters;
     for (size_t i = next++; i < tiles_.size() && !stop_.stop_requested(); i = next++) {
-      merge_tile(tiles_[i], film, more, counters);
+      merge_tile(tiles_[i], film, more, counters, save);
       uint32_t before = lowest;
       while (before > film.min_samples() &&
              !lowest.compare_exchange_weak(before, film.min_samples())) {
       }
+      unsampled += count_unsampled(film);
       sink.tile_finished(film);
     }
     const std::lock_guard lock(mutex);
@@ -350,6 +378,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink) {
     if (frame->film_result()) counters_.merge(frame->film_result()->counters);
   }
   counters_.min_samples = tiles_.empty() ? 0 : lowest.load();
+  unsampled_pixels_ = unsampled.load();
   combine_errors();
 }
 

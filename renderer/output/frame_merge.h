@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -41,8 +43,8 @@ class StoredFrame {
   // Tiles are numbered by bucket_index().
   bool has_tile(size_t tile) const;
   // Loads a tile into the film, which is already reset to the tile; tiled frames also return its
-  // result. Any thread. Throws InputError.
-  TileResult load(size_t tile, FilmTile& film) const;
+  // result and, if `driver` is not null, the driver's state. Any thread. Throws InputError.
+  TileResult load(size_t tile, FilmTile& film, std::vector<std::byte>* driver = nullptr) const;
   // Whether it has all tiles of this part, undamaged. Reads them.
   bool is_complete_part(const FramePart& part) const;
   // Fraction of its part's tiles that it has.
@@ -66,6 +68,9 @@ class StoredFrame {
   std::optional<TileResult> film_result_;
 };
 
+// Receives the state of a merged tile, as TileStore::save() does. Any thread.
+using SaveTile = std::function<void(size_t tile, std::span<const std::byte> state)>;
+
 class FrameMerge {
  public:
   // Checks that the parts belong to one frame, share no samples and, unless `allow_holes`, lack
@@ -80,15 +85,16 @@ class FrameMerge {
   bool complete() const { return complete_; }
 
   // Call before deliver(): reserves its memory, including that of each tile and of the frame until
-  // these outputs are written. Throws InputError.
+  // these outputs and, with `resumable`, the checkpoint are written. Throws InputError.
   void reserve(const RenderOptions& options, const OutputSettings& settings, int threads,
                MemoryBudget& budget) const;
   // Passes every tile to the sink with the parts' channels and, if `aovs` has it, `part`. Runs on
-  // the calling thread's TBB arena with two films per thread. Throws InputError and what the sink
-  // throws.
-  void deliver(const AovSet& aovs, RenderSink& sink);
+  // the calling thread's TBB arena with two films per thread. `save` may be null; it gets states of
+  // frames with tiles and one seed. Throws InputError and what the sink throws.
+  void deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& save = nullptr);
   // Valid after deliver().
   const RenderCounters& counters() const { return counters_; }
+  uint64_t unsampled_pixels() const { return unsampled_pixels_; }
   std::optional<double> error_estimate() const { return error_; }
 
  private:
@@ -104,7 +110,8 @@ class FrameMerge {
   void check_frames(bool strict) const;
   void make_groups();
   void check_groups(bool allow_holes);
-  void merge_tile(const Rect& tile, FilmTile& film, FilmTile& more, RenderCounters& counters);
+  void merge_tile(const Rect& tile, FilmTile& film, FilmTile& more, RenderCounters& counters,
+                  const SaveTile& save);
   void combine_errors();
   size_t part_number(const StoredFrame* frame) const;
   size_t tile_index(const Rect& tile) const {
@@ -117,6 +124,7 @@ class FrameMerge {
   std::vector<Group> groups_;
   bool complete_ = true;  // no samples are missing
   RenderCounters counters_;
+  uint64_t unsampled_pixels_ = 0;
   std::optional<double> error_;
 };
 

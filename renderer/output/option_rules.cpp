@@ -47,11 +47,8 @@ constexpr OptionState kStates[] = {
 
 std::string pixel_violation(const FrameSettings& settings) {
   const Vec2i pixel = *static_cast<const RenderOptions&>(settings).explained;
-  const Rect crop = crop_of(settings);
-  if (crop.contains(pixel.x, pixel.y)) return "";
-  return fmt::format(
-      "`explain`: pixel {},{} is outside the rendered pixels; valid is {} to {} and {} to {}",
-      pixel.x, pixel.y, crop.x0, crop.x1 - 1, crop.y0, crop.y1 - 1);
+  const std::string message = outside_message(pixel, crop_of(settings));
+  return message.empty() ? "" : "`explain`: " + message;
 }
 
 std::vector<SettingRule> make_rules() {
@@ -111,6 +108,12 @@ void check_options(const RenderOptions& options) {
   check_rules(options);
   check_rules(option_rules(), options,
               [&](const SettingCondition& condition) { return option_holds(options, condition); });
+}
+
+std::string outside_message(const Vec2i& pixel, const Rect& crop) {
+  if (crop.contains(pixel.x, pixel.y)) return "";
+  return fmt::format("pixel {},{} is outside the rendered pixels; valid is {} to {} and {} to {}",
+                     pixel.x, pixel.y, crop.x0, crop.x1 - 1, crop.y0, crop.y1 - 1);
 }
 
 }  // namespace emberline

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 
 #include "renderer/engine/setting_rules.h"
 #include "renderer/output/render_options.h"
@@ -9,6 +10,9 @@
 namespace emberline {
 
 std::span<const SettingRule> option_rules();
+
+// Why the pixel cannot be explained; empty if it is in the crop.
+std::string outside_message(const Vec2i& pixel, const Rect& crop);
 
 bool option_holds(const RenderOptions& options, const SettingCondition& condition);
 

@@ -18,6 +18,7 @@
 #include "renderer/engine/half_layers.h"
 #include "renderer/engine/render_plan.h"
 #include "renderer/film/shared_samples.h"
+#include "renderer/output/frame_explanation.h"
 #include "renderer/output/report.h"
 
 namespace emberline {
@@ -74,6 +75,7 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
   settings.heatmap_style = options.heatmap_style;
   settings.is_clamped = options.clamp_indirect.has_value();
   settings.denoise = denoises(options);
+  settings.explained = options.explained;
   settings.light_groups = options.light_groups;
   settings.cryptomattes = parse_cryptomattes(options.cryptomattes);
   settings.cryptomatte_levels = options.cryptomatte_levels;
@@ -99,6 +101,9 @@ ExrHeader frame_header(const OutputSettings& settings, std::vector<PictureChanne
   if (settings.is_clamped) {
     header.attributes.emplace_back(kClampedAttribute, std::string(kMaxDigits, ' '));
   }
+  if (settings.explained) {
+    header.attributes.emplace_back(kExplanationAttribute, std::string(kMaxExplanation, ' '));
+  }
   // After the attributes that is_unfinished_image() looks for, since names may be megabytes.
   for (auto& attribute : cryptomatte_attributes(layers.cryptomattes)) {
     header.attributes.push_back(std::move(attribute));
@@ -111,6 +116,10 @@ void set_state(const OutputSettings& settings, const FrameState& state, ExrWrite
   writer.set_attribute(kSamplesAttribute, std::to_string(state.samples));
   if (settings.is_clamped)
     writer.set_attribute(kClampedAttribute, fmt::format("{:.4g}", state.clamped_fraction));
+  if (settings.explained && !state.history.empty()) {
+    writer.set_attribute(kExplanationAttribute,
+                         explanation_attribute(*settings.explained, state.history));
+  }
 }
 
 void register_inputs(const RenderOptions& options, FileRegister& files) {
@@ -184,6 +193,7 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
     } else {
       if (!transform_) {
         transform_ = std::make_shared<DisplayTransform>(settings.display, settings.view.space);
+        exposure_hint_.emplace(*transform_, settings.display.exposure);
       }
       images_.push_back(std::make_unique<DisplayImageWriter>(path, settings.crop, transform_,
                                                              settings.transparent));
@@ -235,7 +245,7 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
   }
   if (!images_.empty() && !settings_.denoise) {
     tile.resolve_rgba(pixels);
-    for (const auto& image : images_) image->write_tile(tile.rect(), pixels);
+    write_images(tile.rect(), pixels);
   }
   const uint64_t bytes = tile.bytes() + pixels.capacity() * sizeof(float);
   const std::lock_guard lock(mutex_);
@@ -307,12 +317,17 @@ void FrameOutputs::write_tiles() {
   }
 }
 
+void FrameOutputs::write_images(const Rect& tile, const std::vector<float>& rgba) {
+  for (const auto& image : images_) image->write_tile(tile, rgba);
+  exposure_hint_->add(rgba);
+}
+
 void FrameOutputs::write_denoised(const Rect& tile, const std::vector<float>& pixels) {
   for (ExrOutput& exr : exrs_) write(exr, tile, pixels);
   if (images_.empty()) return;
   const std::vector<float> rgba =
       denoised_rgba(pixels, names_of(finished_channels(channels_.list(), false)));
-  for (const auto& image : images_) image->write_tile(tile, rgba);
+  write_images(tile, rgba);
 }
 
 bool FrameOutputs::all_outputs_failed() const {
@@ -339,6 +354,10 @@ void FrameOutputs::finish(const FrameState& state, WriteAttempts& attempts) {
   }
   for (const auto& heatmap : heatmaps_)
     attempts.attempt(heatmap->path(), [&] { heatmap->finish(); });
+  if (const auto exposure = exposure_hint_ ? exposure_hint_->suggestion() : std::nullopt) {
+    log_info(
+        fmt::format("most of the picture is brighter than white; try `exposure` {}", *exposure));
+  }
 }
 
 uint64_t FrameOutputs::film_bytes() const {

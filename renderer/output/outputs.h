@@ -20,6 +20,7 @@
 #include "renderer/engine/render_sink.h"
 #include "renderer/engine/stop_request.h"
 #include "renderer/output/denoise_pass.h"
+#include "renderer/output/exposure_hint.h"
 #include "renderer/output/frame_channels.h"
 #include "renderer/output/heatmap_file.h"
 #include "renderer/output/render_options.h"
@@ -35,9 +36,10 @@ struct OutputSettings : ExrHeader, FrameContents {
   bool transparent = false;              // PNG gets an alpha channel
   std::vector<HeatmapRequest> heatmaps;  // their channels are in `aovs`
   HeatmapStyle heatmap_style;
-  bool is_clamped = false;        // --clamp-indirect
-  bool denoise = false;           // files also get the denoised picture
-  std::vector<std::string> half;  // layer names
+  bool is_clamped = false;         // --clamp-indirect
+  bool denoise = false;            // files also get the denoised picture
+  std::optional<Vec2i> explained;  // --explain
+  std::vector<std::string> half;   // layer names
 };
 
 // Includes the channels that the heatmaps need.
@@ -45,11 +47,13 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop);
 
 // State recorded in the EXR header: "emberline:complete" ("true " or "false"), "emberline:samples"
 // and, with --clamp-indirect, "emberline:clamped" (the fraction of light removed). The values are
-// padded with blanks, because they are set long after the header is written.
+// padded with blanks, because they are set long after the header is written. With --explain also
+// kExplanationAttribute.
 struct FrameState {
   bool complete = false;
   uint64_t samples = 0;
   double clamped_fraction = 0.0;
+  std::string history = {};  // DriverFacts::history
 };
 
 // Header of a whole frame's EXR; set_state() must be called before it is finished. Channels named
@@ -110,6 +114,7 @@ class FrameOutputs final : public RenderSink {
   void write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels);
   DenoiseReport denoise(const std::stop_token& stop);
   void write_tiles();
+  void write_images(const Rect& tile, const std::vector<float>& rgba);
   void write_denoised(const Rect& tile, const std::vector<float>& pixels);
   bool all_outputs_failed() const;  // every EXR has failed and there is no other output
 
@@ -123,6 +128,7 @@ class FrameOutputs final : public RenderSink {
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
   std::vector<std::unique_ptr<HeatmapFile>> heatmaps_;
   std::shared_ptr<const DisplayTransform> transform_;
+  std::optional<ExposureHint> exposure_hint_;  // if there are images
   const StopRequest& stop_;
   mutable std::mutex mutex_;
   std::map<std::thread::id, uint64_t> thread_bytes_;  // peak per thread

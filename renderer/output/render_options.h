@@ -45,6 +45,7 @@ struct RenderOptions : FrameSettings {
   std::string progress_file;  // file; empty: none
   std::vector<int> frames;    // frame numbers, in order; empty: the one frame of these options
   bool skip_existing = false;
+  bool strict = false;         // pixels that a time limit leaves black are a failure
   bool stop_on_error = false;  // default: the range continues after a failed frame
   std::string range_report;    // file; empty: none
   int threads = 0;             // 0: all cores

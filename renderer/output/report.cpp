@@ -255,7 +255,8 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   json["samples"] = {{"total", c.samples},
                      {"min", c.min_samples},
                      {"mean", pixels > 0 ? double(c.samples) / pixels : 0.0},
-                     {"max", c.max_samples}};
+                     {"max", c.max_samples},
+                     {"pixels_without", r.unsampled_pixels}};
   json["rays"] = {{"camera", c.rays.camera},
                   {"scatter", c.rays.scatter},
                   {"shadow", c.rays.shadow},

@@ -45,6 +45,7 @@ struct RenderReport {
   RenderTimes times;
   RenderCounters counters;
   SceneMemory memory;
+  uint64_t unsampled_pixels = 0;  // of the crop, or of this part of it
   uint64_t film_bytes = 0;
   std::shared_ptr<const MemoryBudget> budget;  // the limit and what was reserved
   std::vector<std::string> features;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -19,40 +20,82 @@ std::string describe(const Rect& crop, int frame_width, int frame_height) {
                      crop.height(), crop.x0, crop.y0, frame_width, frame_height);
 }
 
-}  // namespace
-
-FloatImage read_frame(const std::string& path, const LoadProgress& progress) {
-  FloatImage image = read_float_image(path, progress);
-  if (image.stopped_after) {
-    log_warning(fmt::format("{}: the frame was stopped before it was complete, at {} samples", path,
-                            *image.stopped_after));
-  }
-  return image;
-}
-
-RgbFile read_rgb(const std::string& path, const LoadProgress& progress) {
-  const FloatImage file = read_frame(path, progress);
-  const ColourChannels colour = find_colour(file.channel_names, file.parts, path);
+// The picture that `choice` finds.
+ImageLayer find_picture(const FloatImage& file, const std::string& path,
+                        const LayerChoice& choice) {
+  const ColourChannels colour = find_colour(file.channel_names, file.parts, path, choice.remedy);
   if (colour.count != 3) {
     throw InputError(
         path, "it has {} x {} pixels, but no channels R, G and B to compare; its channels are {}",
         file.width, file.height, fmt::join(file.channel_names, ", "));
   }
+  return {"", {colour.first, colour.first + 1, colour.first + 2}, -1, true};
+}
+
+// The name of the layer that a reference has instead of this one; empty: its picture.
+std::string reference_layer(const FloatImage& file, const std::string& path,
+                            const std::string& layer) {
+  const auto has = [&](const std::string& name) {
+    return try_find_layer(file.channel_names, file.parts, name, path).has_value();
+  };
+  if (has(layer)) return layer;
+  const std::string prefix = std::string(kDenoisedLayer) + ".";
+  const std::string raw = layer.starts_with(prefix) ? layer.substr(prefix.size()) : "";
+  if (!raw.empty() && !has(raw)) return layer;
+  const bool is_denoised = layer == kDenoisedLayer || !raw.empty();
+  if (!is_denoised && image_layers(file.channel_names, file.parts).size() > 1) return layer;
+  log_info(fmt::format("{} has no layer {}; its {} is the reference", path, layer,
+                       raw.empty() ? "picture" : "layer " + raw));
+  return raw;
+}
+
+ImageLayer choose_layer(const FloatImage& file, const std::string& path,
+                        const LayerChoice& choice) {
+  const std::string name = choice.layer.empty() || !choice.is_reference
+                               ? choice.layer
+                               : reference_layer(file, path, choice.layer);
+  if (name.empty()) return find_picture(file, path, choice);
+  ImageLayer layer = find_layer(file.channel_names, file.parts, name, path);
+  if (layer.channels.size() == 2) {
+    throw UsageError("`layer`: {} of {} has two channels; layers of one or three can be measured",
+                     layer.name, path);
+  }
+  layer.channels.resize(3, layer.channels.front());
+  return layer;
+}
+
+}  // namespace
+
+void warn_if_stopped(const std::string& path, const FloatImage& image) {
+  if (!image.stopped_after) return;
+  log_warning(fmt::format("{}: the frame was stopped before it was complete, at {} samples", path,
+                          *image.stopped_after));
+}
+
+FloatImage read_frame(const std::string& path, const LoadProgress& progress) {
+  FloatImage image = read_float_image(path, progress);
+  warn_if_stopped(path, image);
+  return image;
+}
+
+RgbFile read_rgb(const std::string& path, const LoadProgress& progress, const LayerChoice& choice) {
+  const FloatImage file = read_frame(path, progress);
+  const ImageLayer layer = choose_layer(file, path, choice);
+  const int denoised = file.find_channel(std::string(kDenoisedLayer) + ".R");
   const size_t pixels = size_t(file.width) * size_t(file.height);
   progress.budget()->reserve(MemoryPart::kTextures, bytes_of(pixels, 3 * sizeof(float)), path);
   RgbFile result{path,
                  {file.width, file.height, std::vector<float>(3 * pixels)},
                  file.data_window,
                  file.frame_width,
-                 file.frame_height};
-  const ToWorkingSpace to_rec709 = from_working_space(file.space);
-  const auto first = size_t(colour.first);
+                 file.frame_height,
+                 denoised >= 0 && layer.channels.front() != denoised};
+  const ToWorkingSpace to_rec709 = layer.has_colour ? from_working_space(file.space) : nullptr;
   for (size_t i = 0; i < pixels; ++i) {
-    for (size_t c = 0; c < 3; ++c) {
-      result.pixels.rgb[3 * i + c] = file.values[i * size_t(file.channels()) + first + c];
-    }
-    if (!to_rec709) continue;
+    const float* const values = &file.values[i * size_t(file.channels())];
     float* const p = &result.pixels.rgb[3 * i];
+    for (size_t c = 0; c < 3; ++c) p[c] = values[layer.channels[c]];
+    if (!to_rec709) continue;
     const Rgb rgb = *to_rec709 * Rgb(p[0], p[1], p[2]);
     std::copy_n(&rgb.x, 3, p);
   }

@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "io/image/input.h"
 #include "renderer/core/rect.h"
@@ -10,8 +11,14 @@
 
 namespace emberline {
 
+// Warns if the frame was stopped early.
+void warn_if_stopped(const std::string& path, const FloatImage& image);
+
 // Reads all channels of a picture and warns if its frame was stopped early. Throws InputError.
 FloatImage read_frame(const std::string& path, const LoadProgress& progress);
+
+// The layer of a denoised picture.
+inline constexpr std::string_view kDenoisedLayer = "denoised";
 
 // Pixels of a frame and their position in it. A .png stores no position and counts as a whole
 // frame.
@@ -20,13 +27,25 @@ struct RgbFile {
   RgbImage pixels;
   Rect crop;
   int frame_width = 0, frame_height = 0;
+  // The file also has a denoised picture, which these pixels are not.
+  bool has_denoised = false;
 
   bool is_whole_frame() const { return crop == Rect{0, 0, frame_width, frame_height}; }
 };
 
-// Linear Rec. 709, data window only. Throws InputError for an unreadable file, or if find_colour()
-// finds no R, G and B.
-RgbFile read_rgb(const std::string& path, const LoadProgress& progress);
+// How read_rgb() chooses a picture's channels.
+struct LayerChoice {
+  std::string layer;  // see find_layer(); empty: find_colour()
+  // A reference may also be the raw picture of a denoised layer, or have a single layer.
+  bool is_reference = false;
+  std::string_view remedy = "save one of them as a separate file";  // see find_colour()
+};
+
+// Linear Rec. 709, data window only. X, Y and Z of a layer, or three times its only number, count
+// as R, G and B. Throws InputError for an unreadable file or if find_colour() finds no R, G and B,
+// UsageError for an unknown layer or one of two numbers.
+RgbFile read_rgb(const std::string& path, const LoadProgress& progress,
+                 const LayerChoice& choice = {});
 
 // Returns the reference pixels to compare `crop` with: those at the same position of an equally
 // large frame or, if either picture stores no position, all of them, if the sizes match. Throws

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #ifdef EMBERLINE_THREAD_SANITIZER
 #include <tbb/global_control.h>
@@ -216,8 +217,8 @@ EmbreeDevice::EmbreeDevice(EmbreeIsa isa, std::shared_ptr<MemoryBudget> budget, 
   device_ = new_device(isa);
   if (!device_)
     throw RenderError(
-        "Embree could not be started; the machine or a limit (ulimit -v) may leave too little "
-        "memory");
+        "not enough memory: Embree could not be started; raise the limit (ulimit -v; it takes 500 "
+        "MB of address space), or free memory");
   rtcSetDeviceErrorFunction(device_, on_error, nullptr);
   rtcSetDeviceMemoryMonitorFunction(device_, count_memory, this);
 }
@@ -227,8 +228,10 @@ EmbreeDevice::~EmbreeDevice() { rtcReleaseDevice(device_); }
 // If this returns false, Embree ends the build with RTC_ERROR_OUT_OF_MEMORY.
 bool EmbreeDevice::count_memory(void* user, ssize_t bytes, bool /*post*/) {
   auto& self = *static_cast<EmbreeDevice*>(user);
-  if (bytes > 0 && !self.budget_->try_reserve(MemoryPart::kBvh, uint64_t(bytes))) {
-    self.rejected_bytes_ = uint64_t(bytes);
+  uint64_t left = 0;
+  if (bytes > 0 && !self.budget_->try_reserve(MemoryPart::kBvh, uint64_t(bytes), &left)) {
+    const std::lock_guard lock(self.rejection_mutex_);
+    if (self.rejection_.bytes == 0) self.rejection_ = {uint64_t(bytes), left};
     return false;
   }
   if (bytes < 0) self.budget_->release(MemoryPart::kBvh, uint64_t(-bytes));
@@ -253,8 +256,12 @@ uint64_t EmbreeDevice::bytes() const {
 void EmbreeDevice::check() {
   const RTCError error = rtcGetDeviceError(device_);
   if (error == RTC_ERROR_NONE) return;
-  if (const uint64_t bytes = rejected_bytes_.exchange(0)) {
-    throw InputError(place_, budget_->limit_message(MemoryPart::kBvh, bytes));
+  const Rejection first = [&] {
+    const std::lock_guard lock(rejection_mutex_);
+    return std::exchange(rejection_, {});
+  }();
+  if (first.bytes > 0) {
+    throw InputError(place_, budget_->limit_message(MemoryPart::kBvh, first.bytes, first.left));
   }
   if (error == RTC_ERROR_OUT_OF_MEMORY) throw RenderError("out of memory while building the BVH");
   throw RenderError("Embree error " + std::to_string(int(error)) + " while building the BVH");

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -59,7 +60,13 @@ class EmbreeDevice {
   const std::shared_ptr<MemoryBudget> budget_;
   const std::string place_;
   std::atomic<int64_t> monitored_bytes_{0};  // reported by Embree's memory monitor
-  std::atomic<uint64_t> rejected_bytes_{0};  // block that exceeded the budget
+  // The first block that exceeded the budget, and what was left then: a build that fails releases
+  // memory before check() reports it.
+  struct Rejection {
+    uint64_t bytes = 0, left = 0;
+  };
+  std::mutex rejection_mutex_;
+  Rejection rejection_;
   uint64_t object_bytes_ = 0;
 };
 

@@ -81,6 +81,7 @@ std::vector<LegendItem> describe(const Plane& plane, const HeatmapSettings& sett
   if (s.no_value > 0) {
     items.push_back({"no value: " + pixels_text(s.no_value), colour_of(settings.colours, NAN)});
   }
+  if (!settings.note.empty()) items.push_back({settings.note});
   return items;
 }
 

@@ -38,6 +38,7 @@ struct HeatmapSettings : HeatmapStyle {
   std::string unit;   // after the title; "s" is shown as s, ms, µs or ns; may be empty
   double bright = kBrightQuantile;  // for an automatic range
   bool rms = false;                 // the legend also shows the RMS
+  std::string note = {};            // the last text of the legend
 };
 
 // The plane's sides must not be 0 (asserted).

@@ -7,12 +7,11 @@
 
 #include "renderer/core/display_error.h"
 #include "renderer/core/names.h"
+#include "renderer/core/setting_names.h"
 #include "renderer/film/pixel_stop.h"
 
 namespace emberline {
 namespace {
-
-constexpr size_t kMaxChannels = 8;
 
 // Channels: samples, R G B, and the variances of R G B.
 float display_error(const float* channels) {
@@ -43,11 +42,14 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
        .title = "samples per pixel",
        .channels = {"samples"}},
       {.name = "error",
-       .summary = "estimated RMS error of the pixel as displayed (sRGB, 0 to 1)",
+       .summary = "estimated RMS error of the pixel, by its own samples alone, as displayed (sRGB, "
+                  "0 to 1)",
        .title = "estimated error, RMS as displayed (0 to 1)",
        .aov = Aov::kVariance,
        .channels = {"samples", "R", "G", "B", "variance.R", "variance.G", "variance.B"},
        .value = display_error,
+       .note = "by each pixel's own samples alone; a `noise-threshold` is compared with another "
+               "error, so the maximum can exceed it",
        .rms = true},
       {.name = "denoised_error",
        .summary = "estimated error of the denoised picture, of a finished .exr",
@@ -114,8 +116,9 @@ std::span<const Category> stop_categories() {
 
 BytePicture draw_quantity(const HeatmapQuantity& quantity, const Plane& plane,
                           const HeatmapStyle& style) {
-  const HeatmapSettings settings{style, std::string(quantity.title), std::string(quantity.unit),
-                                 quantity.bright, quantity.rms};
+  const HeatmapSettings settings{
+      style,        std::string(quantity.title),       std::string(quantity.unit), quantity.bright,
+      quantity.rms, spell_setting_names(quantity.note)};
   return quantity.is_categorical ? draw_category_map(plane, stop_categories(), settings)
                                  : draw_heatmap(plane, settings);
 }

@@ -25,6 +25,7 @@ struct HeatmapQuantity {
   std::vector<std::string_view> channels;  // the channels that it is computed from
   // A pixel's value from `channels`, in that order; by default the only channel. NaN: no value.
   float (*value)(const float* channels) = [](const float* all) { return all[0]; };
+  std::string_view note = {};       // in the legend, after the numbers
   bool is_categorical = false;      // PixelStop values instead of amounts
   bool needs_denoised = false;      // uses the result of `denoise` for a finished frame
   double bright = kBrightQuantile;  // for an automatic range, value_scale.h
@@ -57,6 +58,8 @@ BytePicture draw_quantity(const HeatmapQuantity& quantity, const Plane& plane,
 // Gathers one quantity of a frame, tile by tile, from the film's channels.
 class QuantityPlane {
  public:
+  static constexpr size_t kMaxChannels = 8;  // of a quantity
+
   // `channels` names the channels of write_tile(); missing_channel() must be empty. Pixels that are
   // never written are treated as pixels without samples: all channels 0.
   QuantityPlane(const HeatmapQuantity& quantity, std::span<const std::string> channels,

@@ -43,6 +43,13 @@ double largest_difference(const ExrPicture& a, const ExrPicture& b) {
   return largest;
 }
 
+TEST_F(AnimationOption, AShutterAtRestSaysWhatToAdd) {
+  const Words shutter = {"--shutter", "0,0.5"};
+  const std::string hint = "blurs nothing while the scene is at rest; add --animation or --time";
+  EXPECT_NE(render(render_words(shutter)).err.find(hint), std::string::npos);
+  EXPECT_EQ(render(render_words(shutter + Words{"--time", "1"})).err.find(hint), std::string::npos);
+}
+
 // An animated object is an instance, whose transform is not baked into its vertices; the pictures
 // differ by that rounding.
 TEST_F(AnimationOption, EqualsAFileInThatPose) {
@@ -120,6 +127,11 @@ TEST_F(AnimationOption, ErrorListsTheAnimations) {
   const RunResult result = run({"info", path("scene.glb")});
   EXPECT_NE(result.out.find("animation 0 'sink' 2 s, 1 nodes\n"), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("animation 1 'fade' 1 s, 1 other values\n"), std::string::npos);
+  EXPECT_NE(result.out.find("not played: 2 animations; choose one with --animation\n"),
+            std::string::npos);
+  EXPECT_EQ(result.out.find("ignored"), std::string::npos);
+  const RunResult posed = run({"info", path("scene.glb"), "--time", "2"});
+  EXPECT_EQ(posed.out.find("not played"), std::string::npos) << posed.out;
   const RunResult json = run({"info", path("scene.glb"), "--json", "--time", "2"});
   ASSERT_EQ(json.exit_code, 0) << json.describe();
   const nlohmann::json parsed = nlohmann::json::parse(json.out);

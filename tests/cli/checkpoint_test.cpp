@@ -103,7 +103,9 @@ TEST_F(CheckpointFile, ReplacesNoCheckpointOfAnotherFrame) {
 
 // For example a link to another disk.
 TEST_F(CheckpointFile, ResumesThroughALink) {
-  const Words words = render_words({"--part", "1/2", "--bucket-size", "8", "--resume"});
+  // A checkpoint lists buckets as they end, so one thread gives one order.
+  const Words part = {"--part", "1/2", "--bucket-size", "8", "--threads", "1"};
+  const Words words = render_words(part + Words{"--resume"});
   render(words);
   fs::create_directory(path("big"));
   const std::string name = path("out.exr.part-1-of-2.checkpoint");
@@ -113,9 +115,116 @@ TEST_F(CheckpointFile, ResumesThroughALink) {
   render(words);
   EXPECT_EQ(read_bytes(path("big/part")), before);
   // Without --resume, our own checkpoint is started afresh.
-  render(render_words({"--part", "1/2", "--bucket-size", "8"}));
+  render(render_words(part));
   EXPECT_TRUE(fs::is_symlink(name));
   EXPECT_EQ(read_bytes(path("big/part")), before);
+}
+
+// As the whole frame can: parts by bucket, also with adaptive buckets, and by sample.
+TEST_F(CheckpointFile, AMergedFrameCanBeExtended) {
+  const Words frame = {"render",         scene(),         "-o", path("out.exr"), "--size",
+                       "16x16",          "--bucket-size", "8",  "--aov",         "stop",
+                       "--bucket-order", "spiral"};
+  const std::string merged = path("merged.exr"), kept = path("merged.exr.checkpoint");
+  const auto merge = [&](const std::string& a, const std::string& b) {
+    render({"merge", path("out.exr." + a), path("out.exr." + b), "-o", merged, "--resumable"});
+  };
+  for (const Words& limits : {Words{}, Words{"--noise-threshold", "0.01"}}) {
+    SCOPED_TRACE(limits.size());
+    const Words whole = frame + limits + Words{"--spp", "16"};
+    for (const char* part : {"1/2", "2/2"}) render(whole + Words{"--part", part});
+    merge("part-1-of-2.checkpoint", "part-2-of-2.checkpoint");
+    // Nothing is left to render.
+    const RunResult resumed =
+        render(whole + Words{"--checkpoint", kept, "--resumable", "--resume"});
+    EXPECT_NE(resumed.err.find("rendered 0 samples"), std::string::npos) << resumed.err;
+    render({"extend", merged, "--spp", "40"});
+    render(whole + Words{"--resumable"});
+    render({"extend", path("out.exr"), "--spp", "40"});
+    EXPECT_EQ(first_difference(read_exr(path("out.exr")), read_exr(merged)), "");
+  }
+  for (const char* range : {"0-8", "8-16"}) render(frame + Words{"--sample-range", range});
+  merge("samples-0-8.checkpoint", "samples-8-16.checkpoint");
+  render({"extend", merged, "--spp", "40"});
+  render(frame + Words{"--spp", "40"});
+  const ExrPicture expected = read_exr(path("out.exr")), extended = read_exr(merged);
+  for (const auto& [name, values] : expected.channels) {
+    for (size_t i = 0; i < values.size(); ++i) {
+      // Ranges are summed apart, so they are rounded otherwise.
+      ASSERT_NEAR(extended.channels.at(name)[i], values[i], 2e-6f * std::abs(values[i])) << name;
+    }
+  }
+}
+
+TEST_F(CheckpointFile, AMergedFrameThatCannotBeExtendedIsRefused) {
+  const auto refuse = [&](const Words& parts, const std::string& why) {
+    expect_failure(Words{"merge", "-o", path("all.exr"), "--resumable"} + parts, 3,
+                   {"--resumable: ", why});
+    EXPECT_FALSE(fs::exists(path("all.exr")));
+  };
+  const auto keep = [&](const std::string& name, const Words& more) {
+    render(render_words(Words{"--bucket-size", "8", "--resumable", "--checkpoint", path(name)} +
+                        more));
+  };
+  keep("a", {});
+  keep("b", {"--seed", "1"});
+  refuse({path("a"), path("b")}, "an average over seeds");
+  keep("c", {"--driver", "bisection"});
+  refuse({path("c")}, "only with --driver bucket");
+  keep("d", {"--part", "1/2"});
+  refuse({path("d"), "--allow-holes", "-q"}, "a frame with holes");
+  keep("e", {"--sampler", "stratified"});
+  expect_failure({"merge", path("e"), "-o", path("all.exr"), "--resumable"}, 3,
+                 {"stratified", "needs the number of samples in advance"});
+  expect_failure({"merge", path("a"), "-o", path("a.exr"), "--checkpoint", "x"}, 2,
+                 {"--checkpoint"});
+}
+
+// Whoever kept no checkpoint learns how to keep one.
+TEST_F(CheckpointFile, ExtendingWithoutACheckpointNamesTheCommandThatKeepsOne) {
+  const Words words = render_words({"--seed", "3"});
+  render(words);
+  expect_failure({"extend", path("out.exr"), "--spp", "8"}, 3,
+                 {"out.exr.checkpoint", "emberline render", "--seed 3 --resumable"});
+  expect_failure({"extend", path("out.png"), "--spp", "8"}, 3, {"out.png: file not found"});
+  render(render_words({"-o", path("out.png")}));
+  expect_failure({"extend", path("out.png"), "--spp", "8"}, 3,
+                 {"out.png.checkpoint", "emberline render", "--resumable"});
+  render(render_words({"--part", "1/2"}));
+  expect_failure(
+      {"extend", path("out.exr.part-1-of-2.checkpoint"), "--spp", "8", "-o", path("a.exr")}, 3,
+      {"emberline merge and --resumable"});
+}
+
+// As a render does: its own file may have any settings, but not one behind a link.
+TEST_F(CheckpointFile, AMergeReplacesOnlyTheCheckpointOfItsOutput) {
+  const auto keep = [&](const std::string& name, const std::string& seed) {
+    render(render_words(
+        {"--bucket-size", "8", "--checkpoint", path(name), "--resumable", "--seed", seed}));
+    return read_bytes(path(name));
+  };
+  keep("whole", "1");
+  const std::vector<uint8_t> other = keep("other", "2");
+  const Words merge = {"merge", path("whole"), "-o", path("all.exr"), "--resumable"};
+  fs::create_symlink("other", path("all.exr.checkpoint"));
+  expect_failure(merge, 2, {"all.exr.checkpoint", "another frame: --seed"});
+  EXPECT_EQ(read_bytes(path("other")), other);
+  fs::remove(path("all.exr.checkpoint"));
+  fs::copy_file(path("other"), path("all.exr.checkpoint"));
+  EXPECT_NE(render(merge).err.find("all.exr.checkpoint is replaced"), std::string::npos);
+  render({"extend", path("all.exr"), "--spp", "2"});
+  write("all.exr.checkpoint", kNotes);
+  expect_failure(merge, 2, {"all.exr.checkpoint", "not an Emberline checkpoint"});
+}
+
+TEST_F(CheckpointFile, SettingsThatAreNoObjectAreRefused) {
+  for (const char* head : {R"({"settings": []})", R"({"schedule": "8"})"}) {
+    write("bad", pack_file_head(head));
+    expect_failure({"merge", path("bad"), "-o", path("all.exr"), "--resumable"}, 3,
+                   {"bad", "not an object"});
+    expect_failure({"extend", path("bad"), "-o", path("all.exr"), "--spp", "2"}, 3,
+                   {"bad", "not an object"});
+  }
 }
 
 TEST_F(CheckpointFile, ExtendingReplacesOnlyTheCheckpoint) {

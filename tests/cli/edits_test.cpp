@@ -77,6 +77,61 @@ TEST_F(EditsOption, EmptyEditsChangeNothing) {
   EXPECT_EQ(first_difference(plain, edited(nlohmann::json::object())), "");
 }
 
+// Every scene of ours, with every kind of light, layer and texture that they have.
+TEST_F(EditsOption, TemplateOfInfoChangesNothing) {
+  std::vector<Words> scenes = {{EMBERLINE_SCENES "/teapot.glb", "--sun", "20,50", "--env-strength",
+                                "0.3", "--env-rotation", "33.3"}};
+  for (const auto& entry : std::filesystem::directory_iterator(EMBERLINE_SCENES)) {
+    if (entry.path().extension() == ".glb") scenes.push_back({entry.path().string()});
+  }
+  for (const Words& words : scenes) {
+    const RunResult result = run(Words{"info", "--edits"} + words);
+    ASSERT_EQ(result.exit_code, 0) << result.describe();
+    write("template.json", result.out);
+    const Words frame = Words{"render"} + words + Words{"-o", path("out.exr"), "--size", "32x18"} +
+                        Words{"--spp", "4", "--aov", "albedo,N,emission"};
+    render(frame);
+    const ExrPicture plain = read_exr(path("out.exr"));
+    render(frame + Words{"--edits", path("template.json")});
+    EXPECT_EQ(first_difference(plain, read_exr(path("out.exr"))), "") << words[0];
+  }
+}
+
+TEST_F(EditsOption, TemplateHasEveryLightMaterialAndTheEnvironment) {
+  GltfBuilder gltf = lamp_scene();
+  gltf.root["extensionsUsed"] = {"KHR_lights_punctual"};
+  gltf.root["extensions"] = {
+      {"KHR_lights_punctual", {{"lights", {{{"type", "point"}, {"intensity", 5}}}}}}};
+  gltf.add_to_scene(
+      gltf.push("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}}));
+  add_quad(gltf, {3, 0, 2}, {1, 0, 0}, {0, 0, -4}, -1);
+  gltf.root["materials"][0]["extensions"] = {
+      {"KHR_materials_anisotropy", {{"anisotropyStrength", 0.5}, {"anisotropyRotation", 1}}}};
+  gltf.root["materials"][0]["name"] = gltf.root["materials"][1]["name"];
+  gltf.write_glb(path("scene.glb"));
+  const RunResult result = run({"info", path("scene.glb"), "--edits", "--sun", "20,50"});
+  ASSERT_EQ(result.exit_code, 0) << result.describe();
+  const nlohmann::json edits = nlohmann::json::parse(result.out);
+  EXPECT_EQ(edits["environment"], nlohmann::json({{"strength", 1.0}, {"rotation", 0.0}}));
+  ASSERT_EQ(edits["lights"].size(), 3u);
+  EXPECT_EQ(edits["lights"][0]["kind"], "punctual");
+  EXPECT_EQ(edits["lights"][1], nlohmann::json({{"kind", "material"},
+                                                {"name", "lamp"},
+                                                {"index", 1},
+                                                {"intensity", 1.0},
+                                                {"color", {1.0, 1.0, 1.0}},
+                                                {"on", true}}));
+  EXPECT_EQ(edits["lights"][2]["kind"], "environment");
+  ASSERT_EQ(edits["materials"].size(), 3u);
+  EXPECT_EQ(edits["materials"][0]["base_color"], nlohmann::json({0.7, 0.5, 0.3}));
+  EXPECT_FALSE(edits["materials"][0].contains("attenuation_distance"));
+  EXPECT_EQ(edits["materials"][2]["name"], "default material");
+  write("template.json", result.out);
+  const Words sun = {"--sun", "20,50", "--spp", "4", "--light-groups"};
+  EXPECT_EQ(first_difference(picture(sun), picture(sun + Words{"--edits", path("template.json")})),
+            "");
+}
+
 TEST_F(EditsOption, SwitchingOffTheLastLampGivesDarkness) {
   const ExrPicture dark =
       edited({{"lights", {{{"kind", "material"}, {"name", "lamp"}, {"on", false}}}}});

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "cli/command_test.h"
 #include "io/image/output.h"
@@ -276,6 +277,36 @@ TEST_F(Limits, ASceneThatIsTooLargeIsRefused) {
     Words words = {command, file, "--memory-limit", "2M"};
     if (words[0] == "render") words = words + Words{"-o", path("out.exr")};
     expect_failure(words, 3, {"grid.glb", "of the limit of 2 MiB are left", "--memory-limit"});
+  }
+}
+
+// A build that fails gives memory back before its error is reported.
+TEST_F(Limits, ARefusalNamesLessMemoryThanIsNeeded) {
+  const std::string file = grid(300);
+  const std::regex figures("needs ([0-9.,]+) (Ki|Mi)?B of memory .*but only ([0-9.,]+) (Ki|Mi)?B");
+  const auto bytes = [](std::string number, const std::string& unit) {
+    std::erase(number, ',');
+    return std::stod(number) * (unit == "Ki" ? 1 << 10 : unit == "Mi" ? 1 << 20 : 1);
+  };
+  int refused_builds = 0;
+  for (int limit = 4; limit <= 40; limit += 2) {
+    const RunResult result = run(
+        {"render", file, "-o", path("out.exr"), "--memory-limit", std::to_string(limit) + "MiB"});
+    if (result.exit_code == 0) continue;
+    std::smatch match;
+    ASSERT_TRUE(std::regex_search(result.err, match, figures)) << result.err;
+    EXPECT_GT(bytes(match[1], match[2]), bytes(match[3], match[4])) << result.err;
+    refused_builds += result.err.find("(bvh)") != std::string::npos;
+  }
+  EXPECT_GT(refused_builds, 0);
+}
+
+TEST_F(Limits, UnitsAreBinaryOrDecimal) {
+  for (const auto& [size, shown] :
+       {std::pair("1GiB", "1 GiB"), {"1g", "1 GiB"}, {"1GB", "954 MiB"}, {"1000MB", "954 MiB"}}) {
+    expect_failure(
+        render_words({"-o", path("a.png"), "--size", "65536x65536", "--memory-limit", size}), 2,
+        {"limit of " + std::string(shown)});
   }
 }
 

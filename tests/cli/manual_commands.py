@@ -5,7 +5,7 @@
 
 Commands are the lines in ```sh blocks that begin with `emberline`, and with --python those that begin with `python3`:
 PYTHON runs them, and PYTHONPATH has the module. Each page runs in an empty folder with a link to scenes/, its commands
-in order. A comment before a block says what else to do with it:
+in order; `> FILE` at the end is what a shell makes of it. A comment before a block says what else to do with it:
 
     <!-- not run: needs Slurm -->    skips the block, for that reason
     <!-- file: look.json -->         writes the block to that file
@@ -107,8 +107,10 @@ def shorten_command(words, folder):
             words[words.index("--seconds")] = "--spp"
     if command == "extend":
         values["--spp"] = "2"
-    if denoised or "--min-spp" in words:
-        values["--spp"] = "16"  # --min-spp must not be above it
+    if denoised or "--min-spp" in words or "variance" in " ".join(words):
+        values["--spp"] = "16"  # --min-spp must not be above it; a variance takes two
+    if command == "explain":
+        words = [re.sub(r"^\d+,\d+$", values["--explain"], word) for word in words]
     if "--panorama" in words:
         values["--size"] = "32x16"
     if "--turntable" in words:
@@ -139,6 +141,9 @@ def run(programs, page):
             name, *words = command.words
             if not programs[name]:
                 continue
+            output = words[words.index(">") + 1] if ">" in words else None
+            if output:
+                del words[words.index(">"):]
             if name == "emberline":
                 words = shorten_command(words, folder)
             try:
@@ -147,6 +152,8 @@ def run(programs, page):
             except subprocess.TimeoutExpired:
                 faults.append(f"{command.line}: not finished after {TIMEOUT} s: {shlex.join([name, *words])}")
                 continue
+            if output:
+                pathlib.Path(folder, output).write_text(done.stdout)
             if done.returncode != 0:
                 message = done.stderr.strip().splitlines()[-1:] or [""]
                 faults.append(f"{command.line}: exit code {done.returncode} of {shlex.join([name, *words])}\n"

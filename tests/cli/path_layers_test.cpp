@@ -92,6 +92,19 @@ TEST_F(PathLayersOption, AddUpAndGoThroughCheckpoints) {
   EXPECT_EQ(first_difference(whole, read_exr(path("extended.exr"))), "");
 }
 
+TEST_F(PathLayersOption, LightpathIsAllSixLayers) {
+  const Words six = {"--aov", "direct,indirect,emission,transmission,reflection,environment,N,Z"};
+  render(render_words(six));
+  const ExrPicture expected = read_exr(path("out.exr"));
+  render(render_words({"--aov", "lightpath,normal,depth", "--resumable"}));
+  EXPECT_EQ(first_difference(expected, read_exr(path("out.exr"))), "");
+  // Checkpoints and rules have the names of channels alone.
+  render(render_words(six + Words{"--resumable", "--resume"}));
+  expect_failure(render_words({"--aov", "lightpath", "--integrator", "normal"}), 2,
+                 {"--aov direct requires --integrator"});
+  expect_failure(render_words({"--aov", "lightpaths"}), 2, {"did you mean 'lightpath'"});
+}
+
 TEST_F(PathLayersOption, AddUpInEveryFrame) {
   expect_sums(picture({"--spp", "32", "--driver", "adaptive", "--unbiased"}));
   expect_sums(picture({"--spp", "16", "--light-groups", "--denoise"}));

@@ -314,6 +314,53 @@ TEST_F(Range, NamesOfAllFramesAreCheckedBeforeAnythingIsWritten) {
   EXPECT_EQ(read_json("p.json")["state"], "done");
 }
 
+// A quarter of a turn takes the camera from +Z of the point to +X of it.
+TEST_F(Range, ATurntableTurnsAroundThePointThatTheCameraLooksAt) {
+  const Words view = {"--look-at", "0.5,0.25,-0.5", "--aov", "P"};
+  const auto position = [&](const Words& words) {
+    render(render_words(view + words));
+    return read_exr(path("out.exr"));
+  };
+  const Words from = {"--look-from", "1,1,3.5"};
+  const Words quarter = {"--turntable", "2/4"};
+  const ExrPicture turned = position(from + quarter + Words{"--turntable-center", "look-at"});
+  EXPECT_EQ(first_difference(turned, position({"--look-from", "4.5,1,-1"})), "");
+  const ExrPicture bounds = position(from + quarter);
+  EXPECT_NE(first_difference(turned, bounds), "");
+  EXPECT_EQ(
+      first_difference(bounds, position(from + quarter + Words{"--turntable-center", "bounds"})),
+      "");
+  expect_failure(render_words({"--turntable-center", "look-at"}), 2,
+                 {"--turntable-center requires --turntable"});
+  expect_failure(render_words(quarter + Words{"--turntable-center", "look-at"}), 2,
+                 {"--turntable-center look-at requires --look-at"});
+}
+
+TEST_F(Range, SkippingNamesAFrameOfOtherSettings) {
+  const Words words = {"render", scene(), "-o", path("a.exr"), "--size", "16x16"};
+  const Words skip = {"--skip-existing", "--exposure", "1"};
+  render(words + Words{"--spp", "2", "--sun", "30,40"});
+  EXPECT_NE(render(words + skip + Words{"--spp", "4"})
+                .err.find("skipped: all its outputs exist, but " + path("a.exr") +
+                          " has other settings: --spp 2 (now 4), --sun 30,40 (now not given)"),
+            std::string::npos);
+  EXPECT_NE(
+      render(words + skip + Words{"--spp", "2", "--sun", "30,40"}).err.find("outputs exist\n"),
+      std::string::npos);
+  // Neither what changes no pixel nor the order of channels is another setting.
+  EXPECT_NE(render(words + skip +
+                   Words{"--spp", "2", "--sun", "30,40", "--time-limit", "60", "--bucket-order",
+                         "spiral"})
+                .err.find("outputs exist\n"),
+            std::string::npos);
+  const Words channels = words + Words{"--spp", "2", "--aov", "N,albedo"};
+  render(channels + Words{"--resumable"});
+  render({"merge", path("a.exr.checkpoint"), "-o", path("a.exr"), "--resumable"});
+  fs::remove(path("a.exr.checkpoint"));
+  EXPECT_NE(render(channels + Words{"--skip-existing"}).err.find("outputs exist\n"),
+            std::string::npos);
+}
+
 TEST_F(Range, ExistingFramesAreSkipped) {
   const Words words =
       turn({"--report", path("r.#.json"), "--skip-existing", "--range-report", path("range.json")});

@@ -41,6 +41,7 @@ TEST_F(Report, HasEveryDocumentedKey) {
       {"/samples/min", Type::number_unsigned},
       {"/samples/mean", Type::number_float},
       {"/samples/max", Type::number_unsigned},
+      {"/samples/pixels_without", Type::number_unsigned},
       {"/rays/camera", Type::number_unsigned},
       {"/rays/scatter", Type::number_unsigned},
       {"/rays/shadow", Type::number_unsigned},

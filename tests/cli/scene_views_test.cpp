@@ -159,7 +159,7 @@ TEST_F(Views, CamerasAreAlsoChosenByNode) {
   write("shot.json", R"({"emberline_edits": 1, "camera": {"file_camera": {"name": "Tele"}}})");
   EXPECT_EQ(first_difference(tele, picture(render_words({"--edits", path("shot.json")}))), "");
   const RunResult info = run({"info", path("scene.glb")});
-  EXPECT_NE(info.out.find("camera 'Camera' orthographic, node 'Tele'\n"), std::string::npos)
+  EXPECT_NE(info.out.find("camera 2 'Camera' orthographic, node 'Tele'\n"), std::string::npos)
       << info.out;
   EXPECT_NE(info.out.find("approximated\n  clip planes of cameras (nothing is clipped)\n"),
             std::string::npos)
@@ -179,7 +179,7 @@ TEST_F(Views, BrokenCameraIsRefusedOnlyIfChosen) {
   expect_failure(render_words({"--camera", "flat"}), 3, {fault});
   const RunResult info = run({"info", path("scene.glb")});
   EXPECT_EQ(info.exit_code, 0) << info.describe();
-  EXPECT_NE(info.out.find("camera 'flat' unusable"), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("camera 1 'flat' unusable"), std::string::npos) << info.out;
   // The first camera is the file's view, unless another is requested.
   gltf.root["cameras"].erase(0);
   for (auto& node : gltf.root["nodes"]) node.erase("camera");

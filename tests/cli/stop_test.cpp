@@ -130,10 +130,32 @@ TEST_F(Stop, AtTheTimeLimit) {
     }
     const double sum = std::accumulate(samples.begin(), samples.end(), 0.0);
     EXPECT_EQ(json["samples"]["total"], uint64_t(sum));
+    EXPECT_EQ(json["samples"]["pixels_without"], std::ranges::count(samples, 0.0f));
     // Missing buckets are holes; a progressive frame is complete at any time limit.
     const bool holes = std::string(driver) == "bucket";
+    EXPECT_EQ(result.err.find("of the pixels have no sample") != std::string::npos, holes)
+        << result.err;
     EXPECT_EQ(state_of(picture), std::pair(std::string(holes ? "false" : "true"), uint64_t(sum)));
   }
+}
+
+TEST_F(Stop, StrictFailsForBlackPixelsAlone) {
+  const Words limited = {"--time-limit", "0.3", "--size", "512x512", "--strict", "--quiet"};
+  const auto frame = [&](const Words& more) {
+    Words words = endless(limited + more);
+    std::erase(words, "--verbose");
+    return run(words);
+  };
+  const RunResult holes = frame({});
+  EXPECT_EQ(holes.exit_code, 1) << holes.describe();
+  EXPECT_NE(holes.err.find("have no sample and are black; --driver adaptive leaves none"),
+            std::string::npos)
+      << holes.err;
+  EXPECT_EQ(read_json("r.json")["exit_code"], 1);
+  EXPECT_EQ(state_of(read_exr(path("out.exr"))).first, "false") << "the picture is written";
+  EXPECT_EQ(frame({"--driver", "adaptive"}).exit_code, 0);
+  // A frame that can be resumed asks for that, as without --strict.
+  EXPECT_EQ(frame({"--resume"}).exit_code, 130);
 }
 
 // Unlike `bucket`, a progressive driver leaves a complete frame whenever it is stopped.

@@ -44,10 +44,12 @@ const std::vector<WrongValue>& wrong_values() {
        {"1 to 16777216"}},
       {"--time-limit", numbers({"0", "-1", "1e10"}), {"0.001 to 1000000000"}},
       {"--memory-limit",
-       {"abc", "nan", "inf", "0", "-1", "G", "4X", "4GB", "0.5", "1e30", "8 G", "99999999T"},
-       {"8G, 500M or 4096"}},
-      {"--texture-memory", {"abc", "0", "-1", "4X", "0.5", "1e30"}, {"8G, 500M or 4096"}},
+       {"abc", "nan", "inf", "0", "-1", "G", "4X", "GB", "4B", "4iB", "4GiBB", "0.5", "1e30", "8 G",
+        "99999999T"},
+       {"8G, 500MB or 4096"}},
+      {"--texture-memory", {"abc", "0", "-1", "4X", "0.5", "1e30"}, {"8G, 500MB or 4096"}},
       {"--load-timeout", numbers({"0", "-1", "1e10"}), {"0.001 to 1000000000"}},
+      {"--turntable-center", {"middle", "0,1,0"}, {"valid names are", "bounds, look-at"}},
       {"--bisection-axis", {"row", "Both"}, {"valid names are", "rows, columns, both"}},
       {"--reconstruction", {"cubic"}, {"valid names are", "duplicate, linear"}},
       {"--snapshot-at",
@@ -61,7 +63,7 @@ const std::vector<WrongValue>& wrong_values() {
       {"--min-spp", numbers({"0", "-1", "16777217", "1.5"}), {"1 to 16777216"}, kAdaptive},
       {"--max-spp", numbers({"0", "-1", "16777217", "1.5"}), {"1 to 16777216"}, kAdaptive},
       {"--noise-threshold",
-       kNotANumber + Words{"0", "-1", "2", "1.01", "1e-7"},
+       kNotANumber + Words{"0", "-1", "2", "1.01", "1e-7", "%", "200%", "1e300%", "2 %", "2%%"},
        {"1e-06 to 1"},
        kAdaptive},
       {"--estimator",
@@ -253,10 +255,10 @@ TEST_F(Usage, EveryOptionHasARow) {
   const RunResult help = run({"render", "--help-all"});
   ASSERT_EQ(help.exit_code, 0);
   std::set<std::string> with_row = {
-      "--help",          "--help-all",      "--transparent", "--lenient",
-      "--unbiased",      "--light-groups",  "--quiet",       "--verbose",
-      "--log",           "--plain",         "--resume",      "--resumable",
-      "--skip-existing", "--stop-on-error", "--denoise",     "--panorama"};
+      "--help",         "--help-all",  "--transparent",   "--lenient",       "--unbiased",
+      "--light-groups", "--quiet",     "--verbose",       "--log",           "--plain",
+      "--resume",       "--resumable", "--skip-existing", "--stop-on-error", "--denoise",
+      "--panorama",     "--strict"};
   for (const WrongValue& row : wrong_values()) with_row.insert(row.option);
   const std::vector<HelpedOption> options = options_in(help.out);
   EXPECT_GE(options.size(), 30u) << help.out;
@@ -272,6 +274,7 @@ TEST_F(Usage, EmptyValuesAreRefused) {
                             {"view", scene()},
                             {"heatmap", path("a.exr"), "-o", path("b.png")},
                             {"compare", path("a.exr"), path("a.exr")},
+                            {"show", path("a.exr"), "-o", path("b.png")},
                             {"study", scene(), "-o", path("s")}};
   for (const Words& words : commands) {
     size_t values = 0;
@@ -280,7 +283,10 @@ TEST_F(Usage, EmptyValuesAreRefused) {
       ++values;
       expect_failure(words + Words{option.name, ""}, 2, {option_in_messages(option.name)});
     }
-    EXPECT_GE(values, words[0] == "compare" ? 2u : words[0] == "heatmap" ? 4u : 20u) << words[0];
+    EXPECT_GE(values, words[0] == "compare"                         ? 2u
+                      : words[0] == "heatmap" || words[0] == "show" ? 4u
+                                                                    : 20u)
+        << words[0];
   }
 }
 
@@ -388,8 +394,8 @@ TEST_F(Usage, HelpAndVersion) {
 
 // The longest line counts, too, since terminals break it.
 TEST_F(Usage, HelpFitsOnAScreen) {
-  for (const char* command : {"render", "view", "session", "info", "heatmap", "compare", "denoise",
-                              "extend", "merge", "farm", "study", "help"}) {
+  for (const char* command : {"render", "view", "session", "info", "show", "heatmap", "explain",
+                              "compare", "denoise", "extend", "merge", "farm", "study", "help"}) {
     const RunResult help = run({command, "--help"});
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_LE(line_count(help.out), 45u) << help.out;

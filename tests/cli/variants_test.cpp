@@ -76,7 +76,7 @@ TEST_F(VariantOption, InfoListsThem) {
   const nlohmann::json list = nlohmann::json::parse(json.out)["variants"];
   ASSERT_EQ(list.size(), 2u);
   EXPECT_EQ(list[1]["name"], "night");
-  EXPECT_NE(run({"info", path("scene.glb")}).out.find("variant 'meadow'\n"), std::string::npos);
+  EXPECT_NE(run({"info", path("scene.glb")}).out.find("variant 0 'meadow'\n"), std::string::npos);
 }
 
 }  // namespace

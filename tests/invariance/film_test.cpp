@@ -251,7 +251,7 @@ TEST(Film, UnknownChannelSuggestsTheNearest) {
     AovSet::parse("albedo,depht");
     FAIL();
   } catch (const UsageError& e) {
-    EXPECT_NE(std::string(e.what()).find("did you mean 'direct', 'depth_variance' or 'velocity'?"),
+    EXPECT_NE(std::string(e.what()).find("did you mean 'depth', 'direct' or 'depth_variance'?"),
               std::string::npos);
   }
 }

@@ -83,9 +83,11 @@ class Checkpoints(Test):
         self.assertIn("error", emberline.heatmap_kinds())
         for of, look, options in (
             ("samples", {}, []),
-            ("error", {"colors": "viridis", "log": True}, ["--colors=viridis", "--log"]),
+            ("samples", {"colors": "viridis", "log": True}, ["--colors=viridis", "--log"]),
             ("samples", {"range": (0, 40), "plain": True}, ["--range=0,40", "--plain"]),
-            ("stop", {"plain": True}, ["--plain"]),  # its legend names settings: --spp, spp
+            # Their legends name settings: --spp, spp.
+            ("error", {"colors": "viridis", "log": True, "plain": True}, ["--colors=viridis", "--log", "--plain"]),
+            ("stop", {"plain": True}, ["--plain"]),
         ):
             with self.subTest(of=of, **look):
                 theirs, ours = self.work / "theirs.png", self.work / "ours.png"

@@ -128,8 +128,32 @@ class Pictures(Test):
         np.testing.assert_array_equal(2 * emberline.render(scene)["RGB"], whole)
         scene.edit({})
         np.testing.assert_array_equal(emberline.render(scene)["RGB"], whole)
+
+    def test_what_a_scene_has(self):
+        scene = emberline.Scene(BOX, env=SCENES / "dusk.hdr", env_strength=0.3, **SMALL)
         self.assertEqual(scene.materials, ["white", "red", "green", "light"])
+        self.assertEqual(scene.lights, ["light", "environment"])
         self.assertEqual(scene.cameras, ["camera"])
+        floor = next(node for node in scene.nodes if node["name"] == "floor")
+        self.assertEqual((floor["mesh"], floor["camera"], floor["in_scene"]), (True, False, True))
+        self.assertEqual([node["index"] for node in scene.nodes], list(range(len(scene.nodes))))
+        blade = emberline.Scene(SCENES / "moving_blade.glb", **SMALL)
+        self.assertEqual([animation["name"] for animation in blade.animations], ["blades"])
+        self.assertGreater(blade.animations[0]["duration_s"], 0)
+        self.assertFalse(any("animation" in text for text in blade.ignored))
+
+    def test_editable_values_change_nothing(self):
+        scene = emberline.Scene(BOX, env=SCENES / "dusk.hdr", env_strength=0.3, **SMALL)
+        whole = emberline.render(scene)["RGB"]
+        edits = scene.editable
+        self.assertEqual([light.get("name", light["kind"]) for light in edits["lights"]], scene.lights)
+        self.assertEqual([material["name"] for material in edits["materials"]], scene.materials)
+        scene.edit(edits)
+        np.testing.assert_array_equal(emberline.render(scene)["RGB"], whole)
+        edits["environment"]["strength"] = 3
+        scene.edit(edits)
+        self.assertGreater(emberline.render(scene)["RGB"].mean(), whole.mean())
+        self.assertNotEqual(scene.editable, edits)  # the file's values
 
     def test_an_environment_from_an_array(self):
         sky = SCENES / "dusk.hdr"

@@ -33,6 +33,7 @@ CASES = {
     "part": ("2/3", {"bucket-size": "4"}, BOX),
     "sample-range": ("1-3", {"spp": None}, BOX),
     "turntable": ("2/8", {}, BOX),
+    "turntable-center": ("look-at", {**VIEW, "turntable": "2/8"}, BOX),
     "light-groups": ("yes", {}, BLADE),
     "denoise": ("yes", {"light-groups": "yes", "spp": "16"}, BLADE),
     "driver": ("bisection", {}, BOX),

@@ -7,7 +7,7 @@ namespace emberline::test {
 
 inline SceneDescription load_scene(const FrameSettings& settings,
                                    LoadProgress& progress = LoadProgress::none()) {
-  return SceneFile(settings, progress, true, false).pose(settings, {}, progress);
+  return SceneFile(settings, progress, {.variants = true}).pose(settings, {}, progress);
 }
 
 }  // namespace emberline::test

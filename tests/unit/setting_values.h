@@ -16,6 +16,7 @@ inline const std::map<std::string, std::string>& non_default_values() {
       {"part", "3/16"},
       {"sample-range", "7-16777216"},
       {"turntable", "-3/100"},
+      {"turntable-center", "look-at"},
       {"cryptomatte", "asset,object"},
       {"cryptomatte-levels", "64"},
       {"half", "N,RGBA"},

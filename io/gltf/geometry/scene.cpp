@@ -33,6 +33,32 @@ struct Placement {
   std::vector<Mat44d> motion;  // per step of GltfShutter; empty: at rest
 };
 
+// Depth-first, in file order, without recursion, since hierarchies may be arbitrarily deep.
+std::vector<size_t> nodes_in_scene(const GltfDocument& document) {
+  std::vector<int> roots;
+  if (!document.model->scenes.empty()) {
+    const int chosen = std::max(document.model->defaultScene, 0);
+    roots = document.model->scenes[size_t(chosen)].nodes;
+  } else {
+    for (size_t i = 0; i < document.model->nodes.size(); ++i) {
+      if (document.parents[i] < 0) roots.push_back(int(i));
+    }
+  }
+  std::vector<size_t> nodes;
+  std::vector<char> seen(document.model->nodes.size(), 0);
+  std::vector<int> stack(roots.rbegin(), roots.rend());
+  while (!stack.empty()) {
+    const size_t node = size_t(stack.back());
+    stack.pop_back();
+    if (seen[node]) continue;  // the scene lists a node and its descendant
+    seen[node] = 1;
+    nodes.push_back(node);
+    const std::vector<int>& children = document.model->nodes[node].children;
+    stack.insert(stack.end(), children.rbegin(), children.rend());
+  }
+  return nodes;
+}
+
 class SceneGraphReader {
  public:
   SceneGraphReader(const GltfDocument& document, const GltfAnimation& animation,
@@ -54,7 +80,7 @@ class SceneGraphReader {
 
   void read() {
     find_moving_meshes();
-    for (const size_t node : nodes_in_scene()) read_node(node);
+    for (const size_t node : nodes_in_scene(document_)) read_node(node);
     meshes_.load(uses_, at_rest_);
     place_meshes();
     if (!at_rest_) scene_.rest_bounds = rest_bounds();
@@ -62,7 +88,6 @@ class SceneGraphReader {
   }
 
  private:
-  std::vector<size_t> nodes_in_scene() const;
   void read_node(size_t node);
   void read_mesh_node(size_t node);
   std::optional<Mat44d> aimed(size_t node, size_t step) const;
@@ -113,32 +138,6 @@ class SceneGraphReader {
   std::vector<Mat44d> instances_;  // at rest, where they are not cached in cache_
   MemoryReservation instances_memory_;
 };
-
-// Depth-first, in file order, without recursion, since hierarchies may be arbitrarily deep.
-std::vector<size_t> SceneGraphReader::nodes_in_scene() const {
-  std::vector<int> roots;
-  if (!document_.model->scenes.empty()) {
-    const int chosen = std::max(document_.model->defaultScene, 0);
-    roots = document_.model->scenes[size_t(chosen)].nodes;
-  } else {
-    for (size_t i = 0; i < document_.model->nodes.size(); ++i) {
-      if (document_.parents[i] < 0) roots.push_back(int(i));
-    }
-  }
-  std::vector<size_t> nodes;
-  std::vector<char> seen(document_.model->nodes.size(), 0);
-  std::vector<int> stack(roots.rbegin(), roots.rend());
-  while (!stack.empty()) {
-    const size_t node = size_t(stack.back());
-    stack.pop_back();
-    if (seen[node]) continue;  // the scene lists a node and its descendant
-    seen[node] = 1;
-    nodes.push_back(node);
-    const std::vector<int>& children = document_.model->nodes[node].children;
-    stack.insert(stack.end(), children.rbegin(), children.rend());
-  }
-  return nodes;
-}
 
 void SceneGraphReader::read_node(size_t node) {
   const tinygltf::Node& source = document_.model->nodes[node];
@@ -485,8 +484,12 @@ std::vector<NodeDescription> read_nodes(const GltfDocument& document) {
   for (size_t i = 0; i < nodes.size(); ++i) {
     nodes[i].name = node_name(document, i);
     nodes[i].has_mesh = document.model->nodes[i].mesh >= 0;
+    nodes[i].has_camera = document.model->nodes[i].camera >= 0;
+    nodes[i].has_light =
+        find_extension(document.json->at("nodes")[i], "KHR_lights_punctual") != nullptr;
     nodes[i].root = int(i);
   }
+  for (const size_t node : nodes_in_scene(document)) nodes[node].in_scene = true;
   // Nodes on or below a cycle are outside the scene and keep no parent.
   for (const int node : document.node_order) {
     const int parent = document.parents[size_t(node)];

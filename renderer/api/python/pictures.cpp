@@ -108,7 +108,9 @@ void add_pictures(py::module_& module) {
                     "Samples that were NaN or infinite and count as black.")
       .def_readonly(
           "error_estimate", &api::Picture::error_estimate,
-          "Expected RMS error as displayed, 0 to 1; None unless the driver is \"adaptive\".")
+          "Expected RMS error of the whole frame as displayed, 0 to 1; None unless the driver is "
+          "\"adaptive\". picture[\"error\"] has each pixel's error in linear radiance instead; "
+          "heatmap_values(picture, \"error\") has it as displayed, and its RMS is close to this.")
       .def_readonly("complete", &api::Picture::complete,
                     "False if the render was stopped; with driver \"bucket\", also by time_limit.")
       .def_property_readonly("channels",
@@ -119,7 +121,9 @@ void add_pictures(py::module_& module) {
            "A channel, (height, width), or a layer, (height, width, channels): \"RGB\", \"RGBA\", "
            "\"alpha\", \"samples\", \"error\", and those added by aov, light_groups "
            "(\"light.key\"), cryptomatte (\"CryptoObject00\") and denoise (\"denoised\", "
-           "\"denoised.error\").")
+           "\"denoised.error\"). \"error\" is the standard deviation of each pixel's R, G and B "
+           "in linear radiance: the square root of the layer \"variance\", which aov must request. "
+           "Unlike error_estimate, it is per pixel and before the display transform.")
       .def("__contains__", &has_layer, "name"_a)
       .def("__repr__", [](const api::RenderedPicture& picture) { return describe(picture); });
   module.def("read", &read, "path"_a, py::kw_only(), "memory_limit"_a = py::none(),

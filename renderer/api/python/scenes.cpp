@@ -50,6 +50,33 @@ py::list names_of(Scene& scene) {
   return texts(((*scene.scene).*names)());
 }
 
+py::list nodes(Scene& scene) {
+  const SceneLock lock(scene, false);
+  py::list list;
+  for (const api::Scene::Node& node : scene.scene->nodes()) {
+    list.append(
+        py::dict("index"_a = list.size(), "name"_a = text(node.name),
+                 "parent"_a = node.parent < 0 ? py::object(py::none()) : py::int_(node.parent),
+                 "mesh"_a = node.mesh, "camera"_a = node.camera, "light"_a = node.light,
+                 "in_scene"_a = node.in_scene));
+  }
+  return list;
+}
+
+py::list animations(Scene& scene) {
+  const SceneLock lock(scene, false);
+  py::list list;
+  for (const api::Scene::Animation& animation : scene.scene->animations()) {
+    list.append(py::dict("name"_a = text(animation.name), "duration_s"_a = animation.duration));
+  }
+  return list;
+}
+
+py::object editable(Scene& scene) {
+  const SceneLock lock(scene, false);
+  return py::module_::import("json").attr("loads")(text(scene.scene->editable()));
+}
+
 }  // namespace
 
 api::Resources resources_of(const py::object& threads, const py::object& memory_limit,
@@ -90,8 +117,23 @@ void add_scene(py::module_& module) {
       .def_property_readonly(
           "settings", [](const Scene& scene) { return scene.settings; },
           "A copy of the settings that the scene was loaded and posed with.")
-      .def_property_readonly("lights", &names_of<&api::Scene::lights>)
-      .def_property_readonly("materials", &names_of<&api::Scene::materials>)
+      .def_property_readonly(
+          "lights", &names_of<&api::Scene::light_sources>,
+          "Names of everything that shines: the file's lights, then its emissive "
+          "materials, then \"environment\" if there is one.")
+      .def_property_readonly("materials", &names_of<&api::Scene::materials>,
+                             "Names of the file's materials, emissive ones included.")
+      .def_property_readonly(
+          "nodes", &nodes,
+          "All nodes of the file, as in the JSON of `emberline info`: dicts with "
+          "index, name, parent (an index or None), mesh, camera, light, and "
+          "in_scene. catcher and holdout take their names and indices.")
+      .def_property_readonly("animations", &animations,
+                             "The file's animations: dicts with name and duration_s, in seconds.")
+      .def_property_readonly(
+          "editable", &editable,
+          "All that can be edited: a dict of edits that names every light, every material and the "
+          "environment with the file's values. edit() with it changes nothing.")
       .def_property_readonly("cameras", &names_of<&api::Scene::cameras>)
       .def_property_readonly("approximated", &names_of<&api::Scene::approximated>,
                              "Features of the file that are approximated.")

@@ -8,8 +8,8 @@
 
 #include "io/files/fingerprint.h"
 #include "io/gltf/scene_files.h"
-#include "renderer/app/shell_quote.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/shell_quote.h"
 #include "renderer/core/version.h"
 #include "renderer/statistics/colour_map.h"
 

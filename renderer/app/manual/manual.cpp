@@ -113,11 +113,13 @@ std::string title(const CommandHelp& command) {
 }
 
 constexpr std::pair<int, const char*> kExitCodes[] = {
-    {0, "done"},
-    {1, "the render or a write failed"},
+    {0, "done; also if a time limit ended the frame"},
+    {1, "the render or a write failed; with --strict, also if a time limit left pixels black"},
     {2, "the command line is wrong"},
     {3, "an input file cannot be used"},
-    {130, "stopped by the user or a signal; the unfinished picture is written"}};
+    {130,
+     "stopped by the user or a signal, or with --resume by a time limit; the unfinished picture is "
+     "written"}};
 
 std::string exit_status() {
   std::string text = ".SH EXIT STATUS\n";

@@ -75,6 +75,17 @@ TEST_F(Library, RendersTheRequestedFrame) {
   EXPECT_EQ(scene.cameras(), std::vector<std::string>{"camera"});
 }
 
+TEST_F(Library, EditableValuesChangeNothing) {
+  const Settings settings = small();
+  Scene scene(kScenes + "cornell_box.glb", settings);
+  EXPECT_TRUE(scene.lights().empty());
+  EXPECT_EQ(scene.light_sources(), std::vector<std::string>{"light"});
+  EXPECT_FALSE(scene.nodes().empty());
+  const Picture whole = render(scene, settings);
+  scene.edit(scene.editable());
+  EXPECT_EQ(render(scene, settings).values, whole.values);
+}
+
 // Light is linear: halving the only lamp halves every pixel, to the bit.
 TEST_F(Library, EditsMatchTheCommand) {
   const Settings settings = small();

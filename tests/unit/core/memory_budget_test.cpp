@@ -34,6 +34,26 @@ TEST(MemoryBudget, RefusalNamesTheOwnerAndTheAmount) {
   EXPECT_EQ(budget.reserved(MemoryPart::kTextures), uint64_t(3) << 29);
 }
 
+// Memory may be released between a refusal and its message.
+TEST(MemoryBudget, RefusalTellsWhatWasLeftThen) {
+  MemoryBudget budget(2000);
+  budget.reserve(MemoryPart::kBvh, 1900, "");
+  uint64_t left = 0;
+  EXPECT_FALSE(budget.try_reserve(MemoryPart::kBvh, 300, &left));
+  budget.release(MemoryPart::kBvh, 1900);
+  EXPECT_EQ(budget.limit_message(MemoryPart::kBvh, 300, left),
+            "needs 300 B of memory (bvh), but only 100 B of the limit of 1.95 KiB are left; raise "
+            "`memory-limit`");
+}
+
+TEST(MemoryBudget, RefusalShowsASmallDifference) {
+  const MemoryBudget budget(uint64_t(1) << 30);
+  EXPECT_NE(budget.limit_message(MemoryPart::kFilm, (5 << 20) + 1, 5 << 20)
+                .find("needs 5,242,881 B of memory (film), but only 5,242,880 B of the limit of 1 "
+                      "GiB"),
+            std::string::npos);
+}
+
 TEST(MemoryBudget, CountsThatOverflowAreTooMuch) {
   MemoryBudget budget(1000);
   budget.reserve(MemoryPart::kFile, 10, "");

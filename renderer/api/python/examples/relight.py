@@ -13,8 +13,10 @@ import emberline
 
 def lamp(scene, name, **change):
     """One of the file's lights, or an emissive material."""
-    kind = "punctual" if name in scene.lights else "material"
-    return {"kind": kind, "name": name, **change}
+    for light in scene.editable["lights"]:
+        if light.get("name") == name:
+            return {**light, **change}
+    raise SystemExit(f"no lamp {name!r}; the scene has {', '.join(scene.lights)}")
 
 
 def main():

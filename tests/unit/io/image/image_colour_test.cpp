@@ -209,6 +209,31 @@ TEST(FindColour, ChannelsInBothCasesAreNamed) {
   }
 }
 
+TEST(FindLayer, NamesLayersChannelsAndParts) {
+  const Names channels = {"red", "green", "blue", "Z",   "a.light.R", "a.light.G", "a.light.B",
+                          "a.A", "v.x",   "v.y",  "n.V", "m.b",       "m.c"};
+  std::vector<std::string> names;
+  for (const ImageLayer& layer : image_layers(channels, {})) names.push_back(layer.name);
+  EXPECT_EQ(names, (Names{"RGB", "Z", "a.light", "a", "v", "n", "m.b", "m.c"}));
+  const auto found = [&](const char* name) { return find_layer(channels, {}, name, "f").channels; };
+  EXPECT_EQ(found("RGBA"), (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(found("a.light"), (std::vector<int>{4, 5, 6}));
+  EXPECT_EQ(found("v"), (std::vector<int>{8, 9}));
+  EXPECT_EQ(found("n"), (std::vector<int>{10}));
+  EXPECT_EQ(found("a.light.G"), (std::vector<int>{5}));
+  EXPECT_THROW(found(""), UsageError);
+}
+
+TEST(FindLayer, PartsThatAreNotReadAreRefused) {
+  const Names channels = {"R", "G", "B", "A"};
+  const std::vector<ImagePart> parts = {{"left", channels, 0}, {"right", channels, -1}};
+  const ImageLayer left = find_layer(channels, parts, "left", "f");
+  EXPECT_EQ(left.channels.size(), 3u);
+  EXPECT_EQ(left.alpha, 3);
+  EXPECT_NE(message_of([&] { find_layer(channels, parts, "right", "f"); }).find("separate file"),
+            std::string::npos);
+}
+
 TEST_F(ImageColour, ComparedPicturesTakeTheSameChannels) {
   const auto read = [&](const std::vector<PartOfFile>& parts) {
     write_parts(path_, parts);

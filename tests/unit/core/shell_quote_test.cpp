@@ -1,5 +1,5 @@
 // A quoted word, parsed by the system's shell, gives the word again.
-#include "renderer/app/shell_quote.h"
+#include "renderer/core/shell_quote.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "renderer/app/shell_quote.h"
+#include "renderer/core/shell_quote.h"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,308 @@
+#include "renderer/app/commands.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+
+#include "io/exr/writer.h"
+#include "io/files/register.h"
+#include "io/files/write_attempts.h"
+#include "io/image/file_completeness.h"
+#include "io/image/input.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
+#include "renderer/core/log.h"
+#include "renderer/core/parallel.h"
+#include "renderer/core/rect_values.h"
+#include "renderer/core/shell_quote.h"
+#include "renderer/engine/worker_threads.h"
+#include "renderer/output/outputs.h"
+#include "renderer/output/rgb_file.h"
+#include "renderer/statistics/heatmap_quantity.h"
+
+namespace emberline {
+namespace {
+
+constexpr const char* kTransparentAttribute = "emberline:transparent";
+// What an .exr of one layer keeps of a frame's header.
+constexpr std::string_view kKeptAttributes[] = {kCompleteAttribute, "emberline:samples",
+                                                kTransparentAttribute};
+
+// The heatmap of this channel alone; empty if there is none.
+std::string_view heatmap_of(std::string_view channel) {
+  for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
+    if (quantity.channels.size() == 1 && quantity.channels[0] == channel) return quantity.name;
+  }
+  return {};
+}
+
+ImageLayer choose_layer(const ShowOptions& options, const FloatImage& image) {
+  if (options.layer.empty()) {
+    const ColourChannels colour =
+        find_colour(image.channel_names, image.parts, options.image, "choose one with `layer`");
+    ImageLayer layer = {image.channel_names[size_t(colour.first)], {}, -1, colour.count == 3};
+    for (int c = 0; c < colour.count; ++c) layer.channels.push_back(colour.first + c);
+    if (colour.has_alpha) layer.alpha = colour.first + colour.count;
+    return layer;
+  }
+  ImageLayer layer = find_layer(image.channel_names, image.parts, options.layer, options.image);
+  if (!layer.is_number()) {
+    // The denoised picture has the alpha of the raw one.
+    if (layer.name == kDenoisedLayer) layer.alpha = image.find_channel("A");
+    return layer;
+  }
+  const std::string_view quantity = heatmap_of(image.channel_names[size_t(layer.channels.front())]);
+  const auto picture = std::ranges::find_if_not(options.outputs, is_exr);
+  if (!quantity.empty() && picture != options.outputs.end()) {
+    log_info(
+        fmt::format("a heatmap with a legend shows {} better: emberline heatmap {} -o {} --of {}",
+                    layer.name, shell_quoted(options.image), shell_quoted(*picture), quantity));
+  }
+  return layer;
+}
+
+// Whether a .png has the layer's alpha: as --transparent chose for a frame of ours, otherwise if
+// the file has it.
+bool is_transparent(const FloatImageRows& file, const ImageLayer& layer) {
+  if (layer.alpha < 0) return false;
+  const auto& attributes = file.text_attributes();
+  const auto is_ours = [](const auto& attribute) { return attribute.first == kCompleteAttribute; };
+  const auto is_marked = [](const auto& attribute) {
+    return attribute.first == kTransparentAttribute && attribute.second == "yes";
+  };
+  return std::ranges::none_of(attributes, is_ours) || std::ranges::any_of(attributes, is_marked);
+}
+
+// The side of written tiles; also how many rows are read at once: at least 64, since each tile has
+// its own entry in the file's table and is compressed by itself.
+int tile_side(const FloatImageRows& file) {
+  constexpr int kLeast = 64;
+  const int step = file.rows_at_once();
+  const int rows = (std::max(step, kLeast) + step - 1) / step * step;
+  return std::min(rows, std::max(file.image().width, file.image().height));
+}
+
+// Calls `use` with each band of rows from the top and its pixels.
+template <typename Use>
+void read_bands(FloatImageRows& file, const Use& use) {
+  const Rect& window = file.image().data_window;
+  std::vector<float> pixels;
+  for (int y = window.y0; y < window.y1;) {
+    const Rect band = Rect{window.x0, y, window.x1, y + tile_side(file)}.intersect(window);
+    file.read(band.height(), pixels);
+    use(band, pixels);
+    y = band.y1;
+  }
+}
+
+// The values that are black and white.
+struct GreyRange {
+  float black = 0.0f, white = 1.0f;
+};
+
+// Between the least and the greatest value, unless all are from 0 to 1.
+GreyRange grey_range(const ShowOptions& options, const LoadProgress& progress,
+                     const ImageLayer& layer) {
+  constexpr float kBackground = 1e10f;  // the depth where nothing is hit, here and in Blender
+  FloatImageRows file(options.image, progress);
+  const size_t stride = file.image().channel_names.size(), channel = size_t(layer.channels[0]);
+  float least = std::numeric_limits<float>::infinity(), greatest = -least;
+  read_bands(file, [&](const Rect&, const std::vector<float>& pixels) {
+    for (size_t i = channel; i < pixels.size(); i += stride) {
+      if (!(std::abs(pixels[i]) < kBackground)) continue;
+      least = std::min(least, pixels[i]);
+      greatest = std::max(greatest, pixels[i]);
+    }
+  });
+  if (!(least < 0.0f || greatest > 1.0f)) return {};
+  if (least == greatest) (least > 0.0f ? least : greatest) = 0.0f;
+  log_info(fmt::format("{}: black is {:.6g}, white is {:.6g}", layer.name, least, greatest));
+  return {least, greatest};
+}
+
+// Converts the layer's values to interleaved R, G, B and A.
+class LayerColours {
+ public:
+  LayerColours(const FloatImage& image, const ImageLayer& layer, const std::string& path)
+      : layer_(layer), stride_(image.channel_names.size()) {
+    const bool is_foreign = image.space == WorkingSpace::kRec709 && image.chromaticities;
+    if (layer.has_colour && is_foreign) to_rec709_ = to_rec709(*image.chromaticities, path);
+  }
+
+  std::vector<float> convert(const std::vector<float>& pixels) const {
+    const std::vector<int>& channels = layer_.channels;
+    std::vector<float> rgba(pixels.size() / stride_ * 4);
+    float* next = rgba.data();
+    for (size_t i = 0; i < pixels.size(); i += stride_, next += 4) {
+      for (size_t k = 0; k < 3; ++k) {
+        const size_t c = channels.size() == 1 ? 0 : k;
+        next[k] = c < channels.size() ? pixels[i + size_t(channels[c])] : 0.0f;
+      }
+      if (to_rec709_) {
+        const Rgb rgb = *to_rec709_ * Rgb(next[0], next[1], next[2]);
+        std::copy_n(&rgb.x, 3, next);
+      }
+      next[3] = layer_.alpha >= 0 ? pixels[i + size_t(layer_.alpha)] : 1.0f;
+    }
+    return rgba;
+  }
+
+ private:
+  const ImageLayer& layer_;
+  const size_t stride_;
+  ToWorkingSpace to_rec709_;
+};
+
+// The output files, opened before the pixels are read.
+class ShownFiles {
+ public:
+  ShownFiles(const ShowOptions& options, const FloatImageRows& file, const ImageLayer& layer)
+      : tile_size_(tile_side(file)), has_alpha_(layer.alpha >= 0) {
+    const WorkingSpace space = layer.has_colour ? file.image().space : WorkingSpace::kRec709;
+    std::shared_ptr<const DisplayTransform> transform;
+    for (const std::string& path : options.outputs) {
+      if (is_exr(path)) {
+        exrs_.push_back(
+            {path, std::make_unique<ExrWriter>(path, header(options, file, layer, space))});
+        continue;
+      }
+      if (!transform) transform = std::make_shared<DisplayTransform>(options.display, space);
+      images_.push_back(std::make_unique<DisplayImageWriter>(
+          path, file.image().data_window, transform, is_transparent(file, layer)));
+    }
+  }
+
+  bool has_images() const { return !images_.empty(); }
+
+  void write(const Rect& band, std::vector<float> rgba, const GreyRange& range) {
+    if (!exrs_.empty()) write_exrs(band, rgba);
+    if (images_.empty()) return;
+    if (range.black != 0.0f || range.white != 1.0f) {
+      for (size_t i = 0; i < rgba.size(); ++i) {
+        if (i % 4 < 3) rgba[i] = (rgba[i] - range.black) / (range.white - range.black);
+      }
+    }
+    for_tiles(band, rgba, [this](const Rect& tile, const std::vector<float>& pixels) {
+      for (const auto& image : images_) image->write_tile(tile, pixels);
+    });
+  }
+
+  void finish(bool complete, WriteAttempts& attempts) {
+    for (const auto& [path, writer] : exrs_) attempts.attempt(path, [&] { writer->finish(); });
+    for (const auto& image : images_) {
+      attempts.attempt(image->path(), [&] { image->finish(complete); });
+    }
+  }
+
+ private:
+  static ExrHeader header(const ShowOptions& options, const FloatImageRows& file,
+                          const ImageLayer& layer, WorkingSpace space) {
+    const FloatImage& image = file.image();
+    ExrHeader header = {
+        .width = image.frame_width,
+        .height = image.frame_height,
+        .data_window = image.data_window,
+        .tile_size = tile_side(file),
+        .channels = {{"R"}, {"G"}, {"B"}},
+        .view = file.view(),
+        .attributes = {{"emberline.image", options.image}, {"emberline.layer", options.layer}}};
+    if (layer.alpha >= 0) header.channels.push_back({"A"});
+    header.view.space = space;
+    for (const auto& attribute : file.text_attributes()) {
+      if (std::ranges::find(kKeptAttributes, attribute.first) != std::end(kKeptAttributes)) {
+        header.attributes.push_back(attribute);
+      }
+    }
+    return header;
+  }
+
+  template <typename Write>
+  void for_tiles(const Rect& band, const std::vector<float>& pixels, const Write& write) const {
+    parallel_tasks(size_t((band.width() + tile_size_ - 1) / tile_size_), [&](size_t i) {
+      const int x = band.x0 + int(i) * tile_size_;
+      const Rect tile = Rect{x, band.y0, x + tile_size_, band.y1}.intersect(band);
+      write(tile, extract_rect(pixels, band, tile));
+    });
+  }
+
+  void write_exrs(const Rect& band, const std::vector<float>& rgba) {
+    std::vector<float> pixels = rgba;
+    if (!has_alpha_) {
+      size_t count = 0;
+      for (size_t i = 0; i < rgba.size(); ++i) {
+        if (i % 4 < 3) pixels[count++] = rgba[i];
+      }
+      pixels.resize(count);
+    }
+    for_tiles(band, pixels, [this](const Rect& tile, const std::vector<float>& values) {
+      for (const auto& [path, writer] : exrs_) writer->write_tile(tile, values);
+    });
+  }
+
+  const int tile_size_;
+  const bool has_alpha_;
+  std::vector<std::pair<std::string, std::unique_ptr<ExrWriter>>> exrs_;
+  std::vector<std::unique_ptr<DisplayImageWriter>> images_;
+};
+
+// Bands of the file, of the layer and of its tiles; for each .png or .jpg the pixels of 8 bits and
+// the encoded file, which is at most as large; for each .exr the table of its tiles.
+uint64_t shown_bytes(const ShowOptions& options, const FloatImageRows& file,
+                     const ImageLayer& layer) {
+  const FloatImage& image = file.image();
+  const auto band_pixels =
+      uint64_t(image.width) * uint64_t(std::min(tile_side(file), image.height));
+  const auto side = uint64_t(tile_side(file));
+  const uint64_t tiles =
+      (uint64_t(image.width) + side - 1) / side * ((uint64_t(image.height) + side - 1) / side);
+  uint64_t bytes = bytes_of(band_pixels, (image.channel_names.size() + 16) * sizeof(float));
+  for (const std::string& path : options.outputs) {
+    const uint64_t picture =
+        bytes_of(uint64_t(image.data_window.area()), is_transparent(file, layer) ? 8 : 6);
+    bytes += is_exr(path) ? bytes_of(tiles, sizeof(uint64_t)) : picture;
+  }
+  return bytes;
+}
+
+}  // namespace
+
+int run_show(const ShowOptions& options) {
+  const WorkerThreads workers(0);
+  FileRegister files;
+  files.read(options.image, "it is the frame itself");
+  for (const std::string& path : options.outputs) {
+    check_picture_format(path, {});
+    files.write("-o", path);
+  }
+  const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
+  FloatImageRows file(options.image, progress);
+  const FloatImage& image = file.image();
+  for (const std::string& path : options.outputs) check_picture_format(path, image.data_window);
+  const ImageLayer layer = choose_layer(options, image);
+  const MemoryReservation memory(progress.budget(), MemoryPart::kFilm,
+                                 shown_bytes(options, file, layer), options.image);
+  warn_if_stopped(options.image, image);
+  const int denoised = image.find_channel(std::string(kDenoisedLayer) + ".R");
+  if (options.layer.empty() && denoised >= 0 && layer.channels.front() != denoised) {
+    log_info(
+        fmt::format("showing R, G and B of {}, which are not denoised; --layer {} shows the "
+                    "denoised picture",
+                    options.image, kDenoisedLayer));
+  }
+  ShownFiles shown(options, file, layer);
+  // Without --layer, a number is the luminance.
+  const bool needs_range = layer.is_number() && !options.layer.empty() && shown.has_images();
+  const GreyRange range = needs_range ? grey_range(options, progress, layer) : GreyRange{};
+  const LayerColours colours(image, layer, options.image);
+  read_bands(file, [&](const Rect& band, const std::vector<float>& pixels) {
+    shown.write(band, colours.convert(pixels), range);
+  });
+  WriteAttempts attempts;
+  shown.finish(!image.stopped_after, attempts);
+  for (const std::string& path : attempts.written()) log_info("wrote " + path);
+  return attempts.failed().empty() ? kExitDone : kExitRenderFailed;
+}
+
+}  // namespace emberline

@@ -1,0 +1,118 @@
+#include "renderer/drivers/adaptive/pixel_explanation.h"
+
+#include <fmt/format.h>
+
+#include <iterator>
+
+#include "renderer/core/setting_names.h"
+#include "renderer/drivers/adaptive/pixel_errors.h"
+
+namespace emberline {
+namespace {
+
+std::string error_text(float error) {
+  return error < kUnknownError ? fmt::format("{:.4g}", error) : "unknown";
+}
+
+// Why the round gave the pixel more samples. A pixel that met the threshold gets some, too, because
+// few samples may have overlooked light.
+std::string describe_growth(const RoundRecord& round, float threshold, uint32_t reached) {
+  const bool met = threshold > 0.0f && round.error <= threshold;
+  const bool doubled = round.target == 2 * round.samples && reached == round.target;
+  if (met) {
+    return fmt::format(", which meets the threshold; samples for the whole frame {}",
+                       doubled ? "doubled its own" : fmt::format("raised it to {}", round.target));
+  }
+  if (threshold <= 0.0f) {
+    return fmt::format(", and its part of the frame's samples {}",
+                       doubled ? "doubled its own" : fmt::format("raised it to {}", round.target));
+  }
+  return doubled ? ", so its samples were doubled"
+                 : fmt::format(", so its target was {} samples", round.target);
+}
+
+std::string describe_end(PixelStop stop) {
+  switch (stop) {
+    case PixelStop::kThreshold:
+      return " and the pixel was finished";
+    case PixelStop::kBudget:
+      return spell_setting_names(" when all samples of the frame (`spp`) had been taken");
+    case PixelStop::kMaximum:
+      return spell_setting_names(", and it had all samples that `max-spp` allows");
+    default:
+      return fmt::format(" when {} ended the frame", pixel_stop_name(stop));
+  }
+}
+
+}  // namespace
+
+std::string describe_history(const PixelHistory& history) {
+  std::string text;
+  const auto add_error = [&](uint32_t samples, float error) {
+    if (!text.empty()) {
+      text += fmt::format("; at {} it was {}", samples, error_text(error));
+      return;
+    }
+    text = fmt::format("At {} samples its error was {}", samples, error_text(error));
+    if (history.threshold > 0.0f) text += fmt::format(" (threshold {:.4g})", history.threshold);
+  };
+  for (size_t i = 0; i < history.rounds.size(); ++i) {
+    const RoundRecord& round = history.rounds[i];
+    if (round.target <= round.samples) continue;
+    const bool last = i + 1 == history.rounds.size();
+    const uint32_t reached = last ? history.samples : history.rounds[i + 1].samples;
+    add_error(round.samples, round.error);
+    text += describe_growth(round, history.threshold, reached);
+  }
+  if (history.end) {
+    add_error(history.samples, history.error);
+    return text + describe_end(*history.end) + ".\n";
+  }
+  return text.empty() ? "" : text + fmt::format("; it has {} so far.\n", history.samples);
+}
+
+std::string rounds_table(const PixelHistory& history) {
+  std::string text = "rounds";
+  const auto out = std::back_inserter(text);
+  if (history.recorded_since > 0) {
+    fmt::format_to(out, " (recorded from round {} on)", history.recorded_since);
+  }
+  fmt::format_to(out, "\n  {:>5} {:>8} {:>10} {:>10} {:>6} {:>8}\n", "round", "samples", "error",
+                 "deviation", "cost", "target");
+  for (const RoundRecord& r : history.rounds) {
+    fmt::format_to(out, "  {:>5} {:>8} {:>10.4g} {:>10.4g} {:>6.3g} {:>8}\n", r.round, r.samples,
+                   r.error, r.deviation, r.cost, r.target);
+  }
+  return text + spell_setting_names(
+                    "  round      number of the round in the frame\n"
+                    "  samples    the pixel's samples when the round was planned\n"
+                    "  error      what `noise-threshold` is compared with\n"
+                    "  deviation  standard deviation of one sample; more samples go where it is "
+                    "high\n"
+                    "  cost       rays for one sample; 1 if it hits nothing\n"
+                    "  target     the pixel's samples after the round\n");
+}
+
+std::string tree_table(std::span<const RefinementNode> path) {
+  std::string text = "refinement tree, from the crop down to the leaf with this pixel\n";
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out, "  {:>24} {:>10} {:>10} {:>10} {:>6}  {}\n", "rectangle", "v_int", "v_ext",
+                 "priority", "round", "phase");
+  for (const RefinementNode& step : path) {
+    const Rect& r = step.rect;
+    fmt::format_to(out, "  {:>24} {:>10.3g} {:>10.3g} {:>10.3g} {:>6}  {}{}\n",
+                   fmt::format("{},{} {}x{}", r.x0, r.y0, r.width(), r.height()), step.v_int,
+                   step.v_ext, step.priority, step.round, refinement_phase_name(step.phase),
+                   step.leaf ? ", leaf" : "");
+  }
+  return text +
+         "  rectangle  corner and size in pixels; the next row is one half of it\n"
+         "  v_int      variance, as displayed, of the two samples that the last cut separated\n"
+         "  v_ext      variance, as displayed, of the rectangle and its neighbours\n"
+         "  priority   area x (the higher variance + 0.001); the highest are cut first\n"
+         "  round      rounds that the tree had completed before the cut\n"
+         "  phase      which rectangles were cut: coverage: large ones; features: those with\n"
+         "             variance; pixel level: all others; finished: a single pixel\n";
+}
+
+}  // namespace emberline

@@ -1,0 +1,40 @@
+// `merge --resumable`: the checkpoint of a merged frame, with which it can be extended.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "io/files/atomic_file.h"
+#include "renderer/output/frame_merge.h"
+
+namespace emberline {
+
+// Has the head and the tile records that `render --resumable` of the whole frame would have.
+class MergedCheckpoint {
+ public:
+  // At checkpoint_path() of the merged frame's options. Locks the file there until commit()
+  // replaces it. Throws InputError if a frame merged from these parts cannot be extended,
+  // RenderError for an unwritable or locked path, and UsageError if another file, or through a link
+  // another frame's checkpoint, would be replaced.
+  MergedCheckpoint(const RenderOptions& options, const FrameMerge& frame);
+
+  const std::string& path() const { return file_->path(); }
+  // For FrameMerge::deliver(). Any thread. commit() reports failures.
+  void save(size_t tile, std::span<const std::byte> state);
+  // Throws RenderError.
+  void commit();
+
+ private:
+  std::optional<LockedFile> replaced_;
+  std::optional<AtomicFile> file_;
+  std::atomic<uint64_t> end_;
+  std::mutex mutex_;
+  std::string failure_;  // of the last save that failed
+};
+
+}  // namespace emberline

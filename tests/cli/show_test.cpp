@@ -1,0 +1,326 @@
+// `emberline show`, the layers of `compare`, and `emberline info` of frames.
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "cli/command_test.h"
+#include "io/exr/writer.h"
+
+namespace emberline::test {
+namespace {
+
+class Show : public CommandTest {
+ protected:
+  // Runs `emberline show` on out.exr.
+  RunResult show(const std::string& name, const Words& more = {}) {
+    const RunResult result = run(Words{"show", path("out.exr"), "-o", path(name)} + more);
+    EXPECT_EQ(result.exit_code, 0) << result.describe();
+    EXPECT_EQ(result.out, "");
+    return result;
+  }
+  // Writes out.exr with two equal pixels, as another program would.
+  void write_pixel(const std::vector<PictureChannel>& channels, const std::vector<float>& values) {
+    std::vector<float> pixels = values;
+    pixels.insert(pixels.end(), values.begin(), values.end());
+    write_exr_file(path("out.exr"),
+                   {.width = 2,
+                    .height = 1,
+                    .data_window = {0, 0, 2, 1},
+                    .channels = channels,
+                    .attributes = {}},
+                   pixels);
+  }
+  std::vector<int> first_pixel(const std::string& name) {
+    const BytePicture picture = read_bytes_picture(path(name));
+    return {picture.at(0, 0), picture.at(0, 0) + picture.channels};
+  }
+  nlohmann::json info() {
+    const RunResult result = run({"info", path("out.exr"), "--json"});
+    EXPECT_EQ(result.exit_code, 0) << result.describe();
+    return nlohmann::json::parse(result.out);
+  }
+};
+
+TEST_F(Show, WritesThePictureThatTheRenderWrites) {
+  const Words cases[] = {{},
+                         {"--view", "ACES", "--exposure", "-1.5"},
+                         {"--transparent", "--view", "Raw"},
+                         {"--working-space", "acescg"},
+                         {"--crop", "3,2,13,11", "--bucket-size", "5"},
+                         {"--exr-parts", "layers", "--aov", "albedo,depth_variance"}};
+  for (const Words& options : cases) {
+    SCOPED_TRACE(testing::PrintToString(options));
+    render(render_words(Words{"-o", path("a.png"), "-o", path("a.jpg"), "--spp", "4"} + options));
+    const bool has_view = std::ranges::count(options, "--view") > 0;
+    Words display;
+    for (size_t i = 0; has_view && i + 1 < options.size(); ++i) {
+      if (options[i] == "--view" || options[i] == "--exposure") {
+        display = display + Words{options[i], options[i + 1]};
+      }
+    }
+    show("b.png", display + Words{"-o", path("b.jpg")});
+    EXPECT_EQ(read_bytes(path("a.png")), read_bytes(path("b.png")));
+    EXPECT_EQ(read_bytes(path("a.jpg")), read_bytes(path("b.jpg")));
+  }
+}
+
+TEST_F(Show, TheDenoisedLayerIsThePictureOfTheRender) {
+  render(render_words(
+      {"--denoise", "--spp", "16", "--size", "40x30", "-o", path("a.png"), "--transparent"}));
+  EXPECT_EQ(show("b.png", {"--layer", "denoised"}).err.find("--layer"), std::string::npos);
+  EXPECT_EQ(read_bytes(path("a.png")), read_bytes(path("b.png")));
+  const RunResult raw = show("c.png");
+  EXPECT_NE(raw.err.find("--layer denoised"), std::string::npos) << raw.err;
+  EXPECT_NE(read_bytes(path("a.png")), read_bytes(path("c.png")));
+}
+
+TEST_F(Show, AlphaIsThatOfTheFile) {
+  write_pixel({{"R"}, {"G"}, {"B"}}, {0.0f, 1.0f, 0.2f});
+  show("a.png", {"--view", "Raw"});
+  EXPECT_EQ(first_pixel("a.png"), (std::vector<int>{0, 255, 51}));
+  write_pixel({{"R"}, {"G"}, {"B"}, {"A"}}, {0.0f, 0.4f, 0.1f, 0.4f});
+  show("a.png", {"--view", "Raw"});
+  // The reader multiplies by alpha what the file has as 0, 1, 0.25.
+  EXPECT_EQ(first_pixel("a.png"), (std::vector<int>{0, 102, 25, 102}));
+  show("a.jpg", {"--view", "Raw"});
+  EXPECT_EQ(read_bytes_picture(path("a.jpg")).channels, 3);
+}
+
+TEST_F(Show, AnExrHasTheLayerAlone) {
+  render(render_words({"--aov", "albedo,N", "--crop", "3,2,13,11"}));
+  show("albedo.exr", {"--layer", "albedo", "--exposure", "3"});
+  const ExrPicture frame = read_exr(path("out.exr")), albedo = read_exr(path("albedo.exr"));
+  EXPECT_EQ(albedo.data, frame.data);
+  EXPECT_EQ(albedo.display, frame.display);
+  ASSERT_EQ(albedo.channels.size(), 3u);
+  for (const char* c : {"R", "G", "B"}) {
+    EXPECT_EQ(albedo.channels.at(c), frame.channels.at(std::string("albedo.") + c)) << c;
+  }
+  show("normal.exr", {"--layer", "N"});
+  EXPECT_EQ(read_exr(path("normal.exr")).channels.at("G"), frame.channels.at("N.Y"));
+  show("one.exr", {"--layer", "albedo.G"});
+  EXPECT_EQ(read_exr(path("one.exr")).channels.at("B"), frame.channels.at("albedo.G"));
+  show("all.exr");
+  EXPECT_EQ(read_exr(path("all.exr")).channels.at("A"), frame.channels.at("A"));
+}
+
+TEST_F(Show, NumbersAreGreyFromTheLeastToTheGreatest) {
+  write_exr_file(path("out.exr"),
+                 {.width = 4,
+                  .height = 1,
+                  .data_window = {0, 0, 4, 1},
+                  .channels = {{"R"}, {"G"}, {"B"}, {"Z"}, {"mask"}},
+                  .attributes = {}},
+                 std::vector<float>{0, 0, 0, 2, 0.2f, 0, 0, 0, 4,     0.2f,
+                                    0, 0, 0, 7, 0.2f, 0, 0, 0, 1e10f, 0.2f});
+  const RunResult result = show("z.png", {"--layer", "Z", "--view", "Raw"});
+  EXPECT_NE(result.err.find("Z: black is 2, white is 7"), std::string::npos) << result.err;
+  const BytePicture depth = read_bytes_picture(path("z.png"));
+  const int wanted[] = {0, 102, 255, 255};
+  for (int x = 0; x < 4; ++x) EXPECT_EQ(depth.at(x, 0)[1], wanted[x]) << x;
+  show("m.png", {"--layer", "mask", "--view", "Raw"});
+  EXPECT_EQ(first_pixel("m.png"), (std::vector<int>{51, 51, 51}));
+}
+
+TEST_F(Show, CountsNameTheirHeatmap) {
+  render(render_words({"--aov", "rays"}));
+  for (const char* name : {"samples", "rays.shadow"}) {
+    const std::string command = std::string("a.png --of ") + name;
+    EXPECT_NE(show("a.png", {"--layer", name}).err.find(command), std::string::npos) << name;
+    EXPECT_EQ(show("a.exr", {"--layer", name}).err.find("heatmap"), std::string::npos) << name;
+  }
+}
+
+// Each tile of the output has its own entry in a table, whatever the tiles of the input.
+TEST_F(Show, TilesOfOnePixelBecomeLargerOnes) {
+  render(render_words({"--bucket-size", "1"}));
+  show("a.exr");
+  EXPECT_EQ(read_exr(path("a.exr")).channels.at("R"), read_exr(path("out.exr")).channels.at("R"));
+  EXPECT_LT(std::filesystem::file_size(path("a.exr")), std::filesystem::file_size(path("out.exr")));
+}
+
+TEST_F(Show, UnknownLayersListWhatThereIsNearestFirst) {
+  render(render_words({"--aov", "albedo,N,velocity,Z"}));
+  for (const char* command : {"show", "compare"}) {
+    Words words = {command, path("out.exr")};
+    words = words + (words[0] == "show" ? Words{"-o", path("a.png")} : Words{path("out.exr")});
+    expect_failure(words + Words{"--layer", "albdo"}, 2,
+                   {"--layer", "unknown layer 'albdo'", "nearest names first, are albedo, ",
+                    "velocity", "RGBA", "samples"});
+  }
+}
+
+TEST_F(Show, SeveralPicturesNeedAChoice) {
+  write_pixel({{"key.R"}, {"key.G"}, {"key.B"}, {"fill.R"}, {"fill.G"}, {"fill.B"}},
+              {1, 1, 1, 0, 1, 0});
+  expect_failure({"show", path("out.exr"), "-o", path("a.png")}, 3,
+                 {"out.exr", "2 layers", "--layer", "fill", "key"});
+  show("a.png", {"--layer", "fill"});
+  EXPECT_EQ(first_pixel("a.png"), (std::vector<int>{0, 255, 0}));
+  write_pixel({{"Y"}}, {1.0f});
+  show("a.png");
+  EXPECT_EQ(first_pixel("a.png"), (std::vector<int>{255, 255, 255}));
+}
+
+TEST_F(Show, UnusableFilesAndOutputsAreRefused) {
+  render(render_words());
+  const Words words = {"show", path("out.exr")};
+  expect_failure(words, 2, {"--output"});
+  expect_failure(words + Words{"-o", path("a.tif")}, 2, {"a.tif", ".exr, .png, .jpg"});
+  expect_failure(words + Words{"-o", path("out.exr")}, 2, {"-o", "the frame itself"});
+  expect_failure(words + Words{"-o", path("a.png"), "--view", "nope"}, 2, {"--view", "ACES"});
+  expect_failure(words + Words{"-o", path("a.png"), "--memory-limit", "1K"}, 3, {"out.exr"});
+  expect_failure(words + Words{"-o", path("missing/a.png")}, 1, {"missing/a.png"});
+  write("bad.exr", "no picture");
+  expect_failure({"show", path("bad.exr"), "-o", path("a.png")}, 3, {"bad.exr", "not EXR"});
+  std::vector<unsigned char> bytes;
+  for (const auto byte : read_bytes(path("out.exr"))) bytes.push_back(byte);
+  write("cut.exr", std::string(bytes.begin(), bytes.begin() + long(bytes.size() / 2)));
+  expect_failure({"show", path("cut.exr"), "-o", path("a.png")}, 3, {"cut.exr"});
+}
+
+TEST_F(Show, InfoListsLayersSettingsAndState) {
+  render(render_words({"--aov", "albedo", "--half", "albedo", "--spp", "4", "--seed", "7", "--crop",
+                       "3,2,13,11", "--resumable"}));
+  const nlohmann::json json = info();
+  EXPECT_EQ(json["width"], 16);
+  EXPECT_EQ(json["window"], (nlohmann::json{3, 2, 13, 11}));
+  EXPECT_EQ(json["layers"][0]["name"], "RGBA");
+  EXPECT_EQ(json["layers"][0]["channels"][3]["name"], "A");
+  EXPECT_EQ(json["layers"][0]["channels"][3]["type"], "float");
+  const auto albedo = std::ranges::find_if(
+      json["layers"], [](const nlohmann::json& layer) { return layer["name"] == "albedo"; });
+  ASSERT_NE(albedo, json["layers"].end());
+  EXPECT_EQ((*albedo)["channels"].size(), 3u);
+  EXPECT_EQ((*albedo)["channels"][0]["type"], "half");
+  EXPECT_EQ(json["settings"]["seed"], "7");
+  EXPECT_TRUE(json["versions"].contains("emberline"));
+  EXPECT_EQ(json["state"]["complete"], true);
+  EXPECT_EQ(json["state"]["samples"], 4 * 10 * 9);
+  EXPECT_EQ(json["state"]["samples_per_pixel"], 4.0);
+  EXPECT_EQ(json["state"]["extensible"], true);
+  const RunResult text = run({"info", path("out.exr")});
+  for (const char* part : {"16 x 16", "3,2 to 13,11", "complete, 360 samples (4 per pixel)",
+                           "emberline extend", "albedo.R albedo.G albedo.B (half)", "  seed "}) {
+    EXPECT_NE(text.out.find(part), std::string::npos) << part << "\n" << text.out;
+  }
+  for (const char* default_value : {"  fps ", "  isa ", "  command ", "  explanation "}) {
+    EXPECT_EQ(text.out.find(default_value), std::string::npos) << text.out;
+  }
+}
+
+TEST_F(Show, InfoKeepsWhatIsNoSettingApart) {
+  render({"render", scene(), "-o", path("a b.exr"), "--size", "16x16", "--driver", "adaptive",
+          "--spp", "16", "--explain", "3,4", "--resumable"});
+  const RunResult text = run({"info", path("a b.exr")});
+  EXPECT_NE(text.out.find("emberline extend '" + path("a b.exr") + "'"), std::string::npos)
+      << text.out;
+  const RunResult result = run({"info", path("a b.exr"), "--json"});
+  const nlohmann::json json = nlohmann::json::parse(result.out);
+  EXPECT_EQ(json["settings"].size(), 4u) << json["settings"];  // size, driver, spp, variance
+  EXPECT_EQ(json["settings"]["driver"], "adaptive");
+  EXPECT_EQ(json["explanation"].get<std::string>().find("3,4: At "), 0u);
+  EXPECT_EQ(json["explanation"].get<std::string>().back(), '.');
+  EXPECT_NE(json["command"].get<std::string>().find("emberline render"), std::string::npos);
+}
+
+// Options that tell how to read a scene have no meaning for a frame.
+TEST_F(Show, InfoOfAFrameTakesNoOptionsOfAScene) {
+  render(render_words());
+  for (const Words& words : {Words{"--sun", "30,40"}, Words{"--lenient"}, Words{"--edits"}}) {
+    expect_failure(Words{"info", path("out.exr")} + words, 2, {words[0], "is a frame"});
+  }
+}
+
+TEST_F(Show, InfoSaysWhyAFrameCannotBeExtended) {
+  render(render_words());
+  EXPECT_EQ(info()["state"]["extensible"], false);
+  EXPECT_NE(info()["state"]["obstacle"].get<std::string>().find("out.exr.checkpoint"),
+            std::string::npos);
+  write("out.exr.checkpoint", "junk");
+  EXPECT_EQ(info()["state"]["extensible"], false);
+  std::filesystem::remove(path("out.exr.checkpoint"));
+  // The sampler must be one whose samples do not depend on their number.
+  render(render_words({"--resumable", "--sampler", "stratified"}));
+  EXPECT_NE(info()["state"]["obstacle"].get<std::string>().find("sampler"), std::string::npos);
+  // A later frame took the picture's name, but not the checkpoint's.
+  render(render_words({"--resumable", "--sampler", "sobol"}));
+  EXPECT_EQ(info()["state"]["extensible"], true);
+  render(render_words({"--seed", "5", "--sampler", "sobol"}));
+  EXPECT_NE(info()["state"]["obstacle"].get<std::string>().find("another frame: --seed 5"),
+            std::string::npos);
+  write_pixel({{"R"}, {"G"}, {"B"}, {"depth.Z"}}, {1, 1, 1, 1});
+  EXPECT_TRUE(info()["state"]["complete"].is_null());
+  EXPECT_EQ(info()["layers"][1]["name"], "depth");
+}
+
+class CompareLayer : public Show {
+ protected:
+  nlohmann::json metrics(const Words& more) {
+    const RunResult result =
+        run(Words{"compare", path("out.exr"), path("reference.exr"), "--json"} + more);
+    EXPECT_EQ(result.exit_code, 0) << result.describe();
+    err_ = result.err;
+    return nlohmann::json::parse(result.out);
+  }
+  std::string err_;
+};
+
+TEST_F(CompareLayer, MeasuresIt) {
+  write_pixel({{"R"}, {"G"}, {"B"}, {"denoised.R"}, {"denoised.G"}, {"denoised.B"}, {"id"}},
+              {0.5f, 0.5f, 0.5f, 0.25f, 0.25f, 0.25f, 3.0f});
+  std::filesystem::rename(path("out.exr"), path("reference.exr"));
+  write_pixel({{"R"}, {"G"}, {"B"}, {"denoised.R"}, {"denoised.G"}, {"denoised.B"}, {"id"}},
+              {1.0f, 1.0f, 1.0f, 0.75f, 0.75f, 0.75f, 5.0f});
+  EXPECT_NEAR(metrics({})["mse"].get<double>(), 0.25, 1e-6);
+  EXPECT_NE(err_.find("--layer denoised"), std::string::npos) << err_;
+  EXPECT_EQ(std::ranges::count(err_, '\n'), 1) << err_;
+  EXPECT_NEAR(metrics({"--layer", "denoised"})["rmse"].get<double>(), 0.5, 1e-6);
+  EXPECT_EQ(err_, "");
+  EXPECT_NEAR(metrics({"--layer", "id"})["rmse"].get<double>(), 2.0, 1e-6);
+}
+
+TEST_F(CompareLayer, ARawReferenceServesADenoisedLayer) {
+  write_pixel({{"R"}, {"G"}, {"B"}, {"id"}}, {0.5f, 0.5f, 0.5f, 1.0f});
+  std::filesystem::rename(path("out.exr"), path("reference.exr"));
+  write_pixel({{"R"},
+               {"G"},
+               {"B"},
+               {"denoised.R"},
+               {"denoised.G"},
+               {"denoised.B"},
+               {"a.R"},
+               {"a.G"},
+               {"a.B"}},
+              {1, 1, 1, 0.75f, 0.75f, 0.75f, 0, 0, 0});
+  EXPECT_NEAR(metrics({"--layer", "denoised"})["rmse"].get<double>(), 0.25, 1e-6);
+  EXPECT_NE(err_.find("reference.exr has no layer denoised"), std::string::npos) << err_;
+  expect_failure({"compare", path("out.exr"), path("reference.exr"), "--layer", "a"}, 2,
+                 {"reference.exr", "unknown layer 'a'", "id"});
+}
+
+// A reference with a single layer has it by any of its names.
+TEST_F(CompareLayer, AReferenceOfOneLayerHasItsChannels) {
+  write_pixel({{"R"}, {"G"}, {"B"}}, {0.5f, 0.25f, 0.0f});
+  std::filesystem::rename(path("out.exr"), path("reference.exr"));
+  write_pixel({{"R"}, {"G"}, {"B"}, {"A"}, {"key.R"}, {"key.G"}, {"key.B"}},
+              {1.0f, 1.0f, 1.0f, 1.0f, 0, 0, 0});
+  EXPECT_NEAR(metrics({"--layer", "R"})["rmse"].get<double>(), 0.5, 1e-6);
+  EXPECT_EQ(err_, "");
+  metrics({"--layer", "RGBA"});
+  EXPECT_EQ(err_, "");
+  EXPECT_NEAR(metrics({"--layer", "key"})["max_abs"].get<double>(), 0.5, 1e-6);
+  EXPECT_NE(err_.find("its picture is the reference"), std::string::npos) << err_;
+}
+
+// Nothing suggests the layer that is already measured or shown.
+TEST_F(CompareLayer, ADenoisedLayerAloneNeedsNoHint) {
+  write_pixel({{"denoised.R"}, {"denoised.G"}, {"denoised.B"}}, {0.5f, 0.5f, 0.5f});
+  std::filesystem::copy_file(path("out.exr"), path("reference.exr"));
+  EXPECT_EQ(metrics({})["mse"], 0.0);
+  EXPECT_EQ(err_, "");
+  EXPECT_EQ(show("a.png").err.find("not denoised"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace emberline::test
