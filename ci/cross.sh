@@ -20,7 +20,7 @@ folder=$(realpath "$folder")
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 
-# The packages that setup.sh installs, and those whose programs are named in their CMake files.
+# Installs the packages that setup.sh installs, and those whose programs these packages' CMake files name.
 if [ ! -e "$folder/whole" ]; then
   echo "ci/cross.sh: unpacking Debian's libraries for arm64 into $folder"
   rm -rf "$folder/root"
@@ -30,7 +30,7 @@ if [ ! -e "$folder/whole" ]; then
     tail -n 20 "$log" >&2
     fail "mmdebstrap failed (no network?); the lines above say why"
   }
-  # No package in there is configured. OpenColorIO's CMake file searches beside the root; others name /usr.
+  # The packages in that root are not configured. OpenColorIO's CMake file searches beside the root; others name /usr.
   ln -sfn root/usr/lib "$folder/lib"
   ln -sfn root/usr/include "$folder/include"
   grep -rlE '"/usr/(lib|include)' "$folder/root/usr/lib/aarch64-linux-gnu/cmake" "$folder/root/usr/share/cmake" |

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Sets up, builds, renders the project's own scene and says where the pictures are. Arguments are options of `emberline
-# render` and override those below, e.g. ci/demo.sh --size 1920x1080.
+# Sets up, builds, renders one of the project's scenes and says where the pictures are. Arguments are options of
+# `emberline render` and override those below, e.g. ci/demo.sh --size 1920x1080.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Renders a frame in 16 parts on a real Slurm with two nodes, both on this machine. A scene that is temporarily damaged
-# makes some parts fail, a node is killed and returns, and the missing parts are retried: the picture must be
-# bit-identical to a single run's. Run as root. Slurm has its own folder and ports, and is always stopped at the end.
-#   ci/farm.sh [PROGRAM]   with PROGRAM, or by default the one built here
+# Renders a frame in 16 parts on a real Slurm with two nodes, both on this machine. The scene is damaged for some time,
+# so that some parts fail; a node is killed and comes back; and the missing parts are retried. The picture must be
+# bit-identical to that of a single run. Run as root. Slurm has its own folder and ports, and is always stopped at the
+# end.
+#   ci/farm.sh [PROGRAM]   PROGRAM: default: the one built here
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 program=$(realpath "${1:-$root/build/release/bin/emberline}")
@@ -11,7 +12,7 @@ program=$(realpath "${1:-$root/build/release/bin/emberline}")
 [ $# -gt 0 ] || (cd "$root" && cmake --preset release >/dev/null && ninja -C build/release emberline >/dev/null)
 
 work=$(mktemp -d)
-chmod 755 "$work"  # all users need munge's socket
+chmod 755 "$work"  # because all users need munge's socket
 export SLURM_CONF=$work/slurm.conf
 port=$((20000 + $$ % 10000 * 3))
 began=$SECONDS
@@ -55,7 +56,7 @@ ClusterName=farm
 SlurmctldHost=$(hostname -s)
 SlurmUser=root
 AuthType=auth/munge
-# A requeued job waits until credentials expire: 120 s unless this says less.
+# A requeued job waits until credentials expire. By default that takes 120 s.
 AuthInfo=socket=$work/munge.socket,cred_expire=5
 MpiDefault=none
 ProctrackType=proctrack/linuxproc
@@ -83,7 +84,7 @@ CONF
   wait_for 30 "two idle nodes" '[ "$(sinfo -h -t idle -o %D)" = 2 ]'
 }
 
-# wait_for SECONDS WHAT CONDITION
+# wait_for SECONDS WHAT CONDITION: waits until the shell condition holds. WHAT describes it in the error message.
 wait_for() {
   local end=$((SECONDS + $1))
   until eval "$3" 2>/dev/null; do
@@ -92,7 +93,7 @@ wait_for() {
   done
 }
 
-# count STATE: how many parts are "done", "failed" ...
+# count STATE: prints how many parts have this state: "done", "failed" ...
 count() { "$program" farm status "$frame" --json | grep -A1 '"part":' | grep -c "\"state\": \"$1\"" || true; }
 
 say "Slurm with two nodes of one processor"

@@ -5,9 +5,8 @@
 #   EMBERLINE_JOBS                                  parallel jobs (default: one per processor)
 #   ci/fuzz.sh [--assets DIR] --coverage            print what the corpus covers so far, by folder
 #
-# DIR, or $EMBERLINE_ASSETS, holds seed files in addition to those that make_seeds writes. Inputs that reach new code
-# are kept in build/fuzz/corpus for the next run. Findings are in build/fuzz/findings; exit code 1 means that there are
-# some.
+# DIR, or $EMBERLINE_ASSETS, has seed files in addition to those that make_seeds writes. Inputs that reach new code are
+# kept in build/fuzz/corpus for the next run. Findings are in build/fuzz/findings; if there are any, the exit code is 1.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -34,7 +33,7 @@ ci/setup.sh clang-14 llvm-14 libclang-rt-14-dev zlib1g-dev dpkg-dev
 out=$PWD/build/fuzz
 mkdir -p "$out/corpus" "$out/logs" "$out/findings"
 
-# Sources of the decoders that are instrumented with the targets (tests/fuzz/CMakeLists.txt).
+# Fetches the sources of decoders that are instrumented together with the targets (tests/fuzz/CMakeLists.txt).
 fetch_sources() {
   local folder=$out/sources lists
   [ -d "$folder/draco" ] && [ -d "$folder/meshoptimizer" ] && return
@@ -81,8 +80,8 @@ if [ $coverage = yes ]; then
   exit
 fi
 
-# Exceeding these limits counts as a finding; AddressSanitizer takes about four fifths of the time. Leak detection is
-# off, because OpenColorIO leaks.
+# Exceeding these limits counts as a finding. They allow for AddressSanitizer, which takes about four fifths of the time.
+# Leak detection is off, because OpenColorIO leaks.
 limits=(-timeout=25 -rss_limit_mb=2000 -malloc_limit_mb=300 -max_len=20000)
 export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
 seconds=$((seconds / ${#targets[@]}))

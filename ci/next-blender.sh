@@ -3,10 +3,10 @@
 # copied there with its libraries. Run by hand, as root, with network.
 #
 #   ci/next-blender.sh [ROOT [CASE...]]   ROOT: the system's folder, reused if it exists (default build/next-blender,
-#                                         about 2 GB); CASE: of tests/blender/addon_test.py (default: all)
+#                                         about 2 GB); CASE: a case of tests/blender/addon_test.py (default: all)
 #
 #   EMBERLINE_DEBIAN_SUITE    which Debian (default: sid; trixie has Blender 4.3)
-#   EMBERLINE_DEBIAN_MIRROR   where packages come from (default: the mirror this host's apt uses)
+#   EMBERLINE_DEBIAN_MIRROR   the mirror of the packages (default: the one that this host's apt uses)
 #   EMBERLINE_BUILD           the folder with bin/emberline (default: build/release)
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -25,7 +25,7 @@ if [ ! -e "$root/usr/bin/blender" ]; then
     blender python3 python3-numpy python3-requests python3-cattr xvfb xauth libgl1-mesa-dri
 fi
 
-# The program must load the libraries it was built with, not the root's.
+# The program must load the libraries with which it was built, not the root's.
 command=$root/opt/emberline
 rm -rf "$command"
 mkdir -p "$command/lib"

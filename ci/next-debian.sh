@@ -5,7 +5,7 @@
 #   ci/next-debian.sh [ROOT]      ROOT: the system's folder, reused if it exists (default build/next-debian;
 #                                 about 3 GB; delete it to start afresh)
 #
-#   EMBERLINE_DEBIAN_MIRROR       where packages come from (default: the mirror this host's apt uses)
+#   EMBERLINE_DEBIAN_MIRROR       the mirror of the packages (default: the one that this host's apt uses)
 #   EMBERLINE_DEBIAN_SUITE        which Debian (default: sid)
 #   EMBERLINE_JOBS                parallel compilers and tests (default: one per processor)
 set -euo pipefail
@@ -20,7 +20,7 @@ mkdir -p "${1:-build}"
 root=$(realpath "${1:-build/next-debian}")
 make_root "$suite" "$root"
 
-# The working tree without ignored files. Times are kept and the build folder is elsewhere, so that a second run
+# Copies the working tree without ignored files. Times are kept and the build folder is elsewhere, so that a second run
 # compiles only changed files.
 rm -rf "$root/emberline"
 mkdir "$root/emberline"

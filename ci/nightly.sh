@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the full version of what ci/test.sh tests only briefly, then lists what failed and how to repeat it.
+# Runs in full what ci/test.sh tests only briefly, then lists what failed and how to repeat it.
 #   ci/nightly.sh [STEP...]   only these steps: tests long numerics bench kills checkpoints bombs repeat fuzz asan tsan
 set -uo pipefail
 cd "$(dirname "$0")/.."
@@ -11,10 +11,10 @@ done
 [ $# -gt 0 ] || set -- "${all[@]}"
 
 program=build/release/bin/emberline
-# Every test at its full size: the samples, seeds and cases that come first in long_or_short() (tests/support/long_tests.h).
+# Every test at its full size: with the first argument of each long_or_short() (tests/support/long_tests.h).
 long() { EMBERLINE_LONG_TESTS=1 ctest --preset release -j "$(nproc)"; }
 bench() { cmake --build --preset release --target check_bench; }
-# 100 kills of each driver; ctest has 8, in the first frames.
+# 100 kills of each driver. ctest runs only 8.
 kills() { tests/farm/kills.py $program scenes --kills 300; }
 checkpoints() {
   export EMBERLINE_LONG_TESTS=1  # every case of disk.py and stops.py
@@ -23,7 +23,7 @@ checkpoints() {
     tests/farm/disk.py $program scenes && tests/farm/stops.py $program scenes
 }
 bombs() { tests/failure/bombs.py $program; }
-# Repeats timing-dependent tests while every core is busy with other work.
+# Repeats tests that depend on timing while every core is busy with other work.
 repeat() {
   local busy=() status=0
   for _ in $(seq "$(nproc)"); do

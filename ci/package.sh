@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the packages, then installs, tries (ci/package/smoke.sh) and removes them in a minimal Debian 12, where no file
+# Builds the packages. Then installs, tries (ci/package/smoke.sh) and removes them in a minimal Debian 12, where no file
 # may be left behind. Needs root, network and a Debian 12 to build on.
 #   ci/package.sh [ROOT]   ROOT: the minimal system's folder, reused if it exists (default build/package-root,
 #                          0.3 GB); the packages are tried in a copy, ROOT.try
@@ -31,7 +31,7 @@ mkdir -p "$root.try/emberline/tests"
 cp -r scenes ci/package/smoke.sh "$packages" "$root.try/emberline"
 cp -r tests/install "$root.try/emberline/tests"
 
-# Runs in the root, and shows output only on failure.
+# Runs a command in the root. Shows its output only if it fails.
 quietly() {
   in_root "$root.try" "$@" >"$log" 2>&1 || {
     tail -n 20 "$log" >&2
@@ -41,7 +41,7 @@ quietly() {
 files_of_root() {
   (cd "$root.try" && find . \( -path ./tmp -o -path ./var/cache/apt -o -path ./var/log \) -prune -o -print | sort)
 }
-# Install the dependencies first, so that later differences come from our packages alone.
+# Install the dependencies first, so that only our packages can cause the differences found later.
 depends=$(for package in "$packages"/*.deb; do dpkg-deb -f "$package" Depends; done |
   tr ',' '\n' | grep -v emberline | paste -sd ,)
 quietly apt-get update

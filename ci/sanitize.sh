@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds and runs the tests under sanitizers: `ci/sanitize.sh asan` for AddressSanitizer with LeakSanitizer and
-# UndefinedBehaviorSanitizer, `ci/sanitize.sh tsan` for ThreadSanitizer; both without an argument. CMakePresets.json has
-# the flags, ci/tsan.supp the suppressions and their reasons.
+# UndefinedBehaviorSanitizer, `ci/sanitize.sh tsan` for ThreadSanitizer. Without an argument it runs both.
+# CMakePresets.json has the flags, ci/tsan.supp the suppressions and their reasons.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -16,17 +16,17 @@ from include_directions import ALLOWED  # noqa: E402
 
 
 def read_links(build):
-    """Reads build/targets.txt: folder -> folders whose libraries its library links."""
+    """Reads build/targets.txt. Returns for each folder the folders whose libraries its library links."""
     lines = [line.split() for line in (build / "targets.txt").read_text().splitlines()]
     folders = {target: folder for folder, target, *_ in lines}
     linked = {folder: set() for folder, *_ in lines}
-    for folder, _, *links in lines:  # the window has two libraries
+    for folder, _, *links in lines:  # a folder may have two libraries, like the window's
         linked[folder] |= {folders[link] for link in links if link in folders} - {folder}
     return linked
 
 
 def all_dependencies(links, folder, path=()):
-    """All direct and indirect dependencies of a folder's library."""
+    """Returns all direct and indirect dependencies of a folder's library."""
     if folder in path:
         sys.exit("libraries link in a circle: " + " -> ".join((*path, folder)))
     linked = links[folder]
@@ -34,7 +34,7 @@ def all_dependencies(links, folder, path=()):
 
 
 def draw(links):
-    """Draws an arrow for each link that no longer path implies."""
+    """Draws an arrow for each link, except links that a longer path implies."""
     reachable = {folder: all_dependencies(links, folder) for folder in links}
     lines = ["graph BT"]
     for folder in links:

@@ -9,7 +9,7 @@ cmake --preset "$preset" >build-configure.log 2>&1 || { cat build-configure.log 
 rm -f build-configure.log
 cmake --build --preset "$preset"
 
-# Only root can start Slurm's daemons.
+# ci/farm.sh needs root, because only root can start Slurm's daemons.
 if [ "$preset" = release ]; then
   if [ "$(id -u)" -eq 0 ]; then
     ci/farm.sh build/release/bin/emberline
@@ -18,10 +18,10 @@ if [ "$preset" = release ]; then
   fi
 fi
 
-# The numerics tests append one row per comparison. The table must have the same comparisons
-# (ci/numerics.sh).
+# The numerics tests append one row per comparison. tests/numerics/table.csv must have the same
+# comparisons (ci/numerics.sh).
 rows=$(mktemp)
 trap 'rm -f "$rows"' EXIT
-# One job more than there are cores: nine in ten tests leave a core idle at times.
+# Runs one job more than there are cores, because nine in ten tests leave a core idle at times.
 EMBERLINE_NUMERICS_TABLE=$rows ctest --preset "$preset" --no-tests=error -j "$(($(nproc) + 1))"
 python3 tests/numerics/table.py "$rows" tests/numerics/table.csv >/dev/null

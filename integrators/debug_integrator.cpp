@@ -12,7 +12,7 @@ namespace {
 
 float fraction(float x) {
   const float f = x - std::floor(x);
-  return f >= 0.0f && f < 1.0f ? f : 0.0f;  // also for infinities and NaN
+  return f >= 0.0f && f < 1.0f ? f : 0.0f;  // 0 also for infinities and NaN
 }
 
 Rgb material_color(uint32_t index) {

@@ -1,5 +1,5 @@
-// Interface of integrators: scene and camera rays in, radiance out. An integrator knows no pixel,
-// film or driver.
+// The interface of integrators, which compute radiance for the camera rays of a scene. An
+// integrator does not depend on pixels, film or driver.
 #pragma once
 
 #include <cstdint>
@@ -25,26 +25,27 @@ class Scene;             // renderer/scene
 class SurfaceRoles;      // renderer/scene
 
 struct IntegratorSettings {
-  // Scattering events: 1 is direct light only. Going straight through a smooth thin wall is not
-  // counted.
+  // Maximum number of scattering events; 1 means direct light only. Going straight through a smooth
+  // thin wall is not counted.
   int max_depth = 16;
-  // The environment lights the scene, but neither it nor shadow catchers are visible to the camera,
-  // directly or straight through smooth panes.
+  // If true, the environment lights the scene, but neither it nor shadow catchers are visible to
+  // the camera, directly or straight through smooth panes.
   bool transparent = false;
-  // Limit for indirect light: what light that arrives by way of more than the visible surface adds
-  // to a sample. Beyond it, in any channel, the light is scaled down without changing its colour.
-  // Mirrors and smooth glass are seen through. 0: no limit.
+  // Limit for each contribution of indirect light to a sample, that is, of light that was scattered
+  // by more than the visible surface, which may be seen in mirrors or through smooth glass. If a
+  // channel exceeds the limit, the light is scaled down without changing its colour. 0 means no
+  // limit.
   float clamp_indirect = 0.0f;
-  // Light samples at surfaces that are visible, also in mirrors and through smooth glass; other
-  // surfaces take one. At most PixelSamples::kAuxiliarySlots + 1. 0: BSDF sampling only, an
-  // independent estimator for the tests.
+  // Number of light samples at surfaces that are visible directly, in mirrors or through smooth
+  // glass; other surfaces take one. At most PixelSamples::kAuxiliarySlots + 1. With 0 there is only
+  // BSDF sampling, an independent estimator for the tests.
   int light_samples = 1;
 };
 
 // Statistics of paths in glass, summed over all samples.
 struct OpticsCounters {
-  uint64_t rays_ended_at_panes = 0;  // after kMaxWalls in a row
-  uint64_t dropped_solids = 0;       // faces met inside Interior::kLimit solids
+  uint64_t rays_ended_at_panes = 0;  // having passed kMaxWalls in a row
+  uint64_t dropped_solids = 0;       // faces entered inside Interior::kLimit solids
   // Samples of lights that only light sampling finds, and how many of these are blocked only by
   // smooth solid glass. One sample in 16 is examined.
   uint64_t point_light_samples = 0, blocked_by_glass = 0;
@@ -60,50 +61,52 @@ struct OpticsCounters {
   }
 };
 
-// A batch of samples: their camera rays, in the order of the samples.
+// A batch of samples, given by their camera rays, and the outputs that the caller wants.
 struct SampleBatch {
   const Scene& scene;
   const Camera& camera;
   std::span<const Ray> rays;
-  bool all_rays_miss = false;    // none of the rays is known to hit a surface
+  bool all_rays_miss = false;    // it is known that no ray hits a surface
   bool surface_aovs = false;     // fill SampleValue::first_hit
   bool hit_id = false;           // fill first_hit.id only
-  const AovSet* aovs = nullptr;  // the requested AOVs; null: none
-  // With surface_aovs: also fill first_hit.velocity of surfaces, for a shutter that is open for
-  // this number of frames. 0: no velocity.
+  const AovSet* aovs = nullptr;  // the requested AOVs; null if none
+  // If not 0, also fill first_hit.velocity of surfaces, for a shutter that is open for this number
+  // of frames. Requires surface_aovs.
   double velocity_frames = 0.0;
-  // Radiance by light group: both pointers or neither. The values arrive empty; the groups add up
-  // to SampleValue::radiance.
+  // Output of radiance by light group; set both pointers or neither. The values must arrive empty;
+  // the groups add up to SampleValue::radiance.
   const LightGroups* light_groups = nullptr;
   LightGroupValues* light_values = nullptr;
-  // Radiance by light-path layer; indexed by PathLayers::index_of.
+  // Output of radiance by light-path layer, indexed by PathLayers::index_of.
   const PathLayers* path_layers = nullptr;
   LightGroupValues* layer_values = nullptr;
-  // Guides light samples; null: none.
+  // Guides light samples; null if there is none.
   const LightGuide* guide = nullptr;
-  // Denoiser features, one for each ray; arrive empty. Empty span: not recorded.
+  // Output of denoiser features: one for each ray, which must arrive empty. If the span is empty,
+  // they are not recorded.
   std::span<DenoiserFeatures> features = {};
-  // Holdouts and catchers for camera rays, also straight through smooth panes; null: none. Only
-  // `path` and `direct` support them.
+  // Holdouts and catchers for camera rays, also straight through smooth panes; null if there are
+  // none. Only `path` and `direct` support them.
   const SurfaceRoles* roles = nullptr;
-  // Light on catchers, one for each ray; arrives empty. Empty span: not recorded.
+  // Output of the light on catchers: one for each ray, which must arrive empty. If the span is
+  // empty, it is not recorded.
   std::span<CatcherSample> catcher_samples = {};
-  // With catchers and an environment: samples the environment by all of its light. Catchers take no
-  // BSDF samples, which would find the light that MIS compensation leaves out.
+  // For catchers under an environment: samples the environment by all of its light. Catchers take
+  // no BSDF samples, which would find the light that MIS compensation leaves out.
   const LightGuide* catcher_guide = nullptr;
-  // The solids that each ray starts in, one for each ray. Null: all start outside.
+  // The solids in which each ray starts, one entry per ray; null if all rays start outside.
   const Interior* interiors = nullptr;
   OpticsCounters* optics = nullptr;  // may be null
-  // With IntegratorSettings::clamp_indirect: counts the removed light. Otherwise null.
+  // Counts the light that IntegratorSettings::clamp_indirect removes; null without a clamp.
   ClampedLight* clamped = nullptr;
 };
 
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  // One virtual call per batch. Thread-safe. `samples` has been started on the batch. values[i]
-  // arrive empty (no radiance, alpha 0). They, and the rays counted there, depend only on ray i and
-  // its sample's random numbers (law 1).
+  // Estimates a batch with one virtual call. Thread-safe. `samples` must have been started on the
+  // batch, and `values` must arrive empty (no radiance, alpha 0). values[i], including the rays
+  // counted there, depends only on ray i and its sample's random numbers (law 1).
   virtual void estimate(const SampleBatch& batch, PixelSamples& samples,
                         std::span<SampleValue> values) const = 0;
 };

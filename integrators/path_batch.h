@@ -29,7 +29,7 @@ inline Bounces after_bounce(Bounces before, bool delta) {
 struct LastVertex {
   LightQuery query;
   float bsdf_pdf = 0.0f;
-  int light_samples = 0;  // taken at the vertex; 0: emission found by the ray counts in full
+  int light_samples = 0;  // taken at the vertex; if 0, emission found by the ray counts in full
 };
 
 struct Path {
@@ -38,7 +38,7 @@ struct Path {
   Rgb throughput = Rgb(1.0f);
   Rgb radiance = Rgb(0.0f);
   float eta_scale = 1.0f;  // radiance compression by refraction so far; only for roulette
-  // Roulette probabilities of this ray: to scatter where it hits, and to be traced.
+  // Roulette probabilities of this ray: of scattering where it hits, and of being traced.
   float survival = 1.0f, ray_survival = 1.0f;
   // Scattering events so far. Going straight through a smooth thin wall is not counted, so that
   // light samples, which see through walls, and scattered rays agree on which paths exist.
@@ -98,8 +98,8 @@ struct PathBatch {
   }
 
   void eval_background(const LaneList& missed, Rgb* radiance) const;
-  // Environment radiance along the paths' rays, and the pdf with which an environment sample at the
-  // ray's vertex `from` would take the ray's direction.
+  // Computes the environment's radiance along the paths' rays, and the pdf with which an
+  // environment sample at the ray's vertex `from` would take the ray's direction.
   void eval_environment(const LaneList& missed, const LastVertex* const* from, Rgb* radiance,
                         float* pdf);
 

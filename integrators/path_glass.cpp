@@ -26,7 +26,8 @@ void PathGlass::replace_hit(const Ray& ray, const SurfaceHit& face, float offset
   b_.points[lane].surface.offset = offset;
 }
 
-// Follows the ray through hidden faces of solids to a visible surface. False: there is none.
+// Follows the ray through hidden faces of solids to a visible surface. Returns false if there is
+// none.
 bool PathGlass::find_visible_face(int lane) {
   Path& path = b_.paths[lane];
   ShadedPoint& point = b_.points[lane];
@@ -70,7 +71,7 @@ bool PathGlass::resolve_crossing(const SolidCrossing& crossing, const Ray& ray, 
   return true;
 }
 
-// Moves the ray from a hidden face to its next hit. False: there is none.
+// Moves the ray from a hidden face to its next hit. Returns false if there is none.
 bool PathGlass::next_face(Ray* ray, int lane) {
   Path& path = b_.paths[lane];
   ShadedPoint& point = b_.points[lane];
@@ -126,7 +127,7 @@ bool PathGlass::arrives(int lane, CoverageKey key) {
 }
 
 // Whether walls or hidden faces may lie between the vertex and the light. trace_clear_faces()
-// decides coverage at random, is_visible() takes its expectation.
+// decides coverage at random, while is_visible() uses its expected value.
 bool PathGlass::may_cross_clear_faces(int lane) {
   const Solids* solids = b_.scene.solids();
   const bool inside = !states_[lane].connection_interior->empty();
@@ -149,7 +150,7 @@ bool PathGlass::trace_clear_faces(int lane, CoverageKey key) {
 }
 
 // Counts light that misses a surface because smooth solid glass bends it; only light samples find
-// such light. Which samples are examined depends only on the sample.
+// such light. Whether a sample is examined depends only on the sample itself.
 void PathGlass::count_light_sample(int lane, CoverageKey key, bool arrives) {
   const Connection& c = b_.connections[lane];
   OpticsCounters* const optics = b_.batch.optics;

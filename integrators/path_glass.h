@@ -48,8 +48,8 @@ class PathGlass {
     if (b_.batch.interiors) near_[lane] = b_.batch.interiors[size_t(lane)];
   }
 
-  // Moves hits on hidden faces of solids to surfaces that the paths see. Paths that leave the scene
-  // move from b_.alive to `missed`.
+  // Moves hits on hidden faces of solids on to the surfaces that the paths see. Paths that leave
+  // the scene move from b_.alive to `missed`.
   void skip_hidden_faces(LaneList* missed);
 
   // Sets the surface's index of refraction, or turns a face of a flat solid into a thin wall.
@@ -74,11 +74,11 @@ class PathGlass {
     return (b_.points[lane].surface.position - states_[lane].vertex.query.point).length();
   }
 
-  // If the camera does not see the environment, sets the alpha of camera paths that leave the scene
-  // through panes to what the panes block, and removes these paths from the list.
+  // If the camera does not see the environment, handles the camera paths that leave the scene
+  // through panes: sets their alpha to what the panes block, and removes them from the list.
   void hide_background(LaneList* missed);
 
-  // A light sample leaves the vertex along wi, in local space.
+  // Called when a light sample leaves the vertex along wi, in local space.
   void connect(int lane, const Vec3f& wi) {
     State& state = states_[lane];
     const bool passes = wi.z < 0.0f && b_.points[lane].surface.material->is_solid();
@@ -87,7 +87,8 @@ class PathGlass {
     if (wavelength.is_dispersive && wi.z < 0.0f)
       b_.connections[lane].scattered *= wavelength.weight;
   }
-  // Whether the connection's light reaches the vertex; multiplies it by the transmittance.
+  // Returns whether the connection's light reaches the vertex, and multiplies it by the
+  // transmittance.
   bool arrives(int lane, CoverageKey key);
 
   // Applies the effects of the BSDF sample.
@@ -102,14 +103,14 @@ class PathGlass {
   bool is_straight_passage(int lane, const BsdfSample& next) {
     return next.delta && next.transmitted && b_.points[lane].material.bsdf.thin_walled;
   }
-  // The path passes a wall straight on. False: it has passed too many.
+  // Called when the path goes straight through a wall. Returns false if it has passed too many.
   bool count_wall(int lane) {
     states_[lane].absorbed_distance = 0.0f;
     if (++states_[lane].walls <= kMaxWalls) return true;
     if (b_.batch.optics) b_.batch.optics->rays_ended_at_panes++;
     return false;
   }
-  // The path leaves a vertex that scattered it.
+  // Called when the path leaves a vertex that scattered it.
   void leave(int lane) {
     State& state = states_[lane];
     state.absorbed_distance = 0.0f;
@@ -127,8 +128,8 @@ class PathGlass {
     const Interior* connection_interior = nullptr;  // the solids at the start of the connection
   };
 
-  // Measured between surface points: hit.t starts at the offset origin, which matters in thin
-  // slabs.
+  // Measured between surface points, because hit.t starts at the offset origin, which matters in
+  // thin slabs.
   float distance_from_last_vertex(int lane) {
     if (b_.depth == 0) return b_.paths[lane].hit.t;
     return (b_.points[lane].surface.position - b_.paths[lane].last.query.point).length();

@@ -44,14 +44,14 @@ class PathLoop : private PathBatch {
  private:
   // Russian roulette starts with this scattering event, since short paths carry most of the light.
   static constexpr uint32_t kRouletteDepth = 2;
-  // A path with throughput t continues with probability kRouletteScale sqrt(t), which lies between
-  // 1 and t because the light ahead is unknown. If the ray may reach an environment, often the
-  // brightest light, it is traced with the higher probability kRayRouletteScale sqrt(t), and the
-  // surface that it hits completes the roulette. We chose the values; measurements are in
-  // tests/bench/results.
+  // A path with throughput t continues with probability kRouletteScale sqrt(t). The root is a
+  // compromise between 1 and t, because the light ahead is unknown. If the ray may reach an
+  // environment, often the brightest light, it is traced with the higher probability
+  // kRayRouletteScale sqrt(t), and the surface that it hits completes the roulette. We chose the
+  // values; measurements are in tests/bench/results.
   static constexpr float kRouletteScale = 1.5f;
   static constexpr float kRayRouletteScale = 4.0f;
-  // Limits the probability to end a path to 95 %, so that a survivor's weight grows at most 20
+  // Limits the probability of ending a path to 95 %, so that a survivor's weight grows at most 20
   // times.
   static constexpr float kMinSurvival = 0.05f;
 
@@ -120,8 +120,8 @@ class PathLoop : private PathBatch {
     if (!missed.empty()) leave_scene(&missed);
   }
 
-  // The second part of the roulette, with the random number that let the ray be traced. Emissive
-  // surfaces are always shaded.
+  // The second part of the roulette. It reuses the random number that let the ray be traced.
+  // Emissive surfaces are always shaded.
   bool survives_hit_roulette(Path* path) {
     if (path->survival == path->ray_survival) return true;
     const Material& material = scene.material_of(path->hit.instance);
@@ -161,7 +161,7 @@ class PathLoop : private PathBatch {
 
   // ---- emitted light
 
-  // Also ends the paths that may not scatter.
+  // Adds the light that surfaces emit, and ends the paths that may not scatter.
   void add_emission() {
     alive.filter([this](int lane) {
       Path& path = paths[lane];
@@ -221,7 +221,7 @@ class PathLoop : private PathBatch {
 
   // ---- sample a light
 
-  // Surfaces that are visible, also in mirrors or through smooth glass, take several samples.
+  // Surfaces that are visible directly, in mirrors or through smooth glass take several samples.
   // Others take one, since the bounce before them adds more noise than the choice of a light.
   void sample_lights() {
     LaneList sampled;
@@ -238,8 +238,8 @@ class PathLoop : private PathBatch {
     }
   }
 
-  // Takes the i-th light sample. Beyond the first, a surface under a smooth coat and the surface
-  // reflected in that coat use the same random numbers.
+  // Takes the i-th light sample of each lane. For i > 0, a surface under a smooth coat and the
+  // surface reflected in that coat use the same random numbers.
   void connect_lanes(LaneList lanes, int i) {
     LightRequest requests[kRayBatch];
     LightSample* out[kRayBatch] = {};
@@ -258,7 +258,7 @@ class PathLoop : private PathBatch {
     for (const int lane : lanes) add_connection(lane);
   }
 
-  // Sets up the light that arrives if nothing blocks it. False: no light.
+  // Computes the light that arrives if nothing blocks it. Returns false if there is none.
   bool connect(int lane) {
     const ShadedPoint& point = points[lane];
     Connection& c = connections[lane];
@@ -295,7 +295,7 @@ class PathLoop : private PathBatch {
                        {samples.get(surface_dim::kBsdfX), samples.get(surface_dim::kBsdfY)});
   }
 
-  // Samples the path's next ray. False: the path ends here.
+  // Samples the path's next ray. Returns false if the path ends here.
   bool scatter(int lane) {
     Path& path = paths[lane];
     samples.resume_sample(lane);

@@ -46,8 +46,8 @@ void make_thin_walled(const Interior& around, ShadedPoint& point) {
 
 namespace {
 
-// The remaining ray towards a light. As in Scene::visible, it is aimed anew from each origin, and t
-// = 1 is exactly the target.
+// The remaining ray towards a light. It is aimed anew from each origin. As in
+// Scene::transmittance(), t = 1 is exactly the target.
 class ShadowRay {
  public:
   ShadowRay(const LightSample& light, const Vec3f& target, float time)
@@ -67,7 +67,7 @@ class ShadowRay {
   const float time_;
 };
 
-// Straight-through transmittance of the hit surface; the connection continues at `*beyond`.
+// Straight-through transmittance of the hit surface; the connection continues at `*next_origin`.
 Rgb wall_transmittance(const Scene& scene, const Vec3f& direction, float time,
                        const SurfaceHit& hit, const Interior& around, float u_texture,
                        Vec3f* next_origin) {
@@ -77,7 +77,7 @@ Rgb wall_transmittance(const Scene& scene, const Vec3f& direction, float time,
   return point.bsdf().straight_transmittance();
 }
 
-// Takes a connection through hidden faces of solids.
+// Follows a connection through hidden faces of solids.
 class HiddenFaceWalk {
  public:
   HiddenFaceWalk(const Scene& scene, const Vec3f& from, Interior* interior, float* medium_start)
@@ -89,8 +89,8 @@ class HiddenFaceWalk {
     return scene_.solids() &&
            (!interior_->empty() || scene_.solids()->transmits_straight(hit.instance));
   }
-  // Whether the face is hidden; if so, the connection continues at `*beyond`, and `*through` is
-  // attenuated.
+  // Returns whether the face is hidden; if so, the connection continues at `*next_origin`, and
+  // `*transmittance` is attenuated.
   bool cross(const Ray& ray, const Vec3f& direction, const SurfaceHit& hit,
              CoverageKey coverage_key, Rgb* transmittance, Vec3f* next_origin) {
     SurfaceInteraction surface;

@@ -1,4 +1,4 @@
-// The interiors of solids, and thin walls, between two vertices of a path.
+// What a path crosses between two vertices: interiors of solids, and thin walls.
 #pragma once
 
 #include "integrators/integrator.h"
@@ -13,21 +13,21 @@ inline CoverageKey coverage_key(const Scene& scene, PixelSamples& samples) {
   return scene.has_coverage() ? samples.coverage_key() : CoverageKey();
 }
 
-// Dispersion of a path. It gets one wavelength at the first face that disperses, and is weighted by
-// the colour of that wavelength once it has been refracted.
+// Dispersion of a path. The path gets one wavelength at the first face that disperses, and is
+// weighted by the colour of that wavelength once it has been refracted.
 struct PathWavelength {
-  float nanometres = 0.0f;     // 0: none yet
+  float nanometres = 0.0f;     // 0 if there is none yet
   Rgb weight = Rgb(1.0f);      // not applied yet
   bool is_dispersive = false;  // the current face disperses
 };
 
-// Sets the relative index of refraction of a solid's face, with the indices of both sides at the
+// Sets the relative index of refraction of a solid's face from the indices of both sides at the
 // path's wavelength, which is sampled on first use. `near` is the side that the path comes from.
 void set_relative_ior(const Interior& near, const Interior& far, PixelSamples& samples,
                       PathWavelength& wavelength, ShadedPoint& point);
 
 // is_flat_solid: whether the hit is on a flat solid, which acts as a thin wall. is_smooth_wall:
-// whether light goes straight through it, or through any other thin wall.
+// whether the hit is on a thin wall, flat solids included, that light crosses straight.
 inline bool is_flat_solid(const Scene& scene, const SurfaceHit& hit) {
   return scene.solids() && scene.solids()->is_flat(hit.instance);
 }
@@ -38,7 +38,7 @@ inline bool is_smooth_wall(const Scene& scene, const SurfaceHit& hit) {
 // Turns a face of a flat solid into a thin wall.
 void make_thin_walled(const Interior& around, ShadedPoint& point);
 
-// The deterministic BSDF sample of a path that may not scatter: straight through.
+// The deterministic BSDF sample of a path that may not scatter: it goes straight through.
 inline BsdfSample straight_sample(const SurfaceBsdf& bsdf) {
   BsdfSample sample;
   sample.weight = bsdf.straight_transmittance();
@@ -63,31 +63,32 @@ inline bool is_hidden(const Scene& scene, const SolidCrossing& crossing, const I
   return !crossing.empty() && !scene.material_of(instance).is_emissive();
 }
 
-// Absorption of a solid over an internal distance; 1 for null. A light at infinity counts as beyond
-// the scene, whose size bounds the path through any solid.
+// Transmittance of a solid over a distance in internal space; 1 if `medium` is null. The distance
+// to a light may be infinite, so it is limited to twice the scene's radius, which bounds the path
+// through any solid.
 inline Rgb absorption(const Scene& scene, const Material* medium, float distance) {
   if (!medium) return Rgb(1.0f);
   const float limited_distance = std::min(distance, 2.0f * scene.radius());
   return beer_transmittance(medium->attenuation(), float(double(limited_distance) / scene.scale()));
 }
 
-// Limit on consecutive smooth thin walls or hidden faces that a sampled ray or a connection passes;
-// equal for both, since they find the same light. A guard against scenes that consist of walls; the
-// report counts the rays that end here (OpticsCounters).
+// Maximum number of consecutive smooth thin walls or hidden faces that a sampled ray or a
+// connection passes. It is the same for both, since they find the same light. It guards against
+// scenes that consist of walls; the report counts the rays that end here (OpticsCounters).
 inline constexpr uint32_t kMaxWalls = 10'000;
 
-// Transmittance towards a sampled light: that of smooth thin walls in between, 0 if anything else
-// except hidden faces of solids is in between. `target` is the end of the connection, unused for
-// lights at infinity. `interior` is the interior at `from` and, on return, at the end of the
-// connection; `*medium_start` is the distance from `from` at which that last interior begins. The
-// caller applies the absorption from there on.
+// Transmittance towards a sampled light: that of the smooth thin walls in between, or 0 if there is
+// anything else in between except hidden faces of solids. `target` is the end of the connection; it
+// is unused for lights at infinity. `interior` is the interior at `from` and, on return, at the end
+// of the connection; `*medium_start` is the distance from `from` at which that last interior
+// begins. The caller must apply the absorption from there on.
 Rgb clear_transmittance(const Scene& scene, Vec3f from, const LightSample& light,
                         const Vec3f& target, float time, CoverageKey coverage_key,
                         Interior* interior, float* medium_start, PixelSamples& samples,
                         SampleRays* rays, OpticsCounters* counters);
 
 // Whether smooth glass of any shape, and nothing else, blocks a light that only light sampling
-// finds. For statistics.
+// finds. Used for statistics.
 bool is_blocked_only_by_glass(const Scene& scene, Vec3f from, const LightSample& light,
                               const Vec3f& target, float time, CoverageKey coverage_key);
 

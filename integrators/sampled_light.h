@@ -13,7 +13,8 @@ namespace emberline {
                                                     PixelSamples& samples) {
   if (material.has_uniform_emission()) return material.emission();
   const SurfaceAttributes attributes = scene.emitter_attributes(triangle, time, light.barycentric);
-  // A separate random number: the emitter's texel must not depend on this vertex's texel.
+  // Use a separate random number, because the emitter's texel must not depend on this vertex's
+  // texel.
   const float u_texture = material.needs_uv() ? samples.extra() : 0.0f;
   Rgb radiance = material.emission(attributes, u_texture);
   if (material.layers().clearcoat > 0.0f) {
@@ -24,9 +25,9 @@ namespace emberline {
     radiance *= emission_through_coat(layers.parameters.clearcoat,
                                       dot(light.direction, light.emitter_normal));
   }
-  // A path sees the emitter only where it covers, and the light sample must agree on average. As
-  // for rays, coverage is independent of emission: a card that is bright where it is clear shows
-  // the product of the means.
+  // A path sees only the covered part of the emitter, and the light sample must agree on average.
+  // As for rays, coverage is independent of emission: a card that is bright where it is transparent
+  // shows the product of the means.
   if (material.alpha_mode() != AlphaMode::kOpaque) {
     radiance *= material.coverage(attributes, samples.extra());
   }
@@ -50,8 +51,8 @@ inline Rgb emitted_radiance(const Scene& scene, const LightSample& light, const 
   return material.is_emission_animated() ? radiance * material.emission_scale(time) : radiance;
 }
 
-// Transmittance towards a sampled light; 0 if a surface blocks it. `target` is what
-// emitted_radiance() returned.
+// Transmittance towards a sampled light; 0 if a surface blocks it. `target` comes from
+// emitted_radiance().
 inline float transmittance(const Scene& scene, const LightSample& light, const Vec3f& from,
                            const Vec3f& target, float time, CoverageKey key) {
   if (light.distance == kInfinity) {

@@ -1,4 +1,4 @@
-// From a hit to a surface frame and material values; shared by all integrators that shade.
+// Computes the surface frame and material values at a hit; shared by all integrators that shade.
 #pragma once
 
 #include <optional>
@@ -31,8 +31,8 @@ struct ShadedPoint {
   }
 };
 
-// Shading in steps (mesh, textures, material), so that code that shades many points can overlap
-// their memory accesses.
+// Shading is split into steps (mesh, textures, material), so that code that shades many points can
+// overlap their memory accesses.
 inline void find_surface(const Scene& scene, const Ray& ray, const SurfaceHit& hit,
                          ShadedPoint* p) {
   scene.interaction(hit, ray.time, &p->surface);
@@ -45,7 +45,7 @@ inline void find_texels(float u_texture, const ShadedPoint& p, TexelPositions* t
   p.surface.material->find_texels(p.surface.attributes, u_texture, texels);
 }
 
-// The layers of a material that has some, with directions in local shading space.
+// Computes the layers of a material that has some, with directions in local shading space.
 void find_layers(const TexelPositions& texels, ShadedPoint* point);
 
 inline void find_material(const TexelPositions& texels, ShadedPoint* point) {
@@ -72,7 +72,7 @@ inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& h
   return p;
 }
 
-// The AOVs of a camera ray's first surface that the batch asks for.
+// Fills the AOVs that the batch asks for at a camera ray's first surface.
 inline void fill_first_hit(const SampleBatch& batch, const SurfaceHit& hit,
                            const ShadedPoint& point, float time, const Rgb& albedo, FirstHit* out) {
   if (batch.hit_id) out->id = point.surface.instance + 1;

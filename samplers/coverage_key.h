@@ -14,10 +14,10 @@
 
 namespace emberline {
 
-// One per ray; passed by value, in one register. The default: no stochastic coverage.
+// Each ray has one, passed by value in one register. The default means no stochastic coverage.
 struct CoverageKey {
   uint32_t seed = 0;   // shared by samples that are stratified together
-  uint32_t index = 0;  // of the sample among these
+  uint32_t index = 0;  // the sample's index among these
 };
 
 // Two numbers in [0, 1) per triangle: the first decides coverage, the second chooses a texel.

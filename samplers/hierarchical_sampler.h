@@ -3,23 +3,23 @@
 //
 // A k-d tree halves the domain, one dimension after another. Each new sample descends to the side
 // that has fewer samples, or to a random side if both have equally many, and lands in the empty
-// half of the first cell that holds one sample. So the first 2^m samples have one in each of the
-// 2^m cells of level m, and a prefix of any length is as even as possible.
+// half of the first cell that holds one sample. So each of the 2^m cells of level m contains one of
+// the first 2^m samples, and a prefix of any length is as even as possible.
 //
 // The tree is not stored. Samples that reach a node alternate between its sides: bit b of the
 // sample's index gives the side at depth b, flipped by a coin that belongs to the node, that is, to
-// the index's bits below b. owen_sobol::permute() does just this, flipping each bit by a hash of
-// the bits below; its result is the path, root first. The coin belongs to the node, not to the
-// visit, so sample k of [2^m, 2^(m+1)) falls into the cell of sample k - 2^m and halves it.
-// Therefore the leaves' volumes are known: integration_weight() is Kajiya's hierarchical
-// integration, the sum of each leaf's value times its volume, where after n = 2^m + j samples the
-// first j cells of level m are halved.
+// the index's bits below b. owen_sobol::permute() does just this: it flips each bit by a hash of
+// the bits below. In its result, the path, bit 0 is the side at the root. The coin belongs to the
+// node, not to the visit, so sample k of [2^m, 2^(m+1)) falls into the cell of sample k - 2^m and
+// halves it. Therefore the leaves' volumes are known: after n = 2^m + j samples, the cells of the
+// first j samples are halved. integration_weight() uses them for Kajiya's hierarchical integration,
+// which sums each leaf's value times its volume.
 //
 // Pixel x, y, lens x, y and time are split in turn, so 16 samples stratify the pixel in only 2 x 2
-// cells: effects that couple the five dimensions gain, plain edges lose.
+// cells. Effects that couple the five dimensions become less noisy, plain edges noisier.
 //
-// All other dimensions are those of `sobol`, so that comparing the two samplers compares the tree
-// alone.
+// All other dimensions come from `sobol`, so a comparison of the two samplers shows the effect of
+// the tree alone.
 #pragma once
 
 #include "samplers/sample_runs.h"
@@ -36,12 +36,13 @@ class HierarchicalSampler final : public Sampler {
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;
   StreamIndex stream_of(uint32_t sample) const override { return stream_index(streams_, sample); }
-  // count times the volume of the sample's leaf: 1 for all if count (of each stream) is a power of
-  // two. Unbiased for any count, since neither cells nor halves depend on values. Between powers of
-  // two, weights help if the last halving is along a dimension that matters. Otherwise unequal
-  // weights add variance, because the coins already spread the extra samples evenly over the cells:
-  // up to (1 + t)(1 - t/2) <= 9/8 times at count = 2^m (1 + t) where a halving gains nothing, and
-  // more where the leaves not yet halved are the noisy ones.
+  // The volume of the sample's leaf times n, the number of samples in its stream. All weights are 1
+  // if n is a power of two. The estimate is unbiased for any n, since neither cells nor halves
+  // depend on values. Between powers of two, weights help if the last halving is along a dimension
+  // that matters. Otherwise unequal weights add variance, because the coins already spread the
+  // extra samples evenly over the cells. With n = 2^m (1 + t) they multiply the variance by up to
+  // (1 + t)(1 - t/2) <= 9/8 where a halving gains nothing, and by more where the leaves not yet
+  // halved are the noisy ones.
   float integration_weight(uint32_t sample, uint32_t count) const override;
 
  private:

@@ -60,12 +60,13 @@ constexpr uint32_t pascal_below_8(uint32_t i) {
 }
 
 // Index orders for pairs of dimensions that must be jointly stratified. All pairs share one
-// sequence; a pair with an order takes point apply_order(i) for sample i. An order is a matrix over
-// the index's bits in which a bit flips itself and lower bits, so that aligned blocks of 2^m stay
-// together and each pair remains a (0,2)-sequence. The first kSearchedColumns columns come from
-// tests/bench/pair_orders.cpp: from 64 samples on, any two pairs are also stratified jointly. With
-// 16 samples or fewer, some numbers share leading digits with others that are rarely used together
-// with them. The other columns, for samples from 4096 on, are random.
+// sequence; a pair with an order takes point apply_order(i) for sample i. An order is a matrix
+// modulo 2 that multiplies the index's bits; each bit contributes to itself and to lower bits, so
+// that aligned blocks of 2^m stay together and each pair remains a (0,2)-sequence. The first
+// kSearchedColumns columns come from tests/bench/pair_orders.cpp: from 64 samples on, any two pairs
+// are also stratified jointly. With 16 samples or fewer, some numbers have the same leading digits
+// as others, chosen such that the two are rarely used together. The other columns, for samples from
+// 4096 on, are random.
 enum class Order : uint8_t { kPixel, kFirst, kSecond, kChoice, kLens, kTime };
 inline constexpr int kOrders = 6;
 inline constexpr int kSearchedColumns = 12;
@@ -104,7 +105,7 @@ constexpr uint32_t apply_order_to_8(Order order) {
   return elements;
 }
 
-// Uniform in [0, 1), at most 1 - 2^-24. Equal to to_unit_float(reverse_bits(x)). The conversion is
+// A uniform number in [0, 1), at most 1 - 2^-24; equals to_unit_float(reverse_bits(x)). It converts
 // from a signed integer, because that is one instruction on every vector unit.
 constexpr float reversed_to_unit_float(uint32_t x) {
   return float(int32_t(reverse_bits(x) >> 8)) * 0x1p-24f;
@@ -133,8 +134,9 @@ constexpr uint32_t random_order_of_8(uint32_t random_bits) {
   return order;
 }
 
-// Shuffles indices of numbers that are paired with other numbers of the same samples: an Owen
-// shuffle of blocks of 8, and a random permutation within each (sobol_sampler.h explains why both).
+// Shuffles the indices of a pair of numbers, to make it independent of the samples' other pairs: an
+// Owen shuffle of blocks of 8 and a random permutation within each (sobol_sampler.h explains why
+// both).
 constexpr uint32_t shuffle_in_blocks(uint32_t index, uint32_t seed) {
   const uint32_t block = index >> 3;
   const uint32_t order = random_order_of_8(hash32(hash32(seed) ^ hash32(block + 0x9e3779b9u)));

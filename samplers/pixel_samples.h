@@ -1,7 +1,7 @@
 // The numbers of a batch of up to 16 samples, filled slot by slot on first use. A batch holds
 // consecutive samples of one pixel, or, if each pixel needs only a few, samples of several pixels.
 //
-// One per worker thread, reused; no allocation after construction.
+// Each worker thread has one and reuses it. It allocates nothing after construction.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace emberline {
 
 class PixelSamples {
  public:
-  // Number of extra slots outside the path's own, for work that is repeated within one event.
+  // Number of slots in addition to the path's, for work that is repeated within one event.
   static constexpr int kAuxiliarySlots = 15;
 
   // `camera_dimensions`: number of dimensions of slot 0 that the camera uses.
@@ -131,7 +131,7 @@ class PixelSamples {
                     blocks_[kCachedSlots]);
     }
   }
-  // Hashes all samples of the batch, since that costs little more than one.
+  // Hashes all samples of the batch, since that costs little more than hashing one.
   void hash_samples() {
     const uint32_t seed_hash = hash32(pixel_.seed);
     if (scattered_) {
@@ -168,17 +168,17 @@ class PixelSamples {
   const Sampler& sampler_;
   int camera_dimensions_;
   bool scattered_ = false;
-  PixelKey pixel_;             // of a batch of one pixel; the seed is valid for both kinds
-  uint32_t first_sample_ = 0;  // of a batch of one pixel
-  std::array<SampleAddress, kSampleLanes> addresses_;  // of a scattered batch
+  PixelKey pixel_;             // for a batch of one pixel; the seed is valid for both kinds
+  uint32_t first_sample_ = 0;  // for a batch of one pixel
+  std::array<SampleAddress, kSampleLanes> addresses_;  // for a scattered batch
   int first_lane_ = 0;
   int count_ = 0;
   int lane_ = 0;
   uint32_t slot_[kSampleLanes] = {};         // current slot of each sample of the batch
   uint32_t extra_[kSampleLanes] = {};        // number of extra numbers drawn in that slot
-  uint32_t sample_hash_[kSampleLanes] = {};  // of (seed, pixel, sample), if hashed_
+  uint32_t sample_hash_[kSampleLanes] = {};  // hash of (seed, pixel, sample), if hashed_
   bool hashed_ = false;
-  CoverageKey streams_[kSampleLanes] = {};  // of (seed, pixel, stream), if streams_hashed_
+  CoverageKey streams_[kSampleLanes] = {};  // hash of (seed, pixel, stream), if streams_hashed_
   bool streams_hashed_ = false;
   uint32_t filled_ = 0;
   const SlotBlock* current_ = nullptr;

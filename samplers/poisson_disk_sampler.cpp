@@ -48,7 +48,7 @@ class CellGrid {
     first = point;
   }
 
-  // Whether no point is nearer than this distance, which must not exceed the cell width.
+  // Whether all points are at least sqrt(squared) away, which must not exceed the cell width.
   bool keeps_distance(uint32_t x, uint32_t y, double squared) const {
     const uint32_t column = cell(x), row = cell(y);
     for (const uint32_t r : {row, before(row), after(row)}) {
@@ -73,8 +73,8 @@ class CellGrid {
   std::array<uint32_t, kTableSize> next_;  // next point in the same cell
 };
 
-// Appends the first dart that keeps its distance. The loop ends because the radius leaves room and
-// the tables are deterministic.
+// Appends the first dart that keeps the minimum distance. The loop ends because the radius leaves
+// room and the tables are deterministic.
 void throw_darts(Table& table, uint32_t n, const CellGrid& grid, uint64_t& state) {
   do {
     const uint64_t bits = hash64(state += 0x9e3779b97f4a7c15ull);
@@ -98,7 +98,7 @@ Table make_table(uint64_t state) {
 
 using Tables = std::array<Table, kTables>;
 
-// Built once for all samplers and seeds; random shifts tell pixels apart.
+// Builds the tables once for all samplers and seeds; random shifts make pixels differ.
 const Tables& tables() {
   static const auto instance = [] {
     auto result = std::make_unique<Tables>();
@@ -108,7 +108,7 @@ const Tables& tables() {
   return *instance;
 }
 
-// One pair's numbers for a run; `key` selects its symmetry and shift.
+// Writes one pair's numbers for a run; `key` selects the symmetry and the shift.
 void fill_pair(const Table& table, uint32_t key, const SampleRun& run, float* x, float* y) {
   const uint32_t symmetry = hash_combine(key, 0);
   const uint32_t shift_x = hash_combine(key, 1), shift_y = hash_combine(key, 2);

@@ -1,18 +1,18 @@
 // Poisson-disk samples (Dippe & Wold 1985, "Antialiasing Through Stochastic Sampling", section
 // 3.1): uniform points with a minimum distance, so that aliases become high-frequency noise.
 //
-// Each prefix of the point sequence keeps its distance. Point n is a dart thrown on the torus until
-// its distance to all earlier points is at least kPoissonDiskRadius times the largest possible
-// distance of n + 1 points (after McCool & Fiume 1992, "Hierarchical Poisson Disk Sampling
+// Each prefix of the point sequence keeps its minimum distance. Point n is a dart thrown on the
+// torus until its distance to all earlier points is at least kPoissonDiskRadius times the largest
+// possible distance of n + 1 points (after McCool & Fiume 1992, "Hierarchical Poisson Disk Sampling
 // Distributions", where radii shrink in steps). So a pixel may take any number of samples. Eight
 // such tables of 1024 points are built when the first sampler is created (22 ms). A pixel uses each
 // table with a random shift on the torus and one of its eight symmetries, both renewed every 1024
 // samples.
 //
-// Pixel and lens, and the BSDF and light pairs of the first three surfaces, use tables, a different
-// one for each pair of a pixel: pairs with the same table would be copies of each other. All other
-// dimensions are those of `sobol`; single dimensions in particular gain nothing from a disk in the
-// plane.
+// The pixel and lens pairs, and the BSDF and light pairs of the first three surfaces, use tables.
+// Each pair of a pixel uses a different one, since pairs with the same table would be copies of
+// each other. All other dimensions come from `sobol`; single dimensions in particular gain nothing
+// from a distance in the plane.
 #pragma once
 
 #include "samplers/sample_runs.h"
@@ -21,8 +21,9 @@
 
 namespace emberline {
 
-// As a fraction of the neighbour distance in the hexagonal lattice, the largest that n points can
-// keep. Random darts get stuck at 0.78; at this value one dart in 47 hits.
+// The minimum distance as a fraction of the largest that n points can keep, which is the neighbour
+// distance in the hexagonal lattice. Random darts get stuck at 0.78; at 0.65, one dart in 47 is
+// accepted.
 inline constexpr double kPoissonDiskRadius = 0.65;
 
 class PoissonDiskSampler final : public Sampler {

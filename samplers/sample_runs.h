@@ -17,8 +17,8 @@ constexpr StreamIndex stream_index(StreamCount streams, uint32_t sample) {
   return {(sample >> 3) & 1u, ((sample >> 4) << 3) | (sample & 7u)};
 }
 
-// Number of a pixel's first `count` samples that belong to `stream`. Example: of 27 samples with
-// two streams, stream 0 has 0..7 and 16..23 (16 samples), stream 1 the other 11.
+// How many of a pixel's first `count` samples belong to `stream`. Example: of 27 samples with two
+// streams, stream 0 has 0..7 and 16..23 (16 samples), stream 1 the other 11.
 constexpr uint32_t stream_length(StreamCount streams, uint32_t stream, uint32_t count) {
   if (streams == StreamCount::kOne) return count;
   const uint32_t rest = count & 15u, before = 8 * stream;
@@ -28,14 +28,14 @@ constexpr uint32_t stream_length(StreamCount streams, uint32_t stream, uint32_t 
 // Consecutive samples that are consecutive indices of one block of one stream.
 struct SampleRun {
   uint32_t stream;
-  uint32_t block;  // each of block_size[stream] indices
-  uint32_t index;  // of the first sample, within the block
-  int lane;        // of the first sample
+  uint32_t block;  // number of the block; each holds block_size[stream] indices
+  uint32_t index;  // index of the first sample within the block
+  int lane;        // lane of the first sample
   int count;
 };
 
-// Cuts samples [first_sample, first_sample + count) into runs, in order. There are at most
-// kSampleLanes runs, and one per stream if blocks are not smaller than a batch.
+// Cuts samples [first_sample, first_sample + count), at most one batch, into runs, in order. There
+// are at most kSampleLanes runs, and one per stream if blocks are not smaller than a batch.
 template <typename Visit>
 void for_each_run(StreamCount streams, const uint32_t (&block_size)[2], uint32_t first_sample,
                   int count, Visit&& visit) {

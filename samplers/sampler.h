@@ -7,7 +7,7 @@
 //
 // No state is carried from one sample to the next: fill() is const, and its result for a sample
 // does not depend on which other samples are filled with it (law 1). Early passes of a progressive
-// render need one sample each of many pixels: fill_scattered() gives them the same numbers.
+// render need one sample each of many pixels; fill_scattered() computes the same numbers for them.
 #pragma once
 
 #include <cstdint>
@@ -18,11 +18,11 @@
 
 namespace emberline {
 
-inline constexpr int kSampleLanes = 16;    // samples filled together; an aligned block of indices
+inline constexpr int kSampleLanes = 16;    // samples filled together, an aligned block of indices
 inline constexpr int kSlotDimensions = 8;  // four pairs of dimensions per slot
 
-// The dimension plan. A pair is two adjacent dimensions that start at an even index; it is
-// stratified as a pair. Dimensions from 4 on are used one by one, so samplers may treat them as
+// The dimension plan. A pair is two adjacent dimensions that start at an even index; the two are
+// stratified together. Dimensions from 4 on are used one by one, so samplers may treat them as
 // single dimensions.
 namespace camera_dim {
 enum : int {
@@ -49,7 +49,7 @@ enum : int {
 };
 }
 
-// A pixel of a frame; the seed includes the frame's.
+// A pixel of a frame. `seed` is that of the frame.
 struct PixelKey {
   uint32_t x = 0, y = 0;
   uint32_t seed = 0;
@@ -66,11 +66,11 @@ struct alignas(64) SlotBlock {
   float values[kSlotDimensions][kSampleLanes];
 };
 
-// Number of independent randomisations of a pixel's samples. One is best stratified; two give an
-// unbiased error estimate: sample k belongs to stream (k >> 3) & 1.
+// Number of independent randomisations of a pixel's samples. One stream is best stratified; two
+// allow an unbiased error estimate: sample k then belongs to stream (k >> 3) & 1.
 enum class StreamCount : uint8_t { kOne = 1, kTwo = 2 };
 
-// A sample's position in its stream. Independent samples form one stream each.
+// A sample's position in its stream. With the independent sampler, each sample is its own stream.
 struct StreamIndex {
   uint32_t stream, index;
 };
@@ -89,29 +89,30 @@ class Sampler {
                               int first_lane, SlotBlock& out,
                               int dimensions = kSlotDimensions) const;
 
-  // The groups of samples that are stratified together, so that decisions outside the dimension
-  // plan can be stratified likewise. Thread-safe.
+  // The stream of samples that `sample` is stratified with, and its index there, so that decisions
+  // outside the dimension plan can be stratified too. Thread-safe.
   virtual StreamIndex stream_of(uint32_t sample) const = 0;
 
   // The weight of `sample` when a pixel takes exactly `count` samples (sample < count), for
-  // samplers whose points represent unequal volumes. The mean over a pixel's samples is 1, so the
-  // weighted sum is still divided by `count`. Thread-safe.
+  // samplers whose points represent unequal volumes. The mean weight of a pixel's samples is 1, so
+  // the weighted sum is still divided by `count`. Thread-safe.
   virtual float integration_weight(uint32_t /*sample*/, uint32_t /*count*/) const { return 1.0f; }
 };
 
-// Sample counts that a sampler supports: any, not known in advance; or exactly
-// SamplerSettings::samples_per_pixel, arbitrary or a power of two. Samples beyond a fixed count are
-// valid too: each further samples_per_pixel of them are a new randomisation.
+// Sample counts that a sampler supports. kAny: any count, not known in advance. kFixed: exactly
+// SamplerSettings::samples_per_pixel. kPowerOfTwo: the same, and it must be a power of two. Samples
+// beyond a fixed count are valid too: each further samples_per_pixel of them are a new
+// randomisation.
 enum class SampleCounts : uint8_t { kAny, kFixed, kPowerOfTwo };
 
-// The convergence rate of a sampler's variance, where theory or long measurement establishes it
+// How fast a sampler's variance converges, where theory or long measurements have established it
 // (renderer/statistics/convergence.h).
 enum class ConvergenceRate : uint8_t { kUnknown, kIndependent, kJittered, kSobol };
 
 struct SamplerSettings {
   StreamCount streams = StreamCount::kOne;
-  uint32_t samples_per_pixel = 64;  // at least 1; ignored by samplers of any count
-  int width = 1, height = 1;  // of the frame in pixels, for samplers that distribute error over it
+  uint32_t samples_per_pixel = 64;  // at least 1; samplers with SampleCounts::kAny ignore it
+  int width = 1, height = 1;  // frame size in pixels, for samplers that distribute error over it
 };
 
 // The table of samplers: used by the factory, --help, the "valid names are" message and the tests.

@@ -12,14 +12,14 @@
 namespace emberline {
 namespace {
 
-// Indices that are permuted at random among themselves; README.md explains why 8.
+// Number of consecutive indices that are permuted at random among themselves (sobol_sampler.h).
 constexpr uint32_t kBlockSize = 8;
 
 using owen_sobol::Order;
 
 // The index order of a pair, or nothing for a random order. Light and BSDF samples of one surface
-// share an order, since their contributions add. Numbers whose effects multiply must not share one,
-// or one would be a copy of the other.
+// share an order, since their contributions add. Pairs whose effects multiply must not share one,
+// or one pair would be a copy of the other.
 constexpr std::optional<Order> order_of(uint32_t slot, int pair) {
   if (slot == 0) {
     if (pair == 0) return Order::kPixel;
@@ -58,7 +58,8 @@ template <int kBlocks, int kPairs>
 struct BlockPlan {
   static constexpr int kDimensions = 2 * kPairs;
   alignas(64) uint32_t scramble[kBlocks * kDimensions];  // Owen scramble of each dimension
-  // A pair's index in its sequence: that of the block's first sample xor a nibble of `order`.
+  // A sample's index in a pair's sequence is `base`, that of the block's first sample, xor a nibble
+  // of `order`.
   alignas(64) uint32_t base[kBlocks * kPairs];
   alignas(64) uint32_t order[kBlocks * kPairs];
 };
@@ -217,8 +218,8 @@ void order_blocks(const ScatteredLanes& lanes, Order order, uint32_t (&base)[kSa
   }
 }
 
-// One pair of dimensions of a slot, with the values of plan_blocks() and fill_blocks(); the loops
-// vectorise over the lanes.
+// Computes one pair of dimensions of a slot, with the same values as plan_blocks() and
+// fill_blocks(). The loops vectorise over the lanes.
 void fill_scattered_pair(const ScatteredLanes& lanes, uint32_t slot, int pair,
                          float (&x)[kSampleLanes], float (&y)[kSampleLanes]) {
   alignas(64) uint32_t base[kSampleLanes], order[kSampleLanes];
@@ -248,15 +249,15 @@ void fill_scattered_pair(const ScatteredLanes& lanes, uint32_t slot, int pair,
   }
 }
 
-// The block of samples 8 * half to 8 * half + 7 of a pixel. Example: with two streams, samples
-// 40..47 are half 5, which is block 2 of stream 1.
+// The block that holds samples 8 * half to 8 * half + 7 of a pixel. Example: with two streams,
+// samples 40..47 are half 5, which is block 2 of stream 1.
 Block block_of(uint32_t pixel_hash, uint32_t half, StreamCount streams) {
   if (streams == StreamCount::kOne) return {hash_combine(pixel_hash, 0), half};
   return {hash_combine(pixel_hash, half & 1u), half >> 1};
 }
 
-// The time of camera samples, in an order that stratifies it jointly with the pixel position,
-// because motion couples the two.
+// Writes the time of camera samples, in an order that stratifies it jointly with the pixel
+// position, because motion couples the two.
 void fill_time(const ScatteredLanes& lanes, int count, float* time) {
   alignas(64) uint32_t base[kSampleLanes];
   order_blocks(lanes, Order::kTime, base);
@@ -312,8 +313,8 @@ void SobolSampler::fill_scattered_pairs(std::span<const SampleAddress> samples, 
                                         uint32_t slot, int first_lane, SlotBlock& out,
                                         int dimensions) const {
   const uint32_t seed_hash = hash32(seed);
-  // The second half of the first 16 samples, and the groups of eight that adaptive sampling adds,
-  // are whole blocks. Their shared data is computed once.
+  // The second half of the first 16 samples and the groups of eight that adaptive sampling adds are
+  // whole blocks. The data that a block's samples share is computed once.
   const auto first_block = [&](const SampleAddress& a) {
     const uint32_t pixel_hash = hash_combine(hash_combine(seed_hash, a.x), a.y);
     return block_of(pixel_hash, a.sample / kBlockSize, streams_);

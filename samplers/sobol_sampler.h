@@ -1,4 +1,4 @@
-// Owen-scrambled Sobol' pairs, in index orders that stratify some pairs jointly.
+// Owen-scrambled Sobol' pairs, visited in index orders that stratify some pairs jointly.
 //
 // Each pair of dimensions is one scrambled (0,2)-sequence. Pair 0 of slot 0, the pixel position, is
 // taken in natural order: every prefix of 2^m samples is a (0,m,2)-net. The same holds for the
@@ -9,12 +9,13 @@
 //
 // Every other pair visits its sequence in a random order, since pairs would otherwise be copies of
 // each other: an Owen shuffle of blocks of 8, and a random permutation within each block. At
-// multiples of 16 samples each pair is still fully stratified. Both are needed. With only the Owen
-// shuffle, low index bits stay matched: the variance is 1.4 times that of random numbers for exp(-4
-// |a - b|^2), and 2 times for sign x sign. With only the permutation, structure finer than a block
-// stays matched: 1 + N/64 times. With both, these factors are 0.93 to 0.98, 8/7 and 9/8, the last
-// two exactly as theory predicts for blocks of 8. With searched orders, the first two are .27 and 0
-// at 64 samples; the last, for one fine frequency of many, is 2.
+// multiples of 16 samples each pair is still fully stratified. Both steps are needed. With only the
+// Owen shuffle, low index bits stay matched: the variance is 1.4 times that of random numbers for
+// exp(-4 |a - b|^2), and 2 times for a product of two signs. With only the permutation, structure
+// finer than a block stays matched: the variance is 1 + N/64 times that of random numbers. With
+// both, these three factors are 0.93 to 0.98, 8/7 and 9/8, the last two exactly as theory predicts
+// for blocks of 8. With searched orders, the first two are .27 and 0 at 64 samples; the third, for
+// one fine frequency of many, is 2.
 //
 // With two streams, sample k belongs to stream (k >> 3) & 1, at index ((k >> 4) << 3) | (k & 7).
 // The streams are independent randomisations, so (A - B)^2 / 4 is an unbiased estimate of the

@@ -14,7 +14,7 @@ namespace {
 constexpr uint32_t kStratifiedSalt = 0x57a71f1eu;
 constexpr int kPlanarDimensions = 4;  // the first two pairs
 
-// A double holds the sum of a cell index (24 bits) and a position within the cell.
+// Has 28 bits, so that a double holds the sum of a cell index (24 bits) and this position exactly.
 double position_in_cell(uint32_t bits) { return double(bits >> 4) * 0x1p-28; }
 float clamp_below_one(double u) { return std::min(float(u), kOneMinusEpsilon); }
 
@@ -38,7 +38,8 @@ void fill_plane(const JitterGrid& grid, const uint32_t* cell, const Jitter& jitt
     const uint32_t columns = wide ? grid.columns + 1 : grid.columns;
     const double width = wide ? per_wide_column : per_column;
     const uint32_t index_in_rows = wide ? cell[i] : cell[i] - grid.wide_cells;
-    // Half a cell beyond the quotient's jump, so that rounding cannot change the result.
+    // Adding half a cell keeps the quotient away from integers, so rounding cannot change the
+    // result.
     const uint32_t column =
         index_in_rows - uint32_t(int32_t((index_in_rows + 0.5) * width)) * columns;
     x[i] = clamp_below_one((column + position_in_cell(jitter_x.bits[i])) * width);

@@ -20,8 +20,8 @@ struct JitterGrid {
   // cells: at least 1.
   explicit JitterGrid(uint32_t cells);
   uint32_t cells;
-  uint32_t columns;     // per row; the first rows have one more
-  uint32_t wide_cells;  // number of cells in the rows with one more
+  uint32_t columns;     // cells per row; the first rows have one more
+  uint32_t wide_cells;  // total number of cells in those first rows
 };
 
 class StratifiedSampler final : public Sampler {

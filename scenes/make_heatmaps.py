@@ -22,13 +22,13 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 SCENES = ["spheres", "teapot"]
-# A threshold of 1/100 of the display's range. The scale is the same in both: white from 400 samples on.
+# The threshold is 1/100 of the display's range. Both figures have the same scale: 400 or more samples are white.
 OPTIONS = ["--driver", "adaptive", "--integrator", "direct", "--noise-threshold", "0.01", "--range", "0,400"]
-# Half the size, since there are three rows. White from three times the mean.
+# Half the size, since there are three rows. Three times the mean number of samples, or more, is white.
 BLUR = ["--driver", "adaptive", "--spp", "64", "--range", "0,192", "--size", "400x225"]
 SHUTTER = ["--time", "0", "--shutter", "0,0.5"]
-LENS = ["--f-stop", "0.5", "--focus-distance", "1.27"]  # the books
-# Frame and heatmaps of heatmaps.jpg: quantity and style of each.
+LENS = ["--f-stop", "0.5", "--focus-distance", "1.27"]  # focuses on the books
+# heatmaps.jpg: the frame's options, and the quantity and style of each heatmap.
 FRAME = ["--driver", "adaptive", "--noise-threshold", "0.02", "--max-spp", "256", "--size", "640x360"]
 HEATMAPS = [["samples", "--colors", "viridis"], ["stop"], ["time", "--colors", "turbo"],
             ["error", "--log", "--colors", "inferno"]]
@@ -49,7 +49,7 @@ def run(*words):
 
 
 def make_figure(emberline, scene, rows, out):
-    """Image left, sample density right, for each of `rows`, which are render options."""
+    """Writes a row for each entry of `rows`, which are render options: the image left, its sample density right."""
     with tempfile.TemporaryDirectory() as folder:
         stack, pastes, top = [], [], 0  # oiiotool pastes the top of the stack first
         for number, options in enumerate(rows):
@@ -75,7 +75,7 @@ def make_heatmaps(emberline, threads, out):
 
 
 def make_clamped(emberline, threads, out):
-    """An image, the same with clamped indirect light, and the clamped energy."""
+    """Writes an image, the same with clamped indirect light, and the energy that clamping removes."""
     with tempfile.TemporaryDirectory() as folder:
         frame, clamped = pathlib.Path(folder) / "frame.exr", pathlib.Path(folder) / "clamped.exr"
         render = [emberline, "render", HERE / "glass_metal.glb", "--size", "400x225", "--spp", "64", "--quiet", *threads]
@@ -90,7 +90,7 @@ def make_clamped(emberline, threads, out):
 
 
 def make_guided(emberline, threads, out):
-    """A room lit only by the sky through double glazing: environment sampled by its light, and guided."""
+    """Writes a room lit only by the sky through double glazing, with the environment sampled by its light, and guided."""
     with tempfile.TemporaryDirectory() as folder:
         edits = pathlib.Path(folder) / "edits.json"
         edits.write_text('{"emberline_edits": 1, "lights": [{"kind": "material", "name": "bulb", "on": false}]}')
@@ -103,7 +103,7 @@ def make_guided(emberline, threads, out):
 
 
 def make_denoised(emberline, threads, out):
-    """Few samples, the same denoised, the estimated remaining error, and many samples."""
+    """Writes a picture with few samples, the same denoised, its estimated remaining error, and one with many samples."""
     with tempfile.TemporaryDirectory() as folder:
         names = ("few", "denoised", "error", "many")
         few, denoised, error, many = panels = [pathlib.Path(folder) / f"{name}.png" for name in names]
@@ -117,8 +117,8 @@ def make_denoised(emberline, threads, out):
 
 
 def make_layers(emberline, threads, out):
-    """The image, its light by path, albedo, normals, depth and object ids."""
-    light = ["direct", "indirect", "reflection", "transmission"]  # the rest is black here
+    """Writes the image, its light by kind of path, albedo, normals, depth and object ids."""
+    light = ["direct", "indirect", "reflection", "transmission"]  # the other kinds are black in this scene
     with tempfile.TemporaryDirectory() as folder:
         frame = pathlib.Path(folder) / "frame.exr"
         run(emberline, "render", HERE / "glass_metal.glb", "-o", frame, "--size", "320x180", "--spp", "256", "--quiet", "--aov",
@@ -126,7 +126,7 @@ def make_layers(emberline, threads, out):
         to_srgb = ["--colorconvert", "linear", "sRGB"]
         panels = {"": to_srgb, **{f"{layer}.": to_srgb for layer in [*light, "albedo"]},
                   "N.": ["--addc", "1", "--mulc", ".5"], "Z": ["--subc", DEPTHS[0], "--divc", DEPTHS[1]],
-                  "id": ["--mulc", 2**32 - 1, "--divc", OBJECTS, "--colormap", "turbo"]}  # read as a fraction of 2^32 - 1
+                  "id": ["--mulc", 2**32 - 1, "--divc", OBJECTS, "--colormap", "turbo"]}  # oiiotool reads id / (2^32 - 1)
         names = []
         for layer, change in panels.items():
             names.append(pathlib.Path(folder) / f"{len(names)}.png")

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Tries an installed Emberline, from the demo's frame to a program built against the library.
+# Tries an installed Emberline: from rendering the demo's frame to building a program against the library.
 #   ci/package/smoke.sh SOURCES   SOURCES: the folder with scenes/ and tests/
 set -uo pipefail
 sources=$(realpath "$1")
@@ -46,7 +46,7 @@ by_pkg_config() {
   ./example_pc "$scenes/cornell_box.glb" light
 }
 
-# The builds for older processors must agree; the loader would choose the best one (renderer/arches.cmake).
+# Checks that the builds for all processors agree, since the loader would choose only the best (renderer/arches.cmake).
 builds_agree() {
   local arch loader=/lib64/ld-linux-x86-64.so.2
   for arch in $("$loader" --help | sed -n 's/^  \(x86-64-v[234]\) (supported.*/\1/p' | tac); do
@@ -69,7 +69,7 @@ assert emberline.compare(picture, frame).mse == 0
 SCRIPT
 }
 
-# Blender itself is too large for a minimal root, so check that Python parses the files and that all are there.
+# Blender is too large for a minimal root, so this only checks that all files are there and that Python parses them.
 addon_of_blender() {
   local scripts=/usr/share/blender/scripts/addons/emberline_blender
   # The place where Blender 4.2 and later look.

@@ -46,8 +46,8 @@ class CatcherRecorder : public Recorder {
   void sample_catcher_light(int lane);
   void connect(int lane, const SurfaceInteraction& surface, const LightSample& light, float weight);
 
-  const SurfaceRoles* const roles_ = b_.batch.roles;  // null: none
-  // Empty: light on catchers is not recorded.
+  const SurfaceRoles* const roles_ = b_.batch.roles;  // null if there are none
+  // If empty, light on catchers is not recorded.
   const std::span<CatcherSample> catcher_samples_ = b_.batch.catcher_samples;
   LaneList lanes_;
   LaneArray<CatcherHit> catcher_hits_;

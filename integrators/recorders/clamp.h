@@ -34,7 +34,7 @@ class ClampRecorder : public Recorder {
   }
 
  private:
-  // Does not change non-finite light, so that the film finds and counts it.
+  // Leaves non-finite light unchanged, so that the film finds and counts it.
   Rgb clamp(int lane, uint32_t group, const Rgb& light) {
     const Rgb& throughput = b_.paths[lane].throughput;
     const Rgb contribution = throughput * light;
@@ -49,7 +49,7 @@ class ClampRecorder : public Recorder {
   }
 
   BatchLightGroups groups_{b_};
-  ClampedLight* const clamped_light_ = b_.batch.clamped;  // null: nothing is clamped
+  ClampedLight* const clamped_light_ = b_.batch.clamped;  // null if nothing is clamped
   LaneArray<Rgb> removed_light_;                          // by lane
 };
 

@@ -1,5 +1,5 @@
-// Records DenoiserFeatures: of the surfaces seen in mirrors and through clear glass, not of the
-// mirrors.
+// Records DenoiserFeatures. Mirrors and clear glass do not record their own features, but those of
+// the surfaces seen in them or through them.
 #pragma once
 
 #include <algorithm>
@@ -80,7 +80,7 @@ class FeatureRecorder : public Recorder {
     if (unlit || bsdf.has_non_delta()) state->stage = Stage::kAtSurface;
   }
 
-  const std::span<DenoiserFeatures> features_ = b_.batch.features;  // empty: not recorded
+  const std::span<DenoiserFeatures> features_ = b_.batch.features;  // not recorded if empty
   LaneArray<State> states_;
 };
 

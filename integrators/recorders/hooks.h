@@ -21,20 +21,21 @@ struct NoRecorder {
   // The surface's material and BSDF are known.
   static void shaded(int /*lane*/) {}
 
-  // `light`, with its MIS weight but without the throughput, is about to be added to the path's
-  // radiance. These hooks return the light to add instead. Emission of the surface:
+  // The next three hooks are called before `light`, with its MIS weight but without the throughput,
+  // is added to the path's radiance. They return the light to add instead. This one is for emission
+  // of the surface.
   static Rgb emitted(int /*lane*/, const Rgb& light) { return light; }
-  // The environment; `radiance` is without the MIS weight:
+  // This one is for the environment; `radiance` is without the MIS weight.
   static Rgb environment(int /*lane*/, const Rgb& /*radiance*/, const Rgb& light) { return light; }
-  // An unoccluded light sample:
+  // This one is for an unoccluded light sample.
   static Rgb connected(int /*lane*/, const Rgb& light) { return light; }
 
   // The path leaves the surface along this sample.
   static void scattered(int /*lane*/, const BsdfSample& /*next*/) {}
   // The scattered ray has left the scene.
   static void missed(int /*lane*/) {}
-  // All paths have ended and the sample values are set. `hit`: paths whose camera ray hit a
-  // surface.
+  // All paths have ended and the sample values are set. `hit` lists the paths whose camera ray hit
+  // a surface.
   static void paths_ended(const LaneList& /*hit*/) {}
 };
 

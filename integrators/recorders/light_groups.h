@@ -7,7 +7,7 @@
 
 namespace emberline {
 
-// Light groups of the light that paths find; 0 if the batch has no light groups.
+// Looks up the light groups of the light that paths find; 0 if the batch has no light groups.
 class BatchLightGroups {
  public:
   explicit BatchLightGroups(PathBatch& batch) : b_(batch), groups_(batch.batch.light_groups) {}
@@ -54,7 +54,7 @@ class LightGroupRecorder : public Recorder {
   }
 
   BatchLightGroups groups_{b_};
-  LightGroupValues* const values_ = b_.batch.light_values;  // null: not recorded
+  LightGroupValues* const values_ = b_.batch.light_values;  // null if not recorded
 };
 
 }  // namespace emberline

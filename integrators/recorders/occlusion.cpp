@@ -11,8 +11,8 @@ bool OcclusionRecorder::is_enabled(const SampleBatch& batch) {
 }
 
 void OcclusionRecorder::paths_ended(const LaneList&) {
-  constexpr uint32_t kOcclusionSlot = 1u
-                                      << 25;  // beyond the slots of paths and their light samples
+  // This is beyond the slots of paths and their light samples.
+  constexpr uint32_t kOcclusionSlot = 1u << 25;
   for (const int lane : lanes_) {
     b_.samples.resume_sample(lane);
     b_.samples.start_slot(kOcclusionSlot);

@@ -87,7 +87,7 @@ class PathLayerRecorder : public Recorder {
   }
 
   const PathLayers* const layers_ = b_.batch.path_layers;
-  LightGroupValues* const values_ = b_.batch.layer_values;  // null: not recorded
+  LightGroupValues* const values_ = b_.batch.layer_values;  // null if not recorded
   LaneArray<Event> first_events_;
 };
 

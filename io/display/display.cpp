@@ -25,10 +25,10 @@ namespace {
 
 namespace ocio = OCIO_NAMESPACE;
 
-// The largest finite half: display transforms index tables by half.
+// The largest finite half. Display transforms use half values as indices into tables.
 constexpr float kMaxHalf = 65504.0f;
 
-// Studio configs have a few megabytes, archives with their tables about a hundred.
+// Studio configs have a few megabytes; archives that include their tables have about a hundred.
 constexpr uint64_t kMaxConfigBytes = uint64_t(256) << 20;
 
 // Names for "linear light, Rec. 709 primaries, D65" in the ACES configs of OpenColorIO 2 and of
@@ -54,8 +54,8 @@ ocio::BuiltinTransformRcPtr builtin(const char* style, ocio::TransformDirection 
   return transform;
 }
 
-// Linear Rec. 709 to ACES2065-1, with the chromatic adaptation (Bradford, D65 to the ACES white) of
-// OpenColorIO's own matrices.
+// Converts linear Rec. 709 to ACES2065-1, with the chromatic adaptation of OpenColorIO's own
+// matrices (Bradford, D65 to the ACES white).
 ocio::GroupTransformRcPtr rec709_to_aces() {
   const ocio::GroupTransformRcPtr group = ocio::GroupTransform::Create();
   group->appendTransform(
@@ -102,7 +102,7 @@ void add_space(const ocio::ConfigRcPtr& config, const char* name, bool data,
   config->addColorSpace(space);
 }
 
-// The reference space is linear Rec. 709 itself.
+// The reference space of this config is linear Rec. 709.
 ocio::ConstConfigRcPtr built_in_config() {
   const ocio::ConfigRcPtr config = ocio::Config::Create();
   config->setMajorVersion(2);
@@ -118,8 +118,8 @@ ocio::ConstConfigRcPtr built_in_config() {
   return config;
 }
 
-// The name as the config spells it, or `fallback` if `chosen` is empty. `owner` is what has the
-// names, for the message.
+// Returns the name as the config spells it, or `fallback` if `chosen` is empty. In the message,
+// `owner` says where the names are defined.
 std::string find_name(const std::string& kind, const std::string& owner, const std::string& chosen,
                       const std::vector<std::string>& names, const std::string& fallback) {
   if (chosen.empty()) return fallback;
@@ -131,8 +131,8 @@ std::string find_name(const std::string& kind, const std::string& owner, const s
 }
 
 struct InputSpace {
-  std::string space;     // the config's space in which pixels enter it
-  bool to_aces = false;  // pixels are converted to ACES2065-1 first
+  std::string space;     // the space in which pixels enter the config
+  bool to_aces = false;  // whether pixels are converted to ACES2065-1 first
 };
 
 InputSpace find_input_space(const ocio::ConstConfigRcPtr& config, const std::string& place) {
@@ -155,16 +155,16 @@ InputSpace find_input_space(const ocio::ConstConfigRcPtr& config, const std::str
   return {space->getName(), false};
 }
 
-// The current config and its name in messages.
+// The current config, and its name for messages.
 struct CurrentConfig {
   ocio::ConstConfigRcPtr config;
   std::string place;
   bool built_in = false;
-  std::vector<std::string> tables = {};  // files that it refers to
+  std::vector<std::string> tables = {};  // files that the config refers to
 };
 
 CurrentConfig current_config() {
-  // OpenColorIO logs through our log; its errors are exceptions.
+  // OpenColorIO logs to our log. Its errors are exceptions.
   static std::once_flag logging;
   std::call_once(logging, [] {
     ocio::SetLoggingFunction([](const char* message) { log_verbose(one_line(message)); });
@@ -174,7 +174,7 @@ CurrentConfig current_config() {
     return {built_in_config(), "the built-in OpenColorIO config", true};
   }
   // OpenColorIO's own reader would block on a pipe, read a device forever, and leak on a directory.
-  if (!std::string_view(variable).starts_with("ocio://")) {  // a config built into the library
+  if (!std::string_view(variable).starts_with("ocio://")) {  // otherwise built into the library
     const InputFile file(variable, "$OCIO");
     if (file.size() > kMaxConfigBytes) {
       throw InputError(variable, "is too large for an OpenColorIO config: {} (named by $OCIO)",
@@ -255,8 +255,8 @@ struct DisplayTransform::Impl {
 
 DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace from) {
   if (!std::isfinite(settings.exposure)) throw UsageError("`exposure`: not a finite number");
-  // OpenColorIO 2.1 keeps what it reads of the environment in one string shared by all threads, and
-  // a window makes transforms for the screen and for files concurrently.
+  // OpenColorIO 2.1 stores the environment variables that it reads in one string for all threads,
+  // and a window creates transforms for the screen and for files concurrently.
   static std::mutex ocio_mutex;
   const std::lock_guard lock(ocio_mutex);
 
@@ -285,8 +285,8 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace
       pipeline->setLooksOverrideEnabled(true);
       pipeline->setLooksOverride(look.c_str());
     }
-    // Lossless: avoids the fast approximations of log and power, which are off by one in the last
-    // of 12 bits and differ between processors.
+    // "Lossless" avoids the fast approximations of log and power, whose last of 12 bits may be
+    // wrong and which differ between processors.
     impl->to_display = pipeline->getProcessor(config, config->getCurrentContext())
                            ->getOptimizedCPUProcessor(ocio::OPTIMIZATION_LOSSLESS);
 
@@ -308,7 +308,7 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace
     throw InputError(place, one_line(error.what()) + (built_in ? "" : " (named by $OCIO)"));
   } catch (const EmberlineError&) {
     throw;
-  } catch (const std::exception& error) {  // e.g. an unchecked number
+  } catch (const std::exception& error) {  // for example, an unchecked number
     throw InputError(
         place, "OpenColorIO rejects an environment variable (OCIO_...): " + one_line(error.what()));
   }

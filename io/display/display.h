@@ -15,15 +15,15 @@
 namespace emberline {
 
 struct DisplaySettings {
-  std::string display;    // empty: the config's default
+  std::string display;    // empty: the config's default display
   std::string view;       // empty: the display's default view
   std::string look;       // empty: none
-  float exposure = 0.0f;  // stops, before the view
+  float exposure = 0.0f;  // in stops, applied before the view
 
   bool operator==(const DisplaySettings&) const = default;
 };
 
-// The valid names for DisplaySettings, as the current config spells them; defaults first.
+// The valid names for DisplaySettings, as the current config spells them. Defaults come first.
 struct DisplayNames {
   struct Display {
     std::string name;
@@ -35,14 +35,14 @@ struct DisplayNames {
 // Throws InputError if $OCIO is set but cannot be read.
 DisplayNames display_names();
 
-// The existing files that the config of $OCIO names; none without a config or if it is damaged.
+// Returns the existing files that the config in $OCIO names; none if it is unset or damaged.
 std::vector<std::string> ocio_table_files();
 
-// The transform from linear Rec. 709 to a display.
+// Converts from linear Rec. 709, or another working space, to a display.
 //
-// If $OCIO is unset or empty, uses OpenColorIO's built-in transforms and no files: display "sRGB"
-// with the views "sRGB" (default; the curve of IEC 61966-2-1, clamped), "ACES" (the ACES 1.0 SDR
-// video output transform, shown on an sRGB display) and "Raw" (no curve).
+// If $OCIO is unset or empty, uses OpenColorIO's built-in transforms and no files: the display
+// "sRGB" with the views "sRGB" (default; the curve of IEC 61966-2-1, clamped), "ACES" (the ACES 1.0
+// SDR video output transform, shown on an sRGB display) and "Raw" (no curve).
 //
 // Otherwise uses the config of $OCIO. Pixels enter it, in order of preference, as
 //   1. its space of linear Rec. 709 primaries, if it has one under one of the usual names;
@@ -51,24 +51,24 @@ std::vector<std::string> ocio_table_files();
 //      space has other primaries.
 class DisplayTransform {
  public:
-  // `from` is the space of the input. Throws UsageError, which lists the valid names, for an
+  // `from` is the input's working space. Throws UsageError, which lists the valid names, for an
   // unknown display, view or look (case does not matter), and InputError if $OCIO is set but cannot
   // be read or used.
   explicit DisplayTransform(const DisplaySettings& settings,
                             WorkingSpace from = WorkingSpace::kRec709);
   ~DisplayTransform();
 
-  // Converts interleaved RGB floats in place; thread-safe. NaN becomes 0 and values are clamped to
-  // half's range, so the result is always finite.
+  // Converts interleaved RGB floats in place. Thread-safe. NaN becomes 0, and values are clamped to
+  // the range of half, so the result is always finite.
   void apply(float* rgb, size_t pixel_count) const;
 
   // Whether an output channel depends on the pixel's other channels.
   bool mixes_channels() const;
 
-  // "built-in: sRGB / ACES", for headers and reports.
+  // Returns a text such as "built-in: sRGB / ACES", for headers and reports.
   std::string describe() const;
 
-  // Whether the result is, as far as we know, meant for an sRGB display. Used to tag files.
+  // Whether the result is, as far as we know, for an sRGB display. Files are tagged accordingly.
   bool is_srgb() const;
 
  private:
@@ -77,24 +77,24 @@ class DisplayTransform {
 };
 
 // Collects tiles as 8-bit display pixels and writes a PNG or JPEG (by suffix) of the data window.
-// As with ExrWriter, the file is created beside its target at once, so that an unusable path fails
-// before rendering, and renamed in finish(); without finish() nothing is left behind. Holds 3 or 4
-// bytes per pixel. Pixels never written are black (and transparent). No dithering: equal radiance
-// gives equal bytes.
+// Like ExrWriter, creates the file beside its target at once, so that an unusable path fails before
+// rendering, and renames it in finish(); without finish(), nothing is left behind. Takes 3 or 4
+// bytes per pixel. Pixels that are never written are black (and transparent). Does not dither:
+// equal radiance gives equal bytes.
 class DisplayImageWriter {
  public:
-  // With `alpha` a PNG has four channels with unassociated alpha, as the format requires; a JPEG
+  // If `alpha`, a PNG has four channels with unassociated alpha, as the format requires; a JPEG
   // shows the picture over black. Throws RenderError if the file cannot be created, UsageError for
   // a suffix other than .png, .jpg and .jpeg.
   DisplayImageWriter(const std::string& path, const Rect& data_window,
                      std::shared_ptr<const DisplayTransform> transform, bool alpha);
 
-  // `rgba` holds rect.area() x 4 linear floats (premultiplied alpha), rows from rect.y0; `rect`
-  // lies in the data window. Thread-safe for disjoint rectangles.
+  // `rgba` holds rect.area() x 4 linear floats with premultiplied alpha, rows from rect.y0. `rect`
+  // must lie in the data window. Thread-safe for disjoint rectangles.
   void write_tile(const Rect& rect, const std::vector<float>& rgba);
 
   const std::string& path() const { return file_.path(); }
-  // Memory held from construction on: the picture.
+  // Size of the picture, which is in memory from construction on.
   uint64_t bytes() const { return image_.values.capacity(); }
 
   // Encodes and writes the file, marked as unfinished unless `complete`

@@ -17,9 +17,9 @@ namespace {
 
 namespace ocio = OCIO_NAMESPACE;
 
-// A hundred times what real configs expand to.
+// A hundred times as many as real configs expand to.
 constexpr double kMaxTransforms = 1e5;
-// Bounds the recursion.
+// Limits the recursion.
 constexpr int kMaxDepth = 200;
 // Studio tables have about ten megabytes.
 constexpr uint64_t kMaxTableBytes = uint64_t(64) << 20;
@@ -48,7 +48,7 @@ class ConfigChecker {
   }
 
  private:
-  // The number of transforms that `name` expands to, counted once per name.
+  // Returns the number of transforms that `name` expands to. Counts only once per name.
   double count_once(const std::string& name, const std::function<double()>& count) {
     const auto [entry, is_new] = counts_.try_emplace(name, -1.0);
     if (!is_new && entry->second < 0) throw InputError(place_, name + " refers back to itself");
@@ -97,7 +97,7 @@ class ConfigChecker {
     });
   }
 
-  // Parses "a, +b | -c": names of looks with directions, and alternatives.
+  // Parses a list such as "a, +b | -c": names of looks with directions, and alternatives.
   double looks(const char* text) {
     double total = 0;
     std::string name;
@@ -153,7 +153,7 @@ class ConfigChecker {
     return 1;
   }
 
-  // A missing file is ignored: OpenColorIO reports it if it is needed.
+  // Ignores a missing file; OpenColorIO reports it if it is needed.
   void check_file(const char* name) {
     std::string path;
     try {
@@ -182,7 +182,7 @@ class ConfigChecker {
         head.find_first_not_of(std::string_view("\0\xef\xbb\xbf\xff\xfe \t\r\n", 10));
     if (first == std::string_view::npos || head[first] != '<') return;
     std::string text = file.read_text();
-    std::erase(text, '\0');  // of UTF-16
+    std::erase(text, '\0');  // in case it is UTF-16
     for (const char* unsupported : {"<Reference", "<!DOCTYPE"}) {
       if (text.find(unsupported) == std::string::npos) continue;
       throw InputError(place_, "{}: \"{}\" is not supported; name the lookup tables in the config",
@@ -192,12 +192,12 @@ class ConfigChecker {
 
   const ocio::ConstConfigRcPtr& config_;
   const std::string& place_;
-  std::map<std::string, double> counts_;  // negative: in progress
+  std::map<std::string, double> counts_;  // negative: not finished yet
   int depth_ = 0;
   std::vector<std::string> files_;
 };
 
-// Removes comments, except those with a quote: they may be part of a string.
+// Removes comments, except those with a quote, because they may be part of a string.
 std::string strip_comments(const std::string& text) {
   std::string result;
   for (size_t i = 0; i < text.size();) {
@@ -213,9 +213,9 @@ std::string strip_comments(const std::string& text) {
   return result;
 }
 
-// The names of anchors ('&') or aliases ('*'). Plain text may look like either, but only an alias
-// with a matching anchor counts. Non-ASCII characters compare equal, since a parser maps all
-// damaged ones to the same character.
+// Returns the names of anchors ('&') or aliases ('*'). Plain text may look like either, but only an
+// alias with a matching anchor counts. All non-ASCII characters are treated as equal, since a
+// parser maps all damaged ones to the same character.
 std::vector<std::string> yaml_names(const std::string& text, char indicator) {
   std::vector<std::string> names;
   for (size_t i = text.find(indicator); i != std::string::npos; i = text.find(indicator, i + 1)) {

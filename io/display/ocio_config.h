@@ -1,4 +1,4 @@
-// Validates OpenColorIO configs before OpenColorIO follows their references.
+// Validates OpenColorIO configs before OpenColorIO follows the references in them.
 #pragma once
 
 #include <OpenColorIO/OpenColorIO.h>
@@ -15,7 +15,8 @@ namespace emberline {
 std::vector<std::string> check_ocio_config(const OCIO_NAMESPACE::ConstConfigRcPtr& config,
                                            const std::string& place);
 
-// Checks a config's text before it is parsed: nested aliases grow exponentially. Throws InputError.
+// Checks a config's text before it is parsed, because nested YAML aliases can make the parsed
+// config exponentially large. Throws InputError.
 void check_ocio_aliases(const std::string& text, const std::string& place);
 
 }  // namespace emberline

@@ -13,19 +13,19 @@ namespace emberline {
 
 std::span<const NamedValue<WorkingSpace>> working_space_table();
 
-// OpenColorIO's own matrices, with Bradford adaptation from D65 to the ACES white, so that grey
-// stays grey. Null for Rec. 709.
+// These return OpenColorIO's own matrices, which adapt D65 to the ACES white (Bradford), so that
+// grey stays grey. They return null for Rec. 709.
 ToWorkingSpace to_working_space(WorkingSpace space);
 ToWorkingSpace from_working_space(WorkingSpace space);
 
 // x and y of red, green, blue and white, in the order of OpenEXR's header.
 using Chromaticities = std::array<float, 8>;
 Chromaticities chromaticities_of(WorkingSpace space);
-// The working space with these primaries; kRec709 if there is none.
+// Returns the working space with these primaries, or kRec709 if there is none.
 WorkingSpace working_space_of(const Chromaticities& chromaticities);
-// Converts linear colours of any primaries to Rec. 709, white adapted by Bradford's transform
-// (ICC.1, annex E). Null if they are Rec. 709 already. Throws InputError at `place` if the
-// primaries are degenerate.
+// Returns the matrix from linear colours with these primaries to Rec. 709, with white adapted by
+// Bradford's transform (ICC.1, annex E), or null if they are Rec. 709 already. Throws InputError at
+// `place` if the primaries are degenerate.
 ToWorkingSpace to_rec709(const Chromaticities& chromaticities, const std::string& place);
 
 }  // namespace emberline

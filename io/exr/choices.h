@@ -1,4 +1,4 @@
-// Settings of EXR files, without the writer.
+// Settings of EXR files; writer.h has the writer itself.
 #pragma once
 
 #include <cstdint>

@@ -16,13 +16,14 @@ bool nearly_equal(const Chromaticities& a, const Chromaticities& b) {
   return std::ranges::equal(a, b, near);
 }
 
-// XYZ of a chromaticity, with X + Y + Z = 1.
+// Returns the XYZ of a chromaticity, with X + Y + Z = 1.
 Imath::V3d xyz(const Chromaticities& c, size_t i) {
   const double x = c[2 * i], y = c[2 * i + 1];
   return {x, y, 1.0 - x - y};
 }
 
-// Maps a row R, G, B to the cone responses of Bradford's transform, relative to white.
+// Returns the matrix from a row R, G, B to the cone responses of Bradford's transform, relative to
+// white.
 Imath::M33d to_adapted_cones(const Chromaticities& c, const std::string& place) {
   // J. Lam, "Metamerism and colour constancy", 1985.
   const Imath::M33d cones(0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367,
@@ -38,7 +39,7 @@ Imath::M33d to_adapted_cones(const Chromaticities& c, const std::string& place) 
   if (!is_independent || !(std::min({white.x, white.y, white.z}) > 1e-3)) {
     throw InputError(place, "its chromaticities do not define a colour space");
   }
-  const Imath::V3d amounts = white * to_cones.inverse();  // of each primary in white
+  const Imath::V3d amounts = white * to_cones.inverse();  // how much of each primary is in white
   for (int primary = 0; primary < 3; ++primary) {
     for (int cone = 0; cone < 3; ++cone) to_cones[primary][cone] *= amounts[primary] / white[cone];
   }
@@ -50,7 +51,7 @@ Imath::M33d to_adapted_cones(const Chromaticities& c, const std::string& place) 
 
 }  // namespace
 
-// ITU-R BT.709-6, section 1; SMPTE ST 2065-1 and the Academy's S-2014-004.
+// The values are from ITU-R BT.709-6, section 1; SMPTE ST 2065-1 and the Academy's S-2014-004.
 Chromaticities chromaticities_of(WorkingSpace space) {
   if (space == WorkingSpace::kAcesCg) {
     return {0.713f, 0.293f, 0.165f, 0.830f, 0.128f, 0.044f, 0.32168f, 0.33767f};

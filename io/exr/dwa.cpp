@@ -1,6 +1,6 @@
-// Encodes DWAA and DWAB tiles. OpenEXR's C interface (3.1) cannot, and its C++ interface writes
-// whole files, so each tile is written to memory as a file of its own and its chunk extracted. Part
-// of the image library.
+// Encodes DWAA and DWAB tiles. OpenEXR's C interface (3.1) cannot do this, and its C++ interface
+// only writes whole files. Therefore each tile is written to memory as a separate file, and its
+// chunk is extracted. This is a part of the image library.
 #include "io/exr/dwa.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -45,14 +45,14 @@ void encode_dwa_tile(int width, int height, std::span<const EncodedPlane> planes
                                                                     : Imf::FLOAT;
     const size_t bytes = type == Imf::HALF ? 2 : 4;
     header.channels().insert(plane.channel, Imf::Channel(type));
-    // OpenEXR only reads from it.
+    // OpenEXR only reads from this memory.
     auto* const values = reinterpret_cast<char*>(const_cast<uint8_t*>(plane.values));
     buffer.insert(plane.channel, Imf::Slice(type, values, bytes, bytes * size_t(width)));
   }
   MemoryStream stream;
   Imf::TiledOutputFile file(stream, header, 0);
   file.setFrameBuffer(buffer);
-  // After the header and the offset table: the tile's coordinates and level, its size, its data.
+  // The header and the offset table precede the tile's coordinates and level, its size and data.
   constexpr size_t kChunkHeaderBytes = 5 * sizeof(int32_t);
   const size_t begin = size_t(stream.tellp()) + kChunkHeaderBytes;
   file.writeTile(0, 0);

@@ -1,4 +1,4 @@
-// Implementation of ImageLibrary::encode_dwa.
+// Implements ImageLibrary::encode_dwa().
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace emberline {
 
-// Throws OpenEXR's exceptions.
+// Encodes a tile as DWAA, or as DWAB if `wide`. Throws OpenEXR's exceptions.
 void encode_dwa_tile(int width, int height, std::span<const EncodedPlane> planes, bool wide,
                      std::vector<uint8_t>& code);
 

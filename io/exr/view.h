@@ -1,4 +1,4 @@
-// The standard OpenEXR attributes that say where, when and with which primaries an image was made.
+// The standard OpenEXR attributes for an image's camera, time and primaries.
 #pragma once
 
 #include <array>

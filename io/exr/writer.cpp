@@ -47,7 +47,7 @@ constexpr NamedValue<ExrParts> kParts[] = {
     {"layers", "a part for each layer, so that a single layer is read faster", ExrParts::kLayers},
 };
 
-// The message of this thread's last OpenEXR error, which OpenEXR passes only to a callback.
+// The message of the last OpenEXR error in this thread. OpenEXR passes it only to a callback.
 thread_local std::string last_error_message;
 
 void store_error_message(exr_const_context_t, exr_result_t, const char* message) {
@@ -95,7 +95,7 @@ bool has_colour_suffix(const std::string& channel) {
          channel.ends_with(".A") || layer_of(channel) == "RGBA";
 }
 
-// Lossy compression treats these names as colours; it takes Y for a luminance.
+// Lossy compression treats channels of these names as colours, and Y as a luminance.
 bool is_treated_as_colour(const std::string& channel) {
   return has_colour_suffix(channel) || channel.ends_with(".Y");
 }
@@ -120,10 +120,10 @@ bool is_colour(const std::string& channel) {
 struct ExrWriter::Impl {
   struct Part {
     std::string name;
-    std::vector<const PictureChannel*> channels;  // point into the header
+    std::vector<const PictureChannel*> channels;  // pointers into `header`
     ExrCompression compression = ExrCompression::kZip;
     std::vector<uint64_t> tiles;      // file offsets, row-major; 0: not written
-    exr_context_t encoder = nullptr;  // writes a file with this part alone, which is discarded
+    exr_context_t encoder = nullptr;  // for a file of this part alone, which is discarded
   };
 
   Impl(const std::string& path, const ExrHeader& frame_header) : header(frame_header), file(path) {
@@ -152,8 +152,8 @@ struct ExrWriter::Impl {
     return int64_t(count);
   }
 
-  // The last step of encoding a tile. A reader takes a chunk as long as the pixels for raw pixels,
-  // but OpenEXR (3.1) falls back to raw pixels only if the code is longer.
+  // The last step of encoding a tile. If a chunk is as long as the pixels, a reader assumes that
+  // they are raw; but OpenEXR (3.1) stores raw pixels only if the compressed ones are longer.
   static exr_result_t store_chunk(exr_encode_pipeline_t* pipeline) {
     const bool shorter = pipeline->compressed_bytes < pipeline->packed_bytes;
     const auto* bytes = static_cast<const uint8_t*>(shorter ? pipeline->compressed_buffer
@@ -180,7 +180,7 @@ struct ExrWriter::Impl {
     if (!failure.empty()) throw RenderError(failure);
   }
 
-  // Throws as fail() does.
+  // Throws what fail() throws.
   void write_at(const void* bytes, size_t count, uint64_t offset) {
     const int error = file.try_write_at(bytes, count, offset);
     if (error != 0) fail(std::generic_category().message(error));
@@ -195,7 +195,7 @@ struct ExrWriter::Impl {
                               const float* pixels);
   std::vector<uint8_t> encode_lossless(int part, int tile_x, int tile_y, const Rect& rect,
                                        const std::vector<const uint8_t*>& planes);
-  // Reserves the chunk's place in the file and appends the chunk to `bytes`.
+  // Reserves a place for the chunk in the file and appends the chunk to `bytes`.
   uint64_t put_chunk(int part, int tile_x, int tile_y, const std::vector<uint8_t>& chunk,
                      std::vector<uint8_t>& bytes);
   void append(int part, int tile_x, int tile_y, const std::vector<uint8_t>& chunk);
@@ -206,7 +206,7 @@ struct ExrWriter::Impl {
     return Rect{x0, y0, x0 + header.tile_size, y0 + header.tile_size}.intersect(header.data_window);
   }
 
-  // Writes zeros for the tiles that were never written.
+  // Writes zeros for all tiles that were never written.
   void fill_missing_tiles();
   void write_offset_tables();
 
@@ -288,7 +288,7 @@ void ExrWriter::Impl::add_part(exr_context_t context, const Part& layout, int pa
                                 uint32_t(header.tile_size), EXR_TILE_ONE_LEVEL,
                                 EXR_TILE_ROUND_DOWN));
   for (const PictureChannel* channel : layout.channels) {
-    // The perceptual hint matters only for B44; this is the default of OpenEXR's own writers.
+    // The perceptual hint matters only for B44. OpenEXR's own writers use this value by default.
     check(exr_add_channel(context, part, channel->name.c_str(), pixel_type(channel->type),
                           EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1));
   }
@@ -327,7 +327,7 @@ void ExrWriter::Impl::add_view(exr_context_t context, int part) {
 
 std::vector<uint8_t> ExrWriter::Impl::encode(int part, int tile_x, int tile_y, const Rect& rect,
                                              const float* pixels) {
-  // File values, plane by plane.
+  // Convert to file values, plane by plane.
   const Part& layout = parts[size_t(part)];
   const size_t count = size_t(rect.area()), stride = header.channels.size();
   std::vector<uint8_t> values(layout.channels.size() * count * sizeof(float));
@@ -373,7 +373,7 @@ std::vector<uint8_t> ExrWriter::Impl::encode_lossless(int part, int tile_x, int 
   check(exr_encoding_initialize(context, 0, &chunk, &pipeline));
   const std::vector<const PictureChannel*>& channels = parts[size_t(part)].channels;
   for (int i = 0; i < pipeline.channel_count; ++i) {
-    // OpenEXR sorts channels alphabetically, so ours are looked up by name.
+    // OpenEXR sorts channels alphabetically, so the matching channel is found by its name.
     exr_coding_channel_info_t& target = pipeline.channels[i];
     const auto source =
         std::ranges::find(channels, std::string(target.channel_name), &PictureChannel::name);
@@ -393,9 +393,9 @@ std::vector<uint8_t> ExrWriter::Impl::encode_lossless(int part, int tile_x, int 
   return bytes;
 }
 
-// Writes the chunk header and data (OpenEXR, "File Layout"), because OpenEXR's C interface writes
-// parts only one after another. The header has the part number (multi-part files only), the tile's
-// coordinates and level, and the size. Returns the chunk's offset, which is now reserved.
+// Appends the chunk's header and data (OpenEXR, "File Layout"), because OpenEXR's C interface
+// writes parts only one after another. The header has the part number (multi-part files only), the
+// tile's coordinates and level, and the size. Returns the chunk's offset, which is now reserved.
 uint64_t ExrWriter::Impl::put_chunk(int part, int tile_x, int tile_y,
                                     const std::vector<uint8_t>& chunk,
                                     std::vector<uint8_t>& bytes) {
@@ -421,9 +421,9 @@ void ExrWriter::Impl::append(int part, int tile_x, int tile_y, const std::vector
 }
 
 void ExrWriter::Impl::fill_missing_tiles() {
-  // A render cancelled early can leave tens of thousands of empty tiles, or millions if they are
-  // tiny. Tiles of equal size have equal bytes, so each of the at most four sizes (inner, right
-  // edge, lower edge, corner) is compressed once, and many are written at a time.
+  // A render that is cancelled early can leave tens of thousands of empty tiles, or millions if
+  // they are tiny. Tiles of equal size have equal bytes, so each of the at most four sizes (inner,
+  // right edge, lower edge, corner) is compressed once, and many tiles are written at a time.
   constexpr size_t kBlock = size_t(1) << 20;
   std::vector<uint8_t> block;
   const auto write_block = [&] {
@@ -450,7 +450,7 @@ void ExrWriter::Impl::fill_missing_tiles() {
   write_block();
 }
 
-// Writes the tile offsets, part after part.
+// Writes the offsets of the tiles, part after part.
 void ExrWriter::Impl::write_offset_tables() {
   uint64_t at = header_bytes.size();
   for (const Part& part : parts) {
@@ -497,9 +497,9 @@ void ExrWriter::write(std::span<const float> pixels) {
 
 void ExrWriter::set_attribute(const std::string& name, const std::string& value) {
   Impl& self = *impl_;
-  // An attribute in the file is its name, its type, the length of its value (four bytes,
+  // An attribute is stored as its name, its type, the length of its value (four bytes,
   // little-endian) and its value; name and type end with a zero byte (OpenEXR, "File Layout"). Our
-  // values have no zero bytes, so the sequence occurs once.
+  // values have no zero bytes, so this sequence occurs only once.
   const std::string begin = name + '\0' + "string" + '\0';
   const size_t at = self.header_bytes.find(begin);
   assert(at != std::string::npos && "an attribute of the header");
@@ -528,7 +528,7 @@ std::optional<uint32_t> smpte_time_code(int64_t frame, double fps) {
   const auto rate = int64_t(rounded);
   if (frame < 0 || frame >= kDay * rate) return std::nullopt;
   const int64_t seconds = frame / rate;
-  // Each field is two binary-coded decimal digits, frames in the lowest byte; the flag bits stay 0.
+  // Each field has two binary-coded decimal digits; frames are in the lowest byte. Flag bits are 0.
   uint32_t code = 0;
   int shift = 0;
   for (const int64_t field : {frame % rate, seconds % 60, seconds / 60 % 60, seconds / 3600}) {
@@ -541,7 +541,7 @@ std::optional<uint32_t> smpte_time_code(int64_t frame, double fps) {
 std::pair<int32_t, uint32_t> frame_rate_fraction(double fps) {
   const double whole = std::round(fps);
   if (fps == whole && whole <= 1e6) return {int32_t(whole), 1};
-  // Television rates: 1000/1001 of a whole number.
+  // Television rates are 1000/1001 of a whole number.
   const double faster = std::round(fps * 1.001);
   if (std::abs(faster / 1.001 - fps) < 1e-3) return {int32_t(faster * 1000), 1001};
   return {int32_t(std::round(std::min(fps, 1e6) * 1000)), 1000};

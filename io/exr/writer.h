@@ -1,11 +1,11 @@
 // Writes a tiled OpenEXR file tile by tile, in any order, from any thread.
 //
 // The file is written under a temporary name beside its target, flushed to disk and renamed in
-// finish(). If it is destroyed without finish(), it leaves nothing behind.
+// finish(). A writer that is destroyed without finish() leaves nothing behind.
 //
-// One resolution level; tiles are stored in order of arrival (line order "random Y"). Memory: the
-// current tile of each calling thread, plus eight bytes per tile and part. Starts no threads; the
-// calling thread compresses its tile outside the lock.
+// The file has one resolution level, and tiles in order of arrival (line order "random Y"). The
+// writer needs memory for the current tile of each calling thread, plus eight bytes per tile and
+// part. It starts no threads; the calling thread compresses its tile outside the lock.
 #pragma once
 
 #include <cstdint>
@@ -25,22 +25,23 @@
 namespace emberline {
 
 std::span<const NamedValue<ExrCompression>> exr_compression_table();
-// True if the compression changes colours: the R, G and B channels of layers.
+// True if the compression changes colours (the R, G and B channels of layers).
 inline bool is_lossy(ExrCompression compression) { return compression >= ExrCompression::kDwaa; }
 
 std::span<const NamedValue<ExrParts>> exr_parts_table();
 
-// "albedo" for "albedo.R", "RGBA" for R, G, B and A, and the name itself if it has no full stop.
+// Returns "albedo" for "albedo.R", "RGBA" for R, G, B and A, and any other name without a full stop
+// unchanged.
 std::string layer_of(const std::string& channel);
-// True if the channel is a colour meant for viewing, which lossy compression may blur: not a count,
+// True if the channel is a colour for viewing, which lossy compression may blur, and not a count,
 // an id or data for computation.
 bool is_colour(const std::string& channel);
 
-// The time code HH:MM:SS:FF of a frame, frames numbered from 0, packed as in SMPTE ST 12-1 without
-// drop frames; `fps` is rounded up. Nothing for times beyond a day or more than 39 frames per
-// second, which the format cannot express.
+// Returns the time code HH:MM:SS:FF of a frame, with frames numbered from 0, packed as in SMPTE ST
+// 12-1 without drop frames; `fps` is rounded up. Returns nothing for times beyond a day or for more
+// than 39 frames per second, which the format cannot express.
 std::optional<uint32_t> smpte_time_code(int64_t frame, double fps);
-// 24 as 24 / 1, 23.976 as 24000 / 1001.
+// Returns the fraction: 24 becomes 24 / 1, and 23.976 becomes 24000 / 1001.
 std::pair<int32_t, uint32_t> frame_rate_fraction(double fps);
 
 struct ExrHeader {
@@ -49,11 +50,11 @@ struct ExrHeader {
   int tile_size = 64;         // tiles start at the data window's corner
   std::vector<PictureChannel> channels;
   ExrView view = {};
-  // A lossy compression is used for a part if all its channels that OpenEXR would blur are colours;
-  // a part with others in R, G or B uses kZip.
+  // A part uses a lossy compression only if all its channels that OpenEXR would blur are colours. A
+  // part with other data in R, G or B uses kZip.
   ExrCompression compression = ExrCompression::kZip;
   ExrParts parts = ExrParts::kOne;
-  // String attributes: settings, versions, seed, command line.
+  // String attributes, such as settings, versions, seed, command line.
   std::vector<std::pair<std::string, std::string>> attributes;
 };
 
@@ -67,18 +68,18 @@ class ExrWriter {
   ExrWriter& operator=(const ExrWriter&) = delete;
 
   // `pixels` holds rect.area() x channels floats, interleaved in header order, rows from rect.y0.
-  // `rect` is one whole tile (clipped to the data window) in frame coordinates. Write each tile
-  // once.
-  // kUint is rounded to nearest, clamped to [0, 2^32 - 1], and exact to 2^24. kHalf is rounded to
-  // nearest and clamped to its finite range.
+  // `rect` must be one whole tile (clipped to the data window) in frame coordinates. Each tile must
+  // be written only once.
+  // Values of kUint are rounded to nearest and clamped to [0, 2^32 - 1]; they are exact up to 2^24.
+  // Values of kHalf are rounded to nearest and clamped to the finite range.
   // Thread-safe. Throws RenderError (disk full); every later call throws the same error.
   void write_tile(const Rect& rect, const std::vector<float>& pixels);
 
   // Writes all tiles. `pixels` holds the data window's rows from the top, interleaved as above.
   void write(std::span<const float> pixels);
 
-  // Replaces the value of a header attribute. It is padded with blanks to the old length and must
-  // not be longer. Call before finish(). Throws RenderError.
+  // Replaces the value of a header attribute. The new value is padded with blanks to the old length
+  // and must not be longer. Call before finish(). Throws RenderError.
   void set_attribute(const std::string& name, const std::string& value);
 
   // Fills missing tiles with 0, so that a cancelled render is readable, and renames the file. Call

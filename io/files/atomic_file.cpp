@@ -36,7 +36,8 @@ constexpr size_t kUnfinishedSlots = 64;  // more files than a frame writes at on
 UnfinishedFile g_unfinished[kUnfinishedSlots];
 static_assert(std::atomic<int>::is_always_lock_free);
 
-// The slot, or -1 if there is none. Only the slot's owner and the signal handler read its name.
+// Returns the slot, or -1 if none is free or the name is too long. Only the slot's owner and the
+// signal handler read its name.
 int register_unfinished(const std::string& name) noexcept {
   if (name.size() >= PATH_MAX) return -1;
   for (size_t i = 0; i < kUnfinishedSlots; ++i) {
@@ -102,8 +103,8 @@ class CreationGuard {
   sigset_t old_signal_mask_;
 };
 
-// The file that `path` names after symbolic links. If it does not exist, resolves its folder now,
-// because links to that may change while a frame renders.
+// Follows the symbolic links of `path`. If the file does not exist, resolves its folder now, since
+// links to the folder may change while a frame renders.
 std::string resolve_links(const std::string& path) {
   if (const std::optional<std::string> file = real_path(path)) return *file;
   const std::filesystem::path end = follow_links(path);
@@ -112,8 +113,8 @@ std::string resolve_links(const std::string& path) {
   return folder && !name.empty() ? (std::filesystem::path(*folder) / name).string() : path;
 }
 
-// The start of a temporary file's name for `target`; the process id and, if needed, "-<number>"
-// follow. Stale files are removed by name, so the stem must be unmistakable.
+// The start of the temporary file's name for `target`; the process id and, if needed, "-<number>"
+// follow. Stale files are found by name, so no other file may have a name of this form.
 std::string temporary_stem(const std::string& target) {
   const std::filesystem::path path(target);
   // Leaves room for the suffix: a target's name may use all of NAME_MAX.
@@ -121,21 +122,21 @@ std::string temporary_stem(const std::string& target) {
   return (path.parent_path() / name).string() + ".emberline.part-";
 }
 
-// A positive number in the form that to_string writes.
+// True for a positive number as to_string() writes it.
 bool is_number(std::string_view text) {
   return !text.empty() && text.size() <= 10 && text.front() != '0' &&
          std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
 }
 
-// Whether `path` still names the open file.
+// True if `path` still names the open file.
 bool names_open_file(const std::string& path, int descriptor) {
   struct stat named = {}, opened = {};
   return ::lstat(path.c_str(), &named) == 0 && ::fstat(descriptor, &opened) == 0 &&
          named.st_dev == opened.st_dev && named.st_ino == opened.st_ino;
 }
 
-// Creates and locks a file beside `target`. The lock tells other runs that it is in use. The
-// process id keeps two renders into one folder apart; a number is added if the name is taken.
+// Creates and locks a file beside `target`. The lock tells other runs that the file is in use. Two
+// renders into one folder differ in their process id; a number is added if the name is taken.
 Descriptor create_temporary(const std::string& target, mode_t mode, std::string* temporary) {
   const std::string stem = temporary_stem(target) + std::to_string(getpid());
   for (int attempt = 0; attempt < 1000; ++attempt) {
@@ -155,8 +156,8 @@ Descriptor create_temporary(const std::string& target, mode_t mode, std::string*
   return Descriptor();
 }
 
-// Removes the file if no run uses it and a killed run of this user could have left it: regular,
-// with no other links. Files that cannot be locked stay.
+// Removes the file if no run uses it and a killed run of this user could have left it, so it must
+// be a regular file with a single link. Files that cannot be locked stay.
 void remove_if_stale(const std::string& path) {
   const Descriptor descriptor(::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   if (descriptor < 0) return;
@@ -190,7 +191,7 @@ void remove_stale_files(const std::string& target) {
 
 constexpr int kNoDescriptor = -1, kForeignDescriptor = -2;
 
-// The descriptor's number if `folder` is "/proc/<process>[/task/<thread>]/fd".
+// Returns the descriptor's number if `folder` is "/proc/<process>[/task/<thread>]/fd".
 int parse_descriptor_path(const std::filesystem::path& folder, const std::string& name) {
   const std::vector<std::string> parts(folder.begin(), folder.end());
   if (parts.size() < 4 || parts[1] != "proc" || parts.back() != "fd") return kNoDescriptor;
@@ -199,8 +200,8 @@ int parse_descriptor_path(const std::filesystem::path& folder, const std::string
   return std::atoi(name.c_str());
 }
 
-// The descriptor behind a name such as /dev/stdout: a number of this process, or a constant above.
-// Such a file is never replaced, since other writers would continue with the unlinked file.
+// Finds the descriptor behind a name such as /dev/stdout. Returns its number in this process, or a
+// constant above. Such a file is never replaced, since other writers would go on with the old one.
 int find_descriptor(const std::string& path) {
   std::error_code error;
   std::filesystem::path at = std::filesystem::absolute(path, error);
@@ -268,14 +269,14 @@ AtomicFile::AtomicFile(const std::string& path, std::string target)
                          : "cannot create a file in the folder " + folder,
          error == ENOENT ? 0 : error);
   }
-  // Best effort: some file systems do not support permissions.
+  // Errors are ignored, since some file systems do not support permissions.
   if (exists && ::fchmod(descriptor_, status.st_mode & 07777) != 0) errno = 0;
 }
 
 AtomicFile::~AtomicFile() { discard(); }
 
 void AtomicFile::discard() noexcept {
-  // Unlinked while still locked, so no other run can remove it or take its name.
+  // Unlink while the file is still locked, so that no other run can remove it or take its name.
   if (!temporary_.empty()) {
     ::unlink(temporary_.c_str());
     unregister_unfinished(unfinished_slot_);
@@ -293,7 +294,7 @@ void AtomicFile::write_at(const void* bytes, size_t count, uint64_t offset) {
 }
 
 Descriptor AtomicFile::commit_locked(bool must_be_new) {
-  // EINVAL: the file system cannot flush; no data is lost.
+  // EINVAL means that the file system cannot flush; no data is lost.
   int error = ::fsync(descriptor_) != 0 && errno != EINVAL ? errno : 0;
   // Some network file systems report a full disk only on close. The duplicate descriptor keeps the
   // lock until the file has its name.
@@ -302,7 +303,7 @@ Descriptor AtomicFile::commit_locked(bool must_be_new) {
   bool linked = false;
   if (error == 0 && must_be_new) {
     linked = ::link(temporary_.c_str(), target_.c_str()) == 0;
-    // Some network file systems have no hard links; then it is renamed.
+    // Some network file systems have no hard links; the file is then renamed below.
     if (!linked && errno == EEXIST) error = errno;
     if (linked) ::unlink(temporary_.c_str());
   }
@@ -390,7 +391,7 @@ void LockedFile::truncate(uint64_t size) {
 void LockedFile::append(std::string_view bytes) {
   if (const int error = descriptor_.write_at(bytes.data(), bytes.size(), size_)) {
     if (::ftruncate(descriptor_, off_t(size_)) != 0) {
-    }  // the next append overwrites the remains
+    }  // if this fails, the next append overwrites the remains
     fail(path_, "writing failed", error);
   }
   size_ += bytes.size();

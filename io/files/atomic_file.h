@@ -17,28 +17,29 @@ namespace emberline {
 // replaces the target in commit(). If it is destroyed without commit(), it leaves nothing behind
 // and the existing target is untouched.
 //
-// The temporary file is locked (flock) while it is in use. An unlocked one of the same target and
-// user was left by a killed run; the next AtomicFile for that target removes it. On a file system
+// The temporary file is locked (flock) while it is in use. If one is not locked, a killed run left
+// it; the next AtomicFile that the same user opens for that target removes it. On a file system
 // without locks, such files stay.
 //
 // If the target is a symbolic link, the link stays and the file that it points to is replaced or
-// created. A replaced file keeps its permissions. All errors are RenderError: one line that names
+// created. A replaced file keeps its permissions. Every error is a RenderError, one line that names
 // the target.
 class AtomicFile {
  public:
-  // Throws when the target is a folder, a device or write-protected, or its folder is not writable.
+  // Throws if the target is a folder, a device or write-protected, or if its folder is not
+  // writable.
   explicit AtomicFile(const std::string& path);
   ~AtomicFile();
 
   // Thread-safe for disjoint ranges. Throws (disk full, I/O error).
   void write_at(const void* bytes, size_t count, uint64_t offset);
 
-  // Like write_at, but returns 0 or the errno, for callers that must not throw.
+  // Like write_at(), but returns 0 or the errno, for callers that must not throw.
   int try_write_at(const void* bytes, size_t count, uint64_t offset) noexcept;
 
   // Flushes the file, renames it and flushes the folder. If it throws, the temporary file is gone.
   void commit();
-  // As commit(), but keeps the lock until the returned descriptor is closed. With `must_be_new`,
+  // Like commit(), but keeps the lock until the returned descriptor is closed. With `must_be_new`,
   // throws if the target exists.
   Descriptor commit_locked(bool must_be_new = false);
 
@@ -85,8 +86,8 @@ class FolderLock {
   Descriptor descriptor_;
 };
 
-// A file that is locked against other runs, and is appended to or replaced as a whole. All errors
-// are RenderError: one line that names the file. Not thread-safe.
+// A file that is locked against other runs. It can be appended to, or replaced as a whole. Every
+// error is a RenderError, one line that names the file. Not thread-safe.
 class LockedFile {
  public:
   // Creates a new file atomically with these bytes.
@@ -99,14 +100,15 @@ class LockedFile {
   // Appends at the end. If it fails, the file is unchanged.
   void append(std::string_view bytes);
   void sync();  // flushes to the disk
-  // Replaces the file with what `write` produces and locks the new file. Throws if another file has
-  // taken this one's name.
+  // Replaces the file with the one that `write` fills, and locks the new file. Throws if another
+  // file now has this file's name.
   void replace(const std::function<void(AtomicFile& file)>& write);
   // Whether the path still names this file, which may have been removed or replaced.
   bool owns_path() const noexcept;
   // Unlinks the file if the path still names it.
   void remove() noexcept;
-  // Renames it within its folder, replacing a file there. Throws if it has lost its own name.
+  // Renames the file within its folder and replaces any file of the new name. Throws if this file
+  // was itself removed or replaced.
   void rename_to(const std::string& path);
 
   const std::string& path() const { return path_; }
@@ -119,20 +121,21 @@ class LockedFile {
   uint64_t size_ = 0;
 };
 
-// An unnamed file for data that does not fit into memory; it is gone with this object and its maps,
-// or with the process. All errors are RenderError: one line that says where, and what it was for.
+// An unnamed file for data that does not fit into memory. The system deletes it once this object
+// and its maps are destroyed, or when the process ends. Every error is a RenderError, one line that
+// says where the file was and what it was for.
 class ScratchFile {
  public:
-  // In the folder of `path`, which has room because the results are written there.
+  // Creates the file in the folder of `path`. The results go there, so it should have room.
   static ScratchFile beside(const std::string& path);
-  // In the folder for temporary files ($TMPDIR, else /tmp); `purpose` names what needs the file.
+  // Creates the file in $TMPDIR, or else in /tmp. Messages begin with "cannot `purpose`".
   static ScratchFile temporary(const std::string& purpose);
 
-  // Both are thread-safe, writes for disjoint ranges. Ranges that were never written read as zeros.
+  // Both are thread-safe, but concurrent writes must not overlap. Unwritten ranges read as zeros.
   void write_at(const void* bytes, size_t count, uint64_t offset);
   void read_at(void* bytes, size_t count, uint64_t offset) const;
-  // Maps `count` bytes from `offset`, a multiple of the page size, for reading. The map lives until
-  // the last copy of the pointer is gone and may outlive the file.
+  // Maps `count` bytes for reading, from `offset`, which must be a multiple of the page size. The
+  // map lives until the last copy of the pointer is gone and may outlive the file.
   std::shared_ptr<const std::byte> map(uint64_t offset, uint64_t count) const;
 
  private:
@@ -143,8 +146,9 @@ class ScratchFile {
   Descriptor descriptor_;
 };
 
-// A file that other programs follow: it starts empty, and appended bytes are visible at once. Does
-// not wait for a pipe's reader. All errors are RenderError: one line that names the file.
+// A file that other programs read while it grows: it starts empty, and appended bytes are visible
+// at once. If the path is a pipe, its reader must be there and keep up; this class does not wait
+// for it. Every error is a RenderError, one line that names the file.
 class GrowingFile {
  public:
   explicit GrowingFile(const std::string& path);

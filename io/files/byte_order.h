@@ -1,4 +1,4 @@
-// Reads integers of a fixed byte order, independent of the machine's.
+// Reads integers of a given byte order, whatever the machine's own order is.
 #pragma once
 
 #include <cassert>
@@ -8,7 +8,7 @@
 
 namespace emberline {
 
-// The big-endian number in `count` bytes at `offset`; the caller checks the range.
+// Returns the big-endian number in the `count` bytes at `offset`, which must lie in `bytes`.
 template <typename Number = uint32_t>
 Number big_endian(std::span<const uint8_t> bytes, size_t offset, size_t count) {
   assert(offset <= bytes.size() && count <= bytes.size() - offset && count <= sizeof(Number));
@@ -17,7 +17,7 @@ Number big_endian(std::span<const uint8_t> bytes, size_t offset, size_t count) {
   return value;
 }
 
-// The little-endian number in `count` bytes at `offset`; the caller checks the range.
+// Returns the little-endian number in the `count` bytes at `offset`, which must lie in `bytes`.
 template <typename Number = uint32_t>
 Number little_endian(std::span<const uint8_t> bytes, size_t offset, size_t count) {
   assert(offset <= bytes.size() && count <= bytes.size() - offset && count <= sizeof(Number));

@@ -1,4 +1,4 @@
-// A file descriptor that closes with its owner.
+// A file descriptor that is closed when its owner is destroyed.
 #pragma once
 
 #include <unistd.h>
@@ -24,7 +24,7 @@ class Descriptor {
   operator int() const { return number_; }
   int release() { return std::exchange(number_, -1); }
 
-  // Reads up to `count` bytes and returns how many; -1 on error, with errno set. Thread-safe.
+  // Reads up to `count` bytes. Returns how many, or -1 on error, with errno set. Thread-safe.
   int64_t read_at(void* bytes, uint64_t count, uint64_t offset) const noexcept;
   // Writes all bytes and returns 0 or the errno. Thread-safe for disjoint ranges.
   int write_at(const void* bytes, size_t count, uint64_t offset) const noexcept;

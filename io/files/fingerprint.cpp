@@ -16,7 +16,7 @@
 namespace emberline {
 namespace {
 
-// Hashes the bytes as 8-byte words; the last is padded with zeros.
+// Hashes the bytes as 8-byte words; the last word is padded with zeros.
 uint64_t hash_words(uint64_t hash, const void* bytes, size_t size) {
   const auto* next = static_cast<const uint8_t*>(bytes);
   for (size_t i = 0; i < size; i += 8) {
@@ -27,9 +27,9 @@ uint64_t hash_words(uint64_t hash, const void* bytes, size_t size) {
   return hash;
 }
 
-// Equals fingerprint() of the contents, but reads them in parts.
+// Returns the fingerprint() of the file's contents, but reads them in parts.
 uint64_t hash_file(const InputFile& file, uint64_t seed, const LoadProgress& progress) {
-  constexpr uint64_t kPartBytes = uint64_t(1) << 20;  // whole words
+  constexpr uint64_t kPartBytes = uint64_t(1) << 20;  // a multiple of the word size
   std::vector<uint8_t> part(std::min(kPartBytes, file.size()));
   uint64_t hash = hash_combine64(seed, file.size());
   for (uint64_t at = 0; at < file.size(); at += kPartBytes) {

@@ -18,8 +18,9 @@ std::string hexadecimal(uint64_t value);  // 16 digits
 uint64_t file_fingerprint(const std::string& path,
                           const LoadProgress& progress = LoadProgress::none());
 
-// Hashes a .gltf or .glb file and every buffer and image file that it names; a missing one counts
-// too (--lenient). `resource_root` as in GltfOptions. Throws InputError for an unreadable scene.
+// Hashes a .gltf or .glb file and every buffer and image file that it names. A missing file changes
+// the hash too, since --lenient renders without it. `resource_root` means the same as in
+// GltfOptions. Throws InputError for an unreadable scene.
 uint64_t scene_fingerprint(const std::string& path, const std::string& resource_root = {},
                            LoadProgress& progress = LoadProgress::none());
 

@@ -14,12 +14,12 @@
 namespace emberline {
 namespace {
 
-// A few milliseconds of reading; a load can be cancelled between two parts.
+// Reading a part takes a few milliseconds; a load can be cancelled between two parts.
 constexpr uint64_t kPartBytes = uint64_t(8) << 20;
 
 std::string system_message(int error) { return std::generic_category().message(error); }
 
-// O_NONBLOCK keeps the opening of a pipe from waiting for its other end; regular files ignore it.
+// With O_NONBLOCK, opening a pipe does not wait for its other end. Regular files ignore it.
 Descriptor open_to_read(const std::filesystem::path& path) {
   int descriptor = -1;
   do {
@@ -48,7 +48,7 @@ const char* describe_kind(mode_t mode) {
 
 InputFile::InputFile(const std::filesystem::path& path, const std::string& place)
     : name_(path.string()), place_(place) {
-  // Checked before opening, since opening a device may have side effects.
+  // Check the type before opening, since opening a device may have side effects.
   struct stat status = {};
   if (::stat(path.c_str(), &status) != 0) {
     const int error = errno;

@@ -1,7 +1,7 @@
-// Opens every file that is read; no other code does (tests/invariance/one_door.py).
+// The only code that opens files for reading; tests/invariance/one_door.py checks this.
 //
-// Only regular files are read: a pipe or a device could block or never end. Every failure is one
-// InputError at `place`, the file's name or the JSON pointer that refers to it.
+// Only regular files are read, because a pipe or a device could block or never end. Every failure
+// throws an InputError that names `place`: the file, or the JSON pointer that refers to it.
 #pragma once
 
 #include <cstdint>
@@ -27,21 +27,21 @@ class InputFile {
 
   uint64_t size() const { return state_.size; }  // in bytes, at the time of opening
   const std::string& place() const { return place_; }
-  // The file's identity and state at the time of opening, under the name by which it was requested.
+  // The file's identity and state at the time of opening; `name` is what the caller asked for.
   NamedFile named_file(const std::string& name) const { return {name, identity_, name_, state_}; }
 
   // Reads `count` bytes from `offset`; the range must lie inside the file. Throws InputError, also
-  // if the file has shrunk since; throws Cancelled within some megabytes of a cancel.
+  // if the file has shrunk since. Once cancelled, throws Cancelled after at most 8 MiB.
   void read(uint64_t offset, uint64_t count, void* bytes,
             const LoadProgress& progress = LoadProgress::none()) const;
-  // Reads up to `count` bytes and returns how many; -1 on an I/O error. May start past the end.
+  // Reads up to `count` bytes. Returns how many, or -1 on an I/O error. May start past the end.
   int64_t try_read(uint64_t offset, uint64_t count, void* bytes) const noexcept;
   // Reads the whole file.
   std::vector<uint8_t> read_all(const LoadProgress& progress = LoadProgress::none()) const;
   std::string read_text() const;
 
  private:
-  std::string name_suffix() const;  // ": name", or empty if the place already names the file
+  std::string name_suffix() const;  // ": name", or empty if place_ already is the name
 
   Descriptor descriptor_;
   std::string name_, place_;
@@ -49,16 +49,16 @@ class InputFile {
   FileState state_;
 };
 
-// Identity of the file or folder at this path; nothing if the path does not exist.
+// The identity of the file or folder at this path, or nothing if the path does not exist.
 std::optional<FileIdentity> file_identity(const std::filesystem::path& path);
 // The file's identity and its current state.
 std::optional<NamedFile> stat_file(const std::filesystem::path& path);
 
-// The first 64 KiB of a file that the kernel generates ("/proc/self/status") and that reports no
-// size. Empty if it does not exist.
+// Reads the first 64 KiB of a file that the kernel generates, such as /proc/self/status; these
+// files report no size. Returns an empty string if the file does not exist.
 std::string read_kernel_text(const char* path);
 
-// A field of /proc/self/statm in bytes, see proc_pid_statm(5); 0 if there is none.
+// Returns a field of /proc/self/statm in bytes, or 0 if it is missing; see proc_pid_statm(5).
 enum class StatmField : int { kResident = 1, kShared = 2 };
 uint64_t statm_bytes(StatmField field);
 

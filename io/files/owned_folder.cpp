@@ -34,7 +34,7 @@ OwnedFolder::OwnedFolder(const std::string& path, OwnedFolderKind kind)
     : path_(path), kind_(std::move(kind)) {
   const bool existed = is_folder(path_);
   if (existed) {
-    lock();  // before reading the list, which another run may be extending
+    lock();  // before reading the marker, which another run may be extending
     check_subfolders();
     const fs::file_type marker = type_of(this->path(kind_.marker));
     if (marker == fs::file_type::regular) {
@@ -117,7 +117,7 @@ void OwnedFolder::check_empty() const {
   }
 }
 
-// Accepts "name" and "subfolder/name", without a path out of the folder.
+// Accepts "name" and "subfolder/name", but no name that leads out of the folder.
 bool OwnedFolder::is_permitted_name(const std::string& name) const {
   const size_t slash = name.find('/');
   const std::string file = slash == std::string::npos ? name : name.substr(slash + 1);

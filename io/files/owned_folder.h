@@ -1,4 +1,4 @@
-// A folder that a command fills, with a marker file that lists the command's own files.
+// An output folder with a marker file that lists the files that the command wrote there.
 //
 // Files that the marker does not list are neither overwritten nor removed. The folder may come from
 // someone else, so a listed name counts only if it is a regular file in the folder or in one of the
@@ -15,7 +15,7 @@
 namespace emberline {
 
 struct OwnedFolderKind {
-  std::string option;                        // for messages: "-o"
+  std::string option;                        // for messages, such as "-o"
   std::string marker;                        // name of the marker file
   std::vector<std::string> subfolders = {};  // where its files may lie, besides the folder itself
   // If true, missing parent folders are created, and an existing folder must be empty or have a
@@ -26,7 +26,7 @@ struct OwnedFolderKind {
 class OwnedFolder {
  public:
   // Creates the folder and locks it. Throws UsageError if another run is filling the folder, or if
-  // it holds files that are not ours where ours must go, RenderError if it cannot be created or
+  // files that are not the command's are in the way, RenderError if the folder cannot be created or
   // written to, and InputError if its marker is damaged.
   OwnedFolder(const std::string& path, OwnedFolderKind kind);
   ~OwnedFolder();  // removes the folders that it created and that are still empty
@@ -34,14 +34,14 @@ class OwnedFolder {
   const std::string& path() const { return path_; }
   std::string path(const std::string& name) const;
   std::vector<std::string> entries() const;  // all names in the folder
-  // The marker's files that exist, and the claimed names.
+  // Names of the files that the marker listed and that existed, plus the claimed names.
   const std::set<std::string>& files() const { return files_; }
 
-  // Throws UsageError if one of these names belongs to a file that is not ours.
+  // Throws UsageError if one of these names belongs to a file that the command did not write.
   void check(std::span<const std::string> names) const;
-  // Checks the names and adds them to the marker, before they are written. Also throws RenderError.
+  // Call before writing: does check() and adds the names to the marker. Also throws RenderError.
   void claim(std::span<const std::string> names);
-  // Removes the file if it is ours.
+  // Removes the file if it is in files().
   void remove(const std::string& name);
 
  private:

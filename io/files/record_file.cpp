@@ -17,8 +17,8 @@ constexpr char kFileMagic[8] = {'E', 'M', 'B', 'R', 'E', 'C', 'F', '\n'};
 constexpr char kRecordMagic[4] = {'E', 'M', 'B', 'R'};
 constexpr uint32_t kFormatVersion = 1;
 constexpr uint64_t kMaxHeadBytes = uint64_t(16)
-                                   << 20;  // a frame's head holds its Cryptomatte names
-constexpr int kCompressionLevel = 1;       // zstd's fastest: halves the size at disk speed
+                                   << 20;  // a frame's head contains its Cryptomatte names
+constexpr int kCompressionLevel = 1;       // zstd's fastest; halves the size at disk speed
 
 struct FileHeader {
   char magic[8];
@@ -75,7 +75,7 @@ std::string pack_record(uint32_t kind, uint64_t number, std::span<const std::byt
   char* packed = record.data() + sizeof(RecordHeader);
   const size_t size = ZSTD_compress(packed, record.size() - sizeof(RecordHeader), bytes.data(),
                                     bytes.size(), kCompressionLevel);
-  if (ZSTD_isError(size)) throw std::bad_alloc();  // the only error with enough room
+  if (ZSTD_isError(size)) throw std::bad_alloc();  // no other error is possible
   record.resize(sizeof(RecordHeader) + size);
   RecordHeader start = {{}, kind, number, bytes.size(), size, fingerprint({packed, size}), 0};
   std::memcpy(start.magic, kRecordMagic, sizeof kRecordMagic);

@@ -7,8 +7,8 @@
 //                  the bytes, packed by zstd
 // clang-format on
 //
-// Numbers are little-endian, checksums are those of io/files/fingerprint.h. A record is appended in
-// one piece, so a crash leaves at most one incomplete record at the end; all before it are intact.
+// Numbers are little-endian; checksums are computed by io/files/fingerprint.h. A record is appended
+// in one piece, so a crash leaves at most one incomplete record, the last one.
 #pragma once
 
 #include <cstddef>
@@ -33,7 +33,7 @@ struct RecordEntry {
 std::string pack_file_head(std::string_view head);
 // Whether the file exists and starts with this format's magic number.
 bool is_record_file(const std::string& path);
-// Thread-safe. Packs some hundred megabytes a second.
+// Thread-safe. Packs a few hundred megabytes per second.
 std::string pack_record(uint32_t kind, uint64_t number, std::span<const std::byte> bytes);
 
 // Reads an existing file. Reading is thread-safe.
@@ -47,8 +47,8 @@ class RecordFile {
   const std::string& path() const { return file_.place(); }
   // The intact records before the first damaged or incomplete one.
   std::span<const RecordEntry> records() const { return records_; }
-  uint64_t end() const { return end_; }                  // where the last of them ends
-  bool has_more() const { return end_ < file_.size(); }  // bytes follow them
+  uint64_t end() const { return end_; }                  // the end of the last intact record
+  bool has_more() const { return end_ < file_.size(); }  // whether bytes follow it
   // Throws InputError if the record is damaged or unpacks to more than `most` bytes.
   std::vector<std::byte> read(const RecordEntry& record, uint64_t most) const;
   // Verifies the checksum of the packed bytes without unpacking them.
@@ -60,7 +60,7 @@ class RecordFile {
   std::vector<RecordEntry> records_;
   uint64_t end_ = 0;
 
-  // The packed bytes; throws InputError if their checksum is wrong.
+  // Returns the packed bytes. Throws InputError if their checksum is wrong.
   std::string read_packed(const RecordEntry& record) const;
 };
 

@@ -18,8 +18,8 @@ namespace emberline {
 // are compared by folder and name, ignoring case, since some file systems do. Pipes and devices
 // (/dev/stdout) are not replaced and not registered.
 //
-// Inputs and outputs may be registered in any order: the second of a conflicting pair throws
-// UsageError, which names the output and says `what` the other file is ("it is the scene").
+// Inputs and outputs may be registered in any order. The second of a conflicting pair throws
+// UsageError, which names the output and says what the other file is (`what`: "it is the scene").
 class FileRegister {
  public:
   FileRegister() = default;
@@ -28,9 +28,9 @@ class FileRegister {
 
   void read(const std::filesystem::path& path, const std::string& what);
   void read(const std::vector<NamedFile>& files, const std::string& what);
-  // `option` is the option that names the output, as in "-o".
+  // `option` is the option that names the output, such as "-o".
   void write(const std::string& option, const std::filesystem::path& path);
-  // Reserves all files in `folder` whose names satisfy `names`. One such output per folder.
+  // Reserves all files in `folder` whose names satisfy `names`. Allowed only once per folder.
   void write_in(const std::string& option, const std::filesystem::path& folder,
                 std::function<bool(const std::string& name)> names);
   // Reserves every file in `folder` and in the folders below it.
@@ -38,12 +38,12 @@ class FileRegister {
 
  private:
   struct ResolvedPath {
-    std::filesystem::path path;                // resolved as far as it exists
+    std::filesystem::path path;                // canonical, as far as it exists
     std::optional<FileIdentity> file, folder;  // if they exist
 
-    std::string key() const;            // equal for two names of one file
+    std::string key() const;            // equal for all names of the same file
     std::string folder_key() const;     // key of the folder that holds this file
-    std::string key_as_folder() const;  // of a folder: the folder_key() of its files
+    std::string key_as_folder() const;  // if this is a folder: folder_key() of its files
   };
   struct Input {
     ResolvedPath place;
@@ -59,7 +59,7 @@ class FileRegister {
     }
     bool is_ancestor_of(const ResolvedPath& other) const;
   };
-  // Cached lookup of a folder's name: an animation writes thousands of files into one.
+  // Cached lookup of a folder's name: an animation writes thousands of files into one folder.
   struct Folder {
     std::filesystem::path path;
     std::optional<FileIdentity> identity;
@@ -68,9 +68,9 @@ class FileRegister {
   [[noreturn]] static void throw_duplicate(const Output& output, const Output& other);
   ResolvedPath resolve_path(const std::filesystem::path& path);
   void add(Input input);
-  // The output that writes this file, or null.
+  // Returns the output that writes this file, or null.
   const Output* find_writer(const ResolvedPath& place) const;
-  // Throws if `covers` is true of an input.
+  // Throws if `covers` is true for an input.
   void check_inputs(const Output& output,
                     const std::function<bool(const ResolvedPath& place)>& covers) const;
 
@@ -78,7 +78,7 @@ class FileRegister {
   std::vector<Input> inputs_;
   std::unordered_map<std::string, size_t> input_of_;
   std::deque<Output> outputs_;
-  // files_ by key, files_in_ by their folder's key, folders_ by their own key.
+  // Keys: for files_, key(); for files_in_, folder_key(); for folders_, key_as_folder().
   std::unordered_map<std::string, const Output*> files_, folders_;
   std::unordered_map<std::string, std::vector<const Output*>> files_in_;
   std::vector<const Output*> trees_;  // from write_below()

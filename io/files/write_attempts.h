@@ -1,4 +1,4 @@
-// Writes files one after another; a failure does not stop the rest.
+// Writes files one after another; if one fails, the others are still written.
 #pragma once
 
 #include <functional>

@@ -36,7 +36,7 @@ auto convert_exceptions(const std::string& path, const Read& read) try {
 } catch (const std::bad_alloc&) {
   throw InputError(path, "there is not enough memory to load it");
 } catch (const nlohmann::json::exception& error) {
-  // check_schema rules these out; if one occurs anyway, it is still the file's fault.
+  // check_schema() should have prevented this. If it did not, the fault is still the file's.
   throw InputError(path, std::string("unexpected structure: ") + error.what());
 }
 
@@ -78,13 +78,13 @@ struct GltfFile::State {
   const GltfOptions options;
   GltfDocument document;
   std::vector<AnimationDescription> animations;
-  size_t faults = 0;  // faults of the file without animations
+  size_t faults = 0;  // number of faults before any animation was read
   size_t selection_faults = 0;
-  // The chosen animations, and whether they pose the scene; everything below depends on it.
+  // The chosen animations and whether a time was chosen; all members below depend on this choice.
   std::optional<std::pair<std::string, bool>> selection;
   GltfAnimation animation;
   nlohmann::json original_members =
-      nlohmann::json::object();  // original members that pointers write to
+      nlohmann::json::object();  // as in the file; only those that pointers write to
   MemoryReservation original_members_memory;
   GltfCache cache;
 };
@@ -96,7 +96,7 @@ GltfFile::State::State(const std::string& path, const GltfOptions& loading, Load
   faults = document.faults->count();
 }
 
-// Discards what was read for other animations.
+// If the choice changes, discards what was read for the previous one.
 void GltfFile::State::select_animation(const GltfOptions& pose_options) {
   const std::pair wanted(pose_options.animation, pose_options.time.has_value());
   if (selection != wanted) {
@@ -178,7 +178,7 @@ SceneDescription GltfFile::pose(const GltfOptions& pose_options, std::span<const
   return convert_exceptions(state_->document.file, [&] {
     const ScopedProgress scoped_progress(state_->document, progress);
     state_->select_animation(pose_options);
-    // Parsed again if animation pointers may have changed the JSON.
+    // The model is parsed again if animation pointers may have changed the JSON.
     if (!state_->document.model || !state_->animation.pointers.empty()) {
       parse_gltf_model(state_->document);
     }

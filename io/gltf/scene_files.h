@@ -9,9 +9,9 @@
 
 namespace emberline {
 
-// The .gltf or .glb file first, then every existing buffer and image file that it refers to, by the
-// file's own names: absolute, links not followed, without duplicates. `resource_root` as in
-// GltfOptions. Throws InputError for an unreadable scene.
+// Returns the .gltf or .glb file, then every existing buffer and image file that it refers to. The
+// paths are absolute and without duplicates; links in them are not followed. `resource_root` means
+// the same as in GltfOptions. Throws InputError for an unreadable scene.
 std::vector<std::filesystem::path> scene_files(const std::string& path,
                                                const std::string& resource_root = {},
                                                LoadProgress& progress = LoadProgress::none());

@@ -1,4 +1,4 @@
-// Encoded bytes with a read position. For io/image only.
+// Reads encoded bytes in order. For io/image only.
 #pragma once
 
 #include <algorithm>
@@ -60,7 +60,7 @@ class ByteCursor {
     }
     return count - left;
   }
-  // Bytes past the end, and unreadable ones, read as 0.
+  // Returns 0 for a byte past the end or one that cannot be read.
   uint8_t byte() {
     uint8_t value = 0;
     if (take(&value, 1) == 0) ++offset_;

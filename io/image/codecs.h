@@ -1,5 +1,5 @@
 // PNG through libpng, JPEG through libjpeg, and Radiance HDR. These cover nearly all textures,
-// pictures and environment maps, so most runs need not load image_library().
+// pictures and environment maps, so most runs do not have to load image_library().
 #pragma once
 
 #include <cstdint>
@@ -19,14 +19,15 @@ namespace emberline {
 std::unique_ptr<ImageDecoder> open_png(std::span<const uint8_t> bytes, std::string& error);
 std::unique_ptr<ImageDecoder> open_jpeg(std::span<const uint8_t> bytes, std::string& error);
 
-// Radiance's picture format (.hdr): three mantissa bytes and an exponent per pixel, rows flat or
-// run-length encoded (G. Ward, "Real Pixels", Graphics Gems II, 1991). Avoids loading OpenImageIO
-// (0.3 s and 120 MB). Ignores the header's exposure and gamma, as OpenImageIO does. `header` comes
-// from read_hdr_header(), with its size checked. `source` must outlive the decoder.
+// Decodes Radiance's picture format (.hdr): three mantissa bytes and an exponent per pixel, in
+// plain or run-length encoded rows (G. Ward, "Real Pixels", Graphics Gems II, 1991). This avoids
+// loading OpenImageIO (0.3 s and 120 MB). Ignores the header's exposure and gamma, as OpenImageIO
+// does. `header` must come from read_hdr_header(), and its size must have been checked. `source`
+// must outlive the decoder.
 std::unique_ptr<ImageDecoder> open_hdr(const ByteSource& source, const ImageHeader& header);
 
-// Encode to the bytes of a file. Return an empty string or the error. JPEG drops alpha and uses
-// quality 95 without chroma subsampling.
+// These encode a picture as the bytes of a file and return an empty string or the error. JPEG drops
+// alpha and uses quality 95 without chroma subsampling.
 std::string encode_png(const ByteImage& picture, std::vector<unsigned char>& encoded);
 std::string encode_jpeg(const ByteImage& picture, std::vector<unsigned char>& encoded);
 

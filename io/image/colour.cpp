@@ -20,9 +20,9 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-// Names listed in a message: an EXR may have thousands.
+// Number of names listed in a message. An EXR may have thousands.
 constexpr size_t kMaxListed = 12;
-constexpr size_t kMaxListedLayers = 40;  // for someone who has to choose one
+constexpr size_t kMaxListedLayers = 40;  // if the user has to choose one
 
 constexpr const char kUnreadPart[] =
     "{}: the part differs from the first in size, or repeats its channel names; save it as a "
@@ -36,20 +36,20 @@ std::string join_names(const Names& names, size_t most = kMaxListed) {
   return text;
 }
 
-// "sky." for "sky.R".
+// Returns "sky." for "sky.R".
 std::string_view layer_prefix(const std::string& channel) {
   const size_t stop = channel.rfind('.');
   return std::string_view(channel).substr(0, stop == std::string::npos ? 0 : stop + 1);
 }
 
-// Whether the channel, without its layer, has this name or its initial, ignoring case: OpenEXR
+// Whether a channel, without its layer, has this name or the name's initial, ignoring case: OpenEXR
 // files say R, Nuke's say red.
 bool matches_name(std::string_view leaf, std::string_view name) {
   const std::string text = lower_case(std::string(leaf));
   return text == name || text == name.substr(0, 1);
 }
 
-// Channels of one layer, or those without a layer.
+// The channels of one layer, or those without a layer.
 struct Layer {
   std::string prefix;  // "sky.", or empty
   const ImagePart* part = nullptr;
@@ -72,7 +72,7 @@ bool is_cryptomatte(const std::string& prefix) {
          name[name.size() - 3] >= '0' && name[name.size() - 3] <= '9';
 }
 
-// In order of appearance.
+// Returns the part's layers in order of appearance.
 std::vector<Layer> layers_of(const ImagePart& part) {
   constexpr std::array<std::string_view, 4> kNames = {"red", "green", "blue", "alpha"};
   std::vector<Layer> layers;
@@ -135,7 +135,7 @@ bool is_luminance_chroma(const Names& channels) {
   });
 }
 
-// Y, unless X marks it as a coordinate; or R if it is the only channel.
+// Finds Y, or R if it is the only channel. Returns -1 if X shows that Y is a coordinate.
 int find_grey(const Names& channels) {
   int y = -1;
   for (size_t c = 0; c < channels.size(); ++c) {
@@ -160,7 +160,7 @@ Names all_names(const std::vector<ImagePart>& parts) {
   return names;
 }
 
-// The names of channels that make a layer, of which the first `required` must be there.
+// The names of the channels that form a layer. The first `required` of them must be present.
 struct LayerKind {
   std::string_view letters;
   std::array<std::string_view, 4> names;
@@ -170,7 +170,7 @@ constexpr LayerKind kLayerKinds[] = {{"RGBA", {"red", "green", "blue", "alpha"},
                                      {"XYZ", {"x", "y", "z", ""}, 2},
                                      {"UV", {"u", "v", "", ""}, 2}};
 
-// Appends the layers that the channels with this prefix make.
+// Appends the layers that the channels with this prefix form.
 void append_layers(const std::string& prefix, const Names& names, std::vector<int> channels,
                    std::vector<ImageLayer>& layers) {
   const std::string layer = prefix.empty() ? "" : prefix.substr(0, prefix.size() - 1);
@@ -198,7 +198,7 @@ void append_layers(const std::string& prefix, const Names& names, std::vector<in
     break;
   }
   for (const int c : channels) {
-    // "depth" for "depth.Z" if that is all that it has.
+    // "depth.Z" becomes "depth" if the layer has no other channel.
     const bool is_layer = is_single && !layer.empty() && leaf(c).size() == 1;
     layers.push_back({is_layer ? layer : names[size_t(c)], {c}});
   }

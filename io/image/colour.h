@@ -17,7 +17,7 @@ struct ImagePart {
   bool cube = false;  // holds the faces of a cube (EXR attribute `envmap`)
 };
 
-// Consecutive channels.
+// The colour channels of an image, which are consecutive.
 struct ColourChannels {
   int first = 0, count = 0;  // R, G and B, or one grey channel
   bool has_alpha = false;    // followed by A
@@ -26,7 +26,8 @@ struct ColourChannels {
 
 // Chooses R, G and B without a layer; otherwise the only layer that has them; otherwise Y. Throws
 // InputError, which lists the channels, if there is none or more than one candidate, or for
-// luminance-chroma images. `parts` may be empty. `remedy` is what to do if there are several.
+// luminance-chroma images. `parts` may be empty. `remedy` tells the user what to do if there are
+// several.
 ColourChannels find_colour(const std::vector<std::string>& channels,
                            const std::vector<ImagePart>& parts, const std::string& place,
                            std::string_view remedy = "save one of them as a separate file");
@@ -34,25 +35,25 @@ ColourChannels find_colour(const std::vector<std::string>& channels,
 // Channels that belong together.
 struct ImageLayer {
   std::string name;           // "albedo"; "RGBA" for channels without a layer
-  std::vector<int> channels;  // indices: R, G, B; or X, Y and maybe Z; or U, V; or one number
+  std::vector<int> channels;  // indices of R, G, B; or X, Y and maybe Z; or U, V; or one number
   int alpha = -1;             // index; -1: none
-  bool has_colour = false;    // R, G and B
+  bool has_colour = false;    // whether `channels` are R, G and B
 
   bool is_number() const { return channels.size() == 1; }
 };
 
-// All layers that can be read, in the file's order. Channels that are neither colours nor
+// Returns all layers that can be read, in the file's order. Channels that are neither colours nor
 // coordinates are layers by themselves: "samples", "denoised.error".
 std::vector<ImageLayer> image_layers(const std::vector<std::string>& channels,
                                      const std::vector<ImagePart>& parts);
 
-// The layer, channel or part with this name; nullopt if there is none. "RGB" and "RGBA" are the
-// same layer. Throws InputError for a part that is not read.
+// Returns the layer, channel or part with this name; nullopt if there is none. "RGB" and "RGBA" are
+// the same layer. Throws InputError for a part that is not read.
 std::optional<ImageLayer> try_find_layer(const std::vector<std::string>& channels,
                                          const std::vector<ImagePart>& parts,
                                          const std::string& name, const std::string& place);
-// Like try_find_layer(), but throws UsageError, which lists the layers, nearest names first, if
-// there is none.
+// Like try_find_layer(), but if there is none, throws UsageError, which lists the layers, the
+// nearest names first.
 ImageLayer find_layer(const std::vector<std::string>& channels, const std::vector<ImagePart>& parts,
                       const std::string& name, const std::string& place);
 

@@ -10,7 +10,7 @@ namespace emberline {
 namespace {
 
 constexpr size_t kMaxExrHeaderBytes = size_t(16) << 20, kMaxHdrHeaderBytes = size_t(64) << 10;
-// Attributes are looked up linearly; the largest real headers have some hundreds.
+// Attributes are looked up linearly; the largest real headers have a few hundred.
 constexpr int kMaxExrAttributes = 4000;
 constexpr int64_t kMaxTileSide = 4096;
 
@@ -53,7 +53,7 @@ class HeaderReader {
   const std::string& place_;
 };
 
-// "-Y 512" parses to its sign, its letter and 512.
+// An axis of the resolution line: "-Y 512" has the sign '-', the letter 'Y' and the size 512.
 struct HdrAxis {
   char sign = 0, letter = 0;
   int64_t size = 0;
@@ -75,8 +75,8 @@ std::optional<HdrAxis> read_hdr_axis(std::string_view& text) {
 }
 
 // Checks the size of an attribute whose type OpenEXR knows. OpenEXR reads such a value by its type
-// and ignores the stated size, so a wrong size would make it read the rest of the header
-// differently from this reader. Counts the channels of a channel list.
+// and ignores the stated size, so with a wrong size, it would read the rest of the header
+// differently from this reader. Also counts the channels of a channel list.
 void check_exr_attribute(HeaderReader& reader, std::string_view type, uint32_t length,
                          int64_t* channels, const std::string& place) {
   struct Fixed {
@@ -132,7 +132,8 @@ void check_exr_attribute(HeaderReader& reader, std::string_view type, uint32_t l
                               std::string(type) + " with a wrong size");
 }
 
-// Rows per block, by ImfCompression.h: none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA, DWAB.
+// Rows per block, in ImfCompression.h's order: none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA,
+// DWAB.
 uint64_t rows_per_block(uint8_t compression) {
   constexpr std::array<uint64_t, 10> kRows = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
   return compression < kRows.size() ? kRows[compression] : 256;
@@ -206,8 +207,8 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
       reader.seek(next);
     }
     if (attributes == 0 && (flags & kMultiPart)) break;
-    // Each tile, or block of at most 256 rows, takes eight bytes in the offset table and eight
-    // more.
+    // Each tile, or block of at most 256 rows, takes eight bytes in the offset table and at least
+    // eight elsewhere.
     const int64_t across = tile_width > 0 ? (width + tile_width - 1) / tile_width : 1;
     const int64_t down = (height + (tile_height > 0 ? tile_height : 256) - 1) /
                          (tile_height > 0 ? tile_height : 256);
@@ -217,7 +218,7 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
       part.height = height;
       check_pixels_fit(part, 16.0 * double(across) * double(down), source.size, place);
       check_tile(part, tile_width, tile_height, place);
-      // Decoded pixels plus a buffer for their code; decoders read all channels, wanted or not.
+      // Counts the decoded and the encoded pixels. Decoders read all channels, wanted or not.
       const uint64_t pixels = tile_width > 0 ? uint64_t(tile_width) * uint64_t(tile_height)
                                              : uint64_t(width) * rows_per_block(compression);
       part.tile_bytes = 2 * pixels * uint64_t(channels) * sizeof(float);
@@ -229,7 +230,7 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
   return header;
 }
 
-// G. Ward, "Real Pixels" (Graphics Gems II, 1991): text lines, an empty line, the resolution.
+// G. Ward, "Real Pixels" (Graphics Gems II, 1991): lines of text, an empty line, the resolution.
 ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) {
   HeaderReader reader(source, kMaxHdrHeaderBytes, "HDR", place);
   for (std::string line = reader.until('\n'); !line.empty(); line = reader.until('\n')) {
@@ -251,7 +252,7 @@ ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) 
   const bool mirrored = second->sign == '-', upwards = first->sign == '+';
   header.orientation = columns ? 5 : upwards ? (mirrored ? 3 : 4) : (mirrored ? 2 : 1);
   header.pixel_offset = reader.offset();
-  // A row is flat, or has four bytes followed by runs of at most 127 for each of the four channels.
+  // A row is plain, or has four bytes and then, for each of four channels, runs of at most 127.
   const int64_t row = std::min(4 * header.width, 4 + 8 * ((header.width + 126) / 127));
   check_pixels_fit(header, double(row) * double(header.height), source.size, place);
   return header;

@@ -29,7 +29,7 @@ void append(std::vector<uint8_t>& out, Bytes bytes) {
   std::memcpy(out.data() + end, bytes.data(), bytes.size());
 }
 
-// Chunks are length, type, data, CRC (PNG specification, 5.3). Keeps those that affect samples.
+// Keeps chunks that affect samples. A chunk is length, type, data, CRC (PNG specification, 5.3).
 CleanImage clean_png(Bytes bytes, const std::string& place) {
   constexpr std::array<std::string_view, 5> kKeptChunks = {"IHDR", "PLTE", "tRNS", "IDAT", "IEND"};
   constexpr std::array<int, 7> kSamples = {1, 0, 3, 1, 2, 0, 4};  // by colour type
@@ -51,7 +51,8 @@ CleanImage clean_png(Bytes bytes, const std::string& place) {
       clean.header.width = big_endian(chunk, 8, 4);
       clean.header.height = big_endian(chunk, 12, 4);
       row_bits = clean.header.width * depth * (colour < 7 ? kSamples[size_t(colour)] : 4);
-      // Interlaced images are decoded whole besides the result, at most 4 x 16 bits per pixel.
+      // Interlaced images are decoded whole before they are copied to the result: at most 4 x 16
+      // bits per pixel.
       clean.header.decoder_bytes_per_pixel = interlaced ? 8 : 0;
     }
     if (is("IDAT")) compressed += int64_t(length);
@@ -64,7 +65,7 @@ CleanImage clean_png(Bytes bytes, const std::string& place) {
   throw_truncated("PNG", place);
 }
 
-// The end of entropy-coded data: the next marker except restarts (ITU-T T.81, B.1.1.2).
+// Returns the end of entropy-coded data: the next marker except restarts (ITU-T T.81, B.1.1.2).
 size_t end_of_scan(Bytes bytes, size_t offset) {
   while (offset + 1 < bytes.size()) {
     const void* found = std::memchr(&bytes[offset], 0xff, bytes.size() - 1 - offset);
@@ -77,12 +78,13 @@ size_t end_of_scan(Bytes bytes, size_t offset) {
   return bytes.size();
 }
 
-// Baseline, extended and progressive frames, Huffman or arithmetic: C0 to CF except the tables.
+// Whether a frame begins: baseline, extended or progressive, Huffman or arithmetic (C0 to CF,
+// except the markers of tables and extensions).
 bool is_frame_marker(uint8_t marker) {
   return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
 }
 
-// Reads a frame header: size, components, and the minimum number of bits in its blocks.
+// Reads a frame header: its size, its components, and the minimum number of bits in its blocks.
 void read_frame_header(Bytes segment, ImageHeader* header, size_t* components_out,
                        int64_t* min_bits) {
   if (segment.size() < 10) return;
@@ -133,14 +135,14 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
     const bool kept =
         application ? (marker == 0xe0 && starts_with(segment, std::string_view("JFIF\0", 5), 4)) ||
                           (marker == 0xee && starts_with(segment, "Adobe", 4))
-                    : marker < 0xf0;  // above are JPG extensions and comments
+                    : marker < 0xf0;  // from 0xf0: JPG extensions, comments
     if (!kept) continue;
     if (is_frame_marker(marker) && clean.header.width == 0) {
       read_frame_header(segment, &clean.header, &components, &min_bits);
     }
     append(clean.bytes, segment);
     if (marker != 0xda) continue;
-    // Decoders keep all coefficients of non-interleaved scans too.
+    // Decoders keep all coefficients for non-interleaved scans, too.
     if (segment.size() > 4 && segment[4] < components) {
       clean.header.decoder_bytes_per_pixel = 2 * int(components);
     }
@@ -166,7 +168,7 @@ CleanImage clean_webp(Bytes bytes, const std::string& place) {
   CleanImage clean;
   clean.bytes.reserve(bytes.size());
   append(clean.bytes, bytes.first(12));
-  // Besides the result, the reader keeps the decoded picture, and VP8L a second copy.
+  // In addition to the result, the reader keeps the decoded picture and, for VP8L, a second copy.
   clean.header.decoder_bytes_per_pixel = 8;
   const uint64_t stated_size = uint64_t(little_endian(bytes, 4, 4)) + 8;
   if (stated_size > bytes.size()) throw_truncated("WebP", place);
@@ -234,7 +236,8 @@ CleanImage clean_image(ImageFormat format, Bytes bytes, const std::string& place
   return clean_webp(bytes, place);
 }
 
-// TIFF 6.0, section 2: 12 bytes per entry, in ascending order, then the next directory's offset.
+// TIFF 6.0, section 2: a directory has entries of 12 bytes in ascending order, then the offset of
+// the next directory.
 void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
   constexpr std::array<uint32_t, 7> kDroppedTags = {
       700,    // XMP
@@ -273,7 +276,7 @@ void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
   }
   check_pixels_plausible(header, bytes.size(), place);
   check_tile(header, tile_width, tile_height, place);
-  // Ends the list of directories: other pages are not read.
+  // End the list of directories here, since other pages are not read.
   const size_t end = directory + 2 + kept * kEntry;
   std::memset(&bytes[end], 0, std::min<size_t>(4, bytes.size() - end));
   bytes[directory] = uint8_t(is_big_endian ? kept >> 8 : kept);

@@ -1,8 +1,8 @@
 // Inspects encoded images before they are decoded: format, size, and a reduced stream for the
 // decoder. Decoders are large and the input is untrusted, so they get only what the pixels need: no
 // colour profiles (glTF 2.0 section 3.8.3 says to ignore them), EXIF, XMP, IPTC, comments or
-// thumbnails, nothing after the image, and no stated size that the bytes cannot hold. All functions
-// throw InputError at `place`.
+// thumbnails, nothing after the image, and no size that is too large for the number of bytes. All
+// functions throw InputError at `place`.
 #pragma once
 
 #include <cstdint>
@@ -17,52 +17,53 @@ namespace emberline {
 
 enum class ImageFormat : uint8_t { kNone, kPng, kJpeg, kWebp, kExr, kHdr, kTiff, kKtx2 };
 
-// Decides by the first 12 bytes; suffixes and media types are less reliable.
+// Detects the format from the first 12 bytes; suffixes and media types are less reliable.
 ImageFormat sniff_image_format(std::span<const uint8_t> bytes);
 std::string_view format_name(ImageFormat format);  // "PNG"
 
-// What the header states, before decoding.
+// Values from an image's header, which is read before decoding.
 struct ImageHeader {
   int64_t width = 0, height = 0;
-  // Upper bound on the decoder's memory per pixel, besides the result.
+  // Upper bound on the decoder's memory per pixel, in addition to the result.
   int decoder_bytes_per_pixel = 0;
   uint64_t tile_bytes = 0;  // EXR: the decoder's memory for a tile, or for a block of rows
-  // As in TIFF and EXIF: 1 rows from the top, 2 mirrored, 3 rotated by 180 degrees, 4 rows from the
-  // bottom; 5 to 8 have columns instead of rows.
+  // As in TIFF and EXIF. 1: rows from the top; 2: mirrored; 3: rotated by 180 degrees; 4: rows from
+  // the bottom; 5 to 8: stored in columns instead of rows.
   int orientation = 1;
   uint64_t pixel_offset = 0;  // HDR: offset of the rows
 };
 
-// PNG, JPEG and WebP: the header, and the stream reduced to what the pixels need.
+// For PNG, JPEG and WebP: the header, and the stream reduced to what the pixels need.
 struct CleanImage {
   ImageHeader header;
   std::vector<uint8_t> bytes;
-  bool truncated = false;  // a JPEG without an end; truncated files of other formats are refused
+  bool truncated = false;  // for a JPEG without an end; other truncated formats are refused
 };
 CleanImage clean_image(ImageFormat format, std::span<const uint8_t> bytes,
                        const std::string& place);
 
-// TIFF: removes profiles and other metadata from the first directory, in place.
+// Removes profiles and other metadata from the first directory of a TIFF, in place.
 void clean_tiff(std::span<uint8_t> bytes, const std::string& place);
 
-// EXR and HDR are decoded from the original bytes: their headers hold nothing harmful to decoders,
-// and their sizes are checked. Deep EXR files are refused.
+// EXR and HDR are decoded from the original bytes: their headers contain nothing that harms the
+// decoders, and these functions check their sizes. Deep EXR files are refused.
 ImageHeader read_exr_header(const ByteSource& source, const std::string& place);
 ImageHeader read_hdr_header(const ByteSource& source, const std::string& place);
 
 // Shared checks, for these readers and io/image/ktx2 only.
 [[noreturn]] void throw_truncated(const char* format, const std::string& place);
 
-// Throws if `bytes` bytes cannot hold the pixels: a large size costs nothing to claim.
+// Throws if the pixels need more than `bytes` bytes (at least `needed`). It costs a file nothing to
+// state a large size.
 void check_pixels_fit(const ImageHeader& header, double needed, uint64_t bytes,
                       const std::string& place);
 
-// The same for formats without a maximum compression ratio (lossless WebP, TIFF, KTX 2), where an
-// image of one colour is tiny at any size. Accepts up to 8192 x 8192 pixels at any ratio; larger
-// images need a plausible ratio.
+// Like check_pixels_fit(), for formats without a maximum compression ratio (lossless WebP, TIFF,
+// KTX 2), in which an image of one colour is tiny at any size. Accepts up to 8192 x 8192 pixels at
+// any ratio; larger images need a plausible ratio.
 void check_pixels_plausible(const ImageHeader& header, uint64_t bytes, const std::string& place);
 
-// Throws for tiles larger than 4096, since a tile is decoded whole even if the image is smaller.
+// Throws for tiles larger than both 4096 and the image, since a tile is always decoded whole.
 void check_tile(const ImageHeader& header, int64_t width, int64_t height, const std::string& place);
 
 }  // namespace emberline

@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-// Bytes searched before the pixels; our writers use less.
+// Number of bytes that are searched before the pixels. Our writers use less.
 constexpr size_t kMaxHeaderBytes = size_t(1) << 20;
 
 // Calls `use` with the name and type of each attribute of the first header, the size of its value
@@ -162,7 +162,7 @@ bool is_complete_png(const ByteSource& file) {
   return ends_with(file, std::string_view("\0\0\0\0IEND\xae\x42\x60\x82", 12));
 }
 
-// Looks for the end marker only after the headers, whose thumbnails have end markers, too.
+// Skips the headers before it looks for the end marker, since thumbnails in them have one, too.
 bool is_complete_jpeg(const ByteSource& file) {
   ByteCursor cursor(file);
   cursor.skip(2);

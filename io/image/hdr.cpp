@@ -7,7 +7,7 @@
 namespace emberline {
 namespace {
 
-// Widths for which rows may be run-length encoded; a coded row starts with its width.
+// Rows of these widths may be run-length encoded. An encoded row starts with its width.
 constexpr int kMinCodedWidth = 8, kMaxCodedWidth = 0x7fff;
 
 constexpr const char* kTruncated = "it is truncated";
@@ -54,7 +54,7 @@ class HdrDecoder final : public ImageDecoder {
     return nullptr;
   }
 
-  // Reads one byte of each pixel: runs of equal bytes, and literal bytes.
+  // Reads one byte of each pixel; they are stored as runs of equal bytes and as literal bytes.
   const char* read_channel(size_t channel) {
     uint8_t values[128];
     for (size_t at = channel; at < row_.size();) {

@@ -20,9 +20,9 @@
 namespace emberline {
 namespace {
 
-// Limit on stated sizes, our choice. The largest panoramas in use are 32k wide.
+// Our limit on the sizes that images state. The largest panoramas in use are 32k wide.
 constexpr int64_t kMaxSide = 65536;
-// Limit on the data window's position; keeps sums far from overflow.
+// Limit on the data window's position, which keeps sums far from overflow.
 constexpr int64_t kMaxWindowOffset = int64_t(1) << 24;
 
 constexpr const char* kDecodeError = "the image does not decode: ";
@@ -95,7 +95,7 @@ ByteSource make_byte_source(Bytes memory) {
 // An opened image whose pixels are not decoded yet.
 class OpenImage {
  public:
-  // `bytes` must outlive it.
+  // `bytes` must outlive this object.
   OpenImage(Bytes bytes, Formats allowed, const std::string& place, const LoadProgress& progress)
       : place_(place), progress_(progress) {
     open_bytes(bytes, allowed);
@@ -122,7 +122,7 @@ class OpenImage {
   bool truncated() const { return truncated_; }
   const std::string& place() const { return place_; }
 
-  // The pixels' position in the frame.
+  // Returns the pixels' position in the frame.
   Rect data_window() const {
     const ImageLayout& s = layout_;
     const int64_t x = int64_t(s.x) - s.full_x, y = int64_t(s.y) - s.full_y;
@@ -144,8 +144,9 @@ class OpenImage {
     if (!error.empty()) throw InputError(place_, kDecodeError + error);
   }
 
-  // Reads channels from `first`, interleaved, rows from the top, data window only. Memory grows
-  // with the rows: clearing gigabytes takes seconds, and the load must stay cancellable.
+  // Reads `channels` channels from `first` of the data window, interleaved, rows from the top.
+  // Memory grows with the rows: clearing gigabytes takes seconds, and the load must stay
+  // cancellable.
   template <typename Value>
   void read(int first, int channels, SampleType type, std::vector<Value>& values) {
     constexpr size_t kPartBytes = size_t(4) << 20;  // cancellation is checked between parts
@@ -176,7 +177,7 @@ class OpenImage {
   }
 
  private:
-  // Resizes in steps within the reserved memory, because the system clears it page by page.
+  // Resizes in steps, since the system clears the reserved memory page by page, which takes time.
   template <typename Value>
   void resize_in_steps(std::vector<Value>& values, size_t size) const {
     constexpr size_t kStep = (size_t(64) << 20) / sizeof(Value);
@@ -237,7 +238,7 @@ class OpenImage {
     if (layout_.chromaticities) layout_.view.space = working_space_of(*layout_.chromaticities);
     const ImageLayout& s = layout_;
     check_size(s.width, s.height, place_);
-    // The decoder must see the checked size; it may parse an ambiguous header differently.
+    // The decoder must have found the checked size; it may parse an ambiguous header differently.
     if (format != ImageFormat::kTiff && (s.width != header_.width || s.height != header_.height)) {
       throw InputError(place_, std::string(kDecodeError) + "its header is ambiguous");
     }
@@ -254,7 +255,7 @@ class OpenImage {
     }
   }
 
-  // Undoes the orientation of stored rows.
+  // Flips and mirrors the stored rows as header_.orientation says.
   void apply_orientation(std::byte* texels, size_t pixel) const {
     const ImageLayout& s = layout_;
     const size_t width = size_t(s.width), height = size_t(s.height), row = width * pixel;
@@ -285,7 +286,7 @@ class OpenImage {
   ImageLayout layout_;
 };
 
-// Decodes channels of an image that must fill its frame; crops pixels outside the frame.
+// Decodes channels of an image that must fill its frame; crops the pixels outside the frame.
 void read_frame(OpenImage& input, int first, Image& image) {
   const ImageLayout& layout = input.layout();
   const SampleType type = kSampleTypes[size_t(image.type)];
@@ -328,7 +329,7 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
                                     : find_colour(layout.channel_names, layout.parts, place);
   image->channels = colour.end() - colour.first;
   read_frame(input, colour.first, *image);
-  // The WebP reader (OpenImageIO 2.4) premultiplies despite the hint, EXR files by convention.
+  // The WebP reader (OpenImageIO 2.4) premultiplies despite the hint, and EXR files by convention.
   const bool has_alpha =
       colour.has_alpha || (layout.alpha_channel == image->channels - 1 && image->channels % 2 == 0);
   if (has_alpha && layout.premultiplied) unpremultiply(*image);
@@ -383,7 +384,7 @@ int FloatImage::find_channel(const std::string& name) const {
 
 namespace {
 
-// The image's description without values.
+// Returns the image's description, without values.
 FloatImage image_description(OpenImage& input) {
   const ImageLayout& layout = input.layout();
   FloatImage image;
@@ -403,7 +404,7 @@ FloatImage image_description(OpenImage& input) {
   return image;
 }
 
-// Converts decoded values to the intended ones.
+// Restores counters and converts other integer channels, except alpha, to linear.
 void convert_stored(const ImageLayout& layout, std::vector<float>& values) {
   const size_t channels = size_t(layout.channels());
   for (size_t c = 0; c < channels; ++c) {
@@ -438,7 +439,7 @@ struct FloatImageRows::Impl {
 
   OpenImage input;
   FloatImage image;
-  int next = 0;  // row
+  int next = 0;  // the next row to read
 };
 
 FloatImageRows::FloatImageRows(const std::string& path, const LoadProgress& progress)

@@ -20,34 +20,34 @@
 
 namespace emberline {
 
-// Limit for every image read or written by the library.
+// Limit for every image that the image library reads or writes.
 inline constexpr int kMaxChannels = 4096;
 
 struct DecodedImage {
   std::shared_ptr<const Image> image;
   uint64_t non_finite = 0;  // NaN and infinite texels, set to 0
-  bool truncated = false;   // a truncated JPEG: grey after its end
+  bool truncated = false;   // for a truncated JPEG, whose missing part is grey
   std::string transfer;     // the transfer function that a KTX 2 states: "sRGB" or "linear"
 };
 
-// Decodes an encoded image in memory (PNG, JPEG, WebP, EXR, HDR or KTX 2, by its content), keeping
-// its bit depth; alpha is not premultiplied. An EXR is read as in read_environment(), with its
-// alpha. Colour profiles and other metadata are ignored. Throws InputError at `place`, also for a
-// truncated JPEG unless `lenient`.
+// Decodes an encoded image in memory: PNG, JPEG, WebP, EXR, HDR or KTX 2, detected by its content.
+// Keeps the bit depth; alpha is not premultiplied. An EXR is read as in read_environment(), with
+// its alpha. Colour profiles and other metadata are ignored. Throws InputError at `place`, also for
+// a truncated JPEG unless `lenient`.
 DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& place,
                           bool lenient = false,
                           const LoadProgress& progress = LoadProgress::none());
 
-// Reads a latitude-longitude environment map (.hdr, .exr; the channels of find_colour(); half if
-// the file is half, else float) as linear Rec. 709. Its pixels must fill its frame. An EXR with
-// other primaries is converted; colours outside Rec. 709 are then negative. NaN, infinite and
-// negative texels become 0, and finite ones beyond the type's range are clamped; all are counted in
-// `*repaired`. Throws InputError.
+// Reads a latitude-longitude environment map (.hdr or .exr) as linear Rec. 709: the channels of
+// find_colour(), as half if the file has half, else as float. Its pixels must fill its frame. An
+// EXR with other primaries is converted; colours outside Rec. 709 are then negative. NaN, infinite
+// and negative texels become 0, and finite ones beyond the type's range are clamped; all are
+// counted in `*repaired`. Throws InputError.
 std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t* repaired,
                                               const LoadProgress& progress = LoadProgress::none());
 
 // A float image with named channels, for `compare`, `heatmap` and tests: EXR, HDR, PNG, JPEG, WebP,
-// TIFF. Integer formats are converted from sRGB to linear. Holds the data window only.
+// TIFF. Integer formats are converted from sRGB to linear. Contains only the data window.
 struct FloatImage {
   int width = 0, height = 0;
   Rect data_window;                       // relative to the frame's corner
@@ -59,10 +59,10 @@ struct FloatImage {
   // (renderer/output/outputs.h).
   std::optional<uint64_t> stopped_after;
   WorkingSpace space = WorkingSpace::kRec709;  // EXR only
-  // EXR only, as its header states them; those of `space` unless it is kRec709.
+  // EXR only: as stated in its header. If `space` is not kRec709, they are those of `space`.
   std::optional<Chromaticities> chromaticities;
   int channels() const { return int(channel_names.size()); }
-  // Channel index by name ("R", "albedo.G"), -1 if absent.
+  // Returns the index of a channel ("R", "albedo.G"), or -1 if it is absent.
   int find_channel(const std::string& name) const;
 };
 // Reads an EXR of any size row by row. Reading may throw Cancelled.
@@ -75,14 +75,14 @@ class FloatImageRows {
   FloatImageRows(const FloatImageRows&) = delete;
   FloatImageRows& operator=(const FloatImageRows&) = delete;
 
-  // The description without values.
+  // The image's description, without values.
   const FloatImage& image() const;
   ChannelType channel_type(size_t channel) const;
   // The header's text attributes that begin with "emberline" or "cryptomatte/".
   const std::vector<std::pair<std::string, std::string>>& text_attributes() const;
   const ExrView& view() const;
   int tile_size() const;     // the tiles' height; 64 for an image in rows
-  int rows_at_once() const;  // read() takes a multiple of these rows, or all that remain
+  int rows_at_once() const;  // read() needs a multiple of these rows, or all that remain
   // Reads the next rows, interleaved. Throws InputError.
   void read(int rows, std::vector<float>& values);
 

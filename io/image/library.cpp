@@ -61,9 +61,9 @@ void check_address_space() {
   ::munmap(room, kRequiredBytes);
 }
 
-// Looks beside the binary that contains this code, then in the program's ../lib; empty if found in
-// neither. A library for one CPU architecture lies up to three folders deeper
-// (renderer/arches.cmake).
+// Looks beside the binary that contains this code, then in the program's ../lib. Returns an empty
+// string if the library is in neither. A library for one CPU architecture lies up to three folders
+// deeper (renderer/arches.cmake).
 std::string find_bundled_library() {
   namespace fs = std::filesystem;
   std::error_code error;
@@ -83,7 +83,7 @@ std::string find_bundled_library() {
   return {};
 }
 
-// Loads our own copy, or else one on the system's search path.
+// Loads our own copy or, if there is none, one on the system's search path.
 void* open_shared_library() {
   const std::string own = find_bundled_library();
   if (!own.empty()) check_complete(own);

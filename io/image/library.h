@@ -1,8 +1,8 @@
 // Interface to OpenImageIO, for the formats that io/image/codecs.h does not handle.
 //
-// OpenImageIO pulls in some 240 libraries, which take half a second of CPU time to load. It is
-// therefore linked into a separate library (image/openimageio.cpp), loaded when the first such
-// image is used.
+// OpenImageIO pulls in about 240 libraries, which take half a second of CPU time to load. It is
+// therefore linked into a separate library (image/openimageio.cpp), which is loaded when the first
+// such image is used.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ namespace emberline {
 
 enum class SampleType : uint8_t { kUint8, kUint16, kUint32, kHalf, kFloat, kOther };
 
-// What an encoded image states about itself, unchecked.
+// Values that an encoded image states about itself. They are not checked.
 struct ImageLayout {
   int x = 0, y = 0, width = 0, height = 0, depth = 0;  // the data window
   int full_x = 0, full_y = 0, full_width = 0, full_height = 0;
@@ -33,22 +33,22 @@ struct ImageLayout {
   bool deep = false;
   std::vector<std::string> channel_names;
   std::vector<SampleType> channel_types = {};
-  SampleType type = SampleType::kOther;  // of all channels, or one that holds them all
+  SampleType type = SampleType::kOther;  // of all channels, or one that can hold all of them
   std::string type_name;
   int alpha_channel = -1;
-  bool premultiplied = false;  // even if unassociated alpha was requested
+  bool premultiplied = false;  // can be true even if unassociated alpha was requested
   int orientation = 1;         // as in EXIF and TIFF
-  uint64_t bytes = 0;          // of the stored pixels
+  uint64_t bytes = 0;          // size of the stored pixels
   std::vector<std::pair<std::string, std::string>> text_attributes =
       {};                                             // EXR: our text attributes
   std::vector<ImagePart> parts = {};                  // EXR: all parts, including unread ones
-  ExrView view = {};                                  // EXR: all except its space
+  ExrView view = {};                                  // EXR: all members but `space`
   std::optional<Chromaticities> chromaticities = {};  // EXR: as stated in its header
 
   int channels() const { return int(channel_names.size()); }
 };
 
-// A channel of a tile, row after row: kFloat, kHalf or kUint32.
+// One channel of a tile, row after row. Its type is kFloat, kHalf or kUint32.
 struct EncodedPlane {
   std::string channel;
   SampleType type = SampleType::kFloat;
@@ -59,7 +59,7 @@ class ImageDecoder {
  public:
   virtual ~ImageDecoder() = default;
   const ImageLayout& layout() const { return layout_; }
-  virtual std::string attribute(const char* /*name*/) const { return ""; }  // a text, or empty
+  virtual std::string attribute(const char* /*name*/) const { return ""; }  // its text, or empty
   // Reads channels [first, last) of `pixels` (relative to the data window's corner), converted and
   // interleaved, with `row` bytes between the rows of `out`. `pixels` must consist of whole tiles
   // or, for an image in rows, of whole rows. Returns an empty string or the error.
@@ -67,7 +67,7 @@ class ImageDecoder {
                            size_t row) = 0;
 
  protected:
-  // For an image without layers: kUint8, kUint16 or kFloat in all channels.
+  // Sets the layout of an image without layers; all channels are kUint8, kUint16 or kFloat.
   void set_layout(int width, int height, std::vector<std::string> channels, SampleType type) {
     layout_.width = layout_.full_width = width;
     layout_.height = layout_.full_height = height;
@@ -82,7 +82,7 @@ class ImageDecoder {
   ImageLayout layout_;
 };
 
-// Creates a Decoder and calls its open(arguments...). On failure sets `error` and returns null.
+// Creates a Decoder and calls its open(arguments...). On failure, sets `error` and returns null.
 template <typename Decoder, typename... Arguments>
 std::unique_ptr<ImageDecoder> open_decoder(std::string& error, Arguments&&... arguments) {
   auto decoder = std::make_unique<Decoder>();
@@ -111,7 +111,7 @@ class ImageLibrary {
 // Throws RenderError if the library is missing or of another version.
 const ImageLibrary& image_library();
 
-// Memory taken by loading it: some hundred megabytes, or 0 before it is loaded.
+// Memory that the loaded library takes: a few hundred megabytes, or 0 before it is loaded.
 uint64_t image_library_bytes();
 
 // The library's entry point; returns null if `version` differs from its own.

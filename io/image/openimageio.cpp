@@ -1,4 +1,4 @@
-// The image library: OpenImageIO behind our interface. It may use only headers of the program.
+// The image library: OpenImageIO behind our interface. It may use only the program's headers.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
@@ -18,7 +18,7 @@ namespace {
 
 namespace oiio = OIIO;
 
-// OpenImageIO's message as one line.
+// Returns OpenImageIO's message as one line.
 std::string library_message(std::string text) {
   for (char& c : text) {
     if (uint8_t(c) < 0x20) c = ' ';
@@ -60,7 +60,8 @@ oiio::TypeDesc oiio_type(SampleType type) {
   return oiio::TypeDesc::FLOAT;
 }
 
-// Reads in place. OpenImageIO's memory proxy (2.4, 3.1) accepts an offset just below zero.
+// Reads the source in place. OpenImageIO's own memory proxy (2.4, 3.1) accepts an offset just below
+// zero; this one does not.
 class SourceProxy final : public oiio::Filesystem::IOProxy {
  public:
   explicit SourceProxy(const ByteSource& source)
@@ -90,7 +91,7 @@ class Decoder final : public ImageDecoder {
     proxy_ = std::make_unique<SourceProxy>(source);
     input_ = oiio::ImageInput::create(format);
     if (!input_ || !input_->supports("ioproxy") || !input_->set_ioproxy(proxy_.get())) {
-      oiio::geterror();  // clears the error, or the next caller would get it
+      oiio::geterror();  // clears the error, which the next caller would get otherwise
       return "this OpenImageIO cannot read " + format;
     }
     oiio::ImageSpec hints, opened;
@@ -168,7 +169,7 @@ class Decoder final : public ImageDecoder {
             s.get_string_attribute("textureformat") == "CubeFace Environment"};
   }
 
-  // Joins later parts that have the first part's pixels and tiles, and new channel names.
+  // Joins later parts with the first if they have the same pixels and tiles, and new channel names.
   std::string join_parts() {
     constexpr int kMaxParts = 4096;
     const oiio::ImageSpec first = parts_.front().spec;  // a copy, since the vector may reallocate

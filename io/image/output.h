@@ -16,12 +16,12 @@ inline uint8_t to_byte(float value) {
   return value >= 1.0f ? 255 : uint8_t(value * 255.0f + 0.5f);
 }
 
-// "png" or "jpeg", from the suffix of `path` (case does not matter). Throws UsageError, which lists
-// the valid suffixes.
+// Returns "png" or "jpeg", from the suffix of `path` (case does not matter). Throws UsageError,
+// which lists the valid suffixes.
 std::string image_format_of(const std::string& path);
 
-// Encodes a file of that format; deterministic. JPEG drops alpha and uses quality 95 without chroma
-// subsampling. Throws RenderError naming `path`.
+// Encodes a file of that format. The result is deterministic. JPEG drops alpha and uses quality 95
+// without chroma subsampling. Throws RenderError naming `path`.
 std::vector<unsigned char> encode_image(const ByteImage& image, const std::string& format,
                                         const std::string& path);
 
@@ -31,7 +31,8 @@ std::vector<unsigned char> encode_image(const ByteImage& image, const std::strin
 std::vector<unsigned char> encode_animation(std::span<const ByteImage> frames, double frame_s,
                                             const std::string& path);
 
-// encode_image() into an atomically written file. Throws UsageError, RenderError.
+// Encodes the image in the format of the suffix and writes the file atomically. Throws UsageError
+// and RenderError.
 void write_image(const std::string& path, const ByteImage& image);
 
 }  // namespace emberline

@@ -126,7 +126,7 @@ class PngDecoder final : public ImageDecoder {
   png_structp png_ = nullptr;
   png_infop info_ = nullptr;
   int passes_ = 1;
-  std::vector<uint8_t> line_, interlaced_image_;  // a row to convert; an interlaced image
+  std::vector<uint8_t> line_, interlaced_image_;  // a row to convert; a whole interlaced image
   std::vector<png_bytep> rows_;
 };
 

@@ -15,17 +15,17 @@ enum class TexelRange {
 // number of changed components.
 uint64_t repair_texels(Image& image, TexelRange range);
 
-// Divides colour by alpha (the last of 2 or 4 channels) unless it is 0; rounds integers.
+// Divides colour by alpha, the last of 2 or 4 channels, where alpha is not 0. Rounds integers.
 void unpremultiply(Image& image);
 
 // Converts three channels of finite half or float texels to other primaries. Values that become
-// negative by more than rounding stay negative; half stays finite.
+// negative stay so, except for rounding errors, which become 0. The result is finite.
 void convert_primaries(Image& image, const ColourMatrix& matrix);
 
-// Copies one channel to three.
+// Turns a one-channel image into one with three equal channels.
 void expand_grey(Image& image);
 
-// The inverse of the sRGB curve, IEC 61966-2-1.
+// Inverts the sRGB curve, IEC 61966-2-1.
 float srgb_to_linear(float encoded);
 
 }  // namespace emberline

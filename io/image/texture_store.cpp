@@ -13,16 +13,16 @@
 namespace emberline {
 namespace {
 
-// Interval of checking the resident share. Two threads of random lookups can map some tens of
-// megabytes in this time.
+// Interval at which the size of the resident pages is checked. Two threads with random lookups can
+// map a few tens of megabytes in this time.
 constexpr std::chrono::milliseconds kCheckInterval(10);
 
-// Resident pages of mapped files in this process.
+// Size of the resident pages of all files that this process maps.
 uint64_t mapped_file_bytes() { return statm_bytes(StatmField::kShared); }
 
 }  // namespace
 
-// The file, and the thread that limits its resident pages. Images share ownership of it.
+// Owns the file, and the thread that limits its resident pages. Images share ownership of it.
 class TextureFile : public std::enable_shared_from_this<TextureFile> {
  public:
   explicit TextureFile(uint64_t limit) : limit_(limit), unrelated_bytes_(mapped_file_bytes()) {}
@@ -78,7 +78,7 @@ class TextureFile : public std::enable_shared_from_this<TextureFile> {
   }
 
   const uint64_t limit_;
-  const uint64_t unrelated_bytes_;  // mapped files not ours
+  const uint64_t unrelated_bytes_;  // resident pages of other mapped files
   ScratchFile file_ = ScratchFile::temporary("hold textures in a temporary file");
   uint64_t end_ = 0;
   std::mutex mutex_;

@@ -1,10 +1,10 @@
 // Moves textures that exceed the limit (--texture-memory) to an unnamed temporary file and maps
-// them from there (mapped_texels.h). Lookups read the same bytes, so the image is bit-identical; a
-// scene within the limit pays nothing.
+// them from there (mapped_texels.h). Lookups read the same bytes, so the image is bit-identical. A
+// scene within the limit has no extra cost.
 //
 // Resident pages belong to the kernel's page cache, which drops them when memory is short. A thread
-// releases the process's own pages whenever they exceed the limit; a page that is used again comes
-// from the page cache or the disk.
+// releases the process's pages whenever they exceed the limit; a page that is used again comes from
+// the page cache or the disk.
 #pragma once
 
 #include <memory>
@@ -25,7 +25,7 @@ class TextureStore {
   // and all earlier images of this load to the file, and returns their bytes to the budget.
   // Thread-safe. Throws RenderError if the temporary folder fails.
   void add(const std::shared_ptr<Image>& image, const LoadProgress& progress);
-  // Call when all images of this load have been added: they stay where they are.
+  // Call when all images of this load have been added. Images in memory then stay there.
   void finish_load() { in_memory_.clear(); }
 
  private:

@@ -16,14 +16,14 @@
 namespace emberline {
 namespace {
 
-// Keeps the order of writing, for people to read.
+// Keeps members in the order in which they were added, which is easier to read.
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 using namespace edit_limits;
-constexpr double kMaxFStop = 1e9;  // of f-numbers and their inverses: scenes come in any size
+constexpr double kMaxFStop = 1e9;  // limit of f-numbers and of their inverses; scenes have any size
 
-// Limit of seconds, frames and frames per second, the same as on the command line.
+// Limit of times in seconds or frames and of frames per second, as on the command line.
 constexpr double kMaxTime = 1e6;
 
 struct Range {
@@ -186,7 +186,7 @@ AnimationEdit read_animation(const JsonReader& entry) {
   return edit;
 }
 
-// Without `progress` the image is not read.
+// Does not read the image if `progress` is null.
 EnvironmentEdit read_environment_edit(const JsonReader& entry, const std::string& path,
                                       const LoadProgress* progress) {
   EnvironmentEdit edit = read_members<EnvironmentEdit>(entry);
@@ -259,7 +259,7 @@ Json value_json(const std::optional<Value>& value) {
   return value ? value_json(*value) : Json();
 }
 
-// Takes a copy, since members() needs a mutable edit.
+// Takes `edit` by value, since members() needs a mutable object.
 template <typename Edit>
 Json object_json(Edit edit) {
   Json object = Json::object();
@@ -290,7 +290,7 @@ Json environment_json(const EnvironmentEdit& edit, const std::string& path) {
 SceneEdits convert_edits(const nlohmann::json& document, const std::string& path,
                          const LoadProgress* progress) {
   const JsonReader root(document, path);
-  check_version(root);  // before the members, which may differ in another version
+  check_version(root);  // first, since another version may have other members
   root.object(
       {"emberline_edits", "camera", "animation", "variant", "environment", "lights", "materials"});
   SceneEdits edits;

@@ -30,7 +30,7 @@
 // Only the version is required. An orthographic view has "orthographic_height" instead of "fov_y"
 // and "f_stop". Colours are linear Rec. 709; angles are in degrees, lengths in metres (thin films
 // in nanometres), times in seconds (shutter times in frames). renderer/description/scene_edits.h
-// explains the members, material_parameters.cpp has the ranges of a material's.
+// explains the members; material_parameters.cpp has the ranges of material parameters.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -53,14 +53,14 @@ SceneEdits read_edits(const std::string& path, const LoadProgress& progress = Lo
 SceneEdits parse_edits(std::string_view text, const std::string& name,
                        const LoadProgress& progress = LoadProgress::none());
 
-// As parse_edits, but for a parsed document and without reading the environment file, which a
-// session reads itself. A relative path is resolved against the current folder.
+// Like parse_edits(), but for a parsed document, and does not read the environment file: a session
+// reads it itself. A relative path is resolved against the current folder.
 SceneEdits edits_from_json(const nlohmann::json& document, const std::string& name);
 
 // Reading the file back gives the same edits, bit for bit. A relative environment path is written
 // relative to the folder of `path`. Throws RenderError.
 void write_edits(const std::string& path, const SceneEdits& edits);
-// The text of such a file, with the environment's path unchanged.
+// Returns the text of such a file, with the environment's path unchanged.
 std::string format_edits(const SceneEdits& edits);
 
 }  // namespace emberline

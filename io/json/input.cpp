@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-// glTF's own nesting stops near ten; extras may go deeper.
+// glTF itself nests about ten levels deep; extras may go deeper.
 constexpr size_t kMaxJsonDepth = 256;
 
 constexpr size_t kMaxSidecarBytes = size_t(16) << 20;
@@ -28,7 +28,7 @@ constexpr uint64_t kContainerBytes = 64;
 constexpr uint64_t kMemberBytes = 112;  // a map node: name and value
 constexpr uint64_t kStringBytes = 48;   // plus the text
 
-// Interval of reserving memory and checking for cancellation: a few milliseconds.
+// Memory is reserved, and cancellation checked, after this many bytes: every few milliseconds.
 constexpr uint64_t kBytesBetweenChecks = uint64_t(1) << 20;
 
 // Builds the document from the parser's events and tracks the JSON pointer for messages, since the
@@ -53,7 +53,7 @@ class DocumentBuilder final : public json::json_sax_t {
     count(kStringBytes + value.size());
     return add_leaf(value);
   }
-  bool binary(json::binary_t&) override { return false; }  // JSON has none
+  bool binary(json::binary_t&) override { return false; }  // never in JSON
   bool start_object(std::size_t) override { return open(json::object()); }
   bool end_object() override { return close(); }
   bool start_array(std::size_t) override { return open(json::array()); }
@@ -68,7 +68,7 @@ class DocumentBuilder final : public json::json_sax_t {
   }
   bool parse_error(std::size_t position, const std::string&,
                    const nlohmann::detail::exception& error) override {
-    // 406 is a number that overflows double; its text is in the message.
+    // Error 406 is a number that overflows double; the parser's message contains its text.
     throw InputError(place(), error.id == 406
                                   ? "a number is too large to be finite"
                                   : "not valid JSON near byte " + std::to_string(position) +
@@ -89,7 +89,7 @@ class DocumentBuilder final : public json::json_sax_t {
   }
 
  private:
-  // An open array or object. The pointers stay valid: only an array's last element is open.
+  // An open array or object. The pointers stay valid, since only an array's last element is open.
   struct Level {
     json* value;
     const std::string* name = nullptr;  // name of the latest member
@@ -108,12 +108,12 @@ class DocumentBuilder final : public json::json_sax_t {
     return shortened(detail);
   }
 
-  // "file#/json/pointer" of the current value.
+  // Returns "file#/json/pointer" of the current value.
   std::string place() const {
     json::json_pointer pointer;
     for (const Level& level : levels_) {
       if (level.value->is_array()) {
-        // The next element of the innermost array; the last (open) element of the outer ones.
+        // In the innermost array, the next element; in the others, the last one, which is open.
         pointer.push_back(std::to_string(level.value->size() - (&level != &levels_.back())));
       } else if (level.name) {
         pointer.push_back(*level.name);
@@ -166,7 +166,7 @@ class DocumentBuilder final : public json::json_sax_t {
   const DuplicateMembers duplicates_;
   const LoadProgress& progress_;
   MemoryReservation memory_;
-  uint64_t unreserved_bytes_ = 0;  // not reserved yet
+  uint64_t unreserved_bytes_ = 0;  // counted, but not reserved yet
   json root_;
   std::vector<Level> levels_;
   size_t duplicates_found_ = 0;

@@ -10,24 +10,24 @@
 
 namespace emberline {
 
-// What to do about a duplicate member. (nlohmann alone would silently keep the last.)
+// How to handle a duplicate member. (By itself, nlohmann silently keeps the last one.)
 enum class DuplicateMembers : uint8_t {
   kReject,
-  kWarn,  // warn and keep the last, as other glTF readers do: such files exist
+  kWarn,  // warn and keep the last, as other glTF readers do; such files exist
 };
 
 // Parses all of `text` as one document (RFC 8259). Throws InputError, with the JSON pointer after
 // `file`, for invalid JSON or UTF-8, trailing text, nesting deeper than 256 levels (readers
 // recurse), numbers that overflow, and a document that exceeds the memory budget of `progress`.
-// Throws Cancelled. `*memory` receives the reservation for the document, up to fifty times its
-// text.
+// Throws Cancelled. `*memory` receives the reservation for the document, which can be fifty times
+// as large as its text.
 nlohmann::json parse_json(std::string_view text, const std::string& file,
                           DuplicateMembers duplicates = DuplicateMembers::kReject,
                           const LoadProgress& progress = LoadProgress::none(),
                           MemoryReservation* memory = nullptr);
 
-// Reads a small file that people or this program write beside a scene: at most 16 MiB, within the
-// memory budget. Throws InputError.
+// Reads a small file that a user or this program has written beside a scene. Throws InputError,
+// also above 16 MiB or the memory budget.
 nlohmann::json read_json(const std::string& path,
                          const LoadProgress& progress = LoadProgress::none());
 

@@ -1,4 +1,4 @@
-// Reads a JSON document of known members and validates each value on access.
+// Reads a JSON document whose members are known and validates each value on access.
 #pragma once
 
 #include <cstddef>
@@ -32,7 +32,7 @@ class JsonReader {
   }
   bool has(const char* member) const;  // false if this is not an object
   JsonReader operator[](const std::string& member) const;
-  std::vector<std::string> members() const;  // their names
+  std::vector<std::string> members() const;  // names of an object's members
   size_t size() const;                       // length of an array
   JsonReader operator[](size_t element) const;
 

@@ -35,7 +35,7 @@ class SchemaChecker {
   }
 
   void check(Schema schema) {
-    // First of all, so that an index into something that is not an array reports that cause.
+    // This comes first, so that an index into a member that is not an array reports that cause.
     for (const Property& property : schema) {
       if (property.on_fault != OnFault::kPerElement || property.essential || !root_.is_object())
         continue;
@@ -87,7 +87,7 @@ class SchemaChecker {
          (is_scalar ? shortened(found.dump(-1, ' ', true)) : std::string(found.type_name())));
   }
 
-  // Recursion is bounded by the nesting of the tables.
+  // The nesting of the tables limits the depth of recursion.
   void check_object(json& value, Schema schema) {
     if (!value.is_object()) fail_type("an object", value);
     for (const Property& property : schema) {
@@ -175,7 +175,7 @@ class SchemaChecker {
     }
   }
 
-  // Checks one element. If elements are separate, a broken one is noted and becomes null.
+  // Checks one element. With OnFault::kPerElement, a broken element is noted and becomes null.
   template <class Check>
   void check_element(json& element, const Property& property, const Check& check) {
     if (property.on_fault != OnFault::kPerElement) return check();
@@ -278,10 +278,10 @@ class SchemaChecker {
   json& root_;
   const std::string& file_;
   GltfFaults& faults_;
-  std::set<std::string> required_;  // extensions
+  std::set<std::string> required_;  // extensions that the file requires
   std::set<std::string> found_;  // extensions found on objects, at most as many as a report shows
   json::json_pointer pointer_;
-  bool optional_ = false;  // inside an extension that the file does not require
+  bool optional_ = false;  // whether this is inside an extension that the file does not require
 };
 
 }  // namespace

@@ -17,7 +17,7 @@ enum class Kind : uint8_t {
   kString,
   kStrings,
   kIndices,    // array of indices into `target`
-  kIndexMap,   // object: name -> index into `target` (any integer when null)
+  kIndexMap,   // object: name -> index into `target` (any index if `target` is null)
   kIndexMaps,  // array of index maps
   kObject,     // object with members of `schema`
   kObjects,    // array of objects of `schema`
@@ -26,8 +26,8 @@ enum class Kind : uint8_t {
 struct Property;
 using Schema = std::span<const Property>;
 
-// Effect of a fault in a member. In any case, a faulty optional member is removed if it is null or
-// inside an optional extension.
+// The effect of a fault in a member. Regardless of this, a faulty optional member is removed if it
+// is null or inside an optional extension.
 enum class OnFault : uint8_t {
   kInvalidatesParent,  // the object that has the member is unusable
   kDefaulted,          // the member is removed, or set to 1 if it is required
@@ -44,12 +44,13 @@ struct Property {
   const char* target = nullptr;
   Schema schema;
   OnFault on_fault = OnFault::kInvalidatesParent;
-  bool propagates_fault = false;  // an index: if its target is broken, so is this object
-  // An extension's fault is an error, even if it is optional; a separate array must be an array.
+  bool propagates_fault = false;  // for an index: if its target is broken, so is this object
+  // An extension whose faults are errors even if the file does not require it; or a kPerElement
+  // array that must be an array (others count as empty if they are not).
   bool essential = false;
 };
 
-constexpr double kLargestInteger = 0x1p53;  // larger JSON numbers are not exact
+constexpr double kLargestInteger = 0x1p53;  // larger JSON integers may be inexact
 
 constexpr Property integer(const char* name, double minimum = 0, double maximum = kLargestInteger) {
   return {name, Kind::kInteger, false, minimum, maximum, 0, nullptr, {}};

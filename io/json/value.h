@@ -1,5 +1,5 @@
-// A JSON value as a class member. nlohmann/json.hpp is slow to compile, so only the sources that
-// look into the value include it.
+// A JSON value that can be a class member without nlohmann/json.hpp, which is slow to compile: only
+// the sources that use the value include that header.
 #pragma once
 
 #include <memory>

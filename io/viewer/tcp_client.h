@@ -1,4 +1,4 @@
-// A send-only TCP connection whose waits can all be cancelled.
+// A TCP connection for sending, in which every wait can be cancelled.
 #pragma once
 
 #include <cstddef>
@@ -11,19 +11,20 @@
 
 namespace emberline {
 
-// Not thread-safe. A closed peer is an error, never a signal.
+// Not thread-safe. If the peer closes the connection, that is an error and not a signal.
 class TcpClient {
  public:
-  // Called at the start of a wait and every 20 ms with the seconds waited so far; false cancels it.
+  // Called at the start of a wait and then every 20 ms, with the seconds waited so far. If it
+  // returns false, the wait is cancelled.
   using KeepWaiting = std::function<bool(double)>;
 
   // Connects to the first of the host's addresses that answers, within `timeout_s` for all of them.
   // Throws RenderError with a short reason: "cannot connect: Connection refused".
   TcpClient(const std::string& host, uint16_t port, double timeout_s, KeepWaiting keep_waiting);
 
-  // Returns once the system has accepted all bytes; it goes on sending after this object is
-  // destroyed. Throws RenderError if the peer has closed or the wait was cancelled; part of the
-  // data may have been sent.
+  // Returns once the system has accepted all bytes; the system goes on sending after this object is
+  // destroyed. Throws RenderError if the peer has closed the connection or the wait was cancelled;
+  // a part of the data may have been sent by then.
   void send(std::span<const std::byte> bytes);
 
  private:

@@ -38,7 +38,7 @@ std::optional<uint16_t> parse_port(std::string_view text) {
   return port;
 }
 
-// An IPv6 address, optionally with its interface: "fe80::1%eth0".
+// Whether this is an IPv6 address, possibly with its interface: "fe80::1%eth0".
 bool is_ipv6(std::string_view text) {
   const size_t zone = text.find('%');
   in6_addr address;
@@ -47,7 +47,7 @@ bool is_ipv6(std::string_view text) {
 }
 
 bool is_host_name(std::string_view text) {
-  constexpr size_t kMaxBytes = 253;  // RFC 1035, 2.3.4, without the length bytes
+  constexpr size_t kMaxBytes = 253;  // RFC 1035, 2.3.4, not counting length bytes
   return !text.empty() && text.size() <= kMaxBytes &&
          std::ranges::all_of(text, [](unsigned char c) {
            return std::isalnum(c) || c == '-' || c == '.' || c == '_';
@@ -122,7 +122,7 @@ TevAddress parse_tev_url(std::string_view url) {
 }
 
 std::vector<std::byte> tev_create_image(std::string_view name, int width, int height) {
-  constexpr size_t kNumbers = 64;  // bytes, enough for all except the name
+  constexpr size_t kNumbers = 64;  // bytes; enough for everything except the name
   PacketWriter packet(PacketType::kCreateImage, name.size() + kNumbers);
   packet.put(true);
   packet.put_string(name);

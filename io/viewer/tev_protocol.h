@@ -1,7 +1,7 @@
 // The network protocol of the image viewer tev: its addresses and the packets that a render needs.
 //
-// Follows tev's own reader (github.com/Tom94/tev: README, "Inter-Process Communication"; class
-// IpcPacket in include/tev/Ipc.h and src/Ipc.cpp). TCP, sent in one direction:
+// This follows tev's own reader (github.com/Tom94/tev: README, "Inter-Process Communication"; class
+// IpcPacket in include/tev/Ipc.h and src/Ipc.cpp). Packets are sent over TCP, in one direction:
 //
 // clang-format off
 //   packet        uint32 length of the whole packet, including itself; uint8 type; payload
@@ -39,19 +39,21 @@ struct TevAddress {
   bool operator==(const TevAddress&) const = default;
 };
 
-// Whether an option's value is meant as a viewer's address, valid or not: it begins with "tev:".
+// Whether an option's value is meant as a viewer's address, valid or not: whether it begins with
+// "tev:".
 bool is_tev_url(std::string_view text);
 
 // Parses tev://HOST[:PORT]; HOST is a name, an IPv4 address or an IPv6 address in brackets. Throws
 // UsageError, which shows this form.
 TevAddress parse_tev_url(std::string_view url);
 
-// Creates a black image with the channels R G B A, shown at once. It replaces an image of the same
-// name. `name` must not contain a zero byte.
+// Returns the packet that creates a black image with the channels R G B A and shows it at once. It
+// replaces an image of the same name. `name` must not contain a zero byte.
 std::vector<std::byte> tev_create_image(std::string_view name, int width, int height);
 
-// Updates `rect` of such an image. `rgba` holds R G B A, interleaved, for every pixel of `layout`,
-// which contains `rect`; rows from its top. The packet must be shorter than 4 GiB.
+// Returns the packet that updates `rect` of such an image. `rgba` holds R G B A, interleaved, for
+// every pixel of `layout`, rows from the top; `layout` must contain `rect`. The packet must be
+// shorter than 4 GiB.
 std::vector<std::byte> tev_update_image(std::string_view name, const Rect& rect,
                                         std::span<const float> rgba, const Rect& layout);
 

@@ -15,8 +15,9 @@ namespace {
 
 constexpr double kConnectSeconds = 5.0;
 
-// Splits larger rectangles, so that pieces show soon and fit tev's initial 1 MiB packet buffer.
-constexpr int kPacketSide = 128;  // pixels a side: 256 KiB
+// Larger rectangles are split, so that each part is shown soon and fits tev's initial 1 MiB packet
+// buffer.
+constexpr int kPacketSide = 128;  // in pixels; a packet has 256 KiB
 
 double thread_cpu_seconds() {
   timespec t = {};
@@ -94,7 +95,7 @@ void TevStream::put(QueuedTile part) {
   peak_bytes_ = std::max(peak_bytes_, queued_bytes_);
 }
 
-// Waits for the next part; false when there will be none.
+// Waits for the next part. Returns false if there will be none.
 bool TevStream::take(QueuedTile& part) {
   std::unique_lock lock(mutex_);
   wake_.wait(lock, [this] { return ended_ || !order_.empty(); });

@@ -1,4 +1,5 @@
-// Streams a growing picture to the image viewer tev; the renderer never waits for the viewer.
+// Streams a picture to the image viewer tev while it is rendered. The renderer never waits for the
+// viewer.
 #pragma once
 
 #include <array>
@@ -19,18 +20,18 @@
 
 namespace emberline {
 
-// Connects and sends on its own thread. Tiles wait in memory, only the newest pixels of each
-// rectangle: at most one frame if the rectangles are disjoint, a few tiles if the viewer keeps up.
-// If the viewer cannot be reached or is lost, logs one warning and keeps nothing from then on.
+// Connects and sends on its own thread. Tiles wait in memory, with only the newest pixels of each
+// rectangle: at most one frame if the rectangles are disjoint, and a few tiles if the viewer keeps
+// up. If the viewer cannot be reached or is lost, logs one warning and drops all tiles.
 class TevStream {
  public:
   struct Image {
     std::string name;
-    int width = 0, height = 0;  // of the whole frame
+    int width = 0, height = 0;  // size of the whole frame
   };
   // How long finish() waits.
   struct Timeouts {
-    double stalled_s = 1.0;  // without progress
+    double stalled_s = 1.0;  // without any progress
     double total_s = 10.0;
   };
 
@@ -38,20 +39,21 @@ class TevStream {
   TevStream(const TevAddress& address, Image image);
   ~TevStream();  // drops unsent tiles
 
-  // False once the viewer is lost; adding is then pointless. Thread-safe.
+  // False once the viewer is lost; add() then has no effect. Thread-safe.
   bool open() const { return open_.load(std::memory_order_relaxed); }
 
-  // `rgba` holds R G B A of `rect`, in frame pixels, interleaved, rows from the top. Rectangles are
-  // sent in order of arrival; a rectangle that still waits gets the new pixels in its place.
+  // `rgba` holds R G B A of `rect` (in frame pixels), interleaved, rows from the top. Rectangles
+  // are sent in order of arrival. If the same rectangle is still waiting, its pixels are replaced.
   // Thread-safe; never waits for the viewer.
   void add(const Rect& rect, std::vector<float> rgba);
-  // Adds all of `crop` in tiles of `tile_size` from its corner.
+  // Adds all of `crop`, in tiles of `tile_size` that start at its corner.
   void add_picture(const Rect& crop, int tile_size, std::vector<float> rgba);
 
-  // Waits until all is sent; warns if `timeouts` runs out first. Add nothing afterwards.
+  // Waits until everything is sent, and warns if one of `timeouts` is exceeded. Do not call add()
+  // afterwards.
   void finish(const Timeouts& timeouts);
 
-  uint64_t peak_bytes() const;  // largest amount that ever waited
+  uint64_t peak_bytes() const;  // largest number of bytes that ever waited
   // CPU time of the sending thread so far.
   double cpu_seconds() const { return cpu_s_.load(std::memory_order_relaxed); }
 
@@ -62,7 +64,7 @@ class TevStream {
     std::shared_ptr<const std::vector<float>> rgba;
   };
 
-  void put(QueuedTile part);  // with the mutex locked
+  void put(QueuedTile part);  // requires that the mutex is locked
   bool take(QueuedTile& part);
   void run();
   void send_all();
@@ -80,7 +82,7 @@ class TevStream {
   std::deque<Key> order_;  // keys of `queued_`
   uint64_t queued_bytes_ = 0, peak_bytes_ = 0;
   bool ended_ = false;      // nothing more will be added
-  bool abandoned_ = false;  // unsent tiles are dropped
+  bool abandoned_ = false;  // unsent tiles must be dropped
   Timeouts timeouts_;
   std::chrono::steady_clock::time_point ended_at_;
   std::thread thread_;

@@ -1,4 +1,4 @@
-// The implementation behind the interface's objects, and the mapping of internal errors to its own.
+// The implementation behind the interface's objects. Maps internal errors to the interface's own.
 #pragma once
 
 #include <memory>
@@ -34,14 +34,15 @@ struct Scene::State {
   void edit(std::string_view json, const Environment& environment);
 
   Resources resources;
-  FrameSettings settings;  // used to open the scene and for its current pose
+  FrameSettings settings;  // with which the scene was opened, and those of its current pose
   LoadLimits limits;
   SceneBuildOptions build;
   WorldBounds bounds;
-  AnimationEdit animation;  // from the edits it was opened with
+  AnimationEdit animation;  // from the edits with which it was opened
   std::vector<AnimationDescription> animations;
   LoadedFiles files;
-  // Fingerprint of the last edit(); empty: it had no edits. Absent: edit() was never called.
+  // Fingerprint of the edits that edit() set last; empty if there were none. Absent if edit() was
+  // never called.
   std::optional<std::string> edited;
   std::unique_ptr<OpenScene> open;
 };
@@ -87,10 +88,10 @@ decltype(auto) translate_errors(const Work& work) {
   }
 }
 
-// Throws the internal UsageError for values that the command's options reject.
+// Throws the internal UsageError if the command's options would reject the values.
 void check_resources(const Resources& resources);
-// Throws it for an invalid picture, which the caller may have filled in. `context` is for the
-// message.
+// Throws the internal UsageError if the picture, which the caller may have filled in, is invalid.
+// The message begins with `context`.
 void check_picture(const std::string& context, const Picture& picture);
 
 }  // namespace emberline::api

@@ -46,7 +46,7 @@ void check_matches_scene(const FrameSettings& settings, const Access::SceneState
   }
 }
 
-// The camera chosen by the settings and the scene's edits.
+// Returns the camera that the settings and the scene's edits choose.
 Camera camera_of(const Access::SceneState& state, const FrameSettings& settings) {
   SceneDescription views;
   views.cameras = state.open->editable().original().cameras;

@@ -1,5 +1,5 @@
-// Assembles a frame of the library: the command's options, and the lights and mattes of the scene
-// as it is posed and edited.
+// Assembles what the library needs for a frame: the command's options, and the lights and mattes in
+// the scene's current pose and with its edits.
 #pragma once
 
 #include <optional>
@@ -15,11 +15,11 @@ namespace emberline::api {
 // Whether the group's settings only affect how a scene is loaded.
 bool is_load_setting(SettingGroup group);
 
-// Returns the command's options for an EXR, which has the channels of a picture. Loading settings
-// come from the scene. Throws UsageError for settings that conflict with the scene's.
+// Returns the options with which the command writes an EXR with the picture's channels. Takes the
+// loading settings from the scene. Throws UsageError for settings that conflict with the scene's.
 RenderOptions options_of(const Access::SceneState& scene, const FrameSettings& settings);
-// A text for the scene's pose if it differs from the one that the options and their edits give;
-// otherwise empty.
+// If the scene's pose differs from that of the options and their edits, returns a text that
+// identifies it; otherwise an empty text.
 std::string pose_override(const Access::SceneState& scene, const RenderOptions& options);
 
 struct FrameParts {
@@ -30,18 +30,18 @@ struct FrameParts {
   Camera camera;
   std::optional<LightGroups> lights;
   std::optional<CryptomatteIds> mattes;
-  SceneParts scene_parts;  // the above, and the scene's roles
+  SceneParts scene_parts;  // refers to the above; also has the scene's roles
   SceneLayers layers;
 };
 
 std::vector<MatteNames> names_of(const SceneLayers& layers);
 
-// Adds the other contents of the file, and the counts of a finished job or merge.
+// Adds to the picture the other contents of the file, and the counts of a finished job or merge.
 RenderedPicture rendered_picture(Picture picture, const OutputSettings& output,
                                  const SceneLayers& layers, const RenderCounters& counters,
                                  std::optional<double> error_estimate, bool complete);
 
-// The settings in a checkpoint, including its input files. Throws InputError.
+// Returns the settings in a checkpoint, including its input files. Throws InputError.
 FrameSettings settings_in(const std::string& checkpoint);
 
 }  // namespace emberline::api

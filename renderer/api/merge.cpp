@@ -24,7 +24,7 @@ RenderedPicture merge_checkpoints(const std::vector<std::string>& checkpoints,
                                   const std::stop_token& stop) {
   check_resources(resources);
   if (checkpoints.empty()) throw emberline::UsageError("merge needs at least one checkpoint");
-  raise_open_file_limit();  // every part stays open
+  raise_open_file_limit();  // because every part stays open
   const LoadLimits limits =
       limits_of({resources.memory_bytes, resources.load_timeout_s}, checkpoints.front());
   FrameMerge frame(checkpoints, rules.allow_holes, rules.strict, *limits.memory, stop);

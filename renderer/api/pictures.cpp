@@ -61,7 +61,8 @@ void write_exr(const std::string& path, const Picture& picture) {
   write_exr_file(path, header, picture.values);
 }
 
-// What to display: the layer with R, G and B, whether to include alpha, and the colour space.
+// What a PNG or JPEG shows: the layer with R, G and B, whether it includes alpha, and the layer's
+// colour space.
 struct DisplayLayer {
   std::string layer = {};
   bool alpha = false;
@@ -92,7 +93,7 @@ void write_displayed(const std::string& path, const Picture& picture, double exp
 // Writes the same file as the command.
 void write_frame_exr(const std::string& path, const Picture& picture, OutputSettings output,
                      const SceneLayers& layers) {
-  output.is_clamped = false;  // the picture does not store the clamped share
+  output.is_clamped = false;  // the picture does not store how much was clamped
   if (output.width != picture.frame_width || output.height != picture.frame_height ||
       output.crop != pixels_of(picture)) {
     throw emberline::UsageError(
@@ -110,8 +111,8 @@ void write_frame_exr(const std::string& path, const Picture& picture, OutputSett
   writer.finish();
 }
 
-// Converts colours to Rec. 709. Variances and half images stay unchanged, since they are used in
-// computations.
+// Converts the colours to Rec. 709. Variances and half images stay unchanged, because they are used
+// in computations and not looked at.
 void make_rec709(WorkingSpace space, Picture& picture) {
   const ToWorkingSpace to_rec709 = from_working_space(space);
   if (!to_rec709) return;

@@ -24,7 +24,7 @@
 namespace emberline::api {
 namespace {
 
-// Requests a stop when the caller does or the time limit is reached.
+// Requests a stop when the caller requests one or the time limit is reached.
 class FrameStop {
  public:
   FrameStop(const std::stop_token& stop, const std::stop_token& give_up,
@@ -103,13 +103,13 @@ class ProgressSink final : public PictureSink {
   std::mutex mutex_;
 };
 
-// Reserves a frame's memory until it is a picture. Exceeding the budget is an InputError, since the
-// caller set the limit.
+// Reserves the memory that a frame needs until its picture is finished. Throws InputError if the
+// budget is exceeded, because the caller has set it.
 MemoryReservation reserve_memory(const RenderOptions& options, const OutputSettings& output,
                                  const SceneLayers& layers, const RenderPlan& plan, int threads,
                                  const LoadLimits& limits) {
   MemoryReservation memory(limits.memory, MemoryPart::kFilm);
-  RenderOptions lossless = options;  // no file is encoded
+  RenderOptions lossless = options;  // because no file is compressed
   lossless.exr_compression = ExrCompression::kZip;
   try {
     reserve_frame(lossless, output, plan, threads, memory);
@@ -123,8 +123,8 @@ MemoryReservation reserve_memory(const RenderOptions& options, const OutputSetti
   return memory;
 }
 
-// Reads the scene's files again for their fingerprints. Throws what reading, Checkpoint and
-// `give_up` throw.
+// Opens the checkpoint, if any. Reads the scene's files again for their fingerprints. Throws what
+// reading and Checkpoint throw, and Cancelled after `give_up`.
 void open_checkpoint(const RenderOptions& options, const RenderPlan& plan,
                      const SceneLayers& layers, const Access::SceneState& scene, uint64_t max_bytes,
                      const std::stop_token& give_up, RenderJob& job, FrameCheckpoint& checkpoint) {
@@ -144,7 +144,7 @@ struct RenderCallbacks {
   const std::stop_token& give_up;
 };
 
-// Returns the picture of a rendered job. Throws Stopped if the frame was given up.
+// Returns the picture of a job that has ended. Throws Stopped if the frame was given up.
 Picture picture_of(RenderJob& job, ProgressSink& sink, const std::stop_token& give_up) {
   const auto check_abandoned = [&] {
     if (give_up.stop_requested()) throw Stopped("the frame was abandoned");
@@ -156,12 +156,12 @@ Picture picture_of(RenderJob& job, ProgressSink& sink, const std::stop_token& gi
   return picture;
 }
 
-// `options` come from options_of() for this scene.
+// `options` must come from options_of() for this scene.
 RenderedPicture render_picture(const Access::SceneState& state, const RenderOptions& options,
                                const Resources& resources, const RenderCallbacks& watch) {
   const RenderPlan plan(options, {.is_extension = !options.extended.empty()});
   OutputSettings output = output_settings(options, plan.crop);
-  if (is_part(options)) output.denoise = false;  // a part lacks neighbouring pixels
+  if (is_part(options)) output.denoise = false;  // because a part lacks neighbouring pixels
   const FrameParts parts(state, options);
   const int threads = arena_threads(resources);
   const MemoryReservation memory =

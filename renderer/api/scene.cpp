@@ -46,7 +46,7 @@ std::shared_ptr<const Image> image_of(const Scene::Environment& environment) {
   return image;
 }
 
-// Identifies the edits in checkpoints.
+// Returns a text that identifies the edits in checkpoints.
 std::string fingerprint_of(std::string_view json, const SceneEdits& edits) {
   const uint64_t text = fingerprint(json);
   if (!edits.environment.image) return hexadecimal(text);
@@ -67,7 +67,7 @@ Scene::State::State(const std::string& path, const Settings& initial_settings,
   build.editable = true;
   LoadProgress progress({}, stop, limits);
   FrameSettings load_settings = settings;
-  load_settings.light_groups = false;  // depend on edits, so each frame has its own
+  load_settings.light_groups = false;  // groups depend on edits, so each frame has its own
   files = LoadedFiles(settings, progress);
   tbb::task_arena(arena_threads(resources)).execute([&] {
     ReadScene read(load_settings, load_edits(settings, progress),
@@ -91,7 +91,7 @@ void Scene::State::pose(const FrameSettings& pose_settings, const std::stop_toke
   new_settings.shutter = pose_settings.shutter;
   new_settings.aovs = pose_settings.aovs;
   FrameSettings load_settings = new_settings;
-  load_settings.variant.clear();  // included in the edits
+  load_settings.variant.clear();  // the edits include the variant
   load_settings.light_groups = false;
   SceneEdits edits = open->editable().edits();
   edits.animation = {};

@@ -100,11 +100,11 @@ void CommandFrame::open_outputs() {
                    stop_);
   const std::string checkpoint = checkpoint_path(options_);
   if (checkpoint.empty()) return;
-  AtomicFile file(checkpoint);  // throws now what the first write would throw
+  AtomicFile file(checkpoint);  // throws now if the first write would throw
   check_checkpoint(checkpoint, options_.resume);
   if (options_.resume || is_default_checkpoint(options_)) return;
   nlohmann::json head = checkpoint_head(options_, plan_, {}, {});
-  head.erase("inputs");  // not read yet
+  head.erase("inputs");  // the input files have not been read yet
   check_overwrite(checkpoint, head);
 }
 
@@ -174,7 +174,7 @@ void CommandFrame::on_picture_changed(const JobProgress& now, const LivePicture&
 
 void CommandFrame::resume() {
   if (checkpoint_path(options_).empty()) return;
-  LoadProgress progress({}, {}, run_.limits);  // timed separately: the scene is loaded
+  LoadProgress progress({}, {}, run_.limits);  // a new timeout, as the scene is already loaded
   const nlohmann::json& inputs = run_.scene.inputs(options_, progress);
   checkpoint_.open(checkpoint_head(options_, plan_, layers_, inputs),
                    is_default_checkpoint(options_), take_checkpoint_request, 2 * memory_.bytes(),
@@ -182,8 +182,8 @@ void CommandFrame::resume() {
   report_.resumed_samples = job_->counters().samples;
 }
 
-// A resumable frame stops early enough to be saved. It then counts as unfinished, so that a
-// scheduler does not take it for done.
+// Returns the time after which a frame with --resume stops, so that its checkpoint can be saved. It
+// then counts as unfinished, so that a scheduler does not take it for done.
 std::optional<double> CommandFrame::allotted_seconds() const {
   if (!options_.resume) return std::nullopt;
   const std::optional<double> seconds = slurm_seconds_left();
@@ -223,8 +223,8 @@ void CommandFrame::render() {
   }
 }
 
-// A first stop signal during denoising ends it early. If a signal already ended the rendering, the
-// partial picture is still denoised.
+// The first stop signal during denoising ends it early. If a signal has already ended the
+// rendering, the partial picture is still denoised.
 void CommandFrame::denoise() {
   std::stop_source end;
   std::optional<std::jthread> watcher_thread;
@@ -248,7 +248,7 @@ void CommandFrame::write() {
   const Stopwatch write;
   outputs_->rendering_ended();
   FrameSink sink(*this, nullptr);
-  // An extended frame's complete picture is not replaced by an incomplete one.
+  // `extend` must not replace a complete picture by an incomplete one.
   const auto may_write = [&] { return options_.extended.empty() || !unfinished(); };
   if (may_write()) {
     try {
@@ -325,8 +325,8 @@ void CommandFrame::report_holes() const {
 int CommandFrame::exit_code() const {
   if (!report_.failed_outputs.empty()) return kExitRenderFailed;
   if (!unfinished()) return kExitDone;
-  // A caller that resumes must learn that the frame is unfinished. Otherwise a frame that reaches
-  // its time limit is done.
+  // A caller that can resume the frame must learn that it is unfinished. Otherwise a frame that
+  // reaches its time limit counts as done.
   const bool is_resumable = options_.resume || is_part(options_) || denoising_stopped_;
   if (is_resumable || stop_.cause() == PixelStop::kUser) return kExitStopped;
   return options_.strict && has_holes() ? kExitRenderFailed : kExitDone;

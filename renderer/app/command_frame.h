@@ -1,4 +1,4 @@
-// Renders one frame, from options to files and report. The functions are called in the order in
+// Renders one frame, from options to files and report. The functions must be called in the order in
 // which they are declared.
 #pragma once
 
@@ -36,9 +36,9 @@ class CommandFrame {
   void resume();
   void render();
   void write();
-  int report();  // the exit code
+  int report();  // returns the exit code
 
-  const RenderReport& result() const { return report_; }  // after report()
+  const RenderReport& result() const { return report_; }  // valid after report()
 
  private:
   class FrameSink;
@@ -46,11 +46,11 @@ class CommandFrame {
   void open_outputs();
   void open_snapshots();
   void denoise();
-  // Rendering or denoising was stopped.
+  // Whether rendering or denoising was stopped.
   bool unfinished() const { return report_.counters.stopped || denoising_stopped_; }
   void add_light_groups(const LightGroups& groups);
   void on_picture_changed(const JobProgress& now, const LivePicture& picture);
-  // A bucket driver was stopped, and its picture is written with black pixels.
+  // Whether a bucket driver was stopped, so that the picture is written with black pixels.
   bool has_holes() const;
   void report_holes() const;
   int exit_code() const;
@@ -67,8 +67,8 @@ class CommandFrame {
   const RenderPlan plan_;
   FileRegister files_;
   LoadProgress progress_;
-  MemoryReservation memory_;            // film and outputs
-  MemoryReservation reference_memory_;  // --reference
+  MemoryReservation memory_;            // for film and outputs
+  MemoryReservation reference_memory_;  // for --reference
   StopRequest stop_;
   bool denoising_stopped_ = false;  // a signal stopped denoising
   std::optional<SnapshotRecorder> snapshots_;

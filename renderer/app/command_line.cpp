@@ -43,7 +43,7 @@ void reject_empty_values(const CLI::App& app) {
   for (const CLI::App* sub : app.get_subcommands()) reject_empty_values(*sub);
 }
 
-// The options of every subcommand; only those of the chosen one are filled.
+// The options of every subcommand; only those of the chosen one are filled in.
 struct AllOptions {
   RenderOptions render;
   ViewOptions view;
@@ -116,7 +116,7 @@ void write_document(const std::filesystem::path& path, const std::string& text) 
   write_file_atomically(path.string(), text);
 }
 
-// Paths as below a prefix's share folder.
+// Lays out `folder` like the share folder of an installation.
 void write_documents(const CommandHelp& root, const std::filesystem::path& folder) {
   write_document(folder / "man/man1" / manual_name(root), manual_page(root));
   for (const CommandHelp& command : root.commands) {
@@ -144,7 +144,7 @@ std::string format_as_option(std::string_view name) {
   return option_names().contains(name) ? fmt::format("--{}", name) : "";
 }
 
-// From here on, messages and help texts name settings as command-line options.
+// Makes messages and help texts spell settings as command-line options.
 void use_option_names(const std::vector<CLI::App*>& commands) {
   std::vector<CLI::Option*> options;
   for (CLI::App* command : commands) {
@@ -161,7 +161,7 @@ void use_option_names(const std::vector<CLI::App*>& commands) {
   }
 }
 
-// Explains in a few lines what most people want.
+// Prints the few commands that most people need.
 void print_welcome() {
   std::fputs(
       "Emberline renders glTF scenes by path tracing.\n\n"
@@ -172,7 +172,7 @@ void print_welcome() {
       stderr);
 }
 
-// The options that every command has.
+// Adds the options that every command has.
 void add_help_flags(CLI::App& app) {
   describe(app.set_help_flag("-h,--help"),
            {.section = HelpSection::kGeneral, .full = "Show the common options."});
@@ -189,7 +189,7 @@ void add_common_options(CLI::App& app, bool& quiet, bool& verbose) {
   add_help_flags(app);
 }
 
-// The commands as values of `emberline help`, for completion.
+// Lists the commands as values of `emberline help`, for completion.
 std::string command_lines() {
   std::string text;
   for (const Command& command : kCommands) {
@@ -198,7 +198,7 @@ std::string command_lines() {
   return text;
 }
 
-// The last command that was named.
+// Returns the innermost subcommand that was given.
 const CLI::App& chosen_command(const CLI::App& root) {
   const CLI::App* app = &root;
   while (!app->get_subcommands().empty()) app = app->get_subcommands().back();

@@ -174,7 +174,7 @@ const SettingChoice kPictureFormats[] = {
     {"linear", "four floats per pixel, in linear Rec. 709"},
     {"display", "four bytes per pixel, converted for display by OpenColorIO"}};
 
-// Frame options that the window and a session share.
+// Adds the frame options that the window and a session share.
 void add_live_options(CLI::App* app, RenderOptions& o,
                       std::initializer_list<std::string_view> excluded) {
   std::vector<SettingChoice> drivers = find_setting("driver")->choices;
@@ -195,7 +195,7 @@ void add_live_options(CLI::App* app, RenderOptions& o,
   add_display_options(app, o.display);
 }
 
-// Options of the window itself.
+// Adds the options of the window itself.
 void add_window_options(CLI::App* app, ViewOptions& o) {
   add_parsed(app, "--window", "WxH",
              {.section = H::kWindow,
@@ -247,7 +247,7 @@ void add_window_options(CLI::App* app, ViewOptions& o) {
             .full = "Neither read nor write the remembered size and panels of the window."});
 }
 
-// Adds option rules to help texts. Settings already have theirs.
+// Adds the rules of the options to their help texts. Settings already have theirs.
 void add_option_rules(CLI::App* app) {
   for (CLI::Option* option : app->get_options()) {
     const std::string name = option->get_single_name();

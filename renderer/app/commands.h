@@ -1,4 +1,4 @@
-// The subcommands: their options and the functions that run them. The window's are in
+// The subcommands: their options and the functions that run them. `view` is in
 // renderer/window/view_command.h.
 #pragma once
 
@@ -32,10 +32,10 @@ int run_render(const RenderOptions& options);
 int run_range(const RenderOptions& options, const std::vector<int>& frames);
 
 // `emberline info`: lists what a scene contains, which features it needs and which are approximated
-// or ignored; or prints edits to begin with; or describes a frame; or lists the channels that
-// pictures can have.
+// or ignored; or prints an edits file to start from; or describes a frame; or lists the channels
+// that pictures can have.
 struct InfoOptions {
-  std::string scene;      // or an .exr, told by its content; unused with `channels`
+  std::string scene;      // or a frame (recognised as EXR by content); unused with `channels`
   bool channels = false;  // list the channels instead of a scene
   bool edits = false;     // print edits that change nothing (edits_template.h)
   bool json = false;
@@ -55,12 +55,12 @@ struct HeatmapOptions {
   LimitOptions limits;
 };
 
-// Writes the same pixels as `render --heatmap` of the frame. Returns kExitDone. Throws UsageError
+// Writes the same pixels as `render --heatmap` would. Returns kExitDone. Throws UsageError
 // (names, style, suffix, output equal to input), InputError (unreadable, channels missing),
 // RenderError (cannot write).
 int run_heatmap(const HeatmapOptions& options);
 
-// `emberline show`: makes a displayed picture of an EXR.
+// `emberline show`: converts an EXR to a picture for display.
 struct ShowOptions {
   std::string image;                 // any .exr with a flat picture
   std::string layer;                 // see find_layer(); empty: see find_colour()
@@ -69,10 +69,10 @@ struct ShowOptions {
   LimitOptions limits;
 };
 
-// Writes the same .png and .jpg as `render -o` of the frame, except that the denoised picture is
-// shown only as layer "denoised", and that the file's precision counts (half, lossy compression). A
-// layer of one number that is not between 0 and 1 everywhere is shown in grey from its least to its
-// greatest value. Memory grows with the written picture and a band of rows. Returns the exit code.
+// Writes the same .png and .jpg as `render -o` would, except that only the layer "denoised" is the
+// denoised picture, and that the file's precision counts (half, lossy compression). A layer of one
+// number that is not between 0 and 1 everywhere is shown in grey from its least to its greatest
+// value. Only the pictures to be written and a band of rows are in memory. Returns the exit code.
 // Throws InputError (unreadable, no picture), UsageError (layer, names), RenderError (cannot
 // write).
 int run_show(const ShowOptions& options);
@@ -80,11 +80,11 @@ int run_show(const ShowOptions& options);
 // `emberline explain`: says in words why a pixel of a finished frame got its samples.
 struct ExplainOptions {
   std::string image;            // an .exr that `emberline render` wrote
-  std::string pixel = "worst";  // "X,Y" of the frame, or "worst"
+  std::string pixel = "worst";  // "X,Y" in the frame, or "worst"
   LimitOptions limits;
 };
 
-// Prints to stdout. Returns kExitDone. Throws as explain_frame() does, and UsageError.
+// Prints to stdout. Returns kExitDone. Throws like explain_frame(), and UsageError.
 int run_explain(const ExplainOptions& options);
 
 // `emberline compare`: measures the difference between two pictures.
@@ -117,14 +117,14 @@ int run_compare(const CompareOptions& options);
 // `emberline denoise`: denoises a finished frame.
 struct DenoiseOptions {
   std::string image;                 // an .exr with the channels of `--aov denoising`
-  std::vector<std::string> outputs;  // .exr: its channels and the results; .png, .jpg: the picture
+  std::vector<std::string> outputs;  // .exr: all channels plus results; .png, .jpg: the picture
   DisplaySettings display;           // for .png and .jpg
   int threads = 0;                   // 0: all
   LimitOptions limits;
 };
 
-// Writes the same bits as `render --denoise` of the frame. Memory grows only with the frame's
-// width; for .png and .jpg with the whole picture. Returns the exit code. Throws InputError
+// Writes the same bits as `render --denoise` would. Memory grows only with the frame's width; for
+// .png and .jpg, with the whole picture. Returns the exit code. Throws InputError
 // (unreadable, channels missing), UsageError (names), RenderError (cannot write).
 int run_denoise(const DenoiseOptions& options);
 
@@ -133,11 +133,11 @@ struct ExtendOptions {
   std::string frame;  // a picture that was rendered with --resumable, or its checkpoint
   std::string scene;  // where the scene is now; empty: unchanged
   RenderOptions
-      overrides;  // samples, threshold, outputs, threads and limits; the rest is `frame`'s
+      overrides;  // samples, threshold, outputs, threads and limits; the rest is from `frame`
 };
 
-// Renders the missing samples, then replaces picture and checkpoint. Returns and throws as
-// run_render() does; also throws InputError for a frame that cannot be continued.
+// Renders the missing samples, then replaces the picture and its checkpoint. Returns and throws
+// like run_render(); also throws InputError for a frame that cannot be continued.
 int run_extend(const ExtendOptions& options);
 
 // `emberline merge`: joins the parts of a frame.
@@ -153,7 +153,7 @@ struct MergeOptions {
 // and RenderError.
 int run_merge(const MergeOptions& options);
 
-// `emberline farm`: renders a frame in parts, as Slurm jobs. Slurm alone schedules, watches and
+// `emberline farm`: renders a frame in parts, as Slurm jobs. Only Slurm schedules, watches and
 // restarts them.
 enum class FarmVerb : uint8_t { kSubmit, kStatus, kCancel, kRetry };
 
@@ -173,10 +173,10 @@ struct FarmOptions {
 int run_farm(const FarmOptions& options);
 
 // `emberline study`: measures speed against error for several ways to render one frame. Writes
-// study.csv, study.json, study.html and pictures into the folder. The same command resumes a study
-// that was stopped.
+// study.csv, study.json, study.html and pictures into a folder. If the study is stopped, running
+// the same command again resumes it.
 //
-// Returns kExitDone even if some runs failed, which the results show; kExitRenderFailed if all
+// Returns kExitDone even if some runs failed (the results show which); kExitRenderFailed if all
 // failed; kExitStopped after a signal. Throws UsageError, InputError or RenderError for wrong
 // options before any long work.
 int run_study(const StudyOptions& options);
@@ -186,8 +186,9 @@ int run_study(const StudyOptions& options);
 // UsageError, RenderError.
 int run_convergence(const StudyOptions& options);
 
-// `emberline session`: the window's session for a host program, over standard input and output
-// (renderer/session/PROTOCOL.md). Both the command line and the host can set these options.
+// `emberline session`: lets a host program control a session like the window's over standard input
+// and output (renderer/session/PROTOCOL.md). Both the command line and the host can set these
+// options.
 struct SessionOptions {
   SessionOptions() { render.driver = kLiveDriver; }
 
@@ -197,7 +198,7 @@ struct SessionOptions {
   bool paused = false, denoise = false;
 };
 
-// Returns kExitDone when the host says "quit". Throws as run_session_host() does, and UsageError.
+// Returns kExitDone when the host says "quit". Throws like run_session_host(), and UsageError.
 int run_session(const SessionOptions& options);
 
 // `emberline help [COMMAND [OPTION]]`: explains the commands, one of them, or one of its options.

@@ -24,7 +24,7 @@
 namespace emberline {
 namespace {
 
-// One row per metric, for table and JSON.
+// One row per metric, used for both the table and the JSON.
 struct MetricRow {
   const char* key;
   double ErrorMetrics::*value;

@@ -17,7 +17,7 @@
 namespace emberline {
 namespace {
 
-// Enough pixels to find the convergence order to within a tenth, as the samplers' tests do.
+// Enough pixels to measure the convergence order to within 0.1, as the samplers' tests do.
 constexpr uint32_t kDefaultPixels = 2000;
 
 constexpr const char* kCsv = "convergence.csv";

@@ -23,7 +23,7 @@
 namespace emberline {
 namespace {
 
-// Passes on the frame's channels, without the results of an earlier denoising.
+// Reads the frame's channels except the results of an earlier denoising.
 class InputRows {
  public:
   InputRows(const std::string& path, const LoadProgress& progress) : file_(path, progress) {
@@ -38,7 +38,7 @@ class InputRows {
   const FloatImageRows& file() const { return file_; }
   const std::vector<std::string>& channels() const { return channels_; }
 
-  // Stores the channels as the frame's header says they were stored.
+  // Restores the storage options that the frame's header names: parts, compression, half floats.
   static void restore_storage(ExrHeader& header) {
     std::vector<std::string> half;
     for (const auto& [name, text] : header.attributes) {
@@ -108,7 +108,7 @@ void check_channels(const std::string& path, const std::vector<std::string>& cha
                    fmt::join(named, ", "), missing.size() > kMaxListed ? " and more" : "");
 }
 
-// The result has one picture's channels; those of other parts would be lost.
+// The result has the channels of only one picture; those of other parts would be lost.
 void check_parts(const std::string& path, const std::vector<ImagePart>& parts) {
   const auto mismatched = std::ranges::find(parts, -1, &ImagePart::first);
   if (mismatched == parts.end()) return;

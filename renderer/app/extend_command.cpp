@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::string_view kCheckpointSuffix = ".checkpoint";
 
-// Names the command that would have kept the checkpoint: an EXR has it in its header.
+// Names the command that would have kept the checkpoint. An EXR's header has the command that wrote
+// it.
 [[noreturn]] void reject_missing(const std::string& frame, const std::string& checkpoint) {
   if (!InputFile::try_open(frame)) throw InputError(frame, "file not found");
   std::string command = "emberline render ... -o " + shell_quoted(frame);

@@ -19,7 +19,7 @@ namespace {
 
 struct FrameSpan {
   int first = 0, last = 0;
-  int64_t step = 1;  // > 0; towards the last
+  int64_t step = 1;  // from `first` towards `last`; > 0 even if `last` is smaller
 
   int64_t count() const { return std::abs(int64_t(last) - first) / step + 1; }
 };
@@ -33,7 +33,7 @@ std::optional<int> frame_number(std::string_view text) {
   return number && std::abs(int64_t(*number)) <= kLastFrame ? number : std::nullopt;
 }
 
-// "5", "1-100", "1-100x2".
+// Parses one item of a list: "5", "1-100" or "1-100x2".
 FrameSpan parse_span(std::string_view item) {
   constexpr const char* kValid =
       "is not a list of frames; valid are N, A-B and A-BxSTEP, separated by commas, with frames "
@@ -46,7 +46,7 @@ FrameSpan parse_span(std::string_view item) {
     if (!step || *step < 1) throw_invalid_frames(item, kValid);
     span.step = *step;
   }
-  const size_t dash = range.find('-', 1);  // the first may be a sign
+  const size_t dash = range.find('-', 1);  // the first character may be a sign
   const auto first = frame_number(range.substr(0, dash));
   const auto last = dash == std::string_view::npos ? first : frame_number(range.substr(dash + 1));
   if (!first || !last || (dash == std::string_view::npos && x != std::string_view::npos)) {
@@ -63,7 +63,7 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-// Visits the outputs that each frame writes under its own name, with the options that name them.
+// Visits the outputs that each frame writes under its own name, and the options that name them.
 template <typename Options, typename Visit>
 void visit_outputs(Options& o, const Visit& visit) {
   for (auto& path : o.outputs) visit("-o", path);
@@ -74,7 +74,8 @@ void visit_outputs(Options& o, const Visit& visit) {
   if (!o.snapshots.empty()) visit("--snapshots", o.snapshots);
 }
 
-// Each output needs a numbered name, and no two outputs may get the same name in any frames.
+// Each output needs a frame number in its name. No two outputs may have the same name, not even in
+// different frames.
 void check_names(const RenderOptions& options, std::span<const int> frames) {
   size_t count = 0;
   visit_outputs(options, [&](const char* option, const std::string& path) {
@@ -103,7 +104,7 @@ void check_names(const RenderOptions& options, std::span<const int> frames) {
 std::vector<int> parse_frames(std::string_view text) {
   std::vector<int> frames;
   std::unordered_set<int> listed;
-  int64_t count = 0;  // repeats included: a short text may repeat a long range
+  int64_t count = 0;  // including repeats, because a short text may repeat a long range
   for (size_t begin = 0; begin <= text.size();) {
     const size_t end = std::min(text.find(',', begin), text.size());
     const FrameSpan span = parse_span(trimmed(text.substr(begin, end - begin)));
@@ -127,7 +128,7 @@ std::string format_frames(std::span<const int> frames) {
     end = i + 1;
     const int64_t step = end < frames.size() ? int64_t(frames[end]) - frames[i] : 0;
     while (end < frames.size() && int64_t(frames[end]) - frames[end - 1] == step) ++end;
-    if (end == i + 2 && std::abs(step) != 1) --end;  // two numbers are no range
+    if (end == i + 2 && std::abs(step) != 1) --end;  // "1,3" is shorter than "1-3x2"
     text += fmt::format("{}{}", text.empty() ? "" : ",", frames[i]);
     if (end > i + 1) text += fmt::format("-{}", frames[end - 1]);
     if (end > i + 1 && std::abs(step) != 1) text += fmt::format("x{}", std::abs(step));
@@ -163,9 +164,9 @@ void check_output_folders(const RenderOptions& options, int first) {
   if (!options.save_settings.empty()) check_writable(options.save_settings);
   visit_outputs(options, [&](std::string_view option, const std::string& path) {
     const std::string folder = std::filesystem::path(path).parent_path().string();
-    if (has_frame_number(folder)) return;  // each frame has its own
-    // The folder of snapshots may exist already; with --skip-existing, so may all files of the
-    // range.
+    if (has_frame_number(folder)) return;  // each frame has its own folder
+    // A folder for snapshots may exist already, and with --skip-existing so may all files of the
+    // range; then nothing needs to be created here.
     const bool may_exist = options.skip_existing || option == "--snapshots";
     const int mode = may_exist ? F_OK : W_OK | X_OK;
     if (::access(folder.empty() ? "." : folder.c_str(), mode) == 0) return;

@@ -12,12 +12,13 @@
 namespace emberline {
 
 inline constexpr size_t kMaxFrames = 1'000'000;
-inline constexpr int kLastFrame = 999'999'999;  // the first is its negative
+inline constexpr int kLastFrame = 999'999'999;  // the first is -kLastFrame
 
-// "5", "1-100", "1-100x2" (1, 3, 5 ...), "100-1", "-10--1", and lists of those: "1-10,20,30-40x5".
-// Keeps the given order and drops repeats. Throws UsageError with the text and what is valid.
+// Parses "5", "1-100", "1-100x2" (1, 3, 5 ...), "100-1", "-10--1", and lists of those, such as
+// "1-10,20,30-40x5". Keeps the given order and drops repeats. Throws UsageError that quotes the
+// text and says what is valid.
 std::vector<int> parse_frames(std::string_view text);
-// The shortest text that parse_frames() turns into the same list.
+// Returns a short text that parse_frames() turns into the same list.
 std::string format_frames(std::span<const int> frames);
 
 // Replaces every run of '#' by the frame's number, padded with zeros to the run's length: for frame
@@ -26,13 +27,14 @@ bool has_frame_number(std::string_view name);
 std::string expand_frame_number(std::string_view name, int frame);
 
 // Throws RenderError if an output folder is not writable or --save-settings cannot be written,
-// since every frame would fail then. Folders with a frame's number in their name are not checked.
+// because then every frame would fail. Does not check folders with a frame number in their names.
 void check_output_folders(const RenderOptions& options, int first);
 
-// The frames that the options request; empty for a single frame. The options must have passed
-// check_options(). Throws UsageError for an output that several frames would write.
+// Returns the frames that the options request; an empty list if they describe a single frame. The
+// options must have passed check_options(). Throws UsageError for an output that several frames
+// would write.
 std::vector<int> requested_frames(const RenderOptions& options);
-// The options for one of these frames.
+// Returns the options for one of these frames.
 RenderOptions options_of_frame(const RenderOptions& options, int frame);
 
 }  // namespace emberline

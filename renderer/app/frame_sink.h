@@ -9,16 +9,16 @@
 
 namespace emberline {
 
-// Passes finished tiles to files and report. During the render it also updates progress, notes
+// Passes finished tiles to files and report. During the render it also updates progress, records
 // passes, takes snapshots and updates the viewer.
 class CommandFrame::FrameSink final : public RenderSink {
  public:
-  // `progress` is null when a rendered frame is only delivered.
+  // `progress` is null when a frame that is already rendered is only delivered to the files.
   FrameSink(CommandFrame& frame, ProgressDisplay* progress) : frame_(frame), progress_(progress) {}
 
   void tile_finished(const FilmTile& tile) override {
     write(tile);
-    // Buckets finish one by one, so their pixels measure the progress of a frame with a noise
+    // Buckets finish one by one, so finished pixels measure the progress of a frame with a noise
     // threshold.
     if (progress_ && frame_.job_->is_tiled()) progress_->add_fraction(tile_fraction(tile));
   }

@@ -170,10 +170,10 @@ std::string printable_name(const Json& entry) {
   return printable(shortened(entry["name"].get_ref<const std::string&>()));
 }
 
-// One line for each entry of a long list would hide the rest.
+// At most this many entries per list, so that a long list does not hide the others.
 constexpr size_t kMaxLines = 100;
 
-// Appends `line` of each index and entry.
+// Appends line(index, entry) for the first kMaxLines entries.
 template <class Line>
 void append_lines(std::string& text, const Json& list, const Line& line) {
   for (size_t i = 0; i < std::min(list.size(), kMaxLines); ++i) text += line(i, list[i]) + "\n";

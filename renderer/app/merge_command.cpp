@@ -21,7 +21,7 @@
 namespace emberline {
 namespace {
 
-// The frame's settings with this run's outputs.
+// Combines the frame's settings with this run's outputs.
 RenderOptions merged_options(const MergeOptions& merge, const FrameMerge& frame) {
   RenderOptions options = merge.frame;
   static_cast<FrameSettings&>(options) = frame.settings();

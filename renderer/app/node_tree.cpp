@@ -28,7 +28,7 @@ class NodeTree {
   std::string text() const;
 
  private:
-  // The roots are children of an entry after the last node.
+  // The roots count as children of an extra entry after the last node.
   size_t parent_of(size_t node) const {
     return nodes_[node].parent < 0 ? nodes_.size() : size_t(nodes_[node].parent);
   }
@@ -39,7 +39,7 @@ class NodeTree {
   const std::vector<NodeDescription>& nodes_;
   std::vector<std::vector<size_t>> children_;
   std::vector<size_t> level_;  // from 1; 0: not listed
-  std::vector<size_t> more_;   // nodes below it that are not listed
+  std::vector<size_t> more_;   // number of nodes below that are not listed
   size_t more_roots_ = 0;
 };
 
@@ -57,7 +57,7 @@ void NodeTree::list_nodes() {
   }
 }
 
-// Adds each node that is not listed to its nearest listed ancestor.
+// Adds each unlisted node to the count in `more_` of its nearest listed ancestor.
 void NodeTree::count_others() {
   std::vector<size_t> order = {nodes_.size()}, sizes(nodes_.size(), 1);
   for (size_t next = 0; next < order.size(); ++next) {

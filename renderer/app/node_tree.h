@@ -1,4 +1,4 @@
-// The nodes of a scene file as text.
+// Formats the nodes of a scene file as text.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace emberline {
 
-// One indented line for each node: "3 'wheel'  mesh". At most 200 nodes and 24 levels are listed,
-// those nearest the roots first; lines say how many more there are. Names are shortened and
-// printable. Nodes must not be their own ancestors.
+// Returns an indented line for each node, such as "3 'wheel'  mesh". Lists at most 200 nodes and 24
+// levels, those nearest the roots first, and says how many more there are. Names are shortened and
+// made printable. No node may be its own ancestor.
 std::string node_tree(const std::vector<NodeDescription>& nodes);
 
 }  // namespace emberline

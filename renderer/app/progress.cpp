@@ -20,7 +20,7 @@ using Seconds = std::chrono::duration<double>;
 
 namespace {
 
-// Whether a line on the terminal can be overwritten, which an editor's shell buffer (TERM=dumb)
+// Whether stderr is a terminal that can overwrite a line. An editor's shell buffer (TERM=dumb)
 // cannot.
 bool is_capable_terminal() {
   const char* type = std::getenv("TERM");
@@ -34,8 +34,8 @@ int terminal_columns() {
   return size.ws_col;
 }
 
-// "[====    ] text" in at most `columns`, because a line that wraps could not be overwritten. A
-// narrow terminal loses the bar first, then the end of the text.
+// Returns "[====    ] text", shorter than `columns`, because a line that wraps could not be
+// overwritten. A narrow terminal loses the bar first, then the end of the text.
 std::string bar_line(double fraction, std::string text, int columns) {
   constexpr int kFullWidth = 30, kMinWidth = 5;
   const int width = std::min(kFullWidth, columns - 1 - int(text.size()) - 3);
@@ -92,7 +92,7 @@ void ProgressDisplay::check_stop() {
 }
 
 void ProgressDisplay::run(const std::stop_token& thread_stop) {
-  // 20 ms makes a stop feel immediate and costs nothing.
+  // With 20 ms, a stop feels immediate, and polling costs nothing.
   constexpr auto kPollInterval = std::chrono::milliseconds(20);
   constexpr double kMaxWait = 1e9;  // seconds; more would overflow the clock
   const auto limit =
@@ -151,7 +151,7 @@ void ProgressDisplay::draw() {
     std::fflush(stderr);
     return;
   }
-  // Piped into a log: a line for every tenth of the frame (every ten seconds if the total is not
+  // Not a terminal: log a line for every tenth of the frame (every ten seconds if the total is not
   // known), and at least one a minute.
   const int tenth = now.done > 0 || total_ > 0 ? int(10 * now.done) : int(now.elapsed_s / 10.0);
   if (tenth > last_tenth_ || now.elapsed_s > last_line_s_ + 60.0) {

@@ -26,14 +26,13 @@ class ProgressDisplay {
                   std::optional<double> time_limit_s = std::nullopt,
                   std::optional<double> allotted_s = std::nullopt, std::string label = "",
                   ProgressFile* file = nullptr);
-  ~ProgressDisplay();  // finishes the line
+  ~ProgressDisplay();  // erases the bar
 
-  // Called from any thread.
+  // May be called from any thread.
   void add(uint64_t samples) { done_.fetch_add(samples, std::memory_order_relaxed); }
   // For frames without a known number of samples: adds a finished fraction of the whole work.
   void add_fraction(double delta) { fraction_.fetch_add(delta, std::memory_order_relaxed); }
-  // Adds the work of an earlier run, which counts as done but not towards the rate or the time
-  // left.
+  // Adds the work of an earlier run. It counts as done, but not for the rate or the time left.
   void add_resumed(uint64_t samples, double delta) {
     resumed_samples_.fetch_add(samples, std::memory_order_relaxed);
     resumed_fraction_.fetch_add(delta, std::memory_order_relaxed);
@@ -46,7 +45,7 @@ class ProgressDisplay {
   void run(const std::stop_token& thread_stop);
   void check_stop();
   void draw();
-  double fraction(uint64_t done) const;  // of the whole; 0 if unknown
+  double fraction(uint64_t done) const;  // finished fraction of the whole; 0 if unknown
   std::string line(const RenderProgress& now) const;
 
   const uint64_t total_;

@@ -30,18 +30,19 @@ struct FramePosition {
 // Whether `path` is a regular file that was not written by a ProgressFile.
 bool is_foreign_file(const std::string& path);
 
-// A JSON file that a thread of its own writes every two seconds, so that a slow disk delays nothing
-// else: {"state", "done", "samples", "elapsed_s", "left_s", "host", "pid", "written"}. `state` is
-// running, done, stopped or failed; `written` is this machine's time in UTC. A failed write is
-// reported as one warning. For a range the values cover the whole range, and "frame" has {"number",
+// Writes a JSON file every two seconds, on its own thread so that a slow disk delays nothing else:
+// {"state", "done", "samples", "elapsed_s", "left_s", "host", "pid", "written"}. `state` is
+// running, done, stopped or failed; `written` is this machine's time in UTC. Only the first failed
+// write causes a warning. For a range the values cover the whole range, and "frame" has {"number",
 // "index", "count", "done"} of the current frame; skipped frames do not affect the time left.
 class ProgressFile {
  public:
   explicit ProgressFile(const std::string& path);
-  // Without a call of finish() the state becomes "failed".
+  // Sets the state to "failed" if finish() was not called.
   ~ProgressFile();
 
-  // From now on calls `source` on this object's thread. Null keeps the last values.
+  // Makes this object's thread ask `source` for the progress from now on. Null keeps the last
+  // values.
   void set_source(std::function<RenderProgress()> source);
   // From now on progress is reported for this frame of a range.
   void begin_frame(const FramePosition& frame_position);
@@ -50,7 +51,7 @@ class ProgressFile {
 
  private:
   void run();
-  std::string text();  // expects mutex_ to be held
+  std::string text();  // mutex_ must be held
   RenderProgress range_progress() const;
   void write(const std::string& text);
 
@@ -58,8 +59,8 @@ class ProgressFile {
   std::mutex mutex_;
   std::condition_variable wake_;
   std::function<RenderProgress()> source_;
-  RenderProgress current_;         // of the current frame
-  RenderProgress earlier_frames_;  // of the range's earlier frames: `done` counts the rendered ones
+  RenderProgress current_;         // progress of the current frame
+  RenderProgress earlier_frames_;  // sums of earlier frames; `done` is the number of rendered ones
   std::optional<FramePosition> position_;
   const char* state_ = "running";
   bool is_finishing_ = false;

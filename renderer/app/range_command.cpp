@@ -52,7 +52,7 @@ using Json = nlohmann::ordered_json;
 
 struct OutcomeEntry {
   const char* name;
-  const char* text;  // follows the number of frames
+  const char* text;  // to print after the number of frames
   FrameStatus status;
 };
 constexpr OutcomeEntry kOutcomes[] = {{"done", "rendered", FrameStatus::kDone},
@@ -87,7 +87,7 @@ std::vector<int> RangeReport::frames_with_status(FrameStatus status) const {
   return list;
 }
 
-// For the log: "97 frames rendered, 2 skipped, 1 failed: 37".
+// Returns text for the log, such as "97 frames rendered, 2 skipped, 1 failed: 37".
 std::string describe(const RangeReport& report) {
   std::string text;
   for (const OutcomeEntry& entry : kOutcomes) {
@@ -135,8 +135,8 @@ class RangeRun {
     options_.frames.clear();  // would be copied into every frame's options
   }
 
-  // Checks all frames before anything is written, because a frame could write what another reads or
-  // writes.
+  // Checks all frames before anything is written, because a frame could overwrite what another one
+  // reads or writes.
   void check_names() {
     FileRegister& files = run_.names.emplace();
     register_inputs(options_, files);

@@ -24,7 +24,7 @@ int render_single(const RenderOptions& options) {
   if (options.skip_existing && is_finished(options)) {
     log_info("skipped: " + skip_reason(options));
   } else {
-    // A signal before rendering ends the process, so a report is always returned.
+    // A report is always returned, because a signal before rendering ends the process.
     exit_code = render_frame(run, options)->exit_code;
   }
   run.end(exit_code);

@@ -107,8 +107,8 @@ void RenderRun::begin() {
   if (progress_file || !is_foreign_file(options_.progress_file)) begin_progress();
   if (workers) return;
   workers.emplace(options_.threads);
-  // Needs an arena of its own: the limit of WorkerThreads cannot give more threads than the machine
-  // has cores.
+  // Needs its own arena, because WorkerThreads only sets a limit and cannot provide more threads
+  // than the machine has cores.
   arena.emplace(workers->count());
 }
 

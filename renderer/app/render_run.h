@@ -26,14 +26,14 @@
 
 namespace emberline {
 
-// The scene cannot be opened, which fails every frame of the run.
+// Thrown if the scene cannot be opened, so that every frame of the run would fail.
 struct UnusableScene : EmberlineError {
   using EmberlineError::EmberlineError;
 };
 
-// The pose of the scene for a frame.
+// The scene's state at the time of a frame.
 struct ScenePose {
-  std::optional<double> time;  // seconds; absent: at rest
+  std::optional<double> time;  // seconds; absent: the rest pose
   CameraDescription camera;    // before a turntable moves it
   WorldBounds bounds;          // for a turntable
 };
@@ -48,16 +48,16 @@ struct ReadPose {
 struct PosedScene {
   std::unique_ptr<OpenScene> open;
   ScenePose pose;
-  size_t warnings = 0;  // at build time: those that apply to every frame
+  size_t warnings = 0;  // number of warnings until it was built; they apply to every frame
 
   CameraDescription camera_of(const FrameSettings& settings) const;
   void report(RenderReport& report) const;
 };
 
-// The scene of a run's frames: opened once, then posed for each frame if an animation moves it.
+// The scene of all frames of a run. It is opened once, then posed for each frame if it is animated.
 class RunScene {
  public:
-  // `frames`: more than one frame will be loaded.
+  // `frames`: whether more than one frame will be loaded.
   explicit RunScene(bool frames) : has_many_frames_(frames) {}
 
   // Reads the frame's scene. If the run's scene is already open, reads only what the animation
@@ -67,9 +67,9 @@ class RunScene {
   // Throws UnusableScene if the first call fails.
   const PosedScene& build(ReadPose read, LoadProgress& progress);
 
-  // The pose of the last built frame; null before the first.
+  // The scene in the pose of the last built frame; null before the first.
   const PosedScene* posed() const { return posed_ ? &*posed_ : nullptr; }
-  // The fingerprints of the loaded files. Throws as LoadedFiles does.
+  // Returns the fingerprints of the loaded files. Throws like LoadedFiles::fingerprints().
   const nlohmann::json& inputs(const RenderOptions& options, LoadProgress& progress);
   // Registers the files that the scene reads. Throws UsageError if an output would overwrite one.
   void register_inputs(FileRegister& files) const;
@@ -86,20 +86,21 @@ class RunScene {
   std::vector<NamedFile> files_;
 };
 
-// Used by one frame at a time.
+// Only one frame at a time may use it.
 class RenderRun {
  public:
-  // For one frame or a range. The options must outlive it.
+  // Runs one frame or a range. `options` must outlive it.
   explicit RenderRun(const RenderOptions& options);
 
   // Called by each frame once its options are checked, so that refused options leave no trace. The
   // first call starts the threads and the progress file.
   void begin();
-  // From then on the scene's files are known and registered, so the progress file may be written.
+  // Call it once the scene's files are known and registered, so that the progress file cannot
+  // overwrite one.
   void on_scene_read();
   // Saves the settings once, when the first frame begins to render.
   void save_settings();
-  // Restarts the clocks and drops the last frame's warnings.
+  // Restarts the clocks and forgets the warnings of the last frame.
   void next_frame();
   void end(int exit_code);
 
@@ -108,14 +109,15 @@ class RenderRun {
   const LoadLimits limits;
   bool first = true;        // the first frame's times include the run's setup
   Stopwatch wall;           // since the frame began
-  double cpu_before_s = 0;  // processor time at the frame's begin; 0 for the first
+  double cpu_before_s = 0;  // processor time used before the frame; 0 for the first
   std::optional<FramePosition> frame_position;
-  // The names of all frames of a range, until the scene is read.
+  // The file names of all frames of a range; empty once the scene has been read.
   std::optional<FileRegister> names;
   std::optional<ProgressFile> progress_file;
   std::optional<WorkerThreads> workers;
   std::optional<tbb::task_arena> arena;
-  // Set when the first frame renders: a signal then lets the current frame be written.
+  // Set when the first frame starts to render: from then on, a first signal lets the current frame
+  // be written.
   std::optional<GracefulStop> graceful;
   RunScene scene;
 

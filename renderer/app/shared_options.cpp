@@ -102,7 +102,7 @@ void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings)
   add_rules(describe(added, help, rules.values), rules.rules);
   added->type_name(setting.type);
   const bool nodes = setting.type.ends_with(",...");
-  if (nodes || setting.type == "LIST") added->join(',');  // --aov albedo --aov N: both
+  if (nodes || setting.type == "LIST") added->join(',');  // `--aov albedo --aov N` selects both
   if (setting.type == "LIST") {
     added->check([option](const std::string& list) {
       return list.empty() ? "needs a value, and the one given is empty: " + option + " LIST" : "";
@@ -192,7 +192,7 @@ void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* required
     style.range = ValueRange{v[0], v[1]};
     return true;
   };
-  // `heatmap` shows all of its few options in --help; other commands leave these out.
+  // --help shows these options for `heatmap`, which has few; for other commands it omits them.
   const auto brief = [&](const char* text) { return required_option ? "" : text; };
   const OptionText colours = {.section = H::kOutput,
                               .brief = brief("colours: grey, viridis, inferno, magma or turbo"),

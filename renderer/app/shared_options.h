@@ -24,7 +24,7 @@ class Option;
 
 namespace emberline {
 
-// The "name: summary" lines of a table, which follow an option's full help.
+// Returns the "name: summary" lines of a table, which follow an option's full help.
 template <typename Table>
 std::string table_lines(const Table& table) {
   std::string text;
@@ -32,19 +32,19 @@ std::string table_lines(const Table& table) {
   return text;
 }
 
-// Stores the help in the option, from where manual/command_help.cpp reads it.
+// Stores the help in the option; manual/command_help.cpp reads it from there.
 CLI::Option* describe(CLI::Option* option, const OptionText& text, const std::string& lines = "");
 
-// Adds sentences for the rules of rules_of() to the full help.
+// Appends a sentence to the full help for each rule that rules_of() returns.
 void add_rules(CLI::Option* option, std::string_view rules);
 
-// `read` parses the option's text, and returns false for one that is not `what` ("a number above
-// 0").
+// Adds an option. `read` must parse its value, and return false if it is not `what`, such as "a
+// number above 0".
 CLI::Option* add_parsed(CLI::App* app, const std::string& name, const std::string& type,
                         const OptionText& text, const std::string& what,
                         const std::function<bool(const std::string& text)>& read);
 
-// An option whose value is a number in [min, max]. `Target` is the number or an optional of it.
+// Adds an option whose value is a number in [min, max]. `Target` is T or std::optional<T>.
 template <typename T, typename Target>
 CLI::Option* add_number(CLI::App* app, const std::string& name, Target& target, T min, T max,
                         const OptionText& help) {
@@ -59,7 +59,8 @@ CLI::Option* add_number(CLI::App* app, const std::string& name, Target& target, 
                     fmt::format("a {} from {} to {}", kind, min, max), read);
 }
 
-// An option whose value is a text, such as a file name. A list takes one value per occurrence.
+// Adds an option whose value is a text, such as a file name. If `target` is a vector, the option
+// may be repeated and adds one value each time.
 CLI::Option* add_text(CLI::App* app, const std::string& option, std::string& target,
                       const std::string& type, const OptionText& help);
 CLI::Option* add_text(CLI::App* app, const std::string& option, std::optional<std::string>& target,
@@ -67,20 +68,20 @@ CLI::Option* add_text(CLI::App* app, const std::string& option, std::optional<st
 CLI::Option* add_text(CLI::App* app, const std::string& option, std::vector<std::string>& target,
                       const std::string& type, const OptionText& help);
 
-// An argument without a name, such as the scene.
+// Adds a positional argument, such as the scene.
 CLI::Option* add_argument(CLI::App* app, const std::string& name, std::string& target,
                           const std::string& help);
 
 CLI::Option* add_flag(CLI::App* app, const std::string& option, bool& target,
                       const OptionText& help);
 
-// An option whose value is a name; `check` throws UsageError for an unknown one. `lines` lists the
-// names.
+// Adds an option whose value is a name. `check` throws UsageError for an unknown name. `lines`
+// lists the valid names for the help.
 CLI::Option* add_checked_name(CLI::App* app, const std::string& option, std::string& target,
                               const std::function<void(const std::string& name)>& check,
                               const OptionText& help, const std::string& lines);
 
-// An option whose value is a name of `table`, checked while the command line is parsed.
+// Adds an option whose value is a name from `table`, checked while the command line is parsed.
 template <typename Table>
 CLI::Option* add_name(CLI::App* app, const std::string& option, std::string& target,
                       const char* kind, const OptionText& help, const Table& table) {
@@ -88,32 +89,32 @@ CLI::Option* add_name(CLI::App* app, const std::string& option, std::string& tar
   return add_checked_name(app, option, target, check, help, table_lines(table));
 }
 
-// A size in bytes, with an optional unit; see parse_size().
+// Adds an option whose value is a size in bytes with an optional unit; see parse_size().
 void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>& bytes,
               const OptionText& help);
 
-// Adds the settings of these groups except those in `excluded`, whose names have another meaning
-// for the command.
+// Adds the settings of these groups except those in `excluded`, whose names have a different
+// meaning in this command.
 void add_settings(CLI::App* app, FrameSettings& settings,
                   std::initializer_list<SettingGroup> groups,
                   std::initializer_list<std::string_view> excluded = {});
 void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings);
-// --settings is read before all other settings, which override the file's.
+// Adds --settings. The file is read before all other settings, which override it.
 void add_settings_file(CLI::App* app, RenderOptions& options);
 
 void add_limits(CLI::App* app, LimitOptions& options);
 void add_checkpoint_interval(CLI::App* app, RenderOptions& options);
 void add_threads(CLI::App* app, int& threads);
-// add_threads() and add_limits().
+// Calls add_threads() and add_limits().
 void add_machine_options(CLI::App* app, RenderOptions& options);
 
-// Options for a heatmap's style. If `required_option` is not null, each of them requires it.
+// Adds options for a heatmap's style. Each requires `required_option` unless that is null.
 void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* required_option);
 void add_heatmaps(CLI::App* app, RenderOptions& options);
 void add_grading(CLI::App* app, DisplaySettings& options);
-// add_grading() and --display.
+// Calls add_grading() and adds --display.
 void add_display_options(CLI::App* app, DisplaySettings& options);
-// Pictures and report of a command other than `render`.
+// Adds options for the pictures and the report of a command other than `render`.
 void add_outputs(CLI::App* app, RenderOptions& options, const OptionText& output,
                  const OptionText& report);
 

@@ -26,11 +26,11 @@ namespace emberline {
 namespace {
 
 constexpr const char* kTransparentAttribute = "emberline:transparent";
-// What an .exr of one layer keeps of a frame's header.
+// The header attributes of a frame that are copied to an .exr of one layer.
 constexpr std::string_view kKeptAttributes[] = {kCompleteAttribute, "emberline:samples",
                                                 kTransparentAttribute};
 
-// The heatmap of this channel alone; empty if there is none.
+// Returns the quantity of the heatmap that needs only this channel; empty if there is none.
 std::string_view heatmap_of(std::string_view channel) {
   for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
     if (quantity.channels.size() == 1 && quantity.channels[0] == channel) return quantity.name;
@@ -49,7 +49,7 @@ ImageLayer choose_layer(const ShowOptions& options, const FloatImage& image) {
   }
   ImageLayer layer = find_layer(image.channel_names, image.parts, options.layer, options.image);
   if (!layer.is_number()) {
-    // The denoised picture has the alpha of the raw one.
+    // The denoised picture shares the alpha of the raw one.
     if (layer.name == kDenoisedLayer) layer.alpha = image.find_channel("A");
     return layer;
   }
@@ -63,8 +63,8 @@ ImageLayer choose_layer(const ShowOptions& options, const FloatImage& image) {
   return layer;
 }
 
-// Whether a .png has the layer's alpha: as --transparent chose for a frame of ours, otherwise if
-// the file has it.
+// Whether a .png gets the layer's alpha. In a frame rendered by Emberline, --transparent decides;
+// in other files, an alpha channel is enough.
 bool is_transparent(const FloatImageRows& file, const ImageLayer& layer) {
   if (layer.alpha < 0) return false;
   const auto& attributes = file.text_attributes();
@@ -84,7 +84,7 @@ int tile_side(const FloatImageRows& file) {
   return std::min(rows, std::max(file.image().width, file.image().height));
 }
 
-// Calls `use` with each band of rows from the top and its pixels.
+// Calls `use` with each band of rows and its pixels, from top to bottom.
 template <typename Use>
 void read_bands(FloatImageRows& file, const Use& use) {
   const Rect& window = file.image().data_window;
@@ -97,15 +97,15 @@ void read_bands(FloatImageRows& file, const Use& use) {
   }
 }
 
-// The values that are black and white.
+// The values to be shown as black and as white.
 struct GreyRange {
   float black = 0.0f, white = 1.0f;
 };
 
-// Between the least and the greatest value, unless all are from 0 to 1.
+// Returns the least and the greatest value, or 0 and 1 if all values are between 0 and 1.
 GreyRange grey_range(const ShowOptions& options, const LoadProgress& progress,
                      const ImageLayer& layer) {
-  constexpr float kBackground = 1e10f;  // the depth where nothing is hit, here and in Blender
+  constexpr float kBackground = 1e10f;  // depth where no surface is hit, in Blender as here
   FloatImageRows file(options.image, progress);
   const size_t stride = file.image().channel_names.size(), channel = size_t(layer.channels[0]);
   float least = std::numeric_limits<float>::infinity(), greatest = -least;
@@ -247,8 +247,9 @@ class ShownFiles {
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
 };
 
-// Bands of the file, of the layer and of its tiles; for each .png or .jpg the pixels of 8 bits and
-// the encoded file, which is at most as large; for each .exr the table of its tiles.
+// Returns the memory for bands of the file, of the layer and of its tiles; for each .png or .jpg
+// the 8-bit pixels and the encoded file, which is at most as large; for each .exr its table of
+// tiles.
 uint64_t shown_bytes(const ShowOptions& options, const FloatImageRows& file,
                      const ImageLayer& layer) {
   const FloatImage& image = file.image();
@@ -292,7 +293,7 @@ int run_show(const ShowOptions& options) {
                     options.image, kDenoisedLayer));
   }
   ShownFiles shown(options, file, layer);
-  // Without --layer, a number is the luminance.
+  // Without --layer, a single number is the luminance, which is shown without a range.
   const bool needs_range = layer.is_number() && !options.layer.empty() && shown.has_images();
   const GreyRange range = needs_range ? grey_range(options, progress, layer) : GreyRange{};
   const LayerColours colours(image, layer, options.image);

@@ -23,7 +23,7 @@ void replace_closed_streams() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;
     // open() returns the lowest free descriptor. Standard output is opened for reading only, so
-    // that a write to it fails instead of vanishing.
+    // that a write to it fails instead of silently losing the text.
     const int mode = descriptor == STDERR_FILENO ? O_WRONLY : O_RDONLY;
     if (::open("/dev/null", mode) != descriptor) ::_exit(kExitRenderFailed);
   }

@@ -5,13 +5,13 @@
 
 namespace emberline {
 
-// Writes and flushes. Throws RenderError if the write fails: a full disk behind "> file" must not
-// look like success.
+// Writes and flushes. Throws RenderError if the write fails, because a full disk behind "> file"
+// must not look like success.
 void print_result(std::string_view text);
 
-// Opens /dev/null for standard streams that are closed. Call it before anything opens a file: a
-// file that became descriptor 2 would receive the log. Writing a result to a closed standard output
-// is still an error.
+// Opens /dev/null for standard streams that are closed. Call it before any file is opened;
+// otherwise a file could get descriptor 2 and receive the log. Writing a result to a closed
+// standard output is still an error.
 void replace_closed_streams();
 
 }  // namespace emberline

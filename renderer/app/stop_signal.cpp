@@ -11,8 +11,8 @@
 namespace emberline {
 namespace {
 
-// The handler runs on any thread while others read, so these are atomics; they must be lock-free,
-// because a signal handler may not lock.
+// These are atomic because the handler may run on any thread while other threads read them. They
+// must be lock-free, because a signal handler may not lock.
 std::atomic<int> g_signal_count{0};
 std::atomic<int> g_is_graceful{0};
 std::atomic<int> g_checkpoint_requested{0};
@@ -42,7 +42,7 @@ void install_stop_handlers() {
   for (const int signal : {SIGHUP, SIGQUIT, SIGXCPU}) {
     struct sigaction inherited = {};
     sigaction(signal, nullptr, &inherited);
-    // Keep signals that were ignored from the start, as under nohup or in a shell's background job.
+    // Keep ignoring signals that were ignored at the start, as under nohup or in a background job.
     if (inherited.sa_handler != SIG_IGN) set_action(signal, on_signal);
   }
   set_action(SIGUSR1, on_checkpoint_signal);

@@ -1,4 +1,4 @@
-// Options of the commands that work on files, and of `farm`, `study` and `help`.
+// Options of the commands that work on existing files, and of `farm`, `study` and `help`.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -26,7 +26,7 @@ CLI::Option* add_scene(CLI::App* app, std::string& scene) {
   return add_argument(app, "scene", scene, "The scene: a .gltf or .glb file.");
 }
 
-// Options for the jobs of a farm.
+// Adds the options for the jobs of a farm.
 void add_job_options(CLI::App* app, FarmOptions& o) {
   add_number(app, "--parts", o.parts, 1u, 4096u,
              {.section = H::kJobs,
@@ -89,7 +89,7 @@ void add_farm_verb(CLI::App* app, FarmOptions& o, FarmVerb verb, const char* nam
   if (verb == FarmVerb::kStatus) add_json(sub, o.json);
 }
 
-// Shows the options of these sections in --help-all alone.
+// Shows the options of these sections only in --help-all.
 void hide_from_help(CLI::App* app, std::initializer_list<HelpSection> sections) {
   for (CLI::Option* option : app->get_options()) {
     for (const HelpSection section : sections) {
@@ -422,7 +422,7 @@ void add_study_options(CLI::App* app, StudyOptions& o) {
 
 void add_help_options(CLI::App* app, HelpOptions& o) {
   app->add_option("command", o.words, "A command, and one of its options with or without dashes.");
-  app->allow_extras();  // an option with its dashes
+  app->allow_extras();  // for an option with its dashes
   app->footer(
       "emberline help render\n"
       "emberline help render noise-threshold");

@@ -26,7 +26,7 @@ std::vector<std::string> option_names(const CLI::App& app, bool include_short) {
   return names;
 }
 
-// "emberline farm status"
+// Returns a name such as "emberline farm status".
 std::string full_command_name(const CLI::App& app) {
   const std::string parent_names =
       app.get_parent() ? full_command_name(*app.get_parent()) + " " : "";

@@ -11,11 +11,11 @@ class ParseError;
 
 namespace emberline {
 
-// Throws UsageError with one line that names the option and what is valid. `root` is the parsed
-// app.
+// Throws UsageError with one line that names the option and says what is valid. `root` is the app
+// that parsed the command line.
 [[noreturn]] void throw_usage(const CLI::App& root, const CLI::ParseError& error);
 
-// Throws UsageError with the options of `command` that are nearest to an unknown one.
+// Throws UsageError for the unknown option `word`, and suggests the closest of the `valid` options.
 [[noreturn]] void throw_unknown_option(const std::string& word,
                                        const std::vector<std::string>& valid,
                                        const std::string& command);

@@ -9,8 +9,8 @@
 //   planner.archive(saving);                     restored.archive(loading);
 //   saving.end();                                loading.end();
 //
-// The bytes are in this machine's byte order. They may come from an untrusted file, so each
-// function states the values that it accepts. Loading throws InputError for anything else; the
+// The bytes are in this machine's byte order. They may come from an untrusted file, so the caller
+// passes each function the values that it accepts. Loading throws InputError for anything else; the
 // object being loaded must then be discarded.
 #pragma once
 
@@ -54,8 +54,8 @@ class Archive {
   template <typename T>
   requires std::is_trivially_copyable_v<T>
   void values(std::span<T> values) { bytes(values.data(), values.size_bytes()); }
-  // No elements, or exactly `size`: numbers other than NaN, or plain structs of numbers, whose
-  // values the caller checks.
+  // An array that is empty or has exactly `size` elements. Floating-point NaNs are rejected; the
+  // caller must check the values of structs.
   template <typename T>
   requires std::is_trivially_copyable_v<T>
   void array(std::vector<T>& values, size_t size) {
@@ -78,13 +78,14 @@ class Archive {
     }
   }
 
-  // What is left to load.
+  // The bytes that have not been loaded yet.
   std::span<const std::byte> rest() const { return from_; }
 
   void check(bool accepted) const {
     if (loading() && !accepted) throw_damaged();
   }
-  // Saving truncates the buffer to what was written; loading checks that nothing is left over.
+  // When saving, truncates the buffer to the bytes written; when loading, checks that none are
+  // left.
   void end() const {
     check(from_.empty());
     if (!loading()) to_->resize(size_);
@@ -102,7 +103,7 @@ class Archive {
   [[noreturn]] static void throw_damaged() {
     throw InputError("state of a frame", "it is damaged or belongs to another frame");
   }
-  // Large arrays (a film) are copied by all threads.
+  // Copies large arrays (such as a film) with all threads.
   static void copy(const void* from, std::byte* to, size_t size) {
     constexpr size_t kLarge = size_t(32) << 20, kGrain = size_t(1) << 20;
     if (size < kLarge) {

@@ -1,5 +1,5 @@
-// Branch-free arithmetic for random decisions. Their branches cannot be predicted, and each
-// misprediction costs about twenty cycles.
+// Branch-free arithmetic for random decisions. A branch on a random number cannot be predicted, and
+// each misprediction costs about twenty cycles.
 #pragma once
 
 #include <bit>

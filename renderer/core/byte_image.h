@@ -11,7 +11,7 @@ struct ByteImage {
   int channels = 3;             // 1, 3, or 4 with unassociated alpha last
   std::vector<uint8_t> values;  // interleaved, row-major, display-encoded
   bool srgb = true;             // tag the file as sRGB
-  bool incomplete = false;      // from a stopped frame; PNG and JPEG record it
+  bool incomplete = false;      // from a stopped frame; PNG and JPEG files record this
 };
 
 }  // namespace emberline

@@ -14,7 +14,8 @@ struct ColourMatrix {
   Rgb operator*(const Rgb& c) const { return {dot(red, c), dot(green, c), dot(blue, c)}; }
 };
 
-// From the descriptions' linear Rec. 709 to the working space; null if they are the same.
+// Converts the linear Rec. 709 of scene descriptions to the working space; null if they are the
+// same.
 using ToWorkingSpace = std::shared_ptr<const ColourMatrix>;
 
 inline Rgb converted(const ToWorkingSpace& matrix, const Rgb& c) {

@@ -9,7 +9,7 @@ inline constexpr float kPi = std::numbers::pi_v<float>;
 inline constexpr float kInvPi = std::numbers::inv_pi_v<float>;
 inline constexpr double kPiD = std::numbers::pi;
 
-// The largest float below 1, and the upper bound of every sampler's numbers.
+// The largest float below 1, and the largest number that a sampler returns.
 inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
 
 // Unit roundoff of float, 2^-24; half an ulp of 1.

@@ -7,7 +7,7 @@
 namespace emberline {
 
 // The sRGB transfer function (IEC 61966-2-1) from linear light to [0, 1], clipped; NaN gives 0. It
-// is accurate to 1e-6 and has no branch, so that loops over pixels vectorise.
+// is accurate to 1e-6 and branch-free, so that loops over pixels vectorise.
 inline float display_value(float linear) {
   constexpr float kLinearLimit = 0.0031308f;  // below this the curve is linear
   const float x = linear > 0.0f ? std::min(linear, 1.0f) : 0.0f;
@@ -27,11 +27,11 @@ inline float display_value(float linear) {
 
 inline constexpr float kMinDisplaySlope = 0.02f;
 
-// The squared slope of display_value() over mean +- deviation, which tells clipped white apart from
-// noise near white. It is at least min_slope^2, so that every pixel counts, but never so large
-// that the squared error exceeds 1/4, the largest variance of a value in [0, 1]. The deviation is
-// clamped to [1e-3, 1e15]: below, the difference of two floats loses its precision; above, the
-// weight becomes 0.
+// The squared slope of display_value() over mean +- deviation, which distinguishes clipped white
+// from noise near white. It is at least min_slope^2, so that every pixel counts; but this minimum
+// is reduced where the squared error would exceed 1/4, the largest variance of a value in [0, 1].
+// The deviation is clamped to [1e-3, 1e15]: a smaller one would lose precision in the difference of
+// two floats; a larger one would result in a weight of 0.
 inline float display_error_weight(float mean, float deviation, float min_slope = kMinDisplaySlope) {
   const float d = std::min(std::max(deviation, 1e-3f), 1e15f);
   const float slope = (display_value(mean + d) - display_value(mean - d)) / (2 * d);

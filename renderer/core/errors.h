@@ -1,10 +1,10 @@
 // Errors that a user can cause, with one exception type per exit code. They are thrown only at load
 // and I/O boundaries and while options are read; hot code does not throw.
 //
-// Every message is one line: what is wrong, where (file, JSON pointer), and what to do. Setting
-// names are in backticks (setting_names.h). shortened() cuts names and values that come from
-// outside; an overlong message is cut as a whole. A message without format arguments is taken
-// literally, braces included.
+// Every message is one line that says what is wrong, where (file, JSON pointer), and what to do.
+// Setting names are in backticks (setting_names.h). Shorten names and values that come from outside
+// with shortened(); the constructor truncates an overlong message. A message without format
+// arguments is taken literally, braces included.
 #pragma once
 
 #include <fmt/core.h>

@@ -11,8 +11,8 @@ struct ShadingFrame {
   Vec3f normal;
 
   // An arbitrary right-handed frame around unit n. Duff et al. 2017, "Building an Orthonormal
-  // Basis, Revisited", JCGT 6(1), listing 3: continuous except where n.z changes sign, no square
-  // root.
+  // Basis, Revisited", JCGT 6(1), listing 3. It is continuous except where n.z changes sign, and
+  // needs no square root.
   static ShadingFrame from_normal(const Vec3f& n) {
     const float sign = std::copysign(1.0f, n.z);
     const float a = -1.0f / (sign + n.z);

@@ -1,5 +1,5 @@
-// Integer hashes, from which every seed is made. All are bijective or well mixed, so that raw
-// indices, which correlate, never reach a sampler.
+// Integer hashes, from which every seed is computed. All are bijective or mix well, so that
+// samplers never see raw indices, which are correlated.
 #pragma once
 
 #include <bit>
@@ -29,7 +29,8 @@ constexpr uint64_t hash64(uint64_t x) {
   return x;
 }
 
-// The order of words matters. The golden-ratio increment keeps 0 from being a fixed point.
+// The result depends on the order of the words. The golden-ratio increment keeps 0 from being a
+// fixed point.
 constexpr uint32_t hash_combine(uint32_t h, uint32_t word) {
   return hash32((h ^ hash32(word + 0x9e3779b9u)) * 0x85ebca6bu + 0x9e3779b9u);
 }

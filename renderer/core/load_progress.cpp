@@ -13,11 +13,12 @@ namespace {
 
 struct StageInfo {
   const char* name;
-  bool counted;  // items are meaningful to the user
+  bool counted;  // whether the user should see the number of items
   double end;    // fraction of the load that is complete when the stage ends
 };
 
-// Chosen by us, so that the bar moves evenly when images take most of the time, as in most files.
+// We chose the fractions so that the bar moves evenly if images take most of the time, as in most
+// files.
 constexpr StageInfo kStages[] = {
     {"reading", false, 0.1},     {"meshes", true, 0.25}, {"images", true, 0.6},
     {"environment", false, 0.7}, {"BVH", false, 0.9},    {"lights", false, 1.0},

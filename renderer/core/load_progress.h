@@ -1,8 +1,8 @@
 // Progress reports, cancellation, and memory and time limits of a load.
 //
-// The caller makes one LoadProgress per load and passes it to load_gltf, build_scene or
-// EditableScene. Loading code reports its position; without a callback this costs one branch per
-// image or mesh and nothing per texel or vertex. The result does not depend on it.
+// The caller creates one LoadProgress per load and passes it to load_gltf, build_scene or
+// EditableScene. Loading code reports its progress to it; without a callback this costs one branch
+// per image or mesh and nothing per texel or vertex. The loaded scene does not depend on it.
 #pragma once
 
 #include <chrono>
@@ -27,26 +27,26 @@ struct Cancelled : std::exception {
 // In the order of loading.
 enum class LoadStage : uint8_t { kReading, kMeshes, kImages, kEnvironment, kBvh, kLights };
 
-// Limits of a load. A timeout error names `scene`.
+// Limits of a load. The message of a timeout names `scene`.
 struct LoadLimits {
   std::shared_ptr<MemoryBudget> memory = MemoryBudget::unlimited();
   std::optional<double> timeout_s;
   std::string scene;
-  // Textures beyond this size are kept in a file, with at most this much of it in memory. The
-  // environment map is not included, because each of its rows is read anyway.
+  // If the textures exceed this size, they are kept in a file, with at most this much of it in
+  // memory. The environment map does not count, because all of its rows are read anyway.
   std::optional<uint64_t> texture_bytes = {};
 };
 
 class LoadProgress {
  public:
   // Receives the current step as text ("images 12 of 15") and the completed fraction: in [0, 1],
-  // never decreasing, 1 once the scene is built. Called a few hundred times at most, from the
-  // loading threads, one call at a time; must not throw.
+  // never decreasing, 1 once the scene is built. The loading threads call it at most a few hundred
+  // times, one call at a time. It must not throw.
   using Report = std::function<void(const std::string& stage, double fraction)>;
 
-  // `stop` may be requested from any thread. The load then ends with Cancelled within 40 ms, or up
-  // to 250 ms at the beginning of a BVH of millions of triangles (tests/bench/results). The
-  // timeout starts here; a load that exceeds it ends with InputError after the same delay.
+  // Any thread may request `stop`. The load then ends with Cancelled within 40 ms, or up to 250 ms
+  // at the beginning of a BVH of millions of triangles (tests/bench/results). The timeout starts
+  // here; a load that exceeds it ends with InputError after the same delay.
   explicit LoadProgress(Report report, std::stop_token stop = {}, LoadLimits limits = {});
   LoadProgress(const LoadProgress&) = delete;
   LoadProgress& operator=(const LoadProgress&) = delete;
@@ -59,7 +59,7 @@ class LoadProgress {
   bool watched() const { return watched_; }
   // Whether check() would throw.
   bool should_stop() const { return watched_ && (stop_.stop_requested() || timed_out()); }
-  // Throws Cancelled if cancelled, InputError on timeout. So do begin() and advance().
+  // Throws Cancelled if cancelled, LimitError on timeout; begin() and advance() do so, too.
   void check() const {
     if (should_stop()) throw_stop_reason();
   }

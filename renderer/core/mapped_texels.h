@@ -1,7 +1,9 @@
-// Texels of one image in a mapped file (io/image/texture_store.h), and their order in it.
+// The texels of one image in a memory-mapped file (io/image/texture_store.h), and their order
+// there.
 //
 // Texels are stored in tiles of kTileSide x kTileSide, row by row, so that a page of memory holds
-// texels that are used together. With 4-byte texels, a row of 4096 is four pages; a tile is one.
+// texels that are used together. With 4-byte texels, a row of 4096 texels takes four pages; a tile
+// takes one.
 //
 // Reading a page that is not in memory blocks the thread until the disk delivers it. Code that
 // looks up many texels prefetches all of them first, so that the disk reads them concurrently.
@@ -16,9 +18,9 @@ namespace emberline {
 
 inline constexpr int kTileSide = 32;
 
-// Tiles at the right and the bottom are cut off, so there is no padding. In an image of 40 x 35,
-// texel (33, 34) is in the last tile, which has 3 rows of 8 texels and starts at index
-// 32 * 40 + 3 * 32; its index within the tile is 2 * 8 + 1.
+// Tiles at the right and bottom edges are cut off there, so there is no padding. In an image of 40
+// x 35, texel (33, 34) is in the last tile, which has 3 rows of 8 texels and starts at index 32 *
+// 40 + 3 * 32; its index within the tile is 2 * 8 + 1.
 inline size_t tiled_index(int width, int height, int x, int y) {
   const int left = x & ~(kTileSide - 1), top = y & ~(kTileSide - 1);
   const int columns = std::min(kTileSide, width - left), rows = std::min(kTileSide, height - top);
@@ -32,12 +34,12 @@ class MappedTexels {
   MappedTexels(std::shared_ptr<const std::byte> texels, size_t size);
 
   const std::byte* data() const { return texels_.get(); }
-  // Prefetches the page of this byte and its surroundings. Does not wait.
+  // Prefetches the block of kPrefetchBytes that contains this byte. Does not wait.
   void prefetch(size_t byte) const {
     if (!prefetched_[byte / kPrefetchBytes].load(std::memory_order_relaxed))
       prefetch_part(byte / kPrefetchBytes);
   }
-  // Releases the process's pages of the texels.
+  // Frees the memory of all pages; they are read again on access.
   void release_pages() const;
 
  private:
@@ -48,7 +50,7 @@ class MappedTexels {
 
   std::shared_ptr<const std::byte> texels_;
   size_t size_;
-  std::unique_ptr<std::atomic<bool>[]> prefetched_;  // per part, since the last release_pages()
+  std::unique_ptr<std::atomic<bool>[]> prefetched_;  // per block, since the last release_pages()
 };
 
 }  // namespace emberline

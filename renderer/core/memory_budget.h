@@ -1,8 +1,8 @@
-// The memory budget of a run. Code that is about to allocate memory for a file or an option
-// reserves it first, from the announced sizes, so that a small file that expands to gigabytes is
-// refused before anything is allocated.
+// The memory budget of a run. Before code allocates memory for a file or an option, it reserves the
+// size that the file's header or the option declares, so that a small file that expands to
+// gigabytes is rejected before anything is allocated.
 //
-// Loading code gets it from LoadProgress::budget(). Memory stays reserved until it is given back or
+// Loading code gets it from LoadProgress::budget(). Memory stays reserved until release() or until
 // the budget is destroyed.
 #pragma once
 
@@ -23,7 +23,7 @@ std::string_view name_of(MemoryPart part);
 // Thread-safe.
 class MemoryBudget {
  public:
-  static constexpr uint64_t kUnlimited = UINT64_MAX;  // nothing is counted, either
+  static constexpr uint64_t kUnlimited = UINT64_MAX;  // also disables counting
 
   explicit MemoryBudget(uint64_t limit) : limit_(limit) {}
   MemoryBudget(const MemoryBudget&) = delete;
@@ -36,12 +36,12 @@ class MemoryBudget {
   // Returns false instead of throwing, for use in callbacks, and then sets `left` to what was left.
   bool try_reserve(MemoryPart part, uint64_t bytes, uint64_t* left = nullptr) noexcept;
   void release(MemoryPart part, uint64_t bytes) noexcept;
-  // The message of reserve() without the place, for a refusal when `left` bytes were left. Memory
-  // may have been released since, so what is left now can be more than what was needed.
+  // The message of reserve() without the place. The caller passes the `left` of the failed
+  // try_reserve(), since other threads may have released memory since then.
   std::string limit_message(MemoryPart part, uint64_t bytes, uint64_t left) const;
 
-  // A separate budget with the same limit that starts with this one's reservations. A load uses it,
-  // and reserves its newly_reserved() here on success.
+  // Returns a separate budget with the same limit that starts with this one's reservations. A load
+  // uses it and, if it succeeds, reserves its newly_reserved() in this budget.
   std::shared_ptr<MemoryBudget> child_budget() const;
   uint64_t newly_reserved() const { return reserved() - inherited_; }
 
@@ -59,7 +59,7 @@ class MemoryBudget {
   std::array<std::atomic<uint64_t>, kMemoryParts> parts_{};
 };
 
-// A temporary reservation, given back on destruction.
+// A temporary reservation; the destructor releases it.
 class MemoryReservation {
  public:
   MemoryReservation() = default;
@@ -88,7 +88,7 @@ class MemoryReservation {
   uint64_t bytes_ = 0;
 };
 
-// count * size, saturating: counts come from files.
+// count * size, clamped to UINT64_MAX on overflow, since counts come from files.
 uint64_t bytes_of(uint64_t count, uint64_t size);
 
 }  // namespace emberline

@@ -1,5 +1,5 @@
 // Running mean and variance (Welford 1962, "Note on a Method for Calculating Corrected Sums of
-// Squares and Products", Technometrics 4), mergeable (Chan, Golub & LeVeque 1983).
+// Squares and Products", Technometrics 4). Two of them can be merged (Chan, Golub & LeVeque 1983).
 #pragma once
 
 #include <cmath>
@@ -26,7 +26,7 @@ class Moments {
 
   uint64_t count() const { return count_; }
   double mean() const { return mean_; }
-  double variance() const { return count_ > 1 ? m2_ / double(count_ - 1) : 0.0; }  // of one sample
+  double variance() const { return count_ > 1 ? m2_ / double(count_ - 1) : 0.0; }  // of one value
   double standard_error() const {
     return count_ > 1 ? std::sqrt(variance() / double(count_)) : 0.0;
   }

@@ -1,5 +1,5 @@
-// 32-bit MurmurHash3 for x86 by A. Appleby (public domain, 2011), required by the Cryptomatte
-// specification. Bytes are read in little-endian order on any machine.
+// 32-bit MurmurHash3 for x86 by A. Appleby (public domain, 2011), as the Cryptomatte specification
+// requires. Bytes are read in little-endian order on any machine.
 #pragma once
 
 #include <bit>

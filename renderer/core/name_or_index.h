@@ -1,4 +1,4 @@
-// Cameras, variants and animations that an option selects by name or by index.
+// Finds a camera, variant or animation that an option selects by name or by index.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 
 namespace emberline {
 
-// Parses an index below `end`; digits only.
+// Parses an index below `end` that consists of digits only.
 inline std::optional<size_t> parse_index(std::string_view text, size_t end) {
   size_t index = 0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), index);
@@ -23,7 +23,7 @@ inline std::optional<size_t> parse_index(std::string_view text, size_t end) {
   return whole && index < end ? std::optional(index) : std::nullopt;
 }
 
-// "0 'a', 1 'b'", for messages; a long list is cut.
+// Lists the entries in a message, as "0 'a', 1 'b'"; truncates a long list.
 template <class Named>
 std::string numbered_names(const std::vector<Named>& list) {
   constexpr size_t kMaxListed = 100;
@@ -39,8 +39,8 @@ std::string list_names(const std::vector<Named>& list) {
   return list.empty() ? "the file has none" : "the file has " + numbered_names(list);
 }
 
-// The index in `list` of the entry with this name or index. Throws UsageError that names the
-// setting `what` and lists the entries.
+// The index in `list` of the entry with this name or index. Otherwise throws a UsageError that
+// names the setting `what` and lists the entries.
 template <class Named>
 size_t find_name_or_index(const char* what, const std::string& name_or_index,
                           const std::vector<Named>& list) {

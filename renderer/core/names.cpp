@@ -35,7 +35,7 @@ std::string_view comparable_part(std::string_view name) {
   return name.substr(std::min(name.find_first_not_of('-'), name.size()), kMaxComparedLength);
 }
 
-// Length of the longest run of letters that both words have.
+// Length of the longest substring that both words contain.
 size_t longest_common_run(std::string_view a, std::string_view b) {
   std::vector<size_t> row(b.size() + 1);
   size_t longest = 0;
@@ -50,10 +50,10 @@ size_t longest_common_run(std::string_view a, std::string_view b) {
 
 // 0 for equal words, 1 for words without a common letter.
 double dissimilarity(std::string_view a, std::string_view b) {
-  constexpr size_t kMinCommonRun = 3;  // letters; shorter parts are chance
+  constexpr size_t kMinCommonRun = 3;  // letters; shorter runs match by chance
   const double longest = double(std::max<size_t>({a.size(), b.size(), 1}));
   const double edits = double(edit_distance(a, b));
-  // Our choice: edits around a common part weigh a third of others.
+  // Our choice: edits weigh only a third if most of the shorter word occurs in the longer one.
   const size_t run = longest_common_run(a, b), shorter = std::min(a.size(), b.size());
   if (run >= kMinCommonRun && 4 * run >= 3 * shorter) return edits / 3 / longest;
   return edits / longest;

@@ -1,5 +1,5 @@
-// Common wording for every name that users choose from a table: samplers, filters, integrators,
-// drivers. Used only while options are read.
+// Looks up names that users choose from a table (samplers, filters, integrators, drivers), with the
+// same messages for all. Used only while options are read.
 #pragma once
 
 #include <cstddef>
@@ -27,22 +27,23 @@ std::string_view name_of(std::span<const NamedValue<T>> table, T value) {
   return {};
 }
 
-// Number of single-character insertions, deletions and substitutions between two words
-// (Levenshtein 1966); O(|a| |b|).
+// Smallest number of single-character insertions, deletions and substitutions that turns one word
+// into the other (Levenshtein 1966); O(|a| |b|).
 size_t edit_distance(std::string_view a, std::string_view b);
 
-// Longer lists of names are cut to the nearest in messages.
+// Messages list all valid names only up to this many, and otherwise only the nearest ones.
 inline constexpr size_t kMaxListedNames = 12;
 
-// The positions of the three names that are most similar to `name`, nearest first. A name that
-// contains the other is similar, too.
+// Indices into `valid` of the three names that are most similar to `name`, nearest first. A name
+// that contains most of `name`, or the reverse, also counts as similar.
 std::vector<size_t> nearest_indices(std::string_view name, std::span<const std::string_view> valid);
-// "'spp', 'min-spp' or 'max-spp'"; empty if there are none.
+// The nearest names as text, like "'spp', 'min-spp' or 'max-spp'"; empty if `valid` is empty.
 std::string nearest_names(std::string_view name, std::span<const std::string_view> valid);
 
-// "unknown sampler 'sobel' (did you mean 'sobol'?); valid names are sobol, independent". Here a
-// name is suggested only if at most a third of its letters differ. With more than kMaxListedNames
-// names: "unknown setting 'sp' (did you mean 'spp', 'min-spp' or 'max-spp'?)".
+// "unknown sampler 'sobel' (did you mean 'sobol'?); valid names are sobol, independent". A name is
+// suggested only if at most a third of its letters differ. With more than kMaxListedNames names,
+// the three nearest are suggested instead: "unknown setting 'sp' (did you mean 'spp', 'min-spp' or
+// 'max-spp'?)".
 std::string unknown_name_message(std::string_view kind, std::string_view name,
                                  std::span<const std::string_view> valid);
 

@@ -1,5 +1,5 @@
 // Strict parsing of option values (the whole text, finite, in range), with common error messages.
-// CLI11's own ranges accept NaN and print floats with six decimals.
+// CLI11's own range checks accept NaN and print floats with six decimals.
 #pragma once
 
 #include <algorithm>
@@ -16,9 +16,9 @@
 
 namespace emberline {
 
-// A finite decimal number in the C locale, without surrounding characters.
+// Parses a finite decimal number in the C locale; nothing may precede or follow it.
 std::optional<double> parse_real(std::string_view text);
-// An integer without a fraction or exponent: "64", not "64.0" or "1e3".
+// Parses an integer without a fraction or exponent: "64", not "64.0" or "1e3".
 std::optional<int64_t> parse_integer(std::string_view text);
 
 template <typename T>
@@ -34,10 +34,10 @@ std::optional<T> parse_number(std::string_view text) {
   }
 }
 
-// A number, or a percentage: "2%" is 0.02.
+// Parses a number or a percentage: "2%" is 0.02.
 std::optional<float> parse_share(std::string_view text);
 
-// Splits "a,b" into its non-empty parts; they point into `text`.
+// Splits "a,b" into its non-empty parts, which are views into `text`.
 std::vector<std::string_view> split_list(std::string_view text);
 
 // Parses "1,2,3" as exactly kCount numbers.
@@ -54,11 +54,11 @@ bool parse_numbers(std::string_view text, char separator, std::array<T, kCount>&
   return true;
 }
 
-// "8G", "1.5M", "4096": bytes, or with K, M, G, T or KiB, MiB, GiB, TiB powers of 1024, with KB,
-// MB, GB, TB powers of 1000; at least 1.
+// Parses a size in bytes of at least 1: "4096", "1.5M", "8G". The units K, M, G, T and KiB, MiB,
+// GiB, TiB are powers of 1024; KB, MB, GB, TB are powers of 1000.
 std::optional<uint64_t> parse_size(std::string_view text);
 
-// Like unknown_name_message() (names.h), but always lists every valid word, however many there are.
+// Like unknown_name_message() (names.h), but always lists every valid word.
 std::string unknown_word_message(const char* kind, const std::string& word,
                                  const std::vector<std::string>& valid);
 

@@ -1,8 +1,9 @@
-// ThreadSanitizer and TBB: code before a loop happens before its body, and the body before the code
-// after it. TBB ensures this inside its library, which distributions do not instrument, so every
-// loop would look like a race. Suppressions would hide real races too, since all our threads are
-// TBB's. Therefore only this file instantiates TBB's templates; it is not instrumented
-// (renderer/core/CMakeLists.txt) and declares the order explicitly.
+// Makes TBB's loops known to ThreadSanitizer. Code before a loop happens before its body, and the
+// body before the code after it. TBB ensures this inside its library, which distributions do not
+// instrument, so ThreadSanitizer would report every loop as a race. Suppressions would hide real
+// races too, since all our threads are TBB's. Therefore only this file instantiates TBB's
+// templates; it is not instrumented (renderer/core/CMakeLists.txt) and declares the order
+// explicitly.
 #include "renderer/core/parallel.h"
 
 #include <tbb/blocked_range.h>
@@ -17,7 +18,8 @@ namespace emberline::parallel_detail {
 namespace {
 
 #ifdef EMBERLINE_THREAD_SANITIZER
-// Separate addresses for begin and end, so that calls of the body are not ordered among each other.
+// Uses separate addresses for the begin and the end of a loop, so that calls of the body are not
+// ordered with respect to each other.
 class LoopOrder {
  public:
   LoopOrder() { __tsan_release(&begin_); }

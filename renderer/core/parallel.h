@@ -1,8 +1,9 @@
-// Parallel loops over TBB. They return when every call has returned; the first exception ends the
-// loop and is rethrown here. They may be called from any thread and nested.
+// Parallel loops over TBB. They return when every call of the body has returned; the first
+// exception ends the loop and is rethrown to the caller. They may be called from any thread, and
+// nested.
 //
 // All code must use these instead of TBB, so that ThreadSanitizer sees the ordering (see
-// parallel.cpp). They cost one indirect call per part, not per index.
+// parallel.cpp). They cost one indirect call per range, not per index.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +19,8 @@ void run(size_t count, size_t grain, Partitioner partitioner,
 
 namespace emberline {
 
-// Calls body(begin, end) for parts of [0, count) chosen by TBB, which does not split parts of
-// `grain` or fewer indices.
+// Calls body(begin, end) for ranges that together cover [0, count). TBB chooses the ranges; it does
+// not split one of `grain` or fewer indices.
 template <typename Body>
 void parallel_ranges(size_t count, size_t grain, const Body& body) {
   const auto call = [](const void* erased, size_t begin, size_t end) {
@@ -28,7 +29,7 @@ void parallel_ranges(size_t count, size_t grain, const Body& body) {
   parallel_detail::run(count, grain, parallel_detail::Partitioner::kAuto, call, &body);
 }
 
-// Calls body(i) for each i < count, in parts chosen by TBB.
+// Calls body(i) for each i < count, in ranges that TBB chooses as above.
 template <typename Body>
 void parallel_each(size_t count, size_t grain, const Body& body) {
   parallel_ranges(count, grain, [&](size_t begin, size_t end) {
@@ -40,7 +41,7 @@ void parallel_each(size_t count, const Body& body) {
   parallel_each(count, 1, body);
 }
 
-// Calls body(i) for each i < count as a separate task, for a few long calls.
+// Calls body(i) for each i < count as a separate task; for a small number of long calls.
 template <typename Body>
 void parallel_tasks(size_t count, const Body& body) {
   const auto call = [](const void* erased, size_t begin, size_t) {

@@ -1,4 +1,4 @@
-// Rays, their batch size and the largest coordinate.
+// Rays, their batch size and their largest coordinate.
 #pragma once
 
 #include <limits>
@@ -7,14 +7,15 @@
 
 namespace emberline {
 
-// Number of rays generated, or looked up in the environment, together: one block of samples.
+// Number of samples in a block; their camera rays and their environment lookups are computed
+// together.
 inline constexpr int kRayBatch = 16;
 
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // The largest coordinate of an origin or an unnormalised direction. Embree accepts up to 1.84e18
-// (FLT_LARGE in kernels/common/ray.h, 3.13 and 4) and aborts beyond that where its assertions are
-// compiled in, as in Debian. Squares overflow float beyond 1.8e19.
+// (FLT_LARGE in kernels/common/ray.h, 3.13 and 4) and aborts on larger ones if it was built with
+// assertions, as in Debian. Squares overflow float beyond 1.8e19.
 inline constexpr double kMaxOrigin = 1e18;
 
 // Points origin + t * direction for t in [0, t_max], in the scene's internal space (rebased, see

@@ -1,5 +1,5 @@
-// Copies the values of a rectangle out of and into a frame. Each pixel has the same number of
-// values, interleaved, in row order.
+// Copies the values of a rectangle's pixels out of or into a frame. Pixels are in row order; each
+// has the same number of interleaved values.
 #pragma once
 
 #include <algorithm>

@@ -8,11 +8,12 @@
 
 namespace emberline {
 
-// Returns the replacement for the backticks and the name, or an empty string to keep both if this
-// is not a setting.
+// Returns the text that replaces a name and its backticks, or an empty string if the name is not a
+// setting; then both are kept.
 using SettingFormatter = std::string (*)(std::string_view name);
 
-// Process-wide; call it before the first message. The default is the bare name.
+// Sets the formatter for the whole process; call it before the first message. By default, names
+// appear without the backticks.
 void spell_settings(SettingFormatter formatter);
 
 std::string spell_setting_names(std::string_view text);

@@ -6,12 +6,12 @@
 
 namespace emberline {
 
-// `argument` as one word that a POSIX shell reads back unchanged. Printable UTF-8 is quoted. Text
-// with control characters or invalid UTF-8, which could not be copied, becomes "$(printf '...')"
-// with octal escapes, on one line.
+// Returns `argument` as one word that a POSIX shell reads back unchanged. Printable UTF-8 is put in
+// quotes. Text with control characters or invalid UTF-8, which a user could not copy, becomes
+// "$(printf '...')" with octal escapes, on one line.
 std::string shell_quoted(std::string_view argument);
 
-// "emberline" and the quoted arguments.
+// Returns "emberline" and the quoted arguments.
 std::string shell_command(int argc, const char* const* argv);
 
 }  // namespace emberline

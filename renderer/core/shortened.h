@@ -1,4 +1,4 @@
-// Limits the length of texts from outside in messages.
+// Limits the length, in messages, of texts that come from outside.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace emberline {
 
-// Cuts a text for use within a message.
+// Truncates a text that is quoted in a message.
 inline std::string shortened(std::string_view text) {
   constexpr size_t kMaxLength = 80;
   std::string cut(text.substr(0, kMaxLength));
@@ -14,7 +14,8 @@ inline std::string shortened(std::string_view text) {
   return cut;
 }
 
-// Cuts an overlong message in the middle: its beginning says where, its end what to do.
+// Cuts the middle out of an overlong message: its beginning says where the error is, its end what
+// to do.
 inline std::string truncate_middle(std::string_view message) {
   constexpr size_t kHeadLength = 1500, kTailLength = 500;
   if (message.size() <= kHeadLength + kTailLength) return std::string(message);

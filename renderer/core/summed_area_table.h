@@ -1,5 +1,5 @@
-// The sum over any rectangle of an image in four reads (Crow 1984, "Summed-Area Tables for Texture
-// Mapping"). Sums are of integers, so they are exact.
+// Computes the sum over any rectangle of an image with four reads (Crow 1984, "Summed-Area Tables
+// for Texture Mapping"). The sums are exact, because the values are integers.
 #pragma once
 
 #include <cstdint>

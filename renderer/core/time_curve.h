@@ -8,8 +8,8 @@
 namespace emberline {
 
 // A piecewise linear curve with at least one key, constant before the first and after the last.
-// Times are non-decreasing; at two equal times the value jumps, and the later key applies from then
-// on.
+// Times are non-decreasing; where two keys have the same time, the value jumps, and the later key
+// applies from then on.
 template <class Value>
 struct TimeCurve {
   std::vector<float> times;

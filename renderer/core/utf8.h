@@ -1,4 +1,4 @@
-// UTF-8 validation and escaping, for file names and texts that may hold any bytes.
+// UTF-8 validation and escaping, for file names and texts that may contain arbitrary bytes.
 #pragma once
 
 #include <cstddef>
@@ -31,14 +31,15 @@ inline size_t utf8_length(std::string_view text) {
   return 0;
 }
 
-// Whether one well-formed UTF-8 sequence is an ASCII or C1 (U+0080 to U+009F) control character.
+// Whether a well-formed UTF-8 sequence is an ASCII or C1 (U+0080 to U+009F) control character.
 inline bool is_control(std::string_view sequence) {
   const auto c = static_cast<unsigned char>(sequence[0]);
   if (sequence.size() == 1) return c < 0x20 || c == 0x7f;
   return sequence.size() == 2 && c == 0xc2 && static_cast<unsigned char>(sequence[1]) < 0xa0;
 }
 
-// `text` on one line: control characters and invalid UTF-8 become \n, \r, \t or \x1b.
+// Returns `text` on one line: control characters and invalid UTF-8 become escapes such as \n, \r,
+// \t or \x1b.
 std::string printable(std::string_view text);
 
 }  // namespace emberline

@@ -23,8 +23,8 @@ using Rgb = Imath::V3f;
 
 // a * b + c, rounded once. Implicit fusing is off (-ffp-contract=off), because an image's bits must
 // not depend on what the compiler inlines; hot code fuses explicitly with these functions and the
-// vector products below. Imath's own operators round every product. All are always_inline, since
-// GCC treats std::fma as a call until after its inlining decisions.
+// vector products below. Imath's own operators round every product. These functions are
+// always_inline, since GCC counts std::fma as a call when it decides what to inline.
 [[gnu::always_inline]] inline float fma(float a, float b, float c) { return std::fma(a, b, c); }
 [[gnu::always_inline]] inline double fma(double a, double b, double c) { return std::fma(a, b, c); }
 [[gnu::always_inline]] inline Vec2f fma(const Vec2f& a, float b, const Vec2f& c) {
@@ -57,7 +57,7 @@ template <class T>
 inline Vec3d to_double(const Vec3f& v) { return {v.x, v.y, v.z}; }
 inline Vec3f to_float(const Vec3d& v) { return {float(v.x), float(v.y), float(v.z)}; }
 inline Vec3d row(const Mat44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
-// The image of a point under an affine matrix, without Imath's division by w.
+// Transforms a point by an affine matrix, without Imath's division by w.
 inline Vec3d transform_point(const Mat44d& m, const Vec3d& p) {
   return fma(row(m, 0), p.x, fma(row(m, 1), p.y, fma(row(m, 2), p.z, row(m, 3))));
 }
@@ -78,7 +78,7 @@ inline bool is_finite(const Vec3f& v) {
 // Unit vector along v, or `fallback` if v is not finite or its squared length underflows.
 inline Vec3f normalize_or(const Vec3f& v, const Vec3f& fallback) {
   const float short_length2 = dot(v, v);
-  if (short_length2 > 1e-20f && short_length2 < 1e20f) {  // common case, far from float's limits
+  if (short_length2 > 1e-20f && short_length2 < 1e20f) {  // common case: no over- or underflow
     return v * (1.0f / std::sqrt(short_length2));
   }
   const double length2 = dot(to_double(v), to_double(v));

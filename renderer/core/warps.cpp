@@ -19,7 +19,7 @@ Vec2f square_to_disk(const Vec2f& u) {
 
 Vec3f square_to_cosine_hemisphere(const Vec2f& u) {
   const Vec2f d = square_to_disk(u);
-  // 1 - |d|^2 rounds to 0 on the rim; keep z positive, because z = 0 has density 0.
+  // On the rim 1 - |d|^2 rounds to 0; keep z positive, because the density at z = 0 is 0.
   return {d.x, d.y, std::sqrt(std::max(1e-12f, 1.0f - d.dot(d)))};
 }
 

@@ -11,7 +11,7 @@
 
 namespace emberline {
 
-// Larger arrays get huge pages.
+// Arrays of at least this many bytes use huge pages.
 constexpr size_t kLarge = size_t(8) << 20;
 
 void advise_huge_pages([[maybe_unused]] void* data, [[maybe_unused]] size_t bytes) {
@@ -20,7 +20,7 @@ void advise_huge_pages([[maybe_unused]] void* data, [[maybe_unused]] size_t byte
   if (bytes < kLarge) return;
   const uintptr_t first = (reinterpret_cast<uintptr_t>(data) + kPage - 1) & ~(kPage - 1);
   const uintptr_t last = (reinterpret_cast<uintptr_t>(data) + bytes) & ~(kPage - 1);
-  // Advisory: if the kernel refuses, small pages are used.
+  // This is only advice: if the kernel refuses it, small pages are used.
   (void)madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
 #endif
 }

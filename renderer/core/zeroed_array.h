@@ -1,6 +1,6 @@
-// A zero-initialised array. Small pages are allocated by the system on first use, so a film costs
-// nothing until samples arrive. Huge pages are touched up front by all threads, since the first few
-// samples of a frame would touch every one.
+// A zero-initialised array. The system allocates small pages on first use, so a small film costs
+// nothing until samples arrive. In a large array all threads touch the huge pages up front, since
+// the first few samples of a frame would touch every one of them.
 #pragma once
 
 #include <cassert>
@@ -12,8 +12,8 @@
 
 namespace emberline {
 
-// Requests pages of 2 MiB instead of 4 KiB for a large array. A bisection frame of 1280 x 720
-// touches 16,000 small pages in its first pass, a sixth of that pass's time.
+// Requests pages of 2 MiB instead of 4 KiB for a large array. With small pages, the first pass of a
+// bisection frame of 1280 x 720 touches 16,000 of them and spends a sixth of its time on that.
 void advise_huge_pages(void* data, size_t bytes);
 
 // Requests huge pages for memory that is already zero, and touches all of them. Otherwise they are
@@ -29,7 +29,7 @@ class ZeroedArray {
   static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
 
  public:
-  // Makes an array of `size` zeroes; reuses its memory if large enough. Throws std::bad_alloc.
+  // Resizes to `size` zeroes; reuses the memory if it is large enough. Throws std::bad_alloc.
   void reset(size_t size) {
     if (size > capacity_) {
       data_.reset();  // free the old memory first

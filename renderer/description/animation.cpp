@@ -11,12 +11,12 @@ namespace {
 // A position between `key` and the next one.
 struct Segment {
   size_t key = 0;
-  double share = 0.0;     // fraction of the segment that has passed; 0: at the key, or held
+  double share = 0.0;     // fraction of the segment that has passed; 0: at the key, or held there
   double duration = 0.0;  // seconds
 };
 
-// A time that rounds to a key's float counts as the key: frame 1 of 24 per second lies slightly
-// before its float, and a step must already have happened there.
+// A time that rounds to a key's float is treated as that key. For example, frame 1 at 24 frames per
+// second lies slightly before its key's float, but a step must already have happened there.
 Segment find_segment(const std::vector<float>& times, double time) {
   const auto next = std::upper_bound(times.begin(), times.end(), float(time));
   if (next == times.begin()) return {};
@@ -50,7 +50,8 @@ void sample_spline(const float* at, size_t width, const Segment& segment, std::s
   }
 }
 
-// A spline through opposite quaternions may pass through zero; the nearer key is used then.
+// Normalises a spline's value. Between opposite quaternions it may be zero; then the nearer key is
+// used.
 void normalise(std::span<double> value, const float* from, const float* to, double share) {
   double length = length_of(value);
   if (!(length > 0.0)) {

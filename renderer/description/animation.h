@@ -1,5 +1,5 @@
-// Key frames and their values over time: glTF 2.0, section 3.11 and appendix C. Plain data and pure
-// functions.
+// Key frames and their interpolation over time (glTF 2.0, section 3.11 and appendix C). Plain data
+// and pure functions.
 #pragma once
 
 #include <array>
@@ -23,18 +23,19 @@ struct KeyFrames {
   bool rotations = false;  // the values are non-zero quaternions
   size_t width = 1;        // numbers per value
   Numbers times;           // seconds, finite, increasing; at least one
-  Numbers values;  // finite, by key; a cubic spline has in-tangent, value, out-tangent per key
+  Numbers values;  // finite, by key; each key of a cubic spline has in-tangent, value, out-tangent
 
   double last() const { return times->back(); }
 };
 
-// The first value before the first key, the last one after the last key, and in between the
-// interpolated one; exact at a key. `value` must have `width` numbers. Interpolated rotations are
-// unit quaternions. Logarithmic in the number of keys.
+// Writes the value at `time` to `value`, which must have `width` numbers. Before the first key it
+// is the first value, after the last key the last one, and in between it is interpolated; at a key
+// it is exact. Interpolated rotations are unit quaternions. Takes logarithmic time in the number of
+// keys.
 void sample_keys(const KeyFrames& keys, double time, std::span<double> value);
 
-// Spherical interpolation by `share` (0 to 1) along the shorter arc between two non-zero
-// quaternions. The result has unit length.
+// Spherical interpolation along the shorter arc between two non-zero quaternions; `share` is in [0,
+// 1]. The result has unit length.
 Quaternion slerp(const Quaternion& from, const Quaternion& to, double share);
 
 }  // namespace emberline

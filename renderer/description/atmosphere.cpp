@@ -19,11 +19,13 @@ constexpr std::array<double, kBands> kOzone = {0.0473, 0.2145, 0.6986, 1.949, 4.
                                                15.41,  24.47,  32.955, 44.69, 45.495, 46.62,
                                                34.775, 24.5,   16.625, 10.757};
 
-// 300 Dobson units of 2.687e20 molecules/m^2, equivalent to 15 km at the layer's peak density.
+// Peak density in molecules/m^3: 300 Dobson units of 2.687e20 molecules/m^2, as much as in 15 km at
+// the peak density.
 constexpr double kOzoneMolecules = 300 * 2.687e20 / 15e3;
 
-// The CIE 1931 observer by the multi-lobe fit of C. Wyman, P.-P. Sloan, P. Shirley, "Simple
-// Analytic Approximations to the CIE XYZ Color Matching Functions" (JCGT 2013).
+// The colour matching functions of the CIE 1931 observer, by the multi-lobe fit of C. Wyman, P.-P.
+// Sloan, P. Shirley, "Simple Analytic Approximations to the CIE XYZ Color Matching Functions" (JCGT
+// 2013).
 Vec3d cie_1931(double nm) {
   const auto lobe = [nm](double mean, double below, double above) {
     const double t = (nm - mean) / (nm < mean ? below : above);
@@ -35,7 +37,7 @@ Vec3d cie_1931(double nm) {
           1.217 * lobe(437.0, 11.8, 36.0) + 0.681 * lobe(459.0, 26.0, 13.8)};
 }
 
-// IEC 61966-2-1, annex F.
+// Matrix from IEC 61966-2-1, annex F.
 Vec3d rec709_of_xyz(const Vec3d& xyz) {
   return {3.2406 * xyz.x - 1.5372 * xyz.y - 0.4986 * xyz.z,
           -0.9689 * xyz.x + 1.8758 * xyz.y + 0.0415 * xyz.z,
@@ -57,9 +59,9 @@ std::array<Vec3d, kBands> make_colours() {
 
 }  // namespace
 
-// E. Bruneton, F. Neyret, "Precomputed Atmospheric Scattering" (EGSR 2008), section 2.1 and the
-// clear sky of their program; air after its table, ozone as in E. Bruneton, "A Qualitative and
-// Quantitative Evaluation of 8 Clear Sky Models" (TVCG 2017).
+// From E. Bruneton, F. Neyret, "Precomputed Atmospheric Scattering" (EGSR 2008), section 2.1: air
+// follows their table, haze the clear sky of their program. Ozone is as in E. Bruneton, "A
+// Qualitative and Quantitative Evaluation of 8 Clear Sky Models" (TVCG 2017).
 const Coefficients& coefficients() {
   static const Coefficients kEarth = [] {
     Coefficients c{};

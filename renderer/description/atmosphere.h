@@ -7,32 +7,33 @@
 
 namespace emberline::atmosphere {
 
-// Radii of the earth and of its atmosphere, in metres.
+// Radii of the earth and of the top of its atmosphere, in metres.
 inline constexpr double kGroundRadius = 6360e3, kTopRadius = 6460e3;
 
-// Spectral bands: 16 means over 20 nm, starting at 380 nm.
+// Number of spectral bands. Each is a mean over 20 nm; the first starts at 380 nm.
 inline constexpr size_t kBands = 16;
 using Spectrum = std::array<float, kBands>;
 
-// Per metre, at the ground; for ozone, at its peak density. Haze is grey.
+// Coefficients per metre at the ground; for ozone, at the height of its peak density. Haze is grey.
 struct Coefficients {
   Spectrum rayleigh, ozone;
   float haze_scattering, haze_extinction;
 };
 const Coefficients& coefficients();
 
-// Densities at a height in metres, relative to those of the coefficients.
+// Densities at a height in metres, relative to the densities for which Coefficients are given.
 struct Density {
   double rayleigh, haze, ozone;
 };
 Density density(double height);
 
-// Per steradian, as functions of the cosine between the directions before and after scattering.
+// Phase functions, per steradian. `cosine` is that of the angle between the directions before and
+// after scattering.
 double rayleigh_phase(double cosine);
 double haze_phase(double cosine);
 
-// Luminances of linear Rec. 709, in cd/m^2, for radiances given as fractions of the sun's spectral
-// irradiance outside the atmosphere; negative outside the gamut.
+// Converts radiance, as fractions of the sun's spectral irradiance outside the atmosphere, to
+// linear Rec. 709 in cd/m^2. Channels are negative outside the gamut.
 Vec3d to_rgb(const Spectrum& relative_to_sun);
 
 }  // namespace emberline::atmosphere

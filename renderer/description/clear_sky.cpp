@@ -19,7 +19,7 @@ using namespace atmosphere;
 constexpr double kRadian = kPiD / 180;
 constexpr double kSunRadius = 0.265 * kRadian;
 
-// Amounts along a ray, as metres at the reference densities.
+// Amounts of air, haze and ozone along a ray, in metres at the densities of Coefficients.
 struct Column {
   double rayleigh = 0, haze = 0, ozone = 0;
 
@@ -45,21 +45,22 @@ Spectrum transmittance(const Column& column) {
   return result;
 }
 
-// Distance to the top of the atmosphere, or to the ground, from a radius at a cosine to the zenith.
+// Distance to the top of the atmosphere, or to the ground, from a position at `radius` in a
+// direction with this cosine to the zenith.
 double distance_to_top(double radius, double cosine) {
   const double across = radius * cosine;
   return -across +
          std::sqrt(std::max(0.0, across * across + kTopRadius * kTopRadius - radius * radius));
 }
-double distance_to_ground(double radius, double cosine) {  // negative: it does not reach the ground
+double distance_to_ground(double radius, double cosine) {  // negative: no hit
   const double across = radius * cosine,
                d = across * across + kGroundRadius * kGroundRadius - radius * radius;
   return cosine < 0 && d >= 0 ? std::max(0.0, -across - std::sqrt(d)) : -1;
 }
 
-// Visits the midpoints of `steps` pieces of a ray that grow with the distance, since air is densest
-// at the start; calls visit(position, radius, metres, density, column up to there). Returns the
-// whole column.
+// Divides a ray into `steps` pieces, which grow with the distance, and calls visit(position,
+// radius, metres, density, column up to there) at the midpoint of each. Returns the column of the
+// whole ray.
 template <typename Visit>
 Column march(const Vec3d& from, const Vec3d& direction, double length, int steps,
              const Visit& visit) {
@@ -78,8 +79,8 @@ Column march(const Vec3d& from, const Vec3d& direction, double length, int steps
   return column;
 }
 
-// Values over height, with higher resolution near the ground, and over the angle between zenith and
-// sun in a range around `middle`.
+// A table of values over the height, with higher resolution near the ground, and over the angle
+// between zenith and sun, in a range of +-`reach` around `middle`.
 template <typename Value>
 class SkyTable {
  public:
@@ -121,8 +122,8 @@ class SkyTable {
   std::vector<Value> values_;
 };
 
-// A ray from the ground passes 10 degrees around the earth before it leaves the atmosphere; a
-// second ray from there goes equally far, in either direction.
+// Angular ranges of the tables. A ray from the ground passes 10 degrees around the earth before it
+// leaves the atmosphere; a second ray from there that grazes the ground passes 20 more.
 constexpr double kViewReach = 10.6 * kRadian, kSecondOrderReach = 32 * kRadian;
 constexpr int kViewSteps = 64, kSecondOrderSteps = 24;
 
@@ -143,7 +144,8 @@ class Sky {
         [this](double radius, double angle) { return compute_multiple_scattering(radius, angle); });
   }
 
-  // The sunlight that reaches a position; the sun is a disc that sets.
+  // Sunlight that reaches a position and then passes through `further`. The horizon may hide a part
+  // of the sun's disc.
   Spectrum sunlight(double radius, double angle, const Column& further) const {
     const double horizon = kPiD / 2 + std::acos(std::min(1.0, kGroundRadius / radius));
     const double sun_visibility = std::clamp(0.5 + (horizon - angle) / (2 * kSunRadius), 0.0, 1.0);
@@ -160,7 +162,7 @@ class Sky {
   struct ScatteredLight {
     Vec3d rayleigh = Vec3d(0.0), haze = Vec3d(0.0), multiple = Vec3d(0.0);
   };
-  // For a direction above the horizon, `azimuth` from the sun's.
+  // For a direction above the horizon. `azimuth` is relative to that of the sun.
   ScatteredLight scattered_light(double elevation, double azimuth) const {
     const Coefficients& c = coefficients();
     const Vec3d sun(std::cos(elevation_), std::sin(elevation_), 0);
@@ -193,8 +195,9 @@ class Sky {
   }
 
  private:
-  // Hillaire's equations 5 to 10: second-order scattering at a position, and its geometric series.
-  // The sun's irradiance outside the atmosphere is 1.
+  // Hillaire's equations 5 to 10: light of the second order of scattering at a position, and from
+  // it that of all higher orders as a geometric series. The sun's irradiance outside the atmosphere
+  // is 1.
   Spectrum compute_multiple_scattering(double radius, double angle) const {
     constexpr int kZeniths = 16, kAzimuths = 4;  // half of the sphere, by symmetry
     const Coefficients& c = coefficients();
@@ -241,11 +244,11 @@ class Sky {
   SkySettings settings_;
   double elevation_;
   SkyTable<Column> sun_columns_;
-  SkyTable<Spectrum> multiple_table_;  // multiply scattered light, taken as isotropic
+  SkyTable<Spectrum> multiple_table_;  // multiply scattered light, assumed to be isotropic
 };
 
-// The upper half of the map, interpolated between rays that are denser towards the horizon, with
-// the phase functions evaluated per texel.
+// Computes the upper half of the map. It interpolates between rays, which are denser towards the
+// horizon, and evaluates the phase functions per texel.
 class SkyPainter {
  public:
   SkyPainter(const Sky& sky, const SkySettings& settings)
@@ -257,7 +260,8 @@ class SkyPainter {
     });
   }
 
-  // `azimuth`: relative to the sun's, any multiple of a turn. The elevation must not be negative.
+  // `azimuth` is relative to that of the sun and may exceed a turn. The elevation must not be
+  // negative.
   Vec3d radiance(double elevation, double azimuth) const {
     const double relative_azimuth = std::abs(std::remainder(azimuth, 2 * kPiD));
     const double y = std::sqrt(elevation / (kPiD / 2)) * (kRows - 1);
@@ -311,7 +315,8 @@ EnvironmentDescription clear_sky(const SkySettings& settings) {
   parallel_each(size_t(above), [&](size_t row) {
     const double up = kPiD / 2 - kPiD * (double(row) + 0.5) / height;
     for (int x = 0; x < width; ++x) {
-      // The longitude goes from +X towards +Z; an azimuth starts a quarter turn earlier, at -Z.
+      // The longitude starts at +X and grows towards +Z; the azimuth starts a quarter turn earlier,
+      // at -Z.
       const double longitude = (double(x) + 0.5) / width * 2 * kPiD - kPiD;
       const Vec3d radiance = painter.radiance(up, longitude + kPiD / 2 - azimuth);
       put(x, int(row), radiance);

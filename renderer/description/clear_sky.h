@@ -1,21 +1,23 @@
 // A clear sky and its sun, as an environment for scenes without one.
 //
-// Sunlight scattered towards the ground by air, haze and ozone around a spherical earth
-// (atmosphere.h). Single scattering is an integral along the view ray. Multiple scattering follows
-// S. Hillaire, "A Scalable and Production Ready Sky and Atmosphere Rendering Technique" (EGSR
-// 2020), section 5.5, which treats scattered light as isotropic. There is no refraction: the sun
-// sets when it is behind the horizon.
+// The sky is sunlight that is scattered towards the ground by air and haze, and absorbed by ozone
+// and haze, around a spherical earth (atmosphere.h). Single scattering is integrated along the view
+// ray. Multiple scattering follows S. Hillaire, "A Scalable and Production Ready Sky and Atmosphere
+// Rendering Technique" (EGSR 2020), section 5.5, which treats scattered light as isotropic. There
+// is no refraction: the sun sets when it is behind the horizon.
 #pragma once
 
 #include "renderer/description/scene_description.h"
 
 namespace emberline {
 
-// The luminance in cd/m^2 that maps to a radiance of 1: roughly a white surface under a high sun.
+// The luminance in cd/m^2 that becomes a radiance of 1: roughly that of a white surface under a
+// high sun.
 inline constexpr double kUnitLuminance = 32768;
 
 struct SkySettings {
-  // The sun's centre in degrees: above the horizon, from -90 to 90; and from -Z over +X, +Z, -X.
+  // Position of the sun's centre in degrees: elevation above the horizon, from -90 to 90, and
+  // azimuth from -Z towards +X.
   double elevation = 45, azimuth = 0;
   // The ground is grey, fills the lower half of the map and illuminates the air.
   double ground_albedo = 0.3;
@@ -23,7 +25,7 @@ struct SkySettings {
   int height = 512;                 // of the map
 };
 
-// A map of float texels and the sun, unless it has set. Uses all threads.
+// Returns a map of float texels, and the sun unless it has set. Uses all threads.
 EnvironmentDescription clear_sky(const SkySettings& settings);
 
 }  // namespace emberline

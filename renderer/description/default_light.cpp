@@ -34,7 +34,8 @@ void add_default_light(SceneDescription& scene) {
         const MaterialDescription* material = material_of(scene, placed);
         return !material || !material->unlit;
       });
-  // A frame that shows nothing is lit like the others, unless materials are emissive or unlit.
+  // In an animation, a frame without instances gets the same light as other frames, unless some
+  // materials are emissive or unlit.
   const bool hidden = scene.instances.empty() && scene.lights.empty() &&
                       std::ranges::none_of(scene.materials, [](const MaterialDescription& m) {
                         return m.unlit || emits(m);

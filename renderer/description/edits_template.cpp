@@ -11,8 +11,8 @@ bool is_valid(float value, const MaterialParameter& p) {
   return double(value) >= p.minimum && double(value) <= p.maximum;
 }
 
-// The edit's number that gives exactly this value. Rounding can skip a value, so the neighbours of
-// the quotient are tried, too.
+// Finds the edit's number that results in exactly this value. Rounding can miss it, so the
+// neighbours of the quotient are tried, too.
 std::optional<float> edited_number(float value, const MaterialParameter& p) {
   const float quotient = value / p.unit;
   for (const float to : {0.0f, -INFINITY, INFINITY}) {

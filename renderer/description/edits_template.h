@@ -1,15 +1,15 @@
-// Edits to begin with, for people to change.
+// Edits that users can start from.
 #pragma once
 
 #include "renderer/description/scene_edits.h"
 
 namespace emberline {
 
-// Edits that name every light, material and the environment with its present values, so that they
-// change no bit of a frame. A value that an edit cannot restore exactly is left out, for example an
-// attenuation distance of infinity, and so is the interior of thin-walled materials.
+// Returns edits of every light, every material and the environment, with their present values, so
+// that they change no bit of a frame. Values that an edit cannot restore exactly, such as an
+// attenuation distance of infinity, and the interior of thin-walled materials are left out.
 //
-// `scene` is as apply({}, scene) leaves it, with its default light and material.
+// Call apply({}, scene) first, which adds the default light and material.
 SceneEdits edits_template(const SceneDescription& scene);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// World bounds of a description, and views of it.
+// World bounds of a description, and cameras that view it.
 #pragma once
 
 #include "renderer/core/vector.h"
@@ -8,21 +8,22 @@ namespace emberline {
 
 // Bounds of all placed geometry at all its time steps.
 WorldBounds world_bounds(const SceneDescription& description);
-// Bounds for a view of the whole scene, the same at any time of an animation.
+// Bounds for a view of the whole scene; they are the same at any time of an animation.
 inline WorldBounds framed_bounds(const SceneDescription& description) {
   return description.rest_bounds ? *description.rest_bounds : world_bounds(description);
 }
 
-// A camera that frames everything, for files without one: from the front, slightly from the right
-// and above, 40 degrees high.
+// Returns a camera that frames everything, for files without cameras. It looks from the front,
+// slightly from the right and above, with a vertical field of view of 40 degrees.
 CameraDescription framing_camera(const WorldBounds& bounds, double aspect);
 
-// The radius in metres of a lens with this f-number. Its focal length gives a 24 mm high film gate
-// (36 x 24 mm, ISO 1007) the field of view when focused at infinity.
+// The radius in metres of a lens with this f-number. Its focal length is such that a film gate 24
+// mm high (36 x 24 mm, ISO 1007) has this field of view when focused at infinity.
 double lens_radius(double f_stop, double fov_y_radians);
 
-// Camera-to-world from a viewpoint. `up` is any direction; if it is parallel to the view, +Y is
-// used, and for a vertical view the image's right is +X. Throws UsageError if from and at coincide.
+// Camera-to-world matrix of a view from `from` towards `at`. If `up` is parallel to the view, +Y is
+// used instead; if the view is vertical as well, the image's right is +X. Throws UsageError if
+// `from` and `at` coincide.
 Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at, const Vec3d& up = Vec3d(0.0, 1.0, 0.0));
 
 }  // namespace emberline

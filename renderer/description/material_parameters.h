@@ -1,6 +1,6 @@
-// The table of material parameters that edits may replace. It drives apply() (scene_edits.h), the
-// edits file (io/json/edits_file.h) and the window's panel. To add one, add a member of
-// MaterialEdit and a row.
+// The table of material parameters that edits may replace. apply() (scene_edits.h), the edits file
+// (io/json/edits_file.h) and the window's panel use it. To add a parameter, add a member to
+// MaterialEdit and a row to the table.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,8 @@
 
 namespace emberline {
 
-// A number or a colour. Values that are absent in an edit stay as in the file.
+// One parameter, which is either a number or a colour. If an edit has no value for it, the file's
+// value stays.
 struct MaterialParameter {
   std::string_view name;    // in an edits file
   double minimum, maximum;  // range of an edit, per channel of a colour
@@ -19,12 +20,12 @@ struct MaterialParameter {
   float MaterialDescription::*number = nullptr;
   std::optional<Rgb> MaterialEdit::*edited_color = nullptr;
   Rgb MaterialDescription::*color = nullptr;
-  float unit = 1.0f;  // unit of an edited number, in units of MaterialDescription
+  float unit = 1.0f;  // value in MaterialDescription / value in the edit
 };
 
-// In the order of the edits file.
+// All parameters, in the order of the edits file.
 std::span<const MaterialParameter> material_parameters();
-// `name` must be in the table (asserted).
+// The parameter with this name, which must be in the table (asserted).
 const MaterialParameter& material_parameter(std::string_view name);
 
 }  // namespace emberline

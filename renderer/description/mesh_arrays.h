@@ -1,4 +1,4 @@
-// Arrays of a triangle mesh per vertex and triangle, as loaded and as traced.
+// The arrays of a triangle mesh, per vertex and per triangle, as they are loaded and traced.
 #pragma once
 
 #include <array>
@@ -20,18 +20,18 @@ struct MeshStep {
 struct MeshArrays {
   std::vector<Vec3f> positions;
   std::vector<std::array<uint32_t, 3>> triangles;  // indices < positions.size(); CCW is the front
-  std::vector<Vec3f> normals;   // empty: flat shading. Unit length or zero (unusable).
-  std::vector<Vec4f> tangents;  // empty: none needed. xyz unit, w = +-1 (MikkTSpace convention).
+  std::vector<Vec3f> normals;   // unit length, or zero if unusable; empty: flat shading
+  std::vector<Vec4f> tangents;  // xyz unit, w = +-1 (MikkTSpace convention); empty: not needed
   std::vector<std::vector<Vec2f>> uv_sets;  // each empty or complete
   std::vector<Vec4f> colors;                // COLOR_0, linear rgba; empty: white
   std::vector<MeshStep> motion = {};        // see Motion in scene_description.h
   std::vector<Vec3f> next_frame = {};  // positions; see NextFrameInstance in scene_description.h
-  // Number of a mesh that does not deform, in a file that can be posed; it is the same in all
-  // poses. 0: none.
+  // Identifies a mesh that does not deform, in all poses of its file. 0: it deforms, or the file
+  // cannot be posed.
   uint64_t key = 0;
 };
 
-// Calls use(array) for each per-vertex array of a mesh; arrays may be empty.
+// Calls use(array) for each per-vertex array of a mesh, including empty ones.
 template <class Mesh, class Use>
 void for_each_vertex_array(Mesh& mesh, const Use& use) {
   use(mesh.positions);

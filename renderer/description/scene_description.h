@@ -1,4 +1,4 @@
-// The contents of a scene file as plain data: no Embree, no threads, nothing compiled for a frame.
+// The contents of a scene file as plain data, before anything is compiled for rendering.
 //
 // `io` fills it, `build_scene` reads it. Units are those of glTF: metres, radians, candela (point,
 // spot), lux (directional), radiance for emission. Y is up, right-handed. Indices are into the
@@ -31,10 +31,10 @@ struct InputError;
 
 enum class TexelType : uint8_t { kUint8, kUint16, kHalf, kFloat };
 
-// A decoded image in its file's own bit depth. Rows from the top; channels interleaved; alpha is
-// not premultiplied. `texels` contains width * height * channels values of `type`. If the texels
-// are in a memory-mapped file instead (io/image/texture_store.h), in tiled order (mapped_texels.h),
-// it is empty.
+// A decoded image in the bit depth of its file. Rows start at the top, channels are interleaved,
+// and alpha is not premultiplied. `texels` contains width * height * channels values of `type`. It
+// is empty if the texels are in a memory-mapped file instead (io/image/texture_store.h), in tiled
+// order (mapped_texels.h).
 struct Image {
   std::string name;  // for messages: URI or "#/images/3"
   int width = 0;
@@ -67,10 +67,10 @@ struct TextureRef {
 
 enum class AlphaMode : uint8_t { kOpaque, kMask, kBlend };
 
-// glTF 2.0 metallic-roughness (specification section 3.9 and appendix B) and its extensions; an
-// extension's defaults mean that it is absent. Factors are linear and multiply their texture.
-// Colour textures are sRGB-encoded if their image is integer-valued; others are linear data, and
-// the letters name the channel that is read.
+// glTF 2.0 metallic-roughness (specification section 3.9 and appendix B) and its extensions; the
+// default values of an extension have the same effect as its absence. Factors are linear and
+// multiply their texture. Colour textures are sRGB-encoded if their image is integer-valued; other
+// textures are linear data. Letters in the comments of textures name the channels that are read.
 struct MaterialDescription {
   std::string name;
   Rgb base_color = Rgb(1.0f);
@@ -81,30 +81,30 @@ struct MaterialDescription {
   TextureRef metallic_roughness_texture;  // g roughness, b metallic
   TextureRef normal_texture;              // tangent space, rgb in [0, 1] -> [-1, 1]
   float normal_scale = 1.0f;
-  Rgb emission = Rgb(0.0f);  // emissiveFactor x KHR_materials_emissive_strength: radiance
-  // The factor over time, see Motion; null: constant.
+  Rgb emission = Rgb(0.0f);  // radiance: emissiveFactor x emissiveStrength
+  // A factor over time, see Motion; null: constant.
   std::shared_ptr<const TimeCurve<Rgb>> emission_scale = {};
   TextureRef emission_texture;
   AlphaMode alpha_mode = AlphaMode::kOpaque;
   float alpha_cutoff = 0.5f;
   bool double_sided = false;
-  bool unlit = false;  // KHR_materials_unlit: base colour is the visible radiance
+  bool unlit = false;  // KHR_materials_unlit: the base colour is shown as radiance
 
-  float ior = 1.5f;  // of the dielectric (KHR_materials_ior); >= 1, or 0: reflects everything
+  float ior = 1.5f;  // of the dielectric (KHR_materials_ior): >= 1, or 0 to reflect everything
   // KHR_materials_specular: weight of the dielectric's reflection, [0, 1] (0: bare Lambert), and
   // its colour at normal incidence.
   float specular = 1.0f;
   TextureRef specular_texture;  // a
   Rgb specular_color = Rgb(1.0f);
   TextureRef specular_color_texture;  // rgb, sRGB
-  // KHR_materials_pbrSpecularGlossiness is represented by the above with an index of 0; its
-  // glossiness, 1 - roughness, is multiplied by this.
+  // KHR_materials_pbrSpecularGlossiness is represented by the members above with an ior of 0. This
+  // texture multiplies the glossiness, which is 1 - roughness.
   TextureRef glossiness_texture;  // a
 
   // KHR_materials_transmission, _volume and _dispersion.
-  float transmission = 0.0f;          // clear fraction of the dielectric
+  float transmission = 0.0f;          // fraction that the dielectric transmits clearly
   TextureRef transmission_texture;    // r
-  bool thin_walled = true;            // thicknessFactor is 0: no interior
+  bool thin_walled = true;            // thicknessFactor is 0, so there is no interior
   Rgb attenuation_color = Rgb(1.0f);  // of white light after attenuation_distance in the interior
   float attenuation_distance = std::numeric_limits<float>::infinity();  // metres
   float dispersion = 0.0f;                                              // 20 / Abbe number, >= 0
@@ -151,8 +151,8 @@ inline bool emits(const MaterialDescription& material) {
   return !material.unlit && (positive(e.x) || positive(e.y) || positive(e.z));
 }
 
-// Whether load_gltf gives tangents to the meshes with this material: it uses tangent space, or
-// would if its factor were not 0.
+// Whether load_gltf computes tangents for meshes with this material: its textures or parameters use
+// tangent space, even if their factor is 0.
 inline bool has_tangent_space(const MaterialDescription& material) {
   return material.normal_texture.image >= 0 || material.clearcoat_normal_texture.image >= 0 ||
          material.anisotropy_texture.image >= 0 || material.anisotropy > 0.0f;
@@ -185,11 +185,13 @@ struct VariantMaterial {
 struct MeshDescription : MeshArrays {
   std::string name;   // "mesh name/primitive index", for messages and the id AOV's manifest
   int material = -1;  // -1: glTF's default material
-  // Ascending by variant; in absent variants the mesh uses `material`.
+  // Sorted by variant; in variants that are not listed, the mesh uses `material`.
   std::vector<VariantMaterial> variant_materials;
-  // True: it may be elsewhere, or be visible more often, at another time.
+  // Whether the mesh may be in another place, or be visible more often, at another time of the
+  // animation.
   bool may_move = false;
-  // Extent of a mesh without arrays, because the receiver has them from an earlier pose.
+  // Set if the mesh has no arrays, because the receiver has them from an earlier pose: their
+  // bounds.
   std::optional<WorldBounds> reused_bounds = {};
 };
 
@@ -198,9 +200,10 @@ struct VariantDescription {
   std::string name;
 };
 
-// Motion while the shutter is open: transforms and vertices have additional values at later times,
-// evenly spaced until shutter close; the plain value is that at shutter open. None: at rest. In
-// between, vertices, positions and scales are interpolated linearly and rotations about an axis.
+// Motion while the shutter is open: the plain transform or vertices are those at shutter open, and
+// `motion` has those at later times, evenly spaced until shutter close; it is empty if nothing
+// moves. In between, vertices, positions and scales are interpolated linearly, and rotations about
+// an axis.
 //
 // Other values change at their own times (time_curve.h), so that they can switch instantly. Emitted
 // light is described by its maximum per channel, with a factor in [0, 1] over time. Code that only
@@ -211,25 +214,25 @@ struct VariantDescription {
 struct InstanceDescription {
   std::string name;  // node name
   int mesh = -1;
-  Mat44d to_world;  // row-vector convention; may mirror (negative determinant); finite
+  Mat44d to_world;  // for row vectors; finite; may mirror (negative determinant)
   std::vector<Mat44d> motion = {};
   std::shared_ptr<const VisibilityTimes> visibility = {};  // null: always
-  int node = -1;  // of the file; into SceneDescription::nodes
+  int node = -1;  // index in the file and in SceneDescription::nodes
 };
 
-// A node of the file, by its index there.
+// A node of the file; SceneDescription::nodes has the same indices as the file.
 struct NodeDescription {
   std::string name;
   int root = 0;             // the topmost ancestor; itself if it has no parent
   bool has_mesh = false;    // whether visible or not
   int parent = -1;          // -1: none
-  bool has_camera = false;  // or a camera that cannot be used
-  bool has_light = false;   // of KHR_lights_punctual
-  bool in_scene = false;    // of the scene that is rendered
+  bool has_camera = false;  // even one that cannot be used
+  bool has_light = false;   // from KHR_lights_punctual
+  bool in_scene = false;    // whether it is in the scene that is rendered
 };
 
-// A moving instance one frame after the rendered instant, to compute its velocity with an instant
-// shutter. Rays do not hit it there. Meshes and cameras have their own `next_frame`.
+// A moving instance one frame after the rendered instant. With an instant shutter, its velocity is
+// computed from this; rays do not see it. Meshes and cameras have a `next_frame` of their own.
 struct NextFrameInstance {
   uint32_t instance = 0;  // into SceneDescription::instances
   Mat44d to_world;
@@ -247,7 +250,8 @@ struct PunctualLightDescription {
   // Radians from the axis, 0 <= inner < outer <= pi/2; the maximum if the cones change.
   float inner_cone = 0.0f;
   float outer_cone = 0.785398163f;
-  // Metres; no light of a point light or spot reaches beyond it. The maximum if it changes.
+  // In metres; the light of a point light or spot does not reach farther. The maximum if it
+  // changes.
   float range = std::numeric_limits<float>::infinity();
   Mat44d to_world;  // it emits along -Z (spot, directional)
   std::vector<Mat44d> motion = {};
@@ -258,18 +262,18 @@ struct PunctualLightDescription {
   std::shared_ptr<const VisibilityTimes> visibility = {};
 };
 
-// Whether the light is a point light of the scene, in the order of the description.
+// Whether the light becomes one of the Scene's point lights, which keep this order.
 inline bool shines(const PunctualLightDescription& light) { return !is_black(light.intensity); }
 
 struct CameraDescription {
   std::string name;
   std::string node = {};  // name of the camera's node; may be empty
   bool orthographic = false;
-  bool panorama = false;         // see camera.h; not in files. Only the position matters then
+  bool panorama = false;         // see camera.h; not in files; uses only the position
   double fov_y = 0.8;            // radians, perspective
-  std::optional<double> aspect;  // width / height; absent: from the frame
+  std::optional<double> aspect;  // width / height; absent: that of the frame
   double y_mag = 1.0;            // half the height, orthographic
-  // For fov_y or y_mag, whichever applies; null: constant.
+  // fov_y or y_mag (whichever applies) over time; null: constant.
   std::shared_ptr<const TimeCurve<double>> zoom = {};
   // A thin lens, perspective only; not in files.
   double lens_radius = 0.0;     // metres; 0: a pinhole
@@ -277,14 +281,14 @@ struct CameraDescription {
   Mat44d to_world;              // looks along -Z, +Y up; its scale is ignored
   std::vector<Mat44d> motion = {};
   std::optional<Mat44d> next_frame = {};  // see NextFrameInstance
-  // Set if the file's camera is invalid; thrown when it is selected.
+  // Set if the file's camera is invalid; selecting the camera throws this error.
   std::shared_ptr<const InputError> fault = {};
 };
 
-// A distant disc, visible above the horizon only, with limb darkening.
+// A distant disc with limb darkening, visible only above the horizon.
 struct SunDisc {
   Vec3f direction = Vec3f(0, 1, 0);  // unit
-  float radius = 0.0f;               // half the angular diameter
+  float radius = 0.0f;               // half the angular diameter, radians
   Rgb irradiance = Rgb(0.0f);        // of the whole disc, on a surface that faces it
 };
 
@@ -294,71 +298,73 @@ struct EnvironmentDescription {
   std::string file;                    // empty: constant colour
   Rgb constant = Rgb(1.0f);            // radiance if there is no image
   std::shared_ptr<const Image> image;  // kHalf or kFloat, 3 channels
-  // In front of an image, and scaled, tinted and rotated with it. May be null.
+  // A sun in front of the image, which is scaled, tinted and rotated with it. May be null.
   std::shared_ptr<const SunDisc> sun;
   float strength = 1.0f;
-  Rgb tint = Rgb(1.0f);  // multiplies the radiance like strength
+  Rgb tint = Rgb(1.0f);  // multiplies the radiance, as does strength
   float rotation_degrees = 0.0f;
 };
 
 // ---- the whole
 
-// An animation of the file that may pose the scene (GltfOptions).
+// An animation of the file; GltfOptions may choose it to pose the scene.
 struct AnimationDescription {
   std::string name;
   double duration = 0.0;      // seconds, from 0 to its last key frame
-  size_t nodes = 0;           // moved, rotated or scaled by it
+  size_t nodes = 0;           // that it moves, rotates or scales
   size_t morphs = 0;          // nodes whose meshes it morphs
   size_t pointers = 0;        // other values that it changes
   size_t without_effect = 0;  // channels without a valid target
-  std::string fault;          // why it cannot be selected; empty if its JSON is valid
+  std::string fault;          // why selecting it is an error; empty if its JSON is valid
 };
 
-// Features that the file uses, by treatment. Names are extension names, or short phrases such as
-// "occlusionTexture" or "primitive mode LINES".
+// The features that the file uses, and how they are treated. Entries are extension names, or short
+// phrases such as "occlusionTexture" or "primitive mode LINES".
 struct CoverageReport {
   std::vector<std::string> used;          // supported extensions
-  std::vector<std::string> approximated;  // rendered approximately; says how
+  std::vector<std::string> approximated;  // rendered approximately; the entry says how
   std::vector<std::string> ignored;       // without effect on the image
-  // The number of animations, if none poses the scene, and the `setting` that chooses one.
+  // A text for files with animations of which none is chosen: how many there are, and which
+  // `setting` chooses one.
   std::string not_played;
 };
 
-// Repairs and omissions during loading, with counts; each kind is also reported by one warning.
+// Counts of repairs and omissions during loading. Each kind is also reported in one warning.
 struct LoadRepairs {
   uint64_t degenerate_triangles = 0;  // zero area or repeated vertices, dropped
   uint64_t non_finite_triangles = 0;  // a NaN or infinite vertex, dropped
   // Vertices with a NaN or infinite colour, normal, tangent or texture coordinate, replaced.
   uint64_t non_finite_attributes = 0;
-  uint64_t non_finite_texels = 0;   // NaN or infinite or negative texels set to 0 (or clamped)
+  uint64_t non_finite_texels = 0;   // NaN, infinite or negative; set to 0 or clamped
   uint64_t singular_instances = 0;  // transform without inverse, dropped
-  uint64_t replaced_images = 0;     // --lenient: undecodable, replaced by neutral colour
+  uint64_t replaced_images = 0;     // --lenient: undecodable, replaced by a neutral colour
 };
 
-// The lists to which edits refer; short and cheap to copy.
+// The lists to which edits refer. They are short and cheap to copy.
 struct SceneLists {
   std::string file;
   std::vector<MaterialDescription> materials;
   std::vector<VariantDescription> variants;
   // Whether the meshes' variant_materials, and the data that those materials need, have been read.
   bool variants_read = false;
-  bool tangents_read = false;  // for every mesh; otherwise as in has_tangent_space()
+  bool tangents_read = false;  // for all meshes, not only by has_tangent_space()
   std::vector<PunctualLightDescription> lights;
   std::vector<CameraDescription> cameras;
   std::optional<EnvironmentDescription> environment;
-  ToWorkingSpace to_working;  // converts a Scene's colours; those here are not converted
-  bool may_be_dark = false;   // true: without light the scene stays dark, without a warning
+  ToWorkingSpace to_working;  // for the Scene; colours in this struct are not converted
+  bool may_be_dark = false;   // whether a scene without light stays dark, without a warning
 };
 
 struct SceneDescription : SceneLists {
-  std::vector<NamedFile> files;  // all files read for it, the scene first
+  std::vector<NamedFile> files;  // all files that were read, the scene first
   std::string generator;         // asset.generator
   std::vector<std::shared_ptr<const Image>> images;
   std::vector<MeshDescription> meshes;
   std::vector<InstanceDescription> instances;
   std::vector<NodeDescription> nodes;                   // if requested (GltfOptions::nodes)
   std::vector<NextFrameInstance> next_frame_instances;  // those that move, ascending by instance
-  // For a posed scene: its bounds at rest, so that a view of the whole does not depend on the pose.
+  // For a posed scene: the bounds of its rest pose, so that a view of the whole scene does not
+  // depend on the pose.
   std::optional<WorldBounds> rest_bounds;
   CoverageReport coverage;
   LoadRepairs repairs;

@@ -55,7 +55,7 @@ size_t find_camera(const EditTarget& target, const std::vector<CameraDescription
   return find_target(target, "camera", cameras);
 }
 
-// A product clamped to float's range: near the maximum, more makes no difference.
+// Multiplies, and clamps to the largest float, so that the product stays finite.
 Rgb scaled(const Rgb& value, const Rgb& factor) {
   const auto product = [](float a, float b) {
     return std::min(a * b, std::numeric_limits<float>::max());
@@ -208,7 +208,8 @@ void EditApplication::edit_light(size_t i) {
   light = scaled(light, factor);
 }
 
-// A frame's width follows from its height, so the file's aspect ratio is dropped.
+// The width of the view follows from its height and the frame, so the file's aspect ratio is
+// dropped.
 void make_orthographic(double height, CameraDescription& camera) {
   camera.orthographic = true;
   camera.aspect.reset();
@@ -286,7 +287,7 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
     camera.name = "edited view";
     if (camera.orthographic) camera.zoom.reset();
     camera.orthographic = false;
-    camera.aspect.reset();  // of the frame
+    camera.aspect.reset();  // use that of the frame
     camera.to_world = view_matrix(edit);
     camera.motion.clear();
     camera.next_frame.reset();

@@ -1,9 +1,9 @@
-// An artist's changes to a loaded scene that do not touch its file: view, lights, environment,
-// materials. Plain data; io/json/edits_file.h reads and writes it, apply() applies it to a
-// SceneDescription, EditableScene (editable_scene.h) to a built scene.
+// An artist's changes to the view, lights, environment and materials of a loaded scene, which leave
+// its file unchanged. They are plain data. io/json/edits_file.h reads and writes them; apply()
+// applies them to a SceneDescription, and EditableScene (editable_scene.h) to a built scene.
 //
-// Edits are the differences from the file: no edits mean the unchanged file, and undo applies the
-// previous edits. Units are those of SceneDescription unless stated otherwise.
+// Edits are the differences from the file: without edits, the scene is that of the file, and undo
+// applies the previous edits. Units are those of SceneDescription unless stated otherwise.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +18,9 @@
 
 namespace emberline {
 
-// One of the file's lights, materials, cameras or variants. A unique name identifies it, even if
-// its index has changed; the index distinguishes entries of equal name and identifies unnamed ones.
+// Identifies one of the file's lights, materials, cameras or variants. A unique name suffices, even
+// if the index has changed; the index distinguishes entries of equal name and identifies unnamed
+// ones.
 struct EditTarget {
   std::string name;
   int index = -1;     // into the description's list; -1: by name only
@@ -30,20 +31,20 @@ struct EditTarget {
   }
 };
 
-// A view. Absent values stay as on the command line or in the file.
+// Changes of the view. Absent values stay as on the command line or in the file.
 struct CameraEdit {
   std::optional<EditTarget> camera;  // in SceneDescription::cameras
-  // World space, metres, both or neither: the view from here, in perspective unless
-  // orthographic_height is set.
+  // Viewpoint and target in world space, in metres; set both or neither. The view is in perspective
+  // unless orthographic_height is set.
   std::optional<Vec3d> look_from, look_at;
   Vec3d up = Vec3d(0.0, 1.0, 0.0);      // with look_from; any length but 0
   bool mirrored = false;                // with look_from: swaps left and right
-  std::optional<double> fov_y_degrees;  // vertical, of a perspective view
-  // Makes the view orthographic, whatever the camera was, with this height in metres. Not with
-  // fov_y_degrees or f_stop.
+  std::optional<double> fov_y_degrees;  // vertical; for a perspective view
+  // Makes the view orthographic with this height in metres. Not allowed with fov_y_degrees or
+  // f_stop.
   std::optional<double> orthographic_height;
-  // A lens instead of a pinhole (lens_radius in camera.h), and its focus distance in metres along
-  // the axis; if absent, it is focused on look_at.
+  // Use a lens instead of a pinhole (see lens_radius()), with this focus distance in metres along
+  // the axis. If the distance is absent, the lens is focused on look_at.
   std::optional<double> f_stop, focus_distance;
   std::string place;  // for messages
 
@@ -57,10 +58,10 @@ struct CameraEdit {
 
 // The time at which the scene is seen, and the shutter. Absent values stay as on the command line.
 struct AnimationEdit {
-  std::string name = {};            // or an index, or "all"; empty: the first, if there is a time
+  std::string name = {};            // name, index or "all"; empty: the first if `time` is set
   std::optional<double> time = {};  // seconds
   std::optional<double> fps = {};   // frames per second, for values in frames
-  // Frames from that time on; both or neither.
+  // In frames after `time`; set both or neither.
   std::optional<double> shutter_open = {}, shutter_close = {};
   std::string place = {};  // for messages
 
@@ -70,10 +71,10 @@ struct AnimationEdit {
   }
 };
 
-// kMaterial: everything that one material emits.
+// kMaterial is all light that one material emits.
 enum class EditedLight : uint8_t { kPunctual, kMaterial, kEnvironment };
 
-// Factors on a light's own radiance. A material that does not emit stays black.
+// Factors on the radiance of a light. A material that does not emit stays black.
 struct LightEdit {
   EditedLight kind = EditedLight::kPunctual;
   EditTarget target;  // kEnvironment: only `place` is used
@@ -84,11 +85,11 @@ struct LightEdit {
   bool operator==(const LightEdit&) const = default;
 };
 
-// Values of EnvironmentDescription that replace the scene's.
+// Values that replace those of the scene's EnvironmentDescription.
 struct EnvironmentEdit {
-  std::string file;                    // empty: the existing environment
-  std::shared_ptr<const Image> image;  // of the file; kHalf or kFloat, 3 channels
-  uint64_t repaired_texels = 0;        // during reading
+  std::string file;                    // empty: keep the existing environment
+  std::shared_ptr<const Image> image;  // contents of `file`; kHalf or kFloat, 3 channels
+  uint64_t repaired_texels = 0;        // repaired while reading it
   std::optional<float> strength;
   std::optional<float> rotation_degrees;
   std::string place;  // for messages
@@ -99,17 +100,17 @@ struct EnvironmentEdit {
   }
 };
 
-// Factors of MaterialDescription that replace the file's; textures stay and are multiplied by them.
-// material_parameters.h has their names and ranges.
+// Factors that replace those of the file's MaterialDescription. The textures stay and are
+// multiplied by the new factors. material_parameters.h has the names and ranges.
 struct MaterialEdit {
   EditTarget target;
   std::optional<Rgb> base_color;
   std::optional<float> roughness, metallic, transmission, normal_scale;
-  std::optional<Rgb> emission;  // radiance, before any LightEdit of the material
-  std::optional<float> ior;     // not for materials that reflect everything
+  std::optional<Rgb> emission;  // radiance, before a LightEdit of this material
+  std::optional<float> ior;     // an error for materials that reflect everything
   std::optional<float> specular;
   std::optional<Rgb> specular_color;
-  std::optional<Rgb> attenuation_color;       // this and the next two: only with an interior
+  std::optional<Rgb> attenuation_color;       // affects only an interior, like the next two
   std::optional<float> attenuation_distance;  // metres
   std::optional<float> dispersion;
   std::optional<float> diffuse_transmission;
@@ -124,8 +125,8 @@ struct MaterialEdit {
   bool operator==(const MaterialEdit&) const = default;
 };
 
-// Limits for values in an edits file, the same as for the command line: squared distances stay
-// finite in float, and so does radiance times a film's sums.
+// Limits of values in an edits file and on the command line. They keep squared distances, and sums
+// of radiance in a film, finite in float.
 namespace edit_limits {
 inline constexpr double kMaxDistance = 1e15;    // metres
 inline constexpr double kMaxRadiance = 1e9;     // radiance, and factors on it
@@ -134,7 +135,7 @@ inline constexpr double kMaxDegrees = 36000.0;  // degrees
 
 struct SceneEdits {
   CameraEdit camera;
-  // The code that loads or poses the scene uses it (GltfOptions); apply() ignores it.
+  // Used by the code that loads or poses the scene (GltfOptions); apply() ignores it.
   AnimationEdit animation;
   // In SceneDescription::variants; absent: the meshes use their own materials.
   std::optional<EditTarget> variant;
@@ -145,8 +146,8 @@ struct SceneEdits {
   bool operator==(const SceneEdits&) const = default;
 };
 
-// The index of `target` in a list of the description. None if it is missing, or if several entries
-// have its name and its index is not one of them.
+// Returns the index of `target` in a list of the description; none if it is missing, or if several
+// entries have its name and its index is not one of theirs.
 template <class Named>
 std::optional<size_t> find_entry(const EditTarget& target, const std::vector<Named>& list) {
   const bool listed = target.index >= 0 && size_t(target.index) < list.size();
@@ -158,20 +159,20 @@ std::optional<size_t> find_entry(const EditTarget& target, const std::vector<Nam
   return size_t(std::ranges::find_if(list, has_name) - list.begin());
 }
 
-// Applies the edits to a description, complete or an outline. A scene without light first gets the
-// plain white environment that build_scene() would add; lights that the edits switch off then stay
-// dark. If a placed mesh uses glTF's default material, it is appended to `description.materials`
-// with the name kDefaultMaterialName.
+// Applies the edits to a description, complete or from copy_without_geometry(). A scene without
+// light first gets the plain white environment that build_scene() would add; lights that the edits
+// switch off then stay dark. If a placed mesh uses glTF's default material, it is appended to
+// `description.materials` with the name kDefaultMaterialName.
 //
 // The variant is applied first, so that material edits refer to the file's names. Whether a scene
 // has light depends on the file's own materials: a variant's light is added to the white
 // environment of a file without light.
 //
-// Throws InputError (the edit's place, the valid names) for a missing target, for two edits of one
-// target, for a variant of a description that was loaded without its materials, for an environment
-// edit without an environment, for anisotropy without tangents, and for an index of refraction of a
-// material that has none; the description is then unchanged. Values are not checked: edits_file.h
-// checks the ranges of a file's values.
+// Throws InputError, which names the edit's place and the valid names, for a missing target, for
+// two edits of one target, for a variant if the scene was loaded without its materials, for an
+// environment edit without an environment, for anisotropy without tangents, and for the index of
+// refraction of a material that reflects everything. The description is then unchanged. apply()
+// does not check values; edits_file.h checks those of a file.
 void apply(const SceneEdits& edits, SceneDescription& description);
 inline constexpr const char* kDefaultMaterialName = "default material";
 
@@ -183,13 +184,14 @@ bool need_tangents(const SceneEdits& edits);
 // InputError if it is missing.
 size_t edited_light_index(const LightEdit& edit, const SceneDescription& description);
 
-// The view that `edits` make of `camera`, the view without them. Throws InputError for a missing
-// camera, a field of view or a lens for an orthographic one, a lens without a focus distance, and a
-// view from the point that it looks at.
+// Applies the edits of the view to `camera`. Throws InputError if the camera that they select is
+// missing, if they set a field of view or a lens for an orthographic view, if a lens has no focus
+// distance, or if look_from and look_at coincide.
 CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription& description,
                                 CameraDescription camera);
 
-// A copy without vertices and triangles: enough for apply() and EditableScene.
+// Copies a description without its vertices and triangles, which apply() and EditableScene do not
+// need.
 SceneDescription copy_without_geometry(const SceneDescription& description);
 
 }  // namespace emberline

@@ -4,7 +4,8 @@
 
 namespace emberline {
 
-// Gram-Schmidt on the images of the axes; the removed part is the triangular matrix.
+// Gram-Schmidt orthogonalisation of the transformed axes; the part that it removes is the
+// triangular matrix.
 TransformParts::TransformParts(const Mat44d& m) : translation(row(m, 3)) {
   const Vec3d x = row(m, 0), y = row(m, 1), z = row(m, 2);
   const Vec3d axes[3] = {x.normalized(), (y - x.normalized() * dot(x.normalized(), y)).normalized(),

@@ -1,4 +1,4 @@
-// A transform as scale and skew, rotation and translation, for interpolation.
+// Splits a transform into scale and skew, rotation and translation, for interpolation.
 #pragma once
 
 #include <Imath/ImathQuat.h>
@@ -7,8 +7,8 @@
 
 namespace emberline {
 
-// A triangular matrix (scales on its diagonal), then the rotation, then the translation. A mirror
-// is a negative scale along Z.
+// The transform applies a triangular matrix with the scales on its diagonal, then the rotation,
+// then the translation. A mirrored transform has a negative scale along Z.
 struct TransformParts {
   Vec3d size = Vec3d(1.0);
   double skew_xy = 0.0, skew_xz = 0.0, skew_yz = 0.0;
@@ -19,7 +19,8 @@ struct TransformParts {
   Mat44d matrix() const;
 };
 
-// Interpolates scales, skews and positions linearly, the rotation about one axis (the shorter way).
+// Interpolates scales, skews and positions linearly, and the rotation about one axis, the shorter
+// way.
 TransformParts interpolate(const TransformParts& from, const TransformParts& to, double fraction);
 
 }  // namespace emberline

@@ -28,12 +28,12 @@ namespace {
 // About a millisecond of work, which a picture request may have to wait for.
 constexpr uint64_t kPartSamples = 4096;
 
-// Samples per pixel in the step before the pilot.
+// Target count of the step between the first samples and the pilot.
 constexpr uint32_t kStepSamples = 4;
 
 // The tree places the first sample of one pixel in kPixelsPerTreePixel; the other pixels follow in
-// tiles. By then the tree has found the picture's features, and a query costs as much as a sample
-// of a simple scene.
+// tiles. By then the tree has found the picture's features, and asking it for a pixel costs as much
+// as a sample of a simple scene.
 constexpr size_t kPixelsPerTreePixel = 16;
 constexpr size_t kTreePartPixels = 256;
 
@@ -43,8 +43,8 @@ uint32_t min_count(std::span<const uint32_t> counts) {
 
 class AdaptiveDriver final : public FrameDriver {
  public:
-  // `is_progressive`: the picture is shown before the frame is finished. All pixels then get a
-  // first sample before others follow, so the picture is complete early.
+  // If `is_progressive`, the picture is shown before the frame is finished. All pixels then get a
+  // first sample before any gets a second, so the picture is complete early.
   AdaptiveDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings,
                  bool is_progressive)
       : crop_(crop),
@@ -174,8 +174,8 @@ class AdaptiveDriver final : public FrameDriver {
     return planner_.current_stop(i, sample_counts_[i]);
   }
 
-  // A mix shows an unbiased frame as the mean of all samples, since averages over rounds do not
-  // include light groups. They do not include the shadows in alpha, either.
+  // With a mix, an unbiased frame is shown as the mean of all samples, since the averages over
+  // rounds include neither light groups nor the shadows in alpha.
   void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override {
     FrameDriver::resolve(film, rgba, mix);
     if (!mix && !averages_.empty()) {
@@ -285,8 +285,8 @@ class AdaptiveDriver final : public FrameDriver {
   enum class Stage {
     kTree,       // first samples chosen by the refinement tree
     kFirst,      // first samples of all other pixels
-    kPilotStep,  // a few samples for every pixel: a longer pilot alone would show pixels with all
-                 // of it next to pixels with one sample, which looks like dirt
+    kPilotStep,  // a few samples for every pixel before a long pilot: otherwise pixels with all
+                 // pilot samples would be shown next to pixels with one, which looks like dirt
     kPilot,
     kRounds,
     kFinished,
@@ -314,8 +314,8 @@ class AdaptiveDriver final : public FrameDriver {
                  : (sample_counts_.size() + kPixelsPerTreePixel - 1) / kPixelsPerTreePixel;
   }
 
-  // The tree is a function of its values, so only these are saved and the tree is rebuilt. Its
-  // wanted pixels are those of the current round.
+  // The tree is a function of its values, so only these are saved, and loading rebuilds the tree.
+  // The pixels that it requests are those of the current round.
   void archive_tree(Archive& archive) {
     std::vector<float> rgb;
     for (size_t leaf = 0; tree_ && leaf < tree_->sample_count(); ++leaf) {
@@ -342,7 +342,7 @@ class AdaptiveDriver final : public FrameDriver {
     if (is_round_active) tree_pixels_ = tree_->next_round(tree_pixel_count() - values.size());
   }
 
-  // A round that brings each pixel to the samples in `targets`.
+  // Starts a round that brings each pixel to its sample count in `targets`.
   Round make_round(std::span<const uint32_t> targets, bool ends_pass) {
     targets_ = targets;
     parts_ = cut_into_parts(order_, sample_counts_, targets, kPartSamples);
@@ -361,7 +361,7 @@ class AdaptiveDriver final : public FrameDriver {
 
   size_t part_in_order(size_t part) const { return is_progressive_ ? part_order_[part] : part; }
 
-  // Between two rounds, all pixels count as wanting more.
+  // Between two rounds, all pixels count as needing more samples.
   PixelStop stop_of(size_t i, PixelStop unfinished_stop) const {
     if (sample_counts_[i] == 0) return PixelStop::kNone;
     const bool wants_more =
@@ -398,8 +398,8 @@ class AdaptiveDriver final : public FrameDriver {
     return fmt::format("unfinished: {} samples by the end of round {}", target, planner_.round());
   }
 
-  // Fills pixels without samples from the pixels that the tree has sampled, with their values in
-  // `rgba`. The film has samples for more pixels than the tree.
+  // Fills pixels without samples from the values in `rgba` of the pixels that the tree has sampled.
+  // The film may have samples of pixels that the tree has not sampled.
   void fill_from_tree(const FilmTile& film, std::span<float> rgba) const {
     const auto sampled_value = [&](uint32_t leaf) {
       const Vec2i pixel = tree_->sampled_pixel(leaf);
@@ -431,15 +431,15 @@ class AdaptiveDriver final : public FrameDriver {
   const bool is_progressive_, smooth_;
   RoundPlanner planner_;
   RoundAverages averages_;
-  std::optional<RefinementTree> tree_;  // until every pixel has a sample, unless kept
+  std::optional<RefinementTree> tree_;  // exists until every pixel has a sample, unless kept
   std::vector<uint32_t> order_;
   std::vector<uint32_t> sample_counts_;  // samples of each pixel so far
   Stage stage_;
   int pass_ = 1;
-  bool ends_pass_ = false;          // whether the current round does
-  bool is_round_averaged_ = false;  // averages_ includes the last round
-  // The current round: the pixels that the tree wants; or the target count of each pixel, the
-  // bounds of the parts in order_, and the order in which the parts are rendered.
+  bool ends_pass_ = false;          // whether the current round ends the pass
+  bool is_round_averaged_ = false;  // whether averages_ includes the last round
+  // The current round: either the pixels that the tree requests, or the target count of each pixel,
+  // the bounds of the parts in order_, and the order in which the parts are rendered.
   std::span<const Vec2i> tree_pixels_;
   std::span<const uint32_t> targets_;
   std::vector<uint32_t> uniform_targets_;  // equal targets for all pixels
@@ -447,7 +447,7 @@ class AdaptiveDriver final : public FrameDriver {
   std::vector<uint32_t> part_order_;
   std::vector<float> gains_;
   std::optional<PixelStop> end_stop_;  // set by end()
-  int recorded_since_ = 0;  // round in which recording of the pixel began; 0: from the start
+  int recorded_since_ = 0;  // round in which the recording of the pixel began; 0: from the start
 };
 
 }  // namespace
@@ -469,8 +469,9 @@ FilmExtras adaptive_film_extras(const DriverSettings& settings) {
 }
 
 uint64_t adaptive_bytes_per_pixel(const DriverSettings& settings) {
-  // The planner's planes and halves; order, counts and gains; and the tree at its largest, with two
-  // nodes for each sample. tests/cli/limits_test.cpp compares this with bytes().
+  // Counts the planner's planes and halves; the order, counts and gains; and the tree at its
+  // largest, with two nodes for each sample. tests/cli/limits_test.cpp compares the result with
+  // bytes().
   constexpr uint64_t kPlanner = 28 * sizeof(float), kOrder = 3 * sizeof(uint32_t);
   constexpr uint64_t kTree = 2 * 36 + sizeof(uint32_t);
   constexpr uint64_t kAverages = 10 * sizeof(double);

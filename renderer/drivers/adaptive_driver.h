@@ -1,11 +1,11 @@
-// `adaptive`: samples go where the error is, round by round (after Painter & Sloan 1989,
-// "Antialiased Ray Tracing by Adaptive Progressive Refinement", with modern estimators besides
-// theirs).
+// `adaptive`: each round places samples where the error is (after Painter & Sloan 1989,
+// "Antialiased Ray Tracing by Adaptive Progressive Refinement", with modern estimators in addition
+// to theirs).
 //
-// It starts with one sample for every pixel, in the order of the refinement tree, then takes the
-// estimator's pilot samples, then rounds: at each barrier the planner decides from the film how
-// many samples each pixel gets next. Drivers whose picture is shown only when finished start with
-// the pilot.
+// It starts with one sample for every pixel, in the order of the refinement tree. Then it takes the
+// estimator's pilot samples. Rounds follow: before each, the planner decides from the film how many
+// samples each pixel gets next. Drivers whose picture is shown only when finished start with the
+// pilot.
 #pragma once
 
 #include <memory>

@@ -14,14 +14,14 @@
 namespace emberline {
 namespace {
 
-// Samples of a part after the first pass: about a millisecond of work on neighbouring pixels.
-// Larger parts improve the use of caches only a little (tests/bench/results).
+// Samples in a part of the later passes: about a millisecond of work on neighbouring pixels. Larger
+// parts use the caches only a little better (tests/bench/results).
 constexpr uint64_t kPartSamples = 4096;
 
 constexpr uint64_t kFirstPassRounds = 100;
 
 // Parts in a round of the first pass: enough for many threads, but fewer if a part would otherwise
-// hold less than two batches of samples.
+// have less than two batches of samples.
 constexpr uint64_t kFirstPassParts = 64, kMinFirstPassParts = 16;
 constexpr uint64_t kTwoBatches = 32;
 
@@ -30,7 +30,7 @@ PartShape shape_of(const SampleRange& samples, BisectionAxis axis) {
   return axis == BisectionAxis::kRows ? PartShape::kRow : PartShape::kColumn;
 }
 
-// Lines of pixels in the first pass, lines of cells in later ones.
+// The steps of a pass: lines of pixels in the first pass, lines of cells in later ones.
 std::vector<BisectionStep> steps_of(const Rect& crop, const SampleRange& samples,
                                     BisectionAxis axis) {
   const uint64_t cell_pixels =
@@ -38,7 +38,7 @@ std::vector<BisectionStep> steps_of(const Rect& crop, const SampleRange& samples
   return bisection_steps(crop.width(), crop.height(), axis, square_cell(cell_pixels));
 }
 
-// Coverage of the first pass after these parts, which lie in one step.
+// The coverage of the first pass after `parts`, which must lie in one step.
 BisectionCoverage coverage(const BisectionPass& pass, const RenderedParts& parts, size_t begin) {
   const size_t step = pass.step_of(begin), first = pass.first_part(step);
   if (parts.complete && parts.end == pass.first_part(step + 1)) return {step + 1, 0, 0};
@@ -69,7 +69,7 @@ size_t bisection_round_end(const BisectionPass& pass, size_t first, uint64_t fra
 
 namespace {
 
-// A round is at most a hundredth of the first pass, or one of the later passes.
+// In the first pass a round is at most a hundredth of the pass; each later pass is one round.
 class BisectionDriver final : public FrameDriver {
  public:
   BisectionDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings)
@@ -105,8 +105,8 @@ class BisectionDriver final : public FrameDriver {
     return pass().parts.pixels(begin_ + part) * passes_[pass_].sample_count;
   }
 
-  // After a stop request, later parts have none of the pass's samples; of the earlier ones, only
-  // the parts that were cut short lack any.
+  // After a stop request, parts that were not started have none of the pass's samples. Of the
+  // others, only the interrupted parts lack samples.
   void rendered(const RenderedParts& parts, const FilmTile& film) override {
     const BisectionPass& all = pass().parts;
     const RenderedParts pass_parts{begin_ + parts.begin, begin_ + parts.end, parts.complete, {}};
@@ -186,10 +186,10 @@ class BisectionDriver final : public FrameDriver {
   const Pass first_;
   std::optional<Pass> later_pass_;
   size_t pass_ = 0;               // index of the current pass
-  size_t begin_ = 0, end_ = 0;    // its parts in the current round
-  BisectionCoverage coverage_;    // of the first pass
-  uint32_t min_samples_ = 0;      // minimum over pixels, of the requested samples
-  uint32_t initial_samples_ = 0;  // samples of every pixel in the frame that is extended
+  size_t begin_ = 0, end_ = 0;    // range of the pass's parts in the current round
+  BisectionCoverage coverage_;    // coverage of the first pass
+  uint32_t min_samples_ = 0;      // minimum over the pixels of the requested samples
+  uint32_t initial_samples_ = 0;  // samples that every pixel has in the frame that is extended
 };
 
 }  // namespace

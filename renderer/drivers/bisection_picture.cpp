@@ -50,7 +50,7 @@ std::vector<LineBlend> blend_lines(std::span<const int> lines, int size,
 
 namespace {
 
-// The blends that make the picture's rows and columns from a lattice.
+// How to compute the picture's columns and rows from a lattice.
 struct View {
   std::vector<LineBlend> columns, rows;
 };
@@ -67,8 +67,8 @@ View view_of(const BisectionPicture& p, const PixelLattice& lattice) {
           blend_lines(lattice.rows, p.film.rect().height(), p.reconstruction)};
 }
 
-// The sampled pixels of a first step that was cut short. They form a lattice, since that step is
-// one line or one pixel.
+// The sampled pixels of a first step that was interrupted. They form a lattice, since the first
+// step is one line or one pixel.
 PixelLattice sampled_lattice(const BisectionPicture& p) {
   PixelLattice lattice;
   const PixelLattice& first = p.steps.front().added;
@@ -82,8 +82,8 @@ PixelLattice sampled_lattice(const BisectionPicture& p) {
   return lattice;
 }
 
-// Row states of the current step, from the schedule: reading the film would commit its memory too
-// early.
+// Derives the row states of the current step from the schedule, because reading the film would
+// commit its memory too early.
 std::vector<RowState> row_states(const BisectionPicture& p) {
   std::vector<RowState> states(size_t(p.film.rect().height()), RowState::kComplete);
   const std::vector<int>& rows = p.steps[p.coverage.complete_steps].added.rows;
@@ -109,7 +109,7 @@ class RowReader {
   void row(const View& view, int y, float* out) {
     const LineBlend& rows = view.rows[size_t(y)];
     if (rows.lower == rows.upper) {
-      // In an early picture, many rows equal the previous one.
+      // In an early picture, many rows are equal to the row before.
       if (view_ == &view && last_row_.line == rows.lower) {
         std::copy_n(last_row_.values, kChannels * width_, out);
       } else {
@@ -126,7 +126,7 @@ class RowReader {
     }
   }
 
-  // Call before changing the last row, so that it is not copied from.
+  // Must be called before the last row is changed, so that the row is not used as a copy's source.
   void invalidate() { view_ = nullptr; }
 
  private:
@@ -149,7 +149,7 @@ class RowReader {
     }
   }
 
-  // Expands a row of the film, filling its gaps.
+  // Expands a row of the film and fills its gaps.
   void expand(const View& view, int y, float* out) const {
     float lower[kChannels], upper[kChannels];
     const LineBlend* before = nullptr;
@@ -166,7 +166,8 @@ class RowReader {
     }
   }
 
-  // An expanded row, cached for the following rows of the picture; does not evict `other`.
+  // Returns an expanded row, and caches it for the following rows of the picture. Does not evict
+  // the row `other`.
   const float* cached_row(const View& view, int line, int other) {
     for (const CachedRow& h : cached_rows_) {
       if (h.view == &view && h.line == line) return h.values.data();
@@ -211,7 +212,8 @@ void BisectionPicture::resolve(std::span<float> rgba, const LightMix* mix) const
            sampled(film, columns.lower, rows.upper) && sampled(film, columns.upper, rows.upper);
   };
 
-  // Large enough to copy rows from the previous one, small enough to occupy all threads.
+  // Large enough that most rows can be copied from the row before, small enough to occupy all
+  // threads.
   constexpr size_t kGrain = 16;
   parallel_ranges(height, kGrain, [&](size_t begin, size_t end) {
     RowReader from_coarse(film, mix), from_fine(film, mix);

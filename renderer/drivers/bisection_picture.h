@@ -1,5 +1,5 @@
-// The frame of `bisection` before every pixel has a sample: gaps between lines show the nearest
-// line, or a blend.
+// The picture of `bisection` before every pixel has a sample: gaps between lines show the nearest
+// line, or a blend of the two lines around.
 #pragma once
 
 #include <span>
@@ -19,31 +19,32 @@ std::span<const NamedValue<Reconstruction>> reconstruction_table();
 // Progress of the first pass.
 struct BisectionCoverage {
   size_t complete_steps = 0;
-  // In the next step: parts that are complete, and parts that may have begun.
+  // Counts of parts in the next step: parts that are complete, and parts that may have begun.
   size_t complete_parts = 0, begun_parts = 0;
 };
 
 // A line of pixels as a blend of two sampled lines; lower == upper if one of them suffices.
 struct LineBlend {
   int lower = 0, upper = 0;
-  float weight = 0.0f;  // of `upper`
+  float weight = 0.0f;  // weight of `upper`
 };
-// Says for each of `size` lines how to show it from `lines` (ascending, not empty): as the nearest
-// one, the lower if two are equally near, or as a linear blend of the two around it.
+// Returns for each of `size` lines how to show it from `lines`, which must be ascending and not
+// empty: as the nearest of these (the lower one if two are equally near), or as a linear blend of
+// the two around it.
 std::vector<LineBlend> blend_lines(std::span<const int> lines, int size,
                                    Reconstruction reconstruction);
 
 // The film must not change during resolve(). All referenced objects must outlive this.
 struct BisectionPicture {
   std::span<const BisectionStep> steps;
-  const BisectionPass& first_pass;  // how the steps are cut into parts
+  const BisectionPass& first_pass;  // contains how the steps are cut into parts
   const FilmTile& film;
   Reconstruction reconstruction;
   BisectionCoverage coverage;
 
-  // Shows a pixel from the lattice of the current step if that has all samples needed, else from
-  // the lattice of the last complete step; black if there are no samples. Uses the calling thread's
-  // TBB arena.
+  // Shows a pixel from the lattice of the current step if that lattice has all samples needed for
+  // it, otherwise from the lattice of the last complete step. The picture is black if there are no
+  // samples. Uses the calling thread's TBB arena.
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const;
 };
 

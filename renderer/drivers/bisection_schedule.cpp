@@ -10,7 +10,7 @@
 namespace emberline {
 namespace {
 
-// Side of the tiles in which square parts list their pixels: 16 pixels share a batch of samples,
+// Side of the tiles in which square parts list their pixels. 16 pixels share a batch of samples,
 // whose camera rays are traced together and should be close to each other.
 constexpr size_t kTile = 4;
 
@@ -33,8 +33,8 @@ std::vector<int> merged(const std::vector<int>& a, const std::vector<int>& b) {
   return lines;
 }
 
-// Whole lines, level by level, along one axis. `lines` is the lattice member of that axis, `across`
-// that of the other.
+// The steps that add whole lines level by level along one axis. `lines` is the lattice's member for
+// that axis, `across` the member for the other axis.
 std::vector<BisectionStep> line_steps(int size, int length, std::vector<int> PixelLattice::*lines,
                                       std::vector<int> PixelLattice::*across) {
   std::vector<BisectionStep> steps;
@@ -54,7 +54,7 @@ std::vector<BisectionStep> lattice_steps(int width, int height) {
   const std::vector<std::vector<int>> rows = bisection_levels(height);
   const PixelLattice middle{columns[0], rows[0]};
   std::vector<BisectionStep> steps = {{middle, middle}};
-  size_t i = 1, j = 1;  // complete levels; the gaps are about width / 2^i and height / 2^j
+  size_t i = 1, j = 1;  // number of complete levels; gaps are about width / 2^i and height / 2^j
   while (i < columns.size() || j < rows.size()) {
     const bool split_columns = int64_t(width) << j >= int64_t(height) << i;
     const PixelLattice& before = steps.back().complete;
@@ -91,7 +91,7 @@ BisectionPass::Blocks make_blocks(const PixelLattice& lattice, PartShape shape,
   } else if (shape == PartShape::kColumn) {
     blocks.height = std::min<uint64_t>(rows, part_pixels);
   } else {
-    // With only a few rows or columns, blocks become long instead of small.
+    // If there are only a few rows or columns, makes blocks long instead of small.
     blocks.height = std::min(rows, size_t(square_cell(part_pixels).height));
     blocks.width = std::min<uint64_t>(columns, part_pixels / blocks.height);
     blocks.height = std::min<uint64_t>(rows, part_pixels / blocks.width);

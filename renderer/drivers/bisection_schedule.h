@@ -1,7 +1,7 @@
 // The order of `bisection`, after Arikan & Gudukbay, "Bisection-based progressive refinement"
 // (2000): a line between two halves, then a line in the middle of each half, breadth-first, so that
-// the first few lines already show the frame. A pure function of the crop; tests list it without
-// rendering. Line numbers start at the crop's corner.
+// the first few lines already show the frame. The order is a pure function of the crop, so tests
+// can check it without rendering. Line numbers start at the crop's corner.
 #pragma once
 
 #include <cstdint>
@@ -18,26 +18,26 @@ struct PixelWork;
 
 std::span<const NamedValue<BisectionAxis>> bisection_axis_table();
 
-// The lines [0, size) level by level. A queue starts with [0, size); each interval [a, b) taken
-// from it yields line m = (a + b) / 2 and adds [a, m) and [m + 1, b) if they are not empty. Levels
-// are ascending, and a level has at most one line between two neighbouring lines of all earlier
-// levels. Size 7: {3}, {1, 5}, {0, 2, 4, 6}.
+// Returns the lines [0, size) level by level. A queue starts with [0, size); each interval [a, b)
+// taken from it yields line m = (a + b) / 2 and adds [a, m) and [m + 1, b) if they are not empty.
+// The lines of a level are ascending, and a level has at most one line between two neighbouring
+// lines of all earlier levels. Example for size 7: {3}, {1, 5}, {0, 2, 4, 6}.
 std::vector<std::vector<int>> bisection_levels(int size);
 
-// The pixels at the crossings of columns and rows; both ascending.
+// The pixels at the crossings of columns and rows. Both lists are ascending.
 struct PixelLattice {
   std::vector<int> columns, rows;
 
   uint64_t pixels() const { return uint64_t(columns.size()) * rows.size(); }
 };
 
-// One level. The pixels of `added` are in no earlier step; after it, all pixels of `complete` have
-// samples.
+// One level. The pixels of `added` are in no earlier step; after this step, all pixels of
+// `complete` have samples.
 struct BisectionStep {
   PixelLattice added, complete;
 };
 
-// Columns and rows that stay together for the caches; levels then consist of cells.
+// The size of cells, whose pixels stay together for the caches. Levels then consist of cells.
 struct BisectionCell {
   int width = 1, height = 1;
 };
@@ -48,7 +48,7 @@ struct BisectionCell {
 //   both     the frame's middle pixel first; then a level of columns on the complete rows, or a
 //            level of rows on the complete columns, whichever axis has the longer gaps; columns if
 //            equal. Every complete step is thus a lattice, evenly spread over the frame.
-// With cells larger than a pixel, rows and columns of cells are halved; cells at the right and
+// With cells larger than a pixel, rows and columns of cells are bisected; cells at the right and
 // lower end may be smaller.
 std::vector<BisectionStep> bisection_steps(int width, int height, BisectionAxis axis,
                                            const BisectionCell& cell = {});
@@ -62,15 +62,15 @@ struct SampleRange {
 // the samples; from the sixth on a pass consists of whole batches of 16.
 std::vector<SampleRange> bisection_passes(uint32_t samples_per_pixel);
 
-// Width and height of a block of `pixels` (a power of two): equal, or width = 2 x height.
+// A block of `pixels` pixels (a power of two) whose width is equal to its height or twice its
+// height.
 BisectionCell square_cell(uint64_t pixels);
 
-// The shape of a part: a piece of one line, or about a square.
+// The shape of a part: a piece of one row or column, or roughly a square.
 enum class PartShape { kRow, kColumn, kSquare };
 
 // One pass over all steps, cut into parts for the workers: blocks of at most `part_pixels` pixels
-// (a power of two) of a step's lattice, in row-by-row order. Refers to `steps`, which must outlive
-// it.
+// (a power of two) of a step's lattice, in row-by-row order. `steps` must outlive the object.
 class BisectionPass {
  public:
   BisectionPass(std::span<const BisectionStep> steps, const Rect& crop, const SampleRange& samples,
@@ -81,12 +81,12 @@ class BisectionPass {
   size_t first_part(size_t step) const { return first_parts_[step]; }
   size_t step_of(size_t part) const;
   uint64_t pixels(size_t part) const;
-  // Appends the part's pixels: along its line, or for square parts in tiles of 4 x 4.
+  // Appends the part's pixels in order: along its line, or, for square parts, in tiles of 4 x 4.
   void expand(size_t part, std::vector<PixelWork>& list) const;
 
   // The blocks of a step: block (i, j) is part first_part(step) + j * across + i.
   struct Blocks {
-    size_t width = 1, height = 1;  // in lattice points; the last in a row or column may have fewer
+    size_t width = 1, height = 1;  // in lattice points; the last of a row or column may be smaller
     size_t across = 1, down = 1;
   };
   const Blocks& blocks(size_t step) const { return blocks_[step]; }

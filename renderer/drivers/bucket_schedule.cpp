@@ -22,10 +22,10 @@ struct Cell {
   int x, y;
 };
 
-// Step at which Hilbert's curve over a 2^k x 2^k grid passes cell (x, y). From the highest bit
+// The step at which Hilbert's curve over a 2^k x 2^k grid passes cell (x, y). From the highest bit
 // down, each pair of bits of the step selects a quadrant and rotates the curve inside it. Example
-// for k = 2: cell (3, 0) is in the last quadrant (3), right and above, and there again in the last
-// one (3) after the rotation: step 15.
+// for k = 2: cell (3, 0) is in the last quadrant (3), at the upper right, and after the rotation
+// again in the last quadrant (3) of that: step 15.
 uint64_t hilbert_step(int k, uint32_t x, uint32_t y) {
   uint64_t step = 0;
   for (int bit = k - 1; bit >= 0; --bit) {
@@ -42,8 +42,8 @@ uint64_t hilbert_step(int k, uint32_t x, uint32_t y) {
   return step;
 }
 
-// Sorts instead of walking the curve, which would visit the whole square around a frame of one
-// column: 65536 x 1 buckets took two minutes.
+// Sorts the cells by step. Walking along the curve would visit the whole square around the frame,
+// which took two minutes for a frame of 65536 x 1 buckets.
 std::vector<Cell> hilbert_cells(int columns, int rows) {
   const int k = std::bit_width(uint32_t(std::max(columns, rows)) - 1);
   std::vector<std::pair<uint64_t, Cell>> steps;
@@ -60,7 +60,7 @@ std::vector<Cell> hilbert_cells(int columns, int rows) {
   return cells;
 }
 
-// Clips the steps [first, last) of a leg to those with 0 <= from + step * i < size.
+// Clips the range [first, last) of a leg to the steps i with 0 <= from + step * i < size.
 void clip_leg(int from, int step, int size, int& first, int& last) {
   if (step == 0 && (from < 0 || from >= size)) last = first;
   if (step > 0) {
@@ -146,8 +146,8 @@ uint64_t bucket_count(const Rect& crop, int bucket_size) {
   return uint64_t((crop.width() + size - 1) / size * ((crop.height() + size - 1) / size));
 }
 
-// For each bucket while the order is made: a curve step and a cell, or a cell and a bucket. Later:
-// the bucket twice, an error and a count. Outputs also store where its tiles are.
+// For each bucket, computing the order takes a curve step and a cell, or a cell and a bucket. Later
+// there are two copies of the bucket, an error and a count; outputs also store where its tiles are.
 uint64_t bucket_list_bytes(const Rect& crop, int bucket_size) {
   constexpr uint64_t kBytes = 48;
   return kBytes * bucket_count(crop, bucket_size);

@@ -15,8 +15,8 @@ namespace emberline {
 
 std::span<const NamedValue<BucketOrder>> bucket_order_table();
 
-// Buckets of `bucket_size` pixels a side (1 or more, asserted), aligned to the crop's corner and
-// clipped by it, each pixel of the crop in exactly one.
+// Returns buckets of `bucket_size` pixels a side (at least 1, asserted), aligned to the crop's
+// corner and clipped to the crop. Each pixel of the crop is in exactly one bucket.
 //   hilbert   along Hilbert's curve over the smallest power-of-two grid that holds the buckets
 //   spiral    from the middle outwards, clockwise, ring by ring
 //   scanline  rows from the top, left to right
@@ -25,17 +25,18 @@ std::span<const NamedValue<BucketOrder>> bucket_order_table();
 std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder order,
                                   uint32_t seed);
 
-// The number of buckets, and the memory of a frame's bucket lists.
+// The number of buckets, and the memory that a frame's bucket lists take.
 uint64_t bucket_count(const Rect& crop, int bucket_size);
 uint64_t bucket_list_bytes(const Rect& crop, int bucket_size);
 
-// Side of a tile of whole buckets: the least multiple of the bucket size that is at least `least`.
+// The smallest multiple of the bucket size that is at least `least`: the side of a tile of whole
+// buckets.
 int round_up_to_buckets(int bucket_size, int least);
 
-// Index of a bucket in row-by-row order, whatever the schedule.
+// The index of a bucket in row-by-row order, independent of the schedule.
 size_t bucket_index(const Rect& crop, const Rect& bucket, int bucket_size);
 
-// Buckets that `threads` threads work on at once: their count and largest sides.
+// The buckets that `threads` threads work on at once: how many, and their largest width and height.
 struct ActiveBuckets {
   int64_t count = 0;
   int width = 0, height = 0;

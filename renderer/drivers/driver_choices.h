@@ -1,4 +1,4 @@
-// Choices for the drivers' settings, without the drivers themselves.
+// The choices for the drivers' settings, without the drivers themselves.
 #pragma once
 
 #include <cstdint>
@@ -6,14 +6,14 @@
 
 namespace emberline {
 
-// Maximum samples of a pixel. The film's sums are exact beyond it; the `samples` channel passes
-// through a float, which is exact up to 2^24.
+// The maximum number of samples of a pixel. The film's sums are exact beyond it, but the `samples`
+// channel passes through a float, which is exact only up to 2^24.
 inline constexpr uint32_t kMaxSamples = 1u << 24;
 
 // The order of the tiles of `bucket` (bucket_schedule.h).
 enum class BucketOrder { kHilbert, kSpiral, kScanline, kRandom };
 
-// The lines that `bisection` halves the frame by: rows, columns, or both in turn.
+// The lines by which `bisection` divides the frame: rows, columns, or both in turn.
 enum class BisectionAxis { kRows, kColumns, kBoth };
 
 // The default estimator of error.
@@ -25,7 +25,8 @@ enum class Reconstruction { kDuplicate, kLinear };
 // The units of error (drivers/adaptive/error_estimator.h).
 enum class ErrorMetric { kMse, kRelMse, kDisplay, kDenoised };
 
-// Every `count`-th tile in the driver's order, starting with tile `index`; the first tile is 1.
+// Selects every `count`-th tile in the driver's order, starting with tile `index`; the first tile
+// has index 1.
 struct FramePart {
   uint32_t index = 1, count = 1;
   bool operator==(const FramePart&) const = default;

@@ -9,7 +9,7 @@
 namespace emberline {
 namespace {
 
-// Our choice: a frame of 4096 x 4096 pixels has 65536 of these tiles, and buckets of 16 pixels or
+// Our choice: with it, a frame of 4096 x 4096 pixels has 65536 tiles, and buckets of 16 pixels or
 // more are not joined.
 constexpr int kMinTileSize = 16;
 

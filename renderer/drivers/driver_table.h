@@ -1,4 +1,4 @@
-// The table of drivers, and factories for them.
+// The table of drivers, and functions to create them.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ struct DriverSettings {
   Reconstruction reconstruction = Reconstruction::kDuplicate;
   AdaptiveSettings adaptive = {};
   std::optional<Vec2i> explained = {};  // the pixel for FrameDriver::explain()
-  bool is_extension = false;  // extends a finished frame with fewer samples, whose pilot is done
+  bool is_extension = false;  // extends a finished frame that had fewer samples; its pilot is done
   bool keep_tree = false;     // for DriverFacts::tree
   int cryptomattes = 0, cryptomatte_levels = 0;  // as in FilmExtras
 };
@@ -50,19 +50,19 @@ std::span<const DriverEntry> driver_table();
 // Throws UsageError with the valid names.
 const DriverEntry& find_driver(std::string_view name);
 
-// Side of the delivered tiles, which are also the EXR's tiles: one bucket. Drivers of the whole
-// frame join small buckets, since each tile costs the outputs some time.
+// Side of the delivered tiles, which are also the tiles of the EXR. A tile is one bucket, but
+// drivers of the whole frame join small buckets, since each tile costs the outputs some time.
 int tile_size(const DriverEntry& driver, int bucket_size);
 
 struct DriverFactory {
-  // true: one driver for each tile, which is finished and released before the next. false: one
-  // driver for the whole crop, which can be shown at any time.
+  // true: each tile has its own driver, and is finished and released before the next. false: one
+  // driver renders the whole crop, which can be shown at any time.
   bool tiles = false;
-  int tile_size = 64;  // pixels; also for delivering a whole crop
+  int tile_size = 64;  // in pixels; a driver of the whole crop also delivers in tiles
   BucketOrder tile_order = BucketOrder::kHilbert;
-  FramePart part = {};  // of the tiles
+  FramePart part = {};  // which tiles are rendered
   FilmExtras film_extras = {};
-  uint64_t bytes_per_pixel = 0;  // upper bound for a driver, without its film
+  uint64_t bytes_per_pixel = 0;  // upper bound of a driver's memory, without its film
   std::function<std::unique_ptr<FrameDriver>(const Frame& frame, const Rect& pixels)> create;
 };
 

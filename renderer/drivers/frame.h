@@ -1,4 +1,4 @@
-// The constant data of a frame, and the counters of its rendering.
+// The data that is constant while a frame renders, and the counters of the rendering.
 #pragma once
 
 #include <cstddef>
@@ -21,11 +21,11 @@ class CryptomatteIds;  // renderer/scene
 class EmptyPixels;     // renderer/scene
 class PixelFilter;     // renderer/film
 
-// Enough to replay a sample that was NaN or infinite.
+// The data needed to replay a sample that was NaN or infinite.
 struct NonFiniteSample {
   int x = 0, y = 0;
   uint32_t sample = 0;
-  uint32_t seed = 0;  // of the frame, or of the sample's round
+  uint32_t seed = 0;  // the frame's seed, or that of the sample's round
 };
 
 struct RayCounters {
@@ -51,9 +51,9 @@ struct RenderCounters {
   uint64_t non_finite_samples = 0;
   std::vector<NonFiniteSample> located;       // the first ones in (y, x, sample) order
   uint32_t min_samples = 0, max_samples = 0;  // per pixel of the crop
-  ClampedLight clamped;                       // by --clamp-indirect
+  ClampedLight clamped;                       // light removed by --clamp-indirect
   OpticsCounters optics;
-  bool stopped = false;  // by the stop token, before the work was done
+  bool stopped = false;  // whether a stop request ended the rendering before the work was done
 
   static constexpr size_t kMaxLocated = 16;
   void locate(const NonFiniteSample& sample);
@@ -75,17 +75,18 @@ struct Frame {
   const PixelFilter& filter;
   int width = 0, height = 0;
   Rect crop;                       // the rendered pixels; the whole frame if not cropped
-  uint32_t first_sample = 0;       // of every pixel; a film's samples are counted from here
-  uint32_t samples_per_pixel = 1;  // of every pixel; with adaptive sampling the average, or 0
+  uint32_t first_sample = 0;       // index of every pixel's first sample; a film counts from here
+  uint32_t samples_per_pixel = 1;  // for every pixel; with adaptive sampling the average, or 0
   uint32_t seed = 0;
   StreamCount streams = StreamCount::kOne;
-  // Samples after which the film's half changes; equal to the streams' block (samplers/sampler.h).
+  // Number of consecutive samples that go to the same half of the film; must be the size of the
+  // blocks in which samples alternate between streams (samplers/sampler.h).
   uint32_t half_block = 8;
   AovSet aovs;
-  double shutter_frames = 1.0;  // time that the shutter is open; 1 for an instant; for velocity()
-  bool exact_counts = true;     // every pixel gets exactly samples_per_pixel
-  float clamp_indirect = 0.0f;  // of the integrator
-  // Light groups of the built scene that are recorded separately, if the integrator supports it
+  double shutter_frames = 1.0;  // shutter time in frames, 1 for an instant; for velocity()
+  bool exact_counts = true;     // whether every pixel gets exactly samples_per_pixel
+  float clamp_indirect = 0.0f;  // as in the integrator's settings
+  // Light groups of the built scene that are recorded separately, if the integrator supports that
   // (IntegratorEntry). Null: none.
   const LightGroups* light_groups = nullptr;
   // Cryptomatte ids of the built scene, recorded for each pixel (FilmExtras has room). Null: none.
@@ -96,7 +97,7 @@ struct Frame {
   std::shared_ptr<const EmptyPixels> empty_pixels;
   // Solids that contain the camera. Null: none.
   std::shared_ptr<const CameraSolids> camera_solids;
-  // The guides of SampleBatch. Null: none.
+  // Light guides for SampleBatch. Null: none.
   std::shared_ptr<const LightGuide> guide, catcher_guide;
 
   int half_of(uint32_t sample) const {

@@ -29,11 +29,11 @@ struct PixelWork {
   bool operator==(const PixelWork&) const = default;
 };
 
-// The work until the driver decides again: parts of about a millisecond each, started in order and
-// rendered in parallel. No pixel is in two parts.
+// The work until the driver decides again. It consists of parts of about a millisecond each, which
+// are started in order and rendered in parallel. No pixel is in two parts.
 struct Round {
   size_t parts = 0;
-  uint32_t seed = 0;       // of the round's samples
+  uint32_t seed = 0;       // seed of the round's samples
   int pass = 0;            // in pass 1 every pixel gets its first sample
   bool ends_pass = false;  // the last part completes the pass
   bool operator==(const Round&) const = default;
@@ -47,7 +47,7 @@ struct RenderedParts {
   std::span<const size_t> interrupted = {};
 };
 
-// Additional data of some drivers, valid at a pause or after the last round.
+// Additional data that some drivers provide, valid at a pause or after the last round.
 struct DriverFacts {
   // The tree that placed the first samples, if DriverSettings::keep_tree is set.
   const RefinementTree* tree = nullptr;
@@ -62,50 +62,54 @@ class FrameDriver {
  public:
   virtual ~FrameDriver() = default;
 
-  // Decides from the film, which has all samples of earlier rounds, and writes its estimates of
-  // sample variances into the film. Empty: the frame is finished, or a stop was requested
-  // meanwhile.
+  // Decides about the next round from the film, which must have all samples of earlier rounds, and
+  // writes its estimates of sample variances into the film. Returns nothing if the frame is
+  // finished, or if a stop was requested meanwhile.
   virtual std::optional<Round> next(FilmTile& film, const std::stop_token& stop) = 0;
-  // The current round, as next() returned it; without parts before the first one.
+  // The current round, as next() returned it. Before the first round, it has no parts.
   virtual Round round() const = 0;
-  // Appends a part's work to an empty list. Called from worker threads, concurrently.
+  // Appends a part's work to `list`. Worker threads call this concurrently.
   virtual void expand(size_t part, std::vector<PixelWork>& list) const = 0;
   virtual uint64_t samples(size_t part) const = 0;
-  // Reports that the film has the samples of these parts.
+  // Tells the driver that the film has the samples of these parts.
   virtual void rendered(const RenderedParts& parts, const FilmTile& film) = 0;
 
   // Whether the film has all samples that the driver will request.
   virtual bool finished() const = 0;
   // The smallest number of samples of any pixel.
   virtual uint32_t min_samples(const FilmTile& film) const = 0;
-  // Expected RMS error of the displayed picture at the last decision, if known.
+  // The expected RMS error of the displayed picture as of the last decision, if known.
   virtual std::optional<double> error_estimate() const { return std::nullopt; }
   // Why the pixel gets no more samples, if already decided; otherwise kUnfinished.
   virtual PixelStop current_stop(const FilmTile& film, int x, int y) const = 0;
-  // LivePicture::resolve(): shows the film, unless the driver fills in pixels.
+  // Implements LivePicture::resolve(). By default shows the film; drivers that fill in pixels
+  // override it.
   virtual void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const;
-  // Whether resolve() shows other values than the film's means for pixels with samples.
+  // Whether resolve() may show a pixel that has samples with a value other than the film's mean.
   virtual bool overrides_means() const { return false; }
   virtual DriverFacts facts() const { return {}; }
-  // Why the recorded pixel got its samples, in a sentence; empty if none is recorded. Valid when
+  // A sentence on why the recorded pixel got its samples; empty if no pixel is recorded. Valid when
   // facts() are.
   virtual std::string history() const { return ""; }
-  // Text for people: what has decided the pixel's number of samples so far. Call at a pause or at
-  // the end. Empty: the driver decides nothing for single pixels.
+  // A text for the user that explains the pixel's number of samples so far. Must be called at a
+  // pause or at the end. Empty if the driver does not decide about single pixels.
   virtual std::string explain(const FilmTile& /*film*/, int /*x*/, int /*y*/) const { return {}; }
-  // Call at a pause: records this pixel from now on for explain(), instead of the settings' pixel.
+  // Records this pixel for explain() from now on, instead of the settings' pixel. Must be called at
+  // a pause.
   virtual void record_pixel(int /*x*/, int /*y*/) {}
-  // After the last round: writes each pixel's stop reason into the film (`interrupted` for pixels
-  // that a stop request ended), and does all other work that visits every pixel once more.
+  // Must be called after the last round. Writes each pixel's stop reason into the film
+  // (`interrupted` for pixels that a stop request ended), and does all other final work that visits
+  // every pixel.
   virtual void end(FilmTile& film, PixelStop interrupted) = 0;
 
   // Saves or loads the state between two parts; rendered() must have been called for all samples in
-  // the film. A new driver with the same frame, settings and pixels continues to the same bits. The
-  // caller stores which parts of round() are done. Throws InputError while loading.
+  // the film. A new driver with the same frame, settings and pixels can load the state and
+  // continue, with the same resulting bits. The caller must store which parts of round() are done.
+  // Loading throws InputError for an invalid state.
   virtual void archive(Archive& archive, const FilmTile& film) = 0;
   // For a new driver whose settings extend those of a finished frame: loads that frame's state and
-  // continues from its film. Drivers that request samples by number only start at the first sample;
-  // the caller skips samples that the film already has.
+  // continues from its film. Drivers whose requests do not depend on the film start again at the
+  // first sample; the caller skips samples that the film already has.
   virtual void extend(Archive& /*finished*/, const FilmTile& /*film*/) {}
 
   // Memory of the driver, without the film.

@@ -1,4 +1,4 @@
-// Memory of films in bytes per pixel, known before they are allocated.
+// Computes the memory of films in bytes per pixel before they are allocated.
 #pragma once
 
 #include <cstddef>
@@ -12,14 +12,14 @@ namespace emberline {
 // Bytes per pixel of a film, including what RenderJob::deliver() adds for pixels without samples.
 uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras);
 
-// Upper bound on what render() and deliver() keep per pixel of the crop, excluding the workers'
-// tiles; 0 for tiled drivers. Light groups add 24 bytes each, and 24 more in total.
+// Upper bound on the bytes that render() and deliver() keep per pixel of the crop, excluding the
+// workers' tiles; 0 for tiled drivers. `n` light groups add 24 (n + 1) bytes.
 uint64_t job_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
 // Bytes per pixel of a worker's tile.
 uint64_t tile_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
 
-// Additional bytes of RenderJob::deliver() for a film with pixels without samples: the displayed
-// values of `layers` layers or lights, and a picture to compute them from.
+// Additional bytes per pixel that RenderJob::deliver() needs if some pixels have no samples: for
+// the displayed values of `layers` layers or lights, and for a picture to compute them from.
 uint64_t delivery_bytes_per_pixel(size_t layers);
 
 // Resets the film to the crop. Throws RenderError if there is not enough memory.

@@ -34,7 +34,7 @@ void check_cameras(const SceneDescription& scene, const CameraDescription* chose
                           more > 0 ? fmt::format(" (nor can {} more)", more) : ""));
 }
 
-// Returns the first match, with a warning if there are several.
+// Returns the index of the first match, and warns if there are several.
 size_t find_camera(const std::string& requested, const std::vector<CameraDescription>& cameras) {
   const std::vector<size_t> matching = matching_cameras(requested, cameras);
   std::string listed;
@@ -95,7 +95,7 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
   }
   if (camera.aspect && !settings.look_from && !settings.panorama &&
       std::abs(*camera.aspect / aspect - 1.0) > 0.01) {
-    // The vertical angle or height is kept, as in glTF; the horizontal extent changes.
+    // As in glTF, the frame's aspect ratio changes only the horizontal extent of the view.
     const double width = std::clamp(settings.height * *camera.aspect, 1.0, 1e6);
     log_info(fmt::format(
         "camera '{}' has an aspect ratio of {:.3g}, but the frame has {:.3g}; `size` {}x{} would "
@@ -130,7 +130,7 @@ void apply_lens(const FrameSettings& settings, CameraDescription& camera) {
   camera.lens_radius = lens_radius(*settings.f_stop, camera.fov_y);
 }
 
-// Applies the settings to a camera of the file or of the edits.
+// Applies lens, panorama and turntable settings to a camera of the file or of the edits.
 CameraDescription apply_settings(const FrameSettings& settings, const SceneDescription& scene,
                                  CameraDescription camera) {
   apply_lens(settings, camera);
@@ -144,11 +144,11 @@ bool needs_next_frame(const FrameSettings& settings) {
   return is_instant(settings) && AovSet::parse(settings.aovs).contains(Aov::kVelocity);
 }
 
-// Rotates the camera by `frames` of the `count` frames of a turn.
+// Rotates the camera by `frames` frames, where a full turn has `count`.
 Mat44d rotate_about_vertical(Mat44d m, int64_t frames, int64_t count, const Vec3d& center) {
   const int64_t place = (frames % count + count) % count;
   if (place == 0) return m;
-  // Quarter turns are exact: frame 10 of 36 is one quarter and angle 0.
+  // Quarter turns are done exactly: frame 10 of 36 is one quarter turn plus an angle of 0.
   const double angle = double(4 * place % count) / double(count) * kPiD / 2;
   double c = std::cos(angle), s = std::sin(angle);
   for (int64_t quarter = 0; quarter < 4 * place / count; ++quarter) {

@@ -16,11 +16,11 @@ namespace emberline {
 
 enum class EmbreeIsa;  // renderer/scene/embree_isa.h
 
-// How light samples are distributed: by each light's power alone, or guided by a survey of the
+// How light samples are distributed: only by each light's power, or guided by a survey of the
 // arriving light (renderer/scene/light_survey.h).
 enum class EnvironmentSampling { kGuided, kByLight };
 
-// Samples [first, end) of each pixel.
+// The samples [first, end) of each pixel.
 struct SampleSpan {
   uint32_t first = 0, end = 0;
 };
@@ -30,13 +30,13 @@ struct Shutter {
   double open = 0, close = 0;
 };
 
-// What the vertical axis of a turntable goes through: the middle of the scene's bounds, or the
-// point that the camera looks at.
+// Where the vertical axis of a turntable is: at the centre of the scene's bounds, or at the point
+// that the camera looks at.
 enum class TurntableCenter { kBounds, kLookAt };
 
 // A turntable view: the camera orbits a vertical axis.
 struct Turntable {
-  std::optional<int> frame;  // 1 is the unrotated camera; absent: all frames in turn
+  std::optional<int> frame;  // 1 is the unrotated camera; absent: all frames, one after another
   uint32_t count = 1;        // frames of a full turn
   bool operator==(const Turntable&) const = default;
 };
@@ -47,10 +47,10 @@ struct SunPosition {
   double elevation = 0, azimuth = 0;
 };
 
-// Names are those of the tables, for example driver_table() and integrator_table().
+// Names must be in their tables, for example driver_table() and integrator_table().
 struct FrameSettings {
   std::string scene;          // file path
-  std::string resource_root;  // files outside it are rejected; empty: the scene's folder
+  std::string resource_root;  // files outside this folder are rejected; empty: the scene's folder
 
   // Sampling.
   std::string driver = "bucket";
@@ -67,9 +67,9 @@ struct FrameSettings {
   std::optional<double> time_limit_s;
   int max_depth = 16;
   std::optional<float> clamp_indirect;  // radiance; absent: no clamping
-  int light_samples = 1;                // at surfaces seen directly, in mirrors or through glass
+  int light_samples = 1;                // on surfaces seen directly, in mirrors or through glass
   uint32_t seed = 0;
-  std::optional<int> streams;  // 1, or what the estimator needs
+  std::optional<int> streams;  // 1 or 2; absent: as many as denoising or the estimator needs
   int bucket_size = 64;        // pixels
   BucketOrder bucket_order = BucketOrder::kHilbert;
   BisectionAxis bisection_axis = BisectionAxis::kBoth;
@@ -78,7 +78,7 @@ struct FrameSettings {
   // Frame and view.
   int width = 1280, height = 720;
   std::optional<Rect> crop;
-  std::string camera;  // name or index; empty: the file's first, or a view of the whole scene
+  std::string camera;  // name or index; empty: the first in the file, or a view of the whole scene
   std::optional<Vec3d> look_from, look_at;       // metres
   std::optional<double> fov_y;                   // degrees
   std::optional<double> f_stop, focus_distance;  // metres; absent: a pinhole
@@ -87,10 +87,10 @@ struct FrameSettings {
   TurntableCenter turntable_center = TurntableCenter::kBounds;
 
   // Animation. Without `animation` and `time`, nodes keep the file's transforms.
-  std::string animation;              // name, index or "all"; empty: the first, if there is a time
+  std::string animation;              // name, index or "all"; empty: the first if a time is given
   std::optional<double> time, frame;  // seconds, or frames at `fps`; at most one is set
   double fps = 24;
-  std::optional<Shutter> shutter;  // absent: an instant
+  std::optional<Shutter> shutter;  // absent: open only for an instant
 
   // Changes to the scene.
   std::string edits;        // edits file; empty: none
@@ -106,7 +106,7 @@ struct FrameSettings {
   bool lenient = false;
   std::optional<EmbreeIsa> isa;  // absent: the widest that the machine supports
 
-  // A part of the frame, for `merge`; absent: the whole frame.
+  // The part of the frame to render, for `merge`. Absent: the whole frame.
   std::optional<FramePart> part;
   std::optional<SampleSpan> sample_range;
 

@@ -17,8 +17,8 @@ std::span<const HalfLayer> half_layer_table();
 
 // Splits a list such as "N,albedo". Throws UsageError that lists the valid names.
 std::vector<std::string> parse_half_layers(std::string_view list);
-// Whether the channel belongs to one of the layers; some names, such as "light", match several
-// layers.
+// Whether the channel belongs to one of these layers. Some names, such as "light", stand for
+// several layers of the file.
 bool is_half(std::string_view channel, const std::vector<std::string>& layers);
 
 }  // namespace emberline

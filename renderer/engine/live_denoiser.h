@@ -23,13 +23,13 @@ class LiveDenoiser {
 
   struct Source {
     const LivePicture& picture;
-    const LivePicture* region;    // a part with more samples in places; may be null
-    const PixelLattice* lattice;  // the pixels with samples; null: all
+    const LivePicture* region;    // a region in which pixels may have more samples; may be null
+    const PixelLattice* lattice;  // the pixels with samples; null: all pixels
     double samples_per_pixel;
-    bool mixed;  // light groups were remixed, so the colours differ from the film's
+    bool mixed;  // light groups were remixed, so the colours differ from those of the film
   };
   // Filters the displayed R G B A (interleaved) of every pixel of the picture. Pixels outside the
-  // lattice copy the nearest one on it. Uses TBB's current arena.
+  // lattice copy the nearest lattice pixel. Uses TBB's current arena.
   void denoise(const Source& source, std::span<const float> rgba, std::span<float> denoised);
 
  private:
@@ -37,7 +37,7 @@ class LiveDenoiser {
                        std::span<float> denoised);
 
   FastFilter filter_;
-  std::vector<float> lattice_rgba_, lattice_denoised_;  // for a lattice
+  std::vector<float> lattice_rgba_, lattice_denoised_;  // colours of the lattice's pixels
 };
 
 }  // namespace emberline

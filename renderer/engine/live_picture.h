@@ -17,8 +17,8 @@ class FilmTile;
 class LightMix;
 struct RenderPlan;
 
-// The displayable state of a frame while it renders, complete at every moment: pixels without
-// samples are filled in from their neighbours. Coordinates are frame pixels inside rect().
+// The frame as it can be displayed while it renders. It never has holes: pixels without samples are
+// filled in from their neighbours. Coordinates are pixels of the frame inside rect().
 class LivePicture {
  public:
   virtual ~LivePicture() = default;
@@ -26,17 +26,17 @@ class LivePicture {
   // groups, `mix` weights each group (renderer/film/light_mix.h).
   virtual void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const = 0;
   virtual const FilmTile& film() const = 0;
-  // Why the pixel gets no more samples, as far as the driver has decided; otherwise kUnfinished,
-  // even after a stop request.
+  // Why the pixel gets no more samples, or kUnfinished if the driver has not decided that yet, even
+  // after a stop request.
   virtual PixelStop current_stop(int x, int y) const = 0;
 
   const Rect& rect() const;
   uint32_t sample_count(int x, int y) const;
-  // Samples that were NaN or infinite, and count as black.
+  // Number of samples that were NaN or infinite. They count as black.
   uint32_t non_finite(int x, int y) const;
-  // Variance of the pixel's mean, linear radiance squared, if the film knows it.
+  // Variance of the pixel's mean, in squared linear radiance; absent if the film does not know it.
   std::optional<Rgb> variance(int x, int y) const;
-  // All channels of the film in film_channels() order, interleaved, rows from the top.
+  // Returns all channels of the film in the order of film_channels(), interleaved, top row first.
   std::vector<float> channels() const;
 };
 
@@ -44,13 +44,13 @@ class LivePicture {
 // picture. Not thread-safe.
 class TilePicture final : public LivePicture {
  public:
-  // `before`: R G B A of each pixel of the plan's crop. Throws RenderError if there is not enough
-  // memory for the film.
+  // `before` is the other picture: R G B A of each pixel of the plan's crop. Throws RenderError if
+  // there is not enough memory for the film.
   TilePicture(const RenderPlan& plan, std::vector<float> before);
   ~TilePicture() override;
   static uint64_t bytes_per_pixel(const RenderPlan& plan);
 
-  // Returns the pixels of the tile.
+  // Returns the rectangle of the tile.
   Rect add(const FilmTile& tile);
   uint64_t samples() const { return samples_; }
   double completion() const { return double(pixels_) / double(rect().area()); }
@@ -59,7 +59,7 @@ class TilePicture final : public LivePicture {
   // Mixes on the calling thread.
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
   const FilmTile& film() const override { return *film_; }
-  // kNone for a pixel of an added tile if tiles have no `stop` channel.
+  // Returns kNone for a pixel of an added tile if the tiles have no `stop` channel.
   PixelStop current_stop(int x, int y) const override;
 
  private:

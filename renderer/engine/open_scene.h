@@ -1,5 +1,5 @@
-// An open scene that can be posed repeatedly. All loading, posing, editing, rebuilding and rollback
-// happens here; a step that throws leaves the scene unchanged.
+// An open scene that can be posed repeatedly. It is loaded, posed, edited, rebuilt and rolled back
+// only here. A step that throws leaves the scene unchanged.
 #pragma once
 
 #include <memory>
@@ -23,7 +23,7 @@ namespace emberline {
 class OpenScene;
 class SceneSource;
 
-// The operations that an open scene must support.
+// Chooses what the open scene must support.
 struct OpenOptions {
   SceneBuildOptions build = {};
   bool edits = false;  // enables editable(); the scene is built without its initial edits
@@ -35,8 +35,8 @@ struct OpenOptions {
 // built.
 class ReadScene {
  public:
-  // Reads the settings' file and environment, posed for the settings' time or, by default, the
-  // edits' time. The settings' variant replaces that of `edits`. Throws InputError, UsageError,
+  // Reads the settings' file and environment, posed at the settings' time or, if they have none, at
+  // the edits' time. The settings' variant replaces that of `edits`. Throws InputError, UsageError,
   // RenderError and Cancelled.
   ReadScene(const FrameSettings& settings, SceneEdits edits, const OpenOptions& options,
             LoadProgress& progress);
@@ -70,25 +70,25 @@ class OpenScene {
   const Scene& scene() const { return editable_ ? editable_->scene() : *scene_; }
   // Valid until the scene is posed.
   SceneParts parts() const { return parts_.pointers(); }
-  // The settings used for reading, with animation, time and shutter of the edits.
+  // The settings with which the scene was read, including animation, time and shutter of the edits.
   const FrameSettings& settings() const { return settings_; }
-  // Returns `settings` with the animation, time and shutter that the scene is posed for.
+  // Returns `settings` with the animation, time and shutter of the current pose.
   FrameSettings posed(FrameSettings settings) const;
-  // Reports for the current pose.
+  // Reports about the current pose.
   const CoverageReport& coverage() const { return coverage_; }
   const LoadRepairs& repairs() const { return repairs_; }
 
-  // Requires OpenOptions::poses. False if the scene has no animation.
+  // Whether the scene has an animation. Requires OpenOptions::poses.
   bool can_pose() const;
   // Reads the scene with other animation settings. The description omits meshes that the scene
-  // already holds. Throws what the constructor of ReadScene does.
+  // already has in memory. Throws like the constructor of ReadScene.
   ReadScene read(const FrameSettings& settings, SceneEdits edits, LoadProgress& progress);
-  // Applies a pose from read(), including its edits. scene() must not be in use and may be another
-  // object afterwards. Returns false if the pose needed another internal space, so that the whole
-  // scene was rebuilt. Throws what build() does.
+  // Applies a pose from read(), including its edits. scene() must not be in use, and may be another
+  // object afterwards. Returns false if the whole scene was rebuilt because the pose needs another
+  // internal space. Throws like build().
   bool pose(ReadScene read, LoadProgress& progress);
 
-  // Require OpenOptions::edits.
+  // These require OpenOptions::edits.
   EditableScene& editable() { return *editable_; }
   const EditableScene& editable() const { return *editable_; }
 

@@ -26,7 +26,7 @@ std::optional<T> read_positive(const char* variable) {
 }  // namespace
 
 uint64_t peak_rss_bytes() {
-  // getrusage() is only the fallback: its peak survives exec, so a render started by a large
+  // getrusage() is only the fallback: exec does not reset its peak, so a render started by a large
   // program would report that program's memory.
   std::istringstream status(read_kernel_text("/proc/self/status"));
   for (std::string line; std::getline(status, line);) {
@@ -34,7 +34,7 @@ uint64_t peak_rss_bytes() {
   }
   rusage usage = {};
   getrusage(RUSAGE_SELF, &usage);
-  return uint64_t(usage.ru_maxrss) * 1024;  // Linux counts in KiB
+  return uint64_t(usage.ru_maxrss) * 1024;  // Linux reports KiB
 }
 
 double process_cpu_seconds() {
@@ -46,8 +46,8 @@ double process_cpu_seconds() {
 
 std::optional<double> process_age_seconds() {
   const std::string text = read_kernel_text("/proc/self/stat");
-  // The second field, the name in parentheses, may hold anything; `starttime` is field 22, in clock
-  // ticks since boot (proc(5)).
+  // The second field, the name in parentheses, may contain any character. Field 22 is `starttime`,
+  // in clock ticks since boot (proc(5)).
   const size_t name_end = text.rfind(')');
   if (name_end == std::string::npos) return std::nullopt;
   std::istringstream fields(text.substr(name_end + 1));

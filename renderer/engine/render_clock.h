@@ -1,4 +1,4 @@
-// Measures render time, excluding observers.
+// Measures render time, excluding the time that observers take.
 #pragma once
 
 #include <chrono>
@@ -17,7 +17,7 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// Wall and CPU time of all threads, excluding exclude_time().
+// Measures wall time, and CPU time of all threads, except for calls passed to exclude_time().
 class RenderClock {
  public:
   double seconds() const { return wall_.seconds() - excluded_s_; }

@@ -1,5 +1,5 @@
 // Renders one frame: gets rounds from a driver, shares them among workers, pauses when a picture is
-// due, and calls the sink. All clients render through it.
+// due, and calls the sink. All clients use it for rendering.
 #pragma once
 
 #include <cstddef>
@@ -24,9 +24,9 @@ class RenderLoop;
 class RenderWorker;
 class TileOwner;
 
-// Facts about a finished tile, apart from its film.
+// Facts about a finished tile that are not in its film.
 struct TileResult {
-  std::optional<double> error = {};  // estimate for the displayed tile
+  std::optional<double> error = {};  // estimated error of the displayed tile
   uint32_t min_samples = 0;          // minimum over its pixels
   RenderCounters counters = {};
 
@@ -38,27 +38,28 @@ struct TileResult {
 class TileStore {
  public:
   virtual ~TileStore() = default;
-  // The state passed to save(), at most `max_bytes` bytes; absent: the tile must be rendered.
+  // Returns the state that was passed to save(), at most `max_bytes` bytes, or nullopt if the tile
+  // must be rendered.
   virtual std::optional<std::vector<std::byte>> load(size_t tile, uint64_t max_bytes) = 0;
-  // `state`: a TileResult, the film and the driver's state.
+  // `state` consists of a TileResult, the film and the driver's state.
   virtual void save(size_t tile, std::span<const std::byte> state) = 0;
-  // The state of the tile in a finished frame of fewer samples, which this frame extends.
+  // Returns the tile's state in the finished frame with fewer samples that this frame extends.
   virtual std::optional<std::vector<std::byte>> load_finished(size_t /*tile*/, uint64_t /*most*/) {
     return std::nullopt;
   }
   // Reports that the state from load() or load_finished() is unusable; the tile is then rendered.
   virtual void report_unusable(bool /*finished*/) {}
 
-  // The largest state that load() accepts for a tile whose film has `film_bytes`.
+  // The largest state that a job accepts from load() for a tile whose film has `film_bytes`.
   static uint64_t max_state_bytes(uint64_t film_bytes) { return 4 * film_bytes + (1 << 16); }
 };
 
 struct RenderResult {
   RenderCounters counters;
-  // All samples were rendered, or a time limit ended the frame of a one-film driver, whose pixels
-  // without samples are filled in from their neighbours.
+  // Whether all samples were rendered, or a time limit ended the frame of a driver with one film,
+  // in which pixels without samples are filled in from their neighbours.
   bool complete = false;
-  uint64_t unsampled_pixels = 0;  // of the rendered pixels
+  uint64_t unsampled_pixels = 0;  // pixels to be rendered that got no sample
 };
 
 // A single sample, exactly as render() computes it.
@@ -68,41 +69,42 @@ struct SampleReplay {
   RayCounters rays;
 };
 
-// Tiled drivers hand each finished tile to the sink and keep nothing; others keep one film, which
-// is the picture. Created by RenderPlan::prepare(). Everything that the frame refers to must
-// outlive the job.
+// With a tiled driver, the job passes each finished tile to the sink and keeps nothing; otherwise
+// it keeps one film, which is the picture. RenderPlan::prepare() creates it. Everything that the
+// frame refers to must outlive the job.
 class RenderJob final : public LivePicture {
  public:
   RenderJob(Frame frame, DriverFactory drivers);
-  RenderJob(const RenderJob&) = delete;  // its driver refers to its frame
+  RenderJob(const RenderJob&) = delete;  // the driver refers to frame_
   RenderJob& operator=(const RenderJob&) = delete;
   ~RenderJob() override;
 
   const Frame& frame() const { return frame_; }
   bool is_tiled() const { return drivers_.tiles; }
 
-  // Call before render() of a tiled job: tiles in `store` are loaded, others are rendered and
+  // Call before render() of a tiled job. Tiles in `store` are loaded; the others are rendered and
   // stored.
   void set_tile_store(TileStore* store) { store_ = store; }
   // Call before render(), save(), load() and extend() of a job with one film. A stop request then
-  // waits for the end of a driver decision, which cannot be saved midway.
+  // lets the driver finish a decision, because it cannot be saved halfway.
   void make_resumable();
-  // Resumes an equal frame from a state of save(), to the same bits. Throws InputError for an
-  // invalid state.
+  // Resumes a frame with the same settings from a state that save() wrote. The result has the same
+  // bits as without the interruption. Throws InputError for an invalid state.
   void load(std::span<const std::byte> state);
-  // Extends a finished frame with fewer samples or a higher threshold.
+  // Starts from the state of a finished frame with fewer samples or a higher threshold.
   void extend(std::span<const std::byte> finished);
   // Call in picture_changed(), in interrupted() or after render(): saves a TileResult, whether the
   // frame is finished, the film, the driver's state and the position in its round.
   void save(std::vector<std::byte>& state);
 
-  // Renders on the calling thread's TBB arena. Call once. Returns soon after a stop request. Throws
-  // RenderError if the film does not fit into memory, and what the sink throws.
+  // Renders on the calling thread's TBB arena. Call only once. Returns soon after a stop request.
+  // Throws RenderError if the film does not fit into memory, and what the sink throws.
   RenderResult render(RenderSink& sink, std::stop_token stop);
-  // Call after render(): records in a kept film why each pixel stopped, with `interrupted` for
-  // pixels ended by a stop request.
+  // Call after render(). If the film is kept, records in it why each pixel stopped; the reason is
+  // `interrupted` for pixels that a stop request ended.
   void end(PixelStop interrupted);
-  // Call once after render(): calls end() and passes a kept film to the sink as finished tiles.
+  // Call once after render(). Calls end() and, if the film is kept, passes it to the sink as
+  // finished tiles.
   void deliver(RenderSink& sink);
 
   // Maximum bytes kept per pixel of the crop, excluding workers' tiles and what deliver() adds for
@@ -113,14 +115,14 @@ class RenderJob final : public LivePicture {
 
   SampleReplay replay(int x, int y, uint32_t sample) const;
 
-  // Counts so far.
+  // The counts so far.
   const RenderCounters& counters() const { return counters_; }
-  // Expected RMS error of the displayed frame, if the driver estimated it; end() may do so for a
-  // stopped frame.
+  // Expected RMS error of the displayed frame, if the driver has estimated it. For a stopped frame,
+  // end() may do that.
   std::optional<double> error_estimate() const;
-  // The displayable frame, from the first pause on; null if no film is kept.
+  // The frame as it can be displayed, valid from the first pause on; null if no film is kept.
   const LivePicture* picture() const { return driver_ ? this : nullptr; }
-  // Facts of the driver; requires picture().
+  // These ask the driver; picture() must not be null.
   DriverFacts facts() const { return driver_->facts(); }
   std::string history() const { return driver_->history(); }
   std::string explain(int x, int y) const { return driver_->explain(*film_, x, y); }
@@ -159,16 +161,17 @@ class RenderJob final : public LivePicture {
   uint64_t unsampled_pixels_ = 0;
   TileStore* store_ = nullptr;
   bool resumable_ = false;
-  // For a frame with one film: finished parts of the current round, and whether pixels of later
-  // parts may already have samples.
+  // For a frame with one film: how many parts of the current round are finished, and whether pixels
+  // of later parts may already have samples.
   size_t parts_done_ = 0;
   bool film_is_ahead_ = false;
 };
 
-// How many pixels have no sample.
+// Returns how many pixels have no sample.
 uint64_t count_unsampled(const FilmTile& film);
 
-// RMS over the tiles' pixels, summed in this order; absent if any error is unknown.
+// Returns the RMS of the tiles' errors, weighted by their pixels and summed in this order; absent
+// if any error is unknown.
 std::optional<double> error_of_tiles(std::span<const Rect> tiles,
                                      std::span<const std::optional<double>> errors);
 

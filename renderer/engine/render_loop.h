@@ -32,8 +32,8 @@ class RenderLoop {
              RenderCounters& counters)
       : sink(the_sink), stop(std::move(the_stop)), frame_(frame), counters_(counters) {}
 
-  // Runs work(worker, should_continue) on all threads, but at most `max_threads`. should_continue()
-  // is false once one of them has thrown or a stop is requested. Rethrows.
+  // Runs work(worker, should_continue) on all threads, but at most on `max_threads`.
+  // should_continue() returns false once one of them has thrown or a stop is requested. Rethrows.
   template <typename Work>
   void run_workers(size_t max_threads, const Work& work) {
     std::atomic<bool> failed{false};
@@ -46,7 +46,7 @@ class RenderLoop {
         work(worker, should_continue);
         count(worker.take_counters());
       } catch (...) {
-        failed = true;  // the others need not finish a failed frame
+        failed = true;  // tells the other workers to end
         throw;
       }
     });
@@ -69,10 +69,10 @@ class RenderLoop {
 // Writes the driver's own picture into the film if it differs from the film's means.
 void store_driver_picture(const FrameDriver& driver, FilmTile& film);
 
-// The parts of one round, which any number of workers take in order.
+// The parts of one round. Any number of workers take them in order.
 class RoundWork {
  public:
-  // Parts [begin, end). `film_is_ahead`: pixels may already have some of their samples.
+  // Hands out parts [begin, end). If `film_is_ahead`, pixels may already have some of the samples.
   RoundWork(const FrameDriver& driver, FilmTile& film, size_t begin, size_t end, bool film_is_ahead)
       : driver_(driver),
         film_(film),
@@ -97,12 +97,12 @@ class RoundWork {
     }
   }
 
-  // Hands out no further parts, because the frame has failed.
+  // Stops handing out parts, because the frame has failed.
   void abandon() { next_.store(end_, std::memory_order_relaxed); }
 
   size_t parts_left() const { return end_ - std::min(end_, next_.load(std::memory_order_relaxed)); }
-  // Call after all workers have returned, unless abandoned. `stopped`: remaining parts are due to a
-  // stop request.
+  // Call after all workers have returned, but not after abandon(). `stopped` says that a stop
+  // request, not a pause, is the reason for any parts that are left.
   RenderedParts rendered(bool stopped) const;
 
  private:
@@ -125,7 +125,7 @@ class SharedTiles {
  public:
   SharedTiles(RenderSink& sink, const std::stop_token& stop) : sink_(sink), stop_(stop) {}
 
-  // Helps the owners until there are none or a stop is requested. Not for an owner's thread.
+  // Helps the owners until there are none or a stop is requested. Must not be called by an owner.
   void help(RenderWorker& worker);
 
  private:
@@ -133,12 +133,12 @@ class SharedTiles {
   struct OpenRound {
     RoundWork& work;
     int helpers = 0;
-    RenderCounters counters = {};    // of the helpers
+    RenderCounters counters = {};    // counts of the helpers
     std::exception_ptr thrown = {};  // the last exception of a helper
   };
 
   OpenRound* longest_round() const;
-  // Returns the exception, if any, after which no further part begins.
+  // If rendering a part throws, abandons the round and returns the exception.
   std::exception_ptr take_parts(RoundWork& work, RenderWorker& worker);
 
   RenderSink& sink_;
@@ -158,7 +158,7 @@ class TileOwner {
   TileOwner& operator=(const TileOwner&) = delete;
 
   // Renders the round together with helpers, whose counts are added to `counters`. Returns after
-  // all helpers have; if one throws, no further part begins and the exception is rethrown.
+  // all helpers have finished. If one throws, no further part begins and the exception is rethrown.
   void execute(RoundWork& work, RenderWorker& worker, RenderCounters& counters);
 
  private:

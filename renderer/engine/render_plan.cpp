@@ -18,21 +18,21 @@ namespace emberline {
 namespace {
 
 constexpr uint32_t kDefaultSamples = 64;
-// The limit for a pixel that never meets the threshold, if no other limit is given.
+// The limit for pixels that never meet the threshold, if no other limit is given.
 constexpr uint32_t kDefaultMaxSamples = 4096;
 
-// Shutter time in frames; 1 if the shutter interval is empty.
+// Returns the shutter time in frames, or 1 if the shutter interval is empty.
 double shutter_frames_of(const FrameSettings& settings) {
   return is_instant(settings) ? 1.0 : settings.shutter->close - settings.shutter->open;
 }
 
-// The requested number of streams, by default `fallback`.
+// Returns the requested number of streams; by default two for denoising, otherwise `fallback`.
 StreamCount streams_of(const FrameSettings& o, StreamCount fallback) {
   if (o.streams) return static_cast<StreamCount>(*o.streams);
   return aovs_of(o).contains(Aov::kDenoising) ? StreamCount::kTwo : fallback;
 }
 
-// Shortens the blocks of the two halves for pixels with few samples.
+// If pixels have few samples, shortens the blocks so that each half still gets one.
 void shorten_half_blocks(uint32_t samples, RenderPlan& plan) {
   if (!plan.aovs.contains(Aov::kDenoising) || samples >= kMinStreamSamples) return;
   plan.half_block = (samples + 1) / 2;
@@ -70,7 +70,7 @@ void plan_adaptive(const FrameSettings& o, RenderPlan& plan) {
     a.max_samples = std::max(kDefaultMaxSamples, a.min_samples);
   }
   plan.samples_per_pixel = a.budget;
-  // Two-stream estimators handle the halves themselves.
+  // An estimator with two streams handles the halves itself.
   a.two_halves = plan.streams == StreamCount::kTwo && estimator.streams == StreamCount::kOne;
   const uint32_t sample_limit = a.max_samples > 0 ? a.max_samples : kMinStreamSamples;
   shorten_half_blocks(a.budget > 0 ? std::min(a.budget, sample_limit) : sample_limit, plan);

@@ -1,4 +1,4 @@
-// Checks a frame's settings and turns them into a frame.
+// Checks a frame's settings and creates the job that renders them.
 #pragma once
 
 #include <cstdint>
@@ -22,25 +22,25 @@ namespace emberline {
 
 class OpenScene;
 
-// Choices of a client that are not settings.
+// Choices that a client makes in addition to the settings.
 struct PrepareOptions {
   // Replaces the channels that the settings request.
   std::optional<AovSet> aovs = {};
-  // Costs about 20 ms of one thread per 10^5 triangles before the frame begins (EmptyPixels). It
-  // does not change the bits, so clients that wait for the first picture turn it off.
+  // Takes one thread about 20 ms per 10^5 triangles before the frame begins (EmptyPixels). It does
+  // not change the bits, so clients that need the first picture soon turn it off.
   bool find_empty_pixels = true;
   std::optional<Vec2i> explained = {};  // the pixel for RenderJob::explain()
   bool keep_tree = false;               // RenderJob::facts() has the refinement tree
   bool is_extension = false;            // RenderJob::extend() will be called
 };
 
-// A preliminary or partial frame: some pixels, with fewer samples each or another driver.
+// A preliminary or partial frame: it has only some pixels, fewer samples or another driver.
 struct StageOptions {
   std::string_view driver;
   Rect crop;
   uint32_t samples_per_pixel = 0;
   std::optional<Vec2i> explained = {};        // as in PrepareOptions
-  const LightGroups* light_groups = nullptr;  // recorded in its film
+  const LightGroups* light_groups = nullptr;  // the groups to record in its film
 };
 
 struct RenderPlan {
@@ -49,23 +49,24 @@ struct RenderPlan {
   explicit RenderPlan(const FrameSettings& settings, const PrepareOptions& options = {});
 
   // The plan, scene and camera must outlive the job. May survey the lights first
-  // (renderer/scene/light_survey.h); after a stop request the survey is incomplete, and the job
-  // must not render.
+  // (renderer/scene/light_survey.h). After a stop request the survey is incomplete, so the job must
+  // not be rendered.
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
                                      const std::stop_token& stop) const;
-  // As above, with other parts than the open scene's.
+  // Like the above, but with `parts` instead of those of the open scene.
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
                                      const SceneParts& parts, const std::stop_token& stop) const;
   // Prepares a stage, without roles and mattes. It computes the same samples as the frame, unless
   // the sampler's weights depend on the sample count.
   std::unique_ptr<RenderJob> prepare_stage(const OpenScene& scene, const Camera& camera,
                                            const StageOptions& stage) const;
-  // Returns the frame alone. It ignores a shutter of the edits, which only prepare() knows from the
-  // scene.
+  // Returns only the frame. It ignores a shutter in the edits, because only prepare() gets that
+  // from the scene.
   Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
               const std::stop_token& stop = {}) const;
   DriverFactory drivers() const { return driver_factory(driver->name, driver_settings); }
-  // Number of buckets that the parts of the frame share. Throws UsageError for too many.
+  // Number of buckets that are divided among the parts of the frame. Throws UsageError if there are
+  // too many.
   size_t buckets() const;
 
   const DriverEntry* driver;
@@ -73,7 +74,7 @@ struct RenderPlan {
   int width, height;
   Rect crop;  // the whole frame by default
   uint32_t first_sample = 0;
-  uint32_t samples_per_pixel = 0;  // per pixel, or on average; 0: until the threshold is met
+  uint32_t samples_per_pixel = 0;  // of each pixel, or on average; 0: until the threshold is met
   bool is_uniform = true;          // every pixel gets the same number
   uint32_t seed;
   StreamCount streams = StreamCount::kOne;
@@ -83,7 +84,7 @@ struct RenderPlan {
   double shutter_frames;
   float clamp_indirect;  // 0: no clamping
   bool find_empty_pixels;
-  bool guides_lights = false;  // if the light survey finds it useful
+  bool guides_lights = false;  // guide light samples if the light survey finds it useful
   SceneBuildOptions build;
   PixelFilter filter;
   std::unique_ptr<Integrator> integrator;
@@ -96,21 +97,21 @@ bool samples_uniformly(const FrameSettings& settings);
 // Whether the driver finishes tile by tile and has no picture of the whole frame before the end.
 bool is_tiled(const FrameSettings& settings);
 
-// The error metric by which samples are allocated. Empty if the frame shares evenly or its
-// estimator only decides which pixels are finished.
+// Returns the error metric by which samples are allocated. Empty if every pixel gets the same
+// number, or if the estimator only decides which pixels are finished.
 std::string_view allocation_of(const FrameSettings& settings);
 
 // Whether the settings request a denoised picture, directly or for `allocation` denoised.
 bool denoises(const FrameSettings& settings);
 
-// The channels that the settings request or need.
+// Returns the channels that the settings request or need.
 AovSet aovs_of(const FrameSettings& settings);
 
-// With fewer samples per pixel, there are no blocks of eight for both streams: the halves are then
-// the first and second half of the samples.
+// With fewer samples per pixel, there is no block of eight for each stream. The halves are then the
+// first and the second half of the samples.
 inline constexpr uint32_t kMinStreamSamples = 16;
 
-// The crop, by default the whole frame.
+// Returns the crop, which is the whole frame by default.
 Rect crop_of(const FrameSettings& settings);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// The interface by which window, progress bar, writers and checkpoints observe a job.
+// The interface through which window, progress bar, writers and checkpoints observe a job.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,11 @@ class FilmTile;
 // Progress of a progressive render.
 struct JobProgress {
   int pass = 0;             // passes begun; the first gives every pixel its first sample
-  uint64_t samples = 0;     // so far
-  uint64_t rays = 0;        // so far
-  double completion = 0.0;  // of the first pass: fraction of pixels with a sample, in [0, 1]
+  uint64_t samples = 0;     // number so far
+  uint64_t rays = 0;        // number so far
+  double completion = 0.0;  // completed fraction of the first pass, in [0, 1]
   bool pass_finished = false;
-  // The driver's estimate, if any, for the picture at the end of the previous pass.
+  // The driver's estimate, if it has one, for the picture at the end of the previous pass.
   std::optional<double> error_estimate;
 };
 
@@ -26,31 +26,31 @@ struct JobProgress {
 class RenderSink {
  public:
   virtual ~RenderSink() = default;
-  // A tiled driver begins these pixels.
+  // A tiled driver is about to begin these pixels.
   virtual void tile_begun(const Rect& /*pixels*/) {}
-  // All samples of the tile are done. The tile is reused after the call. May throw: the frame is
-  // then abandoned and render() rethrows.
+  // All samples of the tile are done. The tile is reused after the call. If this throws, the frame
+  // is abandoned and render() rethrows.
   virtual void tile_finished(const FilmTile& tile) = 0;
-  // As tile_finished(), for a tile that an earlier run finished with this many samples.
+  // Like tile_finished(), for a tile that an earlier run finished with this many samples.
   virtual void tile_loaded(const FilmTile& tile, uint64_t /*samples*/) { tile_finished(tile); }
   // This many samples of a tile come from an earlier run.
   virtual void samples_loaded(uint64_t /*count*/) {}
   // More samples are done; called about every millisecond of work.
   virtual void samples_finished(uint64_t /*count*/) {}
-  // A progressive driver pauses. Called on the thread that called render(), while no worker
-  // renders: often in the first pass, then after each pass and where a picture is wanted. The
+  // A progressive driver has paused. Called on the thread that called render(), while no worker
+  // renders: often in the first pass, then after each pass and when a picture is wanted. The
   // picture is valid until the call returns; RenderJob::save() is allowed.
   virtual void picture_changed(const JobProgress& /*progress*/, const LivePicture& /*picture*/) {}
-  // A stop request has cut a progressive driver's round short. As picture_changed(), but only for
+  // A stop request has cut a progressive driver's round short. Like picture_changed(), but only for
   // saving the frame.
   virtual void interrupted() {}
-  // Asked after each part. If true, a progressive driver pauses after the parts under way (a few
-  // milliseconds) instead of after the round. Does not change what is rendered.
+  // Asked after each part. If true, a progressive driver does not finish the round, but pauses
+  // after the current parts (a few milliseconds). Does not change what is rendered.
   virtual bool needs_picture() const { return false; }
-  // The sample count of the frame at which the next picture is wanted: a progressive driver pauses
-  // with the part that reaches it, whatever the number of threads. Asked at pauses.
+  // The sample count of the frame at which the next picture is wanted. A progressive driver pauses
+  // after the part that reaches it, for any number of threads. Asked at pauses.
   virtual std::optional<uint64_t> next_picture_at() const { return std::nullopt; }
-  // Why a stop was requested; recorded for the pixels that it cut short.
+  // Why a stop was requested. Recorded for the pixels that it cut short.
   virtual PixelStop stop_cause() const { return PixelStop::kUser; }
 };
 

@@ -64,15 +64,15 @@ void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& wo
   result.min_samples = driver.min_samples(film);
 }
 
-// Workers take the next tile from a counter, so that the order holds whatever the threads' speeds.
-// A thread with tiles is isolated: while it waits on TBB in a driver decision, it must not start
-// work that waits for its own tile.
+// Workers take the next tile from a counter, so that tiles begin in order however fast the threads
+// are. A thread with tiles is isolated: while it waits on TBB in a driver decision, it must not
+// start work that waits for its own tile.
 void RenderJob::render_tiles(RenderLoop& loop) {
   const std::vector<Rect> tiles = this->tiles();
   std::atomic<size_t> next{0};
   std::atomic<bool> all_finished{true};
   std::atomic<uint64_t> sampled_pixels{0};
-  std::vector<std::optional<double>> errors(tiles.size());  // summed in this order
+  std::vector<std::optional<double>> errors(tiles.size());  // by tile, to be summed in tile order
   std::vector<uint32_t> tile_min_samples(tiles.size(), 0);
   SharedTiles shared(loop.sink, loop.stop);
   const auto take_tiles = [&](RenderWorker& worker, const auto& should_continue) {
@@ -96,7 +96,8 @@ void RenderJob::render_tiles(RenderLoop& loop) {
       sampled_pixels += uint64_t(tiles[i].area()) - count_unsampled(film);
     }
   };
-  // A single row of a tile is worth sharing.
+  // Starts up to one worker per row of pixels, because even a single row of a tile is worth
+  // sharing.
   loop.run_workers(tiles.size() * size_t(drivers_.tile_size),
                    [&](RenderWorker& worker, const auto& should_continue) {
                      tbb::this_task_arena::isolate([&] { take_tiles(worker, should_continue); });
@@ -108,7 +109,7 @@ void RenderJob::render_tiles(RenderLoop& loop) {
   tile_error_ = error_of_tiles(tiles, errors);
 }
 
-// The tiles of this part of the frame, in render order.
+// Returns the tiles of this part of the frame, in render order.
 std::vector<Rect> RenderJob::tiles() const {
   const std::vector<Rect> all =
       bucket_schedule(frame_.crop, drivers_.tile_size, drivers_.tile_order, frame_.seed);
@@ -129,7 +130,7 @@ void RenderJob::save_tile(FrameDriver& driver, FilmTile& film, TileResult& resul
   store_->save(bucket_index(frame_.crop, film.rect(), drivers_.tile_size), state);
 }
 
-// Starts from the tile's state in the frame that is extended, if usable.
+// Starts from the tile's state in the frame that is extended, if there is a usable one.
 std::unique_ptr<FrameDriver> RenderJob::begin_tile(RenderLoop& loop, const Rect& tile,
                                                    FilmTile& film, TileResult& result) {
   film.reset(tile);

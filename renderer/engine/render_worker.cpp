@@ -29,7 +29,7 @@ constexpr uint64_t kSamplesPerReport = 2048;
 RenderWorker::RenderWorker(const Frame& frame)
     : frame_(frame),
       seed_(frame.seed),
-      // The first point's weight is 1 only if all points weigh 1.
+      // If the first point has weight 1, all points have.
       has_sample_weights_(frame.exact_counts &&
                           frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
       samples_(frame.sampler, camera_dimensions(frame)),
@@ -51,7 +51,7 @@ void RenderWorker::begin_batch(int x, int y, uint32_t first_sample, int count) {
   samples_.start_batch({uint32_t(x), uint32_t(y), seed_}, first_sample, count);
 }
 
-// Restarts the samples to read their lens dimensions, which only some frames need.
+// Restarts the samples to draw their lens dimensions, which only some frames need.
 void RenderWorker::generate_lens_rays(std::span<const Vec2f> film) {
   Vec2f lens[kSampleLanes];
   for (int i = 0; i < count_; ++i) {
@@ -61,7 +61,7 @@ void RenderWorker::generate_lens_rays(std::span<const Vec2f> film) {
   frame_.camera.rays(film, {lens, film.size()}, rays_);
 }
 
-// Rays of a frame in which something moves, each at its own time.
+// Generates rays for a frame in which something moves, each at its own time.
 void RenderWorker::generate_timed_rays(std::span<const Vec2f> film) {
   const Camera& camera = frame_.camera;
   if (!camera.moves()) {
@@ -166,7 +166,7 @@ void RenderWorker::trace_batch() {
     add_background_velocity();
 }
 
-// The background is infinitely far away.
+// The background is infinitely far away, so only the camera's rotation moves it.
 void RenderWorker::add_background_velocity() {
   for (int i = 0; i < count_; ++i) {
     FirstHit& hit = values_[i].first_hit;
@@ -198,8 +198,8 @@ void RenderWorker::add(int lane, FilmTile& tile) {
   }
 }
 
-// Traces the batch and adds it and its cost to the film. Samples of several pixels share the time
-// evenly.
+// Traces the batch and adds its samples and their cost to the film. If the samples belong to
+// several pixels, each sample gets the same share of the time.
 void RenderWorker::add_batch(FilmTile& tile) {
   using Clock = std::chrono::steady_clock;
   const bool timed = frame_.aovs.contains(Aov::kTime);
@@ -238,13 +238,13 @@ bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, Rende
     for (uint32_t sample = end - work.sample_count; sample < end && complete;) {
       const uint32_t in_block = sample % kSampleLanes;
       if (in_block == 0 && end - sample >= uint32_t(kSampleLanes)) {
-        flush_partial_batch(tile);  // may hold earlier samples of this pixel
+        flush_partial_batch(tile);  // it may contain earlier samples of this pixel
         begin_batch(work.x, work.y, sample, kSampleLanes);
         add_batch(tile);
         sample += uint32_t(kSampleLanes);
       } else {
-        // Neighbours in the list may be far apart in the film. Without the prefetch, waiting for
-        // memory took 2 % of a FlightHelmet frame with 32 samples per pixel.
+        // Successive pixels of the list may be far apart in the film. Without the prefetch, waiting
+        // for memory took 2 % of a FlightHelmet frame with 32 samples per pixel.
         tile.prefetch(work.x, work.y);
         addresses_[count_++] = {uint32_t(work.x), uint32_t(work.y), sample++};
         if (count_ == kSampleLanes) flush_partial_batch(tile);

@@ -1,4 +1,4 @@
-// Brings sampler, camera, filter, integrator and film together; all drivers render through it.
+// Combines sampler, camera, filter, integrator and film. All drivers use it for rendering.
 #pragma once
 
 #include <span>
@@ -25,16 +25,16 @@ class RenderWorker {
   RenderWorker(const RenderWorker&) = delete;
   RenderWorker& operator=(const RenderWorker&) = delete;
 
-  // Sets the seed of the following samples, instead of the frame's.
+  // Sets the seed of the following samples, which replaces the frame's seed.
   void set_seed(uint32_t seed) { seed_ = seed; }
 
-  // Adds the samples of a list of distinct pixels to `tile`, which covers them. Each pixel's
-  // samples are added in index order; pixels with few samples share a batch. A stop request takes
-  // effect between batches of 16 samples; the result is then false.
+  // Renders the samples of a list of distinct pixels and adds them to `tile`, which must contain
+  // these pixels. Each pixel's samples are added in index order; pixels with few samples share a
+  // batch of 16 samples. After a stop request, ends with the current batch and returns false.
   bool render(std::span<const PixelWork> list, FilmTile& tile, RenderSink& sink,
               const std::stop_token& stop);
 
-  // Computes one sample alone, exactly as render() does.
+  // Computes a single sample exactly as render() does.
   SampleValue replay(int x, int y, uint32_t sample, Ray* camera_ray);
 
   // Returns the counts since the last call.

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Reads a number; nullopt for "max" and for a missing file.
+// Reads a number. Returns nullopt for "max" and for a missing file.
 std::optional<uint64_t> read_number_from(const fs::path& path) {
   std::istringstream text(read_kernel_text(path.c_str()));
   uint64_t number = 0;
@@ -31,7 +31,7 @@ std::optional<uint64_t> cgroup_memory_limit(std::string_view groups, const fs::p
   std::optional<uint64_t> lowest;
   std::istringstream lines{std::string(groups)};
   for (std::string line; std::getline(lines, line);) {
-    // hierarchy:controllers:path; version 2 has no controllers.
+    // The format is hierarchy:controllers:path; in version 2, controllers is empty.
     const size_t first = line.find(':');
     const size_t second = first == std::string::npos ? first : line.find(':', first + 1);
     if (second == std::string::npos) continue;
@@ -40,8 +40,8 @@ std::optional<uint64_t> cgroup_memory_limit(std::string_view groups, const fs::p
     if (!unified && controllers.find("memory") == std::string::npos) continue;
     const fs::path mount = unified ? root : root / "memory";
     const char* const name = unified ? "memory.max" : "memory.limit_in_bytes";
-    // Parent groups limit their children. In a container the path may be the host's: missing
-    // folders are skipped, and the root is the container's own group.
+    // Parent groups limit their children, so check each of them. In a container the path may be
+    // that of the host; then its folders are missing, and the root is the container's own group.
     for (fs::path group = fs::path(line.substr(second + 1)).relative_path();;
          group = group.parent_path()) {
       if (const auto limit = read_number_from(mount / group / name)) {
@@ -54,7 +54,7 @@ std::optional<uint64_t> cgroup_memory_limit(std::string_view groups, const fs::p
 }
 
 LoadLimits read_back_limits(int64_t pixels) {
-  // A reference's channels, encoded and decoded, plus codec rows.
+  // Enough for the encoded and decoded channels of a reference, plus the codec's rows.
   constexpr uint64_t kBytesPerPixel = 256, kBaseBytes = uint64_t(64) << 20;
   return {.memory = std::make_shared<MemoryBudget>(
               kBaseBytes + bytes_of(uint64_t(std::max<int64_t>(0, pixels)), kBytesPerPixel)),
@@ -63,7 +63,7 @@ LoadLimits read_back_limits(int64_t pixels) {
 }
 
 void check_memory_growth(uint64_t before, const MemoryBudget& budget, const std::string& scene) {
-  constexpr uint64_t kThreadBytes = uint64_t(64) << 20;  // Embree's and TBB's
+  constexpr uint64_t kThreadBytes = uint64_t(64) << 20;  // for the threads of Embree and TBB
   const uint64_t now = peak_rss_bytes(), libraries = kThreadBytes + image_library_bytes();
   if (now < before + libraries) return;
   const uint64_t growth = now - before - libraries;
@@ -77,7 +77,7 @@ void raise_open_file_limit() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
   limit.rlim_cur = limit.rlim_max;
-  (void)setrlimit(RLIMIT_NOFILE, &limit);  // if this fails, opening a file reports it
+  (void)setrlimit(RLIMIT_NOFILE, &limit);  // if this fails, opening too many files reports it
 }
 
 uint64_t default_memory_limit() {

@@ -11,7 +11,7 @@
 
 namespace emberline {
 
-// Ranges of --threads and --load-timeout; the latter in seconds, from a millisecond to thirty
+// Ranges of --threads and --load-timeout. The timeout is in seconds, from a millisecond to thirty
 // years.
 inline constexpr int kMaxThreads = 4096;
 inline constexpr double kMinLoadTimeout = 0.001, kMaxLoadTimeout = 1e9;
@@ -22,27 +22,28 @@ struct LimitOptions {
   std::optional<uint64_t> texture_bytes = {};  // absent: all textures stay in memory
 };
 
-// Creates a new budget. The timeout starts with the LoadProgress that gets the limits.
+// Creates a new budget. The timeout starts when a LoadProgress is created with these limits.
 LoadLimits limits_of(const LimitOptions& options, const std::string& scene);
 
-// Limits for reading back a picture of this many pixels, in case another file has replaced it.
+// Returns limits for reading back a picture of this many pixels, in case another file has replaced
+// it.
 LoadLimits read_back_limits(int64_t pixels);
 
-// Checks the memory estimates: throws InputError if the process's peak memory has grown from
-// `before` by more than the limit plus 10 %, not counting its libraries.
+// Checks that the memory estimates were right: throws InputError if the peak memory of the process,
+// without its libraries, has grown from `before` by more than the limit plus 10 %.
 void check_memory_growth(uint64_t before, const MemoryBudget& budget, const std::string& scene);
 
 // Raises this process's open-file limit to the system's maximum.
 void raise_open_file_limit();
 
-// Three quarters of the memory of the machine, or of the limit set by a container, the shell or a
-// Slurm job. Based on total rather than free memory, so that loading does not depend on other
-// processes.
+// Returns three quarters of the machine's memory, or of the limit set by a container, the shell or
+// a Slurm job. Uses the total memory rather than the free memory, so that loading does not depend
+// on other processes.
 uint64_t default_memory_limit();
 
-// The lowest limit that the control groups of a process set, version 1 and 2 (Linux:
-// Documentation/admin-guide/cgroup-v2.rst and cgroup-v1/memory.rst); absent: none. `groups` is the
-// text of /proc/self/cgroup, `root` the mount point.
+// Returns the lowest limit that the control groups of a process set, for versions 1 and 2 (Linux:
+// Documentation/admin-guide/cgroup-v2.rst and cgroup-v1/memory.rst); nullopt if there is none.
+// `groups` is the text of /proc/self/cgroup, `root` the mount point.
 std::optional<uint64_t> cgroup_memory_limit(std::string_view groups,
                                             const std::filesystem::path& root);
 

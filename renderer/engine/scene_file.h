@@ -1,4 +1,5 @@
-// The scene's file, read once and posed for many frames, and the memory that a scene reserves.
+// The scene's file, which is read once and posed for many frames, and the memory that a scene
+// reserves.
 #pragma once
 
 #include <array>
@@ -14,8 +15,8 @@
 
 namespace emberline {
 
-// What is read in addition to what the settings need; see GltfOptions. Edits may need variants and
-// tangents (need_tangents() in scene_edits.h).
+// Parts of the file to read even if the settings do not need them; see GltfOptions. Edits may need
+// variants and tangents (need_tangents() in scene_edits.h).
 struct AdditionalParts {
   bool variants = false, tangents = false, nodes = false;
 };
@@ -26,7 +27,7 @@ class SceneFile {
   // Ignores animation, time and shutter of the settings. Throws InputError and Cancelled.
   SceneFile(const FrameSettings& settings, LoadProgress& progress, const AdditionalParts& parts);
 
-  // Returns the scene in the settings' pose; `held` as in GltfFile::pose(). Throws what that does.
+  // Returns the scene in the settings' pose. For `held` see GltfFile::pose(). Throws like that.
   SceneDescription pose(const FrameSettings& settings, std::span<const uint64_t> held,
                         LoadProgress& progress);
   const GltfFile& gltf() const { return *gltf_; }
@@ -37,27 +38,27 @@ class SceneFile {
   void read_environment(const FrameSettings& settings, LoadProgress& progress);
 
   std::unique_ptr<GltfFile> gltf_;
-  std::optional<EnvironmentDescription> environment_;     // of the settings
+  std::optional<EnvironmentDescription> environment_;     // from the settings
   uint64_t repaired_texels_ = 0, environment_bytes_ = 0;  // of the environment
 };
 
-// An open scene's file, and the reservations that only this class releases. (Embree releases those
-// of its BVHs, the file its own.)
+// An open scene's file, and the memory reservations that this class must release. (Embree and the
+// file release their own.)
 class SceneSource {
  public:
   explicit SceneSource(std::shared_ptr<MemoryBudget> budget) : budget_(std::move(budget)) {}
   // Must be destroyed after the scene.
   ~SceneSource();
 
-  // As SceneFile::SceneFile().
+  // See SceneFile::SceneFile().
   void open(const FrameSettings& settings, LoadProgress& progress, const AdditionalParts& parts);
   bool is_open() const { return file_ != nullptr; }
   SceneFile& file() { return *file_; }
   // Call when no further pose will be read.
   void close() { file_.reset(); }
 
-  // begin() starts reading and building a pose; commit() then releases the previous pose's
-  // reservations, or roll_back() those made since begin().
+  // Call begin() before reading and building a pose. Afterwards, commit() releases the reservations
+  // of the previous pose, or roll_back() those made since begin().
   void begin();
   void commit();
   void roll_back();
@@ -66,7 +67,7 @@ class SceneSource {
   using Reservations = std::array<uint64_t, 4>;
 
   Reservations reserved() const;
-  // Reservations since begin(), except those that the file keeps, which move to
+  // Returns the reservations since begin(), except those that the file keeps: these are added to
   // scene_reservations_.
   Reservations take_reservations();
   void release(const Reservations& use);
@@ -76,7 +77,7 @@ class SceneSource {
   Reservations before_ = {};
   uint64_t images_before_ = 0;
   Reservations scene_reservations_ = {};  // for as long as the scene is open
-  Reservations pose_reservations_ = {};   // for the current pose alone
+  Reservations pose_reservations_ = {};   // only for the current pose
   uint64_t reusable_bytes_ = 0;           // geometry that the next pose may reuse
 };
 

@@ -1,4 +1,4 @@
-// Objects and lights of a scene that settings refer to.
+// The objects and lights of a scene to which settings refer.
 #pragma once
 
 namespace emberline {
@@ -7,7 +7,7 @@ class CryptomatteIds;
 class LightGroups;
 class SurfaceRoles;
 
-// Null if the settings name nothing of that kind. Valid until the scene is posed.
+// A pointer is null if the settings name nothing of that kind. Valid until the scene is posed.
 struct SceneParts {
   const LightGroups* light_groups = nullptr;
   const CryptomatteIds* cryptomattes = nullptr;

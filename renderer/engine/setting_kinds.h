@@ -25,7 +25,7 @@ inline std::string text_of(const std::string& value) { return value; }
 inline std::string text_of(bool value) { return value ? "yes" : ""; }
 template <typename T>
 requires std::is_arithmetic_v<T> std::string text_of(T value) {
-  return fmt::format("{}", value);  // the shortest text that gives the same bits
+  return fmt::format("{}", value);  // the shortest text that is read back to the same bits
 }
 inline std::string text_of(const Vec3d& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
 inline std::string text_of(const FramePart& p) { return fmt::format("{}/{}", p.index, p.count); }
@@ -55,7 +55,7 @@ std::string member_text(const FrameSettings& settings) {
   return text_of(settings.*Member);
 }
 
-// A number, or an optional number, in [min, max].
+// A setting whose value is a number, or an optional number, in [min, max].
 template <auto Member, typename T>
 Setting number(const std::string& name, SettingGroup group, T min, T max, const OptionText& help,
                std::optional<T> (*parse)(std::string_view) = parse_number<T>) {
@@ -80,7 +80,7 @@ std::vector<SettingChoice> choices_of(const Table& table) {
   return choices;
 }
 
-// A setting whose value is a name in `table`.
+// A setting whose member stores a name from `table`.
 template <auto Member, typename Table>
 Setting named(const std::string& name, SettingGroup group, const std::string& kind,
               const OptionText& help, const Table& table) {
@@ -90,7 +90,7 @@ Setting named(const std::string& name, SettingGroup group, const std::string& ki
   return {name, group, "NAME", help, read, member_text<Member>, choices_of(table)};
 }
 
-// A setting whose value is a value of `table`; optional members may be unset.
+// A setting whose member stores a value from `table`. An optional member may be unset.
 template <auto Member, typename T>
 Setting choice(const std::string& name, SettingGroup group, const std::string& kind,
                const OptionText& help, std::span<const NamedValue<T>> table) {
@@ -121,8 +121,8 @@ Setting flag(const std::string& name, SettingGroup group, const OptionText& help
   return {name, group, "", help, read, member_text<Member>};
 }
 
-// `N` numbers separated by `separator`; `make` turns them into the member's value or returns
-// nullopt, which is reported as not `expected`.
+// A setting of `N` numbers, separated by `separator`. `make` converts them to the member's value.
+// If it returns nullopt, the message says that the text is not `expected`.
 template <auto Member, size_t N, typename T, typename Make>
 Setting numbers(const std::string& name, SettingGroup group, const std::string& type,
                 char separator, const std::string& expected, const OptionText& help,
@@ -137,7 +137,7 @@ Setting numbers(const std::string& name, SettingGroup group, const std::string& 
   return {name, group, type, help, read, member_text<Member>};
 }
 
-// A list of names in `table`; `check` throws for any other name.
+// A setting that is a list of names from `table`; `check` throws for other names.
 template <auto Member, typename Table>
 Setting names(const std::string& name, const OptionText& help, const Table& table,
               void (*check)(std::string_view)) {
@@ -149,7 +149,7 @@ Setting names(const std::string& name, const OptionText& help, const Table& tabl
           read, member_text<Member>,     choices_of(table)};
 }
 
-// Omits the setting's text while it equals the default.
+// Makes the setting have no text while its value is the default.
 inline Setting omit_default(Setting setting) {
   setting.text = [text = setting.text](const FrameSettings& s) {
     std::string value_text = text(s);

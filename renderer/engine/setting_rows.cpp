@@ -26,16 +26,16 @@ using enum SettingGroup;
 using H = HelpSection;
 using S = FrameSettings;
 
-// In metres. Beyond any scene, yet squared distances stay finite in double, and only float rounding
-// of the rebased scene limits the picture.
+// Metres. Larger than any scene, but squared distances are still finite in double, and only float
+// rounding in the rebased scene limits the picture.
 constexpr double kMaxDistance = 1e15;
 constexpr double kMaxLensScale =
-    1e9;  // f-stops, as a ratio either way, since scenes come at any scale
+    1e9;  // f-stops may be 1e-9 to 1e9, because scenes come at any scale
 constexpr float kMinClamp = 1e-6f, kMaxClamp = 1e9f;
 constexpr int kMaxLightSamples = PixelSamples::kAuxiliarySlots + 1;
 constexpr double kMinTimeLimit = 0.001, kMaxTimeLimit = 1e9;  // a millisecond to thirty years
-constexpr double kMaxTime = 1e6;  // seconds, either sign: ten days with a precision of 1e-10 s
-constexpr double kMaxShutterFrames = 1e6;  // frames
+constexpr double kMaxTime = 1e6;  // seconds, also negative; double resolves 1e-10 s at ten days
+constexpr double kMaxShutterFrames = 1e6;
 constexpr double kMinFps = 1e-3, kMaxFps = 1e6;
 constexpr int kMaxPixels = 65536;  // per side
 constexpr uint32_t kMaxParts = 65536;
@@ -192,11 +192,11 @@ Setting sun() {
       });
 }
 
-// Aliases become names of channels, which rules and files have.
+// read() replaces aliases by the names of channels, which rules and files use.
 Setting aovs() {
   std::string aliases;
   for (const AovAlias& alias : aov_aliases()) {
-    if (alias.name == "lightpath") continue;  // has a line of its own
+    if (alias.name == "lightpath") continue;  // gets its own line below
     aliases += fmt::format("{}{} for {}", aliases.empty() ? "" : ", ", alias.name, alias.list);
   }
   Setting setting =
@@ -218,7 +218,7 @@ Setting aovs() {
   return setting;
 }
 
-// The rows, in the order of files and reports.
+// The rows are in the order in which files and reports list them.
 std::vector<Setting> edit_settings() {
   return {
       word<&S::edits>(
@@ -246,7 +246,7 @@ std::vector<Setting> channel_settings() {
                    "mattes by name from them.",
            .example = "--cryptomatte object,material"},
           cryptomatte_table(), [](std::string_view list) { parse_cryptomattes(list); }),
-      // Meaningless without `cryptomatte`.
+      // Omitted by default, because it has no effect without `cryptomatte`.
       omit_default(number<&S::cryptomatte_levels>(
           "cryptomatte-levels", kChannels, 1, kMaxCryptomatteLevels,
           {.section = H::kOutput,
@@ -553,7 +553,7 @@ std::vector<Setting> loading_settings() {
                          .full = "Show the scene at this frame of the animation. Fractions are "
                                  "allowed.",
                          .example = "--frame 36 --fps 24"}),
-      // Meaningless without an animation.
+      // Omitted by default, because it has no effect without an animation.
       omit_default(number<&S::fps>("fps", kLoading, kMinFps, kMaxFps,
                                    {.section = H::kScene,
                                     .full = "Set the frames per second, for `frame`, `frames` and "

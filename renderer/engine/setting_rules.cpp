@@ -30,7 +30,7 @@ std::string quoted(const SettingCondition& condition) {
   return fmt::format("`{}`", condition.name);
 }
 
-// Such as "bucket with `noise-threshold`".
+// Returns text such as "bucket with `noise-threshold`".
 std::string value_text(const SettingCondition& condition) {
   std::string text(condition.value);
   if (!condition.with.empty()) text += fmt::format(" with `{}`", condition.with);
@@ -43,7 +43,7 @@ std::string text_of(const SettingCondition& condition) {
   return value.empty() ? quoted(condition) : quoted(condition) + " " + value;
 }
 
-// Such as "`env`, `aov` N or P".
+// Returns text such as "`env`, `aov` N or P".
 std::string text_of(const AnyCondition& list, std::string_view last_comma) {
   std::string text;
   for (size_t i = 0; i < list.size(); ++i) {
@@ -69,7 +69,7 @@ bool mentions(const AnyCondition& list, std::string_view name, std::string_view 
   });
 }
 
-// The settings that exclude this one, in either direction.
+// Returns the settings that exclude this one or that it excludes.
 AnyCondition find_exclusions(std::span<const SettingRule> rules, std::string_view name,
                              std::string_view value) {
   AnyCondition excluded;
@@ -78,7 +78,7 @@ AnyCondition find_exclusions(std::span<const SettingRule> rules, std::string_vie
     if (mentions(rule.about, name, value)) add(excluded, rule.excludes);
     if (mentions(rule.excludes, name, value)) add(excluded, rule.about);
   }
-  // Removes duplicates and groups the values of each setting.
+  // Remove duplicates, and list the values of one setting together.
   AnyCondition sorted;
   for (const SettingCondition& condition : excluded) {
     const auto same_name = [&](const SettingCondition& other) {
@@ -110,7 +110,7 @@ std::string min_samples_violation(const FrameSettings& s) {
   return "";
 }
 
-// The rows of `table` for which `fits` is true, as values of a setting.
+// Returns conditions that the setting has one of the values in `table` for which `fits` is true.
 template <typename Table, typename Fits>
 AnyCondition values_of(std::string_view setting, const Table& table, const Fits& fits) {
   AnyCondition values;
@@ -120,7 +120,8 @@ AnyCondition values_of(std::string_view setting, const Table& table, const Fits&
   return values;
 }
 
-// Puts the drivers that share evenly without a threshold last, since their condition needs words.
+// Drivers that sample uniformly only without a threshold come last, because the text of their
+// condition is longer.
 AnyCondition drivers_of(SampleDistribution distribution, SettingCondition by_threshold) {
   AnyCondition drivers =
       find_drivers([&](const DriverEntry& driver) { return driver.distribution == distribution; });
@@ -174,7 +175,7 @@ std::vector<SettingRule> view_rules() {
   };
 }
 
-// Whether lossy compression would mistake non-colour channels for colours, by their names.
+// Whether lossy compression would mistake channels for colours because of their component names.
 bool would_blur(const ChannelRow& row) {
   return row.setting == "aov" && row.use != ChannelUse::kColour &&
          std::ranges::any_of(row.components, [](std::string_view component) {
@@ -421,7 +422,7 @@ RulesHelp describe_rules(const Setting& setting) {
 }  // namespace
 
 const RulesHelp& rules_of(const Setting& setting) {
-  // Cached: every command of the program needs it.
+  // Cached, because every command of the program needs it.
   static const std::map<std::string, RulesHelp> all = [] {
     std::map<std::string, RulesHelp> texts;
     for (const Setting& each : setting_table()) texts.emplace(each.name, describe_rules(each));

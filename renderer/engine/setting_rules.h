@@ -1,5 +1,5 @@
-// Rules for combining settings, their check, and their help texts. Names of drivers, integrators,
-// samplers and estimators come from their own tables.
+// Rules for combining settings, with checks and help texts. Names of drivers, integrators, samplers
+// and estimators come from their own tables.
 #pragma once
 
 #include <functional>
@@ -14,15 +14,15 @@
 
 namespace emberline {
 
-// A condition: a setting is given, or has a certain value.
+// The condition that a setting is given or has a certain value.
 struct SettingCondition {
   std::string_view name;
   std::string_view value = {};    // value or list entry; empty: any non-default value
   std::string_view except = {};   // any value but this one
-  std::string_view with = {};     // and that setting is given
-  std::string_view without = {};  // and that setting is not given
+  std::string_view with = {};     // this setting must be given as well
+  std::string_view without = {};  // this setting must not be given
 };
-using AnyCondition = std::vector<SettingCondition>;  // at least one of them holds
+using AnyCondition = std::vector<SettingCondition>;  // holds if at least one of them does
 
 // Applies if one of `about` and none of `unless` holds. Then one of `needs` and none of `excludes`
 // must hold.
@@ -31,7 +31,7 @@ struct SettingRule {
   AnyCondition needs = {};
   AnyCondition excludes = {};
   AnyCondition unless = {};
-  // Reason for messages. "{}" stands for the value of the first setting in `needs`.
+  // The reason, for messages. "{}" stands for the value of the first setting in `needs`.
   std::string reason = {};
   // For rules that compare numbers, instead of `needs` and `excludes`: returns an error with the
   // settings' names, or an empty text.
@@ -39,27 +39,28 @@ struct SettingRule {
   bool in_help = true;  // false: the setting's help already states the rule
 };
 
-// The rules for frame settings. Clients with further options add their own tables.
+// The rules for frame settings. Clients that have further options add their own tables.
 std::span<const SettingRule> setting_rules();
 
-// Evaluates a condition; clients with further options pass their own function.
+// Evaluates a condition. Clients that have further options pass their own function.
 using SettingHolds = std::function<bool(const SettingCondition&)>;
 bool setting_holds(const FrameSettings& settings, const SettingCondition& condition);
 
-// Returns an error of one line; empty if the settings obey the rule.
+// Returns a one-line error; empty if the settings obey the rule.
 std::string find_violation(const SettingRule& rule, const FrameSettings& settings,
                            const SettingHolds& holds);
-// Throws UsageError for the first broken rule: the setting, what it requires or excludes, and why.
+// Throws UsageError for the first broken rule. It names the setting, what it requires or excludes,
+// and why.
 void check_rules(std::span<const SettingRule> rules, const FrameSettings& settings,
                  const SettingHolds& holds);
 void check_rules(const FrameSettings& settings);
 // Checks only the rules about this setting.
 void check_rules(const FrameSettings& settings, std::string_view about);
 
-// Whether the rules allow this setting with the others, whether or not it is given.
+// Whether the rules would allow this setting with the others. It need not be given.
 bool setting_is_allowed(const FrameSettings& settings, std::string_view name);
 
-// The drivers of the table for which `fits` is true.
+// Returns conditions for the drivers for which `fits` is true.
 AnyCondition find_drivers(const std::function<bool(const DriverEntry&)>& fits);
 
 // Describes the rules about a setting or one of its values, for example "; requires `env` or
@@ -67,13 +68,14 @@ AnyCondition find_drivers(const std::function<bool(const DriverEntry&)>& fits);
 std::string rules_of(std::span<const SettingRule> rules, std::string_view name,
                      std::string_view value = {});
 
-// Appended to a setting's help: its rules, and a line with rules for each valid name.
+// The text to append to a setting's help: its rules, and a line with rules for each valid name.
 struct RulesHelp {
   std::string rules, values;
 };
 const RulesHelp& rules_of(const Setting& setting);
 
-// The texts of rules_of() as sentences: " Requires `env` or `sun`. Cannot be combined with `time`."
+// Turns the text of rules_of() into sentences, such as " Requires `env` or `sun`. Cannot be
+// combined with `time`."
 std::string as_sentences(std::string_view rules);
 
 }  // namespace emberline

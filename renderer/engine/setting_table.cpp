@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The shortest valid JSON for the value.
+// Returns true or false for a flag, a number if the type is a range, otherwise a text.
 nlohmann::ordered_json json_of(const Setting& setting, const std::string& text) {
   if (setting.type.empty()) return text == "yes";
   const std::optional<double> number = parse_real(text);

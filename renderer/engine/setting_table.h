@@ -1,5 +1,5 @@
-// The settings of a frame by name, one row each, for command lines, settings files, picture headers
-// and study records.
+// A table with a row for each setting of a frame, for command lines, settings files, picture
+// headers and study records.
 #pragma once
 
 #include <cstdint>
@@ -50,7 +50,8 @@ enum class HelpSection : uint8_t {
 };
 std::string_view title_of(HelpSection section);
 
-// Help of one option. Settings have it in their row, other options where they are added.
+// The help of one option. Rows of the setting table contain it; other options get it where they are
+// added.
 struct OptionText {
   HelpSection section;
   // One line for --help, at most 70 characters. Empty: only --help-all lists the option.
@@ -69,32 +70,34 @@ struct Setting {
   SettingGroup group;
   std::string type;  // value type for --help; empty: a flag
   OptionText help;
-  // Throws UsageError with the option, the text and the valid values.
+  // Throws UsageError that names the option, the text and the valid values.
   std::function<void(FrameSettings& settings, std::string_view text)> read;
-  // The text from which read() makes the same value; empty: not given.
+  // Returns the text from which read() gets the same value; empty if the setting is not given.
   std::function<std::string(const FrameSettings& settings)> text;
   std::vector<SettingChoice> choices = {};  // valid names, if the value comes from a table
   bool file = false;                        // the value is a path
 };
 
 std::span<const Setting> setting_table();
-// The text of the setting's value, or else the default in words; empty: no default.
+// Returns the text of the setting's value, or else the default in words; empty if there is none.
 std::string default_of(const Setting& setting, const FrameSettings& settings);
-// Null for an unknown name.
+// Returns null for an unknown name.
 const Setting* find_setting(std::string_view name);
 
-// Names and texts of the given settings in table order, optionally of some groups only.
+// Returns the names and texts of all given settings in table order, or only those of some groups.
+// Without `files`, omits settings that are paths.
 using SettingTexts = std::vector<std::pair<std::string, std::string>>;
 SettingTexts setting_texts(const FrameSettings& settings,
                            std::initializer_list<SettingGroup> groups = {}, bool files = true);
 
-// Converts a JSON value to the text that an option would have; `reader` gives its place. Throws
-// InputError.
+// Converts a JSON value to the text that an option would have. Throws InputError with the place
+// from `reader`.
 std::string text_of_json(const nlohmann::json& value, const JsonReader& reader);
 
-// Reads a settings file: a JSON object with the names above and texts, numbers, true or false. It
-// describes how a frame is rendered, not which scene. Relative paths are relative to the file;
-// unnamed settings are unchanged. Throws InputError with the place.
+// Reads a settings file: a JSON object whose keys are names of settings and whose values are texts,
+// numbers, true or false. It describes how a frame is rendered, but not which scene. Relative paths
+// are relative to the file. Settings that the file does not name are unchanged. Throws InputError
+// with the place.
 void read_settings(const std::string& path, FrameSettings& settings);
 // Returns all settings that differ from the defaults, in the format of read_settings().
 std::string settings_json(const FrameSettings& settings, const std::string& path);

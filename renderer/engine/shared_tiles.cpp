@@ -4,8 +4,8 @@
 
 namespace emberline {
 
-// Expands a part and skips samples that the film already has, since a pixel's samples are in index
-// order.
+// Expands a part and leaves out samples that the film already has: since samples are added in index
+// order, a pixel's sample count tells which these are.
 void RoundWork::expand(size_t part, std::vector<PixelWork>& list) const {
   list.clear();
   driver_.expand(part, list);
@@ -66,7 +66,7 @@ void SharedTiles::help(RenderWorker& worker) {
     ++round->helpers;
     lock.unlock();
     const std::exception_ptr thrown = take_parts(round->work, worker);
-    lock.lock();  // the owner continues when this is released
+    lock.lock();  // the owner may continue once this is released
     if (--round->helpers == 0) changed_.notify_all();
     if (thrown) {
       round->thrown = thrown;
@@ -86,7 +86,7 @@ std::exception_ptr SharedTiles::take_parts(RoundWork& work, RenderWorker& worker
   }
 }
 
-// The open round with the most parts left; null if there are none.
+// Returns the open round with the most parts left; null if none has any.
 SharedTiles::OpenRound* SharedTiles::longest_round() const {
   const auto longest = std::ranges::max_element(
       open_rounds_, {}, [](const OpenRound* round) { return round->work.parts_left(); });

@@ -11,14 +11,14 @@ namespace emberline {
 // Thread-safe; the first request counts.
 class StopRequest {
  public:
-  // Returns false if there was an earlier request.
+  // Returns false if a stop has already been requested.
   bool request(PixelStop cause) {
     PixelStop none = PixelStop::kNone;
     if (!cause_.compare_exchange_strong(none, cause)) return false;
-    source_.request_stop();  // after the cause, so that a reader of the token finds it
+    source_.request_stop();  // only now, so that readers of the token find the cause
     return true;
   }
-  // kNone if there was no request.
+  // Returns kNone if no stop has been requested.
   PixelStop cause() const { return cause_.load(); }
   std::stop_token token() const { return source_.get_token(); }
 

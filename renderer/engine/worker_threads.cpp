@@ -22,13 +22,13 @@
 namespace emberline {
 namespace {
 
-// Threads besides the workers: the progress display, a viewer's connection, and libraries' threads.
+// Threads in addition to the workers: progress display, connection to a viewer, and libraries.
 constexpr int kOtherThreads = 4;
 
 constexpr const char* kThreadLimitHint =
     "(check ulimit -u, the container's process limit and free memory)";
 
-// Returns how many of `requested` further threads the system starts, with TBB's stack size.
+// Returns how many further threads the system can start, up to `requested`, with TBB's stack size.
 int count_startable(int requested) {
   std::latch end(1);
   std::vector<pthread_t> threads;

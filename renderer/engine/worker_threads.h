@@ -1,4 +1,4 @@
-// The threads of a command.
+// Limits and tests the number of threads of a command.
 #pragma once
 
 #include <tbb/global_control.h>
@@ -8,12 +8,12 @@
 
 namespace emberline {
 
-// Limits TBB to a number of threads during its lifetime. TBB starts threads on demand and ends the
-// process if the system refuses one, so starting them is tested first.
+// Limits TBB to a number of threads while this object exists. TBB starts threads on demand and ends
+// the process if the system refuses one, so the constructor first tests whether they can start.
 class WorkerThreads {
  public:
-  // 0: one thread per usable processor, limited by the Slurm job and, with a warning, by what the
-  // system lets start. Throws RenderError if a requested number cannot be started.
+  // 0 requests one thread per usable processor, but not more than the Slurm job has or, with a
+  // warning, than the system can start. Throws RenderError if a requested number cannot be started.
   explicit WorkerThreads(int requested);
 
   int count() const { return count_; }
@@ -23,15 +23,16 @@ class WorkerThreads {
   tbb::global_control limit_;
 };
 
-// Number of processors in the calling thread's affinity mask, which taskset, containers and batch
-// systems set.
+// Returns the number of processors in the calling thread's affinity mask, which taskset, containers
+// and batch systems set.
 int usable_processors();
 
-// Handles threads that the system refuses later, after other processes started theirs. If TBB
-// throws on one of its own threads, the process ends: with one line and without unfinished files.
+// Handles threads that the system refuses later, when other processes have started theirs. If TBB
+// throws on one of its own threads, the process must end; the handler then logs one line and
+// removes unfinished files.
 void install_refused_thread_handler();
 
-// A message about refused threads for such an error; otherwise `error`'s own.
+// Returns a message about refused threads if that is the cause of `error`, otherwise error.what().
 std::string message_of(const std::exception& error);
 
 }  // namespace emberline

@@ -102,7 +102,7 @@ void count_rays(const FilmSample& sample, uint32_t* numbers) {
   numbers[1] += sample.value.rays.scatter;
   numbers[2] += sample.value.rays.shadow;
 }
-// Rounding in the sums is below the precision of depth, a float.
+// Rounding errors of the sums are below the precision of depth, a float.
 void add_depth_and_square(const FilmSample& sample, double* sums) {
   const auto depth = double(sample.value.first_hit.depth);
   sums[0] += depth;
@@ -133,7 +133,7 @@ constexpr ChannelRow kRows[] = {
          "the samples; two-stream and `streams` 2 estimate it from the two streams; otherwise it "
          "is estimated as for independent samples, which is too high for stratified ones",
      .put = put_variance},
-    // Over all samples, as denoisers expect: a half-covered pixel has half the albedo.
+    // A mean over all samples, as denoisers expect: a half-covered pixel has half the albedo.
     of_first_hit<&FirstHit::albedo>("albedo", kRgb, Kind::kMean, Use::kColour, SumGroup::kSurface,
                                     "", "directional albedo of the first surface"),
     of_first_hit<&FirstHit::normal>("N", kXyz, Kind::kMean, Use::kNumber, SumGroup::kSurface, "",
@@ -259,7 +259,8 @@ constexpr ChannelRow kRows[] = {
          "a fifth of the scene's radius; 1 where nothing is hit",
      .add = add_first_hit<&FirstHit::ambient_visibility>,
      .background = 1.0f},
-    // Rows named by the scene; their channels follow those of the film.
+    // Rows outside film_channels(); their channels follow the film's. The scene names the channels
+    // of the first two.
     {.name = "light",
      .components = kRgb,
      .kind = Kind::kMean,
@@ -337,7 +338,7 @@ bool AovSet::needs(SumGroup group) const {
 }
 
 std::span<const AovAlias> aov_aliases() {
-  // Passes of Blender, Arnold and Nuke go by these names.
+  // Blender, Arnold and Nuke use these names for their passes.
   static constexpr AovAlias kAliases[] = {
       {"lightpath", "direct,indirect,emission,transmission,reflection,environment"},
       {"normal", "N"},

@@ -1,4 +1,4 @@
-// The table of a picture's channels. All code that handles channels loops over it.
+// The table of a picture's channels. All code that handles channels loops over this table.
 #pragma once
 
 #include <cstdint>
@@ -45,14 +45,14 @@ enum class Aov : uint8_t {
 
 // How the samples of a pixel become its value.
 enum class ChannelKind : uint8_t {
-  kMean,        // over all samples
-  kMeanOfHits,  // over the samples that hit a surface; `background` without one
+  kMean,        // mean over all samples
+  kMeanOfHits,  // mean over the samples that hit a surface; `background` if none did
   kVarianceOfHits,
-  kFirstHit,  // of the first sample that hits a surface
+  kFirstHit,  // value of the first sample that hits a surface
   kCount,     // sum over all samples
   kAssigned,  // set from outside, not by samples
-  kRatio,     // of two sums
-  kDerived,   // from other sums
+  kRatio,     // ratio of two sums
+  kDerived,   // computed from other sums
   kIds,       // ids and their coverage of the pixel
 };
 
@@ -72,7 +72,7 @@ enum class ChannelFeed : uint8_t {
   kMerge,
 };
 
-// Precision that a file must keep.
+// The precision that a file must keep.
 enum class ChannelUse : uint8_t {
   kColour,  // half floats and lossy compression allowed
   kNumber,  // half floats allowed
@@ -80,8 +80,8 @@ enum class ChannelUse : uint8_t {
   kWhole,   // 32-bit integers
 };
 
-// Adjacent rows that share a block of sums: a film with one of them keeps the sums of all. A row of
-// kNone has its own block.
+// Groups of adjacent rows that share a block of sums: a film with one of the rows keeps the sums of
+// all. A row with kNone has its own block.
 enum class SumGroup : uint8_t { kNone, kSurface, kPositionUv, kClamped, kShadow };
 
 std::string_view name_of(ChannelKind kind);  // "mean of hits"
@@ -96,7 +96,7 @@ struct ChannelRow {
   ChannelKind kind;
   ChannelFeed feed;
   ChannelUse use;
-  std::string_view unit = {};        // empty: none, or that of radiance
+  std::string_view unit = {};        // empty: no unit, or the unit of radiance
   std::string_view setting = "aov";  // the setting that requests it; empty: always present
   std::string_view summary;
   bool denoised = false;  // `denoise` also writes a denoised version
@@ -111,7 +111,7 @@ struct ChannelRow {
   void (*count)(const FilmSample& sample, uint32_t* numbers) = nullptr;
   // Writes the values of pixel i. Null: the film computes them from the sums according to `kind`.
   void (*put)(const FilmTile& film, size_t i, float* values) = nullptr;
-  // The channel names, if `components` cannot express them.
+  // Returns the channels, if `components` cannot express them.
   std::vector<PictureChannel> (*channels)() = nullptr;
 
   size_t size() const { return components.empty() ? 1 : components.size(); }
@@ -127,13 +127,15 @@ const ChannelRow& row_of(Aov aov);
 // The rows that the setting `aov` accepts.
 std::span<const NamedValue<Aov>> aov_table();
 
-// Other names that the setting `aov` accepts: for a group of rows, and those of other programs.
+// Other names that the setting `aov` accepts: names for groups of rows, and names that other
+// programs use.
 struct AovAlias {
   std::string_view name;
-  std::string_view list;  // names of aov_table()
+  std::string_view list;  // the names in aov_table() that it stands for
 };
 std::span<const AovAlias> aov_aliases();
-// The list with the names of aov_table() alone. Throws UsageError that suggests valid names.
+// Replaces the aliases in `list` by names in aov_table(). Throws UsageError that suggests valid
+// names.
 std::string canonical_aovs(std::string_view list);
 
 // The rows that a film has in addition to those always present.
@@ -144,7 +146,8 @@ class AovSet {
   bool contains(Aov aov) const { return (bits_ & bit(aov)) != 0; }
   bool operator==(const AovSet&) const = default;
   bool empty() const { return bits_ == 0; }
-  // Whether a row in the set has this feed, or keeps sums in this group.
+  // Whether a row of the film, in the set or always present, has this feed or keeps sums in this
+  // group.
   bool needs(ChannelFeed feed) const;
   bool needs(SumGroup group) const;
   // Parses a list such as "variance,N", aliases included. Throws UsageError with the valid names.
@@ -155,7 +158,8 @@ class AovSet {
   uint64_t bits_ = 0;
 };
 
-// The rows of a film in table order; the channels of one row, and of all rows of a film.
+// rows_of() returns the rows of a film in table order, channels_of() the channels of one row,
+// film_channels() the channels of all rows of a film.
 std::vector<const ChannelRow*> rows_of(const AovSet& aovs);
 std::vector<PictureChannel> channels_of(const ChannelRow& row);
 std::vector<PictureChannel> film_channels(const AovSet& aovs);

@@ -24,22 +24,23 @@ class ClampedLight {
   bool clamps() const { return limit_ > 0.0f; }
   float limit() const { return limit_; }
 
-  // add_removed() adds the radiance removed from a contribution of a group (ignored if groups are
-  // not counted separately), add_remaining() the final radiance of a sample. Finite.
+  // add_removed() adds the radiance removed from a contribution of a light group (`group` is
+  // ignored if groups are not counted separately); add_remaining() adds the final radiance of a
+  // sample. Both must be finite.
   void add_removed(uint32_t group, const Rgb& radiance);
   void add_remaining(const Rgb& radiance) { add(&remaining_, radiance); }
-  // `other` is of the same frame.
+  // `other` must be from the same frame.
   void merge(const ClampedLight& other);
   // Loading accepts only the same limit and number of groups.
   void archive(Archive& archive);
 
-  // Mean radiance over `samples` that the picture lacks.
+  // The mean radiance over `samples` samples that was removed from the picture.
   Rgb removed(uint64_t samples) const { return mean(removed_, samples); }
   Rgb removed_of_group(size_t group, uint64_t samples) const {
     return mean(groups_[group], samples);
   }
   size_t groups() const { return groups_.size(); }
-  // Removed share of the luminance before clamping; 0 if there is none.
+  // The share of the luminance before clamping that was removed; 0 if there was no light.
   double fraction() const;
 
  private:

@@ -3,9 +3,9 @@
 // specification 1.2).
 //
 // For each kind, a pixel keeps a list of ids, and for each id the summed filter weights of the
-// samples that saw it. If the list is full, a new id replaces the one with the least sum, which is
-// added to the dropped weight, so no weight is lost. One owner adds a pixel's samples in index
-// order, so the list depends on nothing else.
+// samples that saw it. If the list is full, a new id replaces the one with the least sum. That sum
+// is added to the dropped weight, so no weight is lost. The list depends only on the samples,
+// because one owner adds them in index order.
 #pragma once
 
 #include <cstddef>
@@ -29,8 +29,8 @@ std::vector<CryptomatteKind> parse_cryptomattes(std::string_view list);
 // A view of a pixel's lists, which its film owns.
 class CryptomatteSums {
  public:
-  // `ids` points at id_bytes(), with 0 for a free slot; `weights` points at weight_bytes(), where
-  // each list ends with the dropped weight.
+  // `ids` points to id_bytes() bytes, where 0 marks a free slot; `weights` points to weight_bytes()
+  // bytes, where each list ends with the dropped weight.
   CryptomatteSums(uint32_t* ids, double* weights, const FilmExtras& extras)
       : ids_(ids),
         weights_(weights),
@@ -39,7 +39,7 @@ class CryptomatteSums {
   static size_t id_bytes(const FilmExtras& extras);
   static size_t weight_bytes(const FilmExtras& extras);
 
-  // Adds a sample that hit something; one nonzero id for each kind.
+  // Adds a sample that hit something. `ids` has one nonzero id for each kind.
   void add(float filter_weight, std::span<const uint32_t> ids);
   void merge(const CryptomatteSums& more);
 
@@ -47,11 +47,13 @@ class CryptomatteSums {
     uint32_t id = 0;  // 0: none
     float coverage = 0.0f;
   };
-  // Writes the ranks of one kind, largest coverage first; `ranks` has room for all levels. Returns
-  // the share of the pixel that was dropped. Together they are the alpha of `samples` samples,
-  // limited to [0, 1], which filters with negative lobes may leave.
+  // Writes the ranks of one kind, largest coverage first; `ranks` must have room for all levels.
+  // Returns the share of the pixel that was dropped. The coverages and this share add up to the
+  // alpha of `samples` samples, clamped to [0, 1] because filters with negative lobes may exceed
+  // that range.
   float resolve(size_t kind, double samples, std::span<Rank> ranks) const;
-  // Whether ids are valid as floats, which is how files store them, and weights are in range.
+  // Whether all weights are in range, and all ids are valid as floats, which is how files store
+  // them.
   bool is_valid() const;
 
  private:

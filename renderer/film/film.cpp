@@ -20,7 +20,7 @@ bool is_of_lights(Sums block) {
          block == Sums::kHalfLights || block == Sums::kHalfLightRemainders;
 }
 
-// The values of a row whose sums are over `count` samples.
+// Writes the values of a row whose sums are over `count` samples.
 void put_sums(const ChannelRow& row, const double* sums, double count, float* values) {
   if (row.kind == ChannelKind::kVarianceOfHits) {
     const double spread = count > 1 ? std::max(0.0, sums[1] - sums[0] * sums[0] / count) : 0.0;
@@ -135,7 +135,7 @@ void FilmTile::add_film(const FilmTile& other) {
   }
 }
 
-// Call before the sums are merged. Shown values and sample variances are averaged, weighted by
+// Must be called before the sums are merged. Averages overrides and sample variances, weighted by
 // sample counts; for the variances this equals pooling the variances of the means.
 void FilmTile::merge_overrides(const FilmTile& other, size_t i, double own_weight,
                                double other_weight) {
@@ -211,8 +211,8 @@ double FilmTile::variance_of_mean(size_t i, size_t c) const {
     // sample times (1 / n0 + 1 / n1), however correlated the samples within a stream are.
     return square(sums.rgb[0][c] / n0 - sums.rgb[1][c] / n1) * (n0 * n1) / (n * n);
   }
-  // One stream, with samples taken as independent: (sum of squares - n mean^2) / (n (n - 1)).
-  // Non-finite samples count as black.
+  // The samples of the only stream are assumed to be independent, and non-finite ones to be black:
+  // (sum of squares - n mean^2) / (n (n - 1)).
   const double sum = sums.rgb[0][c] + sums.rgb[1][c];
   const double spread = squares(i)[c] - (n > 0 ? sum * sum / n : 0.0);
   return n > 1 ? std::max(0.0, spread) / (n * (n - 1)) : 0.0;
@@ -227,13 +227,13 @@ void FilmTile::put_rgba(size_t i, float* out) const {
   const double n = sums.samples();
   const double scale = n > 0 ? 1.0 / n : 0.0;
   for (int c = 0; c < 3; ++c) out[c] = to_finite_float((sums.rgb[0][c] + sums.rgb[1][c]) * scale);
-  // Filters with negative lobes may leave [0, 1].
+  // With filters that have negative lobes, alpha may leave [0, 1].
   double alpha = sums.alpha;
   if (has(Sums::kShadow)) alpha += shadow_alpha(at<double>(Sums::kShadow, i));
   out[3] = to_finite_float(std::clamp(alpha * scale, 0.0, 1.0));
 }
 
-// If the pixel shows a value other than its mean, the layers are scaled to add up to that value.
+// If the pixel's value is overridden, the layers are scaled to add up to that value.
 void FilmTile::put_layer(size_t i, PathLayer layer, float* rgb) const {
   const PixelSums& sums = this->sums(i);
   const double n = sums.samples();
@@ -310,10 +310,10 @@ void FilmTile::archive(Archive& archive) {
   if (archive.loading()) check(archive);
 }
 
-// Validates loaded sums: a checkpoint is untrusted input.
+// Validates loaded sums, since a checkpoint is untrusted input.
 void FilmTile::check(const Archive& archive) const {
   for (size_t i = 0; i < pixels(); ++i) archive.check(layout_.is_valid(pixel(i)));
-  // The byte of a bool may be neither 0 nor 1 here, and reading such a bool is undefined behaviour.
+  // A loaded bool's byte may be neither 0 nor 1, and reading such a bool is undefined behaviour.
   const auto is_flag = [](const bool& flag) {
     uint8_t byte;
     std::memcpy(&byte, &flag, sizeof byte);

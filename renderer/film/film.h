@@ -1,7 +1,7 @@
-// A film: the running sums of a rectangle of pixels, and their resolution to channels.
+// A film: the running sums of a rectangle of pixels, and the code that turns them into channels.
 //
-// Each pixel has one owner at a time, which adds its samples in index order, so equal sets of
-// samples give equal bits whatever the schedule (law 2). There are no locks. Sums are double: 2^25
+// Each pixel has one owner at a time, which adds its samples in index order. So equal sets of
+// samples give equal bits, whatever the schedule (law 2). There are no locks. Sums are double: 2^25
 // samples of 0.1 stay exact to 1e-9.
 #pragma once
 
@@ -31,15 +31,15 @@ class FilmTile {
   explicit FilmTile(const AovSet& aovs, const FilmExtras& extras = {})
       : layout_({aovs, extras}), layers_(aovs) {}
 
-  // Resets to empty pixels over `rect`; keeps the memory. Small pages of new memory are committed
-  // on first use, huge pages here (renderer/core/zeroed_array.h).
+  // Resets to empty pixels over `rect` and keeps the memory. New memory is committed on first use
+  // if its pages are small, and by this call if they are huge (renderer/core/zeroed_array.h).
   void reset(const Rect& rect);
   const Rect& rect() const { return rect_; }
   const AovSet& aovs() const { return layout_.contents().aovs; }
   const FilmExtras& extras() const { return layout_.contents().extras; }
 
-  // Adds sample value x filter weight. Returns false, and counts the sample as black and
-  // non-finite, if any of its values is NaN or infinite.
+  // Adds the sample's value times its filter weight. If any of its values is NaN or infinite,
+  // returns false and counts the sample as black and non-finite.
   bool add(int x, int y, const FilmSample& sample);
   void prefetch(int x, int y) const { layout_.prefetch(pixel(index(x, y))); }
   void add_time(int x, int y, double seconds);
@@ -48,14 +48,15 @@ class FilmTile {
   bool stores_sample_variance() const {
     return extras().sample_variance && aovs().contains(Aov::kVariance);
   }
-  // Sets the variance of a sample of pixel i, which has samples; finite. Called by a driver that
-  // knows it better than the film does. The variance of the mean is this value over the sample
-  // count. It holds until the next call, so later samples are taken to be as noisy as earlier ones.
+  // Sets the variance of one sample of pixel i; it must be finite, and the pixel must have samples.
+  // A driver calls this if it knows the variance better than the film does. The variance of the
+  // mean is this value divided by the sample count. The value holds until the next call, so later
+  // samples are assumed to be as noisy as earlier ones.
   void set_sample_variance(size_t i, const Rgb& variance);
-  // In a merged frame, the part that the tile came from; the first is 1.
+  // Sets the part of a merged frame that the tile comes from; the first part is 1.
   void set_part(uint32_t part) { part_ = part; }
-  // Sets each pixel's stop by its sample count: kBudget for `budget` samples, kNone for 0, else
-  // `unfinished_stop`.
+  // Sets each pixel's stop according to its sample count: kBudget for `budget` samples, kNone for
+  // 0, otherwise `unfinished_stop`.
   void mark_stops(uint32_t budget, PixelStop unfinished_stop);
 
   uint32_t sample_count(int x, int y) const;
@@ -65,23 +66,24 @@ class FilmTile {
     return layout_.has(Sums::kStop) ? *at<PixelStop>(Sums::kStop, index(x, y)) : PixelStop::kNone;
   }
   Rgb mean(int x, int y) const;
-  // Variance of the pixel's mean, as in the `variance` channel: from the driver if it set one, else
-  // from the difference of two streams, else as if samples were independent. Empty if unknown: with
-  // fewer than two samples, or with neither two streams nor squares.
+  // Variance of the pixel's mean, as in the `variance` channel: the driver's value if it set one,
+  // otherwise estimated from the difference of two streams, otherwise as if samples were
+  // independent. Empty if unknown: with fewer than two samples, or with neither two streams nor
+  // squares.
   std::optional<Rgb> variance(int x, int y) const;
   void rgba(int x, int y, float* out) const { put_rgba(index(x, y), out); }
   void put_rgba(size_t i, float* out) const;
   void put_layer(size_t i, PathLayer layer, float* rgb) const;
   double variance_of_mean(size_t i, size_t channel) const;
   uint32_t part() const { return part_; }
-  // Means for the channels `albedo`, `N` and `Z` of a pixel with samples; the film has at least one
-  // of the channels. nearness is 1 / depth, 0 where nothing is hit.
+  // Means for the channels `albedo`, `N` and `Z`. The pixel must have samples, and the film at
+  // least one of these channels. nearness is 1 / depth, or 0 where nothing was hit.
   struct Surface {
     float albedo[3], normal[3], nearness;
   };
   Surface surface(int x, int y) const;
 
-  // By pixel index, rows from rect().y0. The film must have the block.
+  // These take a pixel index, which counts in rows from rect().y0. The film must have the block.
   bool has(Sums block) const { return layout_.has(block); }
   template <class T>
   const T* block(Sums block, size_t i) const {
@@ -98,13 +100,13 @@ class FilmTile {
 
   // Undoes set_override().
   void clear_overrides() { overrides_.reset(0); }
-  // Copies the sums and the shown value of a pixel from a tile with the same channels.
+  // Copies the sums and the override of a pixel from a tile with the same channels.
   void copy_pixel(const FilmTile& from, int x, int y);
-  // Adds the independent samples of another film with the same pixels, channels and extras. Shown
-  // values are averaged, weighted by sample counts.
+  // Adds the samples of another film, which must be independent of this film's. The films must have
+  // the same pixels, channels and extras. Overrides are averaged, weighted by sample counts.
   void add_film(const FilmTile& other);
-  // Overrides the R G B A of a pixel, for one that is filled from its neighbours or averaged
-  // differently. Its other channels and its sample count do not change.
+  // Overrides the R G B A of a pixel, for pixels that are filled from their neighbours or averaged
+  // differently. The other channels and the sample count do not change.
   void set_override(int x, int y, const float* rgba);
   // Sets the means of the light groups of a pixel without samples.
   void override_lights(int x, int y, std::span<const Rgb> means) {
@@ -114,8 +116,8 @@ class FilmTile {
     layers(index(x, y)).set_override(means);
   }
 
-  // Channels in film_channels() order, interleaved, rows from rect().y0, with room for `more`
-  // values after those of each pixel.
+  // Writes the channels in film_channels() order, interleaved, rows from rect().y0. Leaves room for
+  // `more` values after the channels of each pixel.
   void resolve(std::vector<float>& out, size_t more = 0) const;
   void resolve_rgba(std::vector<float>& out) const;
   void resolve_rgba(std::span<float> out) const;
@@ -158,14 +160,14 @@ class FilmTile {
   Rect rect_;
   uint32_t part_ = 0;
   ZeroedArray<std::byte> buffer_;
-  std::vector<std::byte*> planes_;                // into the buffer, one per part of the layout
+  std::vector<std::byte*> planes_;                // start of each part's plane in the buffer
   PixelSums* sums_ = nullptr;                     // the first plane
   ZeroedArray<SampleVariance> sample_variances_;  // empty unless stores_sample_variance()
   ZeroedArray<ValueOverride> overrides_;          // allocated by the first set_override()
 };
 
-// Copies the tile's channels into those of a frame that contains it, in the layout of resolve().
-// Tiles without common pixels may be copied concurrently.
+// Copies the tile's channels into `values`, the channels of a frame that contains the tile, in the
+// layout of resolve(). Tiles that do not overlap may be copied concurrently.
 void put_channels(const FilmTile& tile, const Rect& frame, std::span<float> values);
 
 }  // namespace emberline

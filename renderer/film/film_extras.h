@@ -5,13 +5,14 @@ namespace emberline {
 
 // Sums requested by drivers and outputs.
 struct FilmExtras {
-  bool squares = false;  // of the radiance, for the variance of a sample
+  bool squares = false;  // squares of the radiance, for the variance of a sample
   bool rays = false;     // rays traced for a pixel, as the cost of its samples
   // Room for set_sample_variance(), if the film has the `variance` channel: 16 bytes per pixel.
   bool sample_variance = false;
-  // Number of light groups, at 24 bytes per pixel each plus 24; -1: light groups are not recorded.
+  // Number of light groups, which take 24 bytes per pixel each plus 24; -1: light groups are not
+  // recorded.
   int light_groups = -1;
-  // Number of Cryptomatte kinds, and of ids kept for each (CryptomatteSums).
+  // Number of Cryptomatte kinds, and number of ids kept for each kind (CryptomatteSums).
   int cryptomattes = 0, cryptomatte_levels = 0;
 };
 

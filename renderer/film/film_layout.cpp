@@ -16,8 +16,8 @@ namespace {
 
 using Part = FilmLayout::Part;
 
-// ---- Blocks. merge() adds another film's sums of the pixel; is_valid() says whether samples can
-// have produced the sums; add() takes a sample, which counts as black unless it is `finite`.
+// ---- Blocks. merge() adds another film's sums of the pixel; is_valid() returns whether samples
+// can have produced the sums; add() adds a sample, which counts as black unless `finite` is true.
 
 struct PixelBlock : PixelSums {
   void merge(const PixelSums& more) {
@@ -90,7 +90,7 @@ struct Halves : HalfSums {
   }
 };
 
-// The sums of a part's rows, and the number of samples in them.
+// The sums of a part's rows, and the number of hits in them.
 struct RowBlock {
   const Part& part;
   double* sums;
@@ -133,7 +133,7 @@ struct NumberBlock {
   static bool is_valid() { return true; }
 };
 
-// Light by group or by layer; with kSecondHalf, of the second half of the samples only.
+// Light by group or by layer; with kSecondHalf, only from the second half of the samples.
 template <const LightGroupValues* FilmSample::*kValues, bool kSecondHalf = false>
 struct LightBlock : LightGroupSums {
   LightBlock(const FilmLayout& layout, const Part& part, const FilmPixel& at)
@@ -155,7 +155,7 @@ struct MatteBlock : CryptomatteSums {
   }
 };
 
-// Storage that belongs to the preceding block, which adds to it, merges it and checks it.
+// Storage that belongs to the preceding block, whose add(), merge() and is_valid() handle it.
 struct SecondaryBlock {
   SecondaryBlock(const FilmLayout&, const Part&, const FilmPixel&) {}
   static void merge(const SecondaryBlock&) {}
@@ -166,14 +166,15 @@ struct SecondaryBlock {
 
 struct SumsType {
   size_t alignment;
-  size_t (*bytes)(const FilmContents& contents);  // per pixel; 0: not kept
+  size_t (*bytes)(const FilmContents& contents);  // bytes per pixel; 0: the film lacks the block
   SumGroup group;
   void (*add)(const FilmLayout&, const Part&, const FilmPixel&, const FilmSample&, bool finite);
   void (*merge)(const FilmLayout&, const Part&, const FilmPixel& at, const FilmPixel& more);
   bool (*is_valid)(const FilmLayout&, const Part&, const FilmPixel&);
 };
 
-// A block as an object: constructed as a view if it is one, otherwise the stored object.
+// Returns a block as an object: a newly constructed view if the block type is a view, otherwise a
+// reference to the stored object.
 template <class Block>
 decltype(auto) block_at(const FilmLayout& layout, const Part& part, const FilmPixel& at) {
   if constexpr (std::is_constructible_v<Block, const FilmLayout&, const Part&, const FilmPixel&>) {
@@ -275,7 +276,7 @@ Part make_part(Sums block, const FilmContents& contents) {
   return part;
 }
 
-// The part of a row that shares no sums; 0 bytes if the row has none.
+// The part for a row outside all groups; 0 bytes if the row has no sums or counters of its own.
 Part part_of_row(const ChannelRow& row) {
   Part part{.block = Sums::kRow};
   if (row.add && row.group == SumGroup::kNone) set_rows({&row, 1}, part);
@@ -293,7 +294,7 @@ const SumsType& type_of(const Part& part) {
 
 }  // namespace
 
-// Planes are ordered by alignment, largest first, so all are aligned for any number of pixels.
+// Orders the planes by alignment, largest first, so that all are aligned for any number of pixels.
 FilmLayout::FilmLayout(const FilmContents& contents) : contents_(contents) {
   for (size_t i = 0; i < kNamedSums; ++i) parts_.push_back(make_part(Sums(i), contents));
   for (const ChannelRow* row : rows_of(contents.aovs)) {

@@ -1,8 +1,8 @@
 // The sums that a film keeps for each pixel, as blocks chosen by the channels in use.
 //
-// A block knows how to add a sample, merge the sums of two films and validate loaded sums; copying
-// and saving are the same for all. Each block is a plane of the film's one buffer, so resolving or
-// relighting a picture reads only the planes that it needs.
+// A block knows how to add a sample, merge the sums of two films and validate loaded sums. Copying
+// and saving work the same way for all blocks. Each block is a plane of the film's single buffer,
+// so code that resolves or relights a picture reads only the planes that it needs.
 #pragma once
 
 #include <cstddef>
@@ -17,9 +17,9 @@
 
 namespace emberline {
 
-// Sums over a pixel's samples, each times its filter weight.
+// Sums over a pixel's samples, each multiplied by its filter weight.
 struct PixelSums {
-  double rgb[2][3];  // by stream
+  double rgb[2][3];  // for each stream
   double alpha;
   uint32_t count[2];
   uint32_t non_finite;
@@ -28,7 +28,8 @@ struct PixelSums {
   double samples() const { return double(count[0]) + double(count[1]); }
 };
 
-// Sums in pixels per frame, over the samples that hit a surface; over all samples if none did.
+// Sums of velocities in pixels per frame, over the samples that hit a surface, or over all samples
+// if none did.
 struct VelocitySums {
   double x, y;
   uint32_t count;
@@ -41,10 +42,10 @@ struct FilmContents {
   FilmExtras extras;
 };
 
-// In checkpoint order.
+// The blocks of sums, in checkpoint order.
 enum class Sums : uint8_t {
   kPixel,    // PixelSums; always present
-  kSquares,  // double[3]: of weighted R G B
+  kSquares,  // double[3]: squares of weighted R G B
   kRays,     // uint32_t: rays traced for the pixel
   kSurface,  // the sums of a SumGroup
   kPositionUv,
@@ -62,7 +63,7 @@ enum class Sums : uint8_t {
   kHalfLightRemainders,
   kMattes,  // CryptomatteSums, in two blocks
   kMatteWeights,
-  kRow,  // sums or counters (uint32_t) of a row that shares none; any number of blocks
+  kRow,  // sums (double) or counters (uint32_t) of a row outside all groups; any number of blocks
 };
 inline constexpr size_t kNamedSums = size_t(Sums::kRow);
 
@@ -81,29 +82,30 @@ class FilmLayout {
     size_t index = 0;   // index among the parts
     size_t bytes = 0;   // per pixel; 0: the film lacks the part
     size_t offset = 0;  // bytes per pixel of the preceding planes
-    // For a SumGroup and kRow: the rows, their number of sums, and whether only samples that hit
-    // a surface count. If so, the number of those samples (uint32_t) follows the sums.
+    // For a SumGroup and kRow: the rows, the total number of their sums, and whether only samples
+    // that hit a surface count. If so, the number of those samples (uint32_t) follows the sums.
     std::span<const ChannelRow> rows = {};
     size_t sums = 0;
     bool hits_only = false;
   };
   const FilmContents& contents() const { return contents_; }
-  // In the order of Sums, including parts that the film lacks.
+  // All parts in the order of Sums, including those that the film lacks.
   const std::vector<Part>& parts() const { return parts_; }
   const Part& part(Sums block) const { return parts_[size_t(block)]; }
   bool has(Sums block) const { return part(block).bytes > 0; }
   size_t bytes_per_pixel() const { return bytes_; }
 
-  // The part of a row with sums or counters, and their position in it.
+  // The part that contains a row's sums or counters, and the index of the first within the part.
   struct RowSums {
     const Part* part;
     size_t first;
   };
   RowSums sums_of(const ChannelRow& row) const;
 
-  // Adds a sample to a pixel, in index order. A sample that is not `finite` counts as black.
+  // Adds a sample to a pixel. A pixel's samples must come in index order. If `finite` is false, the
+  // sample counts as black.
   void add(const FilmPixel& at, const FilmSample& sample, bool finite) const;
-  // Adds another film's sums of the pixel; both have the same layout.
+  // Adds another film's sums of the pixel. Both films must have the same layout.
   void merge(const FilmPixel& at, const FilmPixel& more) const;
   // Whether samples can have produced these sums: finite, and within the limits of the arithmetic.
   bool is_valid(const FilmPixel& at) const;
@@ -113,7 +115,7 @@ class FilmLayout {
  private:
   FilmContents contents_;
   std::vector<Part> parts_;
-  std::vector<Part> sampled_parts_;  // parts that take samples, except PixelSums
+  std::vector<Part> sampled_parts_;  // parts to which samples are added, except PixelSums
   size_t bytes_ = 0;
 };
 
@@ -121,7 +123,7 @@ template <class T>
 T* sums_at(const FilmLayout::Part& part, const FilmPixel& at) {
   return reinterpret_cast<T*>(at.planes[part.index] + part.bytes * at.index);
 }
-// The number of samples in a part that counts only samples that hit a surface.
+// The number of samples in a part with hits_only.
 inline uint32_t& hits_at(const FilmLayout::Part& part, const FilmPixel& at) {
   return *reinterpret_cast<uint32_t*>(sums_at<double>(part, at) + part.sums);
 }

@@ -1,4 +1,4 @@
-// One sample, as it is added to a film.
+// One sample, in the form in which it is added to a film.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,14 @@ class LightGroupValues;
 struct FilmSample {
   const SampleValue& value;
   float filter_weight = 1.0f;
-  int half = 0;  // the stream of the sample: 0 or 1
+  int half = 0;  // the sample's stream: 0 or 1
   // Inputs of optional channels; null or empty if not needed.
   const DenoiserFeatures* features = nullptr;
   const SampleShares* shares = nullptr;
   const CatcherSample* catcher = nullptr;
   const LightGroupValues* lights = nullptr;  // by light group
-  const LightGroupValues* layers = nullptr;  // by light path, in the order of PathLayers
-  int lane = 0;                              // of the sample, in `lights` and `layers`
+  const LightGroupValues* layers = nullptr;  // by light-path layer, in the order of PathLayers
+  int lane = 0;                              // the sample's index in `lights` and `layers`
   std::span<const uint32_t> ids = {};        // Cryptomatte ids of the hit, one per kind
 };
 

@@ -13,8 +13,8 @@ namespace {
 
 double box(double) { return 1.0; }
 
-// sigma = radius / 3, minus the value at the edge so that it ends at zero: pbrt-v4's Gaussian with
-// its defaults (radius 1.5, sigma 0.5).
+// A Gaussian with sigma = radius / 3, minus its value at the edge so that it ends at zero. This is
+// pbrt-v4's Gaussian with its defaults (radius 1.5, sigma 0.5).
 double gaussian(double x) { return std::exp(-4.5 * x * x) - std::exp(-4.5); }
 
 // The minimum four-term window of F. J. Harris 1978, "On the Use of Windows for Harmonic Analysis
@@ -26,16 +26,16 @@ double blackman_harris(double x) {
 }
 
 // Mitchell & Netravali 1988, "Reconstruction Filters in Computer Graphics", SIGGRAPH, equation 8
-// with B = C = 1/3, over [-2, 2] there. The outer piece factors into -7/18 (2 - t)^2 (t - 8/7):
-// negative from t = 8/7 on.
+// with B = C = 1/3; the paper's domain is [-2, 2]. Negative from t = 8/7 on, because the outer
+// piece equals -7/18 (2 - t)^2 (t - 8/7).
 double mitchell(double x) {
   const double t = 2.0 * std::abs(x);
   if (t < 1.0) return (7.0 * t * t * t - 12.0 * t * t + 16.0 / 3.0) / 6.0;
   return -7.0 / 18.0 * (2.0 - t) * (2.0 - t) * (t - 8.0 / 7.0);
 }
 
-// Radii follow production renderers: Blackman-Harris spans three pixels in Cycles (its "1.5 px" is
-// doubled); the Gaussian and Mitchell are pbrt-v4's.
+// Radii follow production renderers: Blackman-Harris spans three pixels as in Cycles, which doubles
+// its setting of 1.5 px; the Gaussian and Mitchell have pbrt-v4's radii.
 constexpr FilterEntry kFilters[] = {
     {"box", "the pixel's square: the sharpest without ringing, and the most aliasing", 0.5f, box},
     {"gaussian", "soft; sigma is a third of the radius", 1.5f, gaussian},
@@ -68,7 +68,7 @@ PixelFilter::PixelFilter(const FilterEntry& entry, float radius)
     const double f = entry.profile(double(i) / kBins);
     magnitude[i] = std::abs(f) < negligible ? 0.0 : std::abs(f);
   }
-  // Areas of the trapezoids, signed by the profile in the middle of each bin.
+  // Sums the areas of the trapezoids. The sign of a bin is that of the profile in its middle.
   double cdf[kBins + 1] = {};
   double signed_sum = 0.0;
   for (int i = 0; i < kBins; ++i) {
@@ -92,14 +92,14 @@ PixelFilter::PixelFilter(const FilterEntry& entry, float radius)
 }
 
 PixelFilter::Coordinate PixelFilter::sample_1d(float u) const {
-  // The subtraction is exact for the multiples of 2^-24 that samplers give.
+  // The subtraction is exact, because samplers return multiples of 2^-24.
   const float t = std::abs(2.0f * u - 1.0f);
   int bin = guide_[std::min(int(t * kGuides), kGuides - 1)];
   while (bin + 1 < kBins && cdf_[bin + 1] <= t) ++bin;
   const float mass = cdf_[bin + 1] - cdf_[bin];
   const float share = mass > 0.0f ? std::min((t - cdf_[bin]) / mass, 1.0f) : 1.0f;
-  // Inverts a0 s + (a1 - a0) s^2 / 2 = share (a0 + a1) / 2 without cancellation. The divisor is
-  // zero only at the foot of a rising bin, where s is 0.
+  // Solves a0 s + (a1 - a0) s^2 / 2 = share (a0 + a1) / 2 for s without cancellation. The divisor
+  // is zero only at the lower end of a bin that rises from zero, where s is 0.
   const float a0 = density_[bin], a1 = density_[bin + 1];
   const float divisor = a0 + std::sqrt(lerp(a0 * a0, a1 * a1, share));
   const float s = divisor > 0.0f ? std::min(share * (a0 + a1) / divisor, 1.0f) : 0.0f;

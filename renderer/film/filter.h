@@ -1,6 +1,6 @@
-// Pixel reconstruction filters by importance sampling: the filter chooses where in and around the
-// pixel a sample's camera ray goes, and nothing is splatted into neighbours. A pixel thus has one
-// owner, its estimate is unbiased (no ratio of sums), and the film needs no locks (Ernst,
+// Pixel reconstruction filters by importance sampling: the filter chooses the position, in or
+// around the pixel, of a sample's camera ray, and nothing is splatted into neighbours. So a pixel
+// has one owner, its estimate is unbiased (no ratio of sums), and the film needs no locks (Ernst,
 // Stamminger & Greiner 2006, "Filter Importance Sampling", Symposium on Interactive Ray Tracing).
 //
 // Lengths are in pixels; offsets are from the pixel's centre, x to the right, y downwards.
@@ -24,17 +24,17 @@ struct FilterSample {
   float weight;
 };
 
-// A row of the table of filters, which feeds create(), --help, error messages and tests.
+// A row of the table of filters, which create(), --help, error messages and tests use.
 struct FilterEntry {
   std::string_view name;
   std::string_view summary;
   float default_radius;
-  double (*profile)(double x);  // even, on [-1, 1] in units of the radius; any scale
+  double (*profile)(double x);  // an even function on [-1, 1], in units of the radius; any scale
 };
 std::span<const FilterEntry> filter_table();
 
-// Immutable, so threads may share it; about 4 KiB, no allocation. All filters are separable
-// products f(x) f(y) with support [-radius, radius]^2.
+// Immutable, so threads may share a filter. It takes about 4 KiB and allocates nothing. All filters
+// are separable products f(x) f(y) with support [-radius, radius]^2.
 class PixelFilter {
  public:
   // Throws UsageError for an unknown name (with the valid ones) or a radius outside (0,
@@ -44,18 +44,19 @@ class PixelFilter {
 
   // Maps u in [0, 1)^2 to an offset in [-radius, radius]^2, increasing in each coordinate so that
   // stratified u stay stratified. The box of radius 0.5 gives exactly u - 0.5. The density of
-  // offsets is |f| / integral |f|, along each axis within 4e-5 of its peak (|f| is linear between
-  // knots).
+  // offsets along each axis equals |f| / integral |f| to within 4e-5 of its peak, because |f| is
+  // interpolated linearly between knots.
   FilterSample sample(const Vec2f& u) const;
-  // Weights of a sample at this offset for each of the 3 x 3 pixels around it: the balance
-  // heuristic (Veach & Guibas 1995) over the samples drawn by the nine pixels around the receiving
-  // pixel. The sum of radiance x share over those nine pixels has the pixel's value as its
-  // expectation, with less variance than the pixel's own samples alone.
+  // The weights of a sample at this offset for each of the 3 x 3 pixels around it. The receiving
+  // pixel combines the samples of the 3 x 3 pixels around itself by the balance heuristic (Veach &
+  // Guibas 1995): the expectation of the sum of radiance x share over these pixels is the receiving
+  // pixel's value, with less variance than from its own samples alone.
   SampleShares shares(const Vec2f& offset) const;
   float radius() const { return radius_; }
 
  private:
-  // A multiple of 7: Mitchell's profile changes sign at 4/7 of its radius, which must be a knot.
+  // Must be a multiple of 7: Mitchell's profile changes sign at 4/7 of its radius, which must be a
+  // knot.
   static constexpr int kBins = 252;
   static constexpr int kGuides = 1024;
 
@@ -66,14 +67,14 @@ class PixelFilter {
 
   PixelFilter(const FilterEntry& entry, float radius);
   Coordinate sample_1d(float u) const;
-  float value_1d(float x) const;  // unnormalized
+  float value_1d(float x) const;  // f(x), not normalised
   std::array<float, 3> shares_1d(float x) const;
 
   float radius_;
-  bool uniform_ = false;  // the box needs no table
+  bool uniform_ = false;  // true for the box, which needs no table
   float weight_ = 1.0f;   // integral |f| / integral f, in one dimension
-  // Tables of the positive half, x from 0 to radius: |f| at the knots, linear in between, with unit
-  // integral; its CDF; the bins where quantile searches start; the sign of f in each bin.
+  // Tables for x from 0 to radius: |f| at the knots, linear in between, with unit integral; the CDF
+  // of |f|; the bins where quantile searches start; the sign of f in each bin.
   std::array<float, kBins + 1> density_{};
   std::array<float, kBins + 1> cdf_{};
   std::array<uint8_t, kGuides> guide_{};

@@ -1,13 +1,13 @@
 // The channels of `--aov denoising`: means over each half of a pixel's samples.
 //
 // For the first half: half1.{R,G,B}; half1.albedo.{R,G,B}, half1.N.{X,Y,Z}, half1.nearness and
-// half1.visibility (see DenoiserFeatures); half1.samples; and half1.shared.K.{R,G,B,A}, what its
-// samples contribute to the K-th of the 3 x 3 pixels around it and their weight
+// half1.visibility (see DenoiserFeatures); half1.samples; and half1.shared.K.{R,G,B,A}, the
+// contribution of these samples to the K-th of the 3 x 3 pixels around this one, and its weight
 // (PixelFilter::shares). The second half has the same. In a finished frame the shared values are
 // summed (shared_samples.h). With light groups there is also half1.light.NAME.{R,G,B}.
 //
-// The mean of both halves, weighted by samples, is the picture. If a pixel shows another value
-// (FilmTile::show), both halves are shifted by the difference.
+// The mean of both halves, weighted by their sample counts, is the picture. If a pixel's value is
+// overridden (FilmTile::set_override), both halves are shifted by the difference.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ inline constexpr const char* kHalfNames[2] = {"half1", "half2"};
 std::vector<PictureChannel> half_channels();
 // Writes the values of pixel i in channel order.
 void put_halves(const FilmTile& tile, size_t i, float* values);
-// Writes three values for each light group of one half; returns the end.
+// Writes three values for each light group of one half. Returns a pointer past the last value.
 float* put_half_lights(const FilmTile& tile, size_t i, int half, float* values);
 
 }  // namespace emberline

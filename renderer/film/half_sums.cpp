@@ -15,7 +15,7 @@ std::array<float, kFeatureValues> values_of(const DenoiserFeatures& features) {
           features.normal.y, features.normal.z, features.nearness, features.visibility};
 }
 
-// Adds four values. No lane becomes NaN, since all sums stay finite.
+// Adds four values and clamps the sums to finite floats, so that no sum can become NaN.
 void add_finite(Color4 more, float* sums) {
   constexpr float kMaxFloat = std::numeric_limits<float>::max();
   Color4 sum;

@@ -1,5 +1,5 @@
-// Denoiser inputs beside the picture: sums of the features and shares of each half of a pixel's
-// samples (renderer/reconstruction/denoise.h). The colours of the halves are in PixelSums.
+// Denoiser inputs other than the picture: sums of the features and shares over each half of a
+// pixel's samples (renderer/reconstruction/denoise.h). The colours of the halves are in PixelSums.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ struct HalfSums {
   // Sums of radiance x share, and of the shares.
   std::array<float, kSharedValues> shared[2];
 
-  // Arguments are finite; a pixel's samples come in index order.
+  // Arguments must be finite, and a pixel's samples must be added in index order.
   void add_features(int half, const DenoiserFeatures& more);
   void add_shares(int half, const Rgb& radiance, const SampleShares& shares);
   void merge(const HalfSums& more);

@@ -1,11 +1,11 @@
 // Light of each light group, or of each light-path layer, in a pixel of a film.
 //
-// A sum is two floats: the sum rounded to float, and the remainder (the double-length arithmetic of
-// Dekker 1971, "A Floating-Point Technique for Extending the Available Precision"). One float alone
-// would lose 1e-4 of a constant background after some thousand samples. Relighting reads only the
-// rounded floats, half the memory of doubles.
+// A sum is stored as two floats: the sum rounded to float, and the remainder (the double-length
+// arithmetic of Dekker 1971, "A Floating-Point Technique for Extending the Available Precision").
+// One float alone would lose 1e-4 of a constant background after some thousand samples. Relighting
+// reads only the rounded floats, half as much memory as doubles.
 //
-// One more sum holds the pixel's sample count and alpha, so relighting needs nothing else of the
+// One more sum holds the pixel's sample count and alpha, so relighting needs nothing else from the
 // film.
 #pragma once
 
@@ -25,31 +25,31 @@ class LightMix;
 // A view of a pixel's sums, which its film owns.
 class LightGroupSums {
  public:
-  // `sums` and `remainders` each point at half of bytes_per_pixel(groups). With -1 groups nothing
+  // `sums` and `remainders` each point to bytes_per_pixel(groups) / 2 bytes. With -1 groups nothing
   // is kept; with 0 no light is recorded, but relighting works.
   LightGroupSums(float* sums, float* remainders, int groups)
       : sums_(sums), remainders_(remainders), groups_(groups) {}
   static size_t bytes_per_pixel(int groups) { return 2 * 3 * size_t(groups + 1) * sizeof(float); }
 
   int groups() const { return groups_; }
-  // The sums of the pixel with an index higher by `offset` in the same film.
+  // The sums of the pixel whose index in the same film is higher by `offset`.
   LightGroupSums at_offset(size_t offset) const {
     return {sums_ + offset * size(), remainders_ + offset * size(), groups_};
   }
 
-  // Adds a sample: the lane's values (null: no light) and alpha, times the pixel filter's weight. A
-  // pixel's samples have one owner and come in index order.
+  // Adds a sample: the lane's values (null: no light) and alpha, times the pixel filter's weight.
+  // One thread at a time must add a pixel's samples, in index order.
   void add(float filter_weight, float alpha, const LightGroupValues* values, int lane);
   // Sets the means of a pixel without samples.
   void set_override(std::span<const Rgb> means);
   // Adds another film's sums of the pixel.
   void merge(const LightGroupSums& more);
 
-  // Mean over the pixel's samples; 0 without samples.
+  // The mean over the pixel's samples, or 0 without samples.
   Rgb mean(int group) const;
   std::array<double, 3> sum(int group) const;
-  // R G B A of the pixel with each group times its weight; see relight() in light_mix.h. Reads one
-  // float beyond the pixel's sums.
+  // Writes R G B A of the pixel, with each group multiplied by its weight; see relight() in
+  // light_mix.h. Reads one float beyond the pixel's sums.
   void relight_pixel(const LightMix& mix, float* rgba) const;
   // Whether the sums are finite and the sample count is 0 or at least 1.
   bool is_valid() const;
@@ -61,7 +61,7 @@ class LightGroupSums {
   double compensated_sum(size_t at) const { return double(sums_[at]) + double(remainders_[at]); }
 
   float* sums_;
-  float* remainders_;  // the remainders
+  float* remainders_;
   int groups_;
 };
 

@@ -1,9 +1,9 @@
 // Radiance from each light group for each sample of a batch, passed from the integrator to the
 // film.
 //
-// A group is an index (renderer/scene/light_groups.h). A bit per sample and group marks the values
-// in use; other values are neither cleared nor added, so groups that do not reach a sample cost
-// nothing.
+// A group is an index (renderer/scene/light_groups.h). For each sample, one bit per group marks the
+// values in use. Other values are neither cleared nor added, so groups whose light does not reach a
+// sample cost nothing.
 #pragma once
 
 #include <bit>
@@ -15,7 +15,7 @@
 
 namespace emberline {
 
-// One bit each in a 64-bit word.
+// Each group has one bit in a 64-bit word.
 inline constexpr int kMaxLightGroups = 64;
 
 class LightGroupValues {
@@ -23,7 +23,7 @@ class LightGroupValues {
   explicit LightGroupValues(int groups = 0)
       : groups_(groups), values_(kRayBatch * size_t(groups)) {}
 
-  // Clears all samples, or one.
+  // Clears the values of all samples, or of one.
   void clear() {
     for (uint64_t& lit : lit_) lit = 0;
   }

@@ -1,6 +1,6 @@
-// Relights a picture, finished or not, without new rays: light is additive, so the picture is the
-// sum of the light groups, each times its change in brightness (Dorsey, Arvo & Greenberg 1995,
-// "Interactive Design of Complex Time-Dependent Lighting").
+// Relights a picture, finished or not, without new rays. Light is additive, so the new picture is
+// the sum of the light groups, each multiplied by its change in brightness (Dorsey, Arvo &
+// Greenberg 1995, "Interactive Design of Complex Time-Dependent Lighting").
 #pragma once
 
 #include <span>
@@ -18,7 +18,8 @@ class LightGroupSums;
 class LightMix {
  public:
   enum class Source { kLights, kPaths };
-  // weights[g] is the weight of group g, finite; there is one for each group of the film.
+  // weights[g] is the weight of group g and must be finite; there must be one for each group of the
+  // film.
   explicit LightMix(std::span<const Rgb> weights, Source source = Source::kLights);
 
   LightGroupSums sums(const FilmTile& film, size_t pixel) const;
@@ -31,11 +32,11 @@ class LightMix {
   Source source_;
 };
 
-// Writes R G B A of every pixel of a film with light groups, interleaved, rows from its top: the
-// weighted sum of the groups' means, and the alpha of the samples; finite, black without samples.
-// Ignores the values of FilmTile::set_override(). With all weights 1 the result equals the film's
-// own picture to a relative 1e-5, since each group rounds separately. Uses the calling thread's TBB
-// arena; the bits do not depend on it.
+// Writes R G B A of every pixel of a film with light groups, interleaved, rows from the top: the
+// weighted sum of the groups' means, and the alpha of the samples. All values are finite; pixels
+// without samples are black. Values set by FilmTile::set_override() are ignored. With all weights 1
+// the result equals the film's own picture to a relative 1e-5, since each group is rounded
+// separately. Uses the calling thread's TBB arena, which does not affect the result's bits.
 void relight(const FilmTile& film, const LightMix& mix, std::span<float> rgba);
 
 }  // namespace emberline

@@ -10,9 +10,9 @@
 
 namespace emberline {
 
-// How the first surface sent light to the camera. A path counts for one layer, or is split between
-// kReflection and either kDirect or kIndirect by the diffuse share of the reflection. The layers
-// add up to the radiance.
+// How the first surface sent light to the camera. The light of a path goes to one layer, or is
+// split between kReflection and either kDirect or kIndirect according to the diffuse share of the
+// reflection. The layers add up to the radiance.
 enum class PathLayer : uint8_t {
   kDirect,
   kIndirect,
@@ -28,11 +28,11 @@ Aov aov_of(PathLayer layer);
 class PathLayers {
  public:
   explicit PathLayers(const AovSet& aovs);
-  // In the order of the film's layer sums.
+  // The layers in the order of the film's layer sums.
   const std::vector<PathLayer>& list() const { return list_; }
   bool empty() const { return list_.empty(); }
   int size() const { return int(list_.size()); }
-  // Index in the list; kPathLayers if the film lacks the layer.
+  // The layer's index in the list; kPathLayers if the film lacks the layer.
   uint32_t index_of(PathLayer layer) const { return indices_[size_t(layer)]; }
 
  private:

@@ -9,13 +9,13 @@ namespace emberline {
 // Why a pixel got no more samples.
 enum class PixelStop : uint8_t {
   kNone = 0,        // no samples: the value comes from its neighbours
-  kBudget = 1,      // the samples asked for (--spp) were spent
+  kBudget = 1,      // all requested samples (--spp) were taken
   kThreshold = 2,   // --noise-threshold was met
   kMaximum = 3,     // --max-spp was reached
   kTimeLimit = 4,   // --time-limit ended the frame
   kUser = 5,        // a signal or a client stopped the frame
   kUnfinished = 6,  // not stopped yet: the frame is still rendering
 };
-std::string pixel_stop_name(PixelStop stop);  // for people
+std::string pixel_stop_name(PixelStop stop);  // for messages to the user
 
 }  // namespace emberline

@@ -9,7 +9,7 @@
 
 namespace emberline {
 
-// The first surface along a camera ray; the integrator fills it if AOVs ask for it.
+// The first surface along a camera ray; the integrator fills this in if the AOVs need it.
 struct FirstHit {
   bool hit = false;
   Rgb albedo = Rgb(0.0f);
@@ -20,10 +20,10 @@ struct FirstHit {
   Vec2f uv = Vec2f(0.0f);        // TEXCOORD_0, V upwards; 0 if absent
   float roughness = 0.0f;        // as in glTF
   float metallic = 0.0f;
-  float ambient_visibility = 0.0f;  // of the hemisphere above the surface; 0 or 1 per sample
+  float ambient_visibility = 0.0f;  // whether a direction above the surface is open: 0 or 1
   uint32_t id = 0;                  // 1 + instance index; 0: no hit
   uint32_t material = 0;            // 1 + material index
-  // Pixels per frame, to the right and up; finite. The background's velocity if nothing was hit.
+  // In pixels per frame, to the right and up; finite. The background's velocity if nothing was hit.
   Vec2f velocity = Vec2f(0.0f);
 };
 inline bool is_finite(const FirstHit& hit) {
@@ -49,16 +49,17 @@ struct SampleValue {
   Rgb clamped = Rgb(0.0f);  // radiance removed by IntegratorSettings::clamp_indirect
 };
 
-// Denoiser features of a sample: those of the first surface that is neither a smooth mirror nor
-// smooth clear glass, seen through any of these, or of the background. The mean of each value is
+// Denoiser features of a sample. Smooth mirrors and smooth clear glass are looked through: the
+// features are those of the first other surface, or of the background. The mean of each value is
 // linear in the share of the pixel that a surface covers.
 struct DenoiserFeatures {
-  // Directional albedo plus emission, tinted by the mirrors and glass in front of it; at most 1.
-  // The background's radiance if no such surface is seen.
+  // Directional albedo plus emission, tinted by the mirrors and glass in front of the surface; at
+  // most 1. If no such surface is seen, the background's radiance.
   Rgb albedo = Rgb(0.0f);
   Vec3f normal = Vec3f(0.0f);  // shading normal, world axes; 0 for the background
-  // 1 / depth along the viewing axis (scene units); of the mirror image for a surface seen in
-  // mirrors. Unlike depth it is linear in the image for a plane, and 0 for the background.
+  // 1 / depth along the viewing axis (scene units). For a surface seen in mirrors, the depth is
+  // that of its mirror image. Unlike depth, nearness is linear in the image for a plane, and 0 for
+  // the background.
   float nearness = 0.0f;
   // 1 if the sampled light is visible from the surface.
   float visibility = 0.0f;
@@ -71,15 +72,15 @@ bool is_finite(const DenoiserFeatures& features);
 // Light received by shadow catchers in one sample.
 struct CatcherSample {
   Rgb received = Rgb(0.0f);    // irradiance from the lights
-  Rgb unshadowed = Rgb(0.0f);  // the same if only objects of the plate block light
-  float catcher = 0.0f;        // visible share of a catcher: 1, less behind panes
+  Rgb unshadowed = Rgb(0.0f);  // the same if only the plate's objects blocked light
+  float catcher = 0.0f;        // visible share of a catcher: 1, or less behind panes
   float hidden = 0.0f;         // the same, if the catcher itself is hidden
   float background = 0.0f;     // visible share of the background
 };
 bool is_finite(const CatcherSample& sample);
 
-// Depth where no surface was hit. Finite for the sake of filters and viewers; Cycles writes the
-// same value.
+// Depth where no surface was hit. It is finite because filters and viewers need that; Cycles writes
+// the same value.
 inline constexpr float kBackgroundDepth = 1e10f;
 
 }  // namespace emberline

@@ -12,7 +12,7 @@ namespace {
 // Indices into a pixel's sums.
 constexpr size_t kReceived = 0, kUnshadowed = 3, kCatcher = 6, kHidden = 7, kBackground = 8;
 
-// 1 if there is no light to block.
+// Returns 1 if there is no light to block.
 double ratio(double received, double unshadowed) {
   return unshadowed > 0.0 ? std::clamp(received / unshadowed, 0.0, 1.0) : 1.0;
 }

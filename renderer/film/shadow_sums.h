@@ -12,8 +12,8 @@ struct FilmSample;
 inline constexpr uint32_t kShadowSums = 9;
 void add_shadow(const FilmSample& sample, double* sums);
 
-// Writes the R G B factor for the plate: received over unshadowed on catchers, 1 elsewhere. In [0,
-// 1].
+// Writes the R G B factor for the plate, in [0, 1]: received over unshadowed light on catchers, 1
+// elsewhere.
 void put_shadow(const double* sums, float* rgb);
 // Alpha of the shadows on hidden catchers, summed over the pixel's samples.
 double shadow_alpha(const double* sums);

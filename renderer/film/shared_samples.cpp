@@ -12,9 +12,11 @@
 namespace emberline {
 namespace {
 
-// A neighbour with less than this share of the pixel's samples may add more noise than it removes.
+// If a neighbour has less than this fraction of the pixel's sample count, sharing may add more
+// noise than it removes.
 constexpr float kMinSampleRatio = 0.5f;
-// The weights' expectation is 1, but negative filter lobes may leave less.
+// The expectation of the sum of weights is 1, but with negative filter lobes the sum may be
+// smaller.
 constexpr float kMinWeight = 0.25f;
 
 constexpr size_t kSums = 3;  // R G B, which replace kSharedValues
@@ -89,7 +91,7 @@ void ShareResolver::put_sums(const float* pixel, size_t row_stride, bool inside,
   const float min_count = kMinSampleRatio * pixel[half.samples];
   float sum[4] = {};
   for (size_t k = 0; k < kSharedPixels; ++k) {
-    // The neighbour whose k-th share is for this pixel.
+    // The neighbour whose k-th share belongs to this pixel.
     const float* from = pixel + row_stride + channels_ - k / 3 * row_stride - k % 3 * channels_;
     const float count = from[half.samples];
     if (count < min_count || count <= 0.0f) return;

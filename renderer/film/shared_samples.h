@@ -1,9 +1,9 @@
 // Combines each pixel's samples with those of its neighbours (PixelFilter::shares).
 //
-// A film keeps what a pixel's samples contribute to each of the nine pixels around it, 9 x 4 values
-// for each half, because a pixel's owner never writes to its neighbours. In a finished frame these
-// are summed by receiving pixel: half1.shared.{R,G,B} replaces half1.shared.K.{R,G,B,A}, and the
-// same for half2.
+// A film stores with each pixel what its samples contribute to the 3 x 3 pixels around it, 9 x 4
+// values for each half, because a pixel's owner never writes to its neighbours. In a finished frame
+// the contributions are summed for each receiving pixel: half1.shared.{R,G,B} replaces
+// half1.shared.K.{R,G,B,A}, and half2 is treated alike.
 #pragma once
 
 #include <functional>
@@ -15,19 +15,20 @@
 
 namespace emberline {
 
-// The channel names after summing; channels without shares keep theirs.
+// The channel names after summing. Channels other than the shares keep their names.
 std::vector<std::string> resolved_channel_names(std::span<const std::string> channels);
 
-// Computes rows of a frame with the sums, from rows of its films.
+// Reads rows of a frame and replaces the shares in them by their sums.
 class ShareResolver {
  public:
-  // Reads rows of the crop with all of `channels`, interleaved. Some rows are read more than once.
+  // Reads rows of the crop with all of `channels`, interleaved. It is called more than once for
+  // some rows.
   using Read = std::function<void(const Rect& rows, std::vector<float>& pixels)>;
   ShareResolver(const Rect& crop, std::span<const std::string> channels, Read read);
 
-  // Rows of the crop, with the channels of resolved_channel_names(). A pixel at the crop's border,
-  // or with a neighbour that has far fewer samples, gets the mean of its own samples. Uses the
-  // calling thread's TBB arena; one call at a time.
+  // Writes rows of the crop, with the channels of resolved_channel_names(). A pixel at the crop's
+  // border, or with a neighbour that has far fewer samples, gets the mean of its own samples. Uses
+  // the calling thread's TBB arena. Calls must not overlap.
   void read(const Rect& rows, std::vector<float>& pixels);
 
  private:

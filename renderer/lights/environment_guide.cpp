@@ -19,17 +19,19 @@ using sky_tiles::kColumns;
 using sky_tiles::kCount;
 using sky_tiles::kRows;
 
-// Weight of unguided samples (by light alone) relative to guided ones: a constant, plus the weight
-// of kUnguidedPoints survey points that see everything equally. Chosen by us.
+// Weight of unguided samples (by light alone) relative to guided ones: a constant, plus as much as
+// if kUnguidedPoints of the survey's points saw everything equally. Chosen by us.
 constexpr double kUnguidedShare = 0.3, kUnguidedPoints = 1.0;
-// Fraction of all light; below it, factors would overflow float.
+// If a region sees a smaller fraction of all light, its factors would overflow float.
 constexpr double kMinVisibleLight = 1e-9;
-// Lower bound of the mean light left out of the tables, relative to its maximum.
+// Lower bound of the mean weight that the tables leave out of a tile, relative to the largest one.
 constexpr double kMinResidual = 1e-3;
-// Texels averaged along each side of a tile for its residual, or up to twice as many.
+// Number of texels (up to twice as many) along each side of a tile that are averaged for its
+// residual.
 constexpr int kTexelsPerSide = 16;
 
-// The last entry that begins at or before `at`, which must be below the end of the last entry.
+// Returns the last entry that begins at or before `at`. `at` must be below the end of the last
+// entry.
 template <class Number>
 const Number* entry_at(const Number* first, const Number* last, double at) {
   return std::upper_bound(first, last + 1, at, [](double a, Number b) { return a < double(b); }) -
@@ -42,7 +44,8 @@ float remainder(double at, double from, double to) {
   return std::min(float((at - from) / (to - from)), kOneMinusEpsilon);
 }
 
-// Running sums of probabilities; exactly 1 from the last possible entry on.
+// Writes running sums of probabilities; they are exactly 1 from the end of the last possible entry
+// on.
 void build_running_sums(const auto& share, int count, float* sums) {
   double sum = 0;
   int end = 0;  // end of the entries that can be chosen
@@ -54,7 +57,7 @@ void build_running_sums(const auto& share, int count, float* sums) {
   std::fill(sums + end, sums + count + 1, 1.0f);
 }
 
-// The running sums within a row of tiles; they follow those of the rows.
+// The running sums within a row of tiles; they are stored after those of the rows.
 auto* columns_of(auto* rows, int row) { return rows + kRows + 1 + row * (kColumns + 1); }
 
 }  // namespace
@@ -66,7 +69,7 @@ EnvironmentGuide::EnvironmentGuide(const EnvironmentLight& light) : light_(light
   for (int tile = 0; tile < kCount; ++tile) mass_ += mass(tile);
 }
 
-// Assigns texels to tiles, and computes each tile's probability in the tables.
+// Assigns texels to tiles, and computes each tile's probability in the light's tables.
 void EnvironmentGuide::assign_texels_to_tiles() {
   const int width = light_.width_, height = light_.height_;
   tile_of_row_.resize(size_t(height));
@@ -79,7 +82,7 @@ void EnvironmentGuide::assign_texels_to_tiles() {
     tile_of_row_[size_t(row)] = band * kColumns;
     first_row[band] = row;
   }
-  // A band of a small map may have no rows.
+  // In a small map, a row of tiles may contain no row of texels.
   for (int band = kRows; band-- > 0;) {
     first_row[band] = std::min(first_row[band], first_row[band + 1]);
   }
@@ -115,7 +118,8 @@ void EnvironmentGuide::assign_texels_to_tiles() {
   }
 }
 
-// In units of the row's fixed-point steps.
+// Probability of the columns [first, end) within a row of the map, in steps of the fixed-point
+// sums.
 double EnvironmentGuide::column_mass(int row, int first, int end) const {
   const int width = light_.width_;
   const uint32_t* const sums = sums_of_row(row);
@@ -123,7 +127,7 @@ double EnvironmentGuide::column_mass(int row, int first, int end) const {
   return double(sums[width] - sums[first]) + double(sums[end - width]);
 }
 
-// Mean texel weight that MIS compensation removes from the tables.
+// Mean weight per texel that MIS compensation removes from the tables.
 double EnvironmentGuide::mean_residual(const Tile& tile) const {
   double sum = 0;
   int count = 0;
@@ -178,7 +182,7 @@ void EnvironmentGuide::build_region(int region) {
   const std::span<const float> visibility = regions_.visibility(region);
   double visible = 0;
   for (int t = 0; t < kCount; ++t) visible += mass(t) * double(visibility[size_t(t)]);
-  // Chosen by light alone if hardly any light was seen.
+  // If the region saw hardly any light, all its samples are chosen by light alone.
   const double doubt = kUnguidedShare + kUnguidedPoints / (1 + double(regions_.places(region)));
   const double unguided = visible > kMinVisibleLight * mass_ ? doubt * visible / mass_ : 1;
   const double total = visible + unguided * mass_;
@@ -196,8 +200,8 @@ void EnvironmentGuide::build_region(int region) {
   build_running_sums([&](int row) { return row_shares[row]; }, kRows, rows);
 }
 
-// Chooses rows by one number and columns by the other, which keeps their stratification; both are
-// rescaled to the position within the tile.
+// Chooses the row by one number and the column by the other, which keeps their stratification. Both
+// numbers are rescaled to the position within the tile.
 int EnvironmentGuide::choose_tile(int region, Vec2f* u) const {
   const float* const rows = &sums_[size_t(region) * kSums];
   const auto choose = [](const float* sums, int count, float* number) {
@@ -245,7 +249,7 @@ void EnvironmentGuide::choose_uniformly(int tile_index, const Vec2f& u, float* c
                                         float* row) const {
   const Tile& tile = tiles_[size_t(tile_index)];
   *column = float(tile.first_column) - 0.5f + u.x * float(tile.end_column - tile.first_column);
-  // 1 - y and 1 + y, either of which may be small.
+  // 1 - y and 1 + y; one of them is small near a pole.
   const double down = (1 - tile.top) + double(u.y) * (tile.top - tile.bottom), up = 2 - down;
   const float theta = fast_atan2(float(std::sqrt(std::max(0.0, down * up))), float(1 - down));
   *row = theta * light_.row_scale_ - 0.5f;
@@ -265,7 +269,7 @@ Vec3f EnvironmentGuide::direction_in(int tile, float u_part, const Vec2f& u) con
   return sample.direction;
 }
 
-// light_density: by the light's own tables.
+// `light_density` is the density of the light's own tables there.
 float EnvironmentGuide::density(const EnvironmentLight::BilinearTaps& places, size_t i,
                                 float light_density, int region) const {
   const float* const factors = &factors_[size_t(region) * kCount];

@@ -1,14 +1,14 @@
-// Samples an environment that is mostly hidden, as from inside a room, by the part that each region
-// of the scene sees (SkyRegions), so that few samples are occluded.
+// Samples an environment that is mostly hidden, as seen from inside a room. It prefers the part
+// that each region of the scene sees (SkyRegions), so that few samples are occluded.
 //
 // After Atanasov et al. 2018, "Adaptive Environment Sampling on CPU and GPU" (SIGGRAPH Talks). A
-// region's density is light x root mean square of (visibility x cosine), per tile of the sphere.
-// Within a tile it is that of the light: EnvironmentLight's own tables after MIS compensation, plus
-// the compensated part, distributed evenly. Some samples are chosen by light alone, so that errors
-// of the survey cost only noise.
+// region samples each tile of the sphere in proportion to its light x the root mean square of
+// (visibility x cosine). Within a tile, the density is that of EnvironmentLight's tables after MIS
+// compensation, plus the part that compensation removed, distributed evenly. Some samples are
+// chosen by light alone, so that errors of the survey cause only noise.
 //
-// Refers to the light, which must outlive it. All const functions are pure and thread-safe; batches
-// contain up to kRayBatch directions.
+// It refers to the light, which must outlive it. All const functions are pure and thread-safe; they
+// accept up to kRayBatch directions at once.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,8 @@ namespace emberline {
 
 struct GuidedRequest {
   int region = SkyRegions::kNone;
-  // Chooses between the tables' part of a tile and the part that they leave out.
+  // Chooses between the part of a tile's light that is in the tables and the part that they leave
+  // out.
   float u_part = 0.0f;
   Vec2f u;  // chooses the direction
 };
@@ -34,12 +35,13 @@ class EnvironmentGuide {
   explicit EnvironmentGuide(const EnvironmentLight& light);
   void set_regions(SkyRegions regions);
 
-  // For the survey: a tile's fraction of the light, and a direction in it by the light's density.
-  // u_part and u in [0, 1); the tile must have some light. The light's sun is not included.
+  // For the survey: a tile's fraction of all light, and a direction in the tile, sampled in
+  // proportion to the light. u_part and u must be in [0, 1), and the tile must have some light. The
+  // sun is excluded.
   double light_fraction(int tile) const { return mass(tile) / mass_; }
   Vec3f direction_in(int tile, float u_part, const Vec2f& u) const;
 
-  // The region whose density applies there; kNone: the light's own.
+  // The region whose density applies at this point; kNone: EnvironmentLight's own density applies.
   int region_of(const Vec3f& point, const Vec3f& normal) const {
     return regions_.find(point, normal);
   }
@@ -52,16 +54,17 @@ class EnvironmentGuide {
   uint64_t bytes() const;
 
  private:
-  // For a map: the texels whose centres are in a tile. Columns beyond the width wrap around.
+  // For a map: the range of texels whose centres are in the tile. Columns beyond the width wrap
+  // around.
   struct Tile {
     int first_row = 0, end_row = 0;
     int first_column = 0, end_column = 0;
-    double top = 0, bottom = 0;  // y of their upper and lower edge
+    double top = 0, bottom = 0;  // y of the upper and lower edge of these texels
     double solid_angle = sky_tiles::kSolidAngle;
-    double table_mass = 0;     // probability of the texels by the light's tables
+    double table_mass = 0;     // probability of the texels in the light's tables
     double residual_mass = 0;  // light that the tables leave out, in the same unit
   };
-  // The choice of a texel of a row, by its running sums in [first, last].
+  // A choice among some texels of a row: `along` is a position in their running sums [first, last].
   struct RowChoice {
     const uint32_t* first = nullptr;
     const uint32_t* last = nullptr;
@@ -92,11 +95,11 @@ class EnvironmentGuide {
   SkyRegions regions_;
   std::vector<Tile> tiles_;
   double mass_ = 0;                                // of all tiles
-  std::vector<int> tile_of_row_, tile_of_column_;  // their sum is a texel's tile
-  std::vector<double> row_sums_;  // per column of tiles: running masses of the map's rows in it
-  std::vector<float> residual_density_;  // per tile: residual_mass over the solid angle
-  // Per region: each tile's density relative to that of the light; and running probabilities of the
-  // rows, then of the tiles within each row.
+  std::vector<int> tile_of_row_, tile_of_column_;  // add both for a texel's tile
+  std::vector<double> row_sums_;         // per column of tiles: running sums over the map's rows
+  std::vector<float> residual_density_;  // per tile: residual_mass / solid_angle
+  // Per region: factors_ has each tile's density relative to that of the light; sums_ has the
+  // running probabilities of the rows of tiles, then of the tiles within each row.
   std::vector<float> factors_, sums_;
   static constexpr size_t kSums =
       sky_tiles::kRows + 1 + size_t(sky_tiles::kRows) * (sky_tiles::kColumns + 1);

@@ -23,11 +23,11 @@
 namespace emberline {
 namespace {
 
-// Keeps the density finite at the poles, where a row of the map shrinks to a point: below any angle
-// from the pole that a float direction can represent.
+// Lower limit of sin theta, which keeps the density finite at the poles, where a row of the map
+// shrinks to a point. It is below any angle from the pole that a float direction can represent.
 constexpr float kMinSine = 1e-7f;
 
-// Angles are computed in whole groups of lanes, because a loop of fixed length vectorises.
+// Angles are computed in groups of this size, because a loop of fixed length vectorises.
 constexpr size_t kGroup = 8;
 static_assert(kRayBatch % kGroup == 0);
 
@@ -35,7 +35,7 @@ Color4 load(const float* texel) { return Color4{texel[0], texel[1], texel[2], 0.
 
 Color4 load(const half* texel) {
 #ifdef __F16C__
-  // Two loads: six bytes copied to a word in memory would stall on store forwarding.
+  // Two loads, since copying six bytes through memory would stall on store forwarding.
   uint32_t red_green;
   uint16_t blue;
   std::memcpy(&red_green, texel, sizeof red_green);
@@ -52,25 +52,25 @@ Color4 load(const void* texels, size_t index) {
   return load(static_cast<const Texel*>(texels) + 3 * index);
 }
 
-// A lower limit that also replaces NaN, before conversion to an integer.
+// Applies a lower limit, which also replaces NaN, before conversion to an integer.
 float clamp_below(float x, float limit) { return x > limit ? x : limit; }
 
-// Inverse of the tent's running integral, r in [0, 1), to [-1, 1].
+// Inverse of the integral of a tent filter: maps r in [0, 1) to [-1, 1].
 float sample_tent(float r) {
   return r < 0.5f ? std::sqrt(2.0f * r) - 1.0f : 1.0f - std::sqrt(2.0f * (1.0f - r));
 }
 
-// Samples a row's influence along t, relative to its centre. Rows clamp, so the influence of the
-// first and last row is 1 from the map's edge to the centre, which is half of their mass; the rest
-// is half a tent.
+// Samples a position around the centre of a row in proportion to the row's bilinear weight. Rows
+// clamp, so the weight of the first and last row is 1 from the map's edge to the row's centre,
+// which is half of its mass; the other half is half a tent.
 float sample_row_shape(int row, int height, float r) {
   const bool first = row == 0, last = row == height - 1;
   if ((first && r < 0.5f) || (last && r >= 0.5f)) return r - 0.5f;
   return sample_tent(r);
 }
 
-// Integral of a row's influence times sin theta, in radians: its solid angle, divided by a column's
-// width. Closed form of the tent (interior) and of the clamped half tents.
+// Integral of a row's bilinear weight times sin theta, in radians: the row's solid angle divided by
+// a column's width. Closed forms for the tent (interior) and for the clamped half tents.
 double row_weight(int row, int height) {
   const double step = kPiD / height;
   if (height == 1) return 2.0;
@@ -80,8 +80,8 @@ double row_weight(int row, int height) {
   return std::sin((row + 0.5) * step) * 4.0 * half_sine * half_sine / step;
 }
 
-// Limb darkening, linear in the cosine: 0.6 is the sun's in green light (C. Allen, "Astrophysical
-// Quantities", 1973).
+// Coefficient of limb darkening, linear in the cosine; 0.6 is that of the sun in green light (C.
+// Allen, "Astrophysical Quantities", 1973).
 constexpr float kLimbDarkening = 0.6f;
 
 constexpr size_t kRowGrain = 16;
@@ -123,8 +123,8 @@ void EnvironmentLight::adjust(const EnvironmentAdjustment& adjustment) {
   const auto& [strength, tint, rotation_degrees] = adjustment;
   factor_ = color4(tint * strength);
   constant_ = to_working_space(map_constant_ * (tint * strength));
-  // The tint's effect on a grey map; exactly 1 without a tint. This only weighs the light against
-  // others, so the exact mean of a tinted coloured map is not worth another pass.
+  // The effect of the tint on a grey map; exactly 1 without a tint. It only affects how often this
+  // light is chosen, so the exact mean of a coloured map is not worth another pass.
   const double tinted = double(luminance(tint)) / double(luminance(Rgb(1.0f)));
   mean_luminance_ = std::min(map_mean_luminance_ * double(strength) * tinted,
                              double(std::numeric_limits<float>::max()));
@@ -137,7 +137,7 @@ void EnvironmentLight::adjust(const EnvironmentAdjustment& adjustment) {
   if (sun_.share > 0.0f) update_sun();
 }
 
-// A power of two, so that (0, 2)-sequences are divided exactly.
+// The share is a power of two, so that (0, 2)-sequences are divided exactly.
 void EnvironmentLight::choose_sun_share() {
   const double sun = double(luminance(sun_disc_->irradiance)), sky = kPiD * map_mean_luminance_;
   if (!(sun > 0) || !(sky > 0)) return;  // a black map has no sun
@@ -163,7 +163,7 @@ void EnvironmentLight::update_sun() {
 }
 
 Rgb EnvironmentLight::sun_radiance(const Vec3f& direction) const {
-  // A cosine would be too imprecise for an angle this small.
+  // Uses chords, since a cosine would be too imprecise for an angle this small.
   const float out = (direction - sun_.direction).length2() / sun_.radius2;
   if (direction.y < 0.0f) return Rgb(0.0f);
   return sun_.center_radiance *
@@ -234,15 +234,15 @@ void EnvironmentLight::build_tables(float mis_compensation) {
   threshold_ = float(double(mis_compensation) * mean * double(weight_scale_));
   double total = build_columns(&row_sum);
   // If no texel is brighter than the mean (a constant map), sample it without compensation. An
-  // excess below a millionth is rounding of the mean, not light.
+  // excess below a millionth is a rounding error of the mean.
   if (!(total > 1e-6 * sum * double(weight_scale_))) {
     threshold_ = 0.0f;
     total = build_columns(&row_sum);
   }
   build_fixed_cdf(row_sum, row_sums_.data(), row_guide_.data());
 
-  // In texel coordinates the density is (row probability) x (column probability), interpolated; ds
-  // dt = width height / (2 pi^2 sin theta) d omega.
+  // In texel coordinates (s, t) the density is (row probability) x (column probability),
+  // interpolated; ds dt = width height / (2 pi^2 sin theta) d omega.
   row_density_.resize(height);
   const double scale = double(width) * double(height) / (2.0 * kPiD * kPiD) / total;
   for (size_t row = 0; row < height; ++row)
@@ -297,7 +297,7 @@ struct EnvironmentLight::Corners {
   Color4 upper0, upper1, lower0, lower1;
 
   Color4 interpolate(float s, float t) const {
-    // Products, not differences: a weight of -1e-8 next to a sun would be negative light.
+    // Products, since differences could round to a weight of -1e-8: negative light next to a sun.
     const Color4 upper = fma(upper1, s * (1.0f - t), upper0 * ((1.0f - s) * (1.0f - t)));
     return fma(lower1, s * t, fma(lower0, (1.0f - s) * t, upper));
   }
@@ -377,7 +377,7 @@ void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Rgb* 
     add_sun(directions, radiance, pdf);
 }
 
-// Excludes the sun.
+// The results exclude the sun.
 void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, BilinearTaps* found,
                                         Rgb* radiance, float* pdf) const {
   if (!image_ || black()) {
@@ -468,7 +468,7 @@ void EnvironmentLight::sample_map(std::span<const Vec2f> u, EnvironmentSample* o
   for (size_t i = 0; i < count; ++i) prefetch_sums(sums_of(i), guide_of(i), column_bits_, u[i].x);
 
   // Radiance and density are evaluated at the sampled texel position, not from the direction: next
-  // to a sun, they change by more than the allowed error within the rounding of a direction.
+  // to a sun, the rounding of a direction would change them by more than the allowed error.
   alignas(64) float column[kRayBatch] = {}, row[kRayBatch] = {};
   for (size_t i = 0; i < count; ++i) {
     const CdfChoice chosen = choose_entry(sums_of(i), guide_of(i), column_bits_, u[i].x);

@@ -6,10 +6,10 @@
 // Optimizing Sampling Techniques in Multiple Importance Sampling"), so a one-texel sun is sampled
 // in proportion to its radiance.
 //
-// A sun (SunDisc) may be in front of the map: half of the samples go to it, fewer if it is dim, and
-// its density is added to the map's.
+// A sun (SunDisc) may be in front of the map: half of the samples go to it, or fewer if it is dim,
+// and its density is added to that of the map.
 //
-// All functions are const, pure and thread-safe. Directions are unit, in world space.
+// All const functions are pure and thread-safe. Directions are unit vectors in world space.
 #pragma once
 
 #include <cstdint>
@@ -35,20 +35,20 @@ struct EnvironmentSample {
   float pdf = 0.0f;  // per solid angle; 0: nothing sampled
 };
 
-// Multiple of the mean radiance that the weights leave to BSDF sampling: weight = max(0, radiance -
-// factor x mean). Karlik et al. 2019 derive 1 in combination with a uniform technique, and pbrt-v4
-// uses it; the best equal mixture with one would give 1/2. Over five HDRIs, Lambertian and glossy,
-// 1/2, 3/4 and 1 left 0.87, 0.86 and 0.86 of the variance (tests/bench/results). 1 is best for a
-// sun in an even sky, because the sky is then left entirely to the BSDF, which has no variance
-// there.
+// Factor of MIS compensation: weight = max(0, radiance - factor x mean), so light up to this
+// multiple of the mean is left to BSDF sampling. Karlik et al. 2019 derive 1 for MIS with a uniform
+// technique, and pbrt-v4 uses it; the best equal mixture with a uniform technique would need 1/2.
+// For five HDRIs with Lambertian and glossy surfaces, 1/2, 3/4 and 1 reduced the variance to 0.87,
+// 0.86 and 0.86 (tests/bench/results). 1 is best for a sun in an even sky, because the sky is then
+// left entirely to BSDF sampling, which has no variance there.
 inline constexpr float kMisCompensation = 1.0f;
 
 struct EnvironmentLightSettings {
-  // 0 disables compensation. This is needed if light sampling is the only technique, since a
-  // compensated density is 0 in directions darker than the mean.
+  // 0 disables compensation. Use 0 if light sampling is the only technique, since a compensated
+  // density is 0 in directions darker than the mean.
   float mis_compensation = kMisCompensation;
   const SunDisc* sun = nullptr;              // copied
-  const ColourMatrix* to_working = nullptr;  // for its radiance; copied
+  const ColourMatrix* to_working = nullptr;  // converts the radiance; copied
 };
 
 // Settings that can change without reading the map.
@@ -60,27 +60,28 @@ struct EnvironmentAdjustment {
 
 class EnvironmentLight {
  public:
-  // Constant radiance, without tables; sampled uniformly over the sphere.
+  // Constant radiance, which needs no tables and is sampled uniformly over the sphere.
   explicit EnvironmentLight(const Rgb& constant, const EnvironmentLightSettings& settings = {});
-  // image: kHalf or kFloat, 3 channels, finite and non-negative (guaranteed by io). It is shared,
-  // not copied. `rotation_degrees` as in EnvironmentDescription.
+  // `image` must be kHalf or kFloat with 3 channels, finite and non-negative (io guarantees this).
+  // It is shared, not copied. `rotation_degrees` is as in EnvironmentDescription.
   EnvironmentLight(std::shared_ptr<const Image> image, float strength, float rotation_degrees,
                    const EnvironmentLightSettings& settings = {});
   ~EnvironmentLight();
-  // Memory for sampling an image in addition to its texels: two numbers per texel.
+  // Memory that sampling an image needs in addition to its texels: two numbers per texel.
   static uint64_t table_bytes(const Image& image);
 
-  // Changes strength, tint and rotation. The result has the same bits as a new light with them but
-  // is cheap, since the tables depend on none of the three. Not thread-safe.
+  // Changes strength, tint and rotation. The result is the same to the bit as that of a new light
+  // with these settings, but this is cheap, since the tables depend on none of the three. Not
+  // thread-safe.
   void adjust(const EnvironmentAdjustment& adjustment);
   const EnvironmentAdjustment& adjustment() const { return adjustment_; }
 
-  // Up to kRayBatch directions at once, so that the angles vectorise.
+  // Computes the radiance of at most kRayBatch directions at once, so that the angles vectorise.
   void radiance(std::span<const Vec3f> directions, Rgb* out) const;
   EnvironmentSample sample(const Vec2f& u) const;
-  // Up to kRayBatch at once, so that cache misses in the large tables overlap.
+  // Up to kRayBatch samples at once, so that cache misses in the large tables overlap.
   void sample(std::span<const Vec2f> u, EnvironmentSample* out) const;
-  // Both for little more than the cost of one, for rays that leave the scene.
+  // Computes both for little more than the cost of one; for rays that leave the scene.
   void radiance_and_pdf(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const;
   Rgb radiance_and_pdf(const Vec3f& direction, float* pdf) const;
 
@@ -92,14 +93,14 @@ class EnvironmentLight {
  private:
   friend class EnvironmentGuide;
 
-  // Per direction: the four texels around it (columns and rows, and the fraction towards the second
-  // of each), and the sine of its angle to the pole.
+  // For each direction: the columns and rows of the four texels around it, its fractional position
+  // from the first to the second of each, and the sine of its angle to the pole.
   struct BilinearTaps {
     alignas(64) int column0[kRayBatch], column1[kRayBatch], row0[kRayBatch], row1[kRayBatch];
     alignas(64) float to_column1[kRayBatch], to_row1[kRayBatch], sin_theta[kRayBatch];
   };
-  // Texel coordinates: (0, 0) is the centre of the first texel; column in [-width, 2 width). The
-  // arrays must have kRayBatch elements; more than `count` are read.
+  // `column` and `row` are texel coordinates: (0, 0) is the centre of the first texel, and columns
+  // are in [-width, 2 width). The arrays must have kRayBatch elements; more than `count` are read.
   void find_taps(size_t count, const float* column, const float* row, BilinearTaps* out) const;
   void find_taps(std::span<const Vec3f> directions, BilinearTaps* out) const;
   struct Corners;
@@ -115,7 +116,7 @@ class EnvironmentLight {
   float density_of(const CornerWeights& weights, const BilinearTaps& p, size_t i) const;
   void radiance_and_pdf(std::span<const Vec3f> directions, BilinearTaps* taps, Rgb* radiance,
                         float* pdf) const;
-  // A sample's position around the chosen texel, r in [0, 1).
+  // Texel coordinates of a sample around the chosen texel, for r in [0, 1).
   static float sample_column(int column, float r);
   float sample_row(int row, float r) const;
   // Converts texel coordinates to samples and their BilinearTaps.
@@ -127,9 +128,9 @@ class EnvironmentLight {
   Rgb sun_radiance(const Vec3f& direction) const;
   // Adds the sun to the map's values. `pdf` may be null.
   void add_sun(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const;
-  // Radiance and density at one place, from the same texels.
+  // Radiance and density of one direction, from the same texels.
   Rgb radiance_and_pdf_at(const BilinearTaps& p, size_t i, float* pdf) const;
-  // The weight of a texel's luminance, before strength.
+  // The sampling weight of a texel with this luminance (of the map, without strength).
   float weight(float luminance) const {
     return std::max(0.0f, luminance * weight_scale_ - threshold_);
   }
@@ -137,10 +138,10 @@ class EnvironmentLight {
   void build_tables(float mis_compensation);
   void choose_sun_share();
   void update_sun();
-  // Builds the tables within rows for the current threshold; returns the sum of the rows' totals.
+  // Builds the tables of columns for the current threshold; returns the sum of the rows' totals.
   double build_columns(std::vector<double>* row_totals);
 
-  // Converts the map's adjusted light to the working space.
+  // Converts the map's light, with strength and tint, to the working space.
   Rgb to_working_space(const Rgb& light) const {
     if (to_working_) [[unlikely]]
       return *to_working_ * light;
@@ -149,8 +150,8 @@ class EnvironmentLight {
 
   EnvironmentAdjustment adjustment_;
   std::optional<ColourMatrix> to_working_;
-  Rgb map_constant_ = Rgb(0.0f);  // if there is no image
-  Rgb constant_ = Rgb(0.0f);      // map_constant_, adjusted
+  Rgb map_constant_ = Rgb(0.0f);  // radiance if there is no image
+  Rgb constant_ = Rgb(0.0f);      // map_constant_ with strength and tint, in the working space
   std::shared_ptr<const Image> image_;
   const void* texels_ = nullptr;
   bool half_ = false;
@@ -160,10 +161,10 @@ class EnvironmentLight {
   double map_mean_luminance_ = 0.0;
   double mean_luminance_ = 0.0;  // with strength and tint
 
-  // Running column sums of all rows, width + 1 words each, and their guide tables; then the rows'
-  // own. See fixed_cdf.h. Densities are not looked up in them but computed from the same texels as
-  // the radiance: pdf = interpolated (row density x weight) / sin theta. This agrees with the sums
-  // up to their step of 2^-32.
+  // Running sums over the columns of each row, width + 1 words per row, and their guide tables;
+  // then the running sums over the rows (see fixed_cdf.h). Densities are not read from these tables
+  // but computed from the same texels as the radiance: pdf = interpolated (row density x weight) /
+  // sin theta. This agrees with the sums up to their step of 2^-32.
   std::vector<uint32_t> column_sums_, column_guides_, row_sums_, row_guide_;
   std::vector<float> row_density_;
   float weight_scale_ = 1.0f, threshold_ = 0.0f;
@@ -173,8 +174,8 @@ class EnvironmentLight {
   struct Sun {
     Vec3f direction = Vec3f(0.0f);  // in world space
     ShadingFrame frame;
-    float radius2 = 0.0f;             // squared chord from its centre to its edge
-    float density = 0.0f;             // pdf of directions to it, per solid angle
+    float radius2 = 0.0f;             // squared chord from the centre of the disc to its edge
+    float density = 0.0f;             // pdf of a direction in the disc, per solid angle
     float share = 0.0f;               // fraction of the samples; 0: there is no sun
     Rgb center_radiance = Rgb(0.0f);  // radiance at the centre
   };

@@ -17,8 +17,8 @@ void build_fixed_cdf(std::span<const double> weights, uint32_t* sums, uint32_t* 
     std::fill(guide, guide + cells + 1, 0u);
     return;
   }
-  // Upward pass: rounded sums, with at least one step per positive weight. Downward pass: removes
-  // the excess over the total, again leaving at least one step each.
+  // The upward pass rounds the sums, with at least one step per positive weight. The downward pass
+  // removes the excess over the total, and again leaves at least one step for each.
   double sum = 0;
   for (size_t i = 0; i < count; ++i) {
     sum += weights[i];
@@ -28,7 +28,7 @@ void build_fixed_cdf(std::span<const double> weights, uint32_t* sums, uint32_t* 
         uint32_t(std::min<uint64_t>(std::max(uint64_t(std::llround(ideal)), min_sum), kCdfTotal));
   }
   uint32_t limit = kCdfTotal;
-  bool past_last = true;  // entries after the last positive weight end at the total
+  bool past_last = true;  // whether no positive weight follows entry i
   for (size_t i = count; i-- > 0;) {
     sums[i + 1] = past_last ? kCdfTotal : std::min(sums[i + 1], limit);
     limit = sums[i + 1];
@@ -37,7 +37,7 @@ void build_fixed_cdf(std::span<const double> weights, uint32_t* sums, uint32_t* 
       --limit;
     }
   }
-  // guide[c]: the entry that contains the first value of cell c.
+  // guide[c] is the entry that contains the first value of cell c.
   uint32_t entry = 0;
   for (size_t cell = 0; cell < cells; ++cell) {
     const uint64_t first = uint64_t(cell) << (32 - bits);

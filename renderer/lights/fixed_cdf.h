@@ -1,10 +1,10 @@
-// A discrete distribution as running sums in 32-bit fixed point, with a guide table.
+// A discrete distribution, stored as running sums in 32-bit fixed point with a guide table.
 //
 // The probability of an entry is the exact difference of two integers, so sampled and reported
-// probabilities agree to the last bit, with one word per entry. Differences of float running sums
-// cancel, and summing float weights is inexact (off by a third for a 16k x 8k map). An entry of
-// positive weight, however small, keeps at least one step of 2^-32, so the density is positive
-// wherever the weight is.
+// probabilities agree to the last bit, and an entry takes only one word. With floats, differences
+// of running sums would lose precision, and a sum of weights is inexact (off by a third for a 16k x
+// 8k map). An entry of positive weight, however small, has at least one step of 2^-32, so the
+// density is positive wherever the weight is.
 //
 // Guide table: Chen & Asau 1974, "On Generating Random Variates from an Empirical Distribution".
 // Unlike an alias table it is monotone in u and keeps stratified numbers stratified.
@@ -24,8 +24,8 @@ struct CdfChoice {
   float remainder = 0.0f;  // position of u within the entry, [0, 1)
 };
 
-// Guide cells for a distribution of `count` entries; the table has one more word than cells. One
-// cell per 16 entries: a search takes at most four steps if weights are even.
+// Log2 of the number of guide cells for `count` entries; the table has one more word than cells.
+// There is one cell per 16 entries, so a search takes at most four steps if weights are even.
 inline int guide_bits(size_t count) {
   int bits = 0;
   while ((size_t(16) << bits) < count) ++bits;
@@ -41,8 +41,8 @@ inline uint32_t guide_cell(int bits, float u) {
   return uint32_t(uint64_t(uint32_t(double(u) * double(kCdfTotal))) >> (32 - bits));
 }
 
-// Prefetch the memory that choose_entry() reads, for choices from many large distributions at once:
-// first the guide, then, once it is there, the sums.
+// Prefetch the memory that choose_entry() reads, for choices from many large distributions at once.
+// Call prefetch_guide() for all of them first, since prefetch_sums() reads the guide.
 inline void prefetch_guide(const uint32_t* guide, int bits, float u) {
   __builtin_prefetch(guide + guide_cell(bits, u));
 }
@@ -53,7 +53,7 @@ inline void prefetch_sums(const uint32_t* sums, const uint32_t* guide, int bits,
   __builtin_prefetch(sums + low + (high - low + 1) / 2);
 }
 
-// The entry whose interval of [0, 1) contains u, never an empty one. u in [0, 1).
+// Returns the entry whose interval of [0, 1) contains u in [0, 1); never an entry of probability 0.
 inline CdfChoice choose_entry(const uint32_t* sums, const uint32_t* guide, int bits, float u) {
   const double x = double(u) * double(kCdfTotal);
   const uint32_t whole = uint32_t(x);

@@ -15,8 +15,8 @@
 namespace emberline {
 namespace {
 
-// Added to cosines before they decide that no light arrives: ten times the rounding error of the
-// code below. Directions that far beyond the edge of a cone keep a little probability.
+// Added to cosines before a test of whether any light arrives: ten times the rounding error of the
+// code below. Therefore directions slightly outside a cone get a small probability, too.
 constexpr float kCosineSlack = 1e-5f;
 // Keeps importances finite at a point light, relative to the tree's size.
 constexpr float kMinSquaredDistance = 1e-30f;
@@ -71,7 +71,7 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
   const Lanes sin_u = radius * inverse_d;
   const Lanes cos_u = sqrt(max(zero, d2 - radius2)) * inverse_d;
 
-  // Minimum angle of the query outside the cone of full intensity.
+  // Minimum angle between the direction to the query and the cone of full intensity.
   const Lanes axis_x = load(pair.axis[0]), axis_y = load(pair.axis[1]), axis_z = load(pair.axis[2]);
   const Lanes length2 = dot(axis_x, axis_y, axis_z, axis_x, axis_y, axis_z);
   const Lanes scale = 1.0f / sqrt(length2) * inverse_d;
@@ -87,7 +87,7 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
   const Lanes cos_emitted = cos_difference(cos_x, sin_x, cos_u, sin_u) + kCosineSlack;
   const Lanes cos_e = load(pair.cos_theta_e) * (1.0f / 32767.0f);
 
-  // Minimum angle of the sphere from the query's normal.
+  // Minimum angle between the query's normal and the bounding sphere.
   const Lanes below = dot(all(query.normal.x), all(query.normal.y), all(query.normal.z), x, y, z);
   const Lanes cos_i = (query.both_sides ? max(below, -below) : -below) * inverse_d;
   const Lanes sin_i = sqrt(max(zero, fma(-below, below, d2))) * inverse_d;
@@ -97,7 +97,7 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
       max(cos_emitted, all(kCosineSlack)) * max(cos_received, all(kMinReceiverCosine));
   const Lanes emitted = cos_emitted > cos_e ? cosines : zero;
   const Lanes received = cos_received > zero ? emitted : zero;
-  // Inside the sphere no angle is known. A positive importance must not underflow to 0.
+  // Inside the sphere, the angles are unknown. A positive importance must not underflow to 0.
   const Lanes value = reach * (d2 <= radius2 ? all(1.0f) : received);
   const Lanes tiny = all(std::numeric_limits<float>::min());
   return d2 <= radius2 ? max(value, tiny) : (received > zero ? max(value, tiny) : zero);

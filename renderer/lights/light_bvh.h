@@ -21,44 +21,45 @@
 
 namespace emberline {
 
-// The query's normal may differ from the BSDF's (geometric, interpolated, mapped), so lights
-// above its horizon count as if at no more than 87 degrees. Chosen by us.
+// Lights above the horizon of the query's normal are weighted as if they were at most 87 degrees
+// from it, because the BSDF may use another normal (geometric, interpolated or mapped). Chosen by
+// us.
 constexpr float kMinReceiverCosine = 0.05f;
 
-// Position and directions of an emitter: no light leaves at an angle above theta_o + theta_e from
-// the axis, the full intensity within theta_o of it (figure 2 of the paper).
+// Position and directions of an emitter: within theta_o of the axis it may emit its full intensity,
+// and at more than theta_o + theta_e from the axis it emits nothing (figure 2 of the paper).
 struct EmitterBounds {
   Vec3f lower, upper;
   Vec3f axis;                // unit
   float cos_theta_o = 1.0f;  // theta_o in [0, pi]
   float cos_theta_e = 0.0f;  // theta_e in [0, pi / 2]
   bool two_sided = false;    // emits equally along -axis
-  double intensity = 0.0;    // > 0; any unit common to all
+  double intensity = 0.0;    // > 0; in the same unit for all emitters
   float reach = kInfinity;   // no light arrives farther than this from the box
 };
 
-// Bounds over the whole shutter. Intensity 0: black, or no area that floats can represent. `motion`
-// is only read for a moving triangle.
+// Bounds over the whole shutter. The intensity is 0 if the emitter is black or has no area that
+// floats can represent. `motion` is only used for a moving triangle.
 EmitterBounds bounds_of(const EmissiveTriangle& triangle, const EmitterMotion* motion);
 EmitterBounds bounds_of(const PointLight& light);
 
 // Bounds of the emitters below one child of a pair. Coordinates are scaled by a power of two to
-// about unit size, so that squares neither overflow nor underflow at any scene scale. Every
-// rounding errs to the larger bound.
+// about unit size, so that squares neither overflow nor underflow at any scene scale. Every value
+// is rounded towards the larger bound.
 struct LightBvhChild {
   float center[3];
-  float intensity;      // fraction of the whole tree's
+  float intensity;      // fraction of the total
   int16_t axis[3];      // any length
-  int16_t cos_theta_o;  // x 32767
+  int16_t cos_theta_o;  // scaled by 32767
   int16_t cos_theta_e;
-  uint16_t radius;  // of the bounding sphere: upper half of a float
+  uint16_t radius;  // of the bounding sphere: upper 16 bits of a float
   uint32_t link;    // kLeaf, kTwoSided, and the index of a pair or of an emitter
 
   static constexpr uint32_t kLeaf = 1u << 31, kTwoSided = 1u << 30, kIndex = kTwoSided - 1;
 };
 
 // Two children in one cache line, interleaved by member, so that both importances are computed in
-// the lanes of one vector.
+// lanes of the same vector.
 struct alignas(64) LightBvhPair {
   float center[3][2];
   float intensity[2];
@@ -74,8 +75,8 @@ static_assert(sizeof(LightBvhPair) == 64);
 
 class LightBvh {
  public:
-  // At least one emitter, fewer than 2^30. Deterministic. O(n log n): 1e6 emitters take about a
-  // second.
+  // Requires at least one emitter and fewer than 2^30. Deterministic. O(n log n): 1e6 emitters take
+  // about a second.
   explicit LightBvh(std::span<const EmitterBounds> emitters);
 
   struct Pick {
@@ -97,8 +98,8 @@ class LightBvh {
   float probability_among(const LightQuery& query, uint32_t emitter) const;
 
   std::vector<LightBvhPair> pairs_;
-  // Per pair: squared distance from a child's centre beyond which none of its light arrives. Empty
-  // if no emitter has a reach.
+  // Per pair and child: the squared distance from the child's centre beyond which none of its light
+  // arrives. Empty if no emitter has a finite reach.
   std::vector<std::array<float, 2>> reaches2_;
   std::vector<uint64_t> paths_;  // per emitter: bit k is the child taken at depth k
   uint32_t root_ = 0;            // a link

@@ -18,10 +18,11 @@ namespace {
 constexpr int kBuckets = 12;  // as in pbrt-v4
 // Added to theta_o for the rounding of a 16-bit axis (5e-5 rad) and of the cosines here.
 constexpr double kAxisMargin = 2e-4;
-// Boxes of emitters on a line have no area; a fraction of the diagonal distinguishes their costs.
+// Emitters on a line have boxes without area; this fraction of the diagonal distinguishes their
+// costs.
 constexpr float kDiagonalShare = 0.01f;
-// Smaller differences in cost are ties, for which the more balanced split wins, so that a symmetric
-// arrangement of lights gets a symmetric tree in spite of rounding.
+// A smaller relative difference in cost is a tie, and the more balanced split wins, so that a
+// symmetric arrangement of lights gets a symmetric tree in spite of rounding.
 constexpr float kTieTolerance = 1e-4f;
 
 float measure_of(const Imath::Box3f& box) {
@@ -39,13 +40,14 @@ struct BuildEmitter {
   Vec3f center() const { return (lower + upper) * 0.5f; }
 };
 
-// One of the two directions of a two-sided emitter, the same for parallel ones.
+// Chooses one of the two directions of a two-sided emitter, the same for all parallel emitters.
 Vec3f canonical(const Vec3f& axis) {
   const float side = axis.x * 0.267f + axis.y * 0.535f + axis.z * 0.802f;
   return side < 0 ? -axis : axis;
 }
 
-// M_Omega of the paper by cos theta_o for theta_e = pi / 2, which applies to all but spots.
+// M_Omega of the paper as a function of cos theta_o, for theta_e = pi / 2, which holds for all
+// emitters except spots.
 class OrientationMeasure {
  public:
   OrientationMeasure() {
@@ -85,8 +87,8 @@ struct Bucket {
     intensity += b.intensity;
     count += b.count;
   }
-  // The heuristic needs no bound of theta_o: directions spread evenly over a cap have the mean
-  // resultant length (1 + cos theta_o) / 2, and this inverts it.
+  // The heuristic needs only an estimate of cos theta_o, not a bound: directions spread evenly over
+  // a cap have a mean of length (1 + cos theta_o) / 2, and this is solved for cos theta_o.
   float cost(const OrientationMeasure& measure) const {
     const float resultant = std::sqrt(dot(axis_sum, axis_sum)) / float(count);
     return intensity * measure(2 * resultant - 1) * measure_of(box);
@@ -103,7 +105,7 @@ struct Split {
 struct Builder {
   std::vector<BuildEmitter> emitters;
   std::vector<LightBvhPair>& pairs;
-  std::vector<std::array<float, 2>>* reaches2;  // null: no emitter has a reach
+  std::vector<std::array<float, 2>>* reaches2;  // null if no emitter has a finite reach
   std::vector<uint64_t>& paths;
   int& depth;
   OrientationMeasure measure;
@@ -139,7 +141,7 @@ Split Builder::best_split(size_t begin, size_t end, const Imath::Box3f& centers)
       right_count[size_t(b)] = right.count;
       right_cost[size_t(b)] = right.count > 0 ? right.cost(measure) : 0;
     }
-    const float regularity = largest / extent[axis];  // K_r: thin slabs cost more
+    const float regularity = largest / extent[axis];  // K_r of the paper: thin slabs cost more
     Bucket left;
     for (int b = 0; b + 1 < kBuckets; ++b) {
       if (buckets[size_t(b)].count == 0) continue;
@@ -178,7 +180,8 @@ size_t Builder::split(size_t begin, size_t end, int level) {
       return size_t(middle - emitters.begin());
     }
   }
-  // At one place, or too deep: halve along the widest axis, by index if positions are equal.
+  // If all emitters are at one place or the range is too deep, halve it along the widest axis, by
+  // index if positions are equal.
   const Vec3f extent = centers.max - centers.min;
   const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
   const size_t middle = begin + (end - begin) / 2;
@@ -190,7 +193,7 @@ size_t Builder::split(size_t begin, size_t end, int level) {
   return middle;
 }
 
-// The bounds of a range for importances(); every rounding errs to the larger side.
+// The bounds of a range of emitters for importances(); values are rounded towards larger bounds.
 LightBvhChild Builder::bound(size_t begin, size_t end) const {
   Imath::Box3f box;
   Vec3d sum(0.0), canonical_sum(0.0);
@@ -217,7 +220,7 @@ LightBvhChild Builder::bound(size_t begin, size_t end) const {
     radius2 += half * half;
   }
   const float radius = float(std::sqrt(radius2) * (1 + 1e-6));
-  // Upper half of a float, rounded up.
+  // Upper 16 bits of the float, rounded up.
   child.radius = uint16_t((std::bit_cast<uint32_t>(radius) + 0xffffu) >> 16);
   child.intensity = std::max(float(intensity), std::numeric_limits<float>::min());
 
@@ -250,7 +253,7 @@ LightBvhChild Builder::bound(size_t begin, size_t end) const {
   return child;
 }
 
-// Reach from the centre of a range's bounds, squared; rounded up.
+// Squared distance from the centre of `bounds` that the light of a range can reach, rounded up.
 float Builder::reach2(size_t begin, size_t end, const LightBvhChild& bounds) const {
   double farthest = 0;
   for (size_t i = begin; i < end; ++i) {

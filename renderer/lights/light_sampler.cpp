@@ -20,23 +20,23 @@
 namespace emberline {
 namespace {
 
-// Maximum weight of an infinite light, so that their sum fits a float.
+// Maximum weight of an infinite light, so that the sum of the weights fits a float.
 constexpr float kMaxWeight = 1e30f;
 // KHR_lights_punctual: "lightAngleScale = 1.0f / max(0.001f, cos(innerConeAngle) - cos(outer...))".
 constexpr float kMinConeDifference = 0.001f;
 
 bool emits(const Rgb& value) { return is_finite(value) && luminance(value) > 0.0f; }
 
-// Extends u_pick beyond the float's 24 bits, because with thousands of lights those between two
-// floats could never be picked. The additional digits are hashed from the sample's own numbers,
-// which keeps this pure and the stratification intact.
+// Extends u_pick beyond the 24 bits of a float. Otherwise, with thousands of lights, some could
+// fall between two floats and never be picked. The additional bits are hashed from the sample's own
+// numbers, so the function stays pure and the stratification intact.
 double refine(float u_pick, const Vec2f& u) {
   uint32_t h = hash_combine(hash32(std::bit_cast<uint32_t>(u.x)), std::bit_cast<uint32_t>(u.y));
   h = hash_combine(h, std::bit_cast<uint32_t>(u_pick));
   return std::min(double(u_pick) + double(h) * 0x1p-56, 1.0 - 0x1p-53);
 }
 
-// In double, since a squared range may overflow float.
+// Uses double, since a squared range may overflow float.
 bool in_range(const PointLightState& light, const Vec3d& to_light) {
   return !(dot(to_light, to_light) > square(double(light.range)));
 }
@@ -47,7 +47,7 @@ float spot_attenuation(const PointLightState& light, const Vec3f& to_light) {
   return square(std::clamp((cosine - light.cos_outer) * scale, 0.0f, 1.0f));
 }
 
-// Luminance of the flux, for the choice without a tree.
+// Luminance of the flux, for picking without a BVH.
 double point_power(const PointLight& light, double intensity) {
   if (light.type == PointLightType::kPoint) return 4 * kPiD * intensity;
   return 2 * kPiD * intensity * (1.0 - 0.5 * (double(light.cos_inner) + double(light.cos_outer)));
@@ -66,7 +66,7 @@ PointLightPlace PointLight::place_at(float time) const {
           normalize_or(lerp(a.direction, b.direction, part), a.direction)};
 }
 
-// Slow path for changing lights, kept out of line.
+// Slow path for lights that change over time.
 [[gnu::noinline, gnu::cold]] PointLightState PointLight::animated_at(float time) const {
   PointLightState state = *this;
   static_cast<PointLightPlace&>(state) = place_at(time);
@@ -128,7 +128,7 @@ LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<
   }
 }
 
-// Bounds and total intensity of the finite lights.
+// Computes the bounds and the total intensity of the finite lights.
 void LightSampler::measure_finite_lights(std::span<const EmitterBounds> bounds) {
   Imath::Box3f box;
   double intensity = 0;
@@ -195,7 +195,7 @@ LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& quer
     // Irradiance if the environment were uniform.
     const float irradiance = kPi * environment_->mean_luminance() * factors.environment;
     choice.environment = std::min(irradiance, kMaxWeight);
-    // The survey may have missed a sun, which no other technique finds.
+    // The survey may have missed a sun, which only light sampling can find.
     const float minimum = choice.environment * factors.min_directional;
     if (choice.total > 0.0f && choice.total < minimum) [[unlikely]] {
       choice.directional_factor *= minimum / choice.total;
@@ -322,7 +322,6 @@ LightSample LightSampler::sample_point(const LightQuery& query, uint32_t index,
   return result;
 }
 
-// Samples the triangles; the samples contain their index and pick probability.
 void LightSampler::sample_triangles(TriangleBatch& batch, LightSample* const* out) const {
   batch.sample();
   for (int i = 0; i < batch.size(); ++i) {
@@ -376,7 +375,7 @@ struct EnvironmentBatch {
   LightSample* out[kRayBatch];
   size_t count = 0;
 
-  // `pick`, in [0, weight), is the number that picked the environment.
+  // `pick`, in [0, weight), is the random number that picked the environment.
   void add(const LightRequest& request, double pick, float weight, const EnvironmentGuide* guide,
            LightSample* result) {
     GuidedRequest& guided = requests[count];
@@ -462,7 +461,7 @@ float LightSampler::environment_probability(const LightQuery& query,
                                             const LightGuide* guide) const {
   if (!environment_) return 0.0f;
   const InfiniteChoice choice = weigh_infinite(query, guide);
-  // An environment whose luminance underflows float is never picked.
+  // The total is 0 if the luminance of the environment underflows float; it is then never picked.
   return choice.total > 0.0f ? choice.probability * (choice.environment / choice.total) : 0.0f;
 }
 

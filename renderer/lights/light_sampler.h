@@ -1,7 +1,8 @@
 // All lights of a scene, and the choice among them for next-event estimation.
 //
-// World space here is the scene's internal space (rebased, see renderer/scene/scene.h). All
-// sampling and density functions are const, pure and thread-safe. No virtual call per ray.
+// World space here means the scene's internal space (rebased, see renderer/scene/scene.h). All
+// sampling and density functions are const, pure and thread-safe. They make no virtual call, except
+// for triangles that move or change visibility.
 #pragma once
 
 #include <array>
@@ -25,14 +26,15 @@ struct GuidedRequest;    // environment_guide.h
 struct LightGuide;       // light_guide.h
 class TriangleBatch;     // triangle_sampling.h
 
-// A triangle of an emissive mesh as placed by an instance; if it moves, at shutter open.
+// A triangle of an emissive mesh in world space, one for each instance of the mesh; if it moves,
+// its position is that at shutter open.
 struct EmissiveTriangle {
-  Vec3f p0, p1, p2;   // CCW seen from the emitting side
-  Rgb mean_radiance;  // area mean with texture, maximum over time; > 0 in some channel
+  Vec3f p0, p1, p2;   // counter-clockwise as seen from the emitting side
+  Rgb mean_radiance;  // mean over the area, with texture; maximum over time
   bool two_sided = false;
   bool moves = false;                 // EmitterMotion provides its position
   bool has_visibility_times = false;  // EmitterMotion provides its visibility
-  uint32_t instance = 0;              // for the integrator to find its material and attributes
+  uint32_t instance = 0;              // lets the integrator find material and attributes
   uint32_t primitive = 0;
 };
 
@@ -41,10 +43,10 @@ struct EmissiveTriangle {
 class EmitterMotion {
  public:
   virtual ~EmitterMotion() = default;
-  // At a time in [0, 1], counter-clockwise seen from the emitting side.
+  // The vertices at a time in [0, 1], counter-clockwise as seen from the emitting side.
   virtual std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const = 0;
-  // Number of equal time segments in each of which the triangle moves along lines or arcs of less
-  // than half a turn.
+  // Number of equal parts of the shutter time; in each part, the triangle must move along lines or
+  // along arcs of less than half a turn.
   virtual int segments(const EmissiveTriangle& triangle) const = 0;
   // Whether a triangle with `has_visibility_times` is visible.
   virtual bool visibility(const EmissiveTriangle& triangle, float time) const = 0;
@@ -62,18 +64,19 @@ struct PointLightPlace {
 // A point light at one time.
 struct PointLightState : PointLightPlace {
   Rgb intensity;                             // W/sr (candela), or irradiance (lux) for directional
-  float cos_inner = 1.0f, cos_outer = 0.0f;  // spot: glTF's angular falloff between them
+  float cos_inner = 1.0f, cos_outer = 0.0f;  // spot: glTF's falloff is between these
   float range = kInfinity;                   // point, spot: no light beyond
 
   bool operator==(const PointLightState&) const = default;
 };
 
-// The base is its state at shutter open, with maximum intensity, cone angles and range.
+// The base class has the place at shutter open, and the maxima over time of intensity, cone angles
+// and range.
 struct PointLight : PointLightState {
   PointLightType type = PointLightType::kPoint;
-  // Later positions, evenly spaced until shutter close, linearly interpolated.
+  // Later places, at equal steps of time until shutter close; linearly interpolated.
   std::vector<PointLightPlace> motion = {};
-  // Factors on intensity and range, cone angles, and times with light; null: constant.
+  // Over time: factors on intensity and range, cone angles, and visibility; null: constant.
   std::shared_ptr<const TimeCurve<Rgb>> share = {};
   std::shared_ptr<const TimeCurve<Vec2f>> cones = {};
   std::shared_ptr<const TimeCurve<float>> range_scale = {};
@@ -96,32 +99,32 @@ struct PointLight : PointLightState {
 // The point where illumination is requested.
 struct LightQuery {
   Vec3f point;
-  Vec3f normal;             // the hemisphere that can receive light; ignored if `both_sides`
+  Vec3f normal;             // of the hemisphere that receives light; ignored if `both_sides`
   bool both_sides = false;  // the surface transmits
-  float time = 0.0f;        // as of a ray
+  float time = 0.0f;        // as in Ray
 };
 
 struct LightRequest {
   LightQuery query;
-  float u_pick = 0.0f;  // chooses the light (reused internally by remapping)
+  float u_pick = 0.0f;  // chooses the light (its remainder is reused)
   Vec2f u;              // chooses the point on it
 };
 
 enum class LightKind : uint8_t { kNone, kTriangle, kPoint, kEnvironment };
 
 struct LightSample {
-  LightKind kind = LightKind::kNone;   // kNone: nothing could be sampled, contribution 0
+  LightKind kind = LightKind::kNone;   // kNone: no light; the contribution is 0
   uint32_t index = 0;                  // into triangles() or points()
   Vec3f direction = Vec3f(0.0f);       // unit, from the query point towards the light
   float distance = 0.0f;               // infinity for directional and environment
   Vec3f position = Vec3f(0.0f);        // on the light (triangle, point, spot)
   Vec3f emitter_normal = Vec3f(0.0f);  // triangle: geometric, unit
   Vec2f barycentric = Vec2f(0.0f);     // triangle: weights of p1 and p2
-  // Point lights: radiant intensity / distance^2 (or irradiance); environment: radiance;
-  // triangle: left 0, the integrator evaluates the material's emission at the point.
+  // Point lights: radiant intensity / distance^2 (directional: irradiance); environment: radiance;
+  // triangle: 0, since the integrator evaluates the material's emission at the point.
   Rgb radiance = Rgb(0.0f);
   float pdf = 0.0f;    // per solid angle, includes the probability of picking this light
-  bool delta = false;  // point-like: cannot be hit by a ray, pdf is the pick probability alone
+  bool delta = false;  // no ray can hit it; pdf is only the probability of picking it
 };
 
 // Kinds of light; sampling first chooses among these.
@@ -129,11 +132,12 @@ enum { kEnvironmentKind, kDirectionalKind, kFiniteKind, kLightKinds };
 
 class LightSampler {
  public:
-  // With at least this many finite emitters a light BVH chooses, with fewer the power.
+  // With at least this many finite emitters, a light BVH picks one; with fewer, they are picked by
+  // power.
   static constexpr uint32_t kBvhThreshold = 16;
 
-  // `environment` may be null. A black environment counts as null. `motion` must outlive the
-  // sampler; null if no triangle moves. `bvh_threshold` is for tests.
+  // `environment` may be null; a black environment is treated as null. `motion` must outlive the
+  // sampler; it may be null if no triangle moves. Only tests set `bvh_threshold`.
   LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<PointLight> points,
                std::shared_ptr<const EnvironmentLight> environment,
                const EmitterMotion* motion = nullptr, uint32_t bvh_threshold = kBvhThreshold);
@@ -143,15 +147,14 @@ class LightSampler {
 
   bool empty() const;  // nothing to sample
 
-  // Picks a light and a point on it for each of up to kRayBatch requests, with the same result as
-  // one by one; `out` must be constructed. `guide` is for these lights and must be the same for
-  // samples and densities; may be null.
+  // Picks a light and a point on it for each of up to kRayBatch requests; the results do not depend
+  // on how requests are grouped. `out` must point to constructed samples. `guide` may be null;
+  // otherwise it must be for these lights, and the same for samples and densities.
   void sample(std::span<const LightRequest> requests, LightSample* const* out,
               const LightGuide* guide = nullptr) const;
 
-  // Density, per solid angle at query.point, with which sample() returns a point of triangle
-  // `index` at `distance` if unoccluded; 0 on the back of a one-sided triangle. Cost O(depth of the
-  // light BVH).
+  // Density per solid angle, at query.point, with which sample() returns a point of triangle
+  // `index` at `distance`; 0 on the back of a one-sided triangle. Takes O(depth of the light BVH).
   float pdf_triangle(const LightQuery& query, uint32_t index, float distance,
                      const LightGuide* guide = nullptr) const;
   // Probability of picking the environment: the factor of its density that does not depend on the
@@ -166,8 +169,8 @@ class LightSampler {
   const std::vector<EmissiveTriangle>& triangles() const { return triangles_; }
   const std::vector<PointLight>& points() const { return points_; }
 
-  // For the report: "light BVH (1204 emitters)", "power (3 emitters), environment", and the memory
-  // used (without the environment's own).
+  // For the report: how lights are picked, such as "light BVH (1204 emitters)" or "power (3
+  // emitters), environment", and the memory used (without that of the environment).
   std::string describe() const;
   uint64_t bytes() const;
 
@@ -178,27 +181,27 @@ class LightSampler {
   const EmitterMotion* motion_ = nullptr;
   std::unique_ptr<const LightBvh> bvh_;
 
-  // An emitter is a finite light that emits: an index into triangles_, or with kPointEmitter into
-  // points_. Degenerate, black and non-finite lights are excluded.
+  // An emitter is a finite light that can emit: an index into triangles_ or, if kPointEmitter is
+  // set, into points_. Degenerate, black and non-finite lights are excluded.
   static constexpr uint32_t kPointEmitter = 1u << 31;
   static constexpr uint32_t kNoEmitter = ~0u;
   std::vector<uint32_t> emitters_;
   std::vector<uint32_t> triangle_emitter_;  // per triangle: its emitter, or kNoEmitter
   Vec3f finite_centre_ = Vec3f(0.0f);       // of the emitters' bounds
-  float finite_radius2_ = 0.0f;             // and half their diagonal, squared
-  float finite_intensity_ = 0.0f;           // luminance, all emitters together
-  float finite_reach2_ = kInfinity;         // no emitter gives light beyond, squared
+  float finite_radius2_ = 0.0f;             // squared half diagonal of the bounds
+  float finite_intensity_ = 0.0f;           // luminance of all emitters together
+  float finite_reach2_ = kInfinity;         // squared distance from the centre without light
   bool ranged_ = false;                     // some emitters have a range
   std::vector<uint32_t> directional_;       // indices into points_
   std::vector<double> power_sums_;          // without a BVH: running sums of relative power
 
-  // The choice between infinite lights (directional, environment) and finite ones: by irradiance,
-  // within limits, times KindFactors. The irradiance of the finite ones is estimated as that of a
-  // lamp with their total intensity at their centre. Infinite ones are weighted by irradiance,
-  // which is exact except for the environment's distribution.
+  // The choice between infinite lights (directional, environment) and finite ones, in proportion to
+  // irradiance times KindFactors, within limits. The irradiance of the finite lights is estimated
+  // as that of a lamp with their total intensity at their centre. That of the infinite ones is
+  // exact, except that the environment is assumed to be uniform.
   struct InfiniteChoice {
     float probability = 0.0f;  // of choosing any infinite light
-    float environment = 0.0f;  // weights
+    float environment = 0.0f;  // weight of the environment
     float directional_factor = 1.0f;
     float total = 0.0f;
   };
@@ -212,7 +215,8 @@ class LightSampler {
   InfiniteChoice weigh_infinite(const LightQuery& query, const LightGuide* guide) const;
   FinitePick pick_finite(const LightQuery& query, double u) const;
   float finite_probability(const LightQuery& query, uint32_t emitter) const;
-  // The choice without a BVH if emitters have ranges: by power, among those that reach the query.
+  // Used without a BVH if emitters have ranges: picks by power among the emitters that reach the
+  // query.
   bool reaches(const LightQuery& query, uint32_t emitter) const;
   double share_in_reach(const LightQuery& query) const;
   FinitePick pick_in_reach(const LightQuery& query, double u) const;
@@ -220,7 +224,7 @@ class LightSampler {
   LightSample sample_directional(const LightQuery& query, const InfiniteChoice& choice,
                                  double u_weight) const;
   LightSample sample_point(const LightQuery& query, uint32_t index, float probability) const;
-  // On input, each result's pdf is its pick probability; a triangle's result also has its index.
+  // The caller has set each result's pdf to the pick probability, and for triangles also its index.
   void sample_triangles(TriangleBatch& batch, LightSample* const* out) const;
   void sample_environment(std::span<const GuidedRequest> requests, const EnvironmentGuide* guide,
                           LightSample* const* out) const;

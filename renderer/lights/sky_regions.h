@@ -1,9 +1,10 @@
-// Visibility of the environment from the parts of a scene: a grid of cells, each with six regions
-// for the directions that a surface may face, and for each region the open fraction of every tile
-// of the sphere. Surveyed by rays (renderer/scene/light_survey.h), read by EnvironmentGuide.
+// Visibility of the environment from the parts of a scene. A grid divides the scene into cells, and
+// a cell has six regions for the directions that a surface may face. Each region stores how visible
+// every tile of the sphere is. renderer/scene/light_survey.h measures this with rays;
+// EnvironmentGuide reads it.
 //
-// Points are in the scene's internal space; directions are unit, in world space. Once filled, all
-// const functions are thread-safe.
+// Points are in the scene's internal space; directions are unit vectors in world space. Once the
+// survey is complete, all const functions are thread-safe.
 #pragma once
 
 #include <array>
@@ -16,17 +17,18 @@
 
 namespace emberline {
 
-// The sphere in tiles of equal solid angle: rows of equal height along y, columns around it.
+// Divides the sphere into tiles of equal solid angle: rows of equal height along y, and columns
+// around the y axis.
 namespace sky_tiles {
 
 inline constexpr int kColumns = 24, kRows = 12, kCount = kColumns * kRows;
 inline constexpr double kSolidAngle = 4 * kPiD / kCount;
 
-// Height of a row in 1 - y, measured from the north pole.
+// Height of a row along y.
 inline constexpr double kRowHeight = 2.0 / kRows;
 
 int tile_of(const Vec3f& direction);
-// u in [0, 1)^2, uniform in the tile.
+// A uniform direction in the tile, for u in [0, 1)^2.
 Vec3f direction_in(int tile, const Vec2f& u);
 
 }  // namespace sky_tiles
@@ -38,7 +40,7 @@ class SkyRegions {
 
   SkyRegions() = default;  // no regions
   SkyRegions(const Vec3f& lower, const Vec3f& upper);
-  // One region for all points, with everything equally visible.
+  // Returns one region for all points, from which everything is equally visible.
   static SkyRegions single_region();
 
   // The region of a surface point that faces `normal`, or kNone.
@@ -47,7 +49,7 @@ class SkyRegions {
     const int64_t place = slot_of(point, normal);
     return place < 0 ? kNone : int(numbers_[size_t(place)]) - 1;
   }
-  // Like find(), but adds a missing region; kNone outside the box and if there are too many.
+  // Like find(), but adds a missing region; returns kNone outside the box or if there are too many.
   int find_or_add(const Vec3f& point, const Vec3f& normal);
   int count() const { return count_; }
   uint64_t bytes() const {
@@ -55,8 +57,8 @@ class SkyRegions {
            places_.size() * sizeof(uint32_t);
   }
 
-  // Per tile of a region: the root mean square of visibility (0, 1, or a veil's transmittance)
-  // times the cosine to the surface.
+  // Per tile of a region: the root mean square of the visibility (0, 1, or the transmittance of a
+  // translucent surface) times the cosine at the surface.
   std::span<float> visibility(int region) {
     return {&visibility_[first_tile(region)], sky_tiles::kCount};
   }
@@ -81,7 +83,7 @@ class SkyRegions {
   std::array<int, 3> cells_ = {0, 0, 0};
   int count_ = 0;
   bool is_single_region_ = false;
-  std::vector<uint16_t> numbers_;  // per place: its region's number, counted from 1; 0: none
+  std::vector<uint16_t> numbers_;  // per slot (slot_of()): region + 1; 0: no region
   std::vector<float> visibility_;
   std::vector<uint32_t> places_;
 };

@@ -13,7 +13,7 @@ namespace {
 
 [[gnu::always_inline]] inline double length(const Vec3d& v) { return std::sqrt(dot(v, v)); }
 
-// 0 for 0.
+// Returns 0 for 0.
 [[gnu::always_inline]] inline double reciprocal(double x) { return x > 0 ? 1.0 / x : 0.0; }
 
 // A vector along v with the given squared length, which rounding may make negative.
@@ -22,7 +22,7 @@ namespace {
   return v * std::sqrt(scale2 > 0 ? scale2 : 0.0);
 }
 
-// Horner's scheme, the highest power's coefficient first.
+// Horner's scheme, with the coefficient of the highest power first.
 template <class... Coefficients>
 [[gnu::always_inline]] inline double polynomial(double x, double first, Coefficients... others) {
   double sum = first;
@@ -30,8 +30,8 @@ template <class... Coefficients>
   return sum;
 }
 
-// std::atan2 for y >= 0, to a relative error of 1e-15: our own Chebyshev fit of atan(z) / z over
-// |z| <= tan(pi / 8).
+// std::atan2 for y >= 0 with a relative error of 1e-15, by our own Chebyshev fit of atan(z) / z
+// over |z| <= tan(pi / 8).
 [[gnu::always_inline]] inline double angle_of(double y, double x) {
   constexpr double kLargest = 0.41421356237309503;  // tan(pi / 8)
   const double ax = std::abs(x), smaller = y < ax ? y : ax, larger = y < ax ? ax : y;
@@ -48,7 +48,8 @@ template <class... Coefficients>
   return x < 0 ? kPiD - quarter : quarter;
 }
 
-// For x in [0, pi], sine to a relative error of 1e-13: Taylor series of the half angle.
+// Sine and cosine of x in [0, pi], by Taylor series of the half angle. The relative error of the
+// sine is 1e-13.
 [[gnu::always_inline]] inline void sincos_to_pi(double x, double* sine, double* cosine) {
   const double h = 0.5 * x, h2 = h * h;
   const double p = polynomial(h2, 1.0 / 355687428096000, -1.0 / 1307674368000, 1.0 / 6227020800,
@@ -60,8 +61,8 @@ template <class... Coefficients>
   *cosine = fma(-2.0 * s, s, 1.0);
 }
 
-// Solid angle of unit vectors a, b, c. `volume` is |a . (b x c)|; the caller may know it more
-// exactly than from three nearly equal vectors.
+// Solid angle of unit vectors a, b, c. `volume` is |a . (b x c)|; if the vectors are nearly equal,
+// the caller may know a more exact value than they would yield.
 [[gnu::always_inline]] inline double solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c,
                                                  double volume) {
   return 2.0 * angle_of(volume, 1.0 + dot(a, b) + dot(a, c) + dot(b, c));
@@ -90,10 +91,10 @@ template <class... Coefficients>
   return t;
 }
 
-// A direction in the spherical triangle by Arvo's method. The vertex angle's sine and cosine come
-// from the planes' normals, and 1 - cos and 1 + cos replace cos: 1 minus his quotient for the
-// cosine of the arc cut off equals (1 - cos area) (1 + cos c) over a sum that cancels only towards
-// c. So it is accurate even if a and b are opposite, as seen from the foot of a wall.
+// A direction in the spherical triangle by Arvo's method. The sine and cosine of the vertex angle
+// come from the planes' normals, and 1 - cos and 1 + cos replace cos: 1 minus Arvo's quotient for
+// the cosine of the arc from a equals (1 - cos area) (1 + cos c) divided by a sum that cancels only
+// towards c. This is accurate even if a and b are opposite, as seen from the foot of a wall.
 [[gnu::always_inline]] inline Vec3d sample_direction(const ProjectedTriangle& t, const Vec2f& u) {
   const Vec3d plane_ab = cross(t.a, t.b), plane_ac = cross(t.a, t.c);
   const double scale = reciprocal(std::sqrt(dot(plane_ab, plane_ab) * dot(plane_ac, plane_ac)));
@@ -116,12 +117,12 @@ template <class... Coefficients>
                        fma(one_minus_cos_c * sin_alpha, sin_rest, one_minus_cos_area);
   const Vec3d whole = t.c - t.a;
   const double limit = 0.5 * dot(whole, whole);
-  const double some = ratio >= 0.0 ? ratio : limit;  // rounding next to c; and NaN, of 0 / 0
+  const double some = ratio >= 0.0 ? ratio : limit;  // rounding next to c, or NaN from 0 / 0
   const double h_c = some < limit ? some : limit;
   const Vec3d toward_c = fma(t.a, -dot(t.c, t.a), t.c);
   const Vec3d end = of_length2(toward_c, h_c * (2.0 - h_c)) + t.a * (1.0 - h_c);
 
-  // Along the arc from b to that point, uniform in the height above b.
+  // Choose a point on the arc from b to `end`, uniformly in h.
   const Vec3d end_chord = end - t.b;
   const double h = double(u.y) * 0.5 * dot(end_chord, end_chord);  // 1 - cos of the arc from b
   const Vec3d toward_end = fma(t.b, -dot(end, t.b), end);
@@ -136,7 +137,7 @@ template <class... Coefficients>
   const Vec3d from_p0 = -t.to_p0;
   double b1 = dot(from_p0, p) * scale;
   double b2 = dot(w, cross(from_p0, t.edge1)) * scale;
-  b1 = b1 >= 0 ? b1 : 0.0;  // rounding, and 0 / 0 at a grazing sliver
+  b1 = b1 >= 0 ? b1 : 0.0;  // rounding errors, or 0 / 0 for a grazing sliver
   b2 = b2 >= 0 ? b2 : 0.0;
   b1 = b1 <= 1 ? b1 : 1.0;
   b2 = b2 <= 1 - b1 ? b2 : 1 - b1;
@@ -144,7 +145,7 @@ template <class... Coefficients>
 }
 
 [[gnu::always_inline]] inline float density(const ProjectedTriangle& t, float distance) {
-  // |cos| at the light is height / distance, whatever direction a ray found it in.
+  // |cos| at the light is height / distance, whatever the direction of the ray.
   const double d = double(distance);
   const bool spherical = t.spherical();
   const double numerator = spherical ? 1.0 : d * d * d;
@@ -158,8 +159,8 @@ template <class... Coefficients>
   const Imath::Vec2<double> by_direction = intersect_plane(t, sample_direction(t, u));
   const Vec2f by_area = square_to_triangle(u);
   const bool spherical = t.spherical();
-  // In double: if the point is closer to the triangle than the resolution of floats along its
-  // edges, rounded weights would give another direction.
+  // These stay in double: if the point is closer to the triangle than the resolution of floats
+  // along its edges, rounded weights would change the direction.
   const double b1 = spherical ? by_direction.x : double(by_area.x);
   const double b2 = spherical ? by_direction.y : double(by_area.y);
   result.barycentric = {float(b1), float(b2)};
@@ -217,7 +218,7 @@ void TriangleBatch::add(const std::array<Vec3f, 3>& corners, const Vec3f& point,
 [[gnu::noinline]] void TriangleBatch::evaluate_single(int i) { evaluate(i); }
 
 void TriangleBatch::sample() {
-  // One or two remaining samples are faster alone, three are faster as four.
+  // One or two remaining samples are faster one by one; three are faster as a group of four.
   const int over = count_ % 4, lanes = over == 3 ? count_ + 1 : count_ - over;
   if (over == 3) {
     for (int c = 0; c < 3; ++c) {

@@ -1,13 +1,15 @@
 // Samples points on a triangle uniformly in solid angle as seen from a point.
 //
-// Between kMinSphericalAngle and kMaxSphericalAngle: Arvo 1995, "Stratified Sampling of
-// Spherical Triangles". Below, where the triangle is flat to float accuracy and both methods agree,
-// and above, where the point is almost on the triangle: uniform in area, density d^2 / (A |cos|).
-// The choice depends only on triangle and point, so a ray that hits the triangle gets the density
-// of a sample there.
+// For solid angles between kMinSphericalAngle and kMaxSphericalAngle, this uses Arvo 1995,
+// "Stratified Sampling of Spherical Triangles". Below, where the spherical triangle is flat to
+// float accuracy and both methods agree, and above, where the point is almost on the triangle,
+// samples are uniform in area, with density d^2 / (A |cos|). The method depends only on the
+// triangle and the point, so a ray that hits the triangle by chance gets the same density as a
+// sample there.
 //
-// Geometry is in double: differences of positions cancel, and a spherical excess of 3e-4 sr has no
-// significant digits in float. Scale-free for coordinates between 1e-30 and 1e30.
+// The geometry is computed in double, since differences of positions cancel, and a spherical excess
+// of 3e-4 sr has no significant digits in float. It works at any scale with coordinates between
+// 1e-30 and 1e30.
 #pragma once
 
 #include <array>
@@ -19,8 +21,9 @@
 namespace emberline {
 
 // pbrt-v4's limits are 3e-4 and 6.22 (Triangle::MinSphericalSampleArea, MaxSphericalSampleArea).
-// Our upper limit is almost the hemisphere, which double allows: by area, 1e5 samples for a point
-// 1e-3 edges above a triangle find a sixth of its light (triangle_sampling_test, "a thousandth").
+// Our upper limit is almost the hemisphere, which double allows. Sampling by area is bad there: for
+// a point 1e-3 edges above a triangle, 1e5 samples find a sixth of its light
+// (triangle_sampling_test, "a thousandth").
 inline constexpr double kMinSphericalAngle = 3e-4;
 inline constexpr double kMaxSphericalAngle = 2 * kPiD - 1e-4;
 
@@ -29,7 +32,7 @@ struct ProjectedTriangle {
   Vec3d edge1 = Vec3d(0.0), edge2 = Vec3d(0.0);          // from vertex 0 to 1 and 2
   Vec3d a = Vec3d(0.0), b = Vec3d(0.0), c = Vec3d(0.0);  // unit, from the point to the vertices
   Vec3d normal = Vec3d(0.0);                             // unit, along edge1 x edge2
-  double area = 0.0;         // 0: degenerate, or the point is in its plane: nothing to sample
+  double area = 0.0;         // 0: degenerate, or the point is in its plane; cannot be sampled
   double height = 0.0;       // signed distance of the point from the plane; > 0 in front
   double solid_angle = 0.0;  // Van Oosterom & Strackee 1983, "The Solid Angle of a Plane Triangle"
 
@@ -49,15 +52,15 @@ struct TriangleSample {
   float pdf = 0.0f;  // per solid angle; 0: nothing sampled
 };
 
-// Up to kRayBatch samples at once in vector instructions, in a third of the time and with the same
-// bits as alone. Call add() for each, then sample(), then read them by index.
+// Computes up to kRayBatch samples at once with vector instructions, in a third of the time and
+// with the same bits as one by one. Call add() for each, then sample(), then read them by index.
 class TriangleBatch {
  public:
   int size() const { return count_; }
   void add(const std::array<Vec3f, 3>& corners, const Vec3f& point, const Vec2f& u);
   void sample();
 
-  bool in_front(int i) const { return height_[i] > 0; }  // whether the point is
+  bool in_front(int i) const { return height_[i] > 0; }  // whether the point is there
   Vec3f normal(int i) const { return {normal_[0][i], normal_[1][i], normal_[2][i]}; }
   TriangleSample operator[](int i) const {
     return {{barycentric_[0][i], barycentric_[1][i]},

@@ -5,9 +5,9 @@
 
 namespace emberline {
 
-// JSON: a list of {"name", "channels", "setting", "value", "unit", "whole_numbers", "half",
-// "lossy", "denoised", "summary"} in picture order. "channels" is empty where the scene determines
-// the names.
+// The JSON is a list of {"name", "channels", "setting", "value", "unit", "whole_numbers", "half",
+// "lossy", "denoised", "summary"} in picture order. "channels" is empty if the scene determines the
+// names.
 std::string channel_list(bool as_json);
 
 }  // namespace emberline

@@ -21,7 +21,8 @@ using Json = nlohmann::json;
 
 constexpr uint64_t kBlockBytes = uint64_t(4) << 20;
 
-// Throws InputError that lists all differences.
+// Throws InputError that lists all differences between `now` and the file's head, and warns of a
+// different machine.
 void check_frame(const RecordFile& file, const Json& now,
                  std::initializer_list<std::string_view> ignored = {}) {
   const Json then = parse_json(file.head(), file.path());
@@ -47,7 +48,8 @@ Tiles tiles_of(const RecordFile& file) {
   return tiles;
 }
 
-// Reads the record that counts for each number: the last one. Holds one record in memory at a time.
+// Checks the last record of each kind and number, because only that one counts. Holds one record in
+// memory at a time.
 bool all_records_intact(const RecordFile& file) {
   std::map<std::pair<uint32_t, uint64_t>, RecordEntry> records;
   for (const RecordEntry& record : file.records()) {
@@ -212,7 +214,8 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
   thread_ = std::thread([this] { run(); });
 }
 
-// Runs after an error. A file that this run created and saved nothing in is removed.
+// Acts only if finish() was not called, after an error: completes pending writes, and removes the
+// file if this run created it and saved nothing.
 Checkpoint::~Checkpoint() {
   if (!thread_.joinable()) return;
   try {
@@ -248,7 +251,7 @@ void Checkpoint::save(size_t tile, std::span<const std::byte> state) {
   }
 }
 
-// Rendering continues; a failed save matters only if this run ends early.
+// Rendering continues, because a failed save matters only if this run ends early.
 void Checkpoint::record_failure(const std::string& error) {
   error_ = error;
   if (!warned_ && !ending_)
@@ -285,7 +288,7 @@ bool Checkpoint::is_due() const {
 
 void Checkpoint::save(RenderJob& job) {
   std::unique_lock lock(mutex_);
-  wake_.wait(lock, [&] { return !busy_; });  // at a stop; otherwise callers check is_due() first
+  wake_.wait(lock, [&] { return !busy_; });  // a caller that checked is_due() does not wait
   const Stopwatch pause;
   save_requested_ = false;
   next_s_ = clock_.seconds() + interval_s_;
@@ -304,8 +307,8 @@ void Checkpoint::save(RenderJob& job) {
   wake_.notify_all();
 }
 
-// Sets the expected size of copies. First touch of a large copy's memory takes longer than the copy
-// itself, so the thread does it before the first save, while workers render.
+// Sets the expected size of copies. Touching the memory of a large copy for the first time takes
+// longer than copying, so the thread does it before the first save, while workers render.
 void Checkpoint::set_copy_size(uint64_t film_bytes) {
   const std::lock_guard lock(mutex_);
   copy_bytes_ = film_bytes + film_bytes / 8;  // the driver's state grows
@@ -318,7 +321,7 @@ void Checkpoint::prefault_copy() {
     advise_huge_pages(copy.data(), copy.capacity());
     copy.resize(copy_bytes_);
     copy_ = std::move(copy);
-  } catch (const std::bad_alloc&) {  // then the first pause pays for the first touch
+  } catch (const std::bad_alloc&) {  // then the first pause allocates the memory
     copy_bytes_ = 0;
   }
 }
@@ -361,13 +364,13 @@ void Checkpoint::run() {
       std::string why;
       try {
         write_state(copy_);
-      } catch (const RenderError& error) {  // it names the file
+      } catch (const RenderError& error) {  // its message names the file
         why = error.what();
       } catch (const std::exception& error) {  // including out of memory
         why = path_ + ": " + error.what();
       }
       lock.lock();
-      error_.clear();  // the file has the whole frame now, whatever failed before
+      error_.clear();  // a write replaces the whole file, so earlier errors no longer matter
       if (!why.empty()) record_failure(why);
       writing_ = false;
       busy_ = false;
@@ -393,8 +396,8 @@ void Checkpoint::run() {
   }
 }
 
-// Another program may have removed, replaced, truncated or overwritten the file. Appending after a
-// truncation leaves a hole, so the contents are read back.
+// Reads the file back, because another program may have removed, replaced, truncated or overwritten
+// it. Appending after a truncation leaves a hole.
 void Checkpoint::check_file() {
   try {
     if (file_->owns_path()) {

@@ -3,7 +3,7 @@
 // A tiled frame appends each tile as it finishes; a frame with one film replaces the whole file at
 // intervals. The file (io/files/record_file.h) starts with a JSON head (checkpoint_head.h):
 //   "bits"        kBitsVersion; "emberline" has the readable version
-//   "settings"    settings that decide bits, by name (setting_table.h); "schedule" has the others
+//   "settings"    settings that affect the bits, by name (setting_table.h); "schedule": the others
 //   "inputs"      fingerprints of the input files; "files" has their paths
 //   "machine"     host, instruction sets, processor maker, Embree version
 //   "light layers"  layer names, with light groups
@@ -38,24 +38,24 @@ namespace emberline {
 // and the end record has the next number.
 inline constexpr uint32_t kTileRecord = 1, kBlockRecord = 2, kEndRecord = 3;
 
-// Rejects a path that holds a file other than a checkpoint, or a dangling link: writing would
+// Rejects the path of a file that is not a checkpoint, or of a dangling link, because writing would
 // replace the file or create the link's target. Throws UsageError, or InputError with `resume`.
 void check_checkpoint(const std::string& path, bool resume);
 
-// Whether the path is OUTPUT.checkpoint and not a link, which could be another frame's file. Such a
-// file may be replaced whatever its settings.
+// Whether the path is OUTPUT.checkpoint and not a link, which could be another frame's file. A
+// default checkpoint may be replaced even if it has other settings.
 bool is_default_checkpoint(const RenderOptions& options);
-// Rejects starting over a checkpoint of another frame. A `head` without "inputs" is compared by its
-// settings alone. Throws UsageError.
+// Throws UsageError if starting over would replace the checkpoint of another frame. If `head` has
+// no "inputs", only the settings are compared.
 void check_overwrite(const std::string& path, const nlohmann::json& head);
 
-// Returns the saved state of a frame with one film, at most `max_bytes` bytes, or nullopt if none
-// was saved. Throws InputError.
+// Returns the saved state of a frame with one film, or nullopt if none was saved. Throws InputError
+// if the state is damaged or larger than `max_bytes` bytes.
 std::optional<std::vector<std::byte>> read_film_state(const RecordFile& file, uint64_t max_bytes);
 
 struct CheckpointReport {
   std::string file;                          // empty: no checkpoint was requested
-  int written = 0;                           // number of saves; tiled frames: of syncs to disk
+  int written = 0;                           // number of saves, or of syncs to disk if tiled
   uint64_t bytes = 0;                        // final file size
   double paused_s = 0, longest_pause_s = 0;  // time that rendering was paused
   bool kept = false;
@@ -68,8 +68,8 @@ struct CheckpointOptions {
   bool resume = false;      // resume from an existing file
   double interval_s = 300;  // between two saves
   bool is_default = true;   // is_default_checkpoint()
-  // Checkpoint of a finished frame that this one extends: equal settings except for fewer samples
-  // or a higher threshold. This checkpoint replaces it when done. Empty: none.
+  // Checkpoint of the finished frame that this one extends: it has the same settings except for
+  // fewer samples or a higher threshold. This checkpoint replaces it when done. Empty: none.
   std::string finished;
   // Whether a save was requested since the last call. Called from any thread. May be empty.
   std::function<bool()> save_now = {};
@@ -77,30 +77,30 @@ struct CheckpointOptions {
 
 class Checkpoint final : public TileStore {
  public:
-  // Locks the file and resumes from its contents or starts a new one. Throws RenderError if another
-  // run has locked it or it cannot be written, InputError if it is damaged or of another frame
-  // (listing the differences).
+  // Locks the file, and resumes from its contents or starts a new one. Throws RenderError if
+  // another run has locked the file or it cannot be written; throws InputError if it is damaged or
+  // belongs to another frame (the message lists the differences).
   Checkpoint(const CheckpointOptions& options, const nlohmann::json& head);
   ~Checkpoint() override;
 
   bool is_resumed() const { return resumed_ != nullptr; }
 
-  // Tile calls: any thread.
+  // Any thread may call the functions for tiles.
   std::optional<std::vector<std::byte>> load(size_t tile, uint64_t max_bytes) override;
   std::optional<std::vector<std::byte>> load_finished(size_t tile, uint64_t max_bytes) override;
   void report_unusable(bool finished) override;
   void save(size_t tile, std::span<const std::byte> state) override;
 
-  // Call before the job renders: resumes from an earlier run or from the frame that is extended,
-  // whose states have at most `max_bytes` bytes. Throws InputError that names the file.
+  // Call before the job renders: resumes from an earlier run or from the frame that is extended.
+  // A state must not be larger than `max_bytes` bytes. Throws InputError that names the file.
   void begin(RenderJob& job, uint64_t max_bytes);
-  // Frames with one film: whether a save is due, for which the job must pause. Any thread.
+  // For frames with one film: whether a save is due, for which the job must pause. Any thread.
   bool is_due() const;
-  // Copies the frame and writes the copy in the background, after the previous write.
+  // Copies the frame, and writes the copy in the background once the previous write has finished.
   void save(RenderJob& job);
 
-  // Waits until everything is on disk. Removes the file unless `keep`; if the frame is done and the
-  // file is intact, it replaces the extended checkpoint.
+  // Waits until everything is on disk. Removes the file unless `keep` is set. If the frame is done
+  // and the file is intact, moves it over the checkpoint of the frame that was extended.
   CheckpointReport finish(bool done, bool keep);
 
  private:
@@ -129,7 +129,7 @@ class Checkpoint final : public TileStore {
   mutable std::atomic<bool> save_requested_{false};
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::vector<std::byte> copy_;  // waiting to be written; owned by the thread while busy_
+  std::vector<std::byte> copy_;  // state to be written; owned by the thread while busy_ is set
   uint64_t copy_bytes_ = 0;
   bool writing_ = false, ending_ = false, warned_ = false, has_unsynced_tiles_ = false;
   bool created_ = false;           // the file was created by this run

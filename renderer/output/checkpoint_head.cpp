@@ -52,7 +52,7 @@ void compare(
   }
 }
 
-// A head that is not ours may have thousands of differences.
+// A file that Emberline did not write may have thousands of differences.
 void truncate_list(std::vector<std::string>& list) {
   constexpr size_t kMaxListed = 16;
   if (list.size() <= kMaxListed) return;
@@ -66,8 +66,8 @@ std::string text_of(const Json* value) {
   return shortened(value->dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-// Input files other than the scene's own. The names go into checkpoints, so they are the same for
-// all clients.
+// Returns names and paths of the input files other than the scene's own. Checkpoints store these
+// names, so they must be the same for all clients.
 std::vector<std::pair<std::string, std::string>> named_inputs(const FrameSettings& settings,
                                                               const LoadProgress& progress) {
   std::vector<std::pair<std::string, std::string>> files;
@@ -129,7 +129,7 @@ Json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
   Json& settings = head["settings"] = Json::object();
   Json& schedule = head["schedule"] = Json::object();
   for (const auto& [name, text] : setting_texts(with_recorded_defaults(options), {}, false)) {
-    // The bucket order decides which buckets a part has.
+    // The bucket order decides which buckets belong to a part.
     const bool affects_bits = std::ranges::find(kIgnoredSettings, name) == kIgnoredSettings.end() ||
                               (options.part && name == "bucket-order");
     if (name != "aov") (affects_bits ? settings : schedule)[name] = text;
@@ -141,7 +141,7 @@ Json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
       channels += (channels.empty() ? "" : ",") + std::string(aov.name);
   }
   if (!channels.empty()) settings["aov"] = channels;
-  // These make the state of the adaptive driver larger.
+  // These options add data to the state of the adaptive driver.
   if (!options.trees.empty()) settings["tree"] = "yes";
   if (options.explained) {
     settings["explain"] = fmt::format("{},{}", options.explained->x, options.explained->y);
@@ -215,8 +215,8 @@ std::vector<std::string> machine_differences(const Json& now, const Json& then) 
   std::vector<std::string> list;
   compare(now, then, "machine",
           [&](const std::string& name, const Json* current, const Json* stored) {
-            // Embree's instruction set is a setting, and our code gives the same bits on all of
-            // them.
+            // Embree's instruction set is compared as a setting, and Emberline's own code computes
+            // the same bits on all of them.
             if (name == "host" || name == "instruction sets") return;
             list.push_back(
                 fmt::format("{}: {} (now {})", shortened(name), text_of(stored), text_of(current)));

@@ -1,5 +1,5 @@
-// The JSON head of a checkpoint: everything its bits depend on, for comparison, and its files'
-// paths and its machine, for messages.
+// The JSON head of a checkpoint: everything that its bits depend on, for comparison, and the input
+// files' paths and the machine, for messages.
 #pragma once
 
 #include <initializer_list>
@@ -17,11 +17,11 @@
 namespace emberline {
 
 // Reads all input files of a frame and returns their fingerprints for the head's "inputs". Throws
-// what loading them throws.
+// what loading them would throw.
 nlohmann::json input_fingerprints(const FrameSettings& settings, LoadProgress& progress);
 
-// The files that a scene was loaded from and their state at that time, recorded without reading
-// them, so that fingerprints can be taken at the first save.
+// Remembers the files that a scene was loaded from, with their size and time, so that their
+// fingerprints can be computed later, at the first save.
 class LoadedFiles {
  public:
   LoadedFiles() = default;
@@ -30,8 +30,8 @@ class LoadedFiles {
   // Adds the files named by the scene description.
   void add(const std::vector<NamedFile>& files);
 
-  // Returns input_fingerprints() of the loaded files. Throws InputError if a file was replaced or
-  // its size or time changed since. The edits' files count only if the settings still name them.
+  // Returns input_fingerprints() of the loaded files. Throws InputError if a file has been replaced
+  // or its size or time has changed. Files of the edits count only if the settings still name them.
   nlohmann::json fingerprints(const FrameSettings& settings, LoadProgress& progress) const;
 
  private:
@@ -43,18 +43,20 @@ class LoadedFiles {
 // `plan` determines the channels.
 nlohmann::json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
                                const SceneLayers& layers, const nlohmann::json& inputs);
-// Returns the settings in a head, including those that decide no bits, without the scene's files.
-// The head may be arbitrary JSON: throws InputError that names `place`.
+// Returns all settings in a head, including those that do not affect the bits, but without the
+// scene's files. Throws InputError that names `place` if the head is invalid.
 FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
-// Returns a text of "files" (paths by setting) or "machine". Empty if absent.
+// Returns the text `name` from the head's `part`, which is "files" (paths by setting) or "machine".
+// Empty if absent.
 std::string find_text(const nlohmann::json& head, const char* part, const char* name);
 
-// Lists in a few words each what prevents a frame of `now` from resuming `then`; empty if the bits
-// are the same. Settings in `ignored` may differ. `then` may be arbitrary JSON.
+// Lists the differences that prevent the frame `now` from resuming the checkpoint `then`, in a few
+// words each; empty if the bits are the same. Settings in `ignored` may differ. `then` may be
+// arbitrary JSON.
 std::vector<std::string> differences(const nlohmann::json& now, const nlohmann::json& then,
                                      std::initializer_list<std::string_view> ignored = {});
-// As differences(), for machine and libraries: bits may differ by rounding between processor
-// makers.
+// Like differences(), for the machine and its libraries: the bits may differ by rounding between
+// processor makers.
 std::vector<std::string> machine_differences(const nlohmann::json& now, const nlohmann::json& then);
 
 }  // namespace emberline

@@ -16,15 +16,15 @@ namespace emberline {
 
 class FilmTile;
 
-// "CryptoObject" and so on.
+// Returns "CryptoObject" and so on.
 const char* cryptomatte_layer_name(CryptomatteKind kind);
 
-// For each kind: CryptoObject00.{R,G,B,A} and so on, each with id and coverage of two ranks (zero
-// if unused), then dropped.CryptoObject, the coverage that did not fit.
+// Returns for each kind CryptoObject00.{R,G,B,A} and so on, each with the ids and coverages of two
+// ranks (zero if unused), then dropped.CryptoObject, the coverage that did not fit.
 std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKind> kinds,
                                                    int levels);
 
-// Per kind: the number of names, and how many pixels so far had more things than levels.
+// For one kind: the number of names, and how many pixels so far had more ids than levels.
 struct CryptomatteReport {
   CryptomatteKind kind = CryptomatteKind::kObject;
   size_t names = 0;
@@ -44,7 +44,7 @@ void put_cryptomattes(const FilmTile& tile, size_t i, float* values,
                       std::vector<CryptomatteSums::Rank>& ranks,
                       std::span<CryptomatteReport> reports);
 
-// Header attributes: name, hash, conversion and manifest of each kind.
+// Returns the header attributes of each kind: name, hash, conversion and manifest.
 std::vector<std::pair<std::string, std::string>> cryptomatte_attributes(
     std::span<const CryptomatteNames> names);
 

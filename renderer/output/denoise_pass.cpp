@@ -21,7 +21,7 @@ namespace emberline {
 namespace {
 
 constexpr int kReadRows = 64;
-// Bytes that denoise() needs per pixel, results included, and in addition per light group.
+// Bytes that denoise() needs per pixel, including results, and further bytes per light group.
 constexpr uint64_t kFilterBytes = 368, kLightGroupBytes = 88;
 constexpr std::array kChannels = {"R", "G", "B"};
 constexpr std::array kColour = {".R", ".G", ".B"};
@@ -33,8 +33,8 @@ bool has(Names channels, const std::string& name) {
   return std::ranges::find(channels, name) != channels.end();
 }
 
-// Returns "light.key" and so on, from the first half's channels. Sorted, since the layers are
-// summed and file order must not change the bits.
+// Returns "light.key" and so on, from the first half's channels. They are sorted because the layers
+// are summed, and the order in the file must not change the bits.
 std::vector<std::string> light_layers(Names channels) {
   const std::string begin = std::string(kHalfNames[0]) + "." + kLightLayer;
   std::vector<std::string> layers;
@@ -51,7 +51,7 @@ int band_rows(int tile_size) { return (kDenoiseBandRows + tile_size - 1) / tile_
 int read_rows(int rows_at_once) {
   return (kReadRows + rows_at_once - 1) / rows_at_once * rows_at_once;
 }
-// Rows of a band, its margins and the excess of the last read.
+// Returns the number of rows in a band and its margins, plus those that a read may add at the end.
 int64_t window_rows(const Rect& crop, int tile_size, int rows_at_once) {
   return std::min(int64_t(crop.height()),
                   int64_t(band_rows(tile_size)) + 2 * kDenoiseMargin + rows_at_once);
@@ -100,7 +100,7 @@ class PlaneWindow {
   HalfColour colours(const std::string& layer) const {
     return {halves(layer + "R"), halves(layer + "G"), halves(layer + "B")};
   }
-  // Writes all channels of a pixel and returns the end.
+  // Writes all channels of a pixel to `pixel` and returns the position after them.
   float* put(size_t i, float* pixel) const {
     for (const std::vector<float>& plane : planes_) *pixel++ = plane[i];
     return pixel;
@@ -151,7 +151,7 @@ class DenoisePass {
   }
 
  private:
-  // Filters rows [begin, end) of the crop, counted from its top.
+  // Filters rows [begin, end), counted from the top of the crop.
   void pass(int begin, int end) {
     window_.drop_above(std::max(0, begin - kDenoiseMargin));
     read_until(std::min(height_, end + kDenoiseMargin));
@@ -167,8 +167,8 @@ class DenoisePass {
     write(picture, begin, end);
   }
 
-  // Returns the input after a stop. The error is set to its upper bound, since the true one is
-  // unknown.
+  // Returns the unfiltered input, for rows after a stop. The error is unknown, so it is set to its
+  // upper bound.
   DenoisedPicture unfiltered(int begin, int end) {
     constexpr float kMaxError = 0.5f;
     stopped_ = true;
@@ -192,7 +192,7 @@ class DenoisePass {
     return picture;
   }
 
-  // Pixels without samples show the frame's value, which may come from their neighbours.
+  // Pixels without samples keep the value of the frame, which may come from their neighbours.
   void copy_unsampled(int begin, int end, DenoisedPicture* picture) const {
     const HalfPlanes samples = window_.halves("samples");
     const size_t first = window_.index_of(0, begin), count = window_.index_of(0, end) - first;

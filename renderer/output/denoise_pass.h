@@ -1,5 +1,5 @@
-// Denoises a frame band by band. Only a band and its margin are in memory, and the bits equal those
-// of denoising the whole frame at once.
+// Denoises a frame band by band. Only a band and its margin are in memory. The result has the same
+// bits as denoising the whole frame at once.
 #pragma once
 
 #include <cstdint>
@@ -21,63 +21,65 @@ struct DenoiseReport {
   bool stopped = false;  // stopped early; the remaining pixels are unfiltered
 };
 
-// Such as "denoised in 3 s: expected error 0.02 -> 0.004, 12 % of the pixels left unfiltered".
+// Returns text such as "denoised in 3 s: expected error 0.02 -> 0.004, 12 % of the pixels left
+// unfiltered".
 std::string describe(const DenoiseReport& report);
 
-// Returns the channels that denoise() needs and `channels` lacks.
+// Returns the channels that denoise() needs but that are missing in `channels`.
 std::vector<std::string> missing_denoise_channels(std::span<const std::string> channels);
 // Returns the channels that denoising adds: denoised.{R,G,B}, denoised.error and, for each light
 // group, denoised.light.NAME.{R,G,B}.
 std::vector<std::string> denoise_results(std::span<const std::string> channels);
 
-// Returns denoised R G B A from pixels with `channels` followed by the results.
+// Returns the denoised R G B A of pixels that consist of `channels` followed by the results.
 std::vector<float> denoised_rgba(std::span<const float> pixels,
                                  std::span<const std::string> channels);
 
-// Upper bound on the job's memory; `channels` are a film's, before shared samples are summed.
+// Returns an upper bound on the job's memory. `channels` are those of a film, before shared samples
+// are summed.
 uint64_t denoise_bytes(const Rect& crop, int tile_size, std::span<const std::string> channels,
                        int rows_at_once = 1);
 
 struct DenoiseJob {
   Rect crop;
-  std::vector<std::string> channels;  // of the input pixels; all needed ones are present
+  std::vector<std::string> channels;  // of the input pixels; must have all that denoise() needs
   int tile_size = 64;                 // of the output tiles
-  // Fills these rows of the crop, interleaved. Called for consecutive ranges, top to bottom, of a
-  // multiple of `rows_at_once` rows except at the end.
+  // Reads these rows of the crop as interleaved values. Called for consecutive ranges from top to
+  // bottom; all but the last have a multiple of `rows_at_once` rows.
   int rows_at_once = 1;
   std::function<void(const Rect& rows, std::vector<float>& pixels)> read;
-  // Receives a tile of the crop: for each pixel, its channels followed by the results. Any thread.
+  // Receives a tile of the crop: for each pixel, `channels` followed by the results. Any thread.
   std::function<void(const Rect& tile, const std::vector<float>& pixels)> write;
   // After a stop request, the remaining rows are left unfiltered.
   std::stop_token stop = {};
 };
 
-// Runs on the calling thread's TBB arena; the bits do not depend on it. Throws what `read` and
-// `write` throw.
+// Runs on the calling thread's TBB arena, whose size does not affect the bits. Throws what `read`
+// and `write` throw.
 DenoiseReport denoise_frame(const DenoiseJob& job);
-// As denoise_frame(), for channels and `read` of a film: sums the samples shared between
-// neighbouring pixels first (renderer/film/shared_samples.h).
+// Like denoise_frame(), but for the channels and rows of a film: first sums the samples shared
+// between neighbouring pixels (renderer/film/shared_samples.h).
 DenoiseReport denoise_film_rows(DenoiseJob job);
 
-// As denoise_film_rows(), for a film's channels in memory. `write` gets channels as
-// resolved_channel_names() lists them.
+// Like denoise_film_rows(), for a film's channels in memory. `write` receives the channels of
+// resolved_channel_names().
 DenoiseReport denoise_film(const Rect& crop, int tile_size, std::span<const std::string> channels,
                            std::span<const float> values,
                            std::function<void(const Rect&, const std::vector<float>&)> write,
                            const std::stop_token& stop = {});
-// Converts a film's channels to those of a finished frame: shared samples summed and, with
-// `denoises`, denoising results appended.
+// Converts a film's channels to those of a finished frame: sums shared samples and, if `denoises`
+// is set, appends the denoising results.
 void finish_film(const Rect& crop, int tile_size, bool denoises, std::vector<std::string>& channels,
                  std::vector<float>& values, const std::stop_token& stop);
 
-// Scratch file that takes tiles and returns rows.
+// A scratch file to which tiles are written and from which rows are read.
 class PixelSpool {
  public:
   // Creates the scratch file beside `beside`, the file to be written. Throws RenderError.
   PixelSpool(const std::string& beside, const Rect& crop, size_t channels)
       : file_(ScratchFile::beside(beside)), crop_(crop), channels_(channels) {}
 
-  // Interleaved values; each pixel is written once. Any thread. Throws RenderError.
+  // Takes interleaved values. Each pixel must be written once. Any thread. Throws RenderError.
   void write_tile(const Rect& tile, const std::vector<float>& pixels);
   // Pixels without a tile are black.
   void read_rows(const Rect& rows, std::vector<float>& pixels) const;

@@ -8,7 +8,7 @@
 namespace emberline {
 namespace {
 
-// The lowest grey that is shown as white, to a stop.
+// Returns the lowest power of two that is displayed as white; 0 if there is none.
 float white_level(const DisplayTransform& transform) {
   constexpr int kMaxStops = 64;                    // the limit of `exposure`
   constexpr float kAlmostWhite = 254.5f / 255.0f;  // rounds to 255
@@ -27,7 +27,7 @@ ExposureHint::ExposureHint(const DisplayTransform& transform, float exposure)
     : exposure_(exposure), white_(white_level(transform)) {}
 
 void ExposureHint::add(std::span<const float> rgba) {
-  // A plain white background is not brighter than white.
+  // The tolerance keeps a plain white background from counting as brighter than white.
   constexpr float kTolerance = 1.001f;
   if (white_ <= 0) return;
   std::array<uint64_t, kBins> counts{};

@@ -1,4 +1,5 @@
-// Notices pictures that are mostly white because the scene is lit in candela, lux or lumens.
+// Detects pictures that are mostly white, for example because the scene's lights are in candela,
+// lux or lumens.
 #pragma once
 
 #include <array>
@@ -13,18 +14,19 @@ namespace emberline {
 
 class ExposureHint {
  public:
-  // `transform` decides which radiance is white; views may compress highlights.
+  // `transform` decides which radiance is displayed as white, since views may compress highlights.
   ExposureHint(const DisplayTransform& transform, float exposure);
 
-  // Counts the pixels of a tile, interleaved RGBA, without those that are fully transparent. Any
+  // Counts the pixels of a tile (interleaved RGBA), except those that are fully transparent. Any
   // thread.
   void add(std::span<const float> rgba);
-  // The exposure that makes the median a middle grey, in whole stops; nullopt unless most pixels
-  // are brighter than white.
+  // Returns the exposure, in whole stops, that makes the median pixel middle grey; nullopt unless
+  // most pixels are brighter than white.
   std::optional<int> suggestion() const;
 
  private:
-  // Stops above white of any float at any exposure; bin 0 has the pixels that are not brighter.
+  // One bin per stop above white, enough for any float at any exposure. Bin 0 counts the pixels
+  // that are not brighter than white.
   static constexpr size_t kBins = 256;
 
   const float exposure_;

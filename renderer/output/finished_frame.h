@@ -1,4 +1,4 @@
-// --skip-existing: whether a frame is already finished.
+// --skip-existing: finds out whether a frame is already finished.
 #pragma once
 
 #include <string>
@@ -13,10 +13,10 @@ namespace emberline {
 // compared.
 bool is_finished(const RenderOptions& options);
 
-// Why a finished frame is skipped: "all its outputs exist". Adds a warning if one of them is an EXR
-// that was rendered with other settings (RecordedSettings::changes()): ", but a.exr has other
-// settings: `spp` 64 (now 256)". PNG and JPEG files do not state theirs, and a changed scene,
-// environment or edits file is not noticed.
+// Says why a finished frame is skipped: "all its outputs exist". If one of them is an EXR that was
+// rendered with other settings (RecordedSettings::changes()), adds ", but a.exr has other settings:
+// `spp` 64 (now 256)". PNG and JPEG files do not store settings, and a changed scene, environment
+// or edits file is not noticed.
 std::string skip_reason(const RenderOptions& options);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// Writes FLIP per pixel as a picture.
+// Writes a picture of the FLIP error of each pixel.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,9 @@
 
 namespace emberline {
 
-// Uses the magma map: black (0) via purple and orange to light yellow (1). Masked pixels (`masked`
-// not 0), which are not finite, are green. `flip` has one value per pixel of `image`. Throws
-// UsageError for an unknown suffix, RenderError.
+// Uses the magma map: black (0) via purple and orange to light yellow (1). Pixels that are not
+// finite (`masked` is not 0) are green. `flip` has one value per pixel of `image`. Throws
+// UsageError for an unknown suffix, RenderError if it cannot write.
 void write_flip_picture(const std::string& path, const RgbImage& image,
                         const std::vector<float>& flip, const std::vector<uint8_t>& masked);
 

@@ -1,5 +1,5 @@
-// The channels of a frame in files and in the library's pictures: the film's, then those named by
-// the scene (light groups and mattes).
+// The channels of a frame in files and in the library's pictures: first those of the film, then
+// those with names from the scene (light groups and mattes).
 #pragma once
 
 #include <mutex>
@@ -19,11 +19,11 @@ struct FrameContents {
   int cryptomatte_levels = 0;
 };
 
-// Channels of a tile with these light-group layers.
+// Returns the channels of a tile with these light-group layers.
 std::vector<PictureChannel> tile_channels(const FrameContents& contents,
                                           const std::vector<std::string>& light_layers);
-// Channels of a finished frame: shared samples summed as in resolved_channel_names() and, if
-// `denoised`, followed by denoise_results().
+// Returns the channels of a finished frame. Its shared samples are summed, so these are the
+// channels of resolved_channel_names(); if `denoised` is set, denoise_results() follow.
 std::vector<PictureChannel> finished_channels(const std::vector<PictureChannel>& of_tile,
                                               bool denoised);
 
@@ -34,11 +34,11 @@ class FrameChannels {
   // Call once the scene is loaded, before the first tile.
   void add_scene(const SceneLayers& layers);
 
-  // As tile_channels().
+  // The channels that tile_channels() returns.
   const std::vector<PictureChannel>& list() const { return list_; }
-  // Resolves the tile's channels, interleaved, row by row. Any thread.
+  // Writes the values of the tile's channels to `pixels`, interleaved, row by row. Any thread.
   void resolve(const FilmTile& tile, std::vector<float>& pixels);
-  // Per kind, over the tiles so far.
+  // Returns a report for each kind about the tiles resolved so far.
   std::vector<CryptomatteReport> mattes() const;
 
  private:

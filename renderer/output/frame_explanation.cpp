@@ -38,7 +38,7 @@ struct StatedSettings {
   std::optional<float> threshold;
 };
 
-// One quantity of a pixel, if the file has its channels.
+// Computes one quantity of a pixel, if the file has the channels for it.
 class PixelQuantity {
  public:
   PixelQuantity(const char* name, const std::vector<std::string>& channels)
@@ -58,12 +58,12 @@ class PixelQuantity {
   std::optional<std::vector<size_t>> sources_;
 };
 
-// What is gathered over all pixels, and the values of one.
+// Totals over all pixels, and the values of the pixel to explain.
 struct FrameSummary {
   Vec2i pixel = {};
   std::vector<float> values;  // the pixel's channels
   double pixels = 0, samples = 0, least = INFINITY, most = 0;
-  double errors = 0, error_squares = 0, above = 0;  // of pixels with an error
+  double errors = 0, error_squares = 0, above = 0;  // only over pixels with an error
   float largest_error = -1;
 };
 
@@ -106,7 +106,7 @@ class FrameReader {
   const PixelQuantity samples, error;
 
  private:
-  // Without a pixel, chooses the one with the largest error.
+  // If no pixel is given, chooses the one with the largest error.
   void add(const Rect& rows, const std::vector<float>& values, std::optional<Vec2i> pixel,
            FrameSummary& summary) const {
     const size_t channels = image().channel_names.size();
@@ -163,7 +163,7 @@ std::string describe_stop(float stop, const StatedSettings& settings) {
   return fmt::format("Its channel stop has an unknown value, {}.\n", number(double(stop)));
 }
 
-// The error that `noise-threshold` is compared with, which the file does not have.
+// Describes the error that `noise-threshold` is compared with. The file does not contain it.
 std::string threshold_error(const StatedSettings& s) {
   if (s.recorded.settings().allocation == ErrorMetric::kDenoised) {
     return "that of the denoised picture";

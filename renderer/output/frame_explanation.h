@@ -1,4 +1,4 @@
-// Says in words what a finished frame's file tells about one pixel.
+// Explains one pixel in words, from the file of a finished frame.
 #pragma once
 
 #include <optional>
@@ -9,15 +9,16 @@
 
 namespace emberline {
 
-// Header attribute of a frame rendered with `explain`: "X,Y: " and the sentence of
-// adaptive/pixel_explanation.h, padded with blanks to this length.
+// Header attribute of a frame rendered with `explain`: "X,Y: " and the sentence from
+// adaptive/pixel_explanation.h, padded with blanks to kMaxExplanation characters.
 inline constexpr const char* kExplanationAttribute = "emberline:explanation";
 inline constexpr size_t kMaxExplanation = 4096;
 std::string explanation_attribute(const Vec2i& pixel, std::string text);
 
-// Explains `pixel` of an EXR that `emberline render` wrote; without a pixel, the one with the
-// largest error of the heatmap `error`. States only what the file has, and names the option for
-// what it lacks. Throws InputError for an unusable file, and UsageError for a pixel outside it.
+// Explains `pixel` of an EXR that `emberline render` wrote or, if there is none, the pixel with the
+// largest error in the heatmap `error`. States only what the file contains; for what is missing, it
+// names the option to render with. Throws InputError for an unusable file, and UsageError for a
+// pixel outside it.
 std::string explain_frame(const std::string& path, std::optional<Vec2i> pixel,
                           const LoadProgress& progress);
 

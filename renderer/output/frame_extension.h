@@ -13,18 +13,18 @@ namespace emberline {
 // names `path`, the checkpoint.
 FrameSettings stored_settings(const nlohmann::json& head, const std::string& path);
 
-// Applies `spp`, `noise-threshold`, `max-spp` and `time-limit` of `more`. Throws InputError for a
-// frame that cannot be extended, UsageError for less than it has.
+// Applies `spp`, `noise-threshold`, `max-spp` and `time-limit` of `more` to `settings`. Throws
+// InputError if the frame cannot be extended, and UsageError if `more` asks for less than it has.
 void extend_settings(const FrameSettings& more, const std::string& path, FrameSettings& settings);
 
-// The checkpoint that --resumable keeps beside a picture.
+// Returns the path of the checkpoint that --resumable keeps beside a picture.
 std::string checkpoint_beside(const std::string& picture);
 
 // Throws InputError that names `path` if frames of these settings cannot be extended.
 void check_extensible(const FrameSettings& settings, const std::string& path);
 
-// Why this checkpoint cannot extend the finished frame of a picture with these settings; empty if
-// it can, as far as the settings show.
+// Says why this checkpoint cannot extend the finished frame of a picture with these settings; empty
+// if it can, as far as the settings show.
 std::string extension_obstacle(const std::string& checkpoint, const RecordedSettings& picture);
 
 }  // namespace emberline

@@ -51,7 +51,7 @@ InfoJson unread_parts(const FloatImage& image) {
   return list;
 }
 
-// Why the frame cannot be extended; empty if it can.
+// Says why the frame cannot be extended; empty if it can.
 std::string obstacle_of(const std::string& checkpoint, const RecordedSettings& recorded,
                         bool complete) {
   if (!file_identity(checkpoint)) {
@@ -126,6 +126,7 @@ std::string format_state(const std::string& path, const InfoJson& json) {
   return text;
 }
 
+// Lists the command, the scene and the settings that differ from the defaults.
 std::string format_origin(const InfoJson& json) {
   std::string text;
   for (const char* name : {"command", "scene", "explanation"}) {

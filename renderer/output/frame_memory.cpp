@@ -16,7 +16,7 @@ namespace {
 
 uint64_t saturating_sum(uint64_t a, uint64_t b) { return a > UINT64_MAX - b ? UINT64_MAX : a + b; }
 
-// Throws UsageError that begins with `subject()`.
+// Throws UsageError that begins with `subject()` if the budget is too small.
 template <class Subject>
 void reserve_memory(uint64_t bytes, MemoryReservation& memory, const Subject& subject) {
   const MemoryBudget& budget = *memory.budget();
@@ -28,15 +28,15 @@ void reserve_memory(uint64_t bytes, MemoryReservation& memory, const Subject& su
   }
 }
 
-// The DWAA and DWAB encoder of the image library takes 104 to 110 MB, tables included (measured).
+// The image library's DWAA and DWAB encoder takes 104 to 110 MB, including tables (measured).
 uint64_t lossy_encoder_bytes(const RenderOptions& options) {
   const bool used =
       is_lossy(options.exr_compression) && std::ranges::any_of(options.outputs, is_exr);
   return used ? uint64_t(112) << 20 : 0;
 }
 
-// Upper bound of film_bytes() of render and outputs plus the memory for encoding a picture, without
-// light groups.
+// Returns an upper bound on film_bytes() of the job and of the outputs, plus the memory for
+// encoding a picture. Does not include light groups.
 uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
                      const RenderPlan& plan) {
   uint64_t per_pixel = job_bytes_per_pixel(plan.drivers(), plan.aovs);
@@ -67,14 +67,14 @@ uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& s
   return bytes + output_bytes(options, settings, layers) - output_bytes(options, settings, {});
 }
 
-// Bytes that light groups add per pixel of a tile, for the full film and, with denoising, for one
-// half.
+// Returns the bytes that light groups add per pixel of a tile: for the full film and, with
+// denoising, for one half.
 uint64_t light_tile_bytes_per_pixel(const AovSet& aovs, size_t lights) {
   const uint64_t films = aovs.contains(Aov::kDenoising) ? 2 : 1;
   return films * LightGroupSums::bytes_per_pixel(int(lights));
 }
 
-// Reserves the frame's bucket list and each output's tile offsets.
+// Reserves memory for the frame's bucket list and for the tile offsets of each output.
 void reserve_bucket_lists(const RenderOptions& options, const OutputSettings& settings,
                           MemoryReservation& memory) {
   const uint64_t count = bucket_count(settings.crop, settings.tile_size);
@@ -103,14 +103,15 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
                       const std::vector<std::string>& layers) {
   uint64_t per_pixel = 0;
   for (const std::string& path : options.outputs) {
-    // The picture, and its file at most that large.
+    // The picture, and its encoded file, which is at most as large.
     if (!is_exr(path)) per_pixel += 2 * (settings.transparent ? 4 : 3);
   }
   for (const std::string& path : options.heatmaps) {
     per_pixel += sizeof(float) + (is_exr(path) ? 0 : 2 * 3);
   }
   const uint64_t bytes = bytes_of(uint64_t(settings.crop.area()), per_pixel);
-  // The adaptive driver denoises while rendering, the outputs at the end; never both at once.
+  // The adaptive driver denoises during the render and the outputs at its end, never at the same
+  // time, so this memory counts once.
   const bool denoises_while_rendering = options.allocation == ErrorMetric::kDenoised;
   if (options.outputs.empty() && !denoises_while_rendering) return bytes;
   const std::vector<std::string> names = names_of(tile_channels(settings, layers));
@@ -124,7 +125,7 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
   return saturating_sum(bytes, more);
 }
 
-// Counts pixels, EXR rows and the EXR library's copies; measured with 5 and 15 channels.
+// Includes the pixels, EXR rows and the EXR library's copies; measured with 5 and 15 channels.
 uint64_t write_bytes_per_pixel(size_t channels) { return 5 * sizeof(float) * channels; }
 
 void reserve_pixels(uint64_t bytes, const Rect& crop, MemoryReservation& memory) {

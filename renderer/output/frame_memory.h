@@ -1,4 +1,4 @@
-// Predicts the memory that a frame needs until it is written, for the budget.
+// Predicts how much memory a frame needs until it is written, and reserves it in the budget.
 #pragma once
 
 #include <cstdint>
@@ -11,21 +11,22 @@
 
 namespace emberline {
 
-// Reserves the frame's film, files and bucket lists, and the tiles that `threads` threads work on
-// at once. Throws UsageError, since sizes are settings.
+// Reserves memory for the frame's film, files and bucket lists, and for the tiles that `threads`
+// threads work on at once. Throws UsageError, because the sizes come from settings.
 void reserve_frame(const RenderOptions& options, const OutputSettings& settings,
                    const RenderPlan& plan, int threads, MemoryReservation& memory);
-// Reserves in addition what light groups need; their layers are known later.
+// Reserves the additional memory for light groups, whose layers are known only later.
 void reserve_lights(const RenderOptions& options, const OutputSettings& settings,
                     const RenderPlan& plan, const std::vector<std::string>& layers, int threads,
                     MemoryReservation& memory);
 // Reserves memory proportional to the crop. Throws UsageError.
 void reserve_pixels(uint64_t bytes, const Rect& crop, MemoryReservation& memory);
 
-// Bytes that the output files hold until they are written, with these light-group layers.
+// Returns the bytes that the output files keep in memory until they are written, with these
+// light-group layers.
 uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settings,
                       const std::vector<std::string>& layers);
-// Approximate bytes per pixel for writing a tile of `channels` channels.
+// Returns approximately how many bytes per pixel writing a tile of `channels` channels takes.
 uint64_t write_bytes_per_pixel(size_t channels);
 
 }  // namespace emberline

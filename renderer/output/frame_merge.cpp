@@ -77,7 +77,7 @@ void StoredFrame::load_film(MemoryBudget& budget) {
   if (is_tiled_) return;
   const uint64_t bytes_per_pixel = film_bytes_per_pixel(plan_.aovs, extras_) +
                                    plan_.driver->bytes_per_pixel(plan_.driver_settings);
-  // The film and the state that it is read from.
+  // Memory for the film and for the state from which it is read.
   const uint64_t state_bytes = bytes_of(uint64_t(plan_.crop.area()), 2 * bytes_per_pixel);
   budget.reserve(MemoryPart::kFilm, state_bytes, path());
   const auto state = read_film_state(file_, state_bytes + (1 << 20));
@@ -98,7 +98,7 @@ void StoredFrame::load_film(MemoryBudget& budget) {
   if (!finished) film_.reset();
 }
 
-// As Frame::empty_counters() of the frame that wrote the checkpoint.
+// Like Frame::empty_counters() of the frame that wrote the checkpoint.
 TileResult StoredFrame::empty_result() const {
   TileResult result;
   if (settings_.clamp_indirect) {
@@ -164,7 +164,7 @@ FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, 
   }
   check_frames(strict);
   const FrameSettings& settings = first().settings();
-  // One list for the bucket schedule, and per group its parts, errors and counts.
+  // One list for the bucket schedule, and one for the parts, errors and counts of each group.
   const uint64_t lists = bucket_list_bytes(first().plan().crop, first().tile_size());
   for (size_t i = 0; i <= frames_.size(); ++i) {
     budget.reserve(MemoryPart::kFilm, lists, first().path());
@@ -183,13 +183,13 @@ void FrameMerge::check_stop() const {
   if (stop_.stop_requested()) throw Cancelled();
 }
 
-// Each thread holds a film, a second one if there are several groups, and either the state that a
-// film is read from or the data being written.
+// Each thread holds a film (two if there are several groups), and either the state from which a
+// film is read or the data being written.
 void FrameMerge::reserve(const RenderOptions& options, const OutputSettings& settings, int threads,
                          MemoryBudget& budget) const {
   const std::vector<std::string>& lights = first().layers().lights;
   const uint64_t film = film_bytes_per_pixel(settings.aovs, first().film_extras());
-  // The tile's state, its packed bytes, and twice the driver's: as loaded and within the state.
+  // The tile's state and its packed record. The driver's part is there once more, as loaded.
   const RenderPlan& plan = first().plan();
   const uint64_t saved =
       options.resumable ? 2 * film + 3 * plan.driver->bytes_per_pixel(plan.driver_settings) : 0;
@@ -300,7 +300,7 @@ FrameSettings FrameMerge::settings() const {
   return settings;
 }
 
-// A pixel's samples are added by seed, then in index order.
+// Adds a pixel's samples seed by seed, and those of one seed in index order.
 void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
                             RenderCounters& counters, const SaveTile& save) {
   const size_t number = tile_index(tile);
@@ -333,8 +333,8 @@ void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
   }
   counters.max_samples = std::max(counters.max_samples, merged.counters.max_samples);
   if (!save || !has_samples) return;
-  // The state of a uniform driver does not depend on the number of samples, and other drivers have
-  // no ranges of samples.
+  // The last driver state is correct for the merged tile: a uniform driver's state does not depend
+  // on the number of samples, and other drivers cannot render ranges of samples.
   std::vector<std::byte> state;
   state.reserve(film.bytes() + driver.size() + 4096);
   Archive saving(state);
@@ -382,7 +382,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& s
   combine_errors();
 }
 
-// Averages independent estimates, weighted by their samples.
+// Combines the groups' independent error estimates, weighted by their numbers of samples.
 void FrameMerge::combine_errors() {
   double sum = 0, samples = 0;
   std::optional<double> error;

@@ -21,11 +21,11 @@
 
 namespace emberline {
 
-// A part of a frame: a kept checkpoint of `render`.
+// A part of a frame, or a whole one, read from a checkpoint that `render` kept.
 class StoredFrame {
  public:
-  // Throws InputError if it is no checkpoint, is damaged, has invalid settings, or has bucket lists
-  // that exceed the budget.
+  // Throws InputError if the file is not a checkpoint, is damaged, has invalid settings, or if its
+  // bucket lists exceed the budget.
   explicit StoredFrame(const std::string& path, MemoryBudget* budget = nullptr);
 
   const std::string& path() const { return file_.path(); }
@@ -42,14 +42,15 @@ class StoredFrame {
   void load_film(MemoryBudget& budget);
   // Tiles are numbered by bucket_index().
   bool has_tile(size_t tile) const;
-  // Loads a tile into the film, which is already reset to the tile; tiled frames also return its
-  // result and, if `driver` is not null, the driver's state. Any thread. Throws InputError.
+  // Loads a tile into `film`, which must have been reset to the tile. For a tiled frame, also
+  // returns the tile's result and, if `driver` is not null, stores the driver's state in it. Any
+  // thread. Throws InputError.
   TileResult load(size_t tile, FilmTile& film, std::vector<std::byte>* driver = nullptr) const;
-  // Whether it has all tiles of this part, undamaged. Reads them.
+  // Reads all tiles of this part. Returns whether none is missing or damaged.
   bool is_complete_part(const FramePart& part) const;
-  // Fraction of its part's tiles that it has.
+  // Returns the fraction of its part's tiles that are finished.
   double completed_fraction() const;
-  // Result of a frame with one film.
+  // The result of a frame with one film; absent for a tiled frame.
   const std::optional<TileResult>& film_result() const { return film_result_; }
 
  private:
@@ -63,19 +64,20 @@ class StoredFrame {
   size_t tile_index(const Rect& tile) const { return bucket_index(plan_.crop, tile, tile_size()); }
   TileResult empty_result() const;
   std::vector<Rect> part_tiles_;           // tiles of its part of the frame
-  std::vector<const RecordEntry*> tiles_;  // by number; null if missing
+  std::vector<const RecordEntry*> tiles_;  // indexed by tile number; null if missing
   std::optional<FilmTile> film_;
   std::optional<TileResult> film_result_;
 };
 
-// Receives the state of a merged tile, as TileStore::save() does. Any thread.
+// Receives the state of a merged tile, like TileStore::save(). Any thread.
 using SaveTile = std::function<void(size_t tile, std::span<const std::byte> state)>;
 
 class FrameMerge {
  public:
-  // Checks that the parts belong to one frame, share no samples and, unless `allow_holes`, lack
-  // none; with `strict` also that they come from one kind of machine. Throws InputError that names
-  // the part. The constructor and deliver() throw Cancelled soon after a stop request.
+  // Checks that the parts belong to one frame and share no samples; unless `allow_holes`, that no
+  // samples are missing; and with `strict`, that the parts come from one kind of machine. Throws
+  // InputError that names the part. The constructor and deliver() throw Cancelled soon after a stop
+  // request.
   FrameMerge(const std::vector<std::string>& paths, bool allow_holes, bool strict,
              MemoryBudget& budget, std::stop_token stop = {});
 
@@ -84,13 +86,13 @@ class FrameMerge {
   FrameSettings settings() const;
   bool complete() const { return complete_; }
 
-  // Call before deliver(): reserves its memory, including that of each tile and of the frame until
-  // these outputs and, with `resumable`, the checkpoint are written. Throws InputError.
+  // Call before deliver(). Reserves the memory that deliver() needs for tiles, for these outputs
+  // until they are written and, with `resumable`, for the checkpoint. Throws InputError.
   void reserve(const RenderOptions& options, const OutputSettings& settings, int threads,
                MemoryBudget& budget) const;
   // Passes every tile to the sink with the parts' channels and, if `aovs` has it, `part`. Runs on
-  // the calling thread's TBB arena with two films per thread. `save` may be null; it gets states of
-  // frames with tiles and one seed. Throws InputError and what the sink throws.
+  // the calling thread's TBB arena with two films per thread. `save` may be null; otherwise the
+  // parts must be tiled and have one seed. Throws InputError and what the sink throws.
   void deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& save = nullptr);
   // Valid after deliver().
   const RenderCounters& counters() const { return counters_; }
@@ -98,10 +100,10 @@ class FrameMerge {
   std::optional<double> error_estimate() const { return error_; }
 
  private:
-  // Parts with the same samples per pixel, which together have all tiles.
+  // Parts with the same samples per pixel. Together they have all tiles.
   struct Group {
     uint32_t seed = 0, first_sample = 0, end_sample = 0;
-    std::vector<const StoredFrame*> frames_by_tile;  // by number; null if missing
+    std::vector<const StoredFrame*> frames_by_tile;  // by tile number; null if missing
     std::vector<std::optional<double>> errors;
     std::vector<uint64_t> samples;
   };

@@ -20,8 +20,8 @@ void check_heatmap_format(const std::string& option, const std::string& path, co
     throw UsageError("{} {}: unknown format; valid suffixes are .exr, .png, .jpg, .jpeg", option,
                      path);
   }
-  // libjpeg's limit is 65500 (JPEG_MAX_DIMENSION); the legend, which grows with the frame, must
-  // fit, too.
+  // libjpeg's limit is 65500 (JPEG_MAX_DIMENSION). The legend, which grows with the frame, needs
+  // the rest.
   constexpr int kJpegLimit = 50000;
   if (format == "jpeg" && std::max(crop.width(), crop.height()) > kJpegLimit) {
     throw UsageError("{} {}: JPEG holds heatmaps of at most {} pixels a side; write .exr or .png",

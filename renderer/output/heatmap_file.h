@@ -1,4 +1,4 @@
-// Heatmaps as files, from a rendering frame or from the channels of a picture.
+// Writes heatmaps of a frame that is being rendered, or of the channels of a picture.
 #pragma once
 
 #include <cstdint>
@@ -26,24 +26,24 @@ struct HeatmapRequest {
 // samples. Throws UsageError for an unknown quantity or an unsuitable style.
 std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options);
 
-// Throws UsageError that starts with `option` for an unknown suffix, or for a picture too large for
-// its format.
+// Throws UsageError that starts with `option` if the suffix is unknown or the picture is too large
+// for its format.
 void check_heatmap_format(const std::string& option, const std::string& path, const Rect& crop);
 
 // Throws UsageError for a range or logarithmic scale that does not apply to the quantities.
 void check_heatmap_style(const HeatmapStyle& style,
                          std::span<const HeatmapQuantity* const> quantities);
 
-// Whether the range is usable: squares stay finite in float and steps between its ends are
-// distinguishable.
+// Whether the range is usable: squares of its ends must be finite in float, and float must be able
+// to represent values between them.
 bool is_valid_heatmap_range(double min, double max);
 
 // Throws InputError that names `place` if a channel that the quantity needs is missing.
 void check_heatmap_channels(const std::string& place, const HeatmapQuantity& quantity,
                             std::span<const std::string> channels);
 
-// .png and .jpg: the picture with its legend. .exr: raw values in one channel named after the
-// quantity, NaN where undefined; the style is ignored.
+// A .png or .jpg file has the picture with its legend. An .exr file ignores the style; it has the
+// raw values in one channel named after the quantity, with NaN where they are undefined.
 class HeatmapFile {
  public:
   struct Frame {
@@ -52,7 +52,8 @@ class HeatmapFile {
     std::vector<std::pair<std::string, std::string>> attributes;
   };
   // Opens the file at once, as ExrWriter does, so that an unwritable path fails before rendering.
-  // Without finish() no file is left. `channels`: see QuantityPlane. Throws RenderError.
+  // If finish() is not called, no file remains. For `channels` see QuantityPlane. Throws
+  // RenderError.
   HeatmapFile(const HeatmapRequest& request, const HeatmapStyle& style, const Frame& frame,
               std::span<const std::string> channels);
 
@@ -64,7 +65,8 @@ class HeatmapFile {
   // Four bytes per pixel, allocated at construction.
   uint64_t bytes() const { return plane_.bytes(); }
 
-  // Draws, writes and renames. Call once, after the last write_tile(). Throws RenderError.
+  // Draws the picture, writes it and renames the file. Call once, after the last write_tile().
+  // Throws RenderError.
   void finish();
 
  private:

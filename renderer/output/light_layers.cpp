@@ -14,7 +14,7 @@
 namespace emberline {
 namespace {
 
-// EXR names hold 255 bytes, of which the channel and a number take some.
+// EXR names have at most 255 bytes, and the channel and a number must be appended.
 constexpr size_t kMaxNameLength = 200;
 
 std::string safe_name(const std::string& name) {

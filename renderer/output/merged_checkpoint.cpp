@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Extending adds samples to the last one of a single seed, tile by tile.
+// Extending continues after the last sample of a single seed, tile by tile.
 void check_mergeable(const FrameMerge& frame) {
   const StoredFrame& first = frame.first();
   if (!is_tiled(first.settings())) {
@@ -38,14 +38,14 @@ void check_mergeable(const FrameMerge& frame) {
   }
 }
 
-// The head of a part, as that of the whole frame: see checkpoint_head().
+// Converts the head of a part to the head of the whole frame; see checkpoint_head().
 Json whole_head(const FrameMerge& frame) {
   Json head = frame.first().head();
   const FrameSettings& part = frame.first().settings();
   Json& settings = head["settings"];
   if (part.part) {
     settings.erase("part");
-    // Which buckets a part has depends on their order; the whole frame has all of them.
+    // The bucket order affects which buckets belong to a part, but not the whole frame.
     Json& schedule = head["schedule"];
     if (!schedule.is_object()) schedule = Json::object();
     if (settings.contains("bucket-order")) schedule["bucket-order"] = settings["bucket-order"];

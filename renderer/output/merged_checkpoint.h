@@ -1,4 +1,4 @@
-// `merge --resumable`: the checkpoint of a merged frame, with which it can be extended.
+// `merge --resumable`: writes a checkpoint of the merged frame, so that the frame can be extended.
 #pragma once
 
 #include <atomic>
@@ -14,13 +14,13 @@
 
 namespace emberline {
 
-// Has the head and the tile records that `render --resumable` of the whole frame would have.
+// Writes the head and the tile records that `render --resumable` of the whole frame would write.
 class MergedCheckpoint {
  public:
-  // At checkpoint_path() of the merged frame's options. Locks the file there until commit()
-  // replaces it. Throws InputError if a frame merged from these parts cannot be extended,
-  // RenderError for an unwritable or locked path, and UsageError if another file, or through a link
-  // another frame's checkpoint, would be replaced.
+  // The path is checkpoint_path() of the merged frame's options. Locks the file there until
+  // commit() replaces it. Throws InputError if a frame merged from these parts cannot be extended,
+  // RenderError if the path is not writable or another run has locked it, and UsageError if another
+  // kind of file or, behind a link, another frame's checkpoint would be replaced.
   MergedCheckpoint(const RenderOptions& options, const FrameMerge& frame);
 
   const std::string& path() const { return file_->path(); }
@@ -34,7 +34,7 @@ class MergedCheckpoint {
   std::optional<AtomicFile> file_;
   std::atomic<uint64_t> end_;
   std::mutex mutex_;
-  std::string failure_;  // of the last save that failed
+  std::string failure_;  // message of the last save that failed
 };
 
 }  // namespace emberline

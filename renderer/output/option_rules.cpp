@@ -12,13 +12,13 @@
 namespace emberline {
 namespace {
 
-// Conditions on options that are no frame settings, or that matter only for frame ranges.
+// Conditions on options that are not frame settings or that matter only for frame ranges.
 struct OptionState {
   std::string_view name, value;
   bool (*holds)(const RenderOptions& options);
 };
 
-// A turntable of N frames, as opposed to one frame of it.
+// Whether all frames of a turntable are requested, not just one of them.
 bool is_full_turntable(const RenderOptions& o) {
   return o.frames.empty() && o.turntable && !o.turntable->frame && !o.frame;
 }

@@ -26,9 +26,9 @@ namespace {
 
 constexpr const char* kSamplesAttribute = "emberline:samples";
 constexpr const char* kClampedAttribute = "emberline:clamped";
-constexpr size_t kMaxDigits = 20;  // of a 64-bit number
+constexpr size_t kMaxDigits = 20;  // length of a 64-bit number
 
-// Time code and frame rate, if the settings give a time, and the primaries.
+// Returns the primaries and, if the settings give a time, the time code and frame rate.
 ExrView view_of(const FrameSettings& settings) {
   ExrView view;
   view.space = settings.working_space;
@@ -104,7 +104,8 @@ ExrHeader frame_header(const OutputSettings& settings, std::vector<PictureChanne
   if (settings.explained) {
     header.attributes.emplace_back(kExplanationAttribute, std::string(kMaxExplanation, ' '));
   }
-  // After the attributes that is_unfinished_image() looks for, since names may be megabytes.
+  // These follow the attributes that is_unfinished_image() looks for, because the names may take
+  // megabytes.
   for (auto& attribute : cryptomatte_attributes(layers.cryptomattes)) {
     header.attributes.push_back(std::move(attribute));
   }
@@ -141,7 +142,7 @@ void register_inputs(const RenderOptions& options, FileRegister& files) {
 
 void check_picture_format(const std::string& path, const Rect& crop) {
   const std::string suffix = lower_suffix(path);
-  // libjpeg's own limit (JPEG_MAX_DIMENSION), which it enforces by ending the process.
+  // libjpeg's own limit (JPEG_MAX_DIMENSION); beyond it, libjpeg ends the process.
   constexpr int kJpegLimit = 65500;
   if (suffix == ".jpg" || suffix == ".jpeg") {
     if (crop.width() > kJpegLimit || crop.height() > kJpegLimit) {
@@ -265,7 +266,7 @@ void FrameOutputs::write(ExrOutput& exr, const Rect& tile, const std::vector<flo
   }
 }
 
-// After rendering, finish() reports the failure instead.
+// Once rendering has ended, stores a failure for finish() instead of throwing.
 void FrameOutputs::spool(const Rect& tile, const std::vector<float>& pixels) {
   try {
     spool_->write_tile(tile, pixels);

@@ -29,7 +29,7 @@
 
 namespace emberline {
 
-// How a frame's files are written. The EXR header lacks channels and camera.
+// How a frame's files are written. The EXR header is not complete: channels and camera are missing.
 struct OutputSettings : ExrHeader, FrameContents {
   Rect crop;
   DisplaySettings display;
@@ -45,10 +45,10 @@ struct OutputSettings : ExrHeader, FrameContents {
 // Includes the channels that the heatmaps need.
 OutputSettings output_settings(const RenderOptions& options, const Rect& crop);
 
-// State recorded in the EXR header: "emberline:complete" ("true " or "false"), "emberline:samples"
-// and, with --clamp-indirect, "emberline:clamped" (the fraction of light removed). The values are
-// padded with blanks, because they are set long after the header is written. With --explain also
-// kExplanationAttribute.
+// State recorded in the EXR header: "emberline:complete" ("true " or "false"), "emberline:samples",
+// with --clamp-indirect "emberline:clamped" (the fraction of light removed), and with --explain
+// kExplanationAttribute. The values are padded with blanks, because they are set long after the
+// header is written.
 struct FrameState {
   bool complete = false;
   uint64_t samples = 0;
@@ -62,22 +62,23 @@ ExrHeader frame_header(const OutputSettings& settings, std::vector<PictureChanne
                        const SceneLayers& layers);
 void set_state(const OutputSettings& settings, const FrameState& state, ExrWriter& writer);
 
-// Writes a whole film as an EXR; `values` as FilmTile::resolve() returns them.
+// Writes a whole film as an EXR. `values` must be those that FilmTile::resolve() returns.
 void write_film_exr(const std::string& path, const AovSet& aovs, int width, int height,
                     const Rect& crop, std::vector<std::pair<std::string, std::string>> attributes,
                     std::vector<float> values);
 
-// Passes finished tiles on to every file, heatmaps included. With `denoising` channels, tiles wait
-// in a scratch file until finish_spooled() has the rows around them.
+// Passes finished tiles on to every file, including heatmaps. If the frame has `denoising`
+// channels, tiles wait in a scratch file until finish_spooled(), which needs the rows around them.
 class FrameOutputs final : public RenderSink {
  public:
-  // Opens the files at once, so that an unwritable path fails before rendering. `stop` provides the
-  // stop cause. Throws RenderError for an unwritable path, UsageError for an unknown display.
+  // Opens the files at once, so that an unwritable path fails before rendering. `stop` tells why
+  // the frame was stopped. Throws RenderError for an unwritable path, UsageError for an unknown
+  // display.
   FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
                const StopRequest& stop);
 
-  // A file that fails (for example on a full disk) is reported by finish(). Throws RenderError when
-  // the last file fails, since continuing would be useless.
+  // If writing a file fails (for example because the disk is full), finish() reports it. Throws
+  // RenderError when the last file fails, because continuing would be useless.
   void tile_finished(const FilmTile& tile) override;
   PixelStop stop_cause() const override { return stop_.cause(); }
 
@@ -88,18 +89,18 @@ class FrameOutputs final : public RenderSink {
   // Call when rendering has ended: from then on tile_finished() no longer throws when all files
   // have failed.
   void rendering_ended() { rendered_ = true; }
-  // Call after the last tile: writes spooled tiles, denoised if the settings ask for it, on the
-  // calling thread's TBB arena. finish() reports files that fail. A stop request leaves the rest
-  // unfiltered.
+  // Call after the last tile: writes the tiles from the scratch file, denoised if the settings ask
+  // for it, on the calling thread's TBB arena. finish() reports files that fail. After a stop
+  // request, the remaining tiles are left unfiltered.
   std::optional<DenoiseReport> finish_spooled(const std::stop_token& stop = {});
   // Completes and renames each file independently. `state` goes into the EXR header.
   void finish(const FrameState& state, WriteAttempts& attempts);
 
-  // Peak film memory for the report: each thread's pixel sums and channels, plus the pictures
-  // (.png, .jpg) and heatmaps kept until the end.
+  // Returns the peak film memory for the report: each thread's pixel sums and channels, plus the
+  // pictures (.png, .jpg) and heatmaps that are kept until the end.
   uint64_t film_bytes() const;
   std::string display_description() const;
-  // Per kind of --cryptomatte, over the tiles so far.
+  // Returns a report for each kind of --cryptomatte about the tiles so far.
   std::vector<CryptomatteReport> cryptomattes() const { return channels_.mattes(); }
 
  private:
@@ -128,20 +129,20 @@ class FrameOutputs final : public RenderSink {
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
   std::vector<std::unique_ptr<HeatmapFile>> heatmaps_;
   std::shared_ptr<const DisplayTransform> transform_;
-  std::optional<ExposureHint> exposure_hint_;  // if there are images
+  std::optional<ExposureHint> exposure_hint_;  // absent without images
   const StopRequest& stop_;
   mutable std::mutex mutex_;
-  std::map<std::thread::id, uint64_t> thread_bytes_;  // peak per thread
+  std::map<std::thread::id, uint64_t> thread_bytes_;  // peak memory of each thread
 };
 
 // Registers the files that the options name for reading.
 void register_inputs(const RenderOptions& options, FileRegister& files);
 
-// Registers the files to be written: of one frame, and of a whole range.
+// Register the files that a frame writes, and those that a whole range writes.
 void register_frame_outputs(const RenderOptions& options, FileRegister& files);
 void register_run_outputs(const RenderOptions& options, FileRegister& files);
 
-// Throws UsageError for an -o with an unknown suffix, or a format that cannot hold the picture.
+// Throws UsageError for an -o with an unknown suffix, or if the format cannot store the picture.
 void check_picture_format(const std::string& path, const Rect& crop);
 
 // Registers all inputs and outputs. Throws UsageError for an unknown suffix, a file named twice, an

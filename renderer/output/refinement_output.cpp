@@ -15,7 +15,7 @@
 namespace emberline {
 namespace {
 
-// Rows per task of a picture: about 0.1 ms.
+// Rows per task, which take about 0.1 ms.
 constexpr size_t kRowGrain = 16;
 
 const Rgb kBorder(1.0f, 0.25f, 0.02f);  // orange: rare in pictures, visible on bright and dark
@@ -29,7 +29,8 @@ ByteImage picture_with_leaves(const LivePicture& picture, const RefinementTree& 
   picture.resolve(rgba);
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgba[4 * i], 3, &rgb[3 * i]);
   DisplayTransform(options.display, options.working_space).apply(rgb.data(), pixels);
-  // Applied after the display transform, so that borders are equally visible on light and dark.
+  // Borders are drawn after the display transform, so that they are equally visible on bright and
+  // dark pixels.
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgb[3 * i], 3, &rgba[4 * i]);
   draw_leaf_borders(tree, rgba, crop.width());
   ByteImage image;

@@ -1,4 +1,4 @@
-// Output of the adaptive driver's refinement tree: as an overlay, as JSON, and as files.
+// Writes the adaptive driver's refinement tree as an overlay, as JSON, and to files.
 #pragma once
 
 #include <cstddef>
@@ -14,14 +14,14 @@ namespace emberline {
 class RefinementTree;
 
 // Draws half-transparent leaf borders over interleaved RGBA whose first pixel is the crop's corner,
-// with `width` pixels per row; alpha is unchanged. Single-pixel leaves get no border, which would
-// hide the picture where it is complete.
+// with `width` pixels per row. Alpha is unchanged. Leaves of a single pixel get no border, because
+// it would hide the picture where it is complete.
 void draw_leaf_borders(const RefinementTree& tree, std::span<float> rgba, int width);
 
 // One JSON object:
 //   window           [x0, y0, x1, y1], half-open, in pixels
 //   phase, rounds    refinement_phase_name(), rounds inserted
-//   samples, pixels  number inserted, and total
+//   samples, pixels  number of inserted samples, and of all pixels
 //   settings         the tree's settings
 //   leaves_by_area   [n0, n1, ...]: leaves of 2^k .. 2^(k+1) - 1 pixels
 //   open             leaves that can still be split
@@ -29,7 +29,7 @@ void draw_leaf_borders(const RefinementTree& tree, std::span<float> rgba, int wi
 //                    {rect, value, v_int, v_ext, priority}
 std::string refinement_json(const RefinementTree& tree, size_t max_leaves = 1024);
 
-// Writes the file of each options.trees entry.
+// Writes one file for each path in options.trees.
 void write_refinement(const RenderOptions& options, const RenderJob& rendered,
                       WriteAttempts& attempts);
 

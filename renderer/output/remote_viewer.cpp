@@ -11,16 +11,16 @@
 namespace emberline {
 namespace {
 
-// Between whole pictures; a higher rate is hardly visible.
+// Seconds between whole pictures. A higher rate is hardly visible.
 constexpr double kMinInterval = 0.1;
 
-// Fraction of the render time that whole pictures may cost: pauses for copying (workers idle) plus
-// the sending thread's share of the machine. It is half of the 2 % that a viewer may cost; the
-// other half covers costs that are not measured here (kernel, caches, a viewer on the same
-// machine).
+// Fraction of the render time that whole pictures may cost: pauses for copying, in which workers
+// are idle, plus the sending thread's share of the machine. It is half of the 2 % that a viewer may
+// cost; the other half covers costs that are not measured here (kernel, caches, a viewer on the
+// same machine).
 constexpr double kMaxCostFraction = 0.01;
 
-// Buckets smaller than this are sent as tiles of several.
+// Buckets smaller than this are combined into larger tiles for sending.
 constexpr int kMinTileSize = 32;
 
 std::string image_name(const RenderOptions& options) {

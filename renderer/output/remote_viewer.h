@@ -8,20 +8,20 @@
 
 namespace emberline {
 
-// Sends finished tiles as they come. For progressive drivers it sends whole pictures at a rate that
-// costs almost no render time.
+// Sends each tile when it is finished. For progressive drivers it sends whole pictures, so rarely
+// that they cost almost no render time.
 class RemoteViewer {
  public:
-  // Needs options.viewer. The image is named after the output and the scene.
+  // options.viewer must be set. The image is named after the output and the scene.
   RemoteViewer(const RenderOptions& options, const Rect& crop, int threads);
 
   // Any thread.
   void add(const FilmTile& tile);
-  // Call at a driver's pause, `elapsed_s` into rendering: sends the picture if one is due.
+  // Call when the driver pauses, `elapsed_s` after the start: sends the picture if one is due.
   void update(const LivePicture& picture, double elapsed_s);
-  // Whether update() would send it. Any thread, but not during update().
+  // Whether update() would send a picture now. Any thread, but not during update().
   bool is_due(double elapsed_s) const;
-  // Waits briefly for pending data, and hardly at all after a user stop.
+  // Waits briefly until pending data is sent; at most 0.5 s if the user stopped the frame.
   void finish(PixelStop stop_cause);
 
   uint64_t bytes() const { return stream_.peak_bytes(); }

@@ -14,7 +14,7 @@
 
 namespace emberline {
 
-// The window's default driver, in addition to driver_table(): bisection until every pixel has a
+// The window's default driver, which is not in driver_table(): bisection until every pixel has a
 // sample, then adaptive.
 inline constexpr const char* kLiveDriver = "live";
 
@@ -43,9 +43,9 @@ struct RenderOptions : FrameSettings {
   double checkpoint_interval_s = 300;
   std::string extended;       // checkpoint of the frame to extend; empty: none
   std::string progress_file;  // file; empty: none
-  std::vector<int> frames;    // frame numbers, in order; empty: the one frame of these options
+  std::vector<int> frames;    // frame numbers, in order; empty: a single frame
   bool skip_existing = false;
-  bool strict = false;         // pixels that a time limit leaves black are a failure
+  bool strict = false;         // fail if a time limit leaves pixels black
   bool stop_on_error = false;  // default: the range continues after a failed frame
   std::string range_report;    // file; empty: none
   int threads = 0;             // 0: all cores
@@ -55,7 +55,8 @@ struct RenderOptions : FrameSettings {
 bool is_part(const FrameSettings& settings);
 // Whether the checkpoint is kept when the frame is done.
 bool retains_checkpoint(const RenderOptions& options);
-// Path of the checkpoint: beside the first output unless named. Empty: none.
+// Returns the path of the checkpoint: beside the first output, unless the options name it. Empty if
+// there is none.
 std::string checkpoint_path(const RenderOptions& options);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// report.json: what a render did, in seconds, bytes and counts.
+// report.json: how long a render took, how much memory it used, and what it counted.
 #pragma once
 
 #include <optional>
@@ -17,23 +17,22 @@
 namespace emberline {
 
 struct RenderTimes {
-  // Wall time from the start of the command until its reports are written, and its parts, which
-  // leave less than 2 % unaccounted for. setup: reading options and --reference, opening the
-  // outputs.
+  // Wall time from the start of the command until it writes its reports, and the parts of it, which
+  // add up to more than 98 %. Setup is reading options and --reference, and opening the outputs.
   double wall_s = 0, setup_s = 0, load_s = 0, build_s = 0, render_s = 0, write_s = 0;
   double snapshots_s = 0;  // copying (not in render_s), encoding and measuring snapshots
-  // Before wall_s: loading the process and its libraries.
+  // Time before wall_s, in which the process and its libraries were loaded.
   std::optional<double> start_s;
   double cpu_s = 0;         // CPU time of the process
   double render_cpu_s = 0;  // CPU time during render_s
-  // From process start (library loading included) to the first samples: one worker's first 2048,
-  // about a millisecond. Absent if no samples were taken.
+  // Time from the start of the process (including the loading of libraries) until a worker has its
+  // first 2048 samples, which take about a millisecond. Absent if no samples were taken.
   std::optional<double> first_sample_s, first_sample_cpu_s;
 };
 
 struct PassReport {
-  double elapsed_s = 0;                  // since rendering began
-  uint64_t samples = 0;                  // so far
+  double elapsed_s = 0;                  // render time so far
+  uint64_t samples = 0;                  // number so far
   std::optional<double> error_estimate;  // of the picture at the end of this pass
 };
 
@@ -45,7 +44,7 @@ struct RenderReport {
   RenderTimes times;
   RenderCounters counters;
   SceneMemory memory;
-  uint64_t unsampled_pixels = 0;  // of the crop, or of this part of it
+  uint64_t unsampled_pixels = 0;  // in the crop, or in this part of it
   uint64_t film_bytes = 0;
   std::shared_ptr<const MemoryBudget> budget;  // the limit and what was reserved
   std::vector<std::string> features;
@@ -76,25 +75,26 @@ struct RenderReport {
 // output and others.
 std::string report_json(const RenderOptions& options, const RenderReport& report);
 
-// Arguments for --replay that recompute the sample, with --seed if it differs from `seed`.
+// Returns the --replay arguments that recompute the sample, with --seed if it differs from `seed`.
 std::string replay_arguments(const NonFiniteSample& sample, uint32_t seed);
 
-// Warns unless all samples were finite. `how`: "with", plus the options needed to reproduce the
-// first one.
+// Warns unless all samples were finite, and says how to replay the first one that was not. `how` is
+// "with" followed by further options that are needed for that.
 void warn_about_non_finite(const RenderCounters& counters, uint32_t seed,
                            const std::string& how = "with");
 
-// Fills in the defaults that a frame uses, as its records show them.
+// Fills in the defaults that a frame uses, for its reports and headers.
 FrameSettings with_recorded_defaults(FrameSettings settings);
-// Settings, versions and seed as strings, for EXR header attributes.
+// Returns settings, versions and seed as strings, for EXR header attributes.
 std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& options);
 
-// Versions of the libraries in use, such as {"embree", "3.13.5"}.
+// Returns the versions of the libraries in use, such as {"embree", "3.13.5"}.
 std::vector<std::pair<std::string, std::string>> library_versions();
-// The instruction set this binary was compiled for and the widest that Embree uses here, for
-// example "x86-64-v3, Embree avx2".
+// Returns the instruction set for which this binary was compiled and the widest that Embree uses on
+// this machine, for example "x86-64-v3, Embree avx2".
 std::string instruction_sets();
-// "Intel", "AMD", "ARM" or "other". Embree's reciprocals round differently between makers.
+// Returns "Intel", "AMD", "ARM" or "other". Embree's reciprocals round differently on processors of
+// different makers.
 std::string processor_maker();
 
 }  // namespace emberline

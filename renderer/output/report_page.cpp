@@ -113,8 +113,8 @@ void add_numbers(HtmlPage& page, const RenderOptions& o, const RenderReport& r) 
   page.table(pair_table(std::move(rows)));
 }
 
-// Returns bars of equal width, or of equal ratio if `logarithmic`. Borders are whole numbers, so
-// that every bar covers the counts that it appears to cover.
+// Returns the borders of bars of equal width, or of equal ratio if `logarithmic`. Borders are whole
+// numbers, so that every bar covers the counts that it appears to cover.
 std::vector<double> bar_borders(uint32_t min, uint32_t max, bool logarithmic) {
   constexpr int kBars = 40;
   std::vector<double> borders = {double(min)};
@@ -147,7 +147,7 @@ Markup samples_histogram(const std::map<uint32_t, uint64_t>& pixels) {
   return histogram_chart(chart);
 }
 
-// Repeats the legend's numbers as text, which is more readable on a phone.
+// Repeats the legend's numbers as text, because that is more readable on a phone.
 std::string map_caption(const ReportPictures::Map& map) {
   const PlaneStatistics s = plane_statistics(map.plane);
   std::string text(map.quantity->summary);
@@ -232,7 +232,7 @@ void add_error_chart(HtmlPage& page, const RenderOptions& o, const RenderReport&
                                         "sqrt(time) is a line of slope -1/2."}});
 }
 
-// Row limit: tables keep evenly spaced rows, including the last.
+// Longer tables keep only this many rows, evenly spaced and including the last.
 constexpr size_t kMaxRows = 24;
 
 template <typename Entry>

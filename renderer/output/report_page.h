@@ -13,8 +13,8 @@ namespace emberline {
 // True for the suffixes .html and .htm.
 bool is_page(std::string_view path);
 
-// Returns a self-contained HTML file: picture, maps, histogram, charts, tables, and the command
-// that renders the frame again. Throws RenderError if a picture cannot be encoded.
+// Returns a self-contained HTML file with the picture, maps, a histogram, charts, tables, and the
+// command that renders the frame again. Throws RenderError if a picture cannot be encoded.
 std::string report_page(const RenderOptions& options, const RenderReport& report,
                         const ReportPictures& pictures);
 

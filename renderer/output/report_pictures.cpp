@@ -56,7 +56,7 @@ void ReportPictures::add(const FilmTile& tile) {
     if (count == counts.end() || count->first != samples) count = counts.try_emplace(samples).first;
     ++count->second;
   }
-  // Tiles share pixels here if the frame is reduced.
+  // Tiles can share a pixel of these pictures if the frame is scaled down.
   const std::lock_guard lock(mutex_);
   for (const auto& [samples, number] : counts) pixels_by_samples_[samples] += number;
   for (size_t i = 0; i < pixels; ++i) {
@@ -90,7 +90,7 @@ ByteImage ReportPictures::picture() const {
 std::vector<ReportPictures::Map> ReportPictures::maps() const {
   std::vector<Map> maps;
   for (const MapSums& sums : maps_) {
-    // Where no tile was added the channels are 0, as in the EXR.
+    // Where no tile was added, the channels are 0, as in the EXR.
     const std::vector<float> zeros(sums.channels.size(), 0.0f);
     const float default_value = sums.quantity->value(zeros.data());
     Plane plane{width_, height_, sums.sums};
@@ -110,7 +110,7 @@ std::map<uint32_t, uint64_t> ReportPictures::pixels_by_samples() const {
   std::map<uint32_t, uint64_t> pixels = pixels_by_samples_;
   uint64_t counted = 0;
   for (const auto& [samples, count] : pixels) counted += count;
-  // Tiles of a stopped frame that were never started.
+  // Pixels of a stopped frame whose tiles were never started have no samples.
   if (counted < uint64_t(crop_.area())) pixels[0] += uint64_t(crop_.area()) - counted;
   return pixels;
 }

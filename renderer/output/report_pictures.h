@@ -1,6 +1,6 @@
-// Pictures for the report page: the frame and a map of each quantity that the film has channels
-// for. Created only if a page was requested, since a frame streamed out by bucket is stored nowhere
-// else.
+// Pictures for the report page: the frame, and a map of each quantity for which the film has
+// channels. Needed only if a page was requested: a frame that is written bucket by bucket is not in
+// memory otherwise.
 #pragma once
 
 #include <cstdint>
@@ -28,25 +28,27 @@ class ReportPictures {
   // tiles arrive, so memory does not grow with the frame.
   static constexpr int kMaxPixels = 1280;
 
-  // `aovs` are the film's. Throws UsageError for an unknown display or view.
+  // `aovs` are the channels of the film. Throws UsageError for an unknown display or view.
   ReportPictures(const RenderOptions& options, const Rect& crop, const AovSet& aovs);
 
-  // Adds a finished tile within the crop; each pixel once. Any thread.
+  // Adds a finished tile within the crop. Each pixel must be added only once. Any thread.
   void add(const FilmTile& tile);
 
-  // One pixel here covers factor x factor frame pixels (fewer at the right and lower edges).
+  // One pixel of these pictures covers factor x factor pixels of the frame (fewer at the right and
+  // lower edges).
   int factor() const { return factor_; }
-  // Display values; black where no tile was added.
+  // Returns display values; black where no tile was added.
   ByteImage picture() const;
 
   struct Map {
     const HeatmapQuantity* quantity;
-    // Means over pixels with a value (errors: root mean squares; reasons: one pixel's value).
+    // Each value is the mean over the pixels that have one; for errors it is the root mean square,
+    // and for reasons the value of one pixel.
     Plane plane;
   };
   std::vector<Map> maps() const;
 
-  // Exact number of the crop's pixels by sample count, whatever the factor.
+  // Returns how many pixels of the crop have each sample count. This is exact for every factor().
   std::map<uint32_t, uint64_t> pixels_by_samples() const;
 
   uint64_t bytes() const;
@@ -59,7 +61,7 @@ class ReportPictures {
     std::vector<uint32_t> counts;
   };
 
-  // The value of each map at each of the film's pixels, map by map.
+  // Returns the value of each map at each pixel of the film, map by map.
   std::vector<float> evaluate_maps(std::span<const float> film) const;
 
   DisplayTransform transform_;

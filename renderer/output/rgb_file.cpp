@@ -20,7 +20,7 @@ std::string describe(const Rect& crop, int frame_width, int frame_height) {
                      crop.height(), crop.x0, crop.y0, frame_width, frame_height);
 }
 
-// The picture that `choice` finds.
+// Returns R, G and B of the file. Throws InputError if it does not have them.
 ImageLayer find_picture(const FloatImage& file, const std::string& path,
                         const LayerChoice& choice) {
   const ColourChannels colour = find_colour(file.channel_names, file.parts, path, choice.remedy);
@@ -32,7 +32,7 @@ ImageLayer find_picture(const FloatImage& file, const std::string& path,
   return {"", {colour.first, colour.first + 1, colour.first + 2}, -1, true};
 }
 
-// The name of the layer that a reference has instead of this one; empty: its picture.
+// Returns the name of the reference's layer to compare with this one; empty means its picture.
 std::string reference_layer(const FloatImage& file, const std::string& path,
                             const std::string& layer) {
   const auto has = [&](const std::string& name) {

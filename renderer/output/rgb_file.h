@@ -20,7 +20,7 @@ FloatImage read_frame(const std::string& path, const LoadProgress& progress);
 // The layer of a denoised picture.
 inline constexpr std::string_view kDenoisedLayer = "denoised";
 
-// Pixels of a frame and their position in it. A .png stores no position and counts as a whole
+// Pixels of a frame and their position in it. A .png stores no position, so it counts as a whole
 // frame.
 struct RgbFile {
   std::string path;
@@ -36,24 +36,25 @@ struct RgbFile {
 // How read_rgb() chooses a picture's channels.
 struct LayerChoice {
   std::string layer;  // see find_layer(); empty: find_colour()
-  // A reference may also be the raw picture of a denoised layer, or have a single layer.
+  // If set, a missing denoised layer is replaced by the raw one, and any other missing layer by the
+  // picture if the file has only one layer.
   bool is_reference = false;
   std::string_view remedy = "save one of them as a separate file";  // see find_colour()
 };
 
-// Linear Rec. 709, data window only. X, Y and Z of a layer, or three times its only number, count
-// as R, G and B. Throws InputError for an unreadable file or if find_colour() finds no R, G and B,
-// UsageError for an unknown layer or one of two numbers.
+// Returns the pixels of the data window in linear Rec. 709. X, Y and Z of a layer count as R, G and
+// B; a layer's only number is used for all three. Throws InputError if the file is unreadable or
+// find_colour() finds no R, G and B, and UsageError if the layer is unknown or has two numbers.
 RgbFile read_rgb(const std::string& path, const LoadProgress& progress,
                  const LayerChoice& choice = {});
 
-// Returns the reference pixels to compare `crop` with: those at the same position of an equally
-// large frame or, if either picture stores no position, all of them, if the sizes match. Throws
-// InputError, which calls the compared picture `what`.
+// Returns the reference pixels with which `crop` is compared: those at the same position in a frame
+// of the same size or, if one of the pictures stores no position and the sizes match, all of them.
+// Otherwise throws InputError that calls the compared picture `what`.
 RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect& crop,
                           int frame_width, int frame_height);
 
-// Takes the first three of a crop's interleaved channels.
+// Returns an image of the first three of a crop's interleaved channels.
 RgbImage to_rgb_image(std::span<const float> values, size_t channels, const Rect& crop);
 
 }  // namespace emberline

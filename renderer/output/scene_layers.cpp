@@ -41,7 +41,7 @@ Json member(const Json& head, const char* name) {
   return head.is_object() ? head.value(name, Json()) : Json();
 }
 
-// Only names are stored; the ids follow from them.
+// Only names are stored, because the ids are computed from them.
 std::vector<CryptomatteNames> cryptomattes_of(const Json& lists, const std::string& place) {
   std::vector<CryptomatteNames> all;
   for (const NamedValue<CryptomatteKind>& kind : cryptomatte_table()) {

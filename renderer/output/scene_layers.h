@@ -1,5 +1,5 @@
-// The part of a frame's files that depends on the scene: layer names and the camera. It is also
-// stored in a checkpoint's head, for reading the frame without its scene.
+// The part of a frame's files that depends on the scene: layer names and the camera. A checkpoint's
+// head also stores it, so that the frame can be read without its scene.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -21,11 +21,11 @@ struct SceneLayers {
   std::vector<CryptomatteNames> cryptomattes;
 };
 
-// For a frame of these parts through this camera. `origin` is the scene's.
+// Returns the layers of a frame with these parts and this camera. `origin` is that of the scene.
 SceneLayers scene_layers(const SceneParts& parts, const Camera& camera, const Vec3d& origin);
 
 void put_scene_layers(const SceneLayers& layers, nlohmann::json& head);
-// The head may be arbitrary JSON: throws InputError that names `place`.
+// Throws InputError that names `place` if the head, which may be arbitrary JSON, is invalid.
 SceneLayers scene_layers_of(const nlohmann::json& head, const std::string& place);
 
 }  // namespace emberline

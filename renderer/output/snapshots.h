@@ -20,8 +20,8 @@
 
 namespace emberline {
 
-// A moment is due at the first pause at which its value has been reached. The driver makes such a
-// pause after its next part.
+// A moment is due at the first pause at which its value has been reached. The driver pauses for it
+// after the next part.
 struct SnapshotMoment {
   enum class Unit : uint8_t { kFirstPause, kPercentCovered, kSeconds, kSamplesPerPixel };
   Unit unit = Unit::kFirstPause;
@@ -38,32 +38,32 @@ std::vector<SnapshotMoment> parse_snapshot_moments(std::string_view list);
 enum class SnapshotFormat { kPng, kExr };
 std::span<const NamedValue<SnapshotFormat>> snapshot_format_table();
 
-// Whether a recorder may write such a file into its folder: "003_0010pct.png", "refinement.gif".
+// Whether a recorder may write a file of this name, such as "003_0010pct.png" or "refinement.gif".
 bool is_snapshot_name(const std::string& name);
 
 struct SnapshotReport {
   std::string file;         // in the folder of --snapshots; empty: could not be written
   double completion = 0.0;  // fraction of the first pass, in [0, 1]
-  uint64_t samples = 0;     // of the frame so far
+  uint64_t samples = 0;     // number in the frame so far
   double elapsed_s = 0.0;   // render time, excluding earlier snapshots
-  // Error against the reference, if there is one: rmse of display values (sRGB, 0 to 1, after
-  // --exposure), the others of radiance as in error_metrics.h.
+  // Error against the reference, if there is one. rmse is that of display values (sRGB, 0 to 1,
+  // after --exposure); the others are of radiance, as in error_metrics.h.
   std::optional<double> rmse, mse, rel_mse;
 };
 
 class SnapshotRecorder {
  public:
-  // Checks all options and creates the folder if needed; a folder that it created and left empty is
-  // removed at the end. Throws UsageError (also if the folder has a foreign file under a snapshot's
-  // name), RenderError for an unwritable folder, InputError for a reference that cannot be read or
-  // has another size than the crop.
+  // Checks all options and creates the folder if needed; removes it at the end if it is still
+  // empty. Throws UsageError (also if a file of another program has the name of a snapshot),
+  // RenderError for an unwritable folder, InputError for a reference that cannot be read or has
+  // another size than the crop.
   SnapshotRecorder(const RenderOptions& options, const Rect& crop, const LoadProgress& progress);
 
-  // Copies the picture if a snapshot is due, `elapsed_s` into rendering.
+  // Copies the picture if a snapshot is due `elapsed_s` after the start of rendering.
   void update(const JobProgress& progress, const LivePicture& picture, double elapsed_s);
 
-  // Answers RenderSink, from any thread but not during update(): whether a moment has come, and the
-  // sample count of the next moment given in samples.
+  // For RenderSink: whether a moment has come, and the sample count of the next moment given in
+  // samples. Any thread, but not during update().
   bool is_due(double elapsed_s) const;
   std::optional<uint64_t> next_sample_count() const;
 

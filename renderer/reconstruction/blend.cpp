@@ -14,19 +14,20 @@ constexpr size_t pair(size_t k, size_t l) {
   return k > l ? k * (k + 1) / 2 + l : l * (l + 1) / 2 + k;
 }
 
-// Terms of the error, of one pixel or pooled, in units of the pixel's squared brightness.
+// The terms of the error of one pixel, or their pooled sums, in units of the pixel's squared
+// brightness.
 struct Terms {
-  BorderedPlane unit;                            // of one pixel: factor on squared radiance
+  BorderedPlane unit;  // factor on squared radiance; only in the terms of one pixel
   std::array<BorderedPlane, kBandwidths> gains;  // V - C_k
   std::array<BorderedPlane, kPairs> squares;     // D_kl
 };
 
-// Errors are relative, so that a bright pixel does not dominate dark neighbours; below this squared
-// radiance, which is almost black on a display, they are absolute.
+// Errors are relative, so that a bright pixel does not dominate its dark neighbours. Below this
+// squared radiance, which is almost black on a display, they are absolute.
 constexpr float kMinSquaredRadiance = 1e-5f;
 // Pixels in noisy neighbourhoods count less. Otherwise the terms of rare light would drown those of
-// the dark pixels around it. Chosen on the lamps' reflections of `thin_wires`, whose dark pixels
-// get worse with less (tests/bench/results/denoising.md).
+// the dark pixels around it. The value was chosen on the lamps' reflections in `thin_wires`, whose
+// dark pixels get worse with a smaller one (tests/bench/results/denoising.md).
 constexpr float kNoiseWeight = 80.0f;
 
 void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& own) {
@@ -37,7 +38,7 @@ void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& ow
     float brightness = 0.0f;
     for (const BorderedPlane& plane : candidates[0].colour) brightness += plane.row(y)[x];
     brightness = std::max(brightness * (1.0f / 3), 0.0f);
-    const float variance = noise_a[x] * share_a[x] * (1.0f / 3);  // of one channel
+    const float variance = noise_a[x] * share_a[x] * (1.0f / 3);  // variance of one channel
     unit[x] = 1.0f / (brightness * brightness + kNoiseWeight * variance + kMinSquaredRadiance);
   }
   for (size_t k = 0; k < kBandwidths; ++k) {
@@ -78,15 +79,16 @@ Terms measure(const Halves& h, const Candidates& candidates) {
   return own;
 }
 
-// With rare light, most pixels are dark because their samples missed it, and the filter is right to
-// brighten them; next to a lamp they are dark in truth. A pixel's own half cannot tell these apart,
-// but the other half can, since it is independent. Pixels that one half saw darker than this
-// fraction of their filtered value are pooled separately, and the other half measures how far they
-// should change.
+// In rare light, most pixels are dark because their samples missed the light, and the filter is
+// right to brighten them. Next to a lamp, dark pixels may really be dark. The half that saw a pixel
+// dark cannot tell these cases apart, but the other half can, since it is independent. Pixels that
+// one half saw darker than this fraction of their filtered value are pooled separately, and the
+// other half measures how far they should change.
 constexpr float kDarkRatio = 0.25f;
 // Noisy pixels count less in these pools, although they matter most, so the pooled fraction is
-// multiplied by this; uniform noise is then filtered as before. This and kDarkRatio were chosen on
-// `thin_wires` and `hotel_room` (tests/bench/results/denoising.md).
+// multiplied by this. With this value, uniform noise is filtered as if dark pixels were not treated
+// separately. This value and kDarkRatio were chosen on `thin_wires` and `hotel_room`
+// (tests/bench/results/denoising.md).
 constexpr float kDarkScale = 1.25f;
 
 // Terms of the dark pixels of both halves: sums of (F_k - r)(r' - r) and of (F_k - r)(F_l - r),
@@ -152,7 +154,7 @@ Terms pooled(const Terms& own, int radius) {
 
 using Shares = std::array<float, kBandwidths>;
 
-// sum_k a_k (V - C_k) and sum_kl a_k a_l D_kl of a pixel.
+// The sums sum_k a_k (V - C_k) and sum_kl a_k a_l D_kl of a pixel.
 struct Change {
   float gain = 0.0f, square = 0.0f;
 };
@@ -167,7 +169,8 @@ Change change_at(const Terms& terms, const Shares& a, int x, int y) {
   return change;
 }
 
-// The non-negative weights of sum <= 1 that minimise the error, by coordinate descent.
+// Finds the non-negative weights with a sum of at most 1 that minimise the error, by coordinate
+// descent.
 constexpr int kIterations = 16;
 constexpr float kMinBlendDivisor = 1e-30f;
 
@@ -188,12 +191,13 @@ Shares least_error(const Terms& terms, int x, int y) {
   return a;
 }
 
-// If the nearest neighbours changed far more than their noise explains (next to a lamp whose noise
-// dominates the pool), the weight is limited to this multiple of what they support.
+// If the nearest neighbours would change far more than their noise explains (next to a lamp whose
+// noise dominates the pool), the weight is limited to this multiple of the weight that these
+// neighbours support.
 constexpr int kNearRadius = 1;
 constexpr float kMaxSupportRatio = 3.0f;
 
-// The weight of each candidate, and the fraction of it that a dark pixel gets.
+// The weight of each candidate, and the fraction of this weight that is applied to dark pixels.
 struct Choice {
   std::array<BorderedPlane, kBandwidths> shares;
   BorderedPlane dark_fraction;
@@ -223,7 +227,7 @@ Choice choose_shares(const Halves& h, const Terms& own, const Terms& own_dark) {
   return choice;
 }
 
-// A pixel is fully dark at half of kDarkRatio.
+// Applies dark_fraction gradually: not at all at a ratio of kDarkRatio, fully at half of that.
 void limit_dark_pixels(const Halves& h, const Candidates& candidates, Choice& choice) {
   for_each_pixel(h.width, h.height, [&](int x, int y) {
     float raw = 0.0f, filtered = 0.0f;
@@ -269,14 +273,15 @@ void fill_unknown(const Halves& h, std::array<BorderedPlane, kBandwidths>& share
 // Upper bound of the squared error of a displayed value in [0, 1].
 constexpr float kMaxSquaredError = 0.25f;
 
-// Pools over pixels with both halves known. Two small boxes have the reach of one of kPoolRadius,
+// Sums over a neighbourhood. Two small boxes in sequence reach as far as one of kPoolRadius,
 // without its visible edges around a bright pixel.
 constexpr int kFirstPool = (kPoolRadius + 1) / 2, kSecondPool = kPoolRadius - kFirstPool;
 BorderedPlane pool_smoothly(const BorderedPlane& own) {
   return box_sum(box_sum(own, kFirstPool), kSecondPool);
 }
 
-// A pixel's weight in the pool, as a mean weighted by itself: 36 for boxes of 9 and 9 pixels.
+// The mean of the weights in pool_smoothly(), weighted by the weights themselves: 36 for boxes of 9
+// and 9 pixels.
 constexpr float pixel_weight() {
   float sum = 0.0f, squares = 0.0f;
   for (int i = -kPoolRadius; i <= kPoolRadius; ++i) {
@@ -288,7 +293,7 @@ constexpr float pixel_weight() {
   return (squares / sum) * (squares / sum);
 }
 
-// Rarity of a pixel's light: 1 if one half saw all of it, 0 if both saw the same.
+// The rarity of a pixel's light: 1 if one half saw all of the light, 0 if both saw equally much.
 BorderedPlane rarity(const Halves& h) {
   BorderedPlane rare(h.width, h.height);
   for_each_pixel(h.width, h.height, [&](int x, int y) {
@@ -303,11 +308,11 @@ BorderedPlane rarity(const Halves& h) {
   return rare;
 }
 
-// Adds the error of unseen rare light: where few pixels have most of the error, another such pixel
-// may have been missed by both halves. The added error is that of one pixel, the mean of the seen
-// ones weighted by their error and rarity.
+// Adds the error of unseen rare light. Where few pixels have most of the error, both halves may
+// have missed the light of another such pixel. The added error is that of one pixel: the mean of
+// the seen errors, weighted by error and rarity.
 void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPlane& pool) {
-  constexpr float kMaxPixelError = 1.0f;  // of a displayed pixel
+  constexpr float kMaxPixelError = 1.0f;  // squared error of a displayed pixel
   BorderedPlane errors = own, squares = own;
   for_each_pixel(own.width(), own.height(), [&](int x, int y) {
     const float e = std::min(std::abs(own.row(y)[x]), kMaxPixelError);
@@ -322,7 +327,7 @@ void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPla
   });
 }
 
-// `rare`: nullptr to leave out unseen light.
+// `rare` may be null: then unseen light is ignored.
 BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own, const BorderedPlane* rare) {
   BorderedPlane error = pool_smoothly(own);
   if (rare != nullptr) add_unseen(own, *rare, error);
@@ -336,9 +341,9 @@ BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own, const Bord
   return error;
 }
 
-// display_error_weight() for light, which is not negative: if the deviation exceeds the mean, the
-// slope is measured from black. If mean and mean + deviation are equal in float, both are far
-// outside the displayable range, and the slope is 0.
+// Like display_error_weight(), but for light, which cannot be negative: if the deviation exceeds
+// the mean, the slope is measured from black. If mean and mean + deviation round to the same float,
+// both are far outside the displayable range, and the slope is 0.
 float light_error_weight(float mean, float deviation) {
   const float d = std::min(std::max(deviation, 1e-3f), 1e15f);
   const float low = std::max(mean - d, std::min(mean, 0.0f)), high = mean + d;
@@ -346,10 +351,11 @@ float light_error_weight(float mean, float deviation) {
   return std::max(slope * slope, std::min(kMinDisplaySlope * kMinDisplaySlope, 0.25f / (d * d)));
 }
 
-// Evaluates the error for the chosen weights, as displayed.
+// Evaluates the error of the displayed image for the chosen weights.
 //
-// If most of the noise is removed, this error is a small difference of large numbers; the
-// difference of the blended halves still measures its variance.
+// If most of the noise is removed, this error is a small difference of large numbers. The variance
+// measured from the difference of the blended halves is then more reliable, and serves as a lower
+// bound.
 void estimate_errors(const Halves& h, const Candidates& candidates, const Terms& own, Blend& out) {
   BorderedPlane before(h.width, h.height), after(h.width, h.height), variance(h.width, h.height);
   for_each_pixel(h.width, h.height, [&](int x, int y) {
@@ -371,9 +377,9 @@ void estimate_errors(const Halves& h, const Candidates& candidates, const Terms&
     const float gain = retained * change_at(own, a, x, y).gain / own.unit.row(y)[x] * (1.0f / 3);
     const float noise = h.own_noise.row(y)[x] * (1.0f / 3);
     const float weight = light_error_weight(value, std::sqrt(noise)) * h.both_known.row(y)[x];
-    float excess = 0.0f;  // two halves measure its variance like any other
+    float excess = 0.0f;  // variance of the outliers' excess, estimated by its square
     for (const BorderedPlane& plane : h.excess) {
-      const float light = std::max(plane.row(y)[x], 0.0f);  // below black there is none
+      const float light = std::max(plane.row(y)[x], 0.0f);  // values below black are not light
       excess += light * light * (1.0f / 3);
     }
     excess *= light_error_weight(value, std::sqrt(excess));

@@ -17,23 +17,23 @@ namespace emberline {
 
 struct Candidate {
   ColourPlanes colour;
-  ColourPlanes difference;              // of the filtered halves
+  ColourPlanes difference;              // difference of the filtered halves
   std::array<BorderedPlane, 2> weight;  // total weight of the fits at the pixel, per half
 };
 using Candidates = std::array<Candidate, kBandwidths>;
 
-// Weights and errors for the whole image; they also apply to its parts.
+// Weights and errors of the whole image; the weights also apply to its parts.
 struct Blend {
-  std::array<BorderedPlane, kBandwidths> shares;  // of each candidate; the rest is raw
+  std::array<BorderedPlane, kBandwidths> shares;  // weight of each candidate; the rest is raw
   ColourPlanes colour;
   std::optional<OutlierEnergy> outlier_energy;  // already returned to `colour`
-  // Expected squared error of the displayed pixel, raw and blended.
+  // Expected squared error of the displayed pixel, in the raw and in the blended image.
   BorderedPlane error_before, error;
 };
 
-// A pixel depends on those up to kBlendReach around it.
-inline constexpr int kPoolRadius = 8;    // of the error's terms
-inline constexpr int kSmoothRadius = 2;  // of the weights
+// The result at a pixel depends on pixels up to kBlendReach away.
+inline constexpr int kPoolRadius = 8;    // for pooling the error's terms
+inline constexpr int kSmoothRadius = 2;  // for smoothing the weights
 inline constexpr int kBlendReach = 2 * kPoolRadius + kSmoothRadius + kOutlierEnergyReach;
 Blend blend(const Halves& halves, const Candidates& candidates);
 

@@ -18,9 +18,9 @@ class BorderedPlane {
  public:
   BorderedPlane() = default;
   BorderedPlane(int width, int height) { resize(width, height); }
-  // Keeps its memory; the contents are undefined. Planes that are read together need different
-  // values of `cache_slot`, starting at 0, otherwise their rows would share the same few lines of
-  // the L1 cache.
+  // Keeps the memory; the contents become undefined. Planes that are read together need different
+  // values of `cache_slot`, starting at 0. Otherwise their rows would compete for the same few
+  // lines of the L1 cache.
   void resize(int width, int height, int cache_slot = 0) {
     width_ = width;
     height_ = height;
@@ -33,10 +33,11 @@ class BorderedPlane {
   int height() const { return height_; }
   bool empty() const { return values_.empty(); }
 
-  // Pointer to pixel x = 0; readable from -kPad to kPad beyond a run that begins at any pixel.
+  // Pointer to pixel x = 0. A run that begins at any pixel may be read, and so may kPad values on
+  // either side of it.
   float* row(int y) { return values_.data() + size_t(y) * stride_ + offset_; }
   const float* row(int y) const { return values_.data() + size_t(y) * stride_ + offset_; }
-  // The row, clamped to the image.
+  // Like row(), but with y clamped to the image.
   const float* clamped_row(int y) const { return row(std::clamp(y, 0, height_ - 1)); }
 
   // Fills the border with the row's first and last pixel.
@@ -58,7 +59,7 @@ void for_each_row(int height, const Body& body) {
   parallel_each(size_t(height), [&](size_t y) { body(int(y)); });
 }
 
-// Calls body(x, y) for each pixel of an image, rows in parallel.
+// Calls body(x, y) for each pixel of an image; rows are processed in parallel.
 template <typename Body>
 void for_each_pixel(int width, int height, const Body& body) {
   for_each_row(height, [&](int y) {

@@ -1,16 +1,16 @@
-// Means over squares of pixels. Each is summed independently, not as a running sum, so that a pixel
-// has the same bits wherever a band begins.
+// Means over squares of pixels. Each square is summed separately, not as a running sum, so that a
+// pixel has the same bits wherever a band begins.
 #pragma once
 
 #include "renderer/reconstruction/bordered_plane.h"
 
 namespace emberline {
 
-// The sum over (2 radius + 1)^2 pixels, without those outside the image; radius at most kPad. The
-// border of `in` counts as 0.
+// For each pixel, the sum over the (2 radius + 1)^2 pixels around it; radius must be at most kPad.
+// Pixels outside the image count as 0, whatever the border of `in` contains.
 BorderedPlane box_sum(const BorderedPlane& in, int radius);
 
-// box_sum() divided by the number of pixels inside.
+// box_sum() divided by the number of those pixels that are inside the image.
 BorderedPlane box_mean(const BorderedPlane& in, int radius);
 
 }  // namespace emberline

@@ -58,8 +58,8 @@ std::array<std::vector<float>, 3> rows_of(const ColourPlanes& colour, int begin,
   return out;
 }
 
-// Whether a run of pixels has noise; if not, a fit contributes nothing to its window that its noisy
-// pixels' own fits do not.
+// Whether any of kLanes pixels has noise. If not, the fits around them can be skipped: noisy pixels
+// in their windows get all they need from their own fits.
 bool has_noise(const Halves& halves, int x, int y) {
   for (const Half& half : halves.half) {
     const float* noise = half.noise.row(y) + x;
@@ -70,9 +70,9 @@ bool has_noise(const Halves& halves, int x, int y) {
   return false;
 }
 
-// Calls body(fit, half, bandwidth) for each fit that contributes to rows [begin, end), from many
-// threads, but never at once for two that contribute to the same pixel, and for each pixel always
-// in the same order.
+// Calls body(fit, half, bandwidth) for each fit that contributes to rows [begin, end), from several
+// threads. Fits that contribute to the same pixel are never processed concurrently, and always in
+// the same order.
 template <typename Body>
 void for_each_fit(const Halves& halves, FrameOffset frame_offset, int begin, int end,
                   const std::stop_token& stop, const Body& body) {
@@ -100,9 +100,10 @@ void for_each_fit(const Halves& halves, FrameOffset frame_offset, int begin, int
   });
 }
 
-// Relative weight of a pixel's own value: without similar fits the pixel stays unchanged.
+// Weight of a pixel's own value relative to the fits: if no fit is similar, the pixel stays
+// unchanged.
 constexpr float kOwnWeight = 0.02f;
-constexpr float kMinWeight = 1e-30f;  // of a divisor
+constexpr float kMinWeight = 1e-30f;  // avoids division by zero
 
 void average_fits(const Halves& h, Candidate& to) {
   for_each_row(h.height, [&](int y) {
@@ -172,7 +173,8 @@ Part read_part(const Halves& h, const HalfColour& colour) {
   return part;
 }
 
-// [bandwidth][half]: factor on a fit's value of a pixel, divided by the total weight.
+// [bandwidth][half]: the factor by which a fit's weighted value of a pixel is multiplied; includes
+// the division by the total weight.
 using Factors = std::array<std::array<BorderedPlane, 2>, kBandwidths>;
 Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& shares) {
   Factors factors;
@@ -190,7 +192,8 @@ Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& s
   return factors;
 }
 
-// The unfiltered fraction of a part.
+// Replaces the filtered fraction of a part's raw image by the pixels' own contributions; the fits'
+// contributions are added later.
 void add_unfiltered(const Halves& h, const Factors& factors, const Blend& shares, Part& part) {
   for_each_row(h.height, [&](int y) {
     for (size_t c = 0; c < 3; ++c) {
@@ -208,11 +211,12 @@ void add_unfiltered(const Halves& h, const Factors& factors, const Blend& shares
   });
 }
 
-// Neighbourhood that determines the proportions of the parts.
+// Radius of the neighbourhood that determines the proportions of the parts.
 constexpr int kSplitRadius = 2;
-static_assert(kSplitRadius <= kPoolRadius);  // parts are evaluated that much further than rows
+static_assert(kSplitRadius <= kPoolRadius);  // rows that far outside [begin, end) must be filtered
 
-// For rows [begin, end): distributes the difference between the whole and the sum of its parts.
+// Distributes the difference between the whole and the sum of the parts over the parts, for rows
+// [begin, end).
 void distribute_remainder(const ColourPlanes& whole, int begin, int end, std::vector<Part>& parts) {
   const int width = whole[0].width(), height = whole[0].height();
   for (size_t c = 0; c < 3; ++c) {
@@ -240,7 +244,7 @@ void distribute_remainder(const ColourPlanes& whole, int begin, int end, std::ve
   }
 }
 
-// The parts' raw images, and their candidates with the weights of the whole.
+// Filters the parts with the weights of the whole.
 std::vector<Part> filter_parts(const Halves& h, std::span<const HalfColour> colours,
                                const Candidates& candidates, const Blend& shares,
                                FrameOffset frame_offset, int begin, int end,

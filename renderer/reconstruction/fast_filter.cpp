@@ -14,25 +14,25 @@
 namespace emberline {
 namespace {
 
-// Constants tuned on four scenes of `scenes/` at 1 to 64 samples (tests/bench/results).
-// Scale of the distance of two normals; at 1 they are dissimilar.
+// The constants were tuned on four scenes of `scenes/` at 1 to 64 samples (tests/bench/results).
+// Factor on the distance of two normals; at a scaled distance of 1 they are dissimilar.
 constexpr float kNormalScale = 1.7f;
-// Allowed squared difference of two pixels, relative to their variance.
+// Tolerated squared difference of two pixels, relative to their variance.
 constexpr float kNoiseScale = 10.0f;
-// Limit of a tap's variance relative to the pixel's. Otherwise lamps and rare bright samples would
-// leak into the quiet pixels around them.
+// Limit of a tap's variance relative to the pixel's. Without it, lamps and rare bright samples
+// would leak into the less noisy pixels around them.
 constexpr float kMaxVarianceRatio = 4.0f;
-constexpr float kSlopeTolerance = 2.0f;  // allowed difference in nearness, in slopes of the surface
-constexpr float kMinSlope = 0.005f;      // relative to the nearness
+constexpr float kSlopeTolerance = 2.0f;  // tolerated difference in nearness, relative to the slope
+constexpr float kMinSlope = 0.005f;      // tolerance relative to the nearness itself
 constexpr float kMinAlbedo = 0.02f;
 constexpr int kNoiseReach = 2;
 constexpr size_t kRows = 4;
 
 constexpr float kRed = 0.2126f, kGreen = 0.7152f, kBlue = 0.0722f;  // as in luminance()
-constexpr float kMaxColour = 1e12f;  // of a colour, so that squares and their sums stay finite
-constexpr float kMinFilterDivisor = 1e-12f;  // of a divisor
+constexpr float kMaxColour = 1e12f;  // keeps squares and their sums finite
+constexpr float kMinFilterDivisor = 1e-12f;
 
-// Without std::clamp, whose references prevent vectorisation.
+// Does not use std::clamp, because its references prevent vectorisation.
 float clamp_colour(float value) {
   value = value < kMaxColour ? value : kMaxColour;
   return value > -kMaxColour ? value : -kMaxColour;
@@ -47,7 +47,8 @@ bool is_known(const float* rgba, const FeatureRow& row, int x) {
   return row.samples[x] > 0.0f && finite;
 }
 
-// Fast version for a whole row; the caller checks a row again if its sum overflows.
+// Whether all pixels of a row are known; fast. May return false for a known row whose sums
+// overflow, so the caller then checks each pixel.
 bool all_known(int width, const float* __restrict rgba, const FeatureRow& row) {
   const float *ar = row.albedo[0], *ag = row.albedo[1], *ab = row.albedo[2];
   const float *nx = row.normal[0], *ny = row.normal[1], *nz = row.normal[2];
@@ -62,7 +63,7 @@ bool all_known(int width, const float* __restrict rgba, const FeatureRow& row) {
   return unknown == 0;
 }
 
-// Replaces unknown pixels by the nearest known one of the row.
+// Replaces unknown pixels by the nearest known pixel of the row.
 void fill_unknown(int width, float* rgba, const FeatureRow& row) {
   std::vector<int> from(size_t(width), -1);
   for (int x = 0; x < width; ++x) {
@@ -93,11 +94,12 @@ void fill_unknown(int width, float* rgba, const FeatureRow& row) {
   fill(row.variance, 1);
 }
 
-// Eight pixels at a time: the sums of sixteen do not fit AVX's registers.
+// Processes eight pixels at a time, because the sums of sixteen do not fit into the AVX registers.
 using Float8 = Lanes::Part;
 constexpr int kAtOnce = kLanes / 2;
 
-// a * b + c, rounded once if the processor can, so an image's last bits depend on the processor.
+// a * b + c, rounded once if compiled for processors with FMA, so an image's last bits depend on
+// that.
 [[gnu::always_inline]] inline Float8 fused(const Float8& a, const Float8& b, const Float8& c) {
 #ifdef __FMA__
   return __builtin_ia32_vfmaddps256(a, b, c);
@@ -106,14 +108,15 @@ constexpr int kAtOnce = kLanes / 2;
 #endif
 }
 
-// Reciprocals of positive numbers, to 1/500: the exponent is negated, then one Newton step.
+// Reciprocals of positive numbers, with a relative error of up to 1/500: negates the exponent, then
+// does one Newton step.
 [[gnu::always_inline]] inline Float8 reciprocal(const Float8& value) {
   using Words [[gnu::vector_size(sizeof(Float8))]] = int32_t;
   const auto out = std::bit_cast<Float8>(0x7EF311C7 - std::bit_cast<Words>(value));
   return out * fused(-value, out, Float8{} + 2.0f);
 }
 
-// Divides one channel by its albedo, and returns the divisor.
+// Divides one channel by its albedo. Writes the divisor to `albedo` and the quotient to `out`.
 void demodulate_albedo(int width, int channel, const float* __restrict rgba, const FeatureRow& row,
                        float* __restrict albedo, float* __restrict out) {
   const float *red = row.albedo[0], *green = row.albedo[1], *blue = row.albedo[2];
@@ -135,7 +138,8 @@ void to_luminance(int width, float* __restrict red, float* __restrict green,
   }
 }
 
-// Noise of the luminance over albedo, in the scale of the weights.
+// Computes the noise of luminance divided by albedo, multiplied by kNoiseScale; -1 where it is
+// unknown.
 void scale_noise(int width, const float* __restrict variance, const float* __restrict red,
                  const float* __restrict green, const float* __restrict blue,
                  float* __restrict noise) {
@@ -147,7 +151,7 @@ void scale_noise(int width, const float* __restrict variance, const float* __res
   }
 }
 
-// Square roots of a neighbour's weights, 1/8 and 1/16; the pixel's own weight is 1/4.
+// Square roots of the neighbours' weights 1/8 and 1/16; the pixel's own weight is 1/4.
 constexpr float kSide = 0.353553391f, kCorner = 0.25f;
 
 }  // namespace
@@ -177,12 +181,12 @@ class FastFilter::Planes {
   }
 
  private:
-  // Luminance, red and blue minus luminance, and variance of the luminance.
+  // The luminance, red minus luminance, blue minus luminance, and the variance of the luminance.
   struct Layer {
     BorderedPlane luminance, red, blue, variance;
   };
 
-  // One row of everything that a tap reads.
+  // One row of all planes that a tap reads.
   struct TapRow {
     const float *luminance, *red, *blue, *variance, *normal[3], *nearness;
 
@@ -196,7 +200,7 @@ class FastFilter::Planes {
           nearness(filter.nearness_.clamped_row(y)) {}
   };
 
-  // Eight pixels of a row, with the weighted sums over their surroundings.
+  // Eight pixels of a row, and the weighted sums over their surroundings.
   struct Taps {
     Float8 luminance, normal[3], nearness, variance, per_nearness;
     Float8 weight, noise, sum[3];
@@ -219,7 +223,7 @@ class FastFilter::Planes {
       sum[2] = 0.25f * sum[2];
     }
 
-    // root: square root of the tap's weight.
+    // `root` is the square root of the tap's weight.
     [[gnu::always_inline]] void add(float root, const TapRow& row, int x) {
       Float8 l, v, u, red, blue;
       load(row.luminance + x, l);
@@ -260,7 +264,7 @@ class FastFilter::Planes {
   void prepare(std::span<const float> rgba, const ReadRow& read) {
     const size_t width = size_t(width_);
     parallel_ranges(size_t(height_), kRows, [&](size_t begin, size_t end) {
-      thread_local std::vector<float> values;  // a row is never read during another
+      thread_local std::vector<float> values;  // safe because a thread never reads two rows at once
       values.resize(13 * width);
       float* const colour = &values[9 * width];
       const auto column = [&](size_t i) { return &values[i * width]; };
@@ -298,9 +302,10 @@ class FastFilter::Planes {
       plane->extend_row(y);
   }
 
-  // A pixel's noise is its own estimate or that of its neighbours: the mean of their deviations, so
-  // that a few much noisier ones do not dominate. One sample has no estimate; then the surrounding
-  // colours and the pixel's distance from them are used.
+  // A pixel's noise is the larger of its own estimate and that of its neighbourhood. The latter is
+  // the squared mean of the deviations, so that a few much noisier pixels do not dominate. A single
+  // sample has no estimate; then the spread of the surrounding colours and the pixel's distance
+  // from their mean are used.
   void find_noise(int y) {
     Layer& layer = layers_[0];
     thread_local std::vector<float> sums;
@@ -395,7 +400,7 @@ class FastFilter::Planes {
 FastFilter::FastFilter() : planes_(std::make_unique<Planes>()) {}
 FastFilter::~FastFilter() = default;
 
-// More levels reduce noise further but blur details that no feature shows.
+// More levels reduce noise further but blur details that no feature contains.
 int FastFilter::levels_for(double samples_per_pixel) {
   return samples_per_pixel < 8.0 ? 4 : samples_per_pixel < 64.0 ? 3 : 2;
 }

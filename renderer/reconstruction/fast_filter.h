@@ -1,10 +1,11 @@
-// Denoises an image in milliseconds, for a window that shows each one as it arrives.
+// Denoises an image in milliseconds, for a window that shows each image as it arrives.
 //
-// The edge-avoiding à-trous wavelet transform (Dammertz et al. 2010, "Edge-Avoiding À-Trous Wavelet
-// Transform for fast Global Illumination Filtering") on the colour divided by albedo. Similarity of
-// pixels depends on normal, depth, and brightness relative to its noise (Schied et al. 2017,
-// "Spatiotemporal Variance-Guided Filtering"). As noise falls with more samples, so does the
-// change: the image converges to the raw one. There is no error estimate; use denoise.h for that.
+// This is the edge-avoiding à-trous wavelet transform (Dammertz et al. 2010, "Edge-Avoiding À-Trous
+// Wavelet Transform for fast Global Illumination Filtering") on the colour divided by albedo. The
+// similarity of pixels depends on normal, depth, and brightness relative to its noise (Schied et
+// al. 2017, "Spatiotemporal Variance-Guided Filtering"). As more samples reduce the noise, the
+// filter changes less, so the image converges to the raw one. There is no error estimate; use
+// denoise.h for that.
 #pragma once
 
 #include <array>
@@ -15,17 +16,17 @@
 
 namespace emberline {
 
-// Features of a row of a frame, to be filled in: `width` values each.
+// Features of a row of a frame, `width` values each. A ReadRow fills them in.
 struct FeatureRow {
-  std::array<float*, 3> albedo;  // 0: nothing to divide by
+  std::array<float*, 3> albedo;  // 0: the colour is not divided
   std::array<float*, 3> normal;
   float* nearness;  // 1 / depth; 0 where nothing is hit
   float* samples;   // 0: the pixel's colour is invalid
-  float* variance;  // of the luminance of the pixel's mean; negative: unknown
+  float* variance;  // variance of the mean's luminance; negative: unknown
 };
 
-// Keeps its memory between images. One image at a time, on TBB's current arena; the bits do not
-// depend on the number of threads.
+// Keeps its memory between images. Filters one image at a time, on TBB's current arena; the bits do
+// not depend on the number of threads.
 class FastFilter {
  public:
   FastFilter();
@@ -38,8 +39,8 @@ class FastFilter {
   static constexpr int kMaxLevels = 5;
   static int levels_for(double samples_per_pixel);
 
-  // Filters interleaved R G B A pixels; alpha is kept. Pixels that are not finite are unknown and
-  // are replaced by the nearest known one of their row.
+  // Filters interleaved R G B A pixels; alpha is copied. Pixels that are not finite or have no
+  // samples are replaced by the nearest valid pixel of their row.
   void filter(int width, int height, std::span<const float> rgba, const ReadRow& read, int levels,
               std::span<float> filtered);
 

@@ -14,8 +14,8 @@ struct Sums {
   float weight[kTileRows][kRun], value[kTileRows][kRun], noise[kTileRows][kRun];
 };
 
-// Adds the contributions of pixels at the offset (i, j) to a tile of one half. The weights come
-// from the `guide`, the other half.
+// Adds the contributions of the pixels at offset (i, j) to the sums of a tile of one half. The
+// weights come from `guide`, the other half.
 void add_offset(const Tile& tile, int i, int j, const BorderedPlane& guide,
                 const BorderedPlane& guide_noise, const BorderedPlane& value,
                 const BorderedPlane& noise, const BorderedPlane& known, Sums& sums) {

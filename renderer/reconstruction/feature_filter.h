@@ -1,13 +1,14 @@
-// Filters each feature by its own noise first. Otherwise a feature's noise at silhouettes, in
-// defocus and in motion would be taken for structure of the image (Bitterli et al. 2016, §4).
+// Filters each feature according to its own noise before it is used. Otherwise the regression would
+// take a feature's noise at silhouettes, in defocus and in motion for structure of the image
+// (Bitterli et al. 2016, §4).
 #pragma once
 
 #include "renderer/reconstruction/halves.h"
 
 namespace emberline {
 
-// Non-local means of each half with the other half's weights, and the mean of both. `variance` is
-// that of one sample. A row depends on those up to kFeatureReach around it.
+// Filters each half by non-local means with the other half's weights, and returns the mean of both.
+// `variance` is the variance of one sample. A row depends on rows up to kFeatureReach away.
 inline constexpr int kFeatureReach = 4;
 Feature filter_feature(const Halves& halves, const BorderedPlane& a, const BorderedPlane& b,
                        const BorderedPlane& variance);

@@ -9,7 +9,7 @@
 namespace emberline {
 namespace {
 
-// Sums of squares of larger values would overflow float.
+// The sums of squares of larger values would overflow float.
 constexpr float kMaxValue = 1e15f;
 
 float finite(float value) {
@@ -31,7 +31,8 @@ float sample_variance(float d, float n_a, float n_b) {
   return n_a > 0 && n_b > 0 ? d * d * (n_a * n_b / (n_a + n_b)) : 0.0f;
 }
 
-// Mean of difference(x, y, n_a, n_b) over the neighbours with both halves known.
+// The mean of difference(x, y, n_a, n_b) over neighbours with both halves known. `both_known` is
+// the number of these.
 template <typename Difference>
 BorderedPlane pooled_variance(const Halves& h, const BorderedPlane& both_known,
                               const Difference& difference) {
@@ -67,12 +68,12 @@ void read_counts(const DenoiseInput& input, Halves& h) {
   });
 }
 
-// A half's pixel is an outlier if it is this many times as bright as all others near it in either
-// half. The excess is too rare to be told from its neighbours, so it stays in place, unfiltered. A
-// pixel as far below black is not light, and stays in place entirely.
+// A pixel of a half is an outlier if it is this many times as bright as all other nearby pixels in
+// either half. Neighbours say nothing about such rare excess light, so it stays in place,
+// unfiltered. A pixel that is as far below black is not light, and stays in place entirely.
 constexpr float kOutlierRatio = 20.0f;
 
-// The largest value of all channels, and how far the smallest is below black.
+// For each pixel, the largest value of its channels, and how far the smallest is below black.
 struct Extremes {
   BorderedPlane brightest, below;  // their borders are black
 };
@@ -122,7 +123,7 @@ void find_outliers(const HalfColour& colour, Halves& h) {
   }
 }
 
-// Adds the variance of a pixel's mean as estimated from two halves.
+// Adds the variance of each pixel's mean, as estimated from its two halves, to `noise`.
 void add_noise(const Halves& h, const BorderedPlane& first, const BorderedPlane& second,
                BorderedPlane& noise) {
   for_each_row(h.height, [&](int y) {

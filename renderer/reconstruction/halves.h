@@ -1,4 +1,5 @@
-// A frame's two halves prepared for filtering: finite, padded, and with their own noise.
+// The two halves of a frame's samples, prepared for filtering: finite, padded, and with their
+// noise.
 #pragma once
 
 #include <array>
@@ -13,10 +14,10 @@ using ColourPlanes = std::array<BorderedPlane, 3>;
 
 struct Half {
   BorderedPlane count;
-  BorderedPlane known;            // 1 with samples, 0 without and outside the image
-  BorderedPlane inlier_fraction;  // fraction of the pixel's colour without the excess
+  BorderedPlane known;            // 1 where there are samples, 0 elsewhere and outside the image
+  BorderedPlane inlier_fraction;  // fraction of the pixel's colour that is not outlier excess
   ColourPlanes colour;
-  BorderedPlane noise;  // variance of `colour`, channels summed, pooled over neighbours
+  BorderedPlane noise;  // variance of `colour`, summed over channels, pooled over neighbours
 };
 
 struct Feature {
@@ -27,29 +28,30 @@ struct Feature {
 struct Halves {
   int width = 0, height = 0;
   std::array<Half, 2> half;
-  ColourPlanes raw;                    // mean of all samples
-  ColourPlanes excess;                 // of outliers; in neither `raw` nor the halves' colours
-  std::array<BorderedPlane, 2> share;  // of a half in a pixel's mean; 1/2 without samples
+  ColourPlanes raw;     // mean of all samples
+  ColourPlanes excess;  // excess light of outliers; in neither `raw` nor the halves' colours
+  std::array<BorderedPlane, 2> share;  // a half's weight in a pixel's mean; 1/2 without samples
   BorderedPlane both_known;            // 1 where both halves are known
-  // The pixel's variance estimated from its two halves only, channels summed: one degree of
-  // freedom. 0 if a half is unknown.
+  // The pixel's variance estimated only from the difference of its own two halves (one degree of
+  // freedom), summed over channels. 0 if a half is unknown.
   BorderedPlane own_noise;
-  // This variance per channel for the input, before samples are shared and outliers limited.
+  // The same for each channel of the input, before samples are shared and outliers limited.
   ColourPlanes raw_noise;
   std::vector<Feature> features;
 };
 
-// Radius over which a pixel's noise is pooled: a single difference gives less than a tenth of the
-// true value in every fourth pixel.
+// Radius over which a pixel's noise is pooled. Without pooling, a single difference would
+// underestimate the noise by more than a factor of ten in every fourth pixel.
 inline constexpr int kNoiseRadius = 2;
 
-// Radius of the comparison for outliers.
+// Radius within which a pixel is compared to its neighbours to find outliers.
 inline constexpr int kOutlierRadius = 2;
 
-// Reads `input` except for its parts.
+// Reads everything in `input` except its parts.
 Halves prepare_halves(const DenoiseInput& input);
 
-// One channel of an image in the form of the halves: finite, padded, without its outliers' excess.
+// One channel of an image, prepared like the halves: finite, padded, without the excess of
+// outliers.
 struct Channel {
   std::array<BorderedPlane, 2> half;
   BorderedPlane raw, excess;

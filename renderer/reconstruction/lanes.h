@@ -1,5 +1,5 @@
-// Sixteen pixels of a row in registers. The compiler keeps these there, while it would write an
-// array back in each iteration of a loop.
+// Sixteen pixels of a row in registers. The compiler keeps a Lanes in registers, while it would
+// write an array back to memory in each iteration of a loop.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,9 @@ namespace emberline {
 
 inline constexpr int kLanes = 16;
 
-// Two GCC or Clang vectors of AVX register size; each lane is rounded like a float. One vector of
-// sixteen goes through memory at each load if there is no register of its size: the filter then
-// takes 1.6 times as long.
+// Two GCC or Clang vectors of AVX register size; each lane is rounded like a float. A single vector
+// of sixteen floats would go through memory at each load if there is no register of that size, and
+// the filter would take 1.6 times as long.
 struct Lanes {
   using Part [[gnu::vector_size(32)]] = float;
 

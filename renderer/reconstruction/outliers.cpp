@@ -8,7 +8,8 @@
 namespace emberline {
 namespace {
 
-// A loss above this multiple of its (robustly estimated) variance comes from an outlier.
+// A loss comes from an outlier if its square exceeds this multiple of the (robustly estimated)
+// variance of the loss.
 constexpr float kOutlierThreshold = 4.0f;
 // Ratio of the variance to the squared mean deviation of a pixel, for three channels that mostly
 // deviate together.

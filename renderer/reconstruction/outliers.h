@@ -1,7 +1,7 @@
-// Rare bright samples: the neighbours of such a pixel reject its light while the pixel itself is
-// filtered, so the light would be lost. A neighbourhood's loss beyond its usual noise is returned
-// to its noisiest pixels, where it came from. Linear in the images, so that light groups still add
-// up.
+// Returns the light of rare bright samples. The neighbours of such a pixel reject its light while
+// the pixel itself is filtered, so the light would be lost. If a neighbourhood loses more light
+// than its usual noise explains, the loss is returned to its noisiest pixels, where the light came
+// from. This is linear in the images, so light groups still add up to the whole.
 #pragma once
 
 #include "renderer/reconstruction/halves.h"
@@ -10,10 +10,11 @@ namespace emberline {
 
 class OutlierEnergy {
  public:
-  // From the raw and the filtered image.
+  // Measures the loss as the difference between the raw and the filtered image.
   OutlierEnergy(const Halves& halves, const ColourPlanes& raw, const ColourPlanes& filtered);
 
-  // Adds the lost light of `raw` to `filtered`, depending on pixels up to kOutlierEnergyReach away.
+  // Adds the lost light of `raw` to `filtered`. A pixel depends on pixels up to kOutlierEnergyReach
+  // away.
   void restore(const BorderedPlane& raw, BorderedPlane& filtered) const;
 
   // Fraction of a single pixel's change that is returned to the pixel.
@@ -21,7 +22,7 @@ class OutlierEnergy {
 
  private:
   const Halves& halves_;
-  BorderedPlane share_;  // returned fraction of a neighbourhood's loss, over its noise and area
+  BorderedPlane share_;  // returned part of a neighbourhood's loss / (its noise x its area)
   BorderedPlane own_fraction_;
 };
 

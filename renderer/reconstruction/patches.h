@@ -1,5 +1,5 @@
-// Similarity of the patches around two pixels: non-local means (Buades et al. 2005), with the
-// noise's part of each difference subtracted (Rousselle et al. 2012).
+// Similarity of the patches around two pixels, as in non-local means (Buades et al. 2005), but with
+// the contribution of noise subtracted from each difference (Rousselle et al. 2012).
 #pragma once
 
 #include <algorithm>
@@ -9,18 +9,18 @@
 
 namespace emberline {
 
-inline constexpr int kPatchRadius = 3;  // of colour; Rousselle et al. 2012, §5
-inline constexpr int kPatchPad = 8;  // columns of a run's patches on either side, in whole vectors
+inline constexpr int kPatchRadius = 3;  // for colour; Rousselle et al. 2012, §5
+inline constexpr int kPatchPad = 8;     // extra columns on either side of a run, in whole vectors
 inline constexpr int kPatchRun = kRun + 2 * kPatchPad;
 static_assert(kPatchRadius <= kPatchPad && kPatchPad <= kPad);
 
-// exp(-x) for x >= 0 to 1e-5, branch-free; 0 from 87 on. The library's function does not vectorise
-// where NaN must be kept.
+// exp(-x) for x >= 0 with an error of at most 1e-5, and 0 for x >= 87; branch-free. The library's
+// function does not vectorise where NaN must be kept.
 inline float exp_minus(float x) {
   const float t = std::min(x, 87.0f) * -1.44269504f;  // in powers of two
   const int whole = int(t) - 1;                       // at most t, since t <= 0
   const float f = t - float(whole);                   // (0, 1]
-  // 2^f, a least-squares polynomial.
+  // A least-squares polynomial for 2^f.
   float p = 0.0018775767f;
   p = p * f + 0.0089893397f;
   p = p * f + 0.0558263180f;
@@ -31,9 +31,9 @@ inline float exp_minus(float x) {
   return x < 87.0f ? p * scale : 0.0f;
 }
 
-// distance(y, out) writes the kPatchRun per-pixel distances of row y, starting kPatchPad columns
-// left of the run. `means` receives their means over the patches of kTileRows rows from y0 on, kRun
-// each.
+// distance(y, out) must write the kPatchRun per-pixel distances of row y, which start kPatchPad
+// columns to the left of the run. Writes to `means` their means over the patches around kRun pixels
+// in each of kTileRows rows, starting at row y0.
 template <int Radius, typename Distance>
 void patch_means(int y0, const Distance& distance, float (*means)[kRun]) {
   float single[kTileRows + 2 * Radius][kPatchRun];

@@ -11,18 +11,23 @@ constexpr int offset_x(int offset) { return offset % kWindow - kWindowRadius; }
 constexpr int offset_y(int offset) { return offset / kWindow - kWindowRadius; }
 constexpr int term(int row, int column) { return row * (row + 1) / 2 + column; }
 
-// Relative to a feature's spread in the window: avoids extreme slopes if features are collinear.
+// A ridge relative to the feature's variance in the window; avoids extreme slopes if features are
+// collinear.
 constexpr float kRidge = 1e-3f;
-// Relative to the feature's squared distance from the pixel: rounding error of a spread of 0.
+// A ridge relative to the feature's mean squared difference from the pixel's; covers the rounding
+// error of a variance of 0.
 constexpr float kRoundingRidge = 1e-5f;
-// Relative to the feature's noise: limits features that vary by no more than their noise.
+// A ridge relative to the feature's noise; limits the influence of features that vary by no more
+// than their noise.
 constexpr float kNoiseRidge = 4.0f;
-// Minimum independent part of a feature, relative to its spread; less is rounding.
+// Minimum independent part of a feature's variance, relative to the variance; less is rounding
+// error.
 constexpr float kMinPivot = 1e-5f;
-// A feature that varies less in a window, or is another one plus a constant, is ignored there.
+// A feature is ignored in windows where its spread(), or that of its difference from a feature
+// already chosen, is smaller.
 constexpr float kMinSpread = 4e-6f;
-constexpr float kMinDivisor = 1e-30f;  // of a divisor
-constexpr float kMaxWeight = 1e6f;     // of a pixel; a mean over a full window needs less
+constexpr float kMinDivisor = 1e-30f;
+constexpr float kMaxWeight = 1e6f;  // of a pixel in its own fit; a full window's mean needs less
 
 WindowWeights::WindowWeights() : weights_(new Rows[2 * kOffsets]) {}
 
@@ -70,8 +75,8 @@ void WindowFit::set_position(const Tile& tile, int column, int row) {
   for (int k = 0; k < features(); ++k) load(feature(k, y_), center_[k]);
 }
 
-// On a plane only depth varies in most windows, and each further feature makes a fit more expensive
-// in proportion to their number.
+// Chooses the features that vary. On a plane, only depth varies in most windows, and the cost of
+// each additional feature grows with the number of features.
 void WindowFit::choose_features() {
   feature_count_ = 0;
   for (size_t k = 0; k < std::min(halves_.features.size(), size_t(kMaxFeatures)); ++k) {
@@ -83,10 +88,10 @@ void WindowFit::choose_features() {
   }
 }
 
-// The range of the values in the windows, or of their difference from others, relative to their
-// magnitude.
+// The range of the values in the windows, or of their differences from `less` if given, divided by
+// the largest magnitude of the values.
 float WindowFit::spread(const BorderedPlane& of, const BorderedPlane* less) const {
-  static_assert(kLanes >= 2 * kWindowRadius);  // twice as many columns cover all windows
+  static_assert(kLanes >= 2 * kWindowRadius);  // so two loads per row cover all windows
   constexpr float kMaxFloat = std::numeric_limits<float>::max();
   Lanes minimum = all_lanes(kMaxFloat), maximum = all_lanes(-kMaxFloat), size = {};
   for (int y = y_ + offset_y(first_); y <= y_ + offset_y(last_ - 1); ++y) {
@@ -156,7 +161,7 @@ void WindowFit::add_moments(int offset) {
   }
 }
 
-// Converts products to covariances, with their ridge.
+// Converts sums of products to covariances and adds the ridges to the variances.
 void WindowFit::subtract_means() {
   total_ = moments_[0];
   for (int x = 0; x < kLanes; ++x) {
@@ -191,7 +196,7 @@ void WindowFit::decompose() {
   }
 }
 
-// If the features do not determine a plane, the fit is the weighted mean.
+// If the features do not determine a plane, the fit becomes the weighted mean.
 void WindowFit::fall_back_to_mean() {
   Lanes slopes[kMaxFeatures], own_weight = inverse_total_;
   for (int k = 0; k < features(); ++k) slopes[k] = mean_[k];
@@ -239,7 +244,7 @@ void WindowFit::add_products(int offset, const Picture& picture) {
   }
 }
 
-// Converts covariances of features and values to slopes: C = L L^T.
+// Converts covariances of features and values to slopes, using the decomposition C = L L^T.
 void WindowFit::solve(Lanes* slopes) const {
   const int count = features();
   for (int k = 0; k < count; ++k) {

@@ -1,7 +1,7 @@
 // The filter itself: a first-order regression over the features of each pixel's window (Bitterli et
-// al. 2016). A fit predicts all pixels of its window, with its own weights, and a pixel is the
-// weighted mean of the predictions of all fits. It is linear in the filtered image, so the sum of
-// parts is preserved.
+// al. 2016). A fit predicts all pixels of its window, each with a weight, and a filtered pixel is
+// the weighted mean of the predictions of all fits. The result is linear in the image, so filtered
+// parts still add up to the filtered whole.
 #pragma once
 
 #include <array>
@@ -16,14 +16,15 @@ namespace emberline {
 inline constexpr int kWindowRadius = 4;
 inline constexpr int kWindow = 2 * kWindowRadius + 1;
 inline constexpr int kOffsets = kWindow * kWindow;
-// Required by for_each_tile_in_phases(), since a fit writes to its window.
+// for_each_tile_in_phases() requires this, since a fit writes to its whole window.
 static_assert(kTileRows >= 2 * kWindowRadius && kRun >= 2 * kWindowRadius);
 
-// Number of bandwidths of the weights, as powers of the widest: exp(-d)^4 has half the bandwidth of
-// exp(-d) (Bitterli et al.: k of 1 and .5).
+// Number of bandwidths of the weights. Narrower weights are powers of the widest: exp(-d)^4 has
+// half the bandwidth of exp(-d) (Bitterli et al.: k of 1 and .5).
 inline constexpr int kBandwidths = 2;
 
-// Similarity of each pixel to those of its window, per half: exp(-d) of the patches.
+// For each half, the similarity of each pixel of a tile to the pixels of its window: exp(-d), where
+// d is the distance of the two patches.
 class WindowWeights {
  public:
   WindowWeights();
@@ -42,14 +43,14 @@ class WindowFit {
  public:
   explicit WindowFit(const Halves& halves) : halves_(halves) {}
 
-  // Selects the pixels of the tile that begin at the column.
+  // Selects the kLanes pixels of the tile that begin at `column` in `row`.
   void set_position(const Tile& tile, int column, int row);
-  // Fits one half's pixels, weighted by the other half's similarity.
+  // Prepares the fits of one half's pixels, weighted by the similarity in the other half.
   void fit(const WindowWeights& weights, size_t half, int bandwidth);
 
-  // apply() fits an image of the same half. add_to() adds its predictions for the window's pixels,
-  // multiplied by their weights in the fit and by `factor`, if any; add_weights_to() adds those
-  // weights.
+  // apply() fits an image of the same half. add_to() adds the predictions for the window's pixels
+  // to `sums`, multiplied by the pixels' weights in the fit and by `factor` unless it is null;
+  // add_weights_to() adds these weights.
   using Picture = std::array<const BorderedPlane*, 3>;
   void apply(const Picture& picture);
   void add_to(ColourPlanes& sums, const BorderedPlane* factor) const;
@@ -58,7 +59,7 @@ class WindowFit {
  private:
   static constexpr int kMaxFeatures = 12;
   static constexpr int kMaxTerms = (kMaxFeatures + 1) * (kMaxFeatures + 2) / 2;
-  static constexpr int kAtOnce = 3;  // offsets
+  static constexpr int kAtOnce = 3;  // offsets processed together
   static_assert(kWindow % kAtOnce == 0);
 
   int features() const { return feature_count_; }
@@ -75,20 +76,20 @@ class WindowFit {
 
   const Halves& halves_;
   int x_ = 0, y_ = 0;
-  int column_ = 0, row_ = 0;  // in the tile
-  int first_ = 0, last_ = 0;  // offsets of the rows inside the image
-  int feature_count_ = 0;     // features that vary in these windows
+  int column_ = 0, row_ = 0;  // position in the tile
+  int first_ = 0, last_ = 0;  // range of offsets whose rows are inside the image
+  int feature_count_ = 0;     // number of features that vary in these windows
   const Feature* features_[kMaxFeatures];
-  Lanes weights_[kOffsets];        // of the pixels of the window
-  Lanes known_weights_[kOffsets];  // 0 for those without samples
+  Lanes weights_[kOffsets];        // weights of the window's pixels
+  Lanes known_weights_[kOffsets];  // the same, but 0 for pixels without samples
   Lanes moments_[kMaxTerms];       // weighted products of features, lower triangle
-  Lanes total_;                    // of the weights
+  Lanes total_;                    // sum of known_weights_
   Lanes inverse_total_;
-  Lanes center_[kMaxFeatures];   // the features of the pixel
-  Lanes mean_[kMaxFeatures];     // weighted means of the features, minus those of the pixel
-  Lanes inverse_[kMaxFeatures];  // of the decomposition's diagonal
-  // The fit of each channel: constant + slopes * (features - here). Before it is solved, sums of
-  // products.
+  Lanes center_[kMaxFeatures];   // the pixel's own features
+  Lanes mean_[kMaxFeatures];     // weighted means of the features, minus center_
+  Lanes inverse_[kMaxFeatures];  // inverses of the decomposition's diagonal
+  // The fit of each channel, constant + slopes * (features - center_). Until it is solved, this
+  // holds sums of products.
   Lanes fit_[3][kMaxFeatures + 1];
 };
 

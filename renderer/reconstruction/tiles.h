@@ -1,4 +1,4 @@
-// Rectangles that a thread processes at a time, small enough for its caches.
+// Rectangles that one thread processes at a time, small enough for its caches.
 #pragma once
 
 #include <algorithm>
@@ -25,15 +25,16 @@ void for_each_tile(int width, int begin, int end, const Body& body) {
   });
 }
 
-// Position of the first pixel in the whole frame.
+// Position of an image's first pixel in the whole frame.
 struct FrameOffset {
   int x = 0, y = 0;
 };
 
-// For a body that also writes up to half a tile around its tile: processes every other tile of
-// every other row of tiles at a time. Tiles are aligned to the whole frame, and so are groups of
-// kLanes pixels in them, so contributions to a pixel are added in the same order for any threads,
-// band and crop. The first tiles may begin up to kLanes - 1 columns or kTileRows - 1 rows outside.
+// Like for_each_tile(), for a body that also writes up to half a tile around its tile. There are
+// four phases, and each processes every other tile of every other row of tiles. Tiles, and the
+// groups of kLanes pixels in them, are aligned to the whole frame, so contributions to a pixel are
+// added in the same order whatever the threads, the band and the crop. The first tiles may begin up
+// to kLanes - 1 columns or kTileRows - 1 rows outside the image.
 template <typename Body>
 void for_each_tile_in_phases(int width, int begin, int end, FrameOffset frame_offset,
                              const Body& body) {

@@ -46,7 +46,7 @@ double largest_entry(const std::array<Vec3d, 3>& rows) {
 // determinant's sign, so that mirroring keeps the front side in front.
 std::array<Vec3d, 3> normal_rows(const Mat44d& m) {
   std::array<Vec3d, 3> rows = cofactors(m);
-  // Scaled to a largest entry of 1, since the cofactors of a 1e-6 transform are 1e-12.
+  // The rows are scaled to a largest entry of 1, since the cofactors of a 1e-6 transform are 1e-12.
   const double factor = (determinant3(m) < 0 ? -1.0 : 1.0) / largest_entry(rows);
   for (Vec3d& r : rows) r *= factor;
   return rows;
@@ -67,8 +67,8 @@ Space space_of(const WorldBounds& bounds) {
   Space space;
   const double radius = bounds.radius();
   const Vec3d center = bounds.isEmpty() ? Vec3d(0.0) : bounds.center();
-  // An origin nearer than twice the scene's size costs at most a bit of precision, so ordinary
-  // scenes keep their exact coordinates.
+  // If the centre is at most two radii from the origin, this costs at most one bit of precision, so
+  // ordinary scenes keep their exact coordinates.
   if (center.length() > 2.0 * radius && !bounds.isEmpty()) space.origin = center;
   // Squared lengths of extreme scenes would underflow or overflow. A power of two is exact.
   if (radius > 0 && (radius < 1e-3 || radius > 1e5)) {
@@ -78,7 +78,7 @@ Space space_of(const WorldBounds& bounds) {
 }
 
 // Whether geometry in these bounds can use a space made for other bounds, losing at most four bits
-// of precision. Chosen by us.
+// of precision (our choice).
 bool is_precise_for(const Space& space, const WorldBounds& bounds) {
   if (bounds.isEmpty()) return true;
   const double radius = bounds.radius(), scaled = radius * space.scale;
@@ -156,7 +156,7 @@ void SceneBuilder::begin() {
   scene_->instances_.resize(description_.instances.size());
 }
 
-// The steps that may fail after the meshes are placed.
+// Runs the steps that follow place_meshes(); they may fail.
 void SceneBuilder::finish_build(SceneUpdater& updater, const Scene* before) {
   updater.assign_materials();
   if (!options_.editable) drop_unread_attributes();
@@ -182,7 +182,7 @@ bool SceneBuilder::repose(std::unique_ptr<Scene>& before) {
       updater.reuse_from(*before, previous_mesh_indices_);
       finish_build(updater, before.get());
       handover.commit();
-      before.reset();  // before memory is counted
+      before.reset();  // must be freed before memory is counted
       updater.update_memory_and_features();
       before = std::move(scene_);
       progress_.finish();
@@ -194,7 +194,8 @@ bool SceneBuilder::repose(std::unique_ptr<Scene>& before) {
   return true;
 }
 
-// Whether all held meshes exist in `before`, baked or not as this pose needs them.
+// Fills previous_mesh_indices_. Returns whether `before` has all meshes that this pose reuses,
+// baked or instanced as this pose needs them.
 bool SceneBuilder::find_reused_meshes(const Scene& before) {
   std::unordered_map<uint64_t, uint32_t> previous_by_key;
   for (uint32_t i = 0; i < before.meshes_.size(); ++i) {
@@ -302,13 +303,14 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
   }
 }
 
-// Ray origins must be within Embree's range in an instance's object space, too.
+// Lowers max_origin_ so that ray origins are within Embree's range in the instance's object space,
+// too.
 void SceneBuilder::limit_origins(const Mat44d& m, const std::string& mesh) {
   const double growth = inverse_growth(m) / scene_->scale_;
   const Vec3d at = (row(m, 3) - scene_->origin_) * scene_->scale_;
   const double distance = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
   scene_->max_origin_ = std::min(scene_->max_origin_, kMaxOrigin / growth - distance);
-  // Rays must be possible anywhere within the scene and from outside it, and Embree must be able to
+  // It must be possible to trace rays within the scene and from outside, and Embree must be able to
   // invert the transform in float.
   const double volume = std::abs(determinant3(m)) * std::pow(scene_->scale_, 3.0);
   if (scene_->max_origin_ > 4.0 * double(scene_->radius_) && volume > 1e-36 && volume < 1e36)
@@ -416,7 +418,7 @@ void SceneBuilder::build_geometry(const Scene* before) {
       before ? before->geometry_->device()
              : std::make_shared<scene_detail::EmbreeDevice>(options_.isa.value_or(widest_isa()),
                                                             progress_.budget(), description_.file);
-  // An edit may turn any mesh into a solid.
+  // Editable scenes need query filters, too, because an edit may turn any mesh into a solid.
   device->has_query_filters =
       options_.editable || (scene.solids_ && scene.solids_->touching_faces() > 0);
   scene.geometry_ = std::make_unique<Geometry>(device);
@@ -442,7 +444,7 @@ void SceneBuilder::build_geometry(const Scene* before) {
       geometry.add_mesh(mesh, i);
       continue;
     }
-    // The mesh needs another kind of filter. The previous scene keeps its own, for a rollback.
+    // The mesh now needs another kind of filter. PoseHandover keeps the old BVH for a rollback.
     if ((mesh.record && mesh.record->tests_visibility) != (mesh.visibility != nullptr)) {
       mesh.bvh.reset();
       mesh.record.reset();

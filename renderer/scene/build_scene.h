@@ -1,4 +1,4 @@
-// SceneDescription -> Scene: builds only what the frame uses.
+// Builds a Scene from a SceneDescription, with only what the frame uses.
 #pragma once
 
 #include <memory>
@@ -14,17 +14,17 @@ class Scene;
 
 struct SceneBuildOptions {
   bool show_backfaces = false;  // single-sided materials are visible from behind, too
-  // False: the scene lists its features but cannot be traced.
+  // If false, the scene lists its features but cannot be traced.
   bool bvh = true;
-  // True: keeps texture coordinates that no material reads, for the integrator that shows them.
+  // If true, keeps texture coordinates that no material reads, for the integrator that shows them.
   bool unread_uv = false;
-  // True: update_scene() may be called. Keeps unread vertex attributes and the tables of an
+  // If true, update_scene() may be called: keeps unread vertex attributes and the tables of an
   // environment that is off, and lets the BVH's filter decide about culling at each hit.
   bool editable = false;
-  // True (editable scenes only): repose_scene() may be called. Geometry that no pose moves gets a
-  // separate BVH, so rays enter one more instance.
+  // If true (for editable scenes only), repose_scene() may be called. Geometry that no pose moves
+  // gets a separate BVH, so rays enter one more instance.
   bool posable = false;
-  std::optional<EmbreeIsa> isa = {};  // Embree's kernels; absent: the widest available
+  std::optional<EmbreeIsa> isa = {};  // Embree's kernels; by default the widest available
 };
 
 // Takes over the description's arrays and calls add_default_light() first. Uses TBB. Throws
@@ -35,23 +35,23 @@ std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuil
 
 // Replaces a scene's materials, lights and environment. The scene then renders the same bits as one
 // built from `description`; the BVH is kept. The description may differ from the scene's only by
-// SceneEdits; its geometry is not read, so an outline is enough. `options` are those of the build,
-// with `editable`. The scene must not be used during the call. Uses TBB. Throws InputError for an
-// invalid texture, leaving the scene unchanged.
+// SceneEdits; its geometry is not read, so an outline is enough. `options` must be those of the
+// build, with `editable` set. The scene must not be used during the call. Uses TBB. Throws
+// InputError for an invalid texture, leaving the scene unchanged.
 //
 // Unchanged parts are reused: emitters whose material emits as before (averaging an emissive
 // texture over triangles is the most expensive part), the light sampler if neither emitters nor
-// lamps have changed, the tables of an environment that was only rotated, tinted or scaled, and the
-// search for flush emitters if the same triangles emit.
+// punctual lights have changed, the tables of an environment that was only rotated, tinted or
+// scaled, and the search for flush emitters if the same triangles emit.
 void update_scene(Scene& scene, const SceneDescription& description,
                   const SceneBuildOptions& options);
 
 // Changes the scene to another pose of its file. It then renders the same bits as one built from
-// the complete `posed` description. Meshes that `posed` marks as held are taken from the scene
-// (mesh_keys()), with their BVHs. Deforming meshes, the top level, and static meshes whose instance
-// index changed are rebuilt. If nothing has moved, this is update_scene().
+// the complete `posed` description. Meshes that `posed` omits (MeshDescription::reused_bounds) are
+// taken from the scene, with their BVHs. Deforming meshes, the top level, and static meshes whose
+// instance index changed are rebuilt. If nothing has moved, this is update_scene().
 //
-// Returns false if the pose needs another internal space or other meshes than are held; it must
+// Returns false if the pose needs another internal space or a mesh that the scene lacks; it must
 // then be built from a complete description. The scene must not be used during the call and may be
 // another object afterwards. Throws like build_scene(). On an exception or false, the scene is
 // unchanged.

@@ -48,7 +48,7 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   s.width = width;
   s.height = height;
   s.turns_per_pixel = {float(1.0 / width), float(0.5 / height)};
-  // The vertical extent is given, so that pixels stay square in any frame.
+  // The description gives the vertical extent, so that pixels stay square in any frame.
   s.half_height = half_height_of(s.orthographic ? description.y_mag : description.fov_y, scale);
   s.half_width = s.half_height * width / height;
   s.per_column = 2 * s.half_width / width;
@@ -67,7 +67,7 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   }
   if (zoom_) end_size_ = half_height_of(zoom_->at(1.0f), scale) / s.half_height;
   const Pose pose = pose_of(description.to_world, description.name, origin, scale, max_origin);
-  // Pixels must be distinguishable in float, which must hold the squares of directions.
+  // Float must be able to distinguish pixels and to hold the squares of directions.
   constexpr double kMinExtent = 1e-30;
   require(smallest * s.half_height / height >= kMinExtent &&
               smallest * s.half_width / width >= kMinExtent,
@@ -113,7 +113,7 @@ Camera::Pose Camera::pose_of(const Mat44d& m, const std::string& name, const Vec
   require(right_raw.length2() > 1e-24, "its transform is flat");
   const Vec3d right = right_raw.normalized();
   const Vec3d position = (row(m, 3) - origin) * scale;
-  // The sum bounds every coordinate of an origin. Comparisons are false for NaN.
+  // The sum bounds every coordinate of a ray origin. The comparison is false for NaN.
   const double extent = shape_.orthographic ? max_size_ * (shape_.half_width + shape_.half_height)
                                             : shape_.lens_radius;
   require(largest(position) + extent <= max_origin,
@@ -184,7 +184,7 @@ Imath::Box3f Camera::origin_bounds() const {
   return box;
 }
 
-// Components to the right, up and ahead.
+// Returns the components to the right, up and ahead.
 Vec3d Camera::to_view_space(const Pose& pose, const Vec3d& displacement) const {
   return {dot(displacement, pose.right) * shape_.handed, dot(displacement, pose.up),
           dot(displacement, pose.axis)};
@@ -228,8 +228,8 @@ Vec2f Camera::velocity(const Vec3d& direction, double frames) const {
 
 // Film velocity between two points in view space.
 Vec2f Camera::film_velocity(const Vec3d& from, const Vec3d& to, double frames) const {
-  constexpr double kMinDepthRatio =
-      0.01;  // chosen by us: a point there is a hundred times as far aside
+  // Chosen by us. At this depth, a point is seen a hundred times as far off the axis.
+  constexpr double kMinDepthRatio = 0.01;
   const double min_depth = kMinDepthRatio * std::max(from.z, to.z);
   const auto project_to_film = [&](const Vec3d& p, const Vec3d& other) {
     if (shape_.orthographic) return p;
@@ -254,7 +254,7 @@ Vec2f Camera::panorama_velocity(const Vec3d& from, const Vec3d& to, double frame
 
 void Camera::generate_panorama_rays(const View& view, std::span<const Vec2f> film, Ray* out) const {
   for (size_t i = 0; i < film.size(); ++i) {
-    // The left edge is -X. Filter samples beyond a pole continue on its other side.
+    // The left edge shows -X. Filter samples beyond a pole continue on its other side.
     const float turns = 0.5f + film[i].x * shape_.turns_per_pixel.x;
     const float polar = film[i].y * shape_.turns_per_pixel.y;
     float sin_phi, cos_phi, sin_theta, cos_theta;
@@ -305,10 +305,10 @@ void Camera::generate_rays(const View& view, std::span<const Vec2f> film,
   for (int i = 0; i < kRayBatch; ++i) {  // all lanes, as above
     const Vec2f disk = square_to_disk(lens_points[i]);
     const Vec3f origin = view.position + fma(view.lens_y, disk.y, view.lens_x * disk.x);
-    // The rounded shift, so that rays meet in the plane of focus even far from the origin.
+    // Use the rounded shift, so that rays meet in the plane of focus even far from the origin.
     const Vec3f shift = origin - view.position;
-    // The pinhole direction's axial component is 1, so this is the vector to the plane of focus
-    // divided by its distance, which may be infinite.
+    // The pinhole direction's axial component is 1, so `direction` is the vector to the plane of
+    // focus divided by the focus distance, which may be infinite.
     const Vec3f pinhole = fma(view.per_y, points[i].y, fma(view.per_x, points[i].x, view.corner));
     const Vec3f direction = fma(shift, -shape_.inverse_focus_distance, pinhole);
     rays[i] = {origin, direction * (1.0f / std::sqrt(dot(direction, direction)))};

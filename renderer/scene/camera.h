@@ -2,11 +2,11 @@
 // panorama shows all directions from one point on a latitude-longitude map in world axes, laid out
 // like EnvironmentDescription, regardless of the camera's orientation.
 //
-// The lens is that of R. Cook, T. Porter, L. Carpenter, "Distributed Ray Tracing" (SIGGRAPH 1984):
-// all light from a point in the plane of focus through the lens meets in one point of the film.
-// Terms as in C. Kolb, D. Mitchell, P. Hanrahan, "A Realistic Camera Model for Computer Graphics"
-// (SIGGRAPH 1995), section 3. The frame is that of the pinhole at the lens's centre: it does not
-// change with the focus distance, and there is no vignetting.
+// The lens follows R. Cook, T. Porter, L. Carpenter, "Distributed Ray Tracing" (SIGGRAPH 1984): all
+// light that comes from a point in the plane of focus and passes through the lens meets in one
+// point of the film. Terms follow C. Kolb, D. Mitchell, P. Hanrahan, "A Realistic Camera Model for
+// Computer Graphics" (SIGGRAPH 1995), section 3. The frame is that of a pinhole at the lens's
+// centre: it does not change with the focus distance, and there is no vignetting.
 #pragma once
 
 #include <Imath/ImathBox.h>
@@ -36,8 +36,9 @@ class Camera {
   Camera(const CameraDescription& description, int width, int height, const Vec3d& origin,
          double scale, double max_origin = kMaxOrigin);
 
-  // film: continuous pixel coordinates, (0, 0) at the frame's top-left corner, y downwards. At most
-  // kRayBatch at once, so that the arithmetic vectorises; a ray does not depend on its neighbours.
+  // film: continuous pixel coordinates, (0, 0) at the frame's top-left corner, y downwards. Takes
+  // at most kRayBatch points, so that the arithmetic vectorises; a ray does not depend on its
+  // neighbours.
   void rays(std::span<const Vec2f> film, Ray* out) const { generate_rays(view_, film, out); }
   // Whether there is a lens, so that rays need lens samples.
   bool has_lens() const { return shape_.lens; }
@@ -52,7 +53,8 @@ class Camera {
     return result;
   }
 
-  // Whether it moves or zooms during the shutter. The functions above use shutter open.
+  // Whether the camera moves or zooms during the shutter. The functions above use its state at
+  // shutter open.
   bool moves() const { return zoom_ || !steps_.empty(); }
   // A ray at a time in [0, 1]; `lens` as above, ignored without a lens.
   Ray ray(const Vec2f& film, const Vec2f& lens, float time) const;
@@ -61,8 +63,8 @@ class Camera {
   // and high as the frame.
   Imath::Box3f origin_bounds() const;
 
-  // Whether it is a perspective pinhole that does not move while the shutter is open. pixel_size()
-  // and project_to_film() require this.
+  // Whether the camera is a perspective pinhole that does not move while the shutter is open.
+  // pixel_size() and project_to_film() require this.
   bool is_static_pinhole() const {
     return !shape_.orthographic && !shape_.panorama && !shape_.lens && !moves();
   }
@@ -70,7 +72,7 @@ class Camera {
   const Vec3d& position() const { return pose_.position; }
   // Size of a pixel at distance 1.
   Imath::V2d pixel_size() const { return {shape_.per_column, -shape_.per_row}; }
-  // Returns (x depth, y depth, depth) of an internal-space point, with x and y in pixels.
+  // Returns (x * depth, y * depth, depth) of a point in internal space, with x and y in pixels.
   Vec3d project_to_film(const Vec3d& point) const;
 
   // Matrices from world space at shutter open, as OpenEXR's header defines them; `origin` is the
@@ -82,7 +84,8 @@ class Camera {
   };
   WorldMatrices world_matrices(const Vec3d& origin) const;
 
-  // Distance from the lens plane along the viewing axis; for a panorama, from its position.
+  // Distance from the lens plane along the viewing axis; for a panorama, distance from its
+  // position.
   float axial_depth(const Vec3f& point, float time) const {
     if (moves()) [[unlikely]]
       return axial_depth(view_at(time), point);
@@ -90,10 +93,11 @@ class Camera {
   }
 
   // Film velocity in pixels per frame, to the right and up, of a point that moves from `from` at
-  // shutter open to `to` at shutter close, `frames` later; with an instant shutter, from then to
-  // one frame later (CameraDescription::next_frame). Seen through the lens's centre. Points are
-  // clipped at a hundredth of their depth from the camera plane; the result fits a half float. In a
-  // panorama the motion takes the shorter way round.
+  // shutter open to `to` at shutter close, `frames` later; with an instant shutter, from the
+  // rendered instant to one frame later (CameraDescription::next_frame). The point is seen through
+  // the lens's centre. Its path is clipped where its depth falls below a hundredth of the greater
+  // depth of its two ends; the result fits a half float. In a panorama the motion takes the shorter
+  // way round.
   Vec2f velocity(const Vec3d& from, const Vec3d& to, double frames) const;
   // Film velocity of a point at infinity, due to the camera's rotation.
   Vec2f velocity(const Vec3d& direction, double frames) const;
@@ -111,7 +115,7 @@ class Camera {
   // step between pixels, `handed` (-1 for a mirrored image, otherwise 1), and the lens radius.
   struct Shape {
     bool orthographic = false, panorama = false;
-    double width = 1.0, height = 1.0;  // of a panorama, in pixels
+    double width = 1.0, height = 1.0;  // frame size in pixels, for a panorama
     Vec2f turns_per_pixel = Vec2f(0.0f);
     double half_width = 1.0, half_height = 1.0, per_column = 1.0, per_row = -1.0, handed = 1.0;
     bool lens = false;
@@ -153,8 +157,8 @@ class Camera {
   Shape shape_;
   View view_;                // at shutter open
   Pose pose_;                // at shutter open
-  std::vector<Step> steps_;  // evenly spaced over the shutter; empty: at rest
-  Pose end_pose_;            // for velocity(): at shutter close, or a frame later
+  std::vector<Step> steps_;  // evenly spaced over the shutter; empty if at rest
+  Pose end_pose_;            // for velocity(): at shutter close, or one frame later
   // See CameraDescription; may be null.
   std::shared_ptr<const TimeCurve<double>> zoom_;
   double scale_ = 1.0;

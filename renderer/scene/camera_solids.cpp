@@ -13,11 +13,11 @@
 namespace emberline {
 namespace {
 
-// Unit vectors, not along any axis or diagonal of a scene.
+// Unit vectors that do not follow any axis or diagonal of a typical scene.
 constexpr std::array<Vec3f, 3> kDirections = {
     {{0.5373f, 0.7306f, 0.4213f}, {-0.7117f, 0.2093f, -0.6706f}, {0.3221f, -0.6137f, 0.7209f}}};
 
-// Per solid: the number of exits minus the number of entries along a ray.
+// For each solid, the number of exits minus the number of entries along a ray.
 using WindingNumbers = std::map<uint32_t, int>;
 
 WindingNumbers winding_numbers_along(const Scene& scene, const Vec3f& origin,

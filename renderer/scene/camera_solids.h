@@ -16,15 +16,16 @@ class CameraSolids {
   // camera and ignores it. The scene must outlive the result.
   static std::shared_ptr<const CameraSolids> find(const Scene& scene, const Camera& camera);
 
-  // The interior in which each ray starts. Depends only on its origin and time. Thread-safe.
+  // Stores the interior in which each ray starts in `out`. It depends only on the ray's origin and
+  // time. Thread-safe.
   void interiors(std::span<const Ray> rays, std::span<Interior> out) const;
 
  private:
   explicit CameraSolids(const Scene& scene) : scene_(scene) {}
 
   const Scene& scene_;
-  bool differs_per_ray_ =
-      false;  // interiors differ between rays; otherwise all are `common_interior_`
+  // Whether interiors differ between rays; if not, all are `common_interior_`.
+  bool differs_per_ray_ = false;
   Interior common_interior_;
 };
 

@@ -37,7 +37,7 @@ std::vector<NamedId> make_names_unique(const std::vector<std::string>& requested
   return named;
 }
 
-// Objects, materials or assets.
+// The objects, materials or assets of a scene.
 struct Entities {
   std::vector<std::string> names;          // as in the file
   std::vector<size_t> entity_of_instance;  // index into `names`
@@ -54,7 +54,7 @@ Entities entities_by_name(const SceneDescription& scene) {
   return entities;
 }
 
-// Objects, or assets (whole hierarchies).
+// Returns the objects or the assets (whole hierarchies).
 Entities entities_by_node(const SceneDescription& scene, bool assets) {
   Entities entities;
   const auto entity_of_node = [&](size_t node) {

@@ -2,9 +2,9 @@
 //
 // An object is a node with a mesh, regardless of the mesh's primitives and of its
 // EXT_mesh_gpu_instancing copies; an asset is a node without a parent. Names come from the file. If
-// two are equal, the later in the file gets a number ("leg", "leg_2"), and so does a name whose
-// hash is taken. Numbering counts all nodes with a mesh, so that names stay the same while an
-// animation hides nodes.
+// two names are equal, the later one in the file gets a number ("leg", "leg_2"), and so does a name
+// whose hash is already taken. Numbering counts all nodes with a mesh, so that names stay the same
+// while an animation hides nodes.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ namespace emberline {
 // bits would be 0, denormal, infinite or NaN (specification 1.2, "Hash to float conversion").
 uint32_t cryptomatte_id(std::string_view name);
 
-// The names and ids of one kind.
+// The names and ids of one kind of entity.
 struct CryptomatteNames {
   CryptomatteKind kind = CryptomatteKind::kObject;
   std::vector<std::pair<std::string, uint32_t>> ids;  // sorted by name; each id once
@@ -33,15 +33,15 @@ struct CryptomatteNames {
 
 class CryptomatteIds {
  public:
-  // For a scene before it is built, with its nodes (GltfOptions::nodes); without nodes, instances
-  // with the same name are one object.
+  // `scene` must not have been built yet and should contain its nodes (GltfOptions::nodes); without
+  // nodes, instances with the same name are one object.
   CryptomatteIds(const SceneDescription& scene, std::span<const CryptomatteKind> kinds);
 
-  // The ids of FirstHit::id (0: the environment), one per kind.
+  // Returns the ids of a FirstHit::id (0: the environment), one per kind.
   std::span<const uint32_t> ids_of_hit(uint32_t hit_id) const {
     return std::span(ids_).subspan(size_t(hit_id) * names_.size(), names_.size());
   }
-  // By kind; only what the scene contains.
+  // One entry per kind; it lists only names that the scene uses.
   const std::vector<CryptomatteNames>& names() const { return names_; }
 
  private:

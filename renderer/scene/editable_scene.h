@@ -4,7 +4,8 @@
 // on materials only through its filter (geometry.h): back-face culling, which transmission turns
 // off, and coverage, which variants may change. In an editable scene the filter reads these from
 // the mesh at every candidate hit wherever they may change: culling if any of the mesh's possible
-// materials is single-sided, coverage if one of several has alpha.
+// materials is single-sided, coverage if it has several possible materials and one of them has
+// alpha.
 #pragma once
 
 #include <memory>
@@ -39,7 +40,7 @@ class EditableScene {
 
  private:
   SceneBuildOptions options_;
-  SceneDescription original_;  // an outline
+  SceneDescription original_;  // an outline, without geometry
   SceneEdits edits_;
   std::unique_ptr<Scene> scene_;
 };

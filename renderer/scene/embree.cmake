@@ -1,4 +1,4 @@
-# Uses Embree 4 if the system has it, otherwise 3.13 or next_frame, and defines the target emberline_embree. Only
+# Uses Embree 4 if the system has it, otherwise 3.13 or later, and defines the target emberline_embree. Only
 # renderer/scene/embree_api.h reads the macro EMBERLINE_EMBREE_MAJOR.
 find_package(embree 4 QUIET)
 if(NOT embree_FOUND)

@@ -42,8 +42,9 @@ inline constexpr uint64_t kSceneObjectBytes = 2700;
 // integer, so it does not depend on the order in which Embree visits the surfaces.
 //
 // Below a transmittance of 1/16, Russian roulette decides, so that a ray need not visit a hundred
-// veils: the ray ends at a thickness chosen in advance, 4 plus an exponential random number of base
-// 2. A thickness S > 4 is passed with probability 2^(4-S), and 1/16 times that is 2^-S.
+// nearly transparent surfaces: the ray ends at a thickness chosen in advance, 4 plus a random
+// number with an exponential distribution of base 2. A thickness S > 4 is passed with probability
+// 2^(4-S), and 1/16 times that is 2^-S.
 class Thickness {
  public:
   explicit Thickness(CoverageKey key) : key_(key) {}
@@ -54,7 +55,7 @@ class Thickness {
     sum_ += to_fixed_point(1.0f - coverage);
     return sum_ <= kRouletteThickness || sum_ < end_thickness();
   }
-  // For a ray that has not ended.
+  // Only for a ray that has not ended.
   float transmittance() const {
     return sum_ == 0 ? 1.0f : std::exp2(float(std::min(sum_, kRouletteThickness)) / -kUnit);
   }
@@ -74,9 +75,9 @@ class Thickness {
 
 // Ray data for filter callbacks in addition to Embree's.
 struct RayContext {
-  QueryContext base;               // first, so that the callback can cast back
+  QueryContext base;               // must be first, so that the callback can cast back
   CoverageKey coverage_key;        // decides stochastic coverage; see Scene::intersect
-  Thickness* thickness = nullptr;  // of a shadow ray: accumulates coverage instead of deciding it
+  Thickness* thickness = nullptr;  // for shadow rays: accumulates coverage instead of deciding it
 };
 
 inline void init_context(RayContext& context, CoverageKey coverage_key) {

@@ -39,8 +39,8 @@ bool processor_has(EmbreeIsa isa) {
   return isa == kNeon;
 }
 
-// Embree may have been built without some kernels. Returns true without a device, so that the later
-// error explains the failure.
+// Embree may have been built without some kernels. Returns true if there is no device, so that a
+// later error explains the failure.
 bool embree_has(EmbreeIsa isa) {
   const RTCDevice device = scene_detail::new_device(isa);
   if (!device) return true;

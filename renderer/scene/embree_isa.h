@@ -14,7 +14,8 @@ enum class EmbreeIsa { kSse42, kAvx2, kAvx512, kNeon };
 
 std::string embree_version();  // "3.13.5"
 
-// Kernels for this processor architecture, narrowest first. Machines support all narrower ones.
+// The kernels for this processor architecture, narrowest first. A machine that supports one of them
+// supports all narrower ones.
 std::span<const NamedValue<EmbreeIsa>> embree_isa_table();
 // The widest kernels that this machine and its Embree support.
 EmbreeIsa widest_isa();

@@ -4,7 +4,7 @@
 
 namespace emberline::scene_detail {
 
-constexpr uint32_t kMaxLeafPoints = 8;  // maximum number of points; chosen by us
+constexpr uint32_t kMaxLeafPoints = 8;  // maximum number of points in a leaf; chosen by us
 
 EmitterPoints::EmitterPoints(std::vector<EmitterPoint> points) : points_(std::move(points)) {
   nodes_.reserve(points_.size() / kMaxLeafPoints * 4 + 1);

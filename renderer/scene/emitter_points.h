@@ -1,4 +1,4 @@
-// A tree of emitter points, to search for those within reach. Private to this folder.
+// A tree of emitter points, for finding those within reach of a surface. Private to this folder.
 #pragma once
 
 #include <cmath>
@@ -16,7 +16,7 @@ struct EmitterPoint {
 };
 
 // A query for points in a box and near a plane. Both are widened by `margin` and twice each point's
-// error. A normal of 0 means no plane.
+// error. If the normal is 0, there is no plane.
 struct PointSearch {
   Vec3f lower, upper;
   Vec3d plane, normal;
@@ -29,8 +29,8 @@ class EmitterPoints {
   explicit EmitterPoints(std::vector<EmitterPoint> points);
 
   bool empty() const { return points_.empty(); }
-  // Calls visit(point) for all points of the query, and possibly others, in tree order. Stops and
-  // returns false once visit() returns false.
+  // Calls visit(point) for all points that match the query, and possibly others, in tree order.
+  // Stops and returns false once visit() returns false.
   template <typename Visit>
   bool visit(const PointSearch& search, const Visit& visit) const;
 

@@ -18,7 +18,8 @@ using Vec2d = Imath::Vec2<double>;
 
 // Maximum number of cells of a map; in larger frames a cell has several pixels.
 constexpr int64_t kMaxCells = int64_t(1) << 20;
-// Chosen by us. A triangle takes about 200 ns of one thread (tests/bench/results).
+// Maximum number of triangles; chosen by us. Each takes about 200 ns of one thread
+// (tests/bench/results).
 constexpr uint64_t kMaxTriangles = uint64_t(1) << 20;
 // Maximum mean number of marks per cell.
 constexpr int64_t kMaxMarksPerCell = 64;
@@ -86,12 +87,13 @@ class EmptyPixels::Projection {
   EmptyPixels& map_;
   const Camera& camera_;
   const double cell_, pixel_margin_;
-  double camera_error_;        // of the camera's position, like plane_error()
+  double camera_error_;        // error of the camera's position, like plane_error()
   double max_distance_ratio_;  // twice the largest ratio of distance to depth in view
   double pixels_per_error_;    // largest shift on the film for an error of 1 at depth 1
 };
 
-// Lower bound of the depth of the triangle's visible points, from the distance of its plane.
+// Lower bound of the depth of the triangle's visible points, derived from the distance of its
+// plane.
 double EmptyPixels::Projection::min_visible_depth(const std::array<Vec3d, 3>& p) const {
   const Vec3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
   const double length = normal.length();
@@ -134,7 +136,7 @@ void EmptyPixels::Projection::mark_outline(std::span<const Vec2d> outline, doubl
   for (const Vec2d& p : outline) box.extendBy(p);
   const int first = std::max(0, cell_at(box.min.y - slack, map_.rows_));
   const int last = std::min(cell_at(box.max.y + slack, map_.rows_), map_.rows_ - 1);
-  const bool small = last - first < 2;  // most are; then the box is exact enough
+  const bool small = last - first < 2;  // as most are; then the box is exact enough
   for (int row = first; row <= last; ++row) {
     if (small) {
       mark_cells(box.min.x - slack, box.max.x + slack, row, marks);

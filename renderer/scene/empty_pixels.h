@@ -36,7 +36,7 @@ class EmptyPixels {
   bool mark_all(const Scene& scene, const Projection& projection);
   bool is_worthwhile() const;
 
-  // Cells have 2^shift_ pixels a side; 1 means not empty.
+  // Cells are 2^shift_ pixels wide and high; a cell's value is 1 if it is not empty.
   int shift_ = 0, columns_ = 0, rows_ = 0;
   std::vector<uint8_t> used_;
 };

@@ -6,13 +6,13 @@
 namespace emberline::scene_detail {
 namespace {
 
-Vec3f unit_normal(const EmissiveTriangle& t) {  // or 0
+Vec3f unit_normal(const EmissiveTriangle& t) {  // 0 if the triangle is degenerate
   const Vec3d p0 = to_double(t.p0);
   return to_float((to_double(t.p1) - p0).cross(to_double(t.p2) - p0).normalized());
 }
 
 struct FlushContext {
-  embree::RayContext ray;  // first, so that the filter can cast back
+  embree::RayContext ray;  // must be first, so that the filter can cast back
   const FlushEmitters* owner;
   FlushEmitters::Candidate best;
   Vec3f direction;
@@ -72,7 +72,8 @@ float FlushEmitters::offset(uint32_t instance, uint32_t primitive) const {
   return found == surfaces_.offsets.end() ? 0.0f : found->second;
 }
 
-// Keeps the lowest emitter and continues the ray, since rounding decides the order of hits.
+// Keeps the emitter with the lowest index and continues the ray, since rounding decides the order
+// of hits.
 void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
   auto& context =
       *reinterpret_cast<FlushContext*>(reinterpret_cast<embree::RayContext*>(arguments->context));
@@ -108,7 +109,7 @@ void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
 
 bool FlushEmitters::find_lowest_emitter(const Ray& ray, float t, float cosine,
                                         CoverageKey coverage_key, Candidate* candidate) const {
-  // Twice the reach, since the cosine is that of the other surface.
+  // Twice the reach, since the cosine belongs to the other surface.
   const float slack = cosine > 0.0f ? 2.0f * max_reach_ / cosine : t;
   RTCRayHit ray_hit = make_ray_hit(make_ray(ray.origin, ray.direction, t + slack, ray.time));
   ray_hit.ray.tnear = std::max(0.0f, t - slack);

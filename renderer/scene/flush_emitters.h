@@ -2,7 +2,7 @@
 // that the file contains twice. Rounding would decide for each ray which surface is in front: the
 // lamp would show spots of the ceiling and lose light, and two coincident lamps would emit like
 // two. Instead, such an emitter is always in front of the surface that it lies in, on every side on
-// which it emits; among emitters the one with the lowest index is in front.
+// which it emits; among emitters, the one with the lowest index is in front.
 //
 // A scene without such emitters has no object of this class and one untaken branch per hit.
 // Immutable and thread-safe once built. Private to this folder.
@@ -17,7 +17,7 @@
 
 namespace emberline::scene_detail {
 
-// The scene data of emitters; it must outlive all objects made from it here.
+// The scene data of emitters; it must outlive all objects built from it.
 struct PlacedEmitters {
   const std::vector<Mesh>& meshes;
   const std::vector<Instance>& instances;
@@ -25,12 +25,13 @@ struct PlacedEmitters {
   const std::vector<EmissiveTriangle>& emitters;
 };
 
-// Emitters that lie in surfaces, with the largest distance that rounding may put between the two.
+// Emitters that lie in surfaces, with the largest distance that rounding may put between an emitter
+// and its surface.
 struct FlushSurfaces {
-  // Per emitter: bound of the distance between it and its surface as Embree sees them; 0: it lies
-  // in no surface.
+  // For each emitter, a bound of the distance between it and its surface as Embree sees them; 0 if
+  // it lies in no surface.
   std::vector<float> reach;
-  // This bound by surface_key(), for each flush emitter and each surface in which one lies.
+  // The same bound by surface_key(), for each flush emitter and each surface in which one lies.
   std::unordered_map<uint64_t, float> offsets;
 };
 
@@ -45,8 +46,8 @@ FlushSurfaces find_flush_surfaces(const PlacedEmitters& placed, LoadProgress& pr
 
 class FlushEmitters {
  public:
-  // Null if there are none. `geometry` must be committed. See find_flush_surfaces(). Throws
-  // Cancelled.
+  // Returns null if there are no such emitters. `geometry` must be committed. See
+  // find_flush_surfaces(). Throws Cancelled.
   static std::unique_ptr<FlushEmitters> find(const PlacedEmitters& placed, const Geometry& geometry,
                                              LoadProgress& progress);
   ~FlushEmitters();
@@ -55,7 +56,7 @@ class FlushEmitters {
 
   size_t size() const { return flush_emitters_.size(); }
   bool contains(uint32_t emitter) const { return surfaces_.reach[emitter] > 0.0f; }
-  // Ray offset from a triangle that is flush or has a flush emitter in it; otherwise 0.
+  // Ray offset for a triangle that is flush or has a flush emitter in it; otherwise 0.
   float offset(uint32_t instance, uint32_t primitive) const;
 
   struct Candidate {
@@ -63,7 +64,8 @@ class FlushEmitters {
     float t, u, v;     // u, v in the mesh's order
   };
   // Whether an emitter with an index below candidate->emitter lies in the surface that the ray hits
-  // at `t`. `cosine` is that of the unnormalised direction. The lowest emitter replaces *candidate.
+  // at `t`. `cosine` is the absolute dot product of that surface's normal and the unnormalised
+  // direction. The lowest emitter replaces *candidate.
   bool find_lowest_emitter(const Ray& ray, float t, float cosine, CoverageKey coverage_key,
                            Candidate* candidate) const;
 
@@ -77,7 +79,7 @@ class FlushEmitters {
   const FlushSurfaces surfaces_;
   float max_reach_ = 0.0f;
   std::vector<uint32_t> flush_emitters_;  // emitter of each triangle in scene_
-  RTCScene scene_ = nullptr;              // contains only the members
+  RTCScene scene_ = nullptr;              // contains only the flush emitters
 };
 
 }  // namespace emberline::scene_detail

@@ -1,9 +1,9 @@
 // The search for emitters that lie in other surfaces (flush_emitters.h).
 //
-// Each triangle has its own plane_error(), which grows with its coordinates: that of a distant
-// triangle may exceed the size of a hundred near ones. So each emitter queries the BVH for surfaces
-// about as exact as itself, and much less exact surfaces search a tree of emitter points for those
-// within their reach. With one radius for all, every emitter would meet every other.
+// Each triangle has its own plane_error(), which grows with its coordinates: the error of a distant
+// triangle may exceed the size of a hundred near ones. So each surface triangle searches a tree of
+// emitter points for those within its own reach, and each point adds its own error. With one radius
+// for all, every emitter would meet every other.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -27,13 +27,13 @@ constexpr size_t kManyEmitters = 1 << 16;
 constexpr uint64_t kMaxTriangles = uint64_t(1) << 26;
 constexpr size_t kRangeSize = 4096;
 // Maximum number of points examined: a base, an allowance per triangle, and a limit per range.
-// Chosen by us: an ordinary triangle meets about ten, a wall all the lamps on it.
+// Chosen by us: an ordinary triangle meets about ten points, a wall meets all the lamps on it.
 constexpr uint64_t kMaxVisits = uint64_t(1) << 24, kVisitsPerTriangle = 32,
                    kMaxVisitsPerRange = 1 << 22;
 
 using Corners = std::array<Vec3d, 3>;
 
-Vec3d unit_normal(const Corners& c) {  // or 0
+Vec3d unit_normal(const Corners& c) {  // 0 if the triangle is degenerate
   return (c[1] - c[0]).cross(c[2] - c[0]).normalized();
 }
 
@@ -41,7 +41,7 @@ Corners corners_of(const EmissiveTriangle& t) {
   return {to_double(t.p0), to_double(t.p1), to_double(t.p2)};
 }
 
-// The centre first, then points near the corners.
+// Returns the centre, then points near the corners.
 std::array<Vec3d, 4> test_points(const Corners& c) {
   const Vec3d middle = (c[0] + c[1] + c[2]) / 3.0;
   return {middle, c[0] * 0.97 + middle * 0.03, c[1] * 0.97 + middle * 0.03,
@@ -74,7 +74,8 @@ class Surface {
   bool contains(const EmissiveTriangle& emitter, const Vec3d& point, double error) const {
     // Triangles smaller than the error would lie in every plane through them.
     if (!(plane_.distance(point) <= 2.0 * error) || !covers(point)) return false;
-    // One test suffices: the smaller triangle's plane is inaccurate at the far end of the larger.
+    // It is enough if one triangle lies in the other's plane, since the smaller one's plane is
+    // inaccurate at the far end of the larger one.
     const Corners corners = corners_of(emitter);
     if (plane_.distance(corners) <= error) return true;
     return Plane{corners[0], unit_normal(corners)}.distance(corners_) <= error;
@@ -220,8 +221,8 @@ void FlushSearch::visit_points(const TriangleRange& range, const Visit& visit) c
   }
 }
 
-// The number of visits allowed per range, such that the total stays within the limit. It does not
-// depend on the number of threads.
+// Returns the number of visits allowed per range, such that the total stays within the limit. It
+// does not depend on the number of threads.
 uint64_t FlushSearch::max_visits_per_range(const std::vector<TriangleRange>& ranges) const {
   std::vector<uint64_t> counts(ranges.size(), 0);
   parallel_each(ranges.size(), [&](size_t i) {

@@ -20,7 +20,7 @@ void on_error(void* /*user*/, RTCError /*code*/, const char* message) {
   log_verbose(std::string("Embree: ") + message);
 }
 
-// Whether a filter culls or tests coverage: fixed, or read from the mesh at each hit.
+// When a filter culls or tests coverage: never, always, or if the mesh asks for it at that hit.
 enum class FilterRule { kNever, kAlways, kPerHit };
 
 FilterRule filter_rule(bool now, bool may_change) {
@@ -48,9 +48,9 @@ uint32_t placed_instance(const RTCFilterFunctionNArguments* arguments, unsigned 
              : record.instance;
 }
 
-// The filter that Embree calls for every candidate hit of geometry with culling or coverage,
-// specialised for what it needs. A pure function of ray, triangle and key, so that it does not
-// depend on the traversal order.
+// The filter that Embree calls for every candidate hit of geometry with culling or coverage; each
+// specialisation does only the tests that it needs. It is a pure function of ray, triangle and key,
+// so the result does not depend on the traversal order.
 template <FilterRule kCulls, FilterRule kCovers>
 void filter(const RTCFilterFunctionNArguments* arguments) {
   int* valid = arguments->valid;
@@ -61,8 +61,8 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
   for (unsigned i = 0; i < n; ++i) {
     if (valid[i] != -1) continue;
     if (culls) {
-      // Both are in object space, where counter-clockwise is the front even under a mirroring
-      // instance (glTF 2.0, section 3.7.4: a negative determinant flips the winding).
+      // Normal and direction are in object space, where counter-clockwise is the front even under a
+      // mirroring instance (glTF 2.0, section 3.7.4: a negative determinant flips the winding).
       const Vec3f normal(RTCHitN_Ng_x(arguments->hit, n, i), RTCHitN_Ng_y(arguments->hit, n, i),
                          RTCHitN_Ng_z(arguments->hit, n, i));
       const Vec3f direction(RTCRayN_dir_x(arguments->ray, n, i),
@@ -88,7 +88,7 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-// For meshes that are not always visible; tests the time first.
+// The filter for meshes that are not always visible; it tests the time first.
 void filter_visibility(const RTCFilterFunctionNArguments* arguments) {
   const unsigned n = arguments->N;
   const auto& record = *static_cast<const GeometryRecord*>(arguments->geometryUserPtr);
@@ -104,15 +104,16 @@ void filter_visibility(const RTCFilterFunctionNArguments* arguments) {
 RTCFilterFunctionN choose_filter(FilterRule culls, FilterRule covers) {
   using enum FilterRule;
   constexpr RTCFilterFunctionN kFilters[3][3] = {
-      // by culls, then covers
+      // indexed by culls, then by covers
       {filter<kNever, kNever>, filter<kNever, kAlways>, filter<kNever, kPerHit>},
       {filter<kAlways, kNever>, filter<kAlways, kAlways>, filter<kAlways, kPerHit>},
       {filter<kPerHit, kNever>, filter<kPerHit, kAlways>, filter<kPerHit, kPerHit>}};
   return kFilters[size_t(culls)][size_t(covers)];
 }
 
-// Transforms whose rotation Embree interpolates spherically: each is a triangular matrix (scale and
-// skew), a rotation and a translation. Consecutive rotations take the shorter way.
+// Decomposes transforms so that Embree interpolates their rotation spherically: each becomes a
+// triangular matrix (scale and skew), a rotation and a translation. Consecutive rotations take the
+// shorter way.
 std::vector<RTCQuaternionDecomposition> decompose(std::span<const Mat44d> steps) {
   std::vector<RTCQuaternionDecomposition> result;
   Imath::Quatd before;
@@ -158,7 +159,7 @@ void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items) {
     rtcSetSceneProgressMonitorFunction(scene, BuildMonitor::on_progress, &watched);
   rtcCommitScene(scene);
   if (progress.watched()) rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
-  progress.check();  // a cancelled build makes no progress
+  progress.check();  // so that a cancelled build reports no progress
   progress.advance(items);
 }
 
@@ -397,7 +398,7 @@ Affine Geometry::transform_at(uint32_t moving_index, float time) const {
   return {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}, {m[9], m[10], m[11]}};
 }
 
-// The static group is an instance whose number is outside the scene's (Scene::intersect).
+// The static group becomes an instance with an index beyond the scene's (see Scene::intersect()).
 void Geometry::commit(uint32_t instances, LoadProgress& progress) {
   constexpr Affine kIdentity = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
   if (static_scene_) add_instance(*static_scene_, kIdentity, instances);

@@ -18,21 +18,22 @@
 
 namespace emberline::scene_detail {
 
-// The filter callback's data for a geometry.
+// Per-geometry data for the filter callback.
 struct GeometryRecord {
   const Mesh* mesh = nullptr;
-  // Salt of the coverage decision; kRayInstance: use the instance that the ray is in.
+  // The instance that salts the coverage decision; kRayInstance means the one that the ray is in.
   uint32_t instance = kRayInstance;
-  bool tests_visibility = false;  // Mesh::visibility
+  bool tests_visibility = false;  // whether Mesh::visibility is set
   static constexpr uint32_t kRayInstance = RTC_INVALID_GEOMETRY_ID;
 };
 
-// The caller releases the device. Returns null if there is none; after one failure (no memory) it
-// does not try again, because Embree 3.13 would create devices whose release never returns.
+// Creates a device, which the caller must release, or returns null on failure (no memory). After
+// one failure it does not try again, because Embree 3.13 would create devices whose release never
+// returns.
 RTCDevice new_device(EmbreeIsa isa);
 
-// An Embree device that reserves its memory from the budget, block by block; errors name `place`.
-// Scenes keep it alive.
+// An Embree device that reserves its memory from the budget, block by block. `place` appears in its
+// error messages. Scenes keep it alive.
 class EmbreeDevice {
  public:
   EmbreeDevice(EmbreeIsa isa, std::shared_ptr<MemoryBudget> budget, std::string place);
@@ -51,7 +52,7 @@ class EmbreeDevice {
   void check();
 
   uint32_t bvh_builds = 0;
-  bool has_query_filters = false;  // for Scene::faces_along(); set it before scenes are made
+  bool has_query_filters = false;  // for Scene::faces_along(); set it before creating scenes
 
  private:
   static bool count_memory(void* user, ssize_t bytes, bool post);
@@ -60,8 +61,8 @@ class EmbreeDevice {
   const std::shared_ptr<MemoryBudget> budget_;
   const std::string place_;
   std::atomic<int64_t> monitored_bytes_{0};  // reported by Embree's memory monitor
-  // The first block that exceeded the budget, and what was left then: a build that fails releases
-  // memory before check() reports it.
+  // The size of the first block that exceeded the budget, and what was left of the budget then. It
+  // is stored because a failing build releases memory before check() reports the error.
   struct Rejection {
     uint64_t bytes = 0, left = 0;
   };
@@ -77,7 +78,7 @@ struct EmbreeScene {
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
 
-  // Takes over the geometry. `items`: its number of LoadProgress items.
+  // Takes over the geometry, which counts as `items` items of LoadProgress.
   void attach(RTCGeometry geometry, uint32_t id, uint64_t items);
   void add_object_bytes(uint64_t bytes);
   void build(LoadProgress& progress);
@@ -89,7 +90,7 @@ struct EmbreeScene {
   uint64_t items_ = 0, object_bytes_ = 0;
 };
 
-// Meshes must not move in memory, unless their records are updated.
+// Meshes must stay at the same address unless their records are updated.
 class Geometry {
  public:
   explicit Geometry(std::shared_ptr<EmbreeDevice> device);
@@ -104,7 +105,7 @@ class Geometry {
   uint32_t add_moving_instance(const EmbreeScene& mesh_scene, std::span<const Mat44d> steps,
                                uint32_t instance);
   // Adds meshes that no pose moves to a separate BVH below the top level, keeping their ids. Reuses
-  // that of `before` if it has exactly the same list.
+  // the BVH of `before` if that has exactly the same list.
   struct StaticInstance {
     uint32_t mesh, instance;
     uint64_t key;
@@ -158,11 +159,12 @@ inline Vec3d transform_point(const Affine& m, const Vec3d& p) {
              fma(to_double(m.y), p.y, fma(to_double(m.z), p.z, to_double(m.translation))));
 }
 
-// Bounds of a transformed box, and of vertices with their padding.
+// Bounds of a transformed box, and of vertices whose last entry is padding.
 Imath::Box3f transformed(const Imath::Box3f& box, const Affine& m);
 Imath::Box3f bounds_of(const std::vector<Vec3f>& positions);
 
-// The segment of a time among `count` even steps over [0, 1], in the same floats as Embree's.
+// The time segment that contains `time`, given `count` evenly spaced steps over [0, 1]. Computed in
+// the same floats as in Embree.
 struct TimeSegment {
   size_t step = 0;
   float fraction = 0.0f;  // weight of step + 1
@@ -190,7 +192,7 @@ std::array<Vec3d, 3> moved_corners(const Mesh& mesh, uint32_t primitive, float t
           to_double(mesh.positions[index[2]])};
 }
 
-// A placed triangle's corners in internal space; `instance` must be the one at that time.
+// A placed triangle's corners in internal space; `instance` must have its transform at `time`.
 inline std::array<Vec3d, 3> placed_corners(const Mesh& mesh, const Instance& instance,
                                            uint32_t primitive, float time = 0.0f) {
   std::array<Vec3d, 3> p = corners_at(mesh, primitive, time);
@@ -199,19 +201,19 @@ inline std::array<Vec3d, 3> placed_corners(const Mesh& mesh, const Instance& ins
   return p;
 }
 
-// Whether its position depends on the ray's time.
+// Whether the placed mesh's position depends on the ray's time.
 inline bool moves(const Mesh& mesh, const Instance& instance) {
   return instance.moving_index != Instance::kStatic || !mesh.motion.empty();
 }
 
 // Upper bound, in internal space, of the distance between a triangle's plane and where Embree or
-// Scene::interaction() sees it, for an instance at that time. The second form is for triangles
-// without coordinates beyond `largest`.
+// Scene::interaction() sees it; `instance` must have its transform at `time`. The second form is
+// for triangles whose coordinates are at most `largest` in magnitude.
 float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive,
                   float time = 0.0f);
 float plane_error(float largest, const Instance& instance);
 
-// `items`: the scene's number of `progress` items. Throws Cancelled.
+// The scene counts as `items` items of `progress`. Throws Cancelled.
 void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items);
 
 RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max, float time = 0.0f);

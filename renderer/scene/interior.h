@@ -1,4 +1,4 @@
-// The solids that contain a ray, and how faces change them.
+// Which solids contain a ray, and how crossing a face changes that.
 #pragma once
 
 #include <cstdint>
@@ -8,18 +8,19 @@
 
 namespace emberline {
 
-// A list of solids, as a value of a path. Does not allocate.
+// The list of solids that contain a point on a path. Does not allocate.
 class Interior {
  public:
-  // Maximum number of solids. Beyond it, the oldest that does not fill the place is dropped.
+  // Maximum number of solids. Beyond it, the oldest that is not the current medium is dropped.
   static constexpr int kLimit = 16;
   static constexpr uint32_t kNone = ~0u;
 
-  Interior() {}  // leaves the list uninitialised
+  Interior() {}  // leaves the array uninitialised
 
   bool empty() const { return count_ == 0; }
-  // The material of the current medium: that of the enclosing solid with precedence (Solids). Open
-  // solids have no precedence; of these, the last one entered. Null outside all solids.
+  // The material of the current medium: that of the enclosing solid with priority
+  // (Solids::has_priority). Open solids have no priority; among them, the last one entered counts.
+  // Null outside all solids.
   const Material* medium() const { return medium_; }
   // That solid's instance, or kNone.
   uint32_t instance() const { return instance_; }
@@ -55,11 +56,11 @@ class Interior {
 };
 
 // The solid faces that a ray crosses at a hit. There may be several if faces coincide, such as
-// those of a liquid and its glass, and none for a solid so flat that its own faces coincide. A
-// surface that lies in the face, such as the table under a glass, is hit instead of it.
+// those of a liquid and its glass, and there is none for a solid so flat that its own faces
+// coincide. A surface that lies in the face, such as the table under a glass, is hit instead of it.
 class SolidCrossing {
  public:
-  // Coincident faces lie within this multiple of either error bound.
+  // Faces coincide if they lie within this multiple of either error bound.
   static constexpr float kReach = 4.0f;
 
   SolidCrossing(const Scene& scene, const SurfaceInteraction& surface, const SurfaceHit& hit,
@@ -84,12 +85,12 @@ class SolidCrossing {
     }
     return fits;
   }
-  // The coincident face that scatters: it belongs to the preceding solid of the two sides.
+  // The coincident face that scatters. It belongs to the side whose solid has priority.
   const SurfaceHit& visible_face(const Scene& scene, const Interior& near,
                                  const Interior& far) const {
     return count_ == 1 ? faces_[0].hit : priority_face(scene, near, far);
   }
-  // Ray offset from the surface that clears all of the faces.
+  // The ray offset from the surface that clears all of the faces.
   float offset() const { return offset_; }
   // Whether the ray leaves the solid that was hit.
   bool is_exit() const { return faces_[0].is_exit && !is_flat_; }
@@ -107,10 +108,10 @@ class SolidCrossing {
                                   const Interior& far) const;
 
   union {
-    CrossedFace faces_[kLimit];  // the face that was hit comes first; only count_ are set
+    CrossedFace faces_[kLimit];  // the face that was hit comes first; only the first count_ are set
   };
   size_t count_ = 1;
-  bool is_flat_ = false;  // the ray leaves the hit solid where it enters it
+  bool is_flat_ = false;  // if true, the ray leaves the hit solid where it enters it
   bool has_surface_ = false;
   SurfaceHit surface_;
   float offset_;

@@ -10,7 +10,7 @@ namespace {
 constexpr float kMaxFloat = std::numeric_limits<float>::max();
 constexpr float kMinFloat = std::numeric_limits<float>::min();
 
-// Per material: whether a placed mesh uses it.
+// Returns for each material whether a placed mesh uses it.
 std::vector<bool> used_materials(const SceneDescription& description) {
   std::vector<bool> used(description.materials.size(), false);
   for (const InstanceDescription& instance : description.instances) {
@@ -20,8 +20,8 @@ std::vector<bool> used_materials(const SceneDescription& description) {
   return used;
 }
 
-// The parts that a LightEdit may change and that apply() needs. Materials without a placed mesh are
-// black.
+// Returns the parts that a LightEdit may change and that apply() needs. Materials without a placed
+// mesh become black.
 SceneDescription light_parameters_of(const SceneDescription& description,
                                      const std::vector<bool>& used) {
   SceneDescription lights;
@@ -43,8 +43,8 @@ bool have_same_environment(const std::optional<EnvironmentDescription>& a,
          a->rotation_degrees == b->rotation_degrees;
 }
 
-// The factor from `before` to `after`; nullopt if `before` is black or at a limit of float's range,
-// where products are clipped.
+// Returns the factor from `before` to `after`; nullopt if `before` is black or either is at the
+// limit of float's range, where products are clipped.
 std::optional<float> ratio(float before, float after) {
   if (before == after) return 1.0f;
   if (!(before >= kMinFloat && before < kMaxFloat && after < kMaxFloat)) return std::nullopt;

@@ -20,19 +20,19 @@
 namespace emberline {
 namespace {
 
-// Constants chosen by us; tests/bench/results has results for other values.
-// Camera paths (a power of two) and surfaces used per path, to decide whether a guide pays and to
-// build one. The guide uses at most as many paths as the frame has pixels.
+// The following constants were chosen by us; tests/bench/results has results for other values.
+// Number of camera paths (log2) and of surfaces per path: "pilot" to decide whether a guide pays,
+// "survey" to build one. The guide uses at most as many paths as the frame has pixels.
 constexpr int kPilotBits = 9, kPilotSurfaces = 2;
 constexpr int kSurveyBits = 14, kSurveySurfaces = 4;
 // A guide pays if the relative variance of samples at one place is at least kMinRelativeVariance,
 // and the environment contributes at least kMinEnvironmentFraction of the light.
 constexpr double kMinRelativeVariance = 3, kMinEnvironmentFraction = 0.3;
 constexpr int kPilotSamples = 8;
-// Kinds of light: factors of up to 2^kMaxDoublings are tried with kKindSamples light samples per
-// place. They use more surfaces per path, because a sunlit patch may light a room that does not see
-// the sun. A factor must reduce the noise by kDoublingPenalty per doubling; all are rejected unless
-// they reduce it to kMaxNoiseRatio in total.
+// For the kinds of light, factors of up to 2^kMaxDoublings are tried with kKindSamples light
+// samples per place. They use more surfaces per path, because a sunlit patch may light a room that
+// does not see the sun. A factor must reduce the noise by kDoublingPenalty per doubling. If the
+// best factors do not reduce the noise to kMaxNoiseRatio in total, none is used.
 constexpr int kKindSurfaces = 4, kKindSamples = 16, kMaxDoublings = 8;
 // Number of cells of the frame over which samples are pooled. A path's low bits give its cell.
 constexpr uint32_t kCells = 32;
@@ -43,9 +43,9 @@ constexpr float kShadowRayFraction = 0.999f;
 constexpr size_t kMinPlaces = 64;
 // Fraction of places trimmed at each end of each axis; outliers get no region.
 constexpr double kTrimFraction = 0.01;
-// Rays from a region into each tile: a base, up to kMaxLightRays more by the tile's share of the
-// light, and kExtraRays more if the tile or a neighbour was seen. The neighbours' mean counts as
-// kNeighbourRays rays.
+// Number of rays from a region into each tile: kBaseRays, up to kMaxLightRays more in proportion to
+// the tile's share of the light, and kExtraRays more if the tile or a neighbour was visible. The
+// mean of the neighbours counts as kNeighbourRays rays.
 constexpr int kBaseRays = 2, kRaysOfAllLight = 256, kMaxLightRays = 32, kExtraRays = 8;
 constexpr float kNeighbourRays = 4;
 // Maximum number of smooth thin walls, such as window panes, that a ray passes through.
@@ -66,7 +66,7 @@ class Rng {
   uint32_t state_;
 };
 
-// A surface point reached by a path, on the side it came from.
+// A surface point reached by a path; its normals are on the side that the path came from.
 struct SurfacePoint {
   Vec3f position;
   Vec3f geometric_normal, shading_normal;
@@ -79,7 +79,8 @@ LightQuery query_of(const SurfacePoint& place) {
   return {place.position, place.shading_normal, false, place.time};
 }
 
-// Light samples of a place: per kind of light, the mean square if all samples were of this kind.
+// Moments of the light samples at a place: the mean and, for each kind of light, the mean square
+// that would result if all samples were of this kind.
 struct KindSecondMoments {
   std::array<double, kLightKinds> squares{};
   double mean = 0;
@@ -121,7 +122,7 @@ class LightSurvey {
   const std::stop_token& stop_;  // after a stop request the result is not used
 };
 
-// Any number of first paths is spread evenly over the frame.
+// However many of the first paths are used, they are spread evenly over the frame.
 Ray LightSurvey::camera_ray(uint32_t path, int bits, Rng& rng) const {
   uint32_t x = 0, y = 0;
   for (int bit = 0; bit < bits; ++bit) {
@@ -186,7 +187,7 @@ std::vector<SurfacePoint> LightSurvey::trace_paths(int bits, int surfaces) const
   return places;
 }
 
-// Transmittance over the distance along a direction.
+// Returns the transmittance over `distance` along a direction.
 float LightSurvey::transmittance(const SurfacePoint& place, const Vec3f& direction, float distance,
                                  Rng& rng) const {
   const CoverageKey key{rng.bits(), 0};
@@ -210,7 +211,8 @@ LightSample LightSurvey::light_sample(const SurfacePoint& place, const LightGuid
   return sample;
 }
 
-// Arriving light divided by `density`, the pdf of the light sample or of all techniques together.
+// Returns the arriving light divided by `density`, the pdf of the light sample alone or of all
+// techniques together.
 double LightSurvey::incident_light(const SurfacePoint& place, const LightSample& s, double density,
                                    Rng& rng) const {
   const float cosine = dot(s.direction, place.geometric_normal);
@@ -222,14 +224,15 @@ double LightSurvey::incident_light(const SurfacePoint& place, const LightSample&
          double(luminance(radiance)) / density;
 }
 
-// One-sample estimate of the lamps' light; 0 if the sample chose the environment.
+// Estimates the light of the lamps from one sample; 0 if the sample chose the environment.
 double LightSurvey::lamp_light(const SurfacePoint& place, Rng& rng) const {
   const LightSample s = light_sample(place, nullptr, rng);
   if (s.kind == LightKind::kEnvironment) return 0;
   return incident_light(place, s, double(s.pdf), rng);
 }
 
-// The environment's light from one light and one cosine sample, by the balance heuristic.
+// Estimates the environment's light from one light sample and one cosine-distributed sample,
+// combined by the balance heuristic.
 double LightSurvey::environment_light(const SurfacePoint& place, Rng& rng) const {
   const EnvironmentLight& environment = *scene_.lights().environment();
   const auto light = [&](const Vec3f& direction, const Rgb& radiance, float pdf) {
@@ -248,8 +251,9 @@ double LightSurvey::environment_light(const SurfacePoint& place, Rng& rng) const
   return sum;
 }
 
-// Whether only few samples of a place receive light from the environment, and it contributes enough
-// of the light. With a sun, all samples of a place arrive or none do, so guiding is useless.
+// Whether the environment contributes enough of the light, and only few samples of a place receive
+// light from it. With a sun, either all samples of a place receive it or none do, so guiding is
+// useless.
 bool LightSurvey::is_guide_useful(std::span<const SurfacePoint> places) const {
   std::vector<double> lamps(places.size());
   std::vector<Moments> environment(places.size());
@@ -273,7 +277,7 @@ bool LightSurvey::is_guide_useful(std::span<const SurfacePoint> places) const {
          variance >= kMinRelativeVariance * squares;
 }
 
-// Weighted against cosine-distributed BSDF samples by the balance heuristic.
+// The light samples are weighted against cosine-distributed BSDF samples by the balance heuristic.
 KindSecondMoments LightSurvey::kind_squares(const SurfacePoint& place, const LightGuide& guide,
                                             Rng rng) const {
   KindSecondMoments result;
@@ -294,7 +298,8 @@ KindSecondMoments LightSurvey::kind_squares(const SurfacePoint& place, const Lig
   return result;
 }
 
-// Sum of the cells' relative deviations; the frame's mean light is added for dark cells.
+// Returns the sum of the cells' relative deviations. The frame's mean light is added to each cell's
+// light, because a cell may be dark.
 double LightSurvey::noise(std::span<const SurfacePoint> places,
                           std::span<const KindSecondMoments> squares,
                           const KindFactors& factors) const {
@@ -322,7 +327,7 @@ double LightSurvey::noise(std::span<const SurfacePoint> places,
   return sum;
 }
 
-// The factors with the least noise.
+// Returns the factors with the least noise.
 KindFactors LightSurvey::factors(std::span<const SurfacePoint> places,
                                  const LightGuide& guide) const {
   std::vector<KindSecondMoments> squares(places.size());
@@ -348,7 +353,7 @@ KindFactors LightSurvey::factors(std::span<const SurfacePoint> places,
   return min_noise < kMaxNoiseRatio * noise(places, squares, {}) ? best : KindFactors{};
 }
 
-// Root mean squares, since these are the optimal sampling weights of the tiles.
+// Stores root mean squares, since these are the optimal sampling weights of the tiles.
 void LightSurvey::measure_visibility(const EnvironmentGuide& guide,
                                      std::span<const SurfacePoint* const> places, Rng rng,
                                      std::span<float> visibility) const {
@@ -370,7 +375,8 @@ void LightSurvey::measure_visibility(const EnvironmentGuide& guide,
       result.squares += square(cosine * transmittance(place, direction, kInfinity, rng));
     }
   };
-  // Tiles with much light get more rays: the sun may be visible from a small part of the region.
+  // Tiles with much light get more rays: the sun may be visible from only a small part of the
+  // region.
   std::vector<int> lit_tiles;
   for (int tile = 0; tile < kCount; ++tile) {
     const double share = guide.light_fraction(tile);

@@ -10,11 +10,11 @@
 
 namespace emberline::scene_detail {
 
-// Moves mesh arrays from one pose to the next, and back again unless commit() is called. Also
-// restores the environment, which the next pose adjusts.
+// Moves mesh arrays from one pose to the next. Unless commit() is called, the destructor moves them
+// back and restores the environment, which the next pose has adjusted.
 class PoseHandover {
  public:
-  // light: may be null.
+  // `light` may be null.
   PoseHandover(std::vector<Mesh>& from, std::vector<Mesh>& to,
                const std::shared_ptr<EnvironmentLight>& light)
       : from_(from), to_(to), light_(light) {
@@ -50,7 +50,7 @@ class PoseHandover {
     uint32_t from, to;
     std::shared_ptr<GeometryRecord> record;
     std::shared_ptr<const EmbreeScene> bvh;
-    uint32_t salt;  // of the record
+    uint32_t salt;  // the record's `instance`
   };
   static void exchange(Mesh& from, Mesh& to) {
     std::swap<ReusableMesh>(from, to);

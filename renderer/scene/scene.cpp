@@ -17,7 +17,7 @@ using scene_detail::Mesh;
 namespace {
 
 // Relative error bound of a computed surface point and of Embree's plane test: 4 ulp of the largest
-// coordinate. Measured over 1e-6 to 1e6 units and far from the origin, without leaks or
+// coordinate. In tests with 1e-6 to 1e6 units and far from the origin, it causes no leaks or
 // self-intersections where fixed epsilons fail; see README.md, "Ray offsets".
 constexpr float kOffsetUlps = 4.0f * 0x1p-23f;
 
@@ -35,8 +35,8 @@ float transformed_magnitude(const Affine& m, const Vec3f& p) {
   return max_component(sum);
 }
 
-// A normal for a triangle that collapsed when it was placed and rounded. It still closes the
-// surface between its neighbours, since Embree's rounding may give it a plane; any normal
+// Returns a normal for a triangle that collapsed when it was placed and rounded. Embree's rounding
+// may give it a plane, so it still closes the surface between its neighbours; any normal
 // perpendicular to its longer edge will do.
 Vec3d degenerate_normal(const Vec3d& e1, const Vec3d& e2) {
   const Vec3d e = e1.length2() > e2.length2() ? e1 : e2;
@@ -87,7 +87,7 @@ RTCRayHit make_ray_hit(const RTCRay& ray) {
   return p;
 }
 
-// The error of Embree's plane depends on the triangle's largest coordinate, wherever the point is.
+// The error of Embree's plane depends on the triangle's largest coordinate, not on the hit point.
 [[gnu::always_inline]] inline float largest_coordinate(const std::vector<Vec3f>& positions,
                                                        const std::array<uint32_t, 3>& triangle) {
   float magnitude = 0.0f;
@@ -97,7 +97,7 @@ RTCRayHit make_ray_hit(const RTCRay& ray) {
   return magnitude;
 }
 
-// Twice the error, because Embree also rounds when it interpolates between two steps.
+// Doubles the error, because Embree also rounds when it interpolates between two steps.
 [[gnu::noinline, gnu::cold]] static float moved_plane_error(const Mesh& mesh,
                                                             const Instance& instance,
                                                             uint32_t primitive, float time) {
@@ -157,8 +157,8 @@ bool Scene::intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit)
   hit->t = ray_hit.ray.tfar;
   hit->u = ray_hit.hit.u;
   hit->v = ray_hit.hit.v;
-  // instID is not a scene instance for geometry outside an instance and for the static group;
-  // geomID then is.
+  // For geometry outside an instance and for the static group, instID is not an instance of the
+  // scene, but geomID is.
   hit->instance =
       ray_hit.hit.instID[0] < instances_.size() ? ray_hit.hit.instID[0] : ray_hit.hit.geomID;
   hit->primitive = ray_hit.hit.primID;
@@ -169,7 +169,7 @@ bool Scene::intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit)
 namespace {
 
 struct FaceCollector {
-  embree::RayContext ray;  // first, so that the filter can cast back
+  embree::RayContext ray;  // must be first, so that the filter can cast back
   std::span<CrossedFace> out;
   size_t count;
   size_t instances;  // number of instances in the scene
@@ -279,7 +279,7 @@ template <class T>
 
 }  // namespace
 
-// Attributes that only textures, vertex colours and coverage need.
+// Interpolates the attributes that only textures, vertex colours and coverage need.
 void Scene::interpolate(const Mesh& mesh, const Instance& instance, const SurfaceHit& hit,
                         float time, SurfaceInteraction& s) const {
   s.attributes = scene_detail::interpolate_attributes(mesh, hit.primitive, hit.u, hit.v);
@@ -343,7 +343,7 @@ void Scene::interaction(const SurfaceHit& hit, float time, SurfaceInteraction* o
   const auto [v0, v1, v2] = corners_at(mesh, hit.primitive, time);
 
   SurfaceInteraction& s = *out;
-  // In double, rounded once at the end: about a tenth of the error of o + t d.
+  // Computed in double and rounded once at the end: about a tenth of the error of origin + t * d.
   const Vec3d e1 = v1 - v0;
   const Vec3d e2 = v2 - v0;
   Vec3d position = fma(e2, double(hit.v), fma(e1, double(hit.u), v0));
@@ -436,7 +436,8 @@ std::array<Vec3f, 3> Scene::corners(const EmissiveTriangle& triangle, float time
   return corners;
 }
 
-// A transform and a mesh may have different steps; each segment of the product lies in one of each.
+// The transform and the mesh may have different numbers of steps. The returned number is a common
+// multiple, so that each segment lies within one segment of either.
 int Scene::segments(const EmissiveTriangle& triangle) const {
   const Instance& instance = instances_[triangle.instance];
   const size_t mesh_steps = std::max(meshes_[instance.mesh].motion.size(), size_t(1));
@@ -468,7 +469,8 @@ float Scene::surface_offset(uint32_t index, uint32_t primitive, float time) cons
   return offset_of(instance_at(index, time, &moved), index, primitive, time);
 }
 
-// Rounding chose between coincident surfaces; this applies the rule of flush_emitters.h instead.
+// Rounding decided which of several coincident surfaces was hit; this applies the rule of
+// flush_emitters.h instead.
 void Scene::resolve_flush_emitter(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const {
   Instance moved;
   const Instance& instance = instance_at(hit->instance, ray.time, &moved);

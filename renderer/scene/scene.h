@@ -3,8 +3,8 @@
 // thread-safe, except for update_scene() on editable scenes.
 //
 // Internal space: internal = (world - origin()) * scale(). A scene far from the world's origin is
-// translated in double precision before it is rounded to float; one of extreme size is scaled by a
-// power of two, which is exact. Divide by scale() to show lengths to users.
+// translated in double precision before it is rounded to float; a scene of extreme size is scaled
+// by a power of two, which is exact. Divide by scale() to show lengths to users.
 #pragma once
 
 #include <Imath/ImathBox.h>
@@ -39,16 +39,16 @@ struct SurfaceInteraction {
   // Upper bound of the position's distance from the plane that Embree tests. Outgoing rays start at
   // position +- offset * geometric_normal, see offset_ray_origin().
   float offset = 0.0f;
-  Vec3f geometric_normal;  // unit, on the triangle's front side
-  Vec3f shading_normal;    // interpolated, unit, front side; the geometric normal if unusable
-  // xyz in internal space, w handedness; 0 if the mesh has none. Tangent and colour are set only if
-  // the material reads them (Material::reads_attributes).
+  Vec3f geometric_normal;  // unit length, on the triangle's front side
+  Vec3f shading_normal;    // interpolated, unit length, front side; geometric_normal if unusable
+  // The tangent (xyz, in internal space) and its handedness (w); all 0 if the mesh has no tangents.
+  // Tangent and colour are set only if the material reads them (Material::reads_attributes).
   Vec4f tangent;
   SurfaceAttributes attributes{SurfaceAttributes::Unread{}};
   uint32_t instance = 0;
   uint32_t primitive = 0;
   const Material* material = nullptr;
-  uint32_t material_index = 0;  // in the description; the default material comes after the last
+  uint32_t material_index = 0;  // index in the description; one past the last: the default material
 };
 
 // Moves a ray's origin off the surface, to the side of `direction`. The distance is an error bound,
@@ -66,11 +66,12 @@ struct CrossedFace {
   bool is_exit = false;  // the ray hits it from behind, leaving a solid
 };
 
-// Memory of a built scene. Only materials of placed meshes count; only their images are kept.
+// Memory use of a built scene. Only the materials of placed meshes count; only their images are
+// kept.
 struct SceneMemory {
-  uint64_t geometry_bytes = 0;      // vertices, indices, attributes, instances, emitters, light BVH
-  uint64_t bvh_bytes = 0;           // Embree: its memory monitor, and the sizes in embree_api.h
-  uint64_t texture_bytes = 0;       // resident texels, each image once; environment and its tables
+  uint64_t geometry_bytes = 0;  // vertices, indices, attributes, instances, emitters, light BVH
+  uint64_t bvh_bytes = 0;       // Embree: what its monitor reports, plus the sizes in embree_api.h
+  uint64_t texture_bytes = 0;   // resident texels, each image once; environment and its tables
   uint64_t texture_file_bytes = 0;  // texels kept in a file instead (LoadLimits)
 };
 
@@ -78,13 +79,14 @@ class Solids;
 
 namespace scene_detail {
 
-// Per instance: when it is visible; null: always. Empty if all always are.
+// For each instance, the times at which it is visible; null means always. Empty if all instances
+// are always visible.
 using InstanceVisibility = std::vector<std::shared_ptr<const VisibilityTimes>>;
 
 // A mesh as the boundary of a solid, in object space; see solids.h.
 struct SolidShape {
   bool closed = false;
-  double volume = 0.0;  // enclosed; undefined for an open mesh
+  double volume = 0.0;  // enclosed volume; undefined for an open mesh
   Imath::Box3f bounds;  // over the whole shutter
 };
 
@@ -93,25 +95,25 @@ struct EmbreeScene;     // an Embree scene
 
 // A mesh's arrays and their Embree data, in object space if instanced, otherwise in internal space.
 // A new pose takes them over unchanged. `positions` has a spare entry at the end, because Embree
-// reads 16 bytes per vertex. `next_frame` is in object space, for NextFramePlacement; if empty,
-// `positions` applies.
+// reads 16 bytes per vertex. `next_frame`, for NextFramePlacement, is in object space; if it is
+// empty, `positions` is used instead.
 struct ReusableMesh : MeshArrays {
   std::optional<SolidShape> solid;  // computed on demand
   bool is_baked = false;
   std::shared_ptr<GeometryRecord> record;  // null without a filter
-  std::shared_ptr<const EmbreeScene> bvh;  // of an instanced mesh
+  std::shared_ptr<const EmbreeScene> bvh;  // set only for instanced meshes
 };
 
 struct Mesh : ReusableMesh {
   const Material* material = nullptr;
   uint32_t material_index = 0;
   bool cull_backfaces = false;
-  bool culling_may_change = false;  // by an update; likewise for coverage
+  bool culling_may_change = false;  // an update may change cull_backfaces
   bool coverage_may_change = false;
   // Whether the material reads the result of interpolate_attributes().
   bool has_attributes = false;
   bool has_coverage = false;
-  const InstanceVisibility* visibility = nullptr;  // set if an instance of it is not always visible
+  const InstanceVisibility* visibility = nullptr;  // set if an instance is not always visible
 };
 
 // Row-vector affine transform in the same floats that Embree gets.
@@ -125,17 +127,19 @@ struct Instance {
   bool transformed = false;  // false: the mesh is already in internal space
   bool mirrored = false;
   uint32_t first_emitter = 0xffffffffu;  // index of triangle 0's emitter, if the mesh emits
-  // Index among Geometry's moving instances; to_internal is then the transform at shutter open.
+  // Index among Geometry's moving instances, or kStatic. If the instance moves, to_internal is its
+  // transform at shutter open.
   uint32_t moving_index = kStatic;
   static constexpr uint32_t kStatic = 0xffffffffu;
   Affine to_internal;
-  Affine normal_transform;  // inverse transpose, rows; translation unused
+  Affine normal_transform;  // rows of the inverse transpose; translation is unused
 };
 
-// The place of a moving instance one frame after the rendered instant (NextFrameInstance).
+// Where a moving instance is one frame after the rendered instant (NextFrameInstance).
 struct NextFramePlacement {
   uint32_t instance = 0;
-  // To internal space from the mesh's `next_frame`, or from `positions` if that is empty.
+  // Transform to internal space. It applies to the mesh's `next_frame` or, if that is empty, to its
+  // `positions`.
   Mat44d to_internal;
 };
 class Geometry;       // Embree handles
@@ -149,27 +153,30 @@ class Scene : private EmitterMotion {
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
-  // Closest surface along the ray. Back faces of single-sided materials and holes of alpha coverage
-  // are skipped; stochastic coverage is decided by (coverage_key, instance, primitive), so the
-  // result does not depend on Embree's traversal order.
+  // Finds the closest surface along the ray; returns false if there is none. Back faces of
+  // single-sided materials and holes of alpha coverage are skipped; stochastic coverage is decided
+  // by (coverage_key, instance, primitive), so the result does not depend on Embree's traversal
+  // order.
   bool intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const;
 
   // Transmittance between `from` and `to`, both already offset from their surfaces: 0 if something
-  // opaque lies between, otherwise the product of 1 - coverage. Values below 1/16 become 1/16 or 0,
-  // decided by `coverage_key`; the expectation is that of intersect().
+  // opaque lies between, otherwise the product of 1 - coverage. Values below 1/16 are randomly
+  // replaced by 1/16 or 0, as `coverage_key` decides; the expected value agrees with intersect().
   float transmittance(const Vec3f& from, const Vec3f& to, float time,
                       CoverageKey coverage_key) const;
-  // Transmittance from infinity.
+  // Like transmittance(), but from `from` to infinity.
   float transmittance_to_infinity(const Vec3f& from, const Vec3f& direction, float time,
                                   CoverageKey coverage_key) const;
 
-  // Whether a point sampled on an emitter lies in another emitter that counts as being in front of
-  // it. Needed if `transmittance` is not 0, since that ray ends before both. See flush_emitters.h.
+  // Whether a sampled emitter point lies in another emitter that counts as being in front of it.
+  // Call this if transmittance() is not 0, since the shadow ray ends before both emitters. See
+  // flush_emitters.h.
   bool is_behind_flush_emitter(const Vec3f& from, const LightSample& light, float time,
                                CoverageKey coverage_key) const;
 
   // Collects faces between `from` and `from` + length * direction in any order, at most
-  // `out`.size(); returns their number. Requires a scene whose device takes filters.
+  // `out`.size(); returns their number. The device must have query filters
+  // (EmbreeDevice::has_query_filters).
   size_t faces_along(const Vec3f& from, const Vec3f& direction, float length, float time,
                      CoverageKey coverage_key, std::span<CrossedFace> out) const;
 
@@ -177,27 +184,28 @@ class Scene : private EmitterMotion {
   bool has_coverage() const { return has_coverage_; }
   // Whether some material transmits light.
   bool is_transmissive() const { return is_transmissive_; }
-  // Whether some of them may be smooth thin walls (Material::is_smooth_wall).
+  // Whether some transmissive material may be a smooth thin wall (Material::is_smooth_wall).
   bool has_smooth_walls() const { return has_smooth_walls_; }
   bool has_smooth_solids() const { return has_smooth_solids_; }  // Material::is_smooth_solid
 
   bool moves(uint32_t instance) const;
-  // Whether the bounds of a face of this instance intersect the box at shutter open.
+  // Whether the bounding box of some face of this instance intersects `box` at shutter open.
   bool has_faces_near(uint32_t instance, const Imath::Box3f& box) const;
-  // Null if there are none.
+  // Null if the scene has no solids.
   const Solids* solids() const { return solids_.get(); }
 
   // Whether anything moves or changes during the shutter, so that the ray's time matters.
   bool moves() const { return moves_; }
 
-  // Prefetch the memory of interaction(): first the triangle, then, once it is there, its vertices.
+  // Prefetch the memory that interaction() reads: first the triangle and, once it has arrived, its
+  // vertices.
   void prefetch_triangle(const SurfaceHit& hit) const;
   void prefetch_vertices(const SurfaceHit& hit) const;
-  // `time`: that of the ray.
+  // Computes the shading data of a hit; `time` is the ray's.
   void interaction(const SurfaceHit& hit, float time, SurfaceInteraction* out) const;
 
-  // The hit point's positions at shutter open and close in internal space; with an instant shutter,
-  // then and one frame later.
+  // Positions of the hit point in internal space: at shutter open and close or, with an instant
+  // shutter, at the rendered instant and one frame later.
   struct Motion {
     Vec3d from, to;
   };
@@ -213,7 +221,8 @@ class Scene : private EmitterMotion {
                                        const Vec2f& barycentric) const;
   const Material& material_of(uint32_t instance) const;
   uint32_t material_index_of(uint32_t instance) const;  // as in SurfaceInteraction
-  // Whether the first texture coordinates exist and were kept (SceneBuildOptions::unread_uv).
+  // Whether the first set of texture coordinates exists and was kept
+  // (SceneBuildOptions::unread_uv).
   bool has_uv(uint32_t instance) const;
   // SurfaceInteraction::offset for any point of a triangle.
   float surface_offset(uint32_t instance, uint32_t primitive, float time) const;
@@ -222,21 +231,21 @@ class Scene : private EmitterMotion {
 
   const Vec3d& origin() const { return origin_; }
   double scale() const { return scale_; }
-  // Limit of the coordinates of ray origins and targets in internal space: Embree must be able to
+  // Limit for the coordinates of ray origins and targets in internal space: Embree must be able to
   // transform them into every instance.
   double max_origin() const { return max_origin_; }
-  float radius() const { return radius_; }  // of the geometry's bounds, internal
+  float radius() const { return radius_; }  // of the geometry's bounds, in internal space
   uint64_t triangle_count() const { return triangle_count_; }
   size_t instance_count() const { return instances_.size(); }
 
   const SceneMemory& memory() const { return memory_; }
   // Number of BVH builds over the scene's geometry: one per instanced mesh, one for the top level,
-  // and in a posable scene one for the static group. Updates add none, poses add those that they
-  // build. The separate BVH of flush emitters is not counted.
+  // and in a posable scene one for the static group. Updates build none; each pose adds those that
+  // it builds. The separate BVH of flush emitters is not counted.
   uint32_t bvh_builds() const;
   // Keys of the meshes that the next pose can take over (MeshDescription::key), ascending.
   std::vector<uint64_t> mesh_keys() const;
-  // Phrases that say what was built and why, for the report.
+  // Short phrases for the report that say what was built and why.
   const std::vector<std::string>& features() const { return features_; }
 
  private:
@@ -250,7 +259,8 @@ class Scene : private EmitterMotion {
   std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const override;
   int segments(const EmissiveTriangle& triangle) const override;
   bool visibility(const EmissiveTriangle& triangle, float time) const override;
-  // The instance itself if it is at rest; otherwise `moved`, set to its state at that time.
+  // Returns the instance itself if it is at rest; otherwise sets `moved` to its state at `time` and
+  // returns that.
   const scene_detail::Instance& instance_at(uint32_t index, float time,
                                             scene_detail::Instance* moved) const {
     const scene_detail::Instance& instance = instances_[index];

@@ -25,7 +25,7 @@ uint64_t vector_bytes(const Vector& v) {
 
 std::string megabytes(uint64_t bytes) { return fmt::format("{:.1f} MiB", double(bytes) / 1048576); }
 
-// Whether both lie in the same surfaces for FlushEmitters.
+// Whether the search for flush emitters has the same result for both.
 bool same_flush_surfaces(const EmissiveTriangle& a, const EmissiveTriangle& b) {
   return a.instance == b.instance && a.primitive == b.primitive && a.two_sided == b.two_sided &&
          is_black(a.mean_radiance) == is_black(b.mean_radiance);
@@ -33,7 +33,7 @@ bool same_flush_surfaces(const EmissiveTriangle& a, const EmissiveTriangle& b) {
 
 }  // namespace
 
-// Per material: whether a placed triangle uses it.
+// Returns for each material whether a placed triangle uses it.
 std::vector<bool> SceneUpdater::used_materials() const {
   std::vector<bool> used(description_.materials.size(), false);
   for (const Instance& instance : scene_.instances_) {
@@ -45,9 +45,9 @@ std::vector<bool> SceneUpdater::used_materials() const {
   return used;
 }
 
-// Marks what the BVH's filter must read from the mesh, because another material may change it. Any
-// edit may enable transmission, which makes back faces visible; sidedness and coverage change with
-// the variants' materials.
+// Marks what the BVH's filter must read from the mesh at each hit, because an edit may change it.
+// Any edit may enable transmission, which makes back faces visible; sidedness and coverage change
+// when a variant assigns another material.
 void SceneUpdater::mark_editable_filters(Mesh& mesh, const MeshDescription& source) const {
   if (!options_.editable) return;
   const auto mark_for_material = [&](int index) {
@@ -64,7 +64,8 @@ void SceneUpdater::mark_editable_filters(Mesh& mesh, const MeshDescription& sour
 }
 
 void SceneUpdater::reserve_lights(uint64_t count) const {
-  // The light, its light BVH node with build data, and its points in the search for flush emitters.
+  // Covers the light, its light BVH node with build data, and its points in the flush emitter
+  // search.
   constexpr uint64_t kLightBytes = 400;
   progress_.budget()->reserve(MemoryPart::kLights, bytes_of(count, kLightBytes), description_.file);
 }
@@ -123,7 +124,8 @@ void SceneUpdater::reuse_from(const Scene& before, const std::vector<uint32_t>& 
   scene_.environment_ = before.environment_;
 }
 
-// Emitters of the same mesh, possibly of another instance, if it emits as before; otherwise null.
+// Returns the previous emitters of the same mesh, possibly of another instance, if its emission is
+// unchanged; otherwise null.
 const EmissiveTriangle* SceneUpdater::previous_emitters(uint32_t mesh) const {
   if (!previous_scene_ || previous_first_emitters_[mesh] == Scene::kNoEmitter) return nullptr;
   const Material& previous_material =
@@ -138,7 +140,7 @@ void SceneUpdater::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>
   const Material& material = *mesh.material;
   const EmissiveTriangle* const previous = previous_emitters(instance.mesh);
   for (uint32_t p = 0; p < mesh.triangles.size(); ++p) {
-    if (p % 16 == 0) progress_.check();  // a mean takes microseconds, of hostile triangles 40 ms
+    if (p % 16 == 0) progress_.check();  // a mean takes microseconds; for hostile triangles, 40 ms
     const std::array<Vec3d, 3> corners = scene_detail::placed_corners(mesh, instance, p);
     EmissiveTriangle t;
     t.p0 = to_float(corners[0]);
@@ -182,7 +184,7 @@ std::vector<EmissiveTriangle> SceneUpdater::collect_emitters() {
     instance.first_emitter = uint32_t(triangles.size());
     if (emission_changed_[instance.mesh]) {
       collect_emitters_of(i, triangles);
-    } else {  // reuse the mean of an emissive texture over a triangle
+    } else {  // unchanged emission: reuse the mean over each triangle
       const auto old = scene_.lights_->triangles().begin() + before;
       triangles.insert(triangles.end(), old, old + std::ptrdiff_t(mesh.triangles.size()));
     }
@@ -225,7 +227,8 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
   return light;
 }
 
-// Returns whether the light sampler must be rebuilt. A remaining environment is adjusted in place.
+// Returns whether the light sampler must be rebuilt. An environment that keeps its image is
+// adjusted in place.
 bool SceneUpdater::set_environment() {
   std::shared_ptr<EnvironmentLight>& light = scene_.environment_;
   const EnvironmentLight* before = light.get();
@@ -263,7 +266,7 @@ void SceneUpdater::build_lights() {
     LightSampler lights(are_emitters_outdated ? collect_emitters() : std::move(before),
                         std::move(points), scene_.environment_, &scene_.emitter_motion());
     if (scene_.lights_) {
-      *scene_.lights_ = std::move(lights);  // in place: flush_ refers to its triangles
+      *scene_.lights_ = std::move(lights);  // in place, because flush_ refers to its triangles
     } else {
       scene_.lights_ = std::make_unique<LightSampler>(std::move(lights));
     }
@@ -276,7 +279,7 @@ void SceneUpdater::build_lights() {
 }
 
 void SceneUpdater::find_flush_emitters(const std::vector<EmissiveTriangle>& before) {
-  if (!options_.bvh) return;  // the search needs the BVH
+  if (!options_.bvh) return;  // FlushEmitters needs the scene's Embree device
   const std::vector<EmissiveTriangle>& triangles = scene_.lights_->triangles();
   if (std::ranges::equal(before, triangles, same_flush_surfaces)) return;
   scene_.flush_ = scene_detail::FlushEmitters::find(

@@ -1,5 +1,5 @@
-// Applies the parts that an edit may change, materials and lights, to placed geometry: the second
-// half of build_scene(), and all of update_scene(). Private to this folder.
+// Applies materials and lights, which an edit may change, to placed geometry. This is the second
+// half of build_scene() and all of update_scene(). Private to this folder.
 #pragma once
 
 #include <vector>
@@ -11,8 +11,8 @@ namespace emberline {
 
 class SceneUpdater {
  public:
-  // The description's geometry is not read: an outline (scene_edits.h) is enough. All four must
-  // outlive the updater.
+  // The description's geometry is not read: an outline (scene_edits.h) is enough. All four
+  // arguments must outlive the updater.
   SceneUpdater(Scene& scene, const SceneDescription& description, const SceneBuildOptions& options,
                LoadProgress& progress)
       : scene_(scene), description_(description), options_(options), progress_(progress) {}
@@ -25,8 +25,8 @@ class SceneUpdater {
   // Compiles and assigns the materials. Throws InputError, leaving everything unchanged.
   void assign_materials();
   void find_solids();
-  // Builds emitters, lights and environment from those materials; call it after the BVH is built.
-  // Unchanged parts are reused. Throws InputError for too many emitters.
+  // Builds emitters, lights and environment with the assigned materials; call it after the BVH is
+  // built. Unchanged parts are reused. Throws InputError for too many emitters.
   void build_lights();
   // Updates memory statistics and features; call it last.
   void update_memory_and_features();
@@ -51,10 +51,10 @@ class SceneUpdater {
   const SceneBuildOptions& options_;
   LoadProgress& progress_;
   std::unique_ptr<MaterialSet> previous_materials_;  // kept until the meshes' emission is compared
-  std::vector<bool> emission_changed_;               // per mesh: its emission differs from before
+  std::vector<bool> emission_changed_;               // per mesh: whether its emission has changed
   const Scene* previous_scene_ = nullptr;            // see reuse_from()
-  std::vector<uint32_t> previous_mesh_indices_;      // per mesh: its index in previous_scene_,
-  std::vector<uint32_t> previous_first_emitters_;  // and the first emitter of one of its instances
+  std::vector<uint32_t> previous_mesh_indices_;      // per mesh: its index in previous_scene_
+  std::vector<uint32_t> previous_first_emitters_;    // per mesh: first emitter of an instance of it
 };
 
 }  // namespace emberline

@@ -14,14 +14,14 @@ using scene_detail::SolidShape;
 
 namespace {
 
-// Whether light refracts and is absorbed equally in both. Their faces may look different, for
-// example on a partly frosted bottle.
+// Whether light refracts and is absorbed equally in both materials. Their faces may look different,
+// for example on a partly frosted bottle.
 bool have_same_medium(const Material& a, const Material& b) {
   return a.ior() == b.ior() && a.dispersion() == b.dispersion() &&
          a.attenuation() == b.attenuation();
 }
 
-// Whether every ray that hits it ends there, from either side.
+// Whether every ray that hits the mesh ends there, from either side.
 bool is_opaque(const Mesh& mesh) {
   return !mesh.triangles.empty() && !mesh.material->is_transmissive() && !mesh.has_coverage &&
          !mesh.cull_backfaces;
@@ -46,7 +46,7 @@ void Solids::join_parts(const Scene& scene, const SceneDescription& description,
   const auto mesh_of = [&](uint32_t i) -> const Mesh& {
     return scene.meshes_[scene.instances_[i].mesh];
   };
-  std::map<Parts, SolidShape> known;  // by meshes, which several nodes may share
+  std::map<Parts, SolidShape> known;  // keyed by mesh, since several nodes may share meshes
   const auto shape = [&](const Parts& parts, bool is_solid) -> const SolidShape& {
     Parts key;
     std::vector<const Mesh*> meshes;
@@ -61,7 +61,7 @@ void Solids::join_parts(const Scene& scene, const SceneDescription& description,
     }
     return entry->second;
   };
-  // Returns false if they are not closed.
+  // Joins the parts into one body. Returns false if they are not closed together.
   const auto join = [&](const Parts& solid, const Parts& opaque) {
     Parts parts = solid;
     parts.insert(parts.end(), opaque.begin(), opaque.end());

@@ -14,10 +14,10 @@
 namespace emberline::scene_detail {
 namespace {
 
-// The boundary of a mesh as the sum over its directed edges, each a hash of its corners with the
-// sign of its direction, so that the edges of a closed mesh cancel. An open mesh has the sum 0 by
-// chance once in 2^64. Corners in the same grid cell are one corner; edges of a closed mesh still
-// cancel then.
+// Represents the boundary of a mesh as a sum over its directed edges. Each edge contributes a hash
+// of its corners, with a sign for its direction, so that the edges of a closed mesh cancel. The sum
+// of an open mesh is 0 by chance once in 2^64. Corners in the same grid cell count as one; the
+// edges of a closed mesh still cancel then.
 class Boundary {
  public:
   Boundary(const Imath::Box3f& bounds, float shift)
@@ -32,7 +32,7 @@ class Boundary {
   bool empty() const { return sum_ == 0; }
 
  private:
-  static constexpr double kCells = 1 << 16;  // along the longest side; chosen by us
+  static constexpr double kCells = 1 << 16;  // number along the longest side; chosen by us
 
   uint64_t corner(const Vec3f& p) const {
     uint64_t h = 0;

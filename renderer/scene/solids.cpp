@@ -99,7 +99,7 @@ Imath::Box3f Solids::bounds_over_shutter(const Scene& scene, uint32_t i) const {
     const Affine m = scene.geometry_->transform_at(instance.moving_index, float(k) / kTimes);
     box.extendBy(scene_detail::transformed(solids_[i].mesh_bounds, m));
   }
-  // Larger than a corner's deviation between these times.
+  // The margin is larger than a corner's deviation between these times.
   const Vec3f margin(0.05f * box.size().length());
   box.min -= margin;
   box.max += margin;
@@ -129,10 +129,11 @@ void Solids::find_near() {
   }
 }
 
-// Faces up to this multiple of their error bounds apart count as coincident.
+// Faces count as coincident up to this multiple of the sum of their error bounds.
 static constexpr float kReach = 8.0f;
 
-// A face at shutter open: solids whose faces stay coincident must move together.
+// A face at shutter open. This one time is enough, because solids whose faces stay coincident must
+// move together.
 struct Solids::Face {
   Vec3f low, high;  // bounds
   float error;      // how far from its plane a ray may hit it
@@ -243,8 +244,8 @@ void Solids::find_flat(const Scene& scene) {
   }
 }
 
-// Adds the faces of other surfaces near solids, and those solids' faces. Emissive surfaces are
-// skipped, because flush_emitters.h handles them. Returns false if there are too many.
+// Adds the faces of other surfaces near solids, and the faces of those solids. Emissive surfaces
+// are skipped, because flush_emitters.h handles them. Returns false if that takes too many tests.
 bool Solids::add_surfaces(const Scene& scene, LoadProgress& progress, FaceList* faces) const {
   constexpr uint64_t kMaxTests = 50'000'000;  // about a second
   std::vector<Imath::Box3f> boxes;
@@ -300,8 +301,8 @@ void Solids::mark_touching(const Scene& scene, const Face& face) {
   touching[face.primitive] = true;
 }
 
-// A face in one of the strips across y that it overlaps. Faces are compared along x within strips;
-// two faces that may touch share a strip.
+// Pairs a face with one of the strips that it overlaps; the strips divide the y axis. Faces are
+// compared along x within strips; two faces that may touch share a strip.
 struct Solids::StripFace {
   uint32_t strip, face;
 };
@@ -338,7 +339,7 @@ std::vector<Solids::StripFace> Solids::sort_into_strips(const std::vector<Face>&
   return order;
 }
 
-// Sweeps along x in each strip. If that takes too long, all faces count as touching.
+// Sweeps along x in each strip. If the work reaches a limit, all remaining faces count as touching.
 void Solids::find_touching(const Scene& scene, const std::string& file, LoadProgress& progress) {
   constexpr uint64_t kMaxPairs = 100'000'000;  // less than a second
   FaceList list(progress.budget(), file);

@@ -24,8 +24,9 @@ namespace scene_detail {
 struct Mesh;
 struct SolidShape;
 
-// The shape enclosed by one mesh or by several together. `meshes` share one space and have
-// triangles. If `name` is given, warns about closed meshes that are inside out. Throws Cancelled.
+// Returns the shape enclosed by one mesh or by several together. `meshes` must share one coordinate
+// space and must have triangles. If `name` is given, warns about closed meshes that are inside out.
+// Throws Cancelled.
 SolidShape shape_of(std::span<const Mesh* const> meshes, const std::string* name,
                     LoadProgress& progress);
 }  // namespace scene_detail
@@ -39,8 +40,8 @@ class Solids {
 
   const std::vector<uint32_t>& instances() const { return instances_; }
   // Whether the solid has an inside: each edge of its mesh, or of all meshes of a node that are
-  // closed together, is used equally often in both directions. Corners at the same place are one
-  // corner.
+  // closed together, is used equally often in both directions. Corners at the same place count as
+  // one.
   bool closed(uint32_t instance) const { return solids_[instance].closed; }
   // The body of an instance: the first of the instances that are closed together, or the instance
   // itself. All parts of a closed body are closed and contain one medium.
@@ -48,12 +49,13 @@ class Solids {
     return parts_.empty() ? instance : solids_[instance].body;
   }
   bool has_joined_parts() const { return !parts_.empty(); }
-  // Opaque surfaces that close a solid, such as a label on a bottle, with its body.
+  // Maps the instances of opaque surfaces that close a solid, such as a label on a bottle, to its
+  // body.
   const std::map<uint32_t, uint32_t>& opaque_parts() const { return opaque_parts_; }
-  // Which of two closed solids that both enclose a point owns it: the smaller one, so that a solid
-  // inside another always takes effect. The rule depends only on the point, not on the path to it:
-  // a priority as in C. Schmidt & B. Budge, "Simple Nested Dielectrics in Ray Traced Images" (JGT
-  // 7(2), 2002), derived from the geometry.
+  // Whether solid `a` owns a point that both closed solids enclose. The smaller one does, so that a
+  // solid inside another always takes effect. The rule depends only on the point, not on the path
+  // to it. It is a priority as in C. Schmidt & B. Budge, "Simple Nested Dielectrics in Ray Traced
+  // Images" (JGT 7(2), 2002), derived from the geometry.
   bool has_priority(uint32_t a, uint32_t b) const { return solids_[a].rank < solids_[b].rank; }
   // Whether a face may coincide with a face of another solid, of the same solid if it is flat, or,
   // for a surface without an interior, of any solid.
@@ -61,16 +63,16 @@ class Solids {
     const std::vector<bool>& faces = solids_[instance].touching;
     return !faces.empty() && faces[primitive];
   }
-  // A closed solid whose faces, in all its parts, lie in one plane. It has no inside for a path and
-  // acts as a thin wall.
+  // Whether the solid is closed and its faces, in all its parts, lie in one plane. Such a solid has
+  // no inside for a path and acts as a thin wall.
   bool is_flat(uint32_t instance) const { return solids_[instance].is_flat; }
-  // Whether its faces only refract light (Material::is_clear_solid).
+  // Whether the solid's faces only refract light (Material::is_clear_solid).
   bool is_clear(uint32_t instance) const { return solids_[instance].is_clear; }
   // Whether light may pass straight through a face from outside of all solids, because the solid
   // does not refract or is flat.
   bool transmits_straight(uint32_t instance) const { return solids_[instance].transmits_straight; }
   bool has_straight_transmission() const { return has_straight_transmission_; }
-  // Whether solids are so near to each other that they or their faces may overlap.
+  // Whether some solids are so near to each other that they or their faces may overlap.
   bool has_near_solids() const { return !near_.empty(); }
   uint64_t touching_faces() const { return touching_faces_; }
   // Bounds of the whole body in internal space. The scene must have its BVH.
@@ -84,9 +86,9 @@ class Solids {
          transmits_straight = false;
     uint32_t rank = 0, body = 0;
     double volume = 0.0;
-    // Bounds of the whole body: in object space; and at shutter open in internal space.
+    // Bounds of the whole body, in object space and (at shutter open) in internal space.
     Imath::Box3f mesh_bounds, bounds;
-    std::vector<bool> touching;  // by face; empty: none
+    std::vector<bool> touching;  // by face; empty if none touches
   };
   struct Face;
   struct FaceList;
@@ -112,7 +114,7 @@ class Solids {
 
   std::vector<Solid> solids_;  // by instance
   std::vector<uint32_t> instances_;
-  std::map<uint32_t, std::vector<uint32_t>> parts_;  // of bodies with several, opaque ones included
+  std::map<uint32_t, std::vector<uint32_t>> parts_;  // by body, if it has several; with opaque ones
   std::map<uint32_t, uint32_t> opaque_parts_;
   std::map<uint32_t, std::string> open_names_;
   std::vector<uint32_t> near_;  // solids that have another one near

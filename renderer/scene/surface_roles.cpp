@@ -17,7 +17,7 @@ namespace {
 
 using Nodes = std::vector<NodeDescription>;
 
-// Whether each node or one of its descendants has a mesh.
+// Returns for each node whether it or one of its descendants has a mesh.
 std::vector<char> find_mesh_ancestors(const Nodes& nodes) {
   std::vector<char> has_mesh_below(nodes.size(), 0);
   for (size_t i = 0; i < nodes.size(); ++i) {
@@ -29,7 +29,7 @@ std::vector<char> find_mesh_ancestors(const Nodes& nodes) {
   return has_mesh_below;
 }
 
-// Escapes a name as parse_node_names() expects it.
+// Escapes a name in the way that parse_node_names() expects.
 std::string escape_name(const std::string& name) {
   std::string text;
   for (const char c : shortened(name)) {
@@ -39,7 +39,7 @@ std::string escape_name(const std::string& name) {
   return text;
 }
 
-// The names for messages: all of a few, or the nearest three.
+// Lists names for an error message: all of them if there are few, otherwise the nearest three.
 std::string nearest_names(const std::string& wanted, const Nodes& nodes,
                           const std::vector<char>& has_mesh_below) {
   constexpr size_t kMaxListed = 3, kMaxCompared = 64;
@@ -59,7 +59,7 @@ std::string nearest_names(const std::string& wanted, const Nodes& nodes,
   return fmt::format("the nearest names are {}", fmt::join(names, ", "));
 }
 
-// All nodes with that name, or the one with that index.
+// Returns all nodes with that name or, if there are none, the node with that index.
 std::vector<size_t> find_nodes(const std::string& wanted, const Nodes& nodes) {
   std::vector<size_t> found;
   for (size_t i = 0; i < nodes.size(); ++i) {
@@ -97,7 +97,7 @@ void assign_role(const char* option, SurfaceRole role, std::string_view list, co
   }
 }
 
-// Gives each node its own role, or that of its nearest ancestor.
+// Each node without a role of its own takes that of its nearest ancestor.
 void inherit_roles(const Nodes& nodes, std::vector<std::optional<SurfaceRole>>& roles) {
   std::vector<size_t> path;
   for (size_t i = 0; i < nodes.size(); ++i) {

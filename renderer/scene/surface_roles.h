@@ -11,17 +11,17 @@
 namespace emberline {
 
 enum class SurfaceRole : uint8_t {
-  kOrdinary,  // ordinary
-  kCatcher,   // a surface of the compositor's plate that receives shadows
-  kHoldout,   // an object of the plate that hides what is behind it
+  kOrdinary,
+  kCatcher,  // a surface of the compositor's plate that receives shadows
+  kHoldout,  // an object of the plate that hides what is behind it
 };
 
 class SurfaceRoles {
  public:
-  // For a scene before it is built, with its nodes (GltfOptions::nodes). A named node gives its
-  // role to all descendants that are not named themselves; a name applies to all nodes that have
-  // it. Throws UsageError for an unknown name, listing the nearest ones, for a node without visible
-  // geometry, and for a name in both lists.
+  // `scene` must not have been built yet and must contain its nodes (GltfOptions::nodes). A named
+  // node passes its role to all descendants that are not named themselves; a name applies to all
+  // nodes that have it. Throws UsageError for an unknown name, listing the nearest ones, for a node
+  // without visible geometry, and for a name in both lists.
   SurfaceRoles(const SceneDescription& scene, std::string_view catchers, std::string_view holdouts);
 
   SurfaceRole of(uint32_t instance) const { return roles_[instance]; }
@@ -31,7 +31,7 @@ class SurfaceRoles {
   std::vector<SurfaceRole> roles_;  // by instance
 };
 
-// "a,b" -> those names; a comma in a name is written \, and a backslash \\.
+// Splits "a,b" into names; a comma in a name is written \, and a backslash \\.
 std::vector<std::string> parse_node_names(std::string_view list);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// The displayed picture of a driver that finishes one bucket after another.
+// The displayed picture while a driver finishes one bucket after another.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace emberline {
 
-// Many threads add buckets: every function requires that the caller holds lock().
+// Several threads add buckets, so the caller of every other function must hold lock().
 class BucketPicture {
  public:
   BucketPicture(const RenderPlan& plan, std::vector<float> before)
@@ -35,10 +35,11 @@ class BucketPicture {
 
   const std::vector<Rect>& in_progress() const { return in_progress_; }
   const TilePicture& picture() const { return picture_; }
-  // Display values. Each bucket is graded once when it is finished, unless the grading changes.
+  // The display values. A bucket is graded when it is finished; everything is graded again only if
+  // the grading changes.
   std::span<const uint8_t> rgba8(const std::shared_ptr<const Grading>& grading) {
     if (grading != grading_) {
-      // On this thread alone: while waiting for TBB it could otherwise start another bucket.
+      // Uses this thread alone. A thread that waits for TBB could start another bucket.
       grading->grade_run(picture_.rgba(), rgba8_);
       grading_ = grading;
     }
@@ -49,7 +50,7 @@ class BucketPicture {
   std::mutex mutex_;
   TilePicture picture_;
   std::vector<uint8_t> rgba8_;
-  std::shared_ptr<const Grading> grading_;  // used for rgba8_
+  std::shared_ptr<const Grading> grading_;  // the grading of rgba8_
   std::vector<Rect> in_progress_;
 };
 

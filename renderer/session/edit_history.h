@@ -1,5 +1,5 @@
-// Undo and redo. Edits describe the difference from the file (scene_edits.h), so a step stores the
-// complete edits, and undo sets them again.
+// Undo and redo. A step stores the complete edits, which are differences from the file
+// (scene_edits.h); undo sets them again.
 #pragma once
 
 #include <cstddef>
@@ -13,12 +13,12 @@ namespace emberline {
 
 class EditHistory {
  public:
-  // The first entry, which undo cannot pass: the edits that a scene was opened with.
+  // `edits` are those that the scene was opened with. Undo goes back to them at most.
   explicit EditHistory(SceneEdits edits = {}) { steps_.push_back(std::move(edits)); }
 
-  // Adds a step and discards undone ones; edits equal to the current ones add nothing. Consecutive
-  // steps with the same non-empty `gesture` are merged, such as those of a drag or of a slider
-  // moved again.
+  // Adds a step and discards undone ones. Edits that equal the current ones add no step.
+  // Consecutive steps with the same non-empty `gesture` are merged, such as those of a drag or of a
+  // slider that is moved again.
   void record(const SceneEdits& edits, const std::string& gesture = {}) {
     if (edits == current()) return;
     const bool continues_gesture = !gesture.empty() && gesture == gesture_;
@@ -53,13 +53,13 @@ class EditHistory {
 
   const SceneEdits& current() const { return steps_[current_]; }
 
-  // Older steps are dropped.
+  // Beyond this number the oldest steps are dropped.
   static constexpr size_t kMaxSteps = 1000;
 
  private:
   std::deque<SceneEdits> steps_;
   size_t current_ = 0;
-  std::string gesture_;  // of the newest step, while others may be merged with it
+  std::string gesture_;  // gesture of the newest step; empty if nothing may be merged with it
 };
 
 }  // namespace emberline

@@ -16,7 +16,7 @@
 namespace emberline {
 namespace {
 
-// Rows, or pixels, per task.
+// Rows per task of grade(), pixels per task of to_display().
 constexpr size_t kRows = 8;
 constexpr size_t kPixels = 4096;
 
@@ -32,7 +32,7 @@ bool same_colour(const float* a, const float* b) {
 
 using Bytes = std::array<uint8_t, 3>;
 
-// Applies the transform itself to grey values.
+// Converts grey values with the transform, without a table.
 std::vector<Bytes> grade_grey(const DisplayTransform& transform, const std::vector<float>& grey) {
   std::vector<float> rgb;
   for (const float x : grey) rgb.insert(rgb.end(), 3, x);
@@ -49,16 +49,17 @@ float middle(float low, float high) {
 
 }  // namespace
 
-// A display transform as a byte table, for transforms that treat channels independently. byte(c, x)
-// is to_byte() of channel c for the linear value x, which equals the number of thresholds that x
-// has reached. A table indexed by the upper 16 bits of the float gives the number at the start of
-// its cell; the few thresholds inside the cell are compared.
+// Tabulates a display transform that treats channels independently. byte(c, x) returns to_byte() of
+// channel c for the linear value x, which equals the number of thresholds that x has reached. A
+// table indexed by the upper 16 bits of x contains that number for the smallest value with these
+// bits; x is then compared with the few thresholds above that value.
 //
-// The curve must be increasing except for rounding; near a threshold the table may differ from the
+// The curve must be increasing except for rounding. Near a threshold the table may differ from the
 // transform by a few units in the last place of x.
 class DisplayTable {
  public:
-  // Null for a transform that mixes channels, as film looks do, or whose curve is not increasing.
+  // Returns null if the transform mixes channels, as film looks do, or if a curve is not
+  // increasing.
   static std::unique_ptr<const DisplayTable> make(const DisplayTransform& transform) {
     if (transform.mixes_channels()) return nullptr;
     std::vector<float> begins;
@@ -72,8 +73,8 @@ class DisplayTable {
       const bool dark_below = ends[0][c] == curve.cells[0] && ends[1][c] == curve.cells[0];
       if (!dark_below || !std::ranges::is_sorted(curve.cells)) return nullptr;
     }
-    // Finds all thresholds of a channel at once by bisection over the floats between 0, which is
-    // below each, and the largest value, which is not.
+    // Finds all thresholds of a channel at once by bisection over the floats. All thresholds lie
+    // above 0 and not above the largest value.
     for (size_t c = 0; c < 3; ++c) {
       Curve& curve = table->curves_[c];
       curve.thresholds.fill(std::numeric_limits<float>::infinity());
@@ -107,7 +108,7 @@ class DisplayTable {
   static constexpr size_t kCells = (std::bit_cast<uint32_t>(kMaxValue) >> 16) + 1;
 
   struct Curve {
-    // thresholds[k]: the smallest x whose byte is at least k + 1; infinity if none.
+    // thresholds[k] is the smallest x whose byte is at least k + 1; infinity if there is none.
     std::array<float, 256> thresholds;
     std::vector<uint8_t> cells;  // byte of the smallest value with these upper bits
   };
@@ -140,7 +141,7 @@ void Grading::grade_run(std::span<const float> rgba, std::span<uint8_t> rgba8) c
     }
     return;
   }
-  thread_local std::vector<float> rgb;  // only pixels that differ from the previous one
+  thread_local std::vector<float> rgb;  // pixels that differ from their predecessor
   rgb.clear();
   for (size_t i = 0; i < pixels; ++i) {
     if (i > 0 && same_colour(&rgba[4 * i], &rgba[4 * (i - 1)])) continue;

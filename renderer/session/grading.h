@@ -11,26 +11,26 @@ namespace emberline {
 
 class DisplayTable;
 
-// Immutable and thread-safe. Gives the same bytes as DisplayTransform and to_byte().
+// Immutable and thread-safe. Computes the same bytes as DisplayTransform and to_byte().
 class Grading {
  public:
-  // Throws as DisplayTransform does.
+  // Throws what DisplayTransform throws.
   explicit Grading(const DisplaySettings& settings);
-  // Reuses the transform of `other` at another exposure.
+  // Reuses the transform of `other`, with a different exposure.
   Grading(const Grading& other, float exposure);
 
   const DisplaySettings& settings() const { return settings_; }
 
-  // Converts linear, premultiplied RGBA to opaque 8-bit RGBA, composited over black. Both are
-  // interleaved with `width` pixels per row and equally long. Equal neighbours and rows are
-  // converted once, which makes large uniform areas, as in a frame's first pictures, almost free.
-  // Uses the calling thread's TBB arena.
+  // Converts linear, premultiplied RGBA to opaque 8-bit RGBA, composited over black. Both spans are
+  // interleaved, have `width` pixels per row, and must be equally long. Equal neighbours and equal
+  // rows are converted once, so that the large uniform areas of a frame's first pictures cost
+  // almost nothing. Uses the calling thread's TBB arena.
   void grade(std::span<const float> rgba, int width, std::span<uint8_t> rgba8) const;
-  // Grades a row or any run of pixels on the calling thread alone.
+  // Like grade(), for a row or any other run of pixels, on the calling thread alone.
   void grade_run(std::span<const float> rgba, std::span<uint8_t> rgba8) const;
 
-  // Converts to display values in [0, 1] in place, for drawing over the picture before it becomes
-  // bytes; alpha is unchanged. Uses the calling thread's TBB arena.
+  // Converts to display values in [0, 1] in place, so that the caller can draw over the picture
+  // before converting it to bytes. Does not change alpha. Uses the calling thread's TBB arena.
   void to_display(std::span<float> rgba) const;
 
  private:

@@ -15,7 +15,7 @@ using nlohmann::json;
 
 json json_of(const Vec3d& v) { return {v.x, v.y, v.z}; }
 
-// Replaces "matrix" by look_from, look_at, up and mirrored.
+// Replaces the camera's "matrix" by look_from, look_at, up and mirrored.
 json expand_matrix(json camera, const std::string& name) {
   const json document = {{"camera", camera}};
   const JsonReader matrix = JsonReader(document, name)["camera"]["matrix"];

@@ -1,4 +1,4 @@
-// JSON values of the session's protocol (PROTOCOL.md): reads edits, writes scenes and pictures.
+// Reads and writes JSON values of the session's protocol (PROTOCOL.md): edits, scenes and pictures.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -10,17 +10,18 @@
 
 namespace emberline {
 
-// Applies an object of edits (without a version) to `before`: null resets a part to the file's; a
-// material or light replaces the entry for the same item of `lists`; any other part replaces its
-// predecessor. A camera may have a `matrix`. Throws InputError with `name`.
+// Applies a JSON object of edits (without a version) to `before`. Null resets a part to the file's.
+// A material or light replaces the entry for the same item of `lists`; any other part replaces the
+// whole part of `before`. A camera may have a `matrix`. Throws InputError, which begins with
+// `name`.
 SceneEdits merge_json_edits(const nlohmann::json& changes, const std::string& name,
                             const SceneEdits& before, const SceneDescription& lists);
 
-// Applies `edits` over `before` in the same way; parts without edits are unchanged.
+// Applies `edits` to `before` in the same way. Parts without edits are unchanged.
 SceneEdits merge_edits(const SceneEdits& edits, SceneEdits before, const SceneDescription& lists);
 
 nlohmann::json protocol_json(const ListedScene& scene, const SceneEdits& edits);
-// Does not include where the picture is stored.
+// The result does not say where the picture is stored.
 nlohmann::json protocol_json(const SessionPicture& picture);
 
 }  // namespace emberline

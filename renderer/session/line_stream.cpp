@@ -15,7 +15,7 @@
 namespace emberline {
 namespace {
 
-// Exceeds all events of one moment and most answers.
+// More than all events sent at one time, and more than most answers.
 constexpr size_t kMaxUnreadBytes = size_t(64) << 10;
 constexpr size_t kReadBytes = size_t(64) << 10;
 // A pipe with room accepts this much without blocking the writer (POSIX, pipe(7)).
@@ -75,14 +75,14 @@ void LineStream::wait(std::optional<int> milliseconds) {
     while (::read(wake_[0], bytes, sizeof bytes) > 0) {
     }
   }
-  // Also read when the writer is gone while output is congested: what is left in the pipe is
-  // finite.
+  // If the writer is gone, this reads even while output is congested: only a finite amount is left
+  // in the pipe.
   if (ends[0].revents) read_some();
 }
 
 void LineStream::wake() {
   const char byte = 0;
-  (void)!::write(wake_[1], &byte, 1);  // if the pipe is full, it wakes the reader anyway
+  (void)!::write(wake_[1], &byte, 1);  // may fail: a full pipe wakes the reader anyway
 }
 
 void LineStream::flush() {

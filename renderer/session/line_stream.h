@@ -1,7 +1,8 @@
-// Reads lines from one descriptor and writes lines to another, for one thread that waits for both
-// and for other threads: the standard streams of `emberline session`.
+// Reads lines from one descriptor and writes lines to another: the standard streams of `emberline
+// session`. One thread waits for both, and other threads can wake it.
 //
-// Its memory is bounded: a line has a maximum length, and input waits while the reader lags.
+// Memory is bounded: a line has a maximum length, and nothing is read while the reader of the
+// output lags.
 #pragma once
 
 #include <optional>
@@ -19,24 +20,25 @@ class LineStream {
   LineStream(const LineStream&) = delete;
   LineStream& operator=(const LineStream&) = delete;
 
-  // Returns the next complete line, without its line end.
+  // Returns the next complete line, without its line end; absent if none has arrived. Throws
+  // InputError if a line is too long.
   std::optional<std::string> next_line();
-  // The input has ended.
+  // Whether the input has ended.
   bool ended() const { return ended_; }
   // Whether there is text after the last line end.
   bool has_partial_line() const { return !in_text_.empty(); }
 
   // Queues a line; wait() and flush() write it.
   void write(const std::string& line);
-  // The reader lags: do not take commands or write optional lines.
+  // Whether the reader of the output lags. If so, accept no commands and write no optional lines.
   bool congested() const;
 
-  // Waits for input, output space, wake(), or the timeout (none: forever). Throws InputError for a
-  // line that is too long, RenderError if the reader is gone.
+  // Waits for input, space for output, wake() or the timeout; without one, forever. Throws
+  // RenderError if the reader of the output is gone.
   void wait(std::optional<int> milliseconds);
-  // Ends wait(). Any thread.
+  // Ends wait(). May be called on any thread.
   void wake();
-  // Waits until everything is written, or the reader accepts nothing for two seconds.
+  // Waits until everything is written or the reader has accepted nothing for two seconds.
   void flush();
 
  private:
@@ -46,7 +48,7 @@ class LineStream {
   const int in_, out_;
   int wake_[2] = {-1, -1};  // a pipe
   std::string in_text_, out_text_;
-  size_t searched_ = 0;  // prefix of in_text_ without a line end
+  size_t searched_ = 0;  // length of the prefix of in_text_ known to have no line end
   bool ended_ = false;
 };
 

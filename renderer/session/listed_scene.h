@@ -1,4 +1,4 @@
-// The open scene of a RenderSession as lists for a window, and the progress of loading.
+// The lists of a RenderSession's open scene, for a window, and the progress of loading.
 #pragma once
 
 #include <cstdint>
@@ -15,23 +15,23 @@ namespace emberline {
 struct LoadStatus {
   enum class State : uint8_t { kNone, kLoading, kReady, kFailed, kCancelled };
   State state = State::kNone;
-  std::string path;     // of the scene that is loading, or was loaded last
-  std::string stage;    // readable, for example "images" or "BVH"
+  std::string path;     // file of the scene that is loading, or was loaded last
+  std::string stage;    // shown to the user, for example "images" or "BVH"
   double fraction = 0;  // in [0, 1]
   std::string error;    // for kFailed; the previous scene is kept
 };
 
-// Immutable. Indices in edits refer to its lists.
+// Immutable. Indices in edits refer to these lists.
 struct ListedScene {
-  // Names, lights, materials, cameras and instances of the file, in the pose it was opened in,
-  // without vertices. Includes the default light and material if the file relies on them.
+  // The file's names, lights, materials, cameras and instances, without vertices, in the pose in
+  // which it was opened. Includes the default light and material if the file relies on them.
   SceneDescription outline;
   // The camera without edits, for the frame size that the scene was opened for.
   CameraDescription camera;
   bool camera_frames_scene =
-      false;                  // fitted to scene and frame, since neither file nor user chose one
+      false;                  // fitted to scene and frame: neither the file nor the user chose it
   WorldBounds bounds;         // of the geometry; empty (min > max) if there is none
-  Vec3d center = Vec3d(0.0);  // of the bounds
+  Vec3d center = Vec3d(0.0);  // centre of the bounds
   double radius = 1.0;        // > 0, even without geometry
   std::vector<NamedFile> inputs;  // input files, including a separate environment
   std::vector<AnimationDescription> animations;

@@ -14,11 +14,11 @@
 namespace emberline {
 namespace {
 
-// The default field of view of choose_camera() for `look-from`, in degrees.
+// The field of view that choose_camera() uses by default for `look-from`, in degrees.
 constexpr double kLookFromFov = 40.0;
 
-// The lists that edits index. The default light and material are already added, so instances and
-// meshes, of which there may be hundreds of thousands, are not needed.
+// Copies the lists to which indices in edits refer. The default light and material are already
+// added, so instances and meshes, of which there may be hundreds of thousands, are not needed.
 SceneDescription copy_edit_lists(const SceneDescription& outline) {
   SceneDescription lists;
   static_cast<SceneLists&>(lists) = outline;
@@ -38,7 +38,8 @@ LightEdit& edit_of(std::vector<LightEdit>& edits, EditedLight kind, size_t index
   return fresh;
 }
 
-// The file of an environment is only read for rendering; here a placeholder stands in.
+// Applies the edits to lists alone. An environment's file is read only for rendering, so an empty
+// image replaces it here.
 SceneDescription apply_to_lists(SceneEdits edits, const LoadedScene& scene) {
   if (!edits.environment.file.empty() && !edits.environment.image) {
     edits.environment.image = std::make_shared<const Image>();
@@ -48,8 +49,8 @@ SceneDescription apply_to_lists(SceneEdits edits, const LoadedScene& scene) {
   return lists;
 }
 
-// Moves the options' lens into the edits, so that the artist can change it, it keeps its f-number
-// when the angle changes, and it is saved.
+// Moves the options' lens into the edits, so that the artist can change it, that it keeps its
+// f-number when the angle of view changes, and that it is saved.
 void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
   const bool has_lens = options.f_stop || options.focus_distance;
   if (has_lens && edit.place.empty()) edit.place = "`f-stop`";
@@ -59,7 +60,7 @@ void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
   }
 }
 
-// Moves the options' time and animation into the edits, for the same reasons.
+// Moves the options' time and animation into the edits, for similar reasons.
 void move_time_to_edits(RenderOptions& options, AnimationEdit& edit) {
   const AnimationEdit before = edit;
   if (const std::optional<double> time = pose_time(options); time || !options.animation.empty()) {
@@ -135,7 +136,7 @@ std::shared_ptr<LoadedScene> load_session_scene(RenderOptions options, LoadProgr
   const size_t warnings_before = warnings_so_far().size();
   SceneEdits edits = load_edits(options, progress);
   move_time_to_edits(options, edits.animation);
-  // The integrator may later be changed to one that shows texture coordinates.
+  // Texture coordinates are kept, since the user may switch to an integrator that shows them.
   const SceneBuildOptions build{
       .show_backfaces = options.show_backfaces, .unread_uv = true, .isa = options.isa};
   ReadScene read(options, std::move(edits), {.build = build, .edits = true, .poses = true},
@@ -187,7 +188,7 @@ SceneEdits with_view(const SceneEdits& edits, const RenderOptions& options,
                      const LoadedScene& scene) {
   SceneEdits result = edits;
   CameraEdit& view = result.camera;
-  if (view.camera) return result;  // replaces the options' view
+  if (view.camera) return result;  // this camera replaces the options' view
   const CameraDescription& base = scene.open->camera;
   const std::vector<CameraDescription>& cameras = scene.open->outline.cameras;
   if (!options.camera.empty()) {

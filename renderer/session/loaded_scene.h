@@ -1,4 +1,4 @@
-// A built scene of a session, with the lists for the window.
+// A session's built scene, with the lists for the window.
 #pragma once
 
 #include <memory>
@@ -12,36 +12,36 @@ namespace emberline {
 
 struct LoadedScene {
   std::shared_ptr<const ListedScene> open;
-  SceneEdits edits;  // from the edits' file; includes the options' variant, lens and time
+  SceneEdits edits;             // from the edits file; includes the options' variant, lens and time
   SceneDescription edit_lists;  // only the lists that edits refer to: cheap to copy
-  std::unique_ptr<OpenScene>
-      scene;                        // this and the following are used by the rendering thread alone
-  RenderOptions options;            // without animation, time and variant, which are edits
-  AnimationEdit current_animation;  // current pose
-  CameraDescription view;           // the file's view in that pose
+  std::unique_ptr<OpenScene> scene;  // this and all below are used by the rendering thread alone
+  RenderOptions options;             // without animation, time and variant, which are in `edits`
+  AnimationEdit current_animation;   // the current pose
+  CameraDescription view;            // the file's view in that pose
   std::shared_ptr<MemoryBudget> budget;
-  MemoryReservation memory = {};  // its share of the session's budget
+  MemoryReservation memory = {};  // this scene's share of the session's budget
 
-  // The view without edits for a frame of this size: a camera that frames the scene is fitted to
-  // the frame, as on the command line.
+  // Returns the camera without edits for a frame of this size. If it frames the scene, it is fitted
+  // to the frame, as on the command line.
   CameraDescription camera(int width, int height) const;
-  // needs_repose() tells whether the edits need another pose; pose() applies that pose and the
-  // edits. Throws what loading throws and then leaves the scene unchanged.
+  // needs_repose() returns whether the edits need another pose; pose() applies that pose and the
+  // edits. pose() throws what loading throws, and then leaves the scene unchanged.
   bool needs_repose(const SceneEdits& target_edits) const;
   void pose(const SceneEdits& target_edits);
 };
 
-// Reads the options' scene, environment and edits, and builds an editable scene. Throws what
-// `render` would report, and Cancelled.
+// Reads the options' scene, environment and edits, and builds an editable scene. Throws the errors
+// that `render` would report, and Cancelled.
 std::shared_ptr<LoadedScene> load_session_scene(RenderOptions options, LoadProgress& progress);
 
-// Throws InputError for edits that do not fit the scene. Reads no files.
+// Throws InputError if the edits do not fit the scene. Reads no files.
 void check_edits(const SceneEdits& edits, const LoadedScene& scene);
 
-// Returns the edits with all lights but `solo` off.
+// Returns the edits with all lights switched off except `solo`.
 SceneEdits with_solo(const SceneEdits& edits, const LightEdit& solo, const LoadedScene& scene);
 
-// Returns the edits with an explicit view where `render` would need options for it.
+// If the view comes from the options, returns the edits with that view added, so that `render`
+// needs no options for it.
 SceneEdits with_view(const SceneEdits& edits, const RenderOptions& options,
                      const LoadedScene& scene);
 

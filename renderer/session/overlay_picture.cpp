@@ -79,7 +79,7 @@ std::string draw_stops(std::span<const float> stops, const Rect& crop, std::span
 
 void draw_tree(const RefinementTree& tree, const Grading& grading, std::span<const float> rgba,
                int width, std::span<uint8_t> rgba8) {
-  // Drawn after the display transform, so that borders are equally visible on light and dark.
+  // Draws after the display transform, so that borders are equally visible on light and dark areas.
   std::vector<float> shown(rgba.begin(), rgba.end());
   grading.to_display(shown);
   draw_leaf_borders(tree, shown, width);

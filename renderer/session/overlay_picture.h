@@ -23,22 +23,23 @@ struct OverlayEntry {
 // Indexed by ViewOverlay.
 std::span<const OverlayEntry> overlay_table();
 
-// The quantity that an overlay shows; null if it is not a heatmap.
+// Returns the quantity that an overlay shows; null if the overlay is not a heatmap.
 const HeatmapQuantity* overlay_quantity(ViewOverlay overlay);
-// The channel that an overlay needs in addition to R G B A and `samples`.
+// Returns the channel that an overlay needs in addition to R G B A and `samples`, if any.
 std::optional<Aov> overlay_aov(ViewOverlay overlay);
 
-// Draws a quantity of a film's channels (interleaved, with names from film_channels()) as opaque
-// 8-bit RGBA without a legend. Returns the legend as text: the range of the colours.
+// Draws a quantity as opaque 8-bit RGBA, without a legend. `channels` are a film's interleaved
+// channels, and `names` come from film_channels(). Returns the legend's text: the range of the
+// colours.
 std::string draw_overlay(const HeatmapQuantity& quantity, std::span<const std::string> names,
                          std::span<const float> channels, const Rect& crop,
                          const HeatmapStyle& style, std::span<uint8_t> rgba8);
 
-// Draws the PixelStop values of the crop's pixels. The legend includes the fraction of pixels that
-// are not finished.
+// Draws the PixelStop values of the crop's pixels. Returns the legend's text, which includes the
+// fraction of pixels that are not finished.
 std::string draw_stops(std::span<const float> stops, const Rect& crop, std::span<uint8_t> rgba8);
 
-// Draws the displayed picture with the leaf borders of the tree.
+// Draws the graded picture with the borders of the tree's leaves.
 void draw_tree(const RefinementTree& tree, const Grading& grading, std::span<const float> rgba,
                int width, std::span<uint8_t> rgba8);
 

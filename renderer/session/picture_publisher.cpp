@@ -8,7 +8,7 @@
 namespace emberline {
 namespace {
 
-// One is published, one being drawn, one on the screen, and one in transit.
+// One picture is published, one is being drawn, one is on the screen, and one is between them.
 constexpr size_t kMaxPooledPictures = 4;
 
 }  // namespace
@@ -53,7 +53,7 @@ void PicturePublisher::apply_display(const DisplaySettings& settings) {
     problem = error.what();
     new_grading = before;
   }
-  if (!new_grading) {  // no settings yet: show something
+  if (!new_grading) {  // there were no valid settings yet: use the defaults
     try {
       new_grading = std::make_shared<const Grading>(DisplaySettings{});
     } catch (const EmberlineError&) {  // already reported
@@ -107,8 +107,8 @@ void PicturePublisher::regrade_comparison() {
       overlay ? comparison : grade_copy(*comparison, *grading);
   {
     const std::lock_guard lock(mutex_);
-    if (comparison_ != comparison) return;  // the newer one has its own task
-    graded_comparison_.swap(fresh);         // the old one is released outside the lock
+    if (comparison_ != comparison) return;  // the newer picture has its own task
+    graded_comparison_.swap(fresh);         // the old picture is released outside the lock
     comparison_grading_ = std::move(grading);
   }
   wake();

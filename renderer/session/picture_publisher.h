@@ -1,4 +1,4 @@
-// Publishes a session's newest picture, graded for display, and its problems.
+// Publishes a session's newest picture, graded for display, and the session's problem.
 #pragma once
 
 #include <condition_variable>
@@ -13,32 +13,32 @@
 
 namespace emberline {
 
-// Thread-safe. Pictures are shared pointers whose memory is reused after the last release, since a
-// frame of 1280 x 720 takes 18 MB and 2 ms for the first touch.
+// Thread-safe. When the last pointer to a picture is released, its memory is kept for reuse, since
+// a picture of 1280 x 720 has 18 MB, and touching new memory for it takes 2 ms.
 class PicturePublisher {
  public:
   PicturePublisher();
 
-  // Grades the newest picture again, and later ones, in the background and without new samples.
-  // Pictures with an overlay are not graded. Invalid settings become a problem(), and the previous
-  // ones stay.
+  // Grades the newest picture again in the background, without new samples, and uses the settings
+  // for later pictures. Does not change pictures with an overlay. If the settings are invalid, sets
+  // problem() and keeps the previous ones.
   void set_display(const DisplaySettings& settings);
-  // Waits for the first set_display(). Null if there were no valid settings yet.
+  // Waits for the first set_display(). Returns null if no grading could be created.
   std::shared_ptr<const Grading> grading();
 
-  // Returns a picture to fill in, which may reuse a released one's memory.
+  // Returns a picture to fill in. It may reuse the memory of a released one and its old values.
   std::shared_ptr<SessionPicture> acquire_picture();
-  // Publishes a picture that was graded by `grading`: assigns its serial number and wakes the
-  // owner.
+  // Publishes a picture that was graded with `grading`: assigns its serial number and wakes the
+  // session's owner.
   void publish(std::shared_ptr<SessionPicture> picture, std::shared_ptr<const Grading> grading);
   std::shared_ptr<const SessionPicture> picture() const;
 
   // Grades an older picture in the background with the current display settings, and again after
-  // each change. A picture with an overlay stays unchanged. Null: none.
+  // each change of them. Does not change a picture with an overlay. Null: no comparison.
   void compare_with(std::shared_ptr<const SessionPicture> comparison);
   std::shared_ptr<const SessionPicture> graded_comparison() const;  // null until graded
 
-  // Sets the problem of rendering; an empty text clears it.
+  // Sets the problem that rendering has; an empty text clears it.
   void set_problem(const std::string& text);
   std::string problem() const;
 
@@ -46,7 +46,7 @@ class PicturePublisher {
   void wake();
 
  private:
-  struct PicturePool;  // memory of pictures
+  struct PicturePool;  // released pictures, whose memory is reused
 
   void apply_display(const DisplaySettings& settings);
   void regrade();
@@ -59,12 +59,12 @@ class PicturePublisher {
   bool has_grading_ = false;
   std::shared_ptr<const Grading> grading_;
   std::shared_ptr<const SessionPicture> picture_;
-  std::shared_ptr<const Grading> picture_grading_;  // used for picture_
+  std::shared_ptr<const Grading> picture_grading_;  // the grading of picture_
   uint64_t serial_ = 0;
   std::shared_ptr<const SessionPicture> comparison_, graded_comparison_;  // original and graded
   std::shared_ptr<const Grading> comparison_grading_;
   std::string render_problem_, display_problem_;
-  DisplaySettings newest_settings_;  // the newest settings; older pending ones are skipped
+  DisplaySettings newest_settings_;  // older settings that are still pending are skipped
 
   std::mutex wake_mutex_;  // held during the callback, so that on_change({}) is final
   std::function<void()> wake_;

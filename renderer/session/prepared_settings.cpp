@@ -22,7 +22,8 @@ bool same_samples(const RenderOptions& a, const RenderOptions& b) {
   return a.threads == b.threads && texts(a) == texts(b);
 }
 
-// The window writes no layers, so rules about layers must not reject its settings.
+// Plans the frame without options for layers: the window writes none, so rules about layers must
+// not reject its settings.
 RenderPlan plan_of(RenderOptions options, const ViewSettings& settings) {
   options.light_groups = false;
   options.half.clear();
@@ -57,7 +58,7 @@ RenderOptions main_options(const ViewSettings& settings) {
   options.catchers.clear();
   options.holdouts.clear();
   options.cryptomatte_levels = FrameSettings().cryptomatte_levels;
-  // Otherwise every change of view would wait for a survey.
+  // With other values every change of view would wait for a survey.
   options.environment_sampling = EnvironmentSampling::kByLight;
   options.denoise = false;  // from --settings; the window shows the raw frame
   if (options.allocation == ErrorMetric::kDenoised) options.allocation.reset();
@@ -68,7 +69,7 @@ RenderOptions main_options(const ViewSettings& settings) {
 
 AovSet required_aovs(const ViewSettings& settings) {
   AovSet aovs = AovSet::parse(settings.render.aovs);
-  // Only drivers of the whole frame report stop reasons while rendering; buckets need the channel.
+  // Drivers of the whole frame report stop reasons while rendering. Bucket frames need the channel.
   const bool reports_stops =
       settings.overlay == ViewOverlay::kStop && !is_main_driver_tiled(settings.render);
   const std::optional<Aov> aov = overlay_aov(settings.overlay);

@@ -1,4 +1,4 @@
-// Settings of a session's frames, prepared again only when they change.
+// The prepared settings of a session's frames. They are prepared again only when they change.
 #pragma once
 
 #include "renderer/engine/render_plan.h"
@@ -9,21 +9,22 @@ namespace emberline {
 // Whether the driver is `live`: bisection, then adaptive.
 bool is_live(const RenderOptions& options);
 
-// Whether the main driver finishes bucket after bucket. The main driver of `live` is adaptive.
+// Whether the main driver finishes one bucket after another. The main driver of `live` is adaptive.
 bool is_main_driver_tiled(const RenderOptions& options);
 // Whether the main driver allows this setting (renderer/engine/setting_rules.h).
 bool main_driver_allows(const RenderOptions& options, std::string_view setting);
 // Whether light groups can be recorded, so that light changes need no new samples.
 bool can_relight(const RenderOptions& options);
 
-// Options of the main driver for a session's settings, with a sample budget suited to an open
-// window.
+// Returns the main driver's options for a session's settings. If the settings do not limit the
+// samples, the limit is kViewSamples.
 RenderOptions main_options(const ViewSettings& settings);
 
-// The channels that the settings request, including the overlay's.
+// Returns the channels that the settings need, including those of the overlay.
 AovSet required_aovs(const ViewSettings& settings);
 
-// Whether a frame rendered with the settings `a` has the samples and all channels that `b` needs.
+// Whether a frame rendered with the settings `a` has the same samples as one rendered with `b`, and
+// all channels that `b` needs.
 bool frame_satisfies(const ViewSettings& a, const ViewSettings& b);
 
 struct PreparedSettings {

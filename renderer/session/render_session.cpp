@@ -18,8 +18,9 @@
 namespace emberline {
 namespace {
 
-// Writes atomically. .exr: all channels, linear. .png and .jpg: display values; a .png has alpha if
-// the environment is transparent. Throws UsageError for another suffix, RenderError.
+// Writes the picture atomically: a .exr with all channels, linear; a .png or .jpg with display
+// values. A .png has alpha if the environment is transparent. Throws UsageError for another suffix,
+// and RenderError.
 void write_picture(const std::string& path, const FilmCopy& film, const DisplaySettings& display) {
   if (lower_suffix(path) == ".exr") {
     write_film_exr(path, film.aovs, film.options.width, film.options.height, film.crop,
@@ -40,13 +41,14 @@ const HeatmapQuantity& heatmap_of(ViewOverlay overlay) {
   return *quantity;
 }
 
-// Writes a heatmap with its legend (.png, .jpg) or its values (.exr). Throws UsageError for an
-// overlay that is not a heatmap, RenderError if the film lacks its channel.
+// Writes a heatmap: with its legend (.png, .jpg), or its values (.exr). Throws UsageError if the
+// overlay is not a heatmap, and RenderError if the film lacks its channel.
 void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay overlay) {
   const HeatmapQuantity& quantity = heatmap_of(overlay);
   const Rect& crop = film.crop;
   check_heatmap_format("heatmap", path, crop);
-  // Stop reasons are known without the channel, even before the frame is finished.
+  // If the driver reports stop reasons, they are known without the channel, even before the frame
+  // is finished.
   const bool is_categorical = quantity.is_categorical && !film.stops.empty();
   const std::vector<std::string> names =
       is_categorical ? std::vector<std::string>{"stop"} : film_channel_names(film.aovs);
@@ -83,13 +85,13 @@ RenderSession::~RenderSession() {
   loader_->cancel();
 }
 
-// With `only_edits`, the current frame shows its first picture before it ends, so that drags stay
-// visible.
+// With `only_edits`, the current frame still shows its first picture before it ends, so that a drag
+// shows pictures all the time.
 void RenderSession::post(bool only_edits) {
   ++edit_;
   rendered_settings_ = settings_;
   if (!scene_) return;
-  publisher_->set_problem("");  // it was about the previous edit
+  publisher_->set_problem("");  // the problem was about the previous edit
   SceneEdits effective = solo_ ? with_solo(edits_, *solo_, *scene_) : edits_;
   renderer_->post({edit_, ViewClock::now(), scene_, std::move(effective), settings_}, only_edits);
 }
@@ -165,7 +167,7 @@ void RenderSession::on_change(std::function<void()> wake) {
   publisher_->on_change(std::move(wake));
 }
 
-// Returns the pixel's values in the newest picture, merged with its latest inspection.
+// Merges the pixel's values in the newest picture with its latest inspection.
 std::optional<PixelInspection> RenderSession::inspection_at(const Vec2i& at, bool picked) const {
   const std::shared_ptr<const SessionPicture> picture = publisher_->picture();
   if (!picture || !picture->rect().contains(at.x, at.y)) {
@@ -234,7 +236,7 @@ std::future<void> RenderSession::save_in_background(const std::string& path,
   return result;
 }
 
-// `write` gets a copy of the current film.
+// Like save_in_background(), but calls `write` with a copy of the current film.
 std::future<void> RenderSession::save_film(const std::string& path,
                                            const std::function<void(const FilmCopy&)>& write) {
   auto film = std::make_shared<std::future<FilmCopy>>(renderer_->copy());

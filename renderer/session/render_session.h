@@ -1,11 +1,12 @@
-// Renders a scene in the background, again after every change. It depends on neither a window nor a
-// graphics library, so tests and benchmarks use it too.
+// Renders a scene in the background, and again after every change. A RenderSession needs no window
+// and no graphics library, so tests and benchmarks use it too.
 //
-// One thread owns it and calls everything here. No call blocks for more than about a millisecond,
-// except the destructor. README.md describes the session's threads and how an edit is processed.
+// Only the thread that owns the session may call its functions. No call except the destructor
+// blocks for more than about a millisecond. README.md describes the session's threads and how an
+// edit is processed.
 //
-// User errors are not fatal: load_status() reports those of scenes, problem() all others, and the
-// previous picture stays.
+// User errors are not fatal: load_status() reports those in loading a scene, problem() all others,
+// and the previous picture stays.
 #pragma once
 
 #include <cstdint>
@@ -33,67 +34,71 @@ struct LoadedScene;
 class RenderSession {
  public:
   explicit RenderSession(ViewSettings settings);
-  // Stops all work and waits for its end, including files that are being written.
+  // Stops all work and waits until it has ended. Files that are being written are finished.
   ~RenderSession();
 
-  // Loads in the background, with environment and camera from the settings' options. The previous
-  // scene stays until then. Cancels an earlier load.
+  // Loads the scene in the background, with environment and camera from the settings' options.
+  // Meanwhile the previous scene stays. Cancels an earlier load.
   void open(const std::string& scene, const std::string& edits_file = {});
   void cancel_load();
-  // Call after each on_change(). A loaded scene is adopted only here, so that edits of one scene
-  // are never applied to another: scene(), edits() and edit() change nowhere else by themselves.
+  // Call whenever the callback of on_change() was called. A loaded scene is adopted only here, so
+  // that edits of one scene are never applied to another: nowhere else do scene(), edits() and
+  // edit() change by themselves.
   LoadStatus load_status();
   std::shared_ptr<const ListedScene> scene() const;  // null before the first
   std::shared_ptr<MemoryBudget> memory()
-      const;  // of the whole session; null before the first scene
+      const;  // the session's budget for all scenes; null before the first
 
   const ViewSettings& settings() const { return settings_; }
-  // Accepts any combination. problem() names an invalid one (such as a fixed-count sampler with an
-  // adaptive driver), and nothing renders until it is corrected. Only settings that affect samples
-  // restart the frame: display, overlays with existing channels, and `paused` do not.
+  // Accepts any combination. If it is invalid, such as a fixed-count sampler with an adaptive
+  // driver, problem() says why, and nothing is rendered until it is corrected. Only settings that
+  // affect samples restart the frame. The display, an overlay whose channel exists, and `paused` do
+  // not.
   void set_settings(const ViewSettings& settings);
 
-  // The number of the newest edit, counting settings and scenes; see SessionPicture::edit.
+  // The number of the newest edit. Changes of settings and new scenes count as edits; see
+  // SessionPicture::edit.
   uint64_t edit() const { return edit_; }
-  // All differences from the file, as last set or opened.
+  // All differences from the file, as they were last set or opened.
   const SceneEdits& edits() const { return edits_; }
-  // Throws InputError for edits that do not fit the scene and then changes nothing. `solo` switches
-  // all other lights off without becoming part of saved edits. An environment file without an image
+  // Throws InputError and changes nothing if the edits do not fit the scene. `solo` switches all
+  // other lights off, but is not part of saved edits. An environment file whose image is not given
   // is read in the background. Does nothing without a scene.
   void set_edits(const SceneEdits& edits, const std::optional<LightEdit>& solo = std::nullopt);
 
-  // Null before the first.
+  // The newest picture; null before the first.
   std::shared_ptr<const SessionPicture> picture() const;
-  // Keeps an older picture for comparison, graded in the background with the current display
-  // settings unless it has an overlay. Null: no comparison.
+  // Grades an older picture for comparison, in the background and with the current display
+  // settings, unless it has an overlay. Null: no comparison.
   void compare_with(std::shared_ptr<const SessionPicture> comparison);
   // Null until graded; on_change() is called then.
   std::shared_ptr<const SessionPicture> graded_comparison() const;
-  // Why the newest edit has no picture, worded as on the command line; empty if nothing is wrong.
+  // Says why the newest edit has no picture, worded as on the command line. Empty if nothing is
+  // wrong.
   std::string problem() const;
   // Registers `wake`, which a thread of the session calls when a picture, load status, problem or
   // inspection has changed. It must only wake the owner, not call the session. It is never called
   // after on_change({}) has returned.
   void on_change(std::function<void()> wake);
 
-  // Returns what is known of the pixel and requests the rest: call again after on_change(). Absent
-  // outside the picture, or before the first.
+  // Returns what is known about the pixel and requests the rest; call again when the callback of
+  // on_change() was called. Absent outside the picture, or before the first picture.
   std::optional<PixelInspection> inspect(int x, int y);
   // Ends the inspection of a pixel.
   void end_inspection();
-  // Selects the pixel to explain, independent of inspect(). Later frames record its whole history,
-  // the current frame from now on.
+  // Selects the pixel to explain, independently of inspect(). Later frames record its whole
+  // history; the current frame records it only from now on.
   void pick(const std::optional<Vec2i>& pixel);
-  // As inspect(), for the picked pixel.
+  // Like inspect(), for the picked pixel.
   std::optional<PixelInspection> picked() const;
 
-  // Saves the current picture in the background: .exr with its channels, .png or .jpg. The future
-  // may be discarded; it throws RenderError, or UsageError, for example for an input file of the
-  // scene.
+  // Saves the current picture in the background as .exr with its channels, .png or .jpg. The future
+  // may be discarded. It throws RenderError, or UsageError, for example if `path` is an input file
+  // of the scene.
   std::future<void> save(const std::string& path);
   // Throws UsageError immediately for an overlay that is not a heatmap.
   std::future<void> save_heatmap(const std::string& path, ViewOverlay quantity);
-  // Saves the edits for `render --edits`, including a view chosen by the settings' options.
+  // Saves the edits for `render --edits`. They include a view that the settings' options chose.
   std::future<void> save_edits(const std::string& path);
 
  private:
@@ -106,14 +111,14 @@ class RenderSession {
 
   // The newest request. All other state belongs to the threads of the last members.
   ViewSettings settings_;
-  ViewSettings rendered_settings_;  // of the newest request
+  ViewSettings rendered_settings_;  // the settings in the newest request
   uint64_t edit_ = 0;
   std::shared_ptr<LoadedScene> scene_;
   SceneEdits edits_;
   std::optional<LightEdit> solo_;
   std::optional<Vec2i> inspected_, picked_;
 
-  // Destroyed in reverse order, since each may call the earlier ones until it ends.
+  // Destroyed in reverse order, since each may call those declared before it until it ends.
   const std::unique_ptr<PicturePublisher> publisher_;
   const std::unique_ptr<TaskThread> writer_;
   const std::unique_ptr<SceneLoader> loader_;

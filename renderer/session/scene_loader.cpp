@@ -12,7 +12,7 @@ SceneLoader::SceneLoader(std::function<void()> wake) : wake_(std::move(wake)) {}
 void SceneLoader::load(const RenderOptions& options) {
   uint64_t number;
   std::stop_token stop;
-  std::shared_ptr<LoadedScene> unclaimed;  // never polled; freed on the loader's thread
+  std::shared_ptr<LoadedScene> unclaimed;  // loaded but not polled; freed on the loader's thread
   {
     const std::lock_guard lock(mutex_);
     number = ++number_;
@@ -63,7 +63,8 @@ void SceneLoader::run_load(const RenderOptions& options, uint64_t number, std::s
     });
   };
   try {
-    // The open scene stays until the new one has loaded, so the new one gets the remaining memory.
+    // The open scene stays until the new one is loaded, so the new one gets only the remaining
+    // memory.
     LoadLimits limits = limits_of(options.limits, options.scene);
     if (!memory_) memory_ = limits.memory;
     limits.memory = memory_->child_budget();

@@ -1,4 +1,4 @@
-// Loads scenes for a session in the background, one after another; only the newest request counts.
+// Loads scenes for a session in the background, one at a time. Only the newest request counts.
 #pragma once
 
 #include <functional>
@@ -19,7 +19,7 @@ class SceneLoader {
   // load(), cancel() and poll() never block and may be called from any thread.
   void load(const RenderOptions& options);
   void cancel();
-  // Returns the status and, once, a scene that has loaded.
+  // Returns the status. Moves a scene that has been loaded to `new_scene`, or sets it to null.
   LoadStatus poll(std::shared_ptr<LoadedScene>* new_scene);
 
  private:
@@ -29,11 +29,11 @@ class SceneLoader {
 
   const std::function<void()> wake_;
   std::mutex mutex_;
-  uint64_t number_ = 0;    // of the newest load; cancelling increments it
-  std::stop_source stop_;  // of the newest load
+  uint64_t number_ = 0;    // number of the newest load; cancelling increments it
+  std::stop_source stop_;  // stops the newest load
   LoadStatus status_;
   std::shared_ptr<LoadedScene> loaded_;
-  std::shared_ptr<MemoryBudget> memory_;  // of all scenes; used by the loader's thread
+  std::shared_ptr<MemoryBudget> memory_;  // for all scenes; used by the loader's thread
   TaskThread thread_;                     // last: its tasks use all of the above
 };
 

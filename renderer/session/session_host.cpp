@@ -41,7 +41,7 @@ constexpr int kSessionProtocol = 1;
 // Limits on queued warnings and files waiting to be written.
 constexpr size_t kMaxWarnings = 100, kMaxPendingSaves = 16;
 constexpr size_t kMaxIdLength = 1000;
-// Polling interval while files are being saved, and the load progress worth an event.
+// Polling interval while files are being saved; smallest load progress that is sent as an event.
 constexpr int kSavePollInterval_ms = 20;
 constexpr double kLoadStep = 0.01;
 
@@ -84,7 +84,7 @@ class SessionHost {
       send({{"event", "error"}, {"text", error.what()}});
       try {
         lines_.flush();
-      } catch (const RenderError&) {  // it does not read either
+      } catch (const RenderError&) {  // the host does not read; report the first error
       }
       throw;
     }
@@ -100,7 +100,7 @@ class SessionHost {
     std::string_view name;
     std::vector<std::string_view> members;  // besides "id" and "do"
     void (SessionHost::*run)(const Json& command, const JsonReader& root, const std::string& line);
-    bool answers_immediately = true;  // answered immediately
+    bool answers_immediately = true;
   };
   // Commands that are answered later.
   struct PendingOpen {
@@ -115,8 +115,8 @@ class SessionHost {
 
   void process_commands() {
     while (true) {
-      // Commands before the end of input are carried out even if the host does not read; there are
-      // few.
+      // Commands that precede the end of input are carried out even if the host does not read;
+      // there are only a few.
       while (!quit_ && (lines_.ended() || !lines_.congested())) {
         const std::optional<std::string> line = lines_.next_line();
         if (!line) break;
@@ -417,8 +417,8 @@ class SessionHost {
 
   SharedFrames frames_;
   uint64_t min_edit_ = 0;      // earlier pictures show another scene
-  uint64_t sent_serial_ = 0;   // of the session's pictures
-  uint64_t number_ = 0;        // of our picture events
+  uint64_t sent_serial_ = 0;   // SessionPicture::serial of the picture sent last
+  uint64_t number_ = 0;        // number of the last picture event
   bool host_is_ready_ = true;  // the host has consumed the previous picture
 };
 

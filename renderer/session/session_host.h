@@ -1,9 +1,9 @@
-// `emberline session`: a RenderSession for another process, the host, using JSON lines and shared
-// memory. PROTOCOL.md defines the protocol.
+// `emberline session`: offers a RenderSession to another process, the host, through lines of JSON
+// and shared memory. PROTOCOL.md defines the protocol.
 //
 // One thread owns the session, executes the host's commands and sends events in between. An event
-// describes the current state and is sent only while the host reads, so a slow host gets fewer
-// events and nothing accumulates.
+// describes the current state and is sent only while the host reads. So a slow host gets fewer
+// events, and nothing accumulates.
 #pragma once
 
 #include <functional>
@@ -16,15 +16,15 @@ namespace emberline {
 
 struct HostSettings {
   ViewSettings view;
-  bool display = false;  // pictures have display values instead of linear ones
+  bool display = false;  // send display values instead of linear ones
 };
 
-// Option names with their texts; flags have "yes" or "no".
+// Texts by option name; a flag has the text "yes" or "no".
 using HostTexts = std::map<std::string, std::string>;
 
-// Runs until the host says "quit". `settings` combines the host's texts with the command line and
-// throws UsageError. Throws InputError if the host ends or violates the protocol, RenderError if it
-// does not read, and at the end RenderError if a file could not be saved.
+// Runs until the host sends "quit". `settings` combines the host's texts with the command line and
+// may throw UsageError. Throws InputError if the host ends or violates the protocol, RenderError if
+// it has closed the output, and at the end RenderError if a file could not be saved.
 void run_session_host(std::function<HostSettings(const HostTexts&)> settings, int in, int out);
 
 }  // namespace emberline

@@ -12,29 +12,29 @@
 
 namespace emberline {
 
-// A picture and its state. Immutable once published.
+// A picture and the frame's state at that time. Immutable once published.
 struct SessionPicture {
   uint64_t edit = 0;    // the last edit that it shows; see RenderSession::edit()
   uint64_t serial = 0;  // increases with each picture
   int width = 0, height = 0;
-  int x = 0, y = 0;  // in the frame, if cropped
+  int x = 0, y = 0;  // position in the frame; 0 if it is not cropped
   Rect rect() const { return {x, y, x + width, y + height}; }
-  // `filled`: all pixels show this edit, some with a neighbour's sample; otherwise the previous
-  // picture is visible around a region. `complete`: every pixel has its own sample or, with
-  // buckets, all of its samples.
+  // `filled`: all pixels show this edit, though some show a neighbour's sample; false while the
+  // previous picture is visible around a region. `complete`: every pixel has its own sample or,
+  // with buckets, all of its samples.
   bool filled = false;
   bool complete = false;
   bool finished = false;          // the last picture of the frame
-  std::vector<uint8_t> rgba8;     // display values, overlay included; top row first
+  std::vector<uint8_t> rgba8;     // display values including the overlay; top row first
   std::vector<float> rgba;        // linear Rec. 709, premultiplied, from the film
-  std::vector<float> denoised;    // filtered `rgba` if rgba8 shows that; else empty
+  std::vector<float> denoised;    // filtered `rgba`, if that is what rgba8 shows; else empty
   std::vector<uint8_t> raw8;      // unfiltered rgba8, with ViewSettings::include_raw; else empty
   std::vector<Rect> in_progress;  // buckets being rendered
   JobProgress progress;
-  uint64_t samples = 0;        // of this frame so far
-  uint64_t rays = 0;           // of this frame so far; with buckets, set at the end
-  double elapsed_s = 0.0;      // since the edit
-  double rendering_s = 0.0;    // of this frame without pauses, for rays per second
+  uint64_t samples = 0;        // samples of this frame so far
+  uint64_t rays = 0;           // rays of this frame so far; with buckets, only set at the end
+  double elapsed_s = 0.0;      // time since the edit
+  double rendering_s = 0.0;    // time of this frame without pauses, for rays per second
   std::string driver;          // current driver; `live` and `bucket` begin with "bisection"
   std::string overlay_legend;  // the range of the colours: "1 to 64 samples per pixel"
 
@@ -45,8 +45,8 @@ struct SessionPicture {
 // An inspection of one pixel.
 struct PixelInspection {
   int x = 0, y = 0;
-  uint64_t edit = 0;  // of the inspected picture
-  Rgb radiance;       // with alpha: as in the newest picture
+  uint64_t edit = 0;  // SessionPicture::edit of the inspected picture
+  Rgb radiance;       // as in the newest picture, like `alpha`
   float alpha = 0.0f;
   std::optional<Rgb> denoised;  // if the picture is denoised
   // The following members describe the frame's last pause, shortly before or after that picture.
@@ -54,13 +54,13 @@ struct PixelInspection {
   bool known = false;
   uint32_t samples = 0;
   std::optional<Rgb>
-      variance;             // of the mean, if the film has it (adaptive driver or error overlay)
-  uint32_t non_finite = 0;  // samples counted as black
-  PixelStop stop = PixelStop::kNone;  // so far; kUnfinished if more samples may come
+      variance;             // variance of the mean, if the film has it (adaptive or error overlay)
+  uint32_t non_finite = 0;  // number of samples that were not finite and count as black
+  PixelStop stop = PixelStop::kNone;  // kUnfinished if more samples may come
   uint32_t id = 0;                    // 1 + instance; 0: background
-  std::string object;                 // name of its node or mesh
+  std::string object;                 // name of the instance's node or mesh
   int material = -1;            // index in the materials of ListedScene::outline; -1: nothing hit
-  Vec3d position = Vec3d(0.0);  // of the visible surface, in world space
+  Vec3d position = Vec3d(0.0);  // point on the visible surface, in world space
   std::string explanation;      // FrameDriver::explain(); only for the picked pixel
 };
 

@@ -1,8 +1,9 @@
-// Pictures in memory shared with another process: an anonymous file (memfd_create) that disappears
-// when neither process holds it, however they end. The other process opens it read-only as
-// /proc/PID/fd/N, which only the same user can.
+// Writes pictures to memory shared with another process: an anonymous file (memfd_create) that
+// disappears when neither process holds it, however they end. The other process opens it read-only
+// as /proc/PID/fd/N, which only the same user can.
 //
-// Two slots are written alternately: a picture stays intact until the second one after it.
+// There are two slots, which are written alternately: a picture stays intact until the second one
+// after it is written.
 #pragma once
 
 #include <cstddef>
@@ -17,10 +18,10 @@ namespace emberline {
 
 class SharedFrames {
  public:
-  // Location of a picture.
+  // Where a picture is stored.
   struct Location {
     std::string path;
-    uint64_t segment = 0;  // number of the file
+    uint64_t segment = 0;  // number of the file, which changes when a new one is created
     uint64_t bytes = 0;    // size of the file
     uint64_t offset = 0;   // offset in the file
   };
@@ -31,7 +32,7 @@ class SharedFrames {
   SharedFrames& operator=(const SharedFrames&) = delete;
 
   // Creates a new file if the size has changed. Throws InputError with `place` if the budget is
-  // exceeded, and RenderError; there is no file then.
+  // exceeded, and RenderError; after an error there is no file.
   Location write(std::span<const std::byte> picture, const std::shared_ptr<MemoryBudget>& budget,
                  const std::string& place);
 

@@ -19,7 +19,7 @@ class TaskThread {
     thread_.join();
   }
 
-  // Any thread. The task must not throw.
+  // May be called on any thread. The task must not throw.
   void post(std::function<void()> task) {
     {
       const std::lock_guard lock(mutex_);

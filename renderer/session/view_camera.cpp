@@ -8,17 +8,17 @@
 namespace emberline {
 namespace {
 
-// Relative to the scene's radius: close enough to count the threads of a cloth, and far enough to
-// lose it.
+// Limits of the distance, relative to the scene's radius: close enough to count the threads of a
+// cloth, and so far away that the scene is out of sight.
 constexpr double kMinDistance = 1e-5, kMaxDistance = 1e5;
 
 // Below this cosine of the elevation, the azimuth is undefined.
 constexpr double kPole = 1e-9;
 
-// The picture's right edge without roll.
+// The direction to the picture's right if there is no roll.
 Vec3d horizontal_right(double azimuth) { return {std::cos(azimuth), 0.0, -std::sin(azimuth)}; }
 
-// `back` is a unit vector; `right` is any perpendicular direction, before mirroring.
+// `back` must be a unit vector, and `right` perpendicular to it and not mirrored.
 void set_angles(const Vec3d& back, const Vec3d& right, ViewCamera& view) {
   const double level = std::hypot(back.x, back.z);
   view.elevation = std::atan2(back.y, level);
@@ -37,7 +37,7 @@ ViewCamera with_distance(ViewCamera view, double distance) {
   return view;
 }
 
-// -1 if the view is mirrored, otherwise +1.
+// Returns -1 if the view is mirrored, and +1 otherwise.
 double handedness(const ViewCamera& view) { return view.mirrored ? -1.0 : 1.0; }
 
 }  // namespace
@@ -169,7 +169,7 @@ ViewCamera look_towards(ViewCamera view, const Vec3d& point) {
 
 ViewCamera frame_all(ViewCamera view, const Vec3d& center, double radius, double aspect) {
   view.pivot = center;
-  // As in framing_camera(): the sphere touches the closer pair of edges, with a margin of 5 %.
+  // Like framing_camera(), fits the sphere between the closer pair of edges, with a margin of 5 %.
   if (view.orthographic) {
     view.half_height = 1.05 * radius / std::min(1.0, aspect);
     return with_distance(view, view.move_scale());  // the whole sphere is in front of the eye

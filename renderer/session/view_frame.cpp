@@ -15,29 +15,30 @@
 namespace emberline {
 namespace {
 
-// An edit's first picture is shown when this fraction of the pixels has a sample (10 to 20 ms for
-// 1280 x 720 on two cores) or, for slow scenes, after kFirstPictureTimeout_s.
+// An edit's first picture is shown when this fraction of the pixels has a sample (after 10 to 20 ms
+// for 1280 x 720 on two cores) or, for slow scenes, after kFirstPictureTimeout_s.
 constexpr double kFirstCoverage = 1.0 / 64;
 constexpr double kFirstPictureTimeout_s = 0.012;
 
-// Later pictures are limited to what the eye can follow and to a share of the render time: a larger
-// one while the artist waits for the effect of an edit, then a negligible one.
+// Later pictures come no faster than the eye can follow, and take at most a fraction of the render
+// time: a larger one in the first second, while the artist waits for the effect of an edit, and a
+// negligible one after that.
 constexpr double kMinInterval_s = 1.0 / 30;
 constexpr double kInteractive_s = 1.0;
 constexpr double kInteractiveCostFraction = 0.1;
 constexpr double kIdleCostFraction = 0.01;
 
-// Samples per pixel of the region before the rest of the frame is rendered.
+// The region gets this number of samples per pixel before the rest of the frame is rendered.
 constexpr uint32_t kRegionSamples = 16;
 
-// The first picture of a bucket frame may take this fraction of the frame's sample count, to which
-// its samples do not count. kMinJudgedSamples replaces a smaller or unknown number of samples per
-// pixel: it is the fewest that an estimator needs.
+// The first picture of a bucket frame may take this fraction of the frame's samples; its own are
+// not part of them. If the number of samples per pixel is smaller than kMinJudgedSamples or
+// unknown, kMinJudgedSamples is used, the fewest that an estimator needs.
 constexpr double kFirstPictureFraction = 0.005;
 constexpr uint32_t kMinJudgedSamples = 16;
 
-// Linear and graded pictures that the publisher keeps: the newest, one being drawn, and one for
-// comparison, original and graded.
+// The number of pictures, each linear and graded, that the publisher keeps: the newest, one being
+// drawn, and the one for comparison twice, original and graded again.
 constexpr uint64_t kPictures = 4;
 
 Camera camera_of(const RenderRequest& request) {
@@ -106,7 +107,7 @@ void ViewFrame::reserve(const Rect& pixels, uint64_t bytes_per_pixel) {
               fmt::format("a frame of {}x{} pixels", crop_.width(), crop_.height()));
 }
 
-// Uses a job of its own, so that each pixel gets the same samples as in the frame.
+// Renders the region as a separate job, so that each pixel gets the same samples as in the frame.
 void ViewFrame::render_region() {
   const Rect region = request_.settings.region->intersect(crop_);
   if (region.empty()) return;
@@ -130,7 +131,7 @@ RenderCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<RenderJob>& 
   return job->render(*this, stage_stop_.get_token()).counters;
 }
 
-// Buckets are drawn over the first picture.
+// Resolves the first picture, which the buckets then replace one by one.
 void ViewFrame::begin_buckets() {
   constexpr uint64_t kDisplayed = 4;
   reserve(crop_, TilePicture::bytes_per_pixel(prepared_.plan) + kDisplayed);
@@ -142,18 +143,18 @@ void ViewFrame::begin_buckets() {
   progress_ = {};
   bucket_picture_.emplace(prepared_.plan, std::move(rgba));
   live_picture_ = &bucket_picture_->picture();
-  // Forces a new picture: the last one may be as old as a bucket takes.
+  // Forces a new picture, since the next one may not come before a bucket is finished.
   published_at_s_ = -std::numeric_limits<double>::infinity();
 }
 
-// For buckets, the first picture only has to be good enough to judge an edit.
+// A bucket frame's first picture only has to be good enough to judge an edit.
 bool ViewFrame::is_first_picture_sufficient() const {
   if (stage_ != Stage::kFirst || prepared_.live || !published_) return false;
   const uint32_t samples = std::max(prepared_.plan.samples_per_pixel, kMinJudgedSamples);
   return progress_.completion >= kFirstPictureFraction * double(samples);
 }
 
-// For bucket frames, the first picture's samples do not count.
+// In a bucket frame, the first picture's samples do not count.
 bool ViewFrame::complete() const {
   const bool counts = stage_ == Stage::kMain || (stage_ == Stage::kFirst && prepared_.live);
   return counts && progress_.completion >= 1.0;
@@ -162,7 +163,7 @@ bool ViewFrame::complete() const {
 void ViewFrame::finish(const RenderCounters& counters) {
   if (counters.stopped && !bucket_picture_) main_->end(stop_->cause());
   finished_ = true;
-  if (!first_) {  // otherwise time ran out before this driver had sampled every pixel
+  if (!first_) {  // else time ran out before the main driver had sampled every pixel
     progress_.samples = counters.samples;
     progress_.rays = counters.rays.total();
     progress_.error_estimate = main_->error_estimate();
@@ -217,8 +218,8 @@ void ViewFrame::tile_finished(const FilmTile& tile) {
   update_buckets_isolated();
 }
 
-// Isolated: while a thread waits on TBB for the picture, it must not start another bucket, which
-// would lock the picture again.
+// Runs isolated: while a thread waits for TBB to draw the picture, it must not start another
+// bucket, which would lock the picture again.
 void ViewFrame::update_buckets_isolated() {
   tbb::this_task_arena::isolate([&] { update_buckets(); });
 }
@@ -317,7 +318,7 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
     }
   }
   if (const HeatmapQuantity* quantity = overlay_quantity(overlay)) {
-    // A frame without the channel will be replaced by one that has it.
+    // If the frame lacks the channel, it will be replaced by one that has it.
     if (!quantity->aov || prepared_.plan.aovs.contains(*quantity->aov)) {
       const FilmCopy film = copy();
       const std::vector<std::string> names = film_channel_names(film.aovs);
@@ -378,7 +379,8 @@ void ViewFrame::resolve_frame(std::span<float> rgba) const {
   }
 }
 
-// An incomplete frame is filtered on bisection's lattice, unless there is a region, which is finer.
+// Filters an incomplete frame on the lattice of bisection. Does not filter it if it has a region,
+// which is sampled more finely than the lattice.
 void ViewFrame::denoise(SessionPicture& picture) {
   const bool possible = LiveDenoiser::has_channels(prepared_.plan.aovs) && stage_ != Stage::kRegion;
   const PixelLattice* lattice = nullptr;
@@ -387,7 +389,7 @@ void ViewFrame::denoise(SessionPicture& picture) {
   }
   const DisplayMode as = display_mode_.load();
   const bool filtered = possible && as.filtered() && (lattice || complete());
-  // resize() keeps the memory of a reused picture, which is not cleared.
+  // The picture may be a reused one with old values; resize() keeps its memory.
   picture.denoised.resize(filtered ? picture.rgba.size() : 0);
   picture.raw8.resize(filtered && as.include_raw ? picture.rgba.size() : 0);
   if (!filtered) return;
@@ -396,7 +398,7 @@ void ViewFrame::denoise(SessionPicture& picture) {
                     picture.rgba, picture.denoised);
 }
 
-// Only the last stage finishes pixels.
+// Before the last stage, all pixels count as unfinished.
 PixelStop ViewFrame::stop_at(int x, int y) const {
   const bool last = bucket_picture_ || (main_ && live_job_ == main_.get());
   const PixelStop stop = last ? live_picture_->current_stop(x, y) : PixelStop::kUnfinished;
@@ -436,7 +438,7 @@ FilmCopy ViewFrame::copy() const {
   put(*live_picture_);
   if (const LivePicture* region = region_picture()) put(*region);
   if (prepared_.plan.aovs.contains(Aov::kStop)) put_channel("stop", result.stops, &result);
-  // Without its bucket, a pixel has nothing of this frame to show.
+  // In a bucket frame, a pixel has no value until its bucket is finished.
   if (bucket_picture_) return result;
   std::vector<float> rgba(4 * size_t(crop_.area()));
   resolve_frame(rgba);
@@ -467,7 +469,7 @@ PixelInspection ViewFrame::inspect_pixel(int x, int y, bool explained) const {
 
   const Scene& scene = request_.scene->scene->scene();
   const SceneDescription& outline =
-      request_.scene->scene->editable().original();  // in its current pose
+      request_.scene->scene->editable().original();  // in the current pose
   const Ray ray = camera_.ray({float(x) + 0.5f, float(y) + 0.5f});
   SurfaceHit hit;
   if (!scene.intersect(ray, {}, &hit)) return result;

@@ -1,8 +1,9 @@
 // One frame of a session: from an edit to the last sample, or to the edit that replaces it.
 //
-// It renders in stages, each a job with its own driver and film: the region, if any; for `live` and
-// `bucket` a first picture by bisection; then the main driver. The displayed picture switches to
-// the next film once that is as good everywhere; buckets replace the first picture one by one.
+// A frame is rendered in stages. Each is a job with its own driver and film: the region, if any;
+// for `live` and `bucket` a first picture by bisection; then the main driver. The displayed picture
+// switches to the next film once that is at least as good everywhere; buckets replace the first
+// picture one by one.
 #pragma once
 
 #include <atomic>
@@ -27,7 +28,7 @@ namespace emberline {
 
 using ViewClock = std::chrono::steady_clock;
 
-// All edits and settings at one moment.
+// The edits and settings that a frame shows.
 struct RenderRequest {
   uint64_t edit = 0;
   ViewClock::time_point posted;
@@ -36,7 +37,7 @@ struct RenderRequest {
   ViewSettings settings;
 };
 
-// A light change that the current frame can show by mixing its light groups.
+// A change of lights that the current frame can show by mixing its light groups.
 struct RelightRequest {
   uint64_t edit = 0;
   ViewClock::time_point posted;
@@ -47,29 +48,31 @@ struct RelightRequest {
 struct FilmCopy {
   Rect crop;  // in the frame described by `options`
   AovSet aovs;
-  std::vector<float> channels;  // interleaved film_channels(); unsampled pixels: RGBA as shown
+  std::vector<float> channels;  // interleaved film_channels(); unsampled pixels have RGBA as shown
   std::vector<float> stops;     // PixelStop; empty if unknown
   RenderOptions options;        // used for rendering
 };
 
 class ViewFrame final : private RenderSink {
  public:
-  // Called at a pause of the driver: may read the frame, and may wait. `is_published`: whether the
-  // newest picture shows this state.
+  // Called at a pause of the driver; may read the frame and may wait. `is_published`: whether the
+  // newest picture shows the present state.
   using Pause = std::function<void(bool is_published)>;
 
-  // All arguments must outlive the frame. The scene must have the request's edits and must not
-  // change. `display_mode` and `pause_requested` (another thread waits for a pause) may change
-  // during rendering. Throws UsageError and InputError for an invalid view.
+  // All arguments must outlive the frame. The request's edits must have been applied to the scene,
+  // which must not change. `display_mode` and `pause_requested`, which says that another thread
+  // waits for a pause, may change during rendering. Throws UsageError and InputError if the view is
+  // invalid.
   ViewFrame(RenderRequest request, const PreparedSettings& prepared, PicturePublisher& publisher,
             LiveDenoiser& denoiser, std::shared_ptr<StopRequest> stop,
             const std::atomic<DisplayMode>& display_mode, const std::atomic<bool>& pause_requested,
             Pause pause);
-  // Call before render(): records these groups and shows them mixed, or unchanged without a mix.
+  // Call before render(). Records these light groups, and shows them mixed or, without a mix, as
+  // they are.
   void set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix);
   ~ViewFrame() override;
 
-  // Renders on the calling thread's TBB arena and records the history of `explained` for
+  // Renders in the calling thread's TBB arena. Records the history of the pixel `explained` for
   // inspect_pixel(). Throws UsageError and RenderError.
   void render(std::optional<Vec2i> explained);
 
@@ -80,9 +83,9 @@ class ViewFrame final : private RenderSink {
   // Whether there is a picture of the whole frame, not only of the region.
   bool has_whole_picture() const { return live_picture_ && stage_ != Stage::kRegion; }
   FilmCopy copy() const;
-  // `explained`: includes the driver's explanation.
+  // `explained`: adds the driver's explanation.
   PixelInspection inspect_pixel(int x, int y, bool explained) const;
-  // Excludes the waiting time of a pause from the frame's time.
+  // Does not count the time spent waiting at a pause as the frame's.
   void exclude_time(ViewClock::duration waited) { paused_time_ += waited; }
 
   bool has_published() const { return published_; }
@@ -109,7 +112,7 @@ class ViewFrame final : private RenderSink {
   void update_buckets();
   bool is_time_over(double now_s) const;
   void check_time_limit();
-  double seconds() const;  // render time without pauses
+  double seconds() const;  // time since the start, without waiting at pauses
   bool is_picture_due() const;
   bool is_due_by_time(double now_s) const;
   void publish_picture();
@@ -118,7 +121,7 @@ class ViewFrame final : private RenderSink {
   void resolve_frame(std::span<float> rgba) const;
   DriverFacts driver_facts() const;
   const LivePicture* region_picture() const;
-  const LivePicture& picture_of(int x, int y) const;  // the picture that shows a pixel
+  const LivePicture& picture_of(int x, int y) const;  // the picture from which a pixel is shown
   PixelStop stop_at(int x, int y) const;
   std::vector<float> stops() const;
 
@@ -134,7 +137,7 @@ class ViewFrame final : private RenderSink {
   const Camera camera_;
 
   Stage stage_ = Stage::kMain;
-  std::string stage_name_;  // name of its driver
+  std::string stage_name_;  // name of the stage's driver
   std::stop_source stage_stop_;
   std::optional<Vec2i> explained_;
   std::unique_ptr<RenderJob> region_, first_, main_;
@@ -153,7 +156,7 @@ class ViewFrame final : private RenderSink {
   const ViewClock::time_point started_ = ViewClock::now();
   ViewClock::duration paused_time_{0};
   bool published_ = false, complete_published_ = false;
-  bool may_publish_ = true;  // the driver's picture, which may be worse than the one shown
+  bool may_publish_ = true;  // false: the driver's picture is still worse than the one shown
   double published_at_s_ = 0, cost_s_ = 0;
 };
 

@@ -19,8 +19,9 @@
 namespace emberline {
 namespace {
 
-// After relighting, the frame waits briefly, so that the next light change need not wait for a
-// pause, which takes some milliseconds of work, or longer while a driver plans a round.
+// After relighting, the frame waits briefly. The next change of a light then takes effect at once
+// instead of at the driver's next pause, which is some milliseconds away, or more while it plans a
+// round.
 constexpr auto kRelightPause = std::chrono::milliseconds(150);
 
 std::exception_ptr no_picture_error() {
@@ -30,10 +31,10 @@ std::exception_ptr no_picture_error() {
 
 }  // namespace
 
-// During its lifetime, threads that start working in the arena lower their own priority (Linux's
-// per-thread nice value; nothing happens elsewhere), so that the window's thread and software
-// OpenGL get the processor immediately. The change is permanent, since only a privileged process
-// could undo it. An idle machine renders at full speed.
+// During its lifetime, threads that start working in the arena lower their own priority, so that
+// the window's thread and software OpenGL get the processor immediately. An idle machine still
+// renders at full speed. Uses Linux's nice value per thread; does nothing on other systems. The
+// change is permanent, since only a privileged process could undo it.
 class ViewRenderer::LowPriorityWorkers final : public tbb::task_scheduler_observer {
  public:
   explicit LowPriorityWorkers(tbb::task_arena& arena) : task_scheduler_observer(arena) {
@@ -43,8 +44,9 @@ class ViewRenderer::LowPriorityWorkers final : public tbb::task_scheduler_observ
 
   void on_scheduler_entry(bool /*worker*/) override {
 #if defined(__linux__)
-    // About a third of the processor next to a thread of normal priority, and all of an idle one. A
-    // nice value of 10 would leave only a tenth next to another busy program.
+    // A thread with this value gets about a third of a processor that it shares with a thread of
+    // normal priority, and all of an idle one. With a nice value of 10 it would get only a tenth
+    // next to another busy program.
     constexpr int kNice = 5;
     const auto thread = id_t(gettid());
     if (getpriority(PRIO_PROCESS, thread) < kNice) (void)setpriority(PRIO_PROCESS, thread, kNice);
@@ -55,7 +57,7 @@ class ViewRenderer::LowPriorityWorkers final : public tbb::task_scheduler_observ
 ViewRenderer::ViewRenderer(PicturePublisher& publisher)
     : publisher_(publisher), thread_([this] { work(); }) {}
 
-// Changes shared state under the lock and wakes the thread.
+// Changes shared state under the lock and wakes the rendering thread.
 template <class Change>
 void ViewRenderer::update_state(const Change& update) {
   {
@@ -83,8 +85,8 @@ void ViewRenderer::post(RenderRequest request, bool only_edits) {
       pause_requested_ = true;
     } else {
       relighting_.reset();
-      // A request that replaces a pending one may wait for the first picture only if that one
-      // could.
+      // A request that replaces a pending one may wait for the first picture only if the pending
+      // one could.
       let_first_picture_finish_ = only_edits && (!request_ || let_first_picture_finish_);
       request_ = std::move(request);
       if (stop_ && (!let_first_picture_finish_ || frame_published_))
@@ -93,7 +95,8 @@ void ViewRenderer::post(RenderRequest request, bool only_edits) {
   });
 }
 
-// How the current frame's groups must be mixed to show the request; absent if they cannot.
+// Returns how the current frame's light groups must be mixed to show the request; absent if they
+// cannot show it.
 std::optional<LightMix> ViewRenderer::mix_of(const RenderRequest& request) const {
   std::shared_ptr<const LightGroups> groups;
   const EnvironmentEdit& environment = request.edits.environment;
@@ -167,7 +170,7 @@ std::optional<RenderRequest> ViewRenderer::next_request() {
     if (request_) {
       stop_ = std::make_shared<StopRequest>();
       frame_published_ = false;
-      groups_.reset();  // nothing can be mixed until the new frame has groups
+      groups_.reset();  // until the new frame has groups, mix_of() must not use the old ones
       relighting_.reset();
       return std::exchange(request_, std::nullopt);
     }
@@ -231,14 +234,14 @@ void ViewRenderer::pause(bool is_published) {
   if (is_published) request_inspections();
   if (requested()) serve(lock);
   if (!frame_published_ &&
-      frame_->has_published()) {  // on schedule, or because another thread asked
+      frame_->has_published()) {  // at its time, or because another thread asked for it
     frame_published_ = true;
     if (request_) stop_->request(PixelStop::kUser);
   }
   if (!is_waiting()) return;
   const ViewClock::time_point begun = ViewClock::now();
   republish_requested_ =
-      republish_requested_ || (paused_ && !is_published);  // a paused frame shows its latest state
+      republish_requested_ || (paused_ && !is_published);  // a paused frame shows its last state
   while (is_waiting()) {
     if (requested()) {
       serve(lock);
@@ -260,7 +263,7 @@ bool ViewRenderer::is_waiting() const {
   return paused_ || ViewClock::now() < relight_pause_end_;
 }
 
-// Null if the current prepared settings can be reused.
+// Returns null if the current prepared settings can be reused.
 std::unique_ptr<PreparedSettings> ViewRenderer::prepare(const ViewSettings& settings) const {
   const bool serve = prepared_ && frame_satisfies(prepared_for_, settings) &&
                      frame_satisfies(settings, prepared_for_);
@@ -300,8 +303,8 @@ void ViewRenderer::read_environment(RenderRequest& request) {
   edit.repaired_texels = environment_.repaired_texels;
 }
 
-// Applies the edits to the scene. With light groups, applies edits from which the request's can be
-// mixed, and returns the groups; otherwise returns null.
+// Applies the edits to the scene and returns null. With light groups, instead applies neutral edits
+// from which the request's can be mixed, and returns the groups.
 std::shared_ptr<const LightGroups> ViewRenderer::apply_edits(const RenderRequest& request,
                                                              const PreparedSettings& prepared) {
   EditableScene& scene = request.scene->scene->editable();
@@ -315,7 +318,7 @@ std::shared_ptr<const LightGroups> ViewRenderer::apply_edits(const RenderRequest
   return nullptr;
 }
 
-// Keeps the previous frame for inspection and saving until nothing can fail.
+// Keeps the previous frame, for inspection and saving, until nothing can fail any more.
 void ViewRenderer::render(RenderRequest request) {
   std::unique_ptr<PreparedSettings> prepared = prepare(request.settings);
   set_threads(request.settings.render.threads);
@@ -330,7 +333,7 @@ void ViewRenderer::render(RenderRequest request) {
   arena_->execute([&] {
     if (request.scene->needs_repose(request.edits)) {
       request.scene->pose(request.edits);
-      frame_.reset();  // it refers to the previous pose
+      frame_.reset();  // the old frame refers to the previous pose
     }
     const std::shared_ptr<const LightGroups> groups =
         apply_edits(request, prepared ? *prepared : *prepared_);
@@ -338,13 +341,13 @@ void ViewRenderer::render(RenderRequest request) {
     if (groups && request.scene->scene->editable().edits() != request.edits)
       mix = groups->mix(request.edits);
     std::shared_ptr<LoadedScene> scene_before =
-        request.scene;  // the last reference is released here
+        request.scene;  // after swap(): the previous scene, released outside the lock
     {
       const std::lock_guard lock(mutex_);
       groups_ = groups;
       groups_scene_.swap(scene_before);
     }
-    frame_.reset();  // it uses the previous settings, and may hold the last reference to a scene
+    frame_.reset();  // it uses the previous settings, and may be the last owner of a scene
     if (prepared) {
       prepared_ = std::move(prepared);
       prepared_for_ = request.settings;
@@ -357,7 +360,7 @@ void ViewRenderer::render(RenderRequest request) {
     frame_->render(explained);
   });
   const std::lock_guard lock(mutex_);
-  request_inspections();  // there was no pause after the last samples
+  request_inspections();  // because there was no pause after the last samples
 }
 
 }  // namespace emberline

@@ -1,5 +1,5 @@
-// The rendering thread of a session: renders the newest request until a newer one arrives, and
-// answers other threads' requests for the film at pauses.
+// The rendering thread of a session. Renders the newest request until a newer one arrives. When the
+// driver pauses, it serves other threads' requests to copy or inspect the film.
 #pragma once
 
 #include <tbb/task_arena.h>
@@ -23,25 +23,25 @@ namespace emberline {
 class ViewRenderer {
  public:
   explicit ViewRenderer(PicturePublisher& publisher);
-  // Stops the frame and waits for it. Pending copies get a RenderError.
+  // Stops the frame and waits for it. Pending copies throw RenderError.
   ~ViewRenderer();
 
-  // All functions below are thread-safe and wait only for a lock.
+  // All functions below are thread-safe and wait for nothing but a lock.
 
-  // Replaces a request that has not begun. If only edits differ from the previous request, the
-  // current frame first shows its first picture; it does not end if its light groups can show the
-  // edits.
+  // Replaces a request that has not begun. With `only_edits`, which says that only edits differ
+  // from the previous request, the current frame shows its first picture before it ends. It does
+  // not end if its light groups can show the edits.
   void post(RenderRequest request, bool only_edits);
   void set_paused(bool paused);
   // Changes how the current film is shown.
   void set_display_mode(const DisplayMode& display_mode);
   void republish();
 
-  // Copies the film at the next pause of a frame with a picture.
+  // Copies the film at the next pause of a frame that has a picture.
   std::future<FilmCopy> copy();
-  // Two pixels are inspected independently; the picked one also gets an explanation.
+  // Two pixels are inspected independently. The picked one also gets an explanation.
   enum class InspectionTarget : uint8_t { kPointed, kPicked };
-  // From the next pause on, inspection() describes this pixel. It is updated with each picture.
+  // From the next pause on, inspection() describes this pixel, and is updated with each picture.
   void inspect(InspectionTarget target, std::optional<Vec2i> pixel);
   std::optional<PixelInspection> inspection(InspectionTarget target) const;
 
@@ -63,7 +63,7 @@ class ViewRenderer {
   void read_environment(RenderRequest& request);
   void pause(bool is_published);
   void serve(std::unique_lock<std::mutex>& lock);
-  bool requested() const;      // whether serve() has work
+  bool requested() const;      // whether serve() has something to do
   void request_inspections();  // requests an update of both inspections
   InspectedPixel& inspected_pixel(InspectionTarget target) {
     return inspection_targets_[size_t(target)];
@@ -78,18 +78,18 @@ class ViewRenderer {
   mutable std::mutex mutex_;
   std::condition_variable state_changed_;
   std::optional<RenderRequest> request_;
-  bool let_first_picture_finish_ = false;  // of the current frame, before request_ ends it
+  bool let_first_picture_finish_ = false;  // request_ ends the frame only after its first picture
   bool ending_ = false, paused_ = false;
-  std::shared_ptr<StopRequest> stop_;  // of the current frame
+  std::shared_ptr<StopRequest> stop_;  // stops the current frame; null if there is none
   bool frame_published_ = false;       // the current frame has shown a picture
   bool republish_requested_ = false;
   std::array<InspectedPixel, 2> inspection_targets_;  // indexed by InspectionTarget
   std::vector<std::promise<FilmCopy>> copies_;
-  std::shared_ptr<const LightGroups> groups_;  // of the current frame
+  std::shared_ptr<const LightGroups> groups_;  // the current frame's light groups
   std::shared_ptr<LoadedScene> groups_scene_;
   std::optional<RelightRequest> relighting_;
-  ViewClock::time_point relight_pause_end_;  // the frame waits until then, since the light is
-                                             // probably still being changed
+  ViewClock::time_point relight_pause_end_;  // the frame waits until this time, because the user
+                                             // is probably still changing the light
 
   std::atomic<DisplayMode> display_mode_{DisplayMode()};
   std::atomic<bool> pause_requested_{false};  // another thread waits for the next pause
@@ -99,12 +99,12 @@ class ViewRenderer {
   ViewSettings prepared_for_;
   LiveDenoiser denoiser_;
   std::unique_ptr<ViewFrame> frame_;
-  EnvironmentEdit environment_;  // the last one read from a file
+  EnvironmentEdit environment_;  // the environment that was last read from a file
   MemoryReservation environment_memory_;
   std::optional<WorkerThreads> workers_;
   std::optional<tbb::task_arena> arena_;
   std::unique_ptr<LowPriorityWorkers> low_priority_;
-  int threads_ = 0;  // requested for workers_
+  int threads_ = 0;  // number of threads requested for workers_
 
   std::thread thread_;
 };

@@ -1,4 +1,5 @@
-// How a RenderSession renders and shows: plain values, of which the window changes a copy.
+// Settings for how a RenderSession renders and shows. They are plain values; the window changes a
+// copy and sets it.
 #pragma once
 
 #include <cstdint>
@@ -9,17 +10,16 @@
 
 namespace emberline {
 
-// A heatmap instead of the picture, or the refinement tree over it. Heatmaps show channels of the
-// film (renderer/statistics/heatmap_quantity.h); stop reasons are also available for unfinished
+// A heatmap that replaces the picture, or the refinement tree drawn over it. Heatmaps show channels
+// of the film (renderer/statistics/heatmap_quantity.h); stop reasons are also known for unfinished
 // pixels.
 enum class ViewOverlay : uint8_t { kNone, kSamples, kError, kStop, kTime, kNonFinite, kTree };
 
-// Samples per pixel if neither RenderOptions::spp nor a threshold ends the frame, so that an open
-// picture keeps improving. Bucket frames use the default of `render` instead, since they finish
-// bucket by bucket.
+// Samples per pixel if the options do not limit them: so many that an open picture keeps improving.
+// Bucket frames use the default of `render` instead, since they finish one bucket after another.
 inline constexpr uint32_t kViewSamples = 4096;
 
-// How the picture shows a frame's film.
+// How a frame's film is shown as a picture.
 struct alignas(4) DisplayMode {
   ViewOverlay overlay = ViewOverlay::kNone;
   // Denoises the picture (renderer/reconstruction/fast_filter.h) unless a heatmap replaces it, and
@@ -34,16 +34,16 @@ struct alignas(4) DisplayMode {
 
 struct ViewSettings : DisplayMode {
   // As for `render`: driver, integrator, sampler, filter, estimator, limits, threads, seed, size,
-  // environment. Outputs, reports, snapshots, `scene`, `edits` and `display` are ignored: open()
-  // takes the scene and edits, and the next member is the display.
+  // environment. Outputs, reports, snapshots, `scene`, `edits` and `display` are ignored, because
+  // scene and edits are arguments of open(), and `display` below replaces the display.
   RenderOptions render;
   DisplaySettings display;
   const DisplayMode& display_mode() const { return *this; }
-  // Records every light's contribution, so that changes of its intensity, colour, switch and solo
-  // need no new samples. Not for buckets or integrators that cannot separate lights. Lights that
-  // are off are also sampled, so the noise differs from `render`.
+  // Records each light's contribution separately, so that changes of intensity, colour, on/off and
+  // solo need no new samples. Ignored for buckets and for integrators that cannot separate lights.
+  // Lights that are off are also sampled, so the noise differs from that of `render`.
   bool light_groups = false;
-  // The rendered part of the frame, instead of `render.crop`; pictures have its size.
+  // The part of the frame that is rendered, instead of `render.crop`; pictures have its size.
   std::optional<Rect> crop;
   std::optional<Rect> region;  // part of the frame that is sampled first
   bool paused = false;         // rendering waits; samples are kept

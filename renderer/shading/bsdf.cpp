@@ -4,7 +4,8 @@
 
 namespace emberline {
 
-// Constructed in place: copying fresh scalars would stall on store forwarding (15 ns).
+// The members are constructed in place: copying fresh scalars would stall on store forwarding (15
+// ns).
 SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
     : wo_(wo),
       ggx_(std::max(square(parameters.roughness), kMirrorAlpha), wo),

@@ -1,8 +1,8 @@
 // The scattering function of one surface point, compiled from a material's values there.
 //
-// Local shading space: the shading normal is +Z; wo and wi are unit vectors away from the surface.
-// eval and weight include the cosine |wi.z|. Densities are per solid angle. The class knows no
-// sampler and no scene, and has no virtual calls.
+// Local shading space: the shading normal is +Z; wo and wi are unit vectors that point away from
+// the surface. eval and weight include the cosine |wi.z|. Densities are per solid angle. The class
+// does not depend on samplers or the scene, and has no virtual calls.
 //
 // Model (glTF 2.0 appendix B, energy-compensated): one GGX reflection lobe whose F0 interpolates
 // between the dielectric's and the base colour by metalness, with the energy of multiple scattering
@@ -16,8 +16,8 @@
 // be below the surface if a lobe transmits.
 //
 // If the geometric normal differs from the shading normal, directions below the geometric surface
-// get nothing, and the cosine lobe is softened towards the shadow terminator (shading_normal.h).
-// eval and sample do this equally, so that light and BSDF sampling agree.
+// contribute nothing, and the cosine lobe is softened towards the shadow terminator
+// (shading_normal.h). eval and sample both do this, so that light sampling and BSDF sampling agree.
 #pragma once
 
 #include <optional>
@@ -60,15 +60,15 @@ class SurfaceBsdf {
   SurfaceBsdf() = default;  // absorbs everything
   // Looks up the albedos for wo. Unless wo.z > 0, the result absorbs everything.
   SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo);
-  // `geometric_normal`: in local space, unit, on wo's side (dot with wo >= 0).
+  // `geometric_normal` is a unit vector in local space, on wo's side (dot with wo >= 0).
   SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo, const Vec3f& geometric_normal);
   SurfaceBsdf(const BsdfParameters& parameters, const LayerParameters& layers, const Vec3f& wo,
               const Vec3f& geometric_normal);
 
   // f(wo, wi) |wi.z| without delta lobes; 0 if wi is below the surface, unless a lobe transmits.
   Rgb eval(const Vec3f& wi) const;
-  // eval(), and in *pdf the density with which sample() returns wi (without delta lobes), for
-  // little more than the cost of eval().
+  // Returns eval() and stores in *pdf the density with which sample() returns wi (without delta
+  // lobes). Costs little more than eval().
   Rgb eval_and_pdf(const Vec3f& wi, float* pdf) const;
   // u_lobe chooses from the list of lobes; the base divides u between its two lobes.
   BsdfSample sample(float u_lobe, const Vec2f& u) const;
@@ -91,10 +91,10 @@ class SurfaceBsdf {
   enum class SpecularKind : uint8_t { kNone, kMirror, kGgx, kAnisotropic };
   // Inputs of the base: F0 and F90 of its reflection, and the lobe's albedo at wo.
   struct Reflection {
-    Color4 metal;       // F0; fourth lane: the dielectric's largest
-    Color4 dielectric;  // F0; fourth lane: the largest of the three
+    Color4 metal;       // F0; the fourth lane is the dielectric's largest
+    Color4 dielectric;  // F0; the fourth lane is the largest of the three
     float dielectric_f90;
-    bool coloured;  // the dielectric's three may differ
+    bool coloured;  // the dielectric's channels may differ
     SpecularAlbedo::Value at_wo;
     float average_loss, average_schlick;
   };
@@ -119,16 +119,16 @@ class SurfaceBsdf {
 
   // ---- the list of lobes (bsdf_lobes.cpp); out of line, at no cost to plain materials
   enum Lobe : uint8_t { kBase, kClear, kDiffuseTransmission, kSheen, kCoat, kLobes };
-  // Additions of the base to the plain model.
+  // What the base has in addition to the plain model.
   struct SpecialBase {
     Color4 bare_f0 = splat4(0.0f);  // without film
     float bare_f90 = 0.0f;
     float metallic = 0.0f;
     Rgb metal_f0, dielectric_f0;  // under the film
-    Vec2f axis;                   // of anisotropy
+    Vec2f axis;                   // axis of the anisotropy
     AnisotropicGgx anisotropic;
     std::optional<AnisotropicAlbedo> anisotropic_albedo;
-    // Diffuse transmission: like diffuse_, and its albedo for white light.
+    // For diffuse transmission: the counterpart of diffuse_, and the albedo for white light.
     Color4 transmitted_diffuse = splat4(0.0f), transmitted_diffuse_albedo = splat4(0.0f);
   };
   // Coat and sheen. T is the transmittance along a direction.
@@ -143,16 +143,16 @@ class SurfaceBsdf {
     float coat_transmittance_o = 1.0f, sheen_transmittance_o = 1.0f;  // T(wo) of each alone
   };
   struct LobeList {
-    float pick[kLobes] = {};                        // probabilities with sum 1; 0: lobe is absent
+    float pick[kLobes] = {};                        // probabilities with sum 1; 0 if absent
     int last = 0;                                   // last lobe that is present
-    float base_weight = 0.0f, clear_weight = 0.0f;  // in the material
-    bool solid = false, behind = false;             // it has an interior; wo is in it
+    float base_weight = 0.0f, clear_weight = 0.0f;  // shares of the material
+    bool solid = false, behind = false;             // has an interior; wo is in it
     bool only_clear = false;  // clear is the only lobe, with weight 1 and no layers
     bool non_delta = false, transmits_non_delta = false;
     float transmittance_o = 1.0f;  // T(wo)
     std::optional<TransmissionLobe> clear;
     ThinFilm film;
-    std::optional<SpecialBase> base;  // if base_weight is above 0
+    std::optional<SpecialBase> base;  // present if base_weight is above 0
     std::optional<Layers> layers;
   };
   void make_list(const BsdfParameters& parameters, const LayerParameters& layers);

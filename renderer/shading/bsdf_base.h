@@ -17,10 +17,10 @@ inline Color4 schlick(Color4 f0, float f90, float cos_d) {
   return fma(f90 - f0, pow5(1.0f - cos_d), f0);
 }
 
-// Colour of light that leaves after two or more bounces between microfacets: every bounce has the
-// cosine-weighted mean Fresnel F, and a fraction `loss` continues to the next. Kulla & Conty 2017,
-// "Revisiting Physically Based Shading at Imageworks", with F^2 for the first two bounces (Hill
-// 2018, "A Multi-Faceted Exploration, Part 3").
+// Colour of light that leaves after two or more bounces between microfacets: every bounce reflects
+// the cosine-weighted mean Fresnel F, and a fraction `loss` continues to the next. Kulla & Conty
+// 2017, "Revisiting Physically Based Shading at Imageworks", with F^2 for the first two bounces
+// (Hill 2018, "A Multi-Faceted Exploration, Part 3").
 inline Color4 multiple_fresnel(Color4 f0, Color4 f90, float loss) {
   const Color4 f = fma(f90 - f0, 1.0f / 21.0f, f0);  // mean of Schlick: 2 int (1 - mu)^5 mu dmu
   return f * f * (1.0f - loss) / fma(-f, loss, splat4(1.0f));
@@ -99,7 +99,7 @@ inline bool is_grey(const Rgb& c) { return c.x == c.y && c.y == c.z; }
   return specular;
 }
 
-// `at_wi`: the reflection's albedo at wi.
+// `at_wi` is the reflection's albedo at wi.
 [[gnu::always_inline]] inline Color4 SurfaceBsdf::eval_cosine(
     const Vec3f& wi, const SpecularAlbedo::Value& at_wi) const {
   const float reflected = dielectric_reflectance(at_wi.loss, at_wi.schlick);

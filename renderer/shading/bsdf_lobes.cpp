@@ -1,10 +1,10 @@
-// The list of lobes of a SurfaceBsdf: materials that transmit or have layers.
+// The list of lobes of a SurfaceBsdf, for materials that transmit or have layers.
 //
 // From top to bottom: clear coat, sheen, then side by side the base, the clear part and diffuse
 // transmission. A layer transmits T = 1 - its albedo along a direction. Lobes below it are scaled
 // by min(T(wo), T(wi)), which is reciprocal and never gains energy. Cosine lobes use T(wo) T(wi) /
-// K instead, where K is their mean of T: reciprocal, too, and without loss (the coupling of
-// Ashikhmin & Shirley 2000, as in the base itself).
+// K instead, where K is the mean of T under the lobe: this is reciprocal, too, and loses nothing
+// (the coupling of Ashikhmin & Shirley 2000, as in the base itself).
 #include <array>
 
 #include "renderer/core/warps.h"
@@ -19,15 +19,15 @@ constexpr float kCoatF0 = 0.04f;  // index 1.5 (KHR_materials_clearcoat)
 // Like kPickBoost in bsdf_base.h, but the same for every lobe. Chosen by us.
 constexpr float kLobePickFloor = 0.1f;
 
-// w in axes rotated about Z, with x along the unit vector `axis`.
+// Returns w in axes rotated about Z, with x along the unit vector `axis`.
 Vec3f rotate(const Vec3f& w, const Vec2f& axis) {
   return {fma(w.x, axis.x, w.y * axis.y), fma(w.y, axis.x, -w.x * axis.y), w.z};
 }
 Vec3f rotate_back(const Vec3f& w, const Vec2f& axis) { return rotate(w, Vec2f(axis.x, -axis.y)); }
 
 // A film's reflectance in Schlick's form with F90 = 1: `f0` has the same hemispherical mean;
-// `max_f0` is the least F0 that is nowhere below the film's largest channel, so that the layer
-// below the film never returns more than it gets.
+// `max_f0` is the smallest F0 whose curve is nowhere below the film's largest channel, so that the
+// layer below the film never returns more than it gets.
 struct SchlickFit {
   Rgb f0;
   float max_f0;
@@ -51,7 +51,7 @@ struct CoverRule {
   static constexpr size_t kNodes = 8;
   std::array<Vec3f, kNodes> direction;
   std::array<float, kNodes> weight;
-  std::array<TablePosition, kNodes> column;  // of the sheen's table
+  std::array<TablePosition, kNodes> column;  // in the sheen's table
 
   CoverRule() {
     static const GaussLegendre<kNodes> rule;
@@ -91,7 +91,7 @@ const LayerParameters SurfaceBsdf::kNoLayers;
       !parameters.thin_walled && (parameters.transmission > 0 || layers.diffuse_transmission > 0);
   list.behind = list.solid && layers.behind;
   list.film = {layers.iridescence, layers.iridescence_ior, layers.iridescence_thickness};
-  // A material of metal m, clear dielectric (1 - m) t and diffuse dielectric (1 - m)(1 - t): the
+  // The material is metal m, clear dielectric (1 - m) t and diffuse dielectric (1 - m)(1 - t). The
   // base consists of the two opaque parts, with their relative metalness.
   const float clear = parameters.transmission * (1.0f - parameters.metallic);
   list.clear_weight = clear;
@@ -300,7 +300,7 @@ void SurfaceBsdf::set_picks() {
                    (list.pick[kCoat] > 0.0f && !list.layers->coat_albedo.is_mirror());
 }
 
-// Fresnel reflectance of the base at a microfacet that is hit at cos_d.
+// Fresnel reflectance of the base at a microfacet; cos_d is the cosine of incidence.
 Color4 SurfaceBsdf::base_fresnel(float cos_d) const {
   const SpecialBase& base = *list_->base;
   const ThinFilm& film = list_->film;
@@ -314,7 +314,7 @@ Color4 SurfaceBsdf::base_fresnel(float cos_d) const {
   return mix(bare, color4(covered), film.strength);
 }
 
-// `transmittance`: min(T(wo), T(wi)); `transmittance_i`: T(wi). wi is above the surface.
+// `transmittance` is min(T(wo), T(wi)), `transmittance_i` is T(wi). wi must be above the surface.
 Color4 SurfaceBsdf::eval_base(const Vec3f& wi, float transmittance, float transmittance_i,
                               float* pdf) const {
   Color4 value = splat4(0.0f);
@@ -334,7 +334,7 @@ Color4 SurfaceBsdf::eval_base(const Vec3f& wi, float transmittance, float transm
   return value;
 }
 
-// A cosine lobe under the dielectric's interface; `cos_geometric` is for wi's side of the surface.
+// A cosine lobe under the dielectric's interface; `cos_geometric` is measured on wi's side.
 float SurfaceBsdf::interface_cosine(const Vec3f& above, float cos_geometric) const {
   const SpecularAlbedo::Value at = reflection_albedo(above);
   float scale = above.z * kInvPi;
@@ -342,7 +342,7 @@ float SurfaceBsdf::interface_cosine(const Vec3f& above, float cos_geometric) con
   return scale * std::max(0.0f, 1.0f - dielectric_reflectance(at.loss, at.schlick));
 }
 
-// Diffuse transmission; wi.z < 0.
+// Evaluates diffuse transmission; requires wi.z < 0.
 Color4 SurfaceBsdf::eval_diffuse_transmission(const Vec3f& wi) const {
   const Vec3f above(wi.x, wi.y, -wi.z);
   return list_->base->transmitted_diffuse * interface_cosine(above, -dot(wi, geometric_normal_));
@@ -367,7 +367,7 @@ Rgb SurfaceBsdf::eval_diffuse(const Vec3f& wi) const {
   return to_rgb(value);
 }
 
-// The coat's reflection; wi.z > 0.
+// Evaluates the coat's reflection; requires wi.z > 0.
 float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
   const Layers& layers = *list_->layers;
   *pdf = 0.0f;
@@ -416,7 +416,7 @@ float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
   return to_rgb(value);
 }
 
-// Samples the base: only the direction, but the complete sample for a mirror.
+// Samples the base. Sets only the direction, except that the sample of a mirror is complete.
 BsdfSample SurfaceBsdf::sample_base(const Vec2f& u) const {
   BsdfSample result;
   result.valid = true;

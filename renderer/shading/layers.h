@@ -1,4 +1,4 @@
-// Additions of the glTF extensions to the metallic-roughness model at a surface point.
+// What glTF extensions add to the metallic-roughness model at a surface point.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,8 @@ namespace emberline {
 // Complements BsdfParameters for a material with any of these extensions. All defaults mean that
 // the extension is absent. Weights, roughnesses and colours are in [0, 1].
 struct LayerParameters {
-  // wo is behind the face; coat and sheen of a solid are then on the other side. Differs from
-  // BsdfParameters::inside, which between touching solids means the denser one.
+  // Whether wo is behind the face; the coat and sheen of a solid are then on the other side. This
+  // differs from BsdfParameters::inside, which between touching solids means the denser one.
   bool behind = false;
   // KHR_materials_anisotropy, for the base's reflection.
   float anisotropy = 0.0f;
@@ -36,7 +36,7 @@ struct LayerParameters {
 // The layers as given by a material: directions are in tangent space, x along the mesh's tangent.
 struct MaterialLayers {
   LayerParameters parameters;
-  bool has_clearcoat_normal_map = false;  // false: use the vertex normal, ignore clearcoat_normal
+  bool has_clearcoat_normal_map = false;  // if false, use the vertex normal, not clearcoat_normal
 };
 
 // Transmittance of a clear coat for emission from below, at a cosine to the geometric normal

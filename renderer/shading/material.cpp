@@ -30,17 +30,18 @@ float usable_ior(float ior, float otherwise) {
 
 float usable_scale(float scale) { return std::isfinite(scale) ? scale : 1.0f; }
 
-// Film thickness in nanometres. A millimetre shows no colours, but its phases are precise.
+// Clamps a film thickness (in nanometres) to a millimetre, which shows no colours but whose phases
+// are still precise.
 float usable_thickness(float thickness) { return std::min(non_negative(thickness), 1e6f); }
 
-// The unit direction in a texel's red and green; if there is none, that of the tangent.
+// Returns the unit direction in a texel's red and green; if there is none, the tangent's direction.
 Vec2f direction_of(const Vec4f& texel) {
   const Vec3f d = normalize_or(Vec3f(2.0f * texel.x - 1.0f, 2.0f * texel.y - 1.0f, 0.0f),
                                Vec3f(1.0f, 0.0f, 0.0f));
   return {d.x, d.y};
 }
 
-// `direction` rotated counter-clockwise by the angle from the x axis to `turn`.
+// Rotates `direction` counter-clockwise by the angle from the x axis to `turn`.
 Vec2f rotate(const Vec2f& direction, const Vec2f& turn) {
   return {turn.x * direction.x - turn.y * direction.y, turn.y * direction.x + turn.x * direction.y};
 }
@@ -98,7 +99,7 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
   const auto add = [&](const TextureRef& ref, bool srgb, const char* slot) {
     return add_texture(ref, srgb, slot, d, scene, textures);
   };
-  // A scale of 0 flattens the map completely.
+  // A scale of 0 flattens the map completely, so that its texture is not needed.
   const auto add_normal_map = [&](const TextureRef& ref, float scale, const char* slot) {
     const float s = usable_scale(scale);
     return NormalMap{s != 0.0f ? add(ref, false, slot) : Slot{}, s};
@@ -240,7 +241,8 @@ bool Material::is_clear_solid() const {
          alpha_mode_ == AlphaMode::kOpaque && !is_emissive_ && !unlit_;
 }
 
-// Coverage costs time for every ray, and exporters often write rgba images that are opaque.
+// Finds out whether alpha has an effect. Coverage costs time for every ray, and exporters often
+// write rgba images that are opaque.
 void Material::compile_coverage() {
   if (alpha_mode_ == AlphaMode::kOpaque) return;
   const float opaque = alpha_mode_ == AlphaMode::kMask ? alpha_cutoff_ : 1.0f;
@@ -384,7 +386,7 @@ float Material::coverage(const SurfaceAttributes& a, float u_texture) const {
   if (alpha_mode_ == AlphaMode::kOpaque) return 1.0f;
   float alpha = alpha_ * a.color.w;
   if (alpha_mode_ == AlphaMode::kMask) {
-    // A step of the mean is not the mean of steps, so the cutoff needs exact filtering.
+    // The cutoff needs exact filtering: a step of the mean is not the mean of steps.
     if (base_color_texture_) {
       alpha *= base_color_texture_->bilinear_alpha(uv_of(*base_color_texture_, a));
     }

@@ -1,7 +1,8 @@
-// Materials compiled for a frame: constants for slots without texture, flags for existing features,
-// so that a scene pays only for what it uses.
+// Materials compiled for a frame: slots without a texture become constants, and flags say which
+// features exist, so that a scene pays only for what it uses.
 //
-// Built once from the scene description, then read by all threads; all const functions are pure.
+// They are built once from the scene description and then read by all threads; all const functions
+// are pure.
 #pragma once
 
 #include <array>
@@ -22,7 +23,7 @@ namespace emberline {
 // Materials can use TEXCOORD_0 .. TEXCOORD_3.
 inline constexpr int kMaxUvSets = 4;
 
-// Interpolated vertex attributes at a hit. Missing sets are 0.
+// Interpolated vertex attributes at a hit. Missing sets of texture coordinates are 0.
 struct SurfaceAttributes {
   std::array<Vec2f, kMaxUvSets> uv;
   // COLOR_0, linear; (1, 1, 1, 1) if has_color is false.
@@ -30,8 +31,8 @@ struct SurfaceAttributes {
   bool has_color = false;
 
   SurfaceAttributes() { uv.fill(Vec2f(0.0f)); }
-  // For a mesh without attributes: the coordinates are 0, as a view of them shows; the colour is
-  // uninitialised, because it is never read and this runs at every hit.
+  // For a mesh without attributes. The coordinates are 0, since the `uv` integrator shows them; the
+  // colour is uninitialised, since it is never read and this runs at every hit.
   struct Unread {};
   explicit SurfaceAttributes(Unread) : color() { uv.fill(Vec2f(0.0f)); }
 };
@@ -40,7 +41,7 @@ struct SurfaceAttributes {
 struct MaterialPoint {
   BsdfParameters bsdf;            // clamped to the ranges that SurfaceBsdf requires
   Rgb emission = Rgb(0.0f);       // radiance, equal in all directions
-  Vec3f normal = Vec3f(0, 0, 1);  // tangent space, unit; see mapped_normal()
+  Vec3f normal = Vec3f(0, 0, 1);  // unit, in tangent space; see mapped_normal()
   bool has_normal_map = false;
 };
 
@@ -69,29 +70,30 @@ class Material {
     out = constant_;
     if (needs_uv() || attributes.has_color) evaluate_varying(attributes, texels, out);
   }
-  // The parts that evaluate() leaves out; only if has_layers().
+  // Evaluates the layers, which evaluate() leaves out. Call it only if has_layers().
   void evaluate_layers(const TexelPositions& texels, MaterialLayers& out) const {
     out = layers_;
     if (layers_vary_) apply_layer_textures(texels, out);
   }
-  bool has_layers() const { return has_layers_; }  // any of them can have an effect
-  // The layers without textures; for textured values, the factor.
+  bool has_layers() const { return has_layers_; }  // whether any can have an effect
+  // The layers without textures; for a textured value, this is the factor.
   const LayerParameters& layers() const { return layers_.parameters; }
 
-  // Emitted radiance below any clear coat (emission_through_coat); with unlit(), the base colour.
+  // The radiance emitted below any clear coat (emission_through_coat); if unlit(), the base colour.
   Rgb emission(const SurfaceAttributes& attributes, float u_texture) const {
     return emission_varies_ ? varying_emission(attributes, u_texture) : emission();
   }
-  const Rgb& emission() const { return constant_.emission; }  // if it is constant
-  // If the emission changes, the above is the maximum; emission_scale() is its factor at a time.
+  const Rgb& emission() const { return constant_.emission; }  // only if it is constant
+  // If the emission is animated, emission() is its maximum and emission_scale() the factor at a
+  // time.
   bool is_emission_animated() const { return emission_scale_ != nullptr; }
   Rgb emission_scale(float time) const { return emission_scale_->at(time); }
   // Mean emission over a triangle with these corners, for light power. 0 for unlit materials.
   Rgb mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,
                     const SurfaceAttributes& a2) const;
 
-  // Probability that the surface is hit: 1 (opaque), 0 or 1 by the cutoff on the filtered alpha
-  // (mask), alpha (blend).
+  // Probability that a ray hits the surface. Opaque materials: 1; masks: 0 or 1, by applying the
+  // cutoff to the filtered alpha; blended materials: alpha.
   float coverage(const SurfaceAttributes& attributes, float u_texture) const;
 
   // Whether coverage() can differ from 1. Vertex colours may contain alpha.
@@ -108,47 +110,51 @@ class Material {
   bool reads_attributes(bool vertex_colors) const {
     return needs_uv() || vertex_colors || needs_tangents() || alpha_mode() != AlphaMode::kOpaque;
   }
-  bool is_emissive() const { return is_emissive_; }  // belongs to the lights; never if unlit
-  // Whether both make equal lights: their mean_emission() and sides are the same.
+  bool is_emissive() const { return is_emissive_; }  // whether it is a light; never if unlit
+  // Whether triangles with either material are equal lights: mean_emission() and the emitting sides
+  // are the same.
   bool has_same_emission(const Material& other) const;
   bool has_normal_map() const { return bool(normal_map_); }
-  // Whether something is defined in the mesh's tangent space.
+  // Whether shading uses the mesh's tangent space.
   bool needs_tangents() const {
     return has_normal_map() || layers_.has_clearcoat_normal_map || layers().anisotropy > 0.0f;
   }
   bool double_sided() const { return double_sided_; }
-  // Whether light is transmitted, clear or diffuse: back faces are then visible even if
-  // single-sided, and the integrator sets MaterialPoint::bsdf.inside if the back was hit.
+  // Whether the material transmits light, clearly or diffusely. Its back faces are then visible
+  // even if it is single-sided, and the integrator sets MaterialPoint::bsdf.inside if the back was
+  // hit.
   bool is_transmissive() const { return has_transmission() || has_diffuse_transmission(); }
-  // Whether transmitted light enters an interior, not a thin wall.
+  // Whether transmitted light enters an interior rather than crossing a thin wall.
   bool is_solid() const { return !thin_walled_; }
-  // Whether it is a solid that is smooth and clear at least in places: only refracted rays pass.
+  // Whether the material is a solid that is smooth and clear at least in places, where only
+  // refracted rays pass.
   bool is_smooth_solid() const {
     return has_transmission() && is_solid() &&
            (square(roughness_) < kMirrorAlpha || metallic_roughness_texture_);
   }
-  // Whether only the index and the interior of the solid are visible. Where it does not refract,
-  // its face is invisible.
+  // Whether the solid shows only by its index of refraction and its interior. Where it does not
+  // refract, its face is invisible.
   bool is_clear_solid() const;
   float ior() const { return ior_; }                              // 0: reflects everything
-  bool has_transmission() const { return transmission_ > 0.0f; }  // clear
+  bool has_transmission() const { return transmission_ > 0.0f; }  // clear only
   bool has_diffuse_transmission() const { return layers().diffuse_transmission > 0.0f; }
-  // Whether it is, at least in places, a smooth thin wall through which light goes straight.
+  // Whether the material is, at least in places, a smooth thin wall through which light goes
+  // straight.
   bool is_smooth_wall() const {
     return has_transmission() && thin_walled_ &&
            (square(roughness_) < kMirrorAlpha || metallic_roughness_texture_);
   }
-  // Per metre inside, for beer_transmittance(); 0 without an interior.
+  // Attenuation per metre inside, for beer_transmittance(); 0 without an interior.
   const Rgb& attenuation() const { return attenuation_; }
   // 20 / Abbe number for clear transmission; 0 without dispersion.
   float dispersion() const { return dispersion_; }
-  bool unlit() const { return unlit_; }  // no scattering: emission() is visible
+  bool unlit() const { return unlit_; }  // does not scatter; only emission() is visible
   bool needs_uv() const { return uv_mask_ != 0; }
   uint32_t uv_mask() const { return uv_mask_; }  // bit n: TEXCOORD_n is read
 
  private:
   struct Slot {
-    const Texture* texture = nullptr;  // null: none
+    const Texture* texture = nullptr;  // null if none
     size_t place = 0;                  // index in TexelPositions
     explicit operator bool() const { return texture != nullptr; }
     const Texture& operator*() const { return *texture; }
@@ -158,7 +164,7 @@ class Material {
     Slot slot;
     float scale = 1.0f;
     explicit operator bool() const { return bool(slot); }
-    Vec3f at(const TexelCorners& corners) const;  // tangent space, unit
+    Vec3f at(const TexelCorners& corners) const;  // unit, in tangent space
   };
   static Vec4f read(const Slot& slot, const TexelPositions& texels) {
     return slot->read(texels.place[slot.place]);
@@ -181,7 +187,7 @@ class Material {
                    const MaterialDescription& description, const SceneDescription& scene,
                    std::deque<Texture>* textures);
   Slot slot_of(const Texture& texture);
-  // Each compiles one part; `add` makes a texture of a slot.
+  // Each of these compiles one part; `add` creates the texture of a slot.
   void compile_base(const MaterialDescription& d, const auto& add);
   void compile_layers(const MaterialDescription& d, const auto& add);
   void compile_diffuse_transmission(const MaterialDescription& d, const auto& add);
@@ -191,7 +197,7 @@ class Material {
   void compile_clearcoat(const MaterialDescription& d, const auto& add);
   void compile_interior(const MaterialDescription& d);
   void compile_coverage();
-  // Whether it is metallic everywhere, and so transmits nothing.
+  // Whether the material is metallic everywhere and thus transmits nothing.
   bool always_metal() const { return metallic_ == 1.0f && !metallic_roughness_texture_; }
   const Vec2f& uv_of(const Texture& texture, const SurfaceAttributes& a) const {
     return a.uv[size_t(texture.uv_set())];
@@ -218,12 +224,12 @@ class Material {
   Slot emission_texture_;
   Slot transmission_texture_;
   AlphaMode alpha_mode_;
-  bool alpha_varies_ = false;  // without vertex colours
+  bool alpha_varies_ = false;  // not counting vertex colours
   bool is_emissive_ = false;
   bool emission_varies_ = false;
   MaterialPoint constant_;
   bool has_layers_ = false;
-  bool layers_vary_ = false;  // by a texture
+  bool layers_vary_ = false;  // whether a texture varies them
   MaterialLayers layers_;
   float iridescence_thickness_minimum_ = 0.0f;
   Slot anisotropy_texture_;
@@ -239,7 +245,7 @@ class Material {
   bool double_sided_;
   bool unlit_;
   uint32_t uv_mask_ = 0;
-  std::vector<const Texture*> parametrisations_;  // one texture of each
+  std::vector<const Texture*> parametrisations_;  // one texture for each
   std::vector<Slot> slots_;                       // each texture once
   ToWorkingSpace to_working_;
 };
@@ -254,15 +260,15 @@ class MaterialSet {
   MaterialSet(MaterialSet&&) = default;
   MaterialSet& operator=(MaterialSet&&) = default;
 
-  // -1: the default material.
+  // Index -1 is the default material.
   const Material& operator[](int index) const {
     return materials_[index < 0 ? materials_.size() - 1 : size_t(index)];
   }
   size_t size() const { return materials_.size() - 1; }
 
-  // For the report.
+  // The following functions are for the report.
   uint64_t texture_bytes() const { return texture_bytes_; }  // resident texels, each image once
-  uint64_t texture_file_bytes() const { return texture_file_bytes_; }  // of images in a file
+  uint64_t texture_file_bytes() const { return texture_file_bytes_; }  // texels kept in a file
   uint64_t bytes() const;  // texels, tables and materials
   // Features that the scene's materials use: "textures (2 images)", "normal maps", "emission",
   // "transmission", "absorption", "dispersion", "diffuse transmission", "anisotropy",

@@ -19,12 +19,12 @@ Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
 
 namespace {
 
-// The unit vector in the plane of ng and n, nearest to n, whose reflection R of wo keeps R.ng >=
-// `floor`. With X the unit vector of that plane orthogonal to ng, the in-plane part (a, c) of wo
-// has length r; reflection about an in-plane normal keeps this length, so the limit is R =
-// (sqrt(r^2 - floor^2), floor), and the normal is the bisector of the two.
+// Returns the unit vector nearest to n, in the plane of ng and n, for which the reflection R of wo
+// satisfies R.ng >= `floor`. Let X be the unit vector of that plane orthogonal to ng. The in-plane
+// part (a, c) of wo has length r, and reflection about an in-plane normal keeps this length. So the
+// limit is R = (sqrt(r^2 - floor^2), floor), and the normal is the bisector of (a, c) and R.
 Vec3f tilt(const Vec3f& ng, const Vec3f& n, const Vec3f& wo, float floor) {
-  // Twice is enough (Kahan): the first difference may cancel.
+  // Done twice, because the first difference may cancel; twice is enough (Kahan).
   Vec3f across = fma(ng, -dot(n, ng), n);
   across = fma(ng, -dot(across, ng), across);
   const float length2 = dot(across, across);

@@ -1,8 +1,8 @@
 // Converts the normals of a hit to a frame for scattering.
 //
-// Pure functions. World space (any space without length distortion); directions are unit unless
-// stated otherwise. Neither the tilt nor the terminator factor is reciprocal, an inherent cost of
-// shading normals (Veach 1997, thesis, section 5.3).
+// All functions are pure and work in world space (or any space that does not distort lengths);
+// directions are unit vectors unless stated otherwise. Neither the tilt nor the terminator factor
+// is reciprocal, which is an inherent cost of shading normals (Veach 1997, thesis, section 5.3).
 #pragma once
 
 #include "renderer/core/frame.h"
@@ -17,28 +17,27 @@ struct SurfaceFrame {
   bool back_facing = false;  // wo was behind the face (its CCW side is the front)
 };
 
-// The normal given by a tangent-space map: x T + y B + z N with B = w cross(N, T), without
+// Returns the normal given by a tangent-space map: x T + y B + z N with B = w cross(N, T), without
 // intermediate normalisation (MikkTSpace convention). `normal` and `tangent`.xyz are interpolated,
 // in world space. `mirrored`: the instance's transform has a negative determinant, which reverses
 // cross products. An unusable tangent (zero, or parallel to the normal) is replaced by an arbitrary
-// one. The result is unit, on `normal`'s side of the surface.
+// one. The result is a unit vector on `normal`'s side of the surface.
 Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
                     const Vec3f& map_normal);
 
-// Builds the frame.
-// `face_normal`: unit geometric normal, on the side from which the triangle is CCW (with a mirrored
-// instance: the transformed front side). `vertex_normal`: interpolated, any length; if too short or
-// not finite, the face normal is used. `shading_normal`: the mapped one, or vertex_normal again.
-// `wo`: unit.
+// Builds the frame. `face_normal` is the unit geometric normal, on the side from which the triangle
+// is CCW (for a mirrored instance: the transformed front side). `vertex_normal` is interpolated and
+// may have any length; if it is too short or not finite, the face normal is used. `shading_normal`
+// is the mapped normal, or vertex_normal again. `wo` is a unit vector.
 //
 // All normals are flipped to wo's side, the shading normal together with the vertex normal (which
 // may disagree with the winding). Then the shading normal is tilted towards the geometric one as
 // far as needed to keep the mirror direction of wo above the surface: R.Ng >= min(0.9 Ng.wo, 0.01)
 // (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System", section A.3; the
-// bound is that of Cycles).
+// bound is taken from Cycles).
 //
 // Directions wi with dot(wi, geometric_normal) <= 0 are below the surface and get nothing from
-// reflection lobes, whatever the shading normal; SurfaceBsdf ensures this.
+// reflection lobes, whatever the shading normal is; SurfaceBsdf ensures this.
 SurfaceFrame make_surface_frame(const Vec3f& face_normal, const Vec3f& vertex_normal,
                                 const Vec3f& shading_normal, const Vec3f& wo);
 
@@ -53,7 +52,8 @@ inline float terminator_alpha2(float cos_delta) {
   if (!(cos2 > 0.0f)) return 1.0f;
   return std::clamp((1.0f - cos2) / cos2 * 0.125f, 0.0f, 1.0f);
 }
-// `cos_geometric`: dot(wi, geometric normal). In [0, 1]; 0 at and below the surface.
+// `cos_geometric` is dot(wi, geometric normal). The factor is in [0, 1]; 0 at and below the
+// surface.
 inline float terminator_factor(float cos_geometric, float alpha2) {
   if (!(cos_geometric > 0.0f)) return 0.0f;
   const float cos2 = square(cos_geometric);

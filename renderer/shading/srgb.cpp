@@ -11,7 +11,7 @@ double srgb_to_linear(double encoded) {
 
 namespace {
 
-// Decoded values of all codes of a width.
+// Returns the decoded values of all codes of an integer format.
 std::vector<float> decoded_codes(size_t count, double (*decode)(double)) {
   std::vector<float> table(count);
   for (size_t i = 0; i < count; ++i) table[i] = float(decode(double(i) / double(count - 1)));

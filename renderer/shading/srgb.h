@@ -5,7 +5,7 @@
 
 namespace emberline {
 
-// Encoded [0, 1] to linear [0, 1], IEC 61966-2-1.
+// Converts an encoded value in [0, 1] to a linear one in [0, 1] (IEC 61966-2-1).
 double srgb_to_linear(double encoded);
 
 // Values of all 8-bit codes: linear light for colour, code / 255 for data.

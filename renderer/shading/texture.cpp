@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::array<float, 6> kNoTransform = {1, 0, 0, 0, 1, 0};
 
-// io cleans texels; this keeps a remaining bad one from corrupting a path.
+// The image readers clean texels; this keeps any remaining bad one from corrupting a path.
 float finite_or_zero(float x) { return std::isfinite(x) ? x : 0.0f; }
 
 template <typename T>
@@ -198,7 +198,8 @@ Vec4f Texture::read(size_t place) const {
 }
 
 size_t Texture::choose(const TexelCorners& corners, float u_texture) const {
-  // One number chooses both neighbours: after the first choice, the rescaled rest is uniform again.
+  // One number chooses both neighbours: after the first choice, the rescaled remainder is uniform
+  // again.
   const bool right = u_texture < corners.right;
   const float rest = (u_texture - select(right, 0.0f, corners.right)) /
                      select(right, corners.right, 1.0f - corners.right);

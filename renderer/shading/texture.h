@@ -1,11 +1,11 @@
-// A texture: the image's texels in their file's own bit depth, never copied, and a material slot's
-// view of them. The texels are in memory, or in a mapped file and then in tiled order.
+// A texture: a material slot's view of an image's texels, which keep their file's bit depth and are
+// never copied. The texels are in memory, or in tiled order in a mapped file.
 //
-// A lookup fetches ONE texel: the bilinear filter is an expectation, estimated by choosing a
-// neighbour with u_texture (Pharr, Wronski, Salvi & Fajardo 2024, "Filtering After Shading With
+// A lookup fetches ONE texel: the bilinear filter is an expectation, which is estimated by choosing
+// a neighbour with u_texture (Pharr, Wronski, Salvi & Fajardo 2024, "Filtering After Shading With
 // Stochastic Texture Filtering"). It adds noise only where a texture is magnified, and costs a
-// third of four texels and a tenth or less of a texture system with a cache (figures in
-// tests/bench/results). Normal maps are filtered before shading, with all four texels: otherwise
+// third of reading four texels and a tenth or less of using a texture system with a cache (figures
+// in tests/bench/results). Normal maps are filtered before shading, with all four texels: otherwise
 // a polished surface under a magnified map would show four reflections at once.
 //
 // uv may be huge, negative, NaN or infinite. NaN and infinite coordinates count as 0 (before
@@ -31,18 +31,18 @@ struct TexelCorners {
 
 class Texture {
  public:
-  // `srgb`: colour (not alpha) of an integer-valued image is sRGB-encoded; ignored for half and
-  // float images, which are linear. `image` is not empty and holds width * height * channels texels
-  // (asserted).
+  // `srgb`: the colour (not alpha) of an integer-valued image is sRGB-encoded; ignored for half and
+  // float images, which are linear. `image` must not be empty and must hold width * height *
+  // channels texels (asserted).
   Texture(std::shared_ptr<const Image> image, const TextureRef& ref, bool srgb);
 
-  // One texel, linear rgba; its mean over uniform u_texture in [0, 1) is bilinear(uv). Missing
-  // channels: grey is replicated, alpha is 1. Non-finite texels read as 0. `uv` is the vertex
+  // One texel, linear rgba; its mean over uniform u_texture in [0, 1) is bilinear(uv). If channels
+  // are missing, grey is replicated and alpha is 1. Non-finite texels read as 0. `uv` is the vertex
   // attribute; KHR_texture_transform is applied here.
   Vec4f lookup(const Vec2f& uv, float u_texture) const { return read(place(uv, u_texture)); }
 
-  // lookup() in steps, for many lookups: the texel's position, and its value. Textures with
-  // same_parametrisation() have the same positions.
+  // The steps of lookup(), for many lookups at once: find the texel's position, then read its
+  // value. Textures with same_parametrisation() have the same positions.
   size_t place(const Vec2f& uv, float u_texture) const { return choose(corners(uv), u_texture); }
   size_t choose(const TexelCorners& corners, float u_texture) const;
   void prefetch(size_t place) const {
@@ -66,7 +66,7 @@ class Texture {
 
   // Mean colour over a triangle in uv, from the texels whose centres are inside (all texels up to 4
   // Mi, a regular subset beyond), or from 16 filtered points if the triangle covers only a few.
-  // Deterministic; for light power.
+  // Deterministic; used for light power.
   Rgb mean_over_triangle(const Vec2f& uv0, const Vec2f& uv1, const Vec2f& uv2) const;
 
   // Whether both use the same image in the same way.
@@ -90,7 +90,7 @@ class Texture {
     return size_t(y) * size_t(width_) + size_t(x);
   }
   Vec2f transformed(const Vec2f& uv) const;
-  // The two neighbours along one axis, and the weight of the second.
+  // The two neighbours along one axis; `fraction` is the weight of the second.
   struct Taps {
     int first, second;
     float fraction;
@@ -103,7 +103,7 @@ class Texture {
   Vec4f gather(size_t offset, const Load& load) const;
 
   std::shared_ptr<const Image> image_;
-  const MappedTexels* mapped_;  // null: in memory
+  const MappedTexels* mapped_;  // null if in memory
   const std::byte* texels_;
   const float* table_ = nullptr;  // decodes integer colour
   int width_, height_, channels_;

@@ -36,7 +36,7 @@ int wrap_index(int64_t i, int size, WrapMode wrap) {
 }  // namespace
 
 Rgb Texture::mean_over_triangle(const Vec2f& uv0, const Vec2f& uv1, const Vec2f& uv2) const {
-  // In texel units, where texel (i, j) has its centre at (i, j).
+  // Coordinates in texel units, where texel (i, j) has its centre at (i, j).
   double x[3], y[3];
   const Vec2f uv[3] = {transformed(uv0), transformed(uv1), transformed(uv2)};
   bool usable = true;
@@ -56,7 +56,7 @@ Rgb Texture::mean_over_triangle(const Vec2f& uv0, const Vec2f& uv1, const Vec2f&
   if (usable && area >= kMinTexels) {
     const auto stride = int64_t(std::ceil(std::sqrt(std::max(1.0, area / kMaxTexels))));
     const auto [y_min, y_max] = std::minmax({y[0], y[1], y[2]});
-    // A sliver can be long with little area: in many rows of few texels, or in one row of many.
+    // A sliver can be long despite a small area: in many rows of few texels, or in one row of many.
     const auto first_row = int64_t(std::ceil(y_min)), last_row = int64_t(std::floor(y_max));
     const int64_t row_stride =
         std::max(stride, int64_t(std::ceil(double(last_row - first_row + 1) / kMaxTexels)));

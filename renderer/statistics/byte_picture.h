@@ -1,4 +1,4 @@
-// An in-memory picture of display colours that can be drawn into.
+// An in-memory picture of display colours, with functions for drawing.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,7 @@ struct BytePicture : ByteImage {
     const uint8_t* p = at(x, y);
     return {p[0], p[1], p[2]};
   }
-  // Fills the part of `rect` inside the picture.
+  // Fills the part of `rect` that is inside the picture.
   void fill(const Rect& rect, const Rgb8& colour) {
     const Rect part = rect.intersect(bounds());
     for (int y = part.y0; y < part.y1; ++y) {

@@ -12,27 +12,30 @@ enum class AxisScale : uint8_t { kLinear, kLog };
 
 struct AxisTick {
   double value = 0;
-  std::string label;  // empty: an unlabelled line
+  std::string label;  // empty: a tick without label
 };
 
 // Maps values to [0, 1] along an axis.
 class AxisRange {
  public:
-  // Covers all drawable values, with a margin; [0, 1] (or [1, 10]) if there are none. A linear axis
-  // begins and ends at a tick. `from_zero`: a linear axis includes 0.
+  // Covers all drawable values, with a margin; if there are none, [0, 1], or [1, 10] before the
+  // margin on a logarithmic axis. A linear axis begins and ends at a tick, and includes 0 if
+  // `from_zero`.
   AxisRange(AxisScale scale, std::span<const double> values, bool from_zero = false);
 
   // NaN, infinity and magnitudes above 1e100 are not drawable; on a logarithmic axis, values below
   // 1e-100 are not drawable either.
   static bool drawable(AxisScale scale, double value);
 
-  // 0 at the start of the axis, 1 at its end, beyond that for values outside. `value` is drawable.
+  // 0 at the start of the axis, 1 at its end, and outside [0, 1] for values beyond. `value` must be
+  // drawable.
   double position(double value) const;
   double min() const { return min_; }
   double max() const { return max_; }
-  // Round numbers inside the range, ascending, of which about `target_count` are labelled:
+  // Returns round numbers inside the range, ascending, of which about `target_count` have a label:
   // multiples of 1, 2 or 5 times a power of ten (Heckbert 1990, "Nice Numbers for Graph Labels",
-  // Graphics Gems). On a logarithmic axis powers of ten and, if these are few, 2 and 5 times those.
+  // Graphics Gems). On a logarithmic axis they are powers of ten and, if these are few, 2 and 5
+  // times those.
   std::vector<AxisTick> ticks(int target_count = 6) const;
 
  private:
@@ -47,11 +50,11 @@ class AxisRange {
 // `max_parts` parts.
 double nice_step(double range, int max_parts);
 
-// "2×10⁻⁵"; only "10⁻⁵" where the mantissa is 1.
+// Returns "2×10⁻⁵", or only "10⁻⁵" if the mantissa is 1.
 std::string power_of_ten_text(const std::string& mantissa, int exponent);
 
-// A tick's number: "0.25", "1,500", "2×10⁻⁵"; with enough decimals to distinguish multiples of
-// `step`.
+// Formats the number of a tick: "0.25", "1,500", "2×10⁻⁵". It has enough decimals to distinguish
+// multiples of `step`.
 std::string tick_label(double value, double step);
 
 }  // namespace emberline

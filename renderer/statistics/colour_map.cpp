@@ -8,7 +8,7 @@
 namespace emberline {
 namespace {
 
-// 0xRRGGBB in even steps from 0 to 1, sampled from the published tables of 256.
+// Colours 0xRRGGBB in even steps from 0 to 1, sampled from the published tables of 256 colours.
 constexpr size_t kSamples = 33;
 using Table = std::array<uint32_t, kSamples>;
 constexpr Table kViridis = {0x440154, 0x470d60, 0x48186a, 0x482374, 0x472d7b, 0x453681, 0x424086,
@@ -34,9 +34,9 @@ constexpr Table kTurbo = {0x30123b, 0x392a73, 0x4040a1, 0x4456c7, 0x466be3, 0x46
 
 constexpr const Table* kTables[] = {nullptr, &kViridis, &kInferno, &kMagma, &kTurbo};
 
-// no_value is the colour of a grid that is farthest from the map's own colours in CIELAB, also as
-// seen with protanopia, deuteranopia and tritanopia. Magma has green instead, at a distance of 33
-// where the maximum is 40.
+// no_value was chosen from a grid of colours: it is the one farthest in CIELAB from the map's own
+// colours, also as seen with protanopia, deuteranopia and tritanopia. For magma we use green
+// instead, at a distance of 33; the farthest colour has 40.
 constexpr ColourMapEntry kMaps[] = {
     {"grey", "black to white; brighter is more", ColourMap::kGrey, {255, 102, 0}},
     {"viridis", "dark violet over green to yellow", ColourMap::kViridis, {204, 0, 255}},

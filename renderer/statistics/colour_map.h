@@ -1,9 +1,10 @@
-// Colour maps: from a number in [0, 1] to a display colour, 8-bit sRGB.
+// Colour maps, which convert a number in [0, 1] to a display colour in 8-bit sRGB.
 //
-// viridis, inferno, magma: S. van der Walt and N. Smith 2015, "mpl colormaps", CC0: perceptually
-// even steps (CAM02-UCS) and rising lightness, readable for colour-blind readers and in grey print.
-// turbo: A. Mikhailov 2019, "Turbo, an improved rainbow colormap for visualization", Google AI
-// Blog; Apache-2.0: distinguishes more values, but brighter does not mean more.
+// viridis, inferno and magma are from S. van der Walt and N. Smith 2015, "mpl colormaps", CC0.
+// Their steps are perceptually even (CAM02-UCS) and their lightness rises, so colour-blind readers
+// can read them, and so can readers of a grey print. turbo is from A. Mikhailov 2019, "Turbo, an
+// improved rainbow colormap for visualization", Google AI Blog; Apache-2.0. It distinguishes more
+// values, but brighter does not mean more.
 #pragma once
 
 #include <array>
@@ -21,14 +22,14 @@ struct ColourMapEntry {
   std::string_view name;
   std::string_view summary;
   ColourMap map;
-  Rgb8 no_value;  // for pixels without a value: far from every colour of the map
+  Rgb8 no_value;  // for pixels without a value; differs from every colour of the map
 };
 // The table behind --colors, its --help and its error message, in enumeration order.
 std::span<const ColourMapEntry> colour_map_table();
 ColourMap parse_colour_map(std::string_view name);  // throws UsageError
 
-// The colour of `value`, clamped to [0, 1]; the map's no_value for NaN. Interpolates 33 samples of
-// the published tables; the error is at most 2 of 255.
+// The colour of `value`, which is clamped to [0, 1]; for NaN, the map's no_value. Interpolates 33
+// samples of the published tables with an error of at most 2 of 255.
 Rgb8 colour_of(ColourMap map, double value);
 
 }  // namespace emberline

@@ -65,7 +65,7 @@ PlainSums plain_sums_of_row(const Pictures& p, int y) {
   return sums;
 }
 
-// (x - r)^2 / (r^2 + eps) averaged over the channels, for the finite pixels in order.
+// Returns (x - r)^2 / (r^2 + eps), averaged over channels, for all finite pixels in order.
 std::vector<double> relative_errors(const Pictures& p, double epsilon) {
   std::vector<double> errors(p.masked.size());
   parallel_each(errors.size(), [&](size_t i) {
@@ -87,7 +87,8 @@ double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
-// The mean without the largest kTrimmedFraction of the values; ties are interchangeable.
+// The mean without the largest kTrimmedFraction of the values; which of equal values are dropped
+// does not matter.
 double trimmed_mean(std::vector<double> values) {
   const size_t dropped = size_t(kTrimmedFraction * double(values.size()));
   const size_t kept = values.size() - dropped;

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Section 4.1.3 and 4.3: exponents and knee of the colour error, exponent of the feature error.
+// Sections 4.1.3 and 4.3: exponent and knee of the colour error, and exponent of the feature error.
 constexpr double kQc = 0.7;
 constexpr double kPc = 0.4;
 constexpr double kPt = 0.95;
@@ -27,8 +27,8 @@ constexpr double kQf = 0.5;
 // Section 4.2: width in degrees of the features that are detected.
 constexpr double kFeatureWidth = 0.082;
 
-// Section 4.1.1, table 1: spatial contrast sensitivity, one or two Gaussians a sqrt(pi / b)
-// exp(-pi^2 x^2 / b) over the angle x in degrees, per channel of YCxCz.
+// Section 4.1.1, table 1: the spatial contrast sensitivity of each channel of YCxCz is a sum of one
+// or two Gaussians a sqrt(pi / b) exp(-pi^2 x^2 / b), where x is the angle in degrees.
 struct Gaussian {
   double a, b;
 };
@@ -87,7 +87,7 @@ Vec3d linear_rgb_to_hunt_lab(const Vec3d& rgb) {
   return {lightness, 0.01 * lightness * 500 * (fx - fy), 0.01 * lightness * 200 * (fy - fz)};
 }
 
-// City-block in lightness, Euclidean in colour.
+// The HyAB distance: city-block distance of lightness, plus Euclidean distance of a* and b*.
 double hyab(const Vec3d& a, const Vec3d& b) {
   return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z);
 }
@@ -96,7 +96,8 @@ double hyab(const Vec3d& a, const Vec3d& b) {
 const double kLargestColourError =
     std::pow(hyab(linear_rgb_to_hunt_lab({0, 1, 0}), linear_rgb_to_hunt_lab({0, 0, 1})), kQc);
 
-// Section 4.1.3: errors below pc of the largest are mapped to [0, pt], larger ones to the rest.
+// Section 4.1.3: errors below pc times the largest error are mapped to [0, pt], larger ones to [pt,
+// 1].
 double redistribute(double distance) {
   const double error = std::pow(distance, kQc);
   const double knee = kPc * kLargestColourError;
@@ -106,7 +107,7 @@ double redistribute(double distance) {
 
 // ---- filters -----------------------------------------------------------------------------------
 
-// Taps -r .. r. All kernels here are separable, or sums of two separable ones.
+// Filter weights from -r to r. All kernels here are separable, or sums of two separable ones.
 using Taps = std::vector<double>;
 
 template <typename Function>
@@ -125,7 +126,7 @@ Taps scaled(Taps taps, double factor) {
 
 Taps normalized(const Taps& taps) { return scaled(taps, 1 / sum(taps)); }
 
-// Scales the positive and the negative taps to a sum of 1 each.
+// Scales the positive taps to a sum of 1, and the negative ones to -1.
 Taps balanced(Taps taps) {
   double positive = 0, negative = 0;
   for (const double tap : taps) (tap > 0 ? positive : negative) += std::abs(tap);
@@ -154,8 +155,8 @@ Kernels make_kernels(double pixels_per_degree) {
   };
   k.achromatic = normalized(spatial(kAchromatic));
   k.red_green = normalized(spatial(kRedGreen));
-  // The two Gaussians of blue-yellow keep their ratio; together they sum to 1 over the plane. Each
-  // factor is divided evenly between x and y.
+  // The two Gaussians of blue-yellow keep their ratio, and together they sum to 1 over the plane.
+  // Each factor is split evenly between the taps along x and y.
   double total = 0;
   for (size_t i = 0; i < 2; ++i) {
     const Gaussian& g = kBlueYellow[i];
@@ -175,8 +176,8 @@ Kernels make_kernels(double pixels_per_degree) {
   return k;
 }
 
-// A row of the channel, filtered along columns with `down` and along the row with `along`. The
-// border is extended with its own values.
+// Filters a row of the channel, along columns with `down` and along the row with `along`. Beyond
+// the border, the values of the border are repeated.
 std::vector<double> filter(const Plane& plane, int y, const Taps& down, const Taps& along) {
   const size_t width = size_t(plane.width), margin = along.size() / 2;
   const int radius = int(down.size() / 2);
@@ -212,7 +213,7 @@ Opponent to_opponent(const RgbImage& picture) {
   return planes;
 }
 
-// Section 4.1: the row's colours as perceived at the viewing distance, in Hunt-adjusted L*a*b*.
+// Section 4.1: the colours of a row as perceived at the viewing distance, in Hunt-adjusted L*a*b*.
 std::vector<Vec3d> perceived_row(const Opponent& planes, int y, const Kernels& k) {
   const std::vector<double> luminance = filter(planes[0], y, k.achromatic, k.achromatic);
   const std::vector<double> red_green = filter(planes[1], y, k.red_green, k.red_green);
@@ -240,7 +241,7 @@ std::vector<Features> feature_row(const Plane& luminance, int y, const Kernels& 
   const std::vector<double> point_y = filter(luminance, y, k.point, k.smooth);
   std::vector<Features> row(edge_x.size());
   for (size_t x = 0; x < row.size(); ++x) {
-    // Derivatives remove the offset of YCxCz's Y = 116 Y/Yn - 16, but not its factor.
+    // Y of YCxCz is 116 Y/Yn - 16. Derivatives remove the offset, but not the factor.
     row[x] = {std::hypot(edge_x[x], edge_y[x]) / 116, std::hypot(point_x[x], point_y[x]) / 116};
   }
   return row;

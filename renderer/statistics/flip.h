@@ -12,9 +12,9 @@ namespace emberline {
 // The paper's viewing conditions: 0.7 m from a 0.7 m wide display of 3840 pixels.
 constexpr double kFlipPixelsPerDegree = 67.0;
 
-// Error per pixel in [0, 1], row-major. Both pictures hold finite sRGB-encoded values in [0, 1]
-// (see to_display), of equal size, not empty (asserted). Symmetric in its arguments. Parallel and
-// deterministic.
+// Returns the error per pixel, in [0, 1], row-major. Both pictures must contain finite sRGB-encoded
+// values in [0, 1] (see to_display), must have equal size and must not be empty (asserted).
+// Symmetric in its arguments. Parallel and deterministic.
 std::vector<float> flip_map(const RgbImage& picture, const RgbImage& reference,
                             double pixels_per_degree = kFlipPixelsPerDegree);
 

@@ -22,7 +22,7 @@ std::string pixels_text(uint64_t count) {
   return readable_count(count) + (count == 1 ? " pixel" : " pixels");
 }
 
-// "12.3 %"; never "0 %" for a nonzero part, or "100 %" for less than all.
+// Formats a percentage, as "12.3 %"; never "0 %" for a nonzero part, or "100 %" for less than all.
 std::string share_text(uint64_t part, uint64_t total) {
   const double percent = 100 * double(part) / double(total);
   if (part > 0 && percent < 0.05) return "< 0.1 %";
@@ -30,7 +30,7 @@ std::string share_text(uint64_t part, uint64_t total) {
   return fmt::format("{:.{}f} %", percent, part == total || part == 0 ? 0 : 1);
 }
 
-// fn(value) is the colour of a pixel.
+// Colours each pixel; fn(value) returns its colour.
 template <typename Function>
 void paint(BytePicture& picture, const Plane& plane, const Function& fn) {
   for_each_row(plane.height, [&](int y) {
@@ -48,7 +48,7 @@ std::string title_text(const HeatmapSettings& settings, const DisplayUnit& unit)
   return title;
 }
 
-// Reports values outside the scale, since their colours do not show it.
+// Reports how many values are outside the scale, since their colours do not show this.
 void add_out_of_range(const Plane& plane, const ValueScale& scale, uint64_t values,
                       std::vector<LegendItem>* items) {
   uint64_t below = 0, above = 0;
@@ -74,7 +74,7 @@ std::vector<LegendItem> describe(const Plane& plane, const HeatmapSettings& sett
     items.push_back({"mean " + format_value(s.mean)});
     if (settings.rms) items.push_back({"RMS " + format_value(s.rms)});
     items.push_back({"maximum " + format_value(s.maximum)});
-    // So few nonzero pixels are easily overlooked.
+    // If at most 1 % of the pixels are nonzero, they are easily overlooked.
     if (s.nonzero * 100 <= s.values) items.push_back({"nonzero in " + pixels_text(s.nonzero)});
     add_out_of_range(plane, scale, s.values, &items);
   }
@@ -91,7 +91,7 @@ ValueScale scale_of(const Plane& plane, const HeatmapSettings& settings) {
                     settings.logarithmic);
 }
 
-// The scale, the texts about the plane, and the bar.
+// The texts of the legend, and the bar with its scale.
 struct HeatmapLegend {
   std::vector<LegendItem> items;
   LegendBar bar;

@@ -1,9 +1,9 @@
-// Pictures of a number for each pixel of a frame: sample density (bright where there are many
-// samples, as in figure 1 of Painter & Sloan 1989), error, time, stop reasons.
+// Draws a picture of a number for each pixel of a frame: sample density (bright where there are
+// many samples, as in figure 1 of Painter & Sloan 1989), error, time, or stop reason.
 //
-// Pixels map one to one from the upper left corner; the legend is below them and covers none. The
-// picture is a view: the numbers are channels of the EXR. Equal planes and settings give equal
-// bytes.
+// The frame's pixels are in the upper left corner, at their original size; the legend is below them
+// and covers none. The picture is only for viewing; the numbers are channels of the EXR. Equal
+// planes and settings result in equal bytes.
 #pragma once
 
 #include <optional>
@@ -18,7 +18,7 @@
 
 namespace emberline {
 
-// A named value of a plane whose values are reasons instead of amounts.
+// One possible value of a plane whose values are reasons instead of amounts.
 struct Category {
   float value = 0;
   std::string name;  // UTF-8, with characters that TextFont has
@@ -28,28 +28,29 @@ struct Category {
 // The appearance of a heatmap. Range and logarithmic scale do not apply to categories.
 struct HeatmapStyle {
   ColourMap colours = ColourMap::kGrey;
-  std::optional<ValueRange> range;  // of the colours; min < max, with `logarithmic` min > 0
+  std::optional<ValueRange> range;  // of the colour scale; min < max; if `logarithmic`, min > 0
   bool logarithmic = false;
   bool plain = false;  // no legend
 };
 
 struct HeatmapSettings : HeatmapStyle {
-  std::string title;  // what the values are, such as "samples per pixel"; as Category::name
-  std::string unit;   // after the title; "s" is shown as s, ms, µs or ns; may be empty
-  double bright = kBrightQuantile;  // for an automatic range
+  std::string title;  // such as "samples per pixel"; same characters as Category::name
+  std::string unit;   // shown after the title; "s" becomes s, ms, µs or ns; may be empty
+  double bright = kBrightQuantile;  // for automatic_range()
   bool rms = false;                 // the legend also shows the RMS
   std::string note = {};            // the last text of the legend
 };
 
-// The plane's sides must not be 0 (asserted).
+// The plane must not be empty (asserted).
 BytePicture draw_heatmap(const Plane& plane, const HeatmapSettings& settings);
 
-// The same for categories: a swatch, name and share of pixels for each one that occurs. Values of
-// no category count as missing. Uses only the title and `plain` of the settings.
+// Like draw_heatmap(), for categories: the legend shows a swatch, the name and the share of pixels
+// of each category that occurs. Values of no category count as missing. Uses only the title and
+// `plain` of the settings.
 BytePicture draw_category_map(const Plane& plane, std::span<const Category> categories,
                               const HeatmapSettings& settings);
 
-// The legends that they draw unless the settings are `plain`.
+// The legends that the functions above draw, unless the settings are `plain`.
 LegendLayout heatmap_layout(const Plane& plane, const HeatmapSettings& settings);
 LegendLayout category_layout(const Plane& plane, std::span<const Category> categories,
                              const HeatmapSettings& settings);

@@ -12,12 +12,13 @@ namespace {
 constexpr Rgb8 kBackground = {30, 30, 30}, kEdge = {140, 140, 140}, kTitle = {255, 255, 255},
                kText = {205, 205, 205}, kHistogram = {150, 150, 150};
 
-// An em is 18 pixels at 1280x720 and 54 at 3840x2160. At 11 pixels the x-height is 6 pixels and a
-// capital 8, so that letters are sharp without hinting; smaller ones are hard to read.
+// An em is 18 pixels at 1280x720 and 54 at 3840x2160. At 11 pixels, the x-height is 6 pixels and
+// the height of capitals is 8, so that letters are sharp without hinting; smaller letters are hard
+// to read.
 constexpr double kLetterFraction = 18.0 / 960;
 constexpr int kMinLetter = 11;
 
-// In em.
+// Sizes and gaps, in em.
 constexpr double kPadding = 0.7, kLineGap = 0.35, kItemGap = 1.6, kSwatch = 0.73, kSwatchGap = 0.4;
 constexpr double kHistogramHeight = 2.4, kBarHeight = 0.9, kTickHeight = 0.3, kTickGap = 0.1;
 constexpr double kBinWidth = 0.2, kMaxBinWidth = 0.8, kBorder = 0.09;
@@ -30,7 +31,7 @@ int letter_size(int width, int height) {
 
 int pixels_of(double ems, int letter) { return std::max(1, int(std::lround(ems * letter))); }
 
-// An item, or a line of one that is wider than the legend.
+// An item, or one line of an item that is wider than the legend.
 struct LegendPiece {
   LegendItem item;
   Rgb8 colour;
@@ -65,8 +66,8 @@ class LegendBuilder {
     return item.swatch ? px(kSwatch) + px(kSwatchGap) : 0;
   }
 
-  // Breaks the item between words where it is wider than the legend. Its last line then stands
-  // alone, so that the next item does not read as its continuation.
+  // Breaks an item that is wider than the legend between words. Nothing follows on its last line,
+  // so that the next item does not read as its continuation.
   void add_pieces(const LegendItem& item, const Rgb8& colour,
                   std::vector<LegendPiece>* pieces) const {
     LegendItem rest = item;
@@ -100,7 +101,7 @@ class LegendBuilder {
         y += font_.height() + px(kLineGap);
       }
       if (piece.item.swatch) {
-        // As high as a capital, on the baseline.
+        // The swatch stands on the baseline and is as high as a capital letter.
         const int bottom = y + font_.ascent(), side = px(kSwatch);
         layout_.swatches.push_back({{x, bottom - side, x + side, bottom}, *piece.item.swatch});
       }
@@ -146,8 +147,8 @@ bool whole_numbers(const Plane& plane) {
                              [](float v) { return !std::isfinite(v) || v == std::round(v); });
 }
 
-// Equally wide bins over the scale. For whole numbers each bin holds the same number of them, and
-// the first number is in the middle of its bin.
+// Bins of equal width over the scale. If all values are whole numbers, each bin covers equally many
+// of them, and the first bin begins half a number below the scale.
 struct Bins {
   std::vector<uint64_t> counts;
   double first = 0,
@@ -183,7 +184,7 @@ void draw_histogram(BytePicture& picture, const LegendLayout& layout, const Lege
     const double middle = area.x0 + (h.first + (double(i) + 0.5) * h.bin) * area.width();
     const int x0 = std::clamp(int(std::lround(middle - 0.5 * width)), area.x0, area.x1 - 1);
     const int x1 = std::clamp(int(std::lround(middle + 0.5 * width)), x0 + 1, area.x1);
-    // A bin that is not empty shows at least one line.
+    // A bin that is not empty is at least one line high.
     const double share = double(h.counts[i]) / double(max);
     const int height = std::max(layout.line, int(std::lround(share * area.height())));
     picture.fill({x0, area.y1 - height, x1, area.y1}, kHistogram);

@@ -1,5 +1,5 @@
-// The legend below a heatmap, in two steps: where each text, swatch and tick goes, and drawing
-// that. Tests check the first without reading pixels.
+// The legend below a heatmap, in two steps: the first computes the place of each text, swatch and
+// tick, the second draws them. Tests check the first without reading pixels.
 #pragma once
 
 #include <optional>
@@ -15,13 +15,13 @@
 
 namespace emberline {
 
-// Text, after a colour swatch if it is about a colour.
+// A text; if it is about a colour, it follows a swatch of that colour.
 struct LegendItem {
   std::string text;
   std::optional<Rgb8> swatch = std::nullopt;
 };
 
-// A colour bar with its scale below and a histogram of the plane's values above.
+// A colour bar, with a scale below it and a histogram of the plane's values above it.
 struct LegendBar {
   const Plane& plane;
   ValueScale scale;
@@ -29,7 +29,7 @@ struct LegendBar {
   double factor = 1;  // labels show value x factor
 };
 
-// Places in the whole picture. The frame is its upper left corner.
+// Coordinates in the whole picture. The frame is in the upper left corner.
 struct LegendLayout {
   struct Text {
     std::string text;
@@ -43,21 +43,21 @@ struct LegendLayout {
   int letter = 0;  // pixels per em
   int line = 1;    // thickness of borders and ticks
   Rect picture, frame;
-  std::vector<Text> texts;  // the items, of which long ones have several lines
+  std::vector<Text> texts;  // the items; a long item has several
   std::vector<Swatch> swatches;
   Rect histogram, bar;            // empty without a bar
   std::vector<Rect> ticks;        // below the bar
-  std::vector<Text> tick_labels;  // fewer than ticks where labels would overlap
+  std::vector<Text> tick_labels;  // fewer than ticks if labels would overlap
 };
 
-// Letters grow with the frame in proportion, down to a size that can still be read; a very small
-// frame's legend is wider than the frame. Items stand side by side in lines; the first is the
-// title. `bar` may be null.
+// The size of letters is proportional to that of the frame, but not below a readable size; the
+// legend of a very small frame is wider than the frame. Items are placed side by side in lines; the
+// first item is the title. `bar` may be null.
 LegendLayout lay_out_legend(int width, int height, std::span<const LegendItem> items,
                             const LegendBar* bar);
 
-// A picture with the legend drawn and the frame left in the colour of the background. `bar` is the
-// one of the layout.
+// Returns a picture with the legend; the frame has the background colour. `bar` must be the one
+// that was passed to lay_out_legend().
 BytePicture draw_legend(const LegendLayout& layout, const LegendBar* bar);
 
 }  // namespace emberline

@@ -1,4 +1,5 @@
-// The quantities that heatmaps can show: how to compute and draw them from the film's channels.
+// The quantities that heatmaps can show: how to compute them from the film's channels, and how to
+// draw them.
 #pragma once
 
 #include <cstddef>
@@ -25,43 +26,44 @@ struct HeatmapQuantity {
   std::vector<std::string_view> channels;  // the channels that it is computed from
   // A pixel's value from `channels`, in that order; by default the only channel. NaN: no value.
   float (*value)(const float* channels) = [](const float* all) { return all[0]; };
-  std::string_view note = {};       // in the legend, after the numbers
+  std::string_view note = {};       // the last text of the legend
   bool is_categorical = false;      // PixelStop values instead of amounts
   bool needs_denoised = false;      // uses the result of `denoise` for a finished frame
-  double bright = kBrightQuantile;  // for an automatic range, value_scale.h
-  bool rms = false;                 // its RMS is more informative than its mean
+  double bright = kBrightQuantile;  // for automatic_range() (value_scale.h)
+  bool rms = false;                 // the legend also shows the RMS
 };
 // The table behind --heatmap-of, its --help and its error message. The first row is the default.
 //
 // `error` is the expected RMS error of the pixel in the displayed picture (sRGB, [0, 1]), root mean
 // square over R, G and B: sqrt(mean(w v)) with v the variance of the channel's mean and w the
 // squared slope of the display curve at the pixel's value (display_error.h). With the estimators
-// nested and two-stream, and with --streams 2, it comes from one difference per pixel, of two
-// halves or two streams. Single pixels then scatter (one degree of freedom). Their RMS, shown in
-// the legend, is the adaptive driver's estimate for the whole frame
-// (drivers/adaptive/frame_error.h; `error.estimate` of the report), except for light that pixels
-// have missed, which only the report includes. Otherwise, as in uniform frames, samples count as
-// independent: an upper estimate. The display curve is linearised, so a pixel's error may exceed 1.
-// Pixels with fewer than two samples have no value.
+// nested and two-stream, and with --streams 2, v comes from a single difference per pixel, between
+// two halves or two streams (one degree of freedom), so pixels scatter. The RMS of all pixels,
+// shown in the legend, is the adaptive driver's estimate for the whole frame
+// (drivers/adaptive/frame_error.h; `error.estimate` of the report), except that only the report
+// includes light that pixels have missed. Otherwise, as in uniform frames, samples are assumed to
+// be independent, which is an upper estimate. The display curve is linearised, so a pixel's error
+// may exceed 1. Pixels with fewer than two samples have no value.
 std::span<const HeatmapQuantity> heatmap_quantity_table();
-// Throws UsageError, with `option` as the option's name.
+// Throws UsageError for an unknown name; the message calls the option `option`.
 const HeatmapQuantity& find_heatmap_quantity(std::string_view name,
                                              std::string_view option = "`heatmap-of`");
 
-// Why pixels got no more samples. Colours are Okabe & Ito 2008, "Color Universal Design"; no two
-// have the same lightness.
+// The reasons why pixels got no more samples. The colours are from Okabe & Ito 2008, "Color
+// Universal Design"; no two have the same lightness.
 std::span<const Category> stop_categories();
 
 BytePicture draw_quantity(const HeatmapQuantity& quantity, const Plane& plane,
                           const HeatmapStyle& style);
 
-// Gathers one quantity of a frame, tile by tile, from the film's channels.
+// Computes one quantity of a frame from the film's channels, tile by tile.
 class QuantityPlane {
  public:
-  static constexpr size_t kMaxChannels = 8;  // of a quantity
+  static constexpr size_t kMaxChannels = 8;  // per quantity
 
-  // `channels` names the channels of write_tile(); missing_channel() must be empty. Pixels that are
-  // never written are treated as pixels without samples: all channels 0.
+  // `channels` are the names of the channels that write_tile() receives; missing_channel() must
+  // return an empty name for them. Pixels that are never written are treated as pixels without
+  // samples, whose channels are all 0.
   QuantityPlane(const HeatmapQuantity& quantity, std::span<const std::string> channels,
                 const Rect& crop);
 
@@ -69,12 +71,13 @@ class QuantityPlane {
   static std::string missing_channel(const HeatmapQuantity& quantity,
                                      std::span<const std::string> channels);
 
-  // Indices in `channels` of the quantity's channels, in its own order; empty if one is missing.
+  // Returns the indices in `channels` of the quantity's channels, in the quantity's order; empty if
+  // one is missing.
   static std::optional<std::vector<size_t>> find_channels(const HeatmapQuantity& quantity,
                                                           std::span<const std::string> channels);
 
-  // `pixels` holds the channels, interleaved, rows from rect.y0; each pixel may have more values
-  // after them. `rect` lies in the crop. Thread-safe for disjoint rectangles.
+  // `pixels` contains the channels interleaved, in rows from rect.y0; each pixel may have more
+  // values after them. `rect` must be in the crop. Thread-safe for disjoint rectangles.
   void write_tile(const Rect& rect, std::span<const float> pixels);
 
   const HeatmapQuantity& quantity() const { return *quantity_; }

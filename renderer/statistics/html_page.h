@@ -1,9 +1,9 @@
-// Self-contained HTML pages: one file without external resources or scripts. Supports light and
-// dark mode (the reader's setting), phones and print.
+// Self-contained HTML pages: one file without external resources or scripts. Pages support light
+// and dark mode (by the reader's setting), phones and print.
 //
-// Strings are text and are escaped; finished markup has the type Markup and comes from the
-// functions below or svg_chart.h. A file called "<b>&.glb" is thus shown correctly. No state is
-// shared: separate pages may be built on separate threads.
+// Strings are text, and are escaped, so that a file called "<b>&.glb" is shown correctly. Markup
+// has the type Markup and comes from the functions below or from svg_chart.h. Pages share no state,
+// so separate pages may be built on separate threads.
 #pragma once
 
 #include <cstdint>
@@ -18,15 +18,15 @@ struct Markup {
   std::string html;
 };
 
-// Safe between tags and in double-quoted attributes. Invalid UTF-8 and control characters that HTML
-// forbids become U+FFFD.
+// The result is safe between tags and in double-quoted attributes. Invalid UTF-8 and control
+// characters that HTML forbids become U+FFFD.
 std::string escape_html(std::string_view text);
 
 // RFC 4648, section 4, with padding.
 std::string base64(std::span<const unsigned char> bytes);
 
-// An encoded picture ("image/png") of width x height pixels, embedded in the page. `text` is its
-// alternative text. `magnified`: shown as wide as possible, without smoothing.
+// Embeds an encoded picture of width x height pixels, of a type such as "image/png". `text` is its
+// alternative text. If `magnified`, it is shown as wide as possible, without smoothing.
 Markup picture_markup(std::span<const unsigned char> encoded, std::string_view media_type,
                       int width, int height, std::string_view text, bool magnified = false);
 
@@ -45,7 +45,7 @@ struct PageTable {
     bool number = false;  // right-aligned
   };
   std::string caption;                      // empty: no caption
-  std::vector<Column> columns;              // if no column has a name, the table has no head
+  std::vector<Column> columns;              // without names, the table has no head
   std::vector<std::vector<PageCell>> rows;  // missing cells of a row are empty
 };
 
@@ -64,17 +64,17 @@ class HtmlPage {
   void paragraph(std::string_view text) { add("<p>{}</p>\n", text); }
   void warning(std::string_view text) {
     add("<p class=\"warning\">{}</p>\n", text);
-  }  // highlighted
-  // Wrapped text for copying.
+  }  // shown highlighted
+  // Adds text to copy; long lines wrap.
   void code(std::string_view text) { add("<pre><code>{}</code></pre>\n", text); }
   void list(std::span<const std::string> items);
   void table(const PageTable& table);  // scrolls if wider than the page
   void figures(std::span<const PageFigure> figures, int max_columns = 2);
 
-  std::string finish() const;  // the file
+  std::string finish() const;  // returns the contents of the file
 
  private:
-  // Adds `markup` with the escaped text in place of "{}".
+  // Adds `markup`, with "{}" replaced by the escaped text.
   void add(const char* markup, std::string_view text);
 
   std::string title_;

@@ -1,5 +1,5 @@
-// Integrands over the random numbers of the camera's slot with exactly known means, for comparing
-// samplers: an edge, a disc and a gradient as in a pixel, for example.
+// Integrands with exactly known means for comparing samplers, as functions of the random numbers of
+// the camera's slot. Examples are an edge, a disc and a gradient, as they occur in a pixel.
 #pragma once
 
 #include <cmath>
@@ -22,8 +22,8 @@ struct Integrand {
 inline double smooth(const SlotNumbers& n) {
   return double(n.u[0]) * n.u[0] * std::exp(double(n.u[1]));
 }
-// One third: its distance to the grid of N = 2^m strata does not depend on N, so the error is
-// exactly 2/9 / N^2 (one stratum in doubt, inside with probability 1/3 or 2/3).
+// An edge at 1/3 cuts one of N = 2^m strata, always at 1/3 or 2/3 of its width, so the variance is
+// exactly 2/9 / N^2.
 inline constexpr float kThird = 1.0f / 3.0f;
 inline double axis_edge(const SlotNumbers& n) { return n.u[0] < kThird ? 1.0 : 0.0; }
 inline double tilted_edge(const SlotNumbers& n) {
@@ -33,7 +33,7 @@ inline double disc(const SlotNumbers& n) {
   const double x = n.u[0] - 0.5, y = n.u[1] - 0.5;
   return x * x + y * y < 0.16 ? 1.0 : 0.0;
 }
-// Couples the pixel pair with the lens pair.
+// Couples the numbers of the pixel with those of the lens.
 inline double coupled(const SlotNumbers& n) {
   const double x = n.u[0] - n.u[2], y = n.u[1] - n.u[3];
   return std::exp(-4.0 * (x * x + y * y));

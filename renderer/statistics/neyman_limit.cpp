@@ -8,8 +8,8 @@
 namespace emberline {
 namespace {
 
-// Half of the interval for the slope of the display curve, and the slope's minimum: those of the
-// adaptive driver's display metric.
+// Half of the interval over which the slope of the display curve is measured, and the minimum of
+// the slope. The adaptive driver's display metric uses the same values.
 constexpr float kSlopeHalfWidth = 1e-3f;
 constexpr double kMinSlope = 0.02;
 
@@ -40,7 +40,7 @@ double neyman_limit(std::span<const double> variance, std::span<const double> co
     root_sum += std::pow(variance[i], root) * std::pow(cost[i], slope * root);
   }
   if (!(root_sum > 0)) return 1.0;
-  // Uses means so that powers do not overflow.
+  // Use means instead of sums, so that powers do not overflow.
   const double uniform = v_sum / n * std::pow(c_sum / n, slope);
   return std::pow(uniform / std::pow(root_sum / n, 1 + slope), 1 / slope);
 }

@@ -7,7 +7,8 @@
 
 namespace emberline {
 
-// Rows from the top. A non-finite entry means no value; it is counted and otherwise ignored.
+// Rows start at the top. A non-finite entry means that the pixel has no value; it is counted and
+// otherwise ignored.
 struct Plane {
   int width = 0, height = 0;
   std::vector<float> values;
@@ -18,7 +19,7 @@ struct Plane {
 struct PlaneStatistics {
   uint64_t values = 0;                                 // pixels with a value
   uint64_t no_value = 0;                               // pixels without a value
-  uint64_t nonzero = 0;                                // of the values
+  uint64_t nonzero = 0;                                // pixels with a value that is not 0
   double minimum = 0, mean = 0, maximum = 0, rms = 0;  // 0 without values
 
   bool constant() const { return values > 0 && minimum == maximum; }

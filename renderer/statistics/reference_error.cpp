@@ -28,7 +28,7 @@ struct PixelError {
   double square, product;  // relative errors; means over channels
 };
 
-// The mean product without the pixels with the largest squares.
+// The mean product, without the pixels that have the largest squares.
 double trimmed_mean(std::vector<PixelError> errors) {
   const size_t kept = errors.size() - size_t(kTrimmedFraction * double(errors.size()));
   std::ranges::stable_sort(errors, {}, &PixelError::square);
@@ -116,7 +116,7 @@ void ReferencePicture::set_noise(StudyReference* out) const {
   out->noise_mse = squares / values;
   out->noise_rel_mse = relative / values;
   out->noise_display_mse = displayed / values;
-  // For a sum of independent pixels whose channels are fully correlated: an upper bound.
+  // This assumes independent pixels whose channels are fully correlated, so it is an upper bound.
   out->noise_bias = std::sqrt(3 * squares) / std::abs(sum_);
   out->rel_mse_epsilon = epsilon_;
 }

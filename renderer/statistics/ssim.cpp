@@ -31,7 +31,7 @@ std::vector<double> window_weights(int length) {
   return weights;
 }
 
-// Weighted moments of a window: means of a, b, a^2, b^2, a b, and the masked share.
+// Weighted moments of a window: means of a, b, a^2, b^2 and a b, and the fraction that is masked.
 using Moments = std::array<double, 6>;
 
 double ssim_of(const Moments& m) {

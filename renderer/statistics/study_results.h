@@ -1,5 +1,5 @@
-// Results of a study of speed against error: plain data, written by `emberline study` and read by
-// code that summarizes (study_summary.h), draws or saves them.
+// Results of a study of speed against error, as plain data. `emberline study` writes them; other
+// code summarizes (study_summary.h), draws or saves them.
 //
 // A study renders one view of one scene by several methods, each with several seeds. At several
 // checkpoints of each run it measures the picture against a reference. Times include rendering and
@@ -25,10 +25,10 @@ struct StudyError {
   double rel_mse = 0;          // over (r^2 + epsilon), as in error_metrics.h
   double rel_mse_trimmed = 0;  // without the worst 0.1 % of pixels
   double display_mse = 0;      // of display values (sRGB, 0 to 1)
-  double flip = 0;             // mean FLIP; includes the reference's own noise
+  double flip = 0;             // mean FLIP; includes the noise of the reference
   double signed_bias = 0;      // sum(x - r) / sum(r)
-  double p95_absolute = 0;     // 95th percentile over pixels of the RMS of x - r over channels
-  double p95_display = 0;      // the same for display values
+  double p95_absolute = 0;     // 95th percentile over pixels of sqrt(mean((x - r)^2))
+  double p95_display = 0;      // like p95_absolute, for display values
 };
 
 // The errors that decrease with more samples, for tables, axes and options.
@@ -46,8 +46,8 @@ struct StudyMetricEntry {
   std::string_view summary;
   StudyMetric metric;
   double StudyError::*value;
-  // true: a mean of squares, which falls as 1 / N with independent samples; false: falls as 1 /
-  // sqrt(N).
+  // Whether the metric is a mean of squares, which falls as 1 / N with independent samples; other
+  // metrics fall as 1 / sqrt(N).
   bool squared;
 };
 std::span<const StudyMetricEntry> study_metric_table();  // in the order of StudyMetric
@@ -59,9 +59,10 @@ struct StudyMethod {
   std::string driver, sampler;
   std::string estimator, allocation;  // for adaptive drivers, otherwise empty
   bool unbiased = false;
-  bool denoised = false;  // its pictures are denoised
-  // Pictures of the first seed at the largest budget: file names in the study's folder, empty if
-  // there is none. The EXR has R G B A and `samples`; the FLIP picture compares with the reference.
+  bool denoised = false;  // whether its pictures are denoised
+  // File names of the pictures of the first seed at the largest budget, in the study's folder;
+  // empty if there is no picture. The EXR has R G B A and `samples`; the FLIP picture compares with
+  // the reference.
   struct Pictures {
     std::string exr, png, flip_png;
     uint32_t seed = 0;
@@ -69,13 +70,14 @@ struct StudyMethod {
   } pictures;
 };
 
-// Cost of denoising, and the share of pixels that it left unchanged.
+// Cost of denoising, and the fraction of pixels that it left unchanged.
 struct StudyFilter {
   double cpu_s = 0;
   double unchanged_fraction = 0;  // of the pixels
 };
 
-// A point of a run: the first moment when a picture was available and the budget was spent.
+// A checkpoint of a run is the first moment at which a picture is available and the budget is
+// spent.
 struct StudyCheckpoint {
   double budget = 0;        // one of StudySettings::budgets
   uint64_t samples = 0;     // of the whole frame
@@ -86,14 +88,14 @@ struct StudyCheckpoint {
   // The expected RMS error of the displayed picture, as the driver or the filter estimates it for
   // this picture.
   std::optional<double> estimate;
-  std::optional<StudyFilter> filter;  // for a denoised picture; the times above include its time
+  std::optional<StudyFilter> filter;  // for a denoised picture; wall_s and cpu_s include it
 };
 
-// A driver's error estimate between two rounds, and the true error.
+// The error that a driver estimated between two rounds, and the true error.
 struct CalibrationPoint {
   double mean_samples = 0;  // per pixel
   double estimate = 0;      // RMS error of the displayed picture
-  double true_rms = 0;      // root of StudyError::display_mse; NaN if that is not positive
+  double true_rms = 0;      // square root of StudyError::display_mse; NaN unless that is > 0
 };
 
 enum class StudyRunStatus : uint8_t { kDone, kFailed };
@@ -113,16 +115,16 @@ struct StudyReference {
   std::string driver, sampler;     // if rendered by the study
   uint32_t samples_per_pixel = 0;  // of both halves together; 0 if unknown
   std::array<uint32_t, 2> seeds = {};
-  bool two_halves = false;  // its noise is removed from mean squares
+  bool two_halves = false;  // if so, mean squares exclude its noise
   // Noise of the mean of the halves, estimated from their difference.
   double noise_mse = 0, noise_rel_mse = 0, noise_display_mse = 0, noise_bias = 0;
   double rel_mse_epsilon = 0;
   std::string exr, png;  // of the mean of the halves, in the study's folder
 };
 
-// How many times less time the best distribution of samples could need than the even one for the
-// same error, if samples were independent: mean(v) mean(c) / mean(sqrt(v c))^2 with v the variance
-// of a pixel's sample in the metric and c its cost (Neyman 1934; neyman_limit.h). At least 1.
+// The largest possible speedup over equal numbers of samples for all pixels, at the same error and
+// if samples are independent: mean(v) mean(c) / mean(sqrt(v c))^2, where v is the variance of a
+// pixel's sample in the metric and c its cost (Neyman 1934; neyman_limit.h). At least 1.
 struct NeymanLimits {
   double mse = 0, rel_mse = 0, display = 0;
 };
@@ -131,7 +133,7 @@ struct StudySettings {
   std::string scene;
   std::string command_line;   // repeats the study
   int width = 0, height = 0;  // of the picture
-  // View, light, depth and other settings by option, for people.
+  // View, light, depth and other settings by option name, for display.
   std::vector<std::pair<std::string, std::string>> frame;
   bool by_time = false;         // budgets are seconds of rendering; false: samples per pixel
   std::vector<double> budgets;  // ascending
@@ -144,10 +146,10 @@ struct StudySettings {
 struct StudyResults {
   StudySettings settings;
   StudyReference reference;
-  std::optional<NeymanLimits> limits;  // unless the reference was given
+  std::optional<NeymanLimits> limits;  // absent if the reference was given
   std::vector<StudyMethod> methods;
   std::vector<StudyRun> runs;  // by seed, then method; without runs that were not started
-  bool complete = true;        // false: stopped before all runs were made
+  bool complete = true;        // false: stopped before all runs had finished
 };
 
 }  // namespace emberline

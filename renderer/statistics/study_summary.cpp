@@ -28,7 +28,7 @@ constexpr StudyMetricEntry kMetrics[] = {
      &StudyError::p95_display, false},
 };
 
-// The probability that |t| is below sqrt(degrees) tan(angle): the finite sums of Abramowitz &
+// The probability that |t| is below sqrt(degrees) tan(angle), by the finite sums of Abramowitz &
 // Stegun 1964, equations 26.7.3 (odd) and 26.7.4 (even).
 double student_t_central(int degrees, double angle) {
   const double c = std::cos(angle), s = std::sin(angle);
@@ -46,8 +46,8 @@ struct LogPoint {
 };
 using LogCurve = std::vector<LogPoint>;
 
-// A run as a curve of logarithms by ascending position. Drops points without a logarithm; of
-// checkpoints at the same position the last one counts.
+// Converts a run to a curve of logarithms, by ascending position. Points without a logarithm are
+// dropped; of several checkpoints at the same position, the last one counts.
 LogCurve log_curve(const StudyRun& run, const StudyMetricEntry& metric, StudyAxis axis) {
   LogCurve curve;
   for (const StudyCheckpoint& checkpoint : run.checkpoints) {
@@ -64,13 +64,13 @@ LogCurve log_curve(const StudyRun& run, const StudyMetricEntry& metric, StudyAxi
 }
 
 struct Crossing {
-  double value = 0;  // in logarithm
+  double value = 0;  // a logarithm
   bool extrapolated = false;
 };
 
-// Interpolates coordinate `to` of a curve where coordinate `from` reaches `at`. Along the curve
-// `from` rises (`direction` 1) or falls (-1); the result is empty if it does neither. A curve of
-// one point has `slope` (of `to` over `from`).
+// Interpolates the coordinate `to` of a curve at the place where the coordinate `from` reaches
+// `at`. Along the curve, `from` must rise (`direction` 1) or fall (-1); otherwise the result is
+// empty. A curve of one point is extended with `slope` (of `to` over `from`).
 std::optional<Crossing> interpolate(const LogCurve& curve, double LogPoint::*from,
                                     double LogPoint::*to, double direction, double slope,
                                     double at) {
@@ -88,10 +88,10 @@ std::optional<Crossing> interpolate(const LogCurve& curve, double LogPoint::*fro
                   beyond(a.*from, at) || beyond(at, b.*from)};
 }
 
-// Slope of independent samples, for a curve of one point.
+// Slope for a curve of one point: that of independent samples.
 double expected_slope(const StudyMetricEntry& metric) { return metric.squared ? -1.0 : -0.5; }
 
-// Where the curve first reaches the error.
+// The position at which the curve first reaches the error.
 std::optional<Crossing> position_at(const LogCurve& curve, double error,
                                     const StudyMetricEntry& metric) {
   return interpolate(curve, &LogPoint::error, &LogPoint::position, -1.0,
@@ -118,7 +118,8 @@ void for_each_checkpoint(const StudyResults& results, size_t method, double budg
   }
 }
 
-// The same, with the baseline's run of the same seed.
+// Like for_each_checkpoint(), but passes the baseline's run of the same seed, and skips seeds
+// without it.
 void for_each_pair(const StudyResults& results, size_t method, size_t budget,
                    const VisitCheckpoint& visit) {
   const std::optional<size_t> baseline = baseline_method(results);
@@ -153,8 +154,8 @@ std::optional<Estimate> geometric_estimate(std::span<const double> logarithms) {
   return student_interval(logarithms, [](double x) { return std::exp(x); });
 }
 
-// The mean of ratio(point, baseline), a logarithm, over pairs of a checkpoint's finite logarithms
-// and the curve of the baseline's run.
+// The geometric mean over seeds of a ratio between a method's checkpoint and the baseline's curve.
+// `ratio` receives logarithms and returns the logarithm of the ratio.
 std::optional<Speedup> mean_ratio(
     const StudyResults& results, size_t method, const StudyMetricEntry& metric, StudyAxis axis,
     size_t budget,
@@ -306,7 +307,7 @@ std::vector<CalibrationGroup> calibration(const StudyResults& results, size_t me
   struct Values {
     std::vector<double> samples, ratios;
   };
-  std::map<long, Values> groups;  // by the nearest power of two
+  std::map<long, Values> groups;  // by the exponent of the nearest power of two
   for (const StudyRun& run : results.runs) {
     if (run.method != method || run.status != StudyRunStatus::kDone) continue;
     for (const CalibrationPoint& point : run.calibration) {

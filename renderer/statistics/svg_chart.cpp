@@ -19,8 +19,8 @@ constexpr double kTextSize = 13;
 constexpr double kLetter = 0.56 * kTextSize;  // approximate mean advance of a sans-serif letter
 constexpr double kLine = 1.45 * kTextSize;
 
-// Okabe & Ito's colours, but the text colour instead of black, which would vanish on a dark page.
-// Yellow comes last, as it is faint on white.
+// Okabe & Ito's colours, with the text colour instead of black, which would be invisible on a dark
+// page. Yellow is last, because it is faint on white.
 constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73",      "#cc79a7",
                                     "#e69f00", "#56b4e9", "currentColor", "#f0e442"};
 constexpr const char* kDashes[] = {"", "7 3", "2 3", "9 3 2 3", "12 4"};
@@ -40,7 +40,8 @@ int style_of(const LineChart& chart, size_t series) {
 const char* colour(int style) { return kColours[size_t(style) % std::size(kColours)]; }
 const char* dash(int style) { return kDashes[size_t(style) % std::size(kDashes)]; }
 
-// A coordinate with at most two decimals, without trailing zeros, so that its text is unique.
+// Formats a coordinate with at most two decimals and without trailing zeros, so that its text is
+// unique.
 std::string number(double value) {
   std::string text = fmt::format("{:.2f}", value);
   while (text.back() == '0') text.pop_back();
@@ -68,7 +69,7 @@ double text_width(std::string_view text) {
   return kLetter * double(letters);
 }
 
-// A marker, up to but without the end of its first tag.
+// Returns a marker without the end of its first tag, so that the caller can add to the tag.
 std::string marker(int style, double x, double y) {
   const std::string path = kMarkers[size_t(style) % std::size(kMarkers)];
   if (path.empty()) return svg(R"(<circle cx="{}" cy="{}" r="3.5" fill="{}")", x, y, colour(style));
@@ -96,7 +97,7 @@ struct Frame {
 
 constexpr double kSampleLength = 26;  // length of the line in a legend entry
 
-// Places entries side by side with wrapping; returns the number of lines.
+// Places entries side by side and wraps lines; returns the number of lines.
 int place_legend(std::vector<LegendEntry>& entries, double left, double right) {
   double x = left;
   int line = entries.empty() ? 0 : 1;
@@ -117,7 +118,7 @@ double widest_label(const std::vector<AxisTick>& ticks) {
 }
 
 Frame make_frame(int width, int height, const AxisRange& x, const AxisRange& y, int legend_lines) {
-  const double last = widest_label(x.ticks());  // may stick out of the plot by half
+  const double last = widest_label(x.ticks());  // half of it may be outside the plot
   return {kLine + widest_label(y.ticks()) + 14,
           width - std::max(14.0, last / 2 + 2),
           kLine + 12,
@@ -188,7 +189,7 @@ bool drawable(const LineChart& chart, const ChartPoint& p) {
   return AxisRange::drawable(chart.x.scale, p.x) && AxisRange::drawable(chart.y.scale, p.y);
 }
 
-// Writes the connected parts of a line or of its band.
+// Writes a series: the connected parts of its line, its band and its markers.
 class SeriesWriter {
  public:
   SeriesWriter(const Frame& frame, const LineChart& chart, size_t index)
@@ -302,7 +303,7 @@ Markup line_chart(const LineChart& chart) {
       if (!drawable(chart, p)) continue;
       xs.push_back(p.x);
       ys.push_back(p.y);
-      // An interval that reaches almost to 0 must not squeeze the points of a logarithmic plot.
+      // An interval that almost reaches 0 must not compress the points of a logarithmic plot.
       const bool log = chart.y.scale == AxisScale::kLog;
       if (!log || p.low > 0.1 * p.y) ys.push_back(p.low);
       if (!log || p.high < 10 * p.y) ys.push_back(p.high);

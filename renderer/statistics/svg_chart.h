@@ -1,6 +1,6 @@
-// Charts as SVG text, inline in pages or as separate files. Lines and text take the colour of the
-// surrounding text, so charts suit light and dark pages. Equal charts give equal text in any
-// locale.
+// Charts as SVG text, for use inline in pages or as separate files. Lines and text have the colour
+// of the surrounding text, so charts suit light and dark pages. Equal charts result in equal text
+// in any locale.
 //
 // Series differ in colour (Okabe & Ito 2008, "Color Universal Design", for colour-blind readers),
 // and also in marker and dash, for print without colour.
@@ -18,15 +18,15 @@ namespace emberline {
 
 struct ChartPoint {
   double x = 0, y = 0;
-  // Interval of y; NaN: none.
+  // Interval of y; NaN if there is none.
   double low = std::numeric_limits<double>::quiet_NaN();
   double high = std::numeric_limits<double>::quiet_NaN();
 };
 
 enum class ChartSpread : uint8_t { kBars, kBand };
 
-// A point that cannot be drawn (AxisRange::drawable) is skipped and interrupts the line. An end of
-// an interval that cannot be drawn (0 on a logarithmic axis) is moved to the plot's edge.
+// A point that cannot be drawn (AxisRange::drawable) is skipped and interrupts the line. If an end
+// of an interval cannot be drawn (0 on a logarithmic axis), it is moved to the plot's edge.
 struct ChartSeries {
   std::string name;  // empty: not in the legend
   std::vector<ChartPoint> points = {};
@@ -45,10 +45,10 @@ struct LineChart {
   std::string title;
   ChartAxis x, y;
   std::vector<ChartSeries> series;
-  int width = 560, height = 360;  // proportions, in units in which the text size is 13
+  int width = 560, height = 360;  // proportions; the text size is 13
 };
 
-// Without any drawable point: axes, and the words "no data".
+// If no point can be drawn, the chart shows axes and the words "no data".
 Markup line_chart(const LineChart& chart);
 
 struct Histogram {
@@ -57,7 +57,7 @@ struct Histogram {
     double count = 0;
   };
   std::string title;
-  ChartAxis x, y;  // y begins at 0, or on a logarithmic axis below the smallest count
+  ChartAxis x, y;  // y begins at 0, or below the smallest count if logarithmic
   std::vector<Bar> bars;
   int width = 560, height = 300;
 };

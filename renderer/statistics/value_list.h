@@ -10,8 +10,8 @@
 
 namespace emberline {
 
-// The smallest value that at least `fraction` of the values do not exceed: for 1000 values and
-// .995, the 995th in ascending order. The list must not be empty.
+// The smallest value that at least a `fraction` of the values do not exceed. For 1000 values and
+// 0.995, this is the 995th in ascending order. The list must not be empty.
 template <typename T>
 double nearest_rank_quantile(std::vector<T> values, double fraction) {
   assert(!values.empty());
@@ -21,7 +21,7 @@ double nearest_rank_quantile(std::vector<T> values, double fraction) {
   return double(values[size_t(rank)]);
 }
 
-// Slope of the least-squares line through the points (x, y); two or more points.
+// Slope of the least-squares line through the points (x, y), of which there must be at least two.
 inline double least_squares_slope(std::span<const double> x, std::span<const double> y) {
   assert(x.size() == y.size() && x.size() >= 2);
   const auto n = double(x.size());

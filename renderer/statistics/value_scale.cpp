@@ -12,11 +12,11 @@
 namespace emberline {
 namespace {
 
-// Quantile of the positive values at the dark end of a logarithmic range.
+// The dark end of a logarithmic range is this quantile of the positive values.
 constexpr double kDarkQuantile = 0.005;
-// Tolerance in steps: rounding may put a tick slightly outside the range.
+// Tolerance, as a fraction of a step: rounding may put a tick slightly outside the range.
 constexpr double kTickRounding = 1e-9;
-// The range around a smaller constant would reach the limits of double.
+// The range around a constant smaller than this would reach the limits of double.
 constexpr double kMinConstant = 1e-300;
 
 template <typename Predicate>
@@ -36,13 +36,13 @@ ValueRange range_around(double value, bool logarithmic) {
   return value > 0 ? ValueRange{0, 2 * value} : ValueRange{2 * value, 0};
 }
 
-// A step of round numbers with at most `max` multiples in the range.
+// Finds a round step with at most `max` multiples in the range.
 double tick_step(double min, double greatest, int max) {
   double step = nice_step(greatest - min, max + 1);
   const auto multiples = [&] {
     return std::floor(greatest / step + kTickRounding) - std::ceil(min / step - kTickRounding) + 1;
   };
-  while (multiples() > max) step = nice_step(1.5 * step, 1);  // the next larger
+  while (multiples() > max) step = nice_step(1.5 * step, 1);  // the next larger step
   return step;
 }
 

@@ -1,4 +1,4 @@
-// Maps values to positions along a colour bar, and formats the numbers beside it.
+// Maps values to positions along a colour bar, and formats the numbers next to it.
 #pragma once
 
 #include <string>
@@ -13,48 +13,48 @@ struct ValueRange {
   double min = 0, max = 1;
 };
 
-// Quantile of the nonzero values at the bright end of an automatic range, so that outliers do not
-// darken everything else. Chosen on density maps of frames with a threshold: at .995 they are
-// black.
+// The bright end of an automatic range is this quantile of the nonzero values, so that outliers do
+// not darken everything else. We chose it for density maps of frames with a noise threshold; with
+// 0.995 they are black.
 inline constexpr double kBrightQuantile = 0.98;
 
 // The default range of a plane. Linear: from 0 (or the minimum, if negative) to the `bright`
 // quantile of the nonzero values. Logarithmic: from the 0.5 % quantile of the positive values to
-// the maximum. A constant plane is in the middle of its range. Never empty; positive if
-// `logarithmic`.
+// the maximum. The value of a constant plane is in the middle of the range. The range is never
+// empty, and is positive if `logarithmic`.
 ValueRange automatic_range(const Plane& plane, bool logarithmic, double bright = kBrightQuantile);
 
 class ValueScale {
  public:
-  // range.min < range.max; if `logarithmic`, 0 < range.min (asserted).
+  // Requires range.min < range.max and, if `logarithmic`, 0 < range.min (asserted).
   ValueScale(const ValueRange& range, bool logarithmic);
 
   const ValueRange& range() const { return range_; }
   bool logarithmic() const { return logarithmic_; }
-  // 0 at the smallest value of the range, 1 at the largest, beyond that for values outside; NaN for
-  // non-finite values. On a logarithmic scale, values up to 0 give minus infinity.
+  // 0 at the smallest value of the range, 1 at the largest, and outside [0, 1] for values beyond;
+  // NaN for non-finite values. On a logarithmic scale, it is minus infinity for values up to 0.
   double position(double value) const;
 
-  // At most `max` (>= 2) ticks inside the range, ascending: multiples of 1, 2 or 5 times a power
-  // of ten; on a logarithmic scale powers of ten and, if these are few, 2 and 5 times those. Labels
-  // show value x `factor`.
+  // Returns at most `max` (>= 2) ticks inside the range, ascending: multiples of 1, 2 or 5 times a
+  // power of ten; on a logarithmic scale, powers of ten and, if these are few, 2 and 5 times those.
+  // Labels show value x `factor`.
   std::vector<AxisTick> ticks(int max, double factor = 1.0) const;
 
  private:
   std::vector<AxisTick> linear_ticks(int max, double factor) const;
-  // Empty if there are fewer than two such numbers.
+  // Returns nothing if there are fewer than two such numbers.
   std::vector<double> decade_ticks(int max, double factor) const;
 
   ValueRange range_;
   bool logarithmic_;
 };
 
-// Four significant digits without trailing zeros: "64", "0.0312", "1.5×10⁻⁷"; whole numbers from a
-// thousand to a million: "123,456".
+// Formats a number with four significant digits, without trailing zeros: "64", "0.0312",
+// "1.5×10⁻⁷". From a thousand to a million, it is a whole number: "123,456".
 std::string number_text(double value);
 
-// The unit and factor for displaying a value of this size: seconds may become "ms", "µs" or "ns";
-// other units do not change.
+// Chooses the unit and factor for displaying values of this size: "s" may become "ms", "µs" or
+// "ns"; other units do not change.
 struct DisplayUnit {
   double factor = 1;
   std::string name;

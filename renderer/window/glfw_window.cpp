@@ -26,8 +26,7 @@ RenderError no_window() {
 Glfw::Glfw() {
   glfwSetErrorCallback([](int, const char* description) { last_glfw_error = description; });
 #if defined(GLFW_PLATFORM_X11) && defined(__linux__)
-  // GLFW 3.4 and later try Wayland first, whose library complains on standard error if it is
-  // missing.
+  // GLFW 3.4 and later try Wayland first, and its library prints an error if there is no Wayland.
   if (!std::getenv("WAYLAND_DISPLAY") && !std::getenv("WAYLAND_SOCKET")) {
     glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
   }

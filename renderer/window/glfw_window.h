@@ -1,5 +1,5 @@
-// Owners of the window libraries' resources: GLFW, a window, and Dear ImGui's context. Create them
-// in this order, on the window's thread.
+// RAII owners of GLFW, a window, and Dear ImGui's context. Create them in this order, on the
+// window's thread.
 #pragma once
 
 #include <memory>
@@ -24,8 +24,8 @@ struct DestroyWindow {
 };
 using WindowHandle = std::unique_ptr<GLFWwindow, DestroyWindow>;
 
-// Opens a window with a current OpenGL 3.0 context. `scale` applies to the remembered size. Throws
-// RenderError.
+// Opens a window and makes its OpenGL 3.0 context current. The remembered size is multiplied by
+// `scale`. Throws RenderError.
 WindowHandle open_window(const ViewOptions& options, const WindowState& state, float scale);
 
 // ImGui's context and its two back ends.
@@ -36,7 +36,7 @@ struct ImGuiContextOwner {
   ImGuiContextOwner& operator=(const ImGuiContextOwner&) = delete;
 };
 
-// The scale of text relative to an ordinary screen.
+// The screen's scale for text; 1 on an ordinary screen.
 float screen_scale();
 
 }  // namespace emberline

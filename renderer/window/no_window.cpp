@@ -1,4 +1,4 @@
-// Replaces the window if its libraries were not found at build time.
+// Stub that is built instead of the window if the window libraries were not found.
 #include "renderer/core/errors.h"
 #include "renderer/window/view_command.h"
 

@@ -11,12 +11,12 @@ namespace emberline {
 // Used on the window's thread only. The destructor waits for pending writes.
 class Screenshot {
  public:
-  // Call after drawing and before swapping buffers, when the contents become undefined. Does
-  // nothing while the previous one is being written.
+  // Call after drawing and before swapping buffers, which makes the buffer's contents undefined.
+  // Does nothing while the previous screenshot is being written.
   void take(GLFWwindow* window, const std::string& path);
   bool is_writing() const { return pending_.valid(); }
-  // Whether one has been written since the last call, and its path. Throws the EmberlineError of
-  // writing it; `path` is also set then.
+  // Returns whether a screenshot has been written since the last call, and sets `path` to its file.
+  // If writing failed, sets `path` and throws the EmberlineError.
   bool finish(std::string* path);
 
  private:

@@ -10,24 +10,24 @@
 namespace emberline {
 
 struct ViewOptions {
-  // Options of `render`, without those for output files. The scene may be absent: it can be dropped
-  // onto the window or opened from its menu.
+  // Options of `render`, except those for output files. The scene may be empty: the user can drop
+  // one onto the window or open one from the menu.
   RenderOptions render;
   std::optional<float> interface_scale;  // scale of text and panels; absent: the screen's
   std::optional<Vec2i> window_size;      // absent: the remembered size
   std::string screenshot;                // written when the picture is done; then the window closes
   double screenshot_after_s =
       0.0;  // 0: when the frame is finished; otherwise seconds after the first complete picture
-  std::string measure;                 // output of edit latencies; then the window closes
+  std::string measure;                 // output file for edit latencies; then the window closes
   std::string measure_script;          // empty: the built-in script
-  std::string journal;                 // output of the JSON-lines journal
+  std::string journal;                 // output file for the journal, in JSON lines
   std::function<bool()> stopped = {};  // polled: whether to close the window; may be empty
   bool forget = false;                 // do not read or write the remembered state
 };
 
 // Opens the window and returns kExitDone when it is closed. Throws RenderError if there is no
-// display, no OpenGL, or no window library in this build; UsageError and InputError for options, as
-// `render` does.
+// display or no OpenGL, or if this build has no window library. Throws UsageError and InputError
+// for options, as `render` does.
 int run_view(const ViewOptions& options);
 
 }  // namespace emberline

@@ -30,12 +30,13 @@
 namespace emberline {
 namespace {
 
-// Minimum time between redraws: a screen refresh for input, a film frame for a progressing picture.
+// Minimum time between redraws: 1/60 s after input, 1/30 s while the picture only gains samples.
 // With software OpenGL, redraws take time from the render.
 constexpr double kInputPause_s = 1.0 / 60.0, kPicturePause_s = 1.0 / 30.0;
-// Maximum time between redraws: for the clock in the status line while rendering, and when idle.
+// Maximum time between redraws: while rendering, to update the time in the status line; when idle.
 constexpr double kStatusPause_s = 0.5, kIdlePause_s = 5.0;
-// ImGui shows the effect of input one frame later (hover, popups, fields).
+// Frames to draw after input: the first handles it, but ImGui may show its effect (hover, popups,
+// fields) only in the following ones.
 constexpr int kFramesAfterInput = 3;
 
 class Window {
@@ -103,7 +104,7 @@ class Window {
   // Forwards GLFW's events to the picture's input and to ImGui's back end.
   void install_input_callbacks() {
     GLFWwindow* const window = window_.get();
-    // Replaces the callbacks of ImGui's back end, which ours call.
+    // These replace the callbacks of ImGui's back end, and call them.
     glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
       Window& self = of(w);
       ImGui_ImplGlfw_MouseButtonCallback(w, button, action, modifiers);
@@ -262,7 +263,8 @@ class Window {
     closing_ |= path == options_.screenshot;
   }
 
-  // --screenshot: takes it when the picture is finished or the requested time has passed.
+  // Takes the screenshot of --screenshot when the picture is finished or the requested time has
+  // passed.
   void check_screenshot_option(double now) {
     if (options_.screenshot.empty() || screenshot_.is_writing() || closing_) return;
     const auto& picture = picture_.drawn();

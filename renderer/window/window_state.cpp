@@ -86,7 +86,8 @@ WindowState read_window_state(const std::string& path) {
 
 namespace {
 
-// Replaces only our own files; users may have linked the path to another one.
+// Users may have linked the path to another file, which must not be replaced. Follows a link only
+// if its target looks like our own state file.
 bool may_overwrite(const std::string& path) {
   std::error_code unknown;
   if (!std::filesystem::exists(path, unknown)) return true;

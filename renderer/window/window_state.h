@@ -7,7 +7,7 @@
 namespace emberline {
 
 struct WindowState {
-  int width = 1440, height = 860;  // of the window, in screen coordinates
+  int width = 1440, height = 860;  // window size in screen coordinates, at interface scale 1
   bool maximized = false;
   bool panels = true;
   float panel_width = 27.0f;  // in line heights
@@ -20,18 +20,19 @@ struct WindowState {
   bool operator==(const WindowState&) const = default;
 };
 
-// $XDG_CONFIG_HOME/emberline/view.json, or ~/.config/emberline/view.json; empty without a home.
+// Returns $XDG_CONFIG_HOME/emberline/view.json, or else ~/.config/emberline/view.json. Empty if
+// neither variable is set.
 std::string window_state_file();
 
-// Returns the defaults if the file is missing or, with a warning, unusable. Members out of range
-// keep their defaults.
+// Returns the defaults if the file is missing or unusable; warns if it is unusable. Members out of
+// range keep their defaults.
 WindowState read_window_state(const std::string& path);
 
-// Creates the folder if needed. Failure to write is only a warning.
+// Creates the folder if needed. Only warns if writing fails.
 void write_window_state(const std::string& path, const WindowState& state);
 
-// Name for a file that the window writes without asking: the first unused one of "<stem><suffix>",
-// "<stem>-2<suffix>" and so on.
+// Chooses the name of a file that the window writes without asking the user: the first of
+// "<stem><suffix>", "<stem>-2<suffix>" and so on that does not exist.
 std::string unused_file_name(const std::string& stem, const std::string& suffix);
 
 }  // namespace emberline

@@ -6,7 +6,7 @@ from .mesh import arc, lathe, sphere, sweep_wall
 
 
 def _ring():
-    """12 cm in diameter, 3 cm high, wall 3 mm."""
+    """A ring 12 cm in diameter and 3 cm high, with a wall of 3 mm."""
     return lathe([[(0.060, 0.0), (0.060, 0.0285)], arc((0.0585, 0.0285), 0.0015, 0, 180, 6),
                   [(0.057, 0.0285), (0.057, 0.0)]], 96)
 

@@ -49,8 +49,8 @@ def _integrate(spectrum):
 
 
 def reflectance(table):
-    """Linear Rec. 709, scaled so that a constant reflectance of 1 is (1, 1, 1): an equal-energy illuminant
-    with full adaptation."""
+    """Returns linear Rec. 709 under an equal-energy illuminant with full adaptation: a constant reflectance of 1 is
+    (1, 1, 1)."""
     values = [float(v) for v in table.split()]
     white = _linear_rgb(_integrate(lambda k: 1.0))
     rgb = _linear_rgb(_integrate(lambda k: values[k]))
@@ -58,8 +58,8 @@ def reflectance(table):
 
 
 def emission(scale):
-    """The lamp's emission, with green equal to `scale`. The square root removes half of its warm tint, like
-    an adapting eye or camera: the published spectrum is (1.90, 1, 0.25) in linear Rec. 709."""
+    """Returns the lamp's emission, with green equal to `scale`. The published spectrum is (1.90, 1, 0.25) in linear
+    Rec. 709; taking the square root removes half of this warm tint, as an adapting eye or camera would."""
     def power(k):
         nm = 400 + 4 * k
         for (a, pa), (b, pb) in zip(LIGHT, LIGHT[1:]):
@@ -70,7 +70,7 @@ def emission(scale):
 
 
 def _faces(*corners):
-    """Quads, each counter-clockwise seen from its front."""
+    """Quads. The corners of each must be counter-clockwise, seen from its front."""
     mesh = Mesh()
     for a, b, c, d in corners:
         n = normalize(cross(sub(b, a), sub(d, a)))
@@ -101,7 +101,7 @@ def build():
     g.add_object("back wall", _faces(((549.6, 0, 559.2), (0, 0, 559.2), (0, 548.8, 559.2), (556, 548.8, 559.2))), white)
     g.add_object("right wall", _faces(((0, 0, 559.2), (0, 0, 0), (0, 548.8, 0), (0, 548.8, 559.2))), green)
     g.add_object("left wall", _faces(((552.8, 0, 0), (549.6, 0, 559.2), (556, 548.8, 559.2), (556, 548.8, 0))), red)
-    # The published lamp lies in the plane of the ceiling; 0.5 mm lower, the surfaces do not coincide.
+    # The published lamp lies in the plane of the ceiling. We move it down by 0.5 mm, so that they do not coincide.
     g.add_object("light", _faces(((343, 548.3, 227), (343, 548.3, 332), (213, 548.3, 332), (213, 548.3, 227))), lamp)
     g.add_object("short block", _block([(130, 165, 65), (82, 165, 225), (240, 165, 272), (290, 165, 114)]), white)
     g.add_object("tall block", _block([(423, 330, 247), (265, 330, 296), (314, 330, 456), (472, 330, 406)]), white)

@@ -1,13 +1,13 @@
 """Deflate (RFC 1951) in a zlib frame (RFC 1950). Implemented here because the scene files must have the same
 bytes everywhere, but zlib guarantees only the decoded data: zlib-ng, zlib 1.3 and Debian's zlib differ.
-Greedy LZ77 with short hash chains and dynamic Huffman codes; output is a few per cent larger than zlib -9."""
+Uses greedy LZ77 with short hash chains, and dynamic Huffman codes. The output is a few per cent larger than zlib -9."""
 
 import heapq
 import zlib
 
 _WINDOW = 32768
 _LONGEST = 258
-_CHAIN = 12  # candidates per position, our choice: more gain under 1 % on our textures
+_CHAIN = 12  # candidates per position; with more, our textures would be less than 1 % smaller
 _BLOCK = 1 << 15  # tokens per Huffman block
 
 _LENGTH_BASE = [3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 15, 17, 19, 23, 27, 31, 35, 43, 51, 59, 67, 83, 99, 115, 131, 163,
@@ -54,7 +54,7 @@ class _Bits:
 
 
 def _tokens(data):
-    """Literals as ints, matches as (length, distance)."""
+    """Returns literals as ints, and matches as (length, distance)."""
     tokens = []
     chains = {}
     i, end = 0, len(data)
@@ -88,8 +88,8 @@ def _tokens(data):
 
 
 def _code_lengths(frequencies, limit):
-    """Huffman code lengths of at most `limit` bits. Flattens the counts until the tree is shallow enough:
-    slightly worse than package-merge, with a quarter of its code."""
+    """Returns Huffman code lengths of at most `limit` bits. Flattens the counts until the tree is shallow enough,
+    which compresses slightly worse than package-merge, but takes a quarter of the code."""
     counts = list(frequencies)
     used = [s for s, n in enumerate(counts) if n]
     while len(used) < 2:  # a decoder may reject a code with a single word
@@ -124,7 +124,7 @@ def _codes(lengths):
 
 
 def _run_lengths(lengths):
-    """The code lengths in the alphabet of RFC 1951, 3.2.7: (symbol, extra value, extra bits)."""
+    """Encodes the code lengths in the alphabet of RFC 1951, 3.2.7, as (symbol, extra value, extra bits)."""
     out = []
     i = 0
     while i < len(lengths):

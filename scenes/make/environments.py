@@ -9,7 +9,7 @@ WIDTH, HEIGHT = 1024, 512
 
 
 def _directions():
-    """Rows of (x, y, z) per texel centre."""
+    """Yields rows of directions (x, y, z), one per texel centre."""
     azimuths = [(2 * (i + 0.5) / WIDTH - 1) * math.pi for i in range(WIDTH)]
     cosines = [(math.cos(a), math.sin(a)) for a in azimuths]
     for j in range(HEIGHT):
@@ -24,7 +24,8 @@ def _step(edge, width, x):
 
 
 def _axes(azimuth, elevation):
-    """Centre, right and up vectors of a panel; azimuth in degrees from -Z (behind the subject) towards +X."""
+    """Returns the centre, right and up vectors of a panel. The azimuth is in degrees from -Z (behind the subject)
+    towards +X."""
     a, e = math.radians(azimuth), math.radians(elevation)
     centre = (math.cos(e) * math.sin(a), math.sin(e), -math.cos(e) * math.cos(a))
     right = (math.cos(a), 0.0, math.sin(a))
@@ -103,7 +104,7 @@ def dusk():
             glow = math.exp((d - 1) * 26.0)
             r, g, b = r + 1.0 * glow, g + 0.46 * glow, b + 0.14 * glow
             if y > 0.012:
-                # Clouds form a flat layer, so distant ones crowd towards the horizon. They fade out near the
+                # The clouds form a flat layer, so distant ones crowd towards the horizon. They fade out near the
                 # horizon and overhead.
                 s = 46.0 / (y + 0.10)
                 c = noise.sample(clouds, x * s + 90.0, z * s * 1.6 + 31.0)

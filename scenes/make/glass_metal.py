@@ -8,7 +8,8 @@ from .vec import axis_angle
 
 
 def _wine_glass():
-    """20.5 cm high, wall 1.2 mm. A closed profile: up the outside, over the rim, down the inside."""
+    """A wine glass, 20.5 cm high, with a wall of 1.2 mm. The profile is closed: up the outside, over the rim, down the
+    inside."""
     foot = smooth([(0.0365, 0.0022), (0.030, 0.0036), (0.014, 0.0072), (0.0060, 0.014), (0.0042, 0.030),
                    (0.0040, 0.060), (0.0045, 0.078), (0.0085, 0.0885), (0.0210, 0.0990), (0.0340, 0.118),
                    (0.0395, 0.140), (0.0385, 0.165), (0.0345, 0.190), (0.0318, 0.205)], 4)
@@ -19,13 +20,13 @@ def _wine_glass():
 
 
 def _wine():
-    """The wine in the glass, up to 14.2 cm; 0.1 mm from the glass."""
+    """The wine in the glass, up to a height of 14.2 cm, with a gap of 0.1 mm to the glass."""
     side = smooth([(0.0, 0.0919), (0.0079, 0.0936), (0.0204, 0.1013), (0.0327, 0.1191), (0.0382, 0.1400)], 6)
     return lathe([side, [(0.0382, 0.1400), (0.0, 0.1400)]], 64)
 
 
 def _carafe():
-    """A decanter, 24 cm high, wall 3 mm, heavy bottom."""
+    """A decanter, 24 cm high, with a wall of 3 mm and a heavy bottom."""
     outside = smooth([(0.046, 0.004), (0.052, 0.020), (0.0545, 0.050), (0.047, 0.085), (0.031, 0.118),
                       (0.0205, 0.145), (0.0180, 0.175), (0.0200, 0.210), (0.0290, 0.240)], 5)
     inside = smooth([(0.0268, 0.2405), (0.0172, 0.209), (0.0150, 0.175), (0.0176, 0.145), (0.0282, 0.1165),
@@ -35,7 +36,7 @@ def _carafe():
 
 
 def _pot():
-    """A beaten copper bowl, 9 cm high, wall 2 mm."""
+    """A beaten copper bowl, 9 cm high, with a wall of 2 mm."""
     outside = smooth([(0.034, 0.0), (0.050, 0.008), (0.066, 0.032), (0.0695, 0.058), (0.064, 0.082),
                       (0.0655, 0.090)], 6)
     inside = smooth([(0.0635, 0.0903), (0.0618, 0.082), (0.0673, 0.058), (0.064, 0.033), (0.049, 0.011),
@@ -72,7 +73,7 @@ def build():
 
     g.add_object("table", rounded_box(1.5, 0.04, 0.8, 0.006, uv_per_unit=1.35), marble, translation=(0, -0.02, -0.05))
     g.add_object("wall", sweep_wall(6, 3, 3, 0.6), wall, translation=(0, -0.9, 0.3))
-    gap = 0.0002  # keeps glass clear of the marble: coincident surfaces would be wrong when seen through the glass
+    gap = 0.0002  # keeps the glass clear of the marble: seen through glass, coincident surfaces would look wrong
     g.add_object("carafe", _carafe(), green, translation=(-0.020, gap, -0.085))
     g.add_object("wine glass", _wine_glass(), glass, translation=(0.105, gap, 0.005))
     g.add_object("wine", _wine(), wine, translation=(0.105, gap, 0.005))

@@ -13,7 +13,7 @@ _ARRAY, _ELEMENTS = 34962, 34963
 
 
 def srgb(code):
-    """'#rrggbb' as linear Rec. 709."""
+    """Converts '#rrggbb' to linear Rec. 709."""
     values = [int(code[i:i + 2], 16) / 255 for i in (1, 3, 5)]
     return tuple(v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in values)
 
@@ -64,7 +64,7 @@ class Gltf:
         return len(self._views) - 1
 
     def _accessor(self, values, kind, component=_FLOAT, target=None, bounds=False):
-        """values: a list of tuples."""
+        """`values` is a list of tuples."""
         flat = [v for item in values for v in item]
         if component == _FLOAT:
             flat = _snap(flat)
@@ -98,9 +98,9 @@ class Gltf:
     def material(self, name, colour=(1, 1, 1), metallic=0.0, roughness=0.5, texture=None, normal=None,
                  normal_scale=1.0, roughness_texture=None, emission=None, emission_texture=None, two_sided=False,
                  transmission=0.0, ior=None, attenuation=None, repeat=None, layers=None):
-        """`colour` is linear; `emission` is linear radiance; `attenuation` is (colour, distance) of a thick
-        glass; `repeat` tiles all textures of the material; `layers` holds further extensions in glTF's form,
-        keyed by what follows KHR_materials_."""
+        """`colour` is linear; `emission` is linear radiance; `attenuation` is (colour, distance) for solid glass;
+        `repeat` tiles all textures of the material; `layers` has further extensions in glTF's form, with the part of
+        their names after KHR_materials_ as keys."""
         pbr = {"baseColorFactor": _numbers(tuple(colour) + (1.0,)), "metallicFactor": _number(metallic),
                "roughnessFactor": _number(roughness)}
         if texture is not None:
@@ -188,7 +188,7 @@ class Gltf:
         return index
 
     def rotate_scene(self, degrees):
-        """Moves everything so far, including the camera, below a node that is rotated about +Y."""
+        """Moves everything added so far, including the camera, below a node that is rotated about +Y."""
         roots = list(self._doc["scenes"][0]["nodes"])
         self._doc["scenes"][0]["nodes"].clear()
         return self.node("turned", rotation=axis_angle((0, 1, 0), degrees), children=roots)
@@ -205,7 +205,8 @@ class Gltf:
         return self.node(name, translation=eye, rotation=facing(sub(eye, target)), camera=camera)
 
     def light(self, name, kind, colour, intensity, eye, target, inner=None, outer=None):
-        """`kind`: spot (intensity in candela) or directional (lux); shines from `eye` towards `target`."""
+        """Adds a light that shines from `eye` towards `target`. `kind`: spot (intensity in candela) or directional
+        (in lux)."""
         light = {"name": name, "type": kind, "color": _numbers(colour), "intensity": _number(intensity)}
         if kind == "spot":
             light["spot"] = {"innerConeAngle": _number(math.radians(inner)),
@@ -216,7 +217,7 @@ class Gltf:
                          extensions={"KHR_lights_punctual": {"light": len(self._lights) - 1}})
 
     def softbox(self, name, centre, target, geometry, emission, texture=None, roll_up=(0.0, 1.0, 0.0)):
-        """An emitting surface (geometry facing +Z) that is turned towards `target`."""
+        """Adds an emitting surface and turns it towards `target`. Its geometry must face +Z."""
         dark = self.material(name, (0, 0, 0), roughness=1.0, emission=emission, emission_texture=texture)
         return self.add_object(name, geometry, dark, translation=centre, rotation=facing(sub(target, centre), roll_up))
 

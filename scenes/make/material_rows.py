@@ -14,7 +14,7 @@ STEP = 0.25  # height and depth offset of each row
 
 
 def _rows(strength):
-    """(name, keywords of Gltf.material) from back to front."""
+    """Returns (name, keywords of Gltf.material) for each row, from back to front."""
     s = strength
     return [
         ("clear coat", dict(colour=srgb("#8c1008"), roughness=0.55, layers={

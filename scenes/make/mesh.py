@@ -1,4 +1,4 @@
-"""Triangle meshes. Every surface is a grid: a map from (u, v) to a point, oriented so that du x dv points outwards."""
+"""Triangle meshes. Every surface is a grid that maps (u, v) to points, oriented so that du x dv points outwards."""
 
 import math
 
@@ -15,8 +15,8 @@ class Mesh:
         self.indices = []
 
     def grid(self, nu, nv, point):
-        """Adds nu x nv cells; point(u, v) with u, v in [0, 1] returns (position, normal, uv). Triangles
-        without area, as at poles, are skipped."""
+        """Adds nu x nv cells. point(u, v), with u and v in [0, 1], must return (position, normal, uv). Skips triangles
+        without area, as at poles."""
         base = len(self.positions)
         for j in range(nv + 1):
             for i in range(nu + 1):
@@ -48,8 +48,8 @@ class Mesh:
         return self
 
     def tangents(self):
-        """glTF tangents: the direction of increasing u, and the sign that makes cross(normal, tangent) point against v
-        (v runs downwards in glTF, the normal map's y upwards). Triangle contributions are weighted by area."""
+        """Computes glTF tangents: the direction of increasing u, and the sign with which cross(normal, tangent) points
+        against v (in glTF v runs downwards, and a normal map's y upwards). Triangles are weighted by their area."""
         sums = [(0.0, 0.0, 0.0)] * len(self.positions)
         signs = [0.0] * len(self.positions)
         for t in range(0, len(self.indices), 3):
@@ -120,9 +120,9 @@ def torus(major, minor, segments=64, sides=24):
 
 
 def lathe(sections, segments=64, uv_scale=(1.0, 1.0)):
-    """Rotates a profile around the y axis. `sections` are polylines of (radius, height); normals are smooth
-    within a section, with creases between sections. The outside is on the right of the profile's direction:
-    start at the bottom of the axis, go up the outside and, for a vessel, come down the inside."""
+    """Rotates a profile around the y axis. `sections` are polylines of (radius, height). Normals are smooth within a
+    section; there are creases between sections. The outside is to the right of the profile's direction: start at the
+    bottom of the axis, go up the outside and, for a vessel, come down the inside."""
     mesh = Mesh()
     total = sum(math.dist(a, b) for s in sections for a, b in zip(s, s[1:]))
     run = 0.0
@@ -172,7 +172,7 @@ def smooth(points, steps=6):
 
 
 def arc(centre, radius, start, end, steps=8):
-    """Profile points on a circle; angles in degrees from +r towards +y."""
+    """Returns profile points on a circle. Angles are in degrees from +r towards +y."""
     return [(centre[0] + radius * math.cos(math.radians(start + (end - start) * k / steps)),
              centre[1] + radius * math.sin(math.radians(start + (end - start) * k / steps))) for k in range(steps + 1)]
 
@@ -208,7 +208,7 @@ def rounded_box(width, height, depth, radius, steps=3, uv_per_unit=1.0):
 
 
 def cylinder(radius, height, segments=48, bevel=0.0, steps=3):
-    """A closed cylinder on y = 0; its rims are rounded by `bevel`."""
+    """A closed cylinder that stands on y = 0. `bevel` is the radius of its rounded rims."""
     if bevel <= 0:
         sections = [[(0, 0), (radius, 0)], [(radius, 0), (radius, height)], [(radius, height), (0, height)]]
     else:
@@ -220,8 +220,8 @@ def cylinder(radius, height, segments=48, bevel=0.0, steps=3):
 
 
 def tube(path, radius, sides=12, closed=False, caps=True):
-    """A round wire along `path`. The frame is propagated by projection, which is good enough for our gentle
-    turns (double reflection would be better on sharp ones)."""
+    """A round wire along `path`. Propagates the frame by projection, which is good enough for our gentle turns; double
+    reflection would be better for sharp ones."""
     n = len(path)
     tangents = []
     for k in range(n):
@@ -257,8 +257,8 @@ def tube(path, radius, sides=12, closed=False, caps=True):
 
 
 def sweep_wall(width, depth, height, radius, uv_per_unit=1.0, steps=16):
-    """A studio cyclorama: floor towards +Z, a round corner at the back, then a wall at z = -depth / 2.
-    Single-sided, seen from the front."""
+    """A studio cyclorama: a floor towards +Z, a round corner at the back, then a wall at z = -depth / 2. It is
+    single-sided and faces the front."""
     back = -depth / 2
     path = [(0.0, depth / 2), (0.0, back + radius)]
     normals = [(1.0, 0.0), (1.0, 0.0)]

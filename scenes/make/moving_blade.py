@@ -13,7 +13,7 @@ BLADES = 4
 def _blade():
     """One blade about +Z: a twisted, cambered leaf 1.6 mm thick, closed."""
     def middle(s, t):
-        """Midsurface: s along the radius, t across, both in [0, 1]."""
+        """Returns a point of the blade's midsurface: s runs along the radius, t across it, both in [0, 1]."""
         r = 0.026 + 0.112 * s
         width = 0.030 + 0.062 * math.sin(math.pi * min(1.0, 0.12 + 0.80 * s)) ** 0.8
         if s > 0.8:
@@ -49,7 +49,7 @@ def _blade():
 
 
 def _turned(mesh):
-    """Rotates lathe's axis y to the fan's axis z."""
+    """Rotates the axis of lathe(), y, to the fan's axis, z."""
     return Mesh().append(mesh, rotation=axis_angle((1, 0, 0), 90))
 
 

@@ -26,8 +26,8 @@ def _blend(points, row_weights, column_weights):
 
 
 def _normal(points, u, v):
-    """If a side of the patch has collapsed to a point (lid knob, bottom), the cross product vanishes there;
-    then uses the normal at a small distance along v, and on the axis the direction of the axis."""
+    """Returns the surface normal. If a side of the patch is collapsed to a point (lid knob, bottom), the cross product
+    vanishes there; then uses the normal at a small distance along v or, on the axis, the direction of the axis."""
     du = _blend(points, _bernstein(v), _bernstein_slope(u))
     dv = _blend(points, _bernstein_slope(v), _bernstein(u))
     n = cross(du, dv)
@@ -43,17 +43,18 @@ def _normal(points, u, v):
 
 
 def _mirrored(points, x, y):
-    """A reflection turns the patch inside out, so its rows are reversed as well."""
+    """Mirrors a patch. A single reflection turns it inside out, so its rows are then reversed as well."""
     out = [(px * x, py * y, pz) for px, py, pz in points]
     if x * y < 0:
         out = [out[4 * j + 3 - i] for j in range(4) for i in range(4)]
     return out
 
 
-# The lid's published rim, radius 1.3, is clear of the pot's, 1.4. The surface has no thickness and shows back
-# faces inside, so materials for it should be two-sided.
+# As published, the lid's rim, with a radius of 1.3, does not touch the pot's, 1.4. The surface has no thickness, and its
+# back faces are visible inside, so its material should be two-sided.
 def teapot(cells, parts=None):
-    """All 32 patches, or those of `parts`, in cells x cells; y up, standing on y = 0, spout towards +x."""
+    """All 32 patches, or those of `parts`, each with cells x cells quads. Stands on y = 0, y is up, and the spout points
+    towards +x."""
     mesh = Mesh()
     for name, quarters, indices in PATCHES:
         if parts and name not in parts:

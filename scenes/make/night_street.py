@@ -1,5 +1,5 @@
-"""A wet street at night with hundreds of lamps far behind a bollard that is in focus at a wide aperture:
-small, bright, defocused emitters, from a lit window's radiance to a headlamp's."""
+"""A wet street at night with hundreds of lamps far behind a bollard, which is in focus at a wide aperture. The lamps are
+small, bright, defocused emitters, with radiances from a lit window's to a headlamp's."""
 
 import random
 
@@ -40,7 +40,7 @@ def build():
     bulb = sphere(1.0, 10, 6)
     meshes = {}
     for k in range(260):
-        # Brighter lamps are smaller: a factor of 20 in radiance divides the radius by about 3.
+        # Brighter lamps are smaller: with 20 times the radiance, the radius is about a third.
         step = min(4, int(5 * source.random() ** 1.5))
         which = int(len(_COLOURS) * source.random())
         if (step, which) not in meshes:

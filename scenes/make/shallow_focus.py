@@ -13,7 +13,7 @@ SQUARE = 0.05
 
 
 def _foot(r):
-    """Base mouldings shared by all pieces, up to the start of the body."""
+    """The base mouldings that all pieces share, up to the start of the body."""
     return [[(0, 0), (r, 0)], arc((r, 0.0035), 0.0035, -90, 90, 8), [(r, 0.007), (r * 0.93, 0.0085)],
             arc((r * 0.86, 0.0115), 0.0028, -80, 90, 7)]
 

@@ -1,11 +1,11 @@
 """Newell's teapot (Martin Newell, University of Utah, 1975), public domain; bicubic Bezier patches.
 
-The published 32 patches with 306 vertices are symmetric: rim, body, lid and bottom consist of four quarters,
-handle and spout of two halves. This file has one piece of each, in the published units: z up, spout to +x,
-height as reduced by Blinn (3/4 of the real pot).
+The published 32 patches with 306 vertices are symmetric: rim, body, lid and bottom consist of four quarters, handle and
+spout of two halves. This file has one piece of each, in the published units. z is up, the spout points to +x, and the
+height is the one that Blinn reduced to 3/4 of the real pot's.
 """
 
-# (name, mirrored in x as well as y, sixteen indices into POINTS, rows along v)
+# (name, whether it is mirrored in x as well as in y, sixteen indices into POINTS by rows along v)
 PATCHES = [
     ("rim", True, (102, 103, 104, 105, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)),
     ("body", True, (12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27)),

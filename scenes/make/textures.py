@@ -39,7 +39,7 @@ def wood(stops, size=512, planks=4, seed=1, seams=True, levels=56):
         for x in range(size):
             rings = 2.2 * f * f + 0.35 * f + 1.15 * warp[y][x] + 0.13 * k
             phase = rings * 7 % 1.0
-            ring = phase if phase < 0.8 else (1 - phase) * 4  # slow to dark and quick back, like late wood
+            ring = phase if phase < 0.8 else (1 - phase) * 4  # darkens slowly and brightens quickly, like late wood
             value = 0.62 - 0.34 * ring + 0.30 * (streaks[y][x] - 0.5) + 0.22 * (tone[k] - 0.5)
             if pores[y][x] > 0.86:
                 value -= 0.16
@@ -62,7 +62,7 @@ def marble(stops=None, size=512, seed=7, veins=0.9, levels=48):
 
 
 def checker(a, b, size=16):
-    """2 x 2 squares."""
+    """A checkerboard of 2 x 2 squares."""
     return images.png_palette([[(2 * x // size + 2 * y // size) % 2 for x in range(size)] for y in range(size)],
                               [_hex(a), _hex(b)])
 
@@ -83,7 +83,7 @@ def stripes(colours, size=512):
 
 
 def planet(size=512, seed=23):
-    """Bands of a gas giant, for a sphere; aspect ratio 2 : 1."""
+    """The bands of a gas giant, for a sphere, with an aspect ratio of 2 : 1."""
     width, height = size, size // 2
     dx = noise.fractal(width, height, 4, 4, 4, seed)
     bands = noise.fractal(width, height, 1, 16, 2, seed + 1, 0.6)
@@ -119,7 +119,7 @@ def terrazzo(ground, chips, size=512, count=420, seed=5):
 
 
 def normal_map(height_field, strength, levels=32):
-    """Tangent-space normals of a periodic height field, in glTF's convention: +Y is up in the image."""
+    """Returns the tangent-space normals of a periodic height field, with glTF's convention that +Y is up in the image."""
     size_y, size_x = len(height_field), len(height_field[0])
     rows = []
     for y in range(size_y):
@@ -143,7 +143,7 @@ def hammered(size=256, count=150, seed=3, strength=9.0):
     """Overlapping shallow dents, as on beaten copper."""
     source = random.Random(seed)
     field = [[1.0] * size for _ in range(size)]
-    # A jittered grid, so that dents cover everything without clumps.
+    # The dents lie on a jittered grid, so that they cover everything without clumps.
     n = int(math.sqrt(count))
     cell = size / n
     for j in range(n):

@@ -1,5 +1,5 @@
-"""A cable-stayed bridge at dusk, with wires of about 1/2 pixel (stays), 1/5 (railing) and 1/20 (lamp hangers
-and ties across the stays) at 1280 x 720; all share one unit tube. Under dusk.hdr."""
+"""A cable-stayed bridge under dusk.hdr, with wires of about 1/2 pixel (stays), 1/5 (railing) and 1/20 (lamp hangers
+and ties across the stays) at 1280 x 720. All wires share one unit tube."""
 
 import math
 
@@ -17,7 +17,7 @@ STAY, RAIL, HAIR = 0.052, 0.021, 0.0052
 
 
 def _hills(seed, width, depth, height):
-    """A ridge along x, facing the camera: a height field that is meant to be seen from the front only."""
+    """A ridge along x, facing the camera. It is a height field and may be seen only from the front."""
     field = noise.fractal(256, 8, 7, 1, 5, seed, 0.5)
 
     def crest(u):
@@ -51,7 +51,7 @@ def build():
     g.add_object("far hills", _hills(5, 6200, 400, 330), far_hill, translation=(-300, -2, -3300))
     g.add_object("near hills", _hills(9, 4200, 300, 130), near_hill, translation=(900, -2, -1900))
 
-    # All parts of the bridge are below one node, turned against the line of sight.
+    # All parts of the bridge are below one node, which is rotated against the line of sight.
     parts = []
 
     def part(name, mesh, **placement):
@@ -69,7 +69,7 @@ def build():
     pier = g.mesh("pier", rounded_box(9, 8, 20, 1.0), concrete)
     for t, x in enumerate(TOWERS):
         part(f"pier {t + 1}", pier, translation=(x, 1.0, 0))
-        for s, z in enumerate((-8.5, 8.5)):  # an A: the legs lean inwards and meet near the top
+        for s, z in enumerate((-8.5, 8.5)):  # forms an A: the legs lean inwards and meet near the top
             foot, head = (x, 3.0, z), (x, TOP * 0.80, math.copysign(1.2, z))
             lean = math.degrees(math.atan2(foot[2] - head[2], head[1] - foot[1]))
             part(f"leg {t + 1}{'ab'[s]}", leg, translation=lerp(foot, head, 0.5),
@@ -107,5 +107,5 @@ def build():
     g.node("bridge", rotation=(0, math.sin(math.radians(24) / 2), 0, math.cos(math.radians(24) / 2)), children=parts,
            translation=(0, 0, -40))
     g.camera("camera", (-8, 9.0, 300), (2, 41, -40), 27, near=0.5)
-    g.rotate_scene(27)  # towards the sun of dusk.hdr
+    g.rotate_scene(27)  # so that the camera looks towards the sun of dusk.hdr
     return g.glb()

@@ -43,7 +43,7 @@ def axis_angle(axis, degrees):
 
 
 def quaternion_product(a, b):
-    """Applies b first, then a."""
+    """Returns the rotation that applies b first, then a."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (aw * bx + ax * bw + ay * bz - az * by, aw * by - ax * bz + ay * bw + az * bx,

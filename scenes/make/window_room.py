@@ -1,5 +1,5 @@
-"""A room lit through glass: sky light through a double window, a bulb's light through its glass globe. Drinking glasses
-on the table. All glass is thin-walled (KHR_materials_transmission without _volume) and smooth."""
+"""A room lit through glass: sky light through a double window, a bulb's light through its glass globe. There are drinking
+glasses on the table. All glass is thin-walled (KHR_materials_transmission without _volume) and smooth."""
 
 from .gltf import Gltf, srgb
 from .mesh import Mesh, arc, cylinder, lathe, quad, rounded_box, smooth, sphere
@@ -17,7 +17,7 @@ def _wall_with_window():
 
 
 def _reveal():
-    """The opening's four sides, 12 cm deep, facing inwards."""
+    """The four sides of the opening, which are 12 cm deep and face inwards."""
     width, height, depth = RIGHT - LEFT, HIGH - LOW, 0.12
     x, y, z = (LEFT + RIGHT) / 2, (LOW + HIGH) / 2, -2 - depth / 2
     mesh = Mesh()
@@ -43,7 +43,8 @@ def _frame():
 
 
 def _tumbler():
-    """A drinking glass, 11 cm: outside up, over the rim, inside down. Each wall renders as a thin sheet."""
+    """A drinking glass, 11 cm high. The profile goes up the outside, over the rim and down the inside. Each surface is
+    rendered as a thin sheet."""
     return lathe([[(0, 0), (0.029, 0)], arc((0.029, 0.002), 0.002, -90, 0, 3), [(0.031, 0.002), (0.036, 0.110)],
                   arc((0.0352, 0.110), 0.0008, 0, 180, 5), [(0.0344, 0.110), (0.0296, 0.010)],
                   [(0.0296, 0.010), (0, 0.010)]], 48)

@@ -1,4 +1,4 @@
-// --animation, --time, --frame: render the scene in a pose of its animations.
+// --animation, --time and --frame, which render the scene in a pose of its animations.
 #include "cli/command_test.h"
 
 #include <fstream>
@@ -10,7 +10,7 @@ namespace {
 
 class AnimationOption : public CommandTest {
  protected:
-  // lamp_scene() with a lamp that moves down in "sink" and dims in "fade".
+  // lamp_scene() with a lamp that moves down in the animation "sink" and is dimmed in "fade".
   static GltfBuilder moving() {
     GltfBuilder gltf = lamp_scene();
     const int lamp = 2;
@@ -50,8 +50,8 @@ TEST_F(AnimationOption, AShutterAtRestSaysWhatToAdd) {
   EXPECT_EQ(render(render_words(shutter + Words{"--time", "1"})).err.find(hint), std::string::npos);
 }
 
-// An animated object is an instance, whose transform is not baked into its vertices; the pictures
-// differ by that rounding.
+// An animated object is an instance: its transform is not baked into its vertices, so the pictures
+// differ by rounding.
 TEST_F(AnimationOption, EqualsAFileInThatPose) {
   const ExrPicture at_rest = picture();
   const ExrPicture sunk = picture({"--time", "1"});
@@ -76,8 +76,8 @@ TEST_F(AnimationOption, EqualsAFileInThatPose) {
   EXPECT_EQ(picture().channels, faded.channels);
 }
 
-// The lamp sinks by a quarter a second, which fixes its pixels per frame whatever the shutter.
-// Recording velocity must not change the picture.
+// The lamp sinks by a quarter of a unit per second. This determines its velocity in pixels per
+// frame; the shutter must not. Recording velocity must not change the picture.
 TEST_F(AnimationOption, VelocityDoesNotChangeThePicture) {
   const auto fastest = [](const ExrPicture& exr) {
     const std::vector<float>& y = exr.channels.at("velocity.Y");
@@ -109,7 +109,7 @@ TEST_F(AnimationOption, VelocityDoesNotChangeThePicture) {
     EXPECT_EQ(picture(view + turn + Words{"--edits", path("shutter.json")}).channels,
               picture(view + turn + shutter).channels);
   }
-  // At rest, velocities are zero unless a turntable moves the camera.
+  // In a scene at rest, velocities are zero unless a turntable moves the camera.
   const ExrPicture at_rest = picture({"--aov", "velocity"});
   EXPECT_EQ(at_rest.channels.at("velocity.X"), std::vector<float>(256, 0.0f));
   const ExrPicture turning = picture({"--aov", "velocity", "--turntable", "1/36"});
@@ -162,10 +162,11 @@ TEST_F(AnimationOption, HiddenSceneShowsTheEnvironment) {
   const RunResult hidden =
       render(render_words({"--spp", "4", "--driver", "adaptive", "--time", "0"}));
   EXPECT_NE(hidden.err.find("the animation hides everything"), std::string::npos);
-  // The plain white environment, as in frames that show the triangle: a sequence does not flash.
+  // As in frames that show the triangle, the environment is plain white, so a sequence does not
+  // flash.
   const std::vector<float> red = read_exr(path("out.exr")).channels.at("R");
   EXPECT_EQ(red, std::vector<float>(red.size(), 1.0f));
-  // The triangle appears after a quarter of the shutter; a replay prints its sample's time.
+  // The triangle appears after a quarter of the shutter. A replay prints the time of its sample.
   const Words shutter = {"--time", "0.75", "--fps", "1", "--shutter", "0,1"};
   EXPECT_EQ(
       render(render_words(shutter + Words{"--report", path("report.json")})).err.find("hides"),
@@ -176,7 +177,7 @@ TEST_F(AnimationOption, HiddenSceneShowsTheEnvironment) {
   EXPECT_NE(replay.out.find("\ntime 0."), std::string::npos) << replay.describe();
 }
 
-// A frame that shows no object does not end the sequence; it shows the environment.
+// A frame in which no object is visible does not end the sequence, but shows the environment.
 TEST_F(AnimationOption, VanishedSceneShowsTheEnvironment) {
   GltfBuilder gltf;
   gltf.add_triangle();
@@ -189,7 +190,7 @@ TEST_F(AnimationOption, VanishedSceneShowsTheEnvironment) {
   const RunResult result = run(frames);
   ASSERT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_NE(result.err.find("1 objects scaled to nothing"), std::string::npos) << result.describe();
-  // The triangle covers the middle of the first frame and nothing of the second.
+  // The triangle covers the middle of the first frame and is absent from the second.
   use(GltfBuilder());
   const RunResult empty = run({"render", path("scene.glb"), "--size", "8x8", "--spp", "4", "--sun",
                                "60,30", "-o", path("empty.exr")});

@@ -1,7 +1,7 @@
 // Unusable input: exit code 3, one line that names the file, nothing written, no crash.
 //
-// One scene per kind of damage, followed to the exit code; tests/failure tests the variants on the
-// loader.
+// There is one scene per kind of damage, which is tested up to the exit code. tests/failure tests
+// the variants with the loader alone.
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -97,7 +97,7 @@ const std::vector<Damage>& damages() {
          const int texture = add_texture(g, png);
          g.root["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture;
        }},
-      // libpng would print a message of its own before ours.
+      // Without care, libpng would print a message before ours.
       {"image_with_a_wrong_checksum",
        {"images/0", "CRC"},
        [](GltfBuilder& g) {
@@ -112,7 +112,7 @@ const std::vector<Damage>& damages() {
 INSTANTIATE_TEST_SUITE_P(Kinds, DamagedScene, ::testing::ValuesIn(damages()),
                          [](const auto& kind) { return std::string(kind.param.name); });
 
-// 20,000 warnings would bury every other message.
+// Showing all 20,000 warnings would hide every other message.
 TEST_F(BadInput, AHundredWarningsAreShown) {
   GltfBuilder gltf = lamp_scene();
   const nlohmann::json mesh = gltf.root["meshes"][0];
@@ -158,7 +158,7 @@ TEST_F(BadInput, NamesOfMegabytesAreShortened) {
     write("edits.json", "{\"emberline_edits\": 1, " + text + "}");
     expect_short(render_words({"--edits", path("edits.json")}), 3, "edits.json#/");
   }
-  // Long names from the scene, in lists of valid names.
+  // Names from the scene, in lists of valid names, may also be long.
   GltfBuilder gltf = lamp_scene();
   gltf.root["cameras"][0]["name"] = name;
   const std::string named = gltf.write_gltf(path("named.gltf"));

@@ -23,7 +23,7 @@ class CheckpointFile : public CommandTest {
     const std::vector<uint8_t> bytes = read_bytes(path(name));
     EXPECT_EQ(std::string(bytes.begin(), bytes.end()), kNotes) << name;
   }
-  // Records are appended whole, so one can be read once it exists.
+  // A record is appended as a whole, so it can be read as soon as it exists.
   static bool has_record(const std::string& file) {
     std::error_code none;
     return fs::exists(file, none) && !RecordFile(file).records().empty();
@@ -42,13 +42,13 @@ TEST_F(CheckpointFile, ReplacesNoForeignFile) {
     }
   }
   expect_notes("notes.txt");
-  // This is found before the scene is loaded.
+  // The error is found before the scene is loaded.
   expect_failure(
       {"render", path("no scene.glb"), "-o", path("out.exr"), "--checkpoint", path("notes.txt")}, 2,
       {"notes.txt", "not an Emberline checkpoint"});
 }
 
-// The default name beside the output, which no option names.
+// The default name beside the output, which no option names, is checked in the same way.
 TEST_F(CheckpointFile, ReplacesNoForeignFileNextToTheOutput) {
   const Words frame = {"render", scene(), "-o", path("out.exr"), "--size", "16x16"};
   const std::pair<std::string, Words> rows[] = {
@@ -97,13 +97,13 @@ TEST_F(CheckpointFile, ReplacesNoCheckpointOfAnotherFrame) {
   EXPECT_EQ(read_bytes(path("kept")), before);
   fs::remove(kept);
   fs::copy_file(path("kept"), kept);
-  render(render_words({"--resumable", "--spp", "9"}));  // this output's own
+  render(render_words({"--resumable", "--spp", "9"}));  // may replace the output's own checkpoint
   EXPECT_NE(read_bytes(kept), before);
 }
 
-// For example a link to another disk.
+// The checkpoint may be a link, for example to another disk.
 TEST_F(CheckpointFile, ResumesThroughALink) {
-  // A checkpoint lists buckets as they end, so one thread gives one order.
+  // A checkpoint lists buckets in the order in which they end, which is fixed with one thread.
   const Words part = {"--part", "1/2", "--bucket-size", "8", "--threads", "1"};
   const Words words = render_words(part + Words{"--resume"});
   render(words);
@@ -114,13 +114,14 @@ TEST_F(CheckpointFile, ResumesThroughALink) {
   const std::vector<uint8_t> before = read_bytes(path("big/part"));
   render(words);
   EXPECT_EQ(read_bytes(path("big/part")), before);
-  // Without --resume, our own checkpoint is started afresh.
+  // Without --resume, this frame's own checkpoint is begun anew.
   render(render_words(part));
   EXPECT_TRUE(fs::is_symlink(name));
   EXPECT_EQ(read_bytes(path("big/part")), before);
 }
 
-// As the whole frame can: parts by bucket, also with adaptive buckets, and by sample.
+// Tests parts of buckets, also of adaptive ones, and parts of samples. Like a frame rendered at
+// once, the merged frame can be extended.
 TEST_F(CheckpointFile, AMergedFrameCanBeExtended) {
   const Words frame = {"render",         scene(),         "-o", path("out.exr"), "--size",
                        "16x16",          "--bucket-size", "8",  "--aov",         "stop",
@@ -150,7 +151,7 @@ TEST_F(CheckpointFile, AMergedFrameCanBeExtended) {
   const ExrPicture expected = read_exr(path("out.exr")), extended = read_exr(merged);
   for (const auto& [name, values] : expected.channels) {
     for (size_t i = 0; i < values.size(); ++i) {
-      // Ranges are summed apart, so they are rounded otherwise.
+      // Ranges are summed separately, so they are rounded differently.
       ASSERT_NEAR(extended.channels.at(name)[i], values[i], 2e-6f * std::abs(values[i])) << name;
     }
   }
@@ -180,7 +181,7 @@ TEST_F(CheckpointFile, AMergedFrameThatCannotBeExtendedIsRefused) {
                  {"--checkpoint"});
 }
 
-// Whoever kept no checkpoint learns how to keep one.
+// A user who kept no checkpoint is told how to keep one.
 TEST_F(CheckpointFile, ExtendingWithoutACheckpointNamesTheCommandThatKeepsOne) {
   const Words words = render_words({"--seed", "3"});
   render(words);
@@ -245,7 +246,7 @@ TEST_F(CheckpointFile, ExtendingReplacesOnlyTheCheckpoint) {
   EXPECT_FALSE(fs::exists(path("out.exr.checkpoint.next")));
 }
 
-// A part's result is its checkpoint, so a part whose checkpoint another program removes has failed.
+// A part's result is its checkpoint, so the part has failed if another program removes that.
 TEST_F(CheckpointFile, PartWithALostFileFails) {
   const std::string file = path("out.exr.part-1-of-2.checkpoint");
   const std::pair<const char*, std::function<void()>> losses[] = {
@@ -256,14 +257,14 @@ TEST_F(CheckpointFile, PartWithALostFileFails) {
          fs::rename(path("notes.txt"), file);
        }},
       {"cut", [&] { fs::resize_file(file, 0); }},
-      // Later appends leave a hole in the record, whose header is still valid.
+      // Records appended later leave a hole in this one, whose header is still valid.
       {"cut within a record", [&] { fs::resize_file(file, fs::file_size(file) - 100); }},
       {"overwritten", [&] {
          std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
          stream.seekp(-100, std::ios::end).write(std::string(64, 'x').data(), 64);
        }}};
   for (const auto& [what, lose] : losses) {
-    // What is said is the same for each loss: one of them shows that the log changes nothing.
+    // The message is the same for each loss, so testing one without --quiet is enough.
     const bool twice = what == std::string("removed");
     for (const bool quiet : twice ? std::vector{true, false} : std::vector{true}) {
       SCOPED_TRACE(what);

@@ -1,5 +1,5 @@
-// Fixture of the command's tests: a temporary folder with a small scene, and the expectations for
-// every run.
+// Fixture for tests of the command: a temporary folder with a small scene, and expectations that
+// hold for every run.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -27,8 +27,8 @@ inline Words operator+(Words a, const Words& b) {
 void add_quad(GltfBuilder& gltf, std::array<float, 3> a, std::array<float, 3> u,
               std::array<float, 3> v, int material);
 
-// A matte floor under a square lamp, and a camera "main" that sees both: three quads. Light reaches
-// every pixel after one or two bounces.
+// Three quads: a matte floor, and a lamp above it. The camera "main" sees all of them. Light
+// reaches every pixel after one or two bounces.
 GltfBuilder lamp_scene();
 
 // lamp_scene() without the lamp.
@@ -36,15 +36,15 @@ GltfBuilder unlit_scene();
 
 class CommandTest : public ::testing::Test {
  protected:
-  // A path in the test's own folder, which is also the working folder of its runs.
+  // A path in the test's folder, which is also the working folder of its runs.
   std::string path(const std::string& name) const { return folder_ / name; }
-  std::string scene();  // lamp_scene() as scene.glb
+  std::string scene();  // writes lamp_scene() to scene.glb and returns its path
 
   RunResult run(const Words& arguments, RunOptions options = {}) const {
     if (options.folder.empty()) options.folder = folder_.path();
     return test::run(arguments, options);
   }
-  // render SCENE -o out.exr --size 16x16 --spp 1, followed by `more`
+  // Returns `render SCENE -o out.exr --size 16x16 --spp 1`, followed by `more`.
   Words render_words(const Words& more = {});
 
   // Runs and expects success with an empty stdout.

@@ -10,7 +10,7 @@
 namespace emberline::test {
 namespace {
 
-// MurmurHash3_32 as in the specification's Python code: word by word over padded text.
+// MurmurHash3_32, as in the specification's Python code. Reads the padded text word by word.
 uint32_t reference_id(const std::string& name) {
   const auto mix = [](uint32_t k) {
     k *= 0xcc9e2d51u;
@@ -38,7 +38,7 @@ class CryptomatteOption : public CommandTest {
  protected:
   const std::string strange_ = "say \"boo\"\n/ \\ päivää " + std::string(300, 'x');
 
-  // Three strips before a wall, two with the same name and one with a strange name, below a node.
+  // Three strips before a wall, below a node. Two have the same name, and one has a strange name.
   void SetUp() override {
     GltfBuilder gltf = unlit_scene();
     const int red = gltf.push("materials", {{"name", "paint"}, {"emissiveFactor", {1, 0.2, 0.1}}});
@@ -71,7 +71,7 @@ class CryptomatteOption : public CommandTest {
   }
 };
 
-// A layer's manifest, which maps names to ids.
+// Returns a layer's manifest, which maps names to ids.
 nlohmann::json manifest_of(const ExrPicture& picture, const std::string& layer) {
   for (const auto& [key, value] : picture.attributes) {
     if (!key.starts_with("cryptomatte/") || !key.ends_with("/name") || value != layer) continue;
@@ -85,7 +85,7 @@ nlohmann::json manifest_of(const ExrPicture& picture, const std::string& layer) 
   return {};
 }
 
-// A compositor's matte for a name: the sum of the coverages of its id.
+// Returns the matte that a compositor shows for a name: the sum of the coverages of its id.
 std::vector<float> matte(const ExrPicture& picture, const std::string& layer,
                          const std::string& name) {
   std::vector<float> sums(picture.channels.at("A").size(), 0.0f);
@@ -135,7 +135,7 @@ TEST_F(CryptomatteOption, FollowsTheSpecification) {
       ASSERT_NEAR(all[i] + dropped, seen.channels.at("A")[i], 1e-5f) << i;
     }
   }
-  // The set consists of the second strip and the strange one, pixel by pixel.
+  // In each pixel, the set consists of the second strip and the strange one.
   const std::vector<float> set = matte(seen, "CryptoAsset", "set"),
                            second = matte(seen, "CryptoObject", "strip_2"),
                            strange = matte(seen, "CryptoObject", strange_);
@@ -217,7 +217,7 @@ class LayersOption : public CommandTest {
   }
 };
 
-// Our own readers get the same from a multi-part file as from a single-part one.
+// Our readers read the same from a multi-part file as from a single-part one.
 TEST_F(LayersOption, OwnReadersAcceptParts) {
   const Words frame = {"render", scene(), "--size", "40x30",       "--crop",        "3,5,37,28",
                        "--spp",  "4",     "--aov",  "N,denoising", "--cryptomatte", "object"};

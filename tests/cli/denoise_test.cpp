@@ -1,5 +1,5 @@
-// --denoise, `emberline denoise` and the channels between them: both give the same bits for every
-// driver; incomplete files. The filter's own tests judge the picture's quality.
+// --denoise, `emberline denoise` and the channels that both use: for every driver they must write
+// the same bits. Also tests incomplete files. The filter's own tests check the quality.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -24,7 +24,7 @@ class Denoise : public CommandTest {
     const auto bytes = read_bytes(path(name));
     return {bytes.begin(), bytes.end()};
   }
-  // The output of `emberline denoise` for out.exr.
+  // Returns the output of `emberline denoise` for out.exr.
   ExrPicture later(const Words& more = {}) {
     const RunResult result = run(Words{"denoise", path("out.exr"), "-o", path("later.exr")} + more);
     EXPECT_EQ(result.exit_code, 0) << result.describe();
@@ -33,7 +33,7 @@ class Denoise : public CommandTest {
   }
 };
 
-// Every channel of `a` is in `b` with the same bits.
+// Expects every channel of `a` in `b`, with the same bits.
 void expect_within(const ExrPicture& a, const ExrPicture& b) {
   for (const auto& [name, values] : a.channels) {
     ASSERT_TRUE(b.channels.contains(name)) << name;
@@ -41,8 +41,8 @@ void expect_within(const ExrPicture& a, const ExrPicture& b) {
   }
 }
 
-// Law 2: every driver renders the raw picture of two streams, and the denoised picture does not
-// depend on when it is made.
+// Law 2: with every driver the raw picture is that of two streams, and the denoised picture does
+// not depend on when it is computed.
 TEST_F(Denoise, SameDuringTheRenderAndFromTheFile) {
   const std::vector<Words> drivers = {{"--driver", "bucket", "--bucket-size", "9"},
                                       {"--driver", "bisection"},
@@ -64,7 +64,7 @@ TEST_F(Denoise, SameDuringTheRenderAndFromTheFile) {
     for (const std::string& name : kResults) {
       for (const float value : now.channels.at(name)) ASSERT_TRUE(std::isfinite(value)) << name;
     }
-    // Made anew of what has results already.
+    // Denoising a file that already has results computes them again.
     if (driver == drivers.front()) expect_within(now, later());
   }
 }
@@ -106,8 +106,8 @@ TEST_F(Denoise, ThreadsAndBucketsDoNotMatter) {
   expect_within(one, later({"--threads", "3"}));
 }
 
-// The frame has more rows than are filtered at once; bands must have the whole picture's bits on
-// both sides of a seam.
+// The frame has more rows than are filtered at once. On both sides of a seam, the bands must have
+// the bits of a picture that is filtered as a whole.
 TEST_F(Denoise, ATallFrameIsFilteredInBands) {
   const Words tall = kDenoised + Words{"--size", "8x700", "--spp", "2"};
   const ExrPicture small = picture(tall + Words{"--bucket-size", "13"});
@@ -125,9 +125,10 @@ TEST_F(Denoise, CropKeepsItsPlaceInTheFrame) {
   expect_within(crop, after);
 }
 
-// Inside a crop's edges, because only the whole frame's filter can see beyond them.
+// Compares only pixels away from the crop's edges, because the filter of the whole frame also sees
+// what lies beyond them.
 TEST_F(Denoise, CropEqualsTheSamePartOfTheFrame) {
-  constexpr int kReach = 48;  // kDenoiseMargin and a reserve
+  constexpr int kReach = 48;  // kDenoiseMargin and some more
   const Words large = {"--size", "150x140", "--spp", "4", "--denoise"};
   const ExrPicture whole = picture(large);
   const ExrPicture crop = picture(large + Words{"--crop", "20,10,140,130"});
@@ -216,7 +217,7 @@ TEST_F(Denoise, HeatmapsShowTheRemainingError) {
   expect_failure(later, 3, {"denoised.error", "--denoise"});
 }
 
-// A frame was stopped before every pixel had a sample: pixels without one keep their value.
+// The frame is stopped before every pixel has a sample. Pixels without one must keep their value.
 TEST_F(Denoise, PixelsWithoutSamplesAreUnchanged) {
   const ExrPicture seen = picture({"--size", "300x200", "--spp", "100000", "--driver", "bisection",
                                    "--time-limit", "0.001", "--denoise"});
@@ -306,7 +307,7 @@ TEST_F(Denoise, RejectsUnusableFiles) {
   expect_failure({"denoise", scene(), "-o", path("later.exr")}, 3, {"not EXR"});
 }
 
-// Truncated files, flipped bytes and numbers that are not finite.
+// Tests truncated files, flipped bytes, and numbers that are not finite.
 TEST_F(Denoise, DamagedFilesGiveOneLineErrors) {
   render(words({"--aov", "denoising"}));
   const std::string whole = text("out.exr");
@@ -318,8 +319,8 @@ TEST_F(Denoise, DamagedFilesGiveOneLineErrors) {
   expect_failure(later + Words{"--memory-limit", "1000"}, 3, {"out.exr"});
 }
 
-// Noise-free light far brighter than white: log and file have a finite expected error, and the
-// allocation keeps to the sample budget.
+// With noise-free light far brighter than white, log and file must have a finite expected error,
+// and the allocation must keep to the sample budget.
 TEST_F(Denoise, BrightLightHasAnExpectedError) {
   const Words bright = {"--sun",    "30,0",      "--env-strength", "1e5",      "--driver",
                         "adaptive", "--denoise", "--allocation",   "denoised", "--spp",

@@ -1,4 +1,4 @@
-// Explanations of single pixels, after a render and from its EXR.
+// Explanations of single pixels, both after a render and from its EXR.
 
 #include <algorithm>
 
@@ -14,7 +14,7 @@ class Explain : public CommandTest {
                               "100000", "--size", "40x24"} +
                         more);
   }
-  // What `emberline explain` prints about out.exr.
+  // Returns what `emberline explain` prints about a pixel of out.exr.
   std::string explanation(const std::string& pixel) {
     const RunResult result = run({"explain", path("out.exr"), pixel});
     EXPECT_EQ(result.exit_code, 0) << result.describe();
@@ -31,7 +31,7 @@ TEST_F(Explain, ARenderTellsTheHistoryInASentenceAndExplainsItsColumns) {
   expect_all(result.out,
              {"samples its error was ", "(threshold 0.02)", " and the pixel was finished.\n",
               "refinement tree", "  v_int  ", "rounds\n", "  deviation  "});
-  // The file repeats the sentence, for that pixel alone.
+  // The explanation from the file repeats the sentence, but only for that pixel.
   const size_t begin = result.out.find("At ");
   const std::string sentence = result.out.substr(begin, result.out.find('\n', begin) - begin);
   expect_all(explanation("20,12"), {sentence + "\n"});
@@ -71,7 +71,7 @@ TEST_F(Explain, NamesTheOptionsForWhatTheFileLacks) {
   expect_failure({"explain", path("out.exr")}, 3, {"out.exr", "--aov variance"});
 }
 
-// No adaptive driver, no threshold: nothing is said about them.
+// Without an adaptive driver or a threshold, the explanation does not mention them.
 TEST_F(Explain, AUniformFrameHasNoHistory) {
   render(render_words({"--aov", "stop,variance", "--spp", "4"}));
   const std::string text = explanation("3,4");

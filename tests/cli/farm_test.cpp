@@ -27,7 +27,7 @@ class Farm : public CommandTest {
  protected:
   Farm() {
     fs::create_directory(path("bin"));
-    // Records one argument a line; sbatch numbers its jobs.
+    // The tools record one argument per line; sbatch also numbers its jobs.
     tool("sbatch",
          "[ \"$1\" = --version ] && exit 0\nprintf '%s\\n' \"$@\" >>\"$TOOLS/sbatch.words\"\n"
          "[ -e \"$TOOLS/refuse\" ] && { echo 'sbatch: error: invalid partition' >&2; exit 1; }\n"
@@ -85,7 +85,7 @@ TEST_F(Farm, SubmitsAnArrayAndAMergeThatWaitsForIt) {
   EXPECT_EQ(job["merge"], 2);
 }
 
-// With any file name, the scripts must make the picture that `render` makes.
+// For any file name, the scripts must produce the same picture as `render`.
 TEST_F(Farm, ScriptsQuoteAnyName) {
   int number = 0;
   for (const std::string& name :
@@ -154,7 +154,7 @@ TEST_F(Farm, NamesThatAreNotUtf8AreRefusedBeforeAnyJob) {
 }
 
 TEST_F(Farm, SubmittedJobsCanBeCancelled) {
-  // job.json can no longer be written once the array is submitted.
+  // Once the array is submitted, job.json can no longer be written.
   tool("sbatch",
        "[ \"$1\" = --version ] && exit 0\necho x >>\"$TOOLS/jobs\"\n"
        "rm \"$JOB/job.json\" && mkdir -p \"$JOB/job.json/full\"\nwc -l <\"$TOOLS/jobs\"\n");
@@ -232,7 +232,7 @@ TEST_F(StagedFarm, LinksAreNotRead) {
   EXPECT_NE(part().find(kShared), std::string::npos);
   EXPECT_EQ(text_of(path("out.exr.part-1-of-3.checkpoint")).find(name), std::string::npos);
   EXPECT_TRUE(fs::is_symlink(name));
-  // No copy may be made through a dangling link.
+  // Nothing may be copied through a dangling link.
   fs::remove(name);
   fs::create_directory_symlink(path("nothing"), name);
   EXPECT_NE(part().find(kShared), std::string::npos);
@@ -312,7 +312,7 @@ TEST_F(Farm, RetrySubmitsMissingParts) {
   expect_failure(farm(path("out.exr")), 1, {"jobs in the queue"}, with_slurm_);
 }
 
-// Merging another frame's parts would give that frame's picture.
+// Merging another frame's parts would produce that frame's picture.
 TEST_F(Farm, PartsOfAnotherFrameAreRefused) {
   write("look.json", R"({"emberline_edits": 1})");
   const Words edits = {"--edits", path("look.json")};
@@ -452,14 +452,14 @@ TEST_F(FarmedRender, ReportsItsProgress) {
   expect_failure(render_words({"--progress-file", scene()}), 2, {"--progress-file"});
 }
 
-// `extend` repairs as --resume does. For a frame without tiles it refuses by name and leaves no
-// file. tests/farm/extend.py tests this in depth.
+// Like --resume, `extend` repairs a damaged checkpoint. If the frame has no tiles, it refuses,
+// names the file and writes none. tests/farm/extend.py tests this in depth.
 TEST_F(FarmedRender, ExtendRendersADamagedBucketAgain) {
   const Words frame = {"--size", "24x24", "--bucket-size", "8", "--resumable"};
   const std::string kept = path("out.exr.checkpoint");
   const auto damage = [&] {
     auto bytes = read_bytes(kept);
-    bytes[bytes.size() - 60] = char(bytes[bytes.size() - 60] ^ 1);  // the last tile, or block
+    bytes[bytes.size() - 60] = char(bytes[bytes.size() - 60] ^ 1);  // in the last tile or block
     write_bytes(kept, bytes);
   };
   render(render_words(frame + Words{"--spp", "8", "-o", path("whole.exr")}));

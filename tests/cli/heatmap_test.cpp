@@ -1,5 +1,5 @@
-// Heatmaps, by `render` and later from its EXR: every quantity and format, and refused options.
-// tests/unit tests what the pictures show.
+// Heatmaps that `render` writes, and those made later from its EXR: every quantity and format, and
+// refused options. tests/unit tests what the pictures show.
 
 #include <algorithm>
 #include <cmath>
@@ -51,7 +51,8 @@ TEST_F(Heatmap, SameDuringTheRenderAndFromTheFile) {
     for (const char* channel : {"variance.R", "stop", "time", "non_finite"}) {
       EXPECT_TRUE(picture.channels.contains(channel)) << channel << " is not added by itself";
     }
-    // The command does not know of drivers: every quantity once, and of each driver some.
+    // `emberline heatmap` does not depend on drivers, so each quantity is tested with at least one
+    // of them, and each driver with at least one quantity.
     for (const std::string& quantity : driver == std::string("adaptive") ? kQuantities
                                        : driver == std::string("bucket") ? Words{"samples", "time"}
                                                                          : Words{"error"}) {
@@ -81,7 +82,7 @@ TEST_F(Heatmap, ExrHasTheValues) {
       EXPECT_EQ(heatmap.channels.at(quantity), frame.channels.at(quantity));
     }
   }
-  // The RMS as in the legend and the report.
+  // The RMS that the legend and the report have.
   double sum = 0;
   const ExrPicture errors = read_exr(path("error.exr"));
   for (const float error : errors.channels.at("error")) {
@@ -92,8 +93,8 @@ TEST_F(Heatmap, ExrHasTheValues) {
   expect_errors_of_report(std::sqrt(sum / (40 * 24)), read_json("r.json")["error"]["estimate"]);
 }
 
-// The map's RMS must match the report's, whose estimate includes what the last doubling changed.
-// Both include the errors of all buckets.
+// The map's RMS must match the report's estimate, which includes the change that the last doubling
+// of samples made. Both include the errors of all buckets.
 TEST_F(Heatmap, ErrorsOfOneStreamMatchTheReport) {
   const Words threshold = {"--noise-threshold", "0.01"};
   const Words cases[] = {
@@ -114,7 +115,7 @@ TEST_F(Heatmap, ErrorsOfOneStreamMatchTheReport) {
     const ExrPicture errors = read_exr(path("error.exr"));
     const std::vector<float>& values = errors.channels.at("error");
     for (const float error : values) sum += double(error) * double(error);
-    // An unbiased frame outputs other means than the ones that the driver used to place pixels on
+    // An unbiased frame's output has other means than those with which the driver placed pixels on
     // the display curve.
     const bool unbiased = std::ranges::count(words, "--unbiased") > 0;
     expect_errors_of_report(std::sqrt(sum / double(values.size())),
@@ -209,7 +210,7 @@ TEST_F(Heatmap, StoppedRenderHasAHeatmap) {
     const RunResult result = process.wait();
     EXPECT_EQ(result.exit_code, 130) << result.describe();
     EXPECT_EQ(files(), (Words{"d.png", "out.exr", "s.png", "scene.glb"}));
-    // It must show the EXR's data.
+    // It must equal the heatmap made from the EXR.
     heatmap("later.png", {});
     EXPECT_EQ(bytes("d.png"), bytes("later.png"));
     heatmap("later.png", {"--of", "stop"});

@@ -79,12 +79,12 @@ TEST_F(Info, InvalidUtf8NamesDoNotBreakTheJson) {
   const RunResult result = run({"info", gltf.write_glb(path("scene.glb")), "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_EQ(nlohmann::json::parse(result.out)["cameras"][0]["name"], "\x1b[31m red \n \xc3\xa4");
-  // In text output, no control character reaches the terminal.
+  // In text output, control characters must not reach the terminal.
   const RunResult text = run({"info", path("scene.glb")});
   EXPECT_NE(text.out.find("camera 0 '\\x1b[31m red \\n \xc3\xa4'"), std::string::npos) << text.out;
 }
 
-// A chain of nodes without names below the scene's last node.
+// Adds a chain of nodes without names below the scene's last node.
 void add_chain(GltfBuilder& gltf, size_t length) {
   const size_t first = gltf.root["nodes"].size();
   for (size_t i = 0; i < length; ++i) {

@@ -1,4 +1,4 @@
-// --isa: selects Embree's kernels; frames of different ISAs are not mixed.
+// --isa, which selects Embree's kernels. Frames of different ISAs must not be mixed.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -7,7 +7,7 @@
 namespace emberline::test {
 namespace {
 
-// ISAs of x86-64, narrowest first.
+// ISAs of x86-64, the one with the narrowest vectors first.
 const Words kIsas = {"sse4.2", "avx2", "avx512"};
 
 class IsaOption : public CommandTest {

@@ -1,4 +1,4 @@
-// --light-groups: the contribution of each light as an EXR layer.
+// --light-groups, which writes the contribution of each light as an EXR layer.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -9,7 +9,7 @@ namespace {
 
 class LightGroupsOption : public CommandTest {
  protected:
-  // The lamp, a second emissive material of the same name, and a grey sky.
+  // The lamp, a second emissive material with the same name, and a grey sky.
   void SetUp() override {
     GltfBuilder gltf = lamp_scene();
     const int second =
@@ -56,7 +56,7 @@ TEST_F(LightGroupsOption, AreLayersThatAddUp) {
   }
 }
 
-// Header, report and layers say how much was clamped, and from which light.
+// The header, the report and the layers must say how much was clamped, and from which light.
 TEST_F(LightGroupsOption, ReportTheClampedLight) {
   const Words clamped = {"--light-groups", "--aov", "clamped", "--clamp-indirect", "0.05"};
   const ExrPicture seen = picture(clamped + Words{"--report", path("report.json")});
@@ -95,7 +95,8 @@ TEST_F(LightGroupsOption, FollowTheEdits) {
   EXPECT_EQ(seen.at("light.lamp.G", 8, 0), 0.0f);
 }
 
-// A stopped progressive frame fills pixels without samples from neighbours, and so do its layers.
+// In a stopped progressive frame, pixels without samples get their neighbours' values, in the
+// picture as well as in its layers.
 TEST_F(LightGroupsOption, AddUpInAStoppedFrame) {
   render(words({"--light-groups", "--driver", "bisection", "--size", "400x300", "--spp", "1",
                 "--time-limit", "0.001"}));

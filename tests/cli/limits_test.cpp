@@ -1,5 +1,5 @@
-// --memory-limit and --load-timeout: excess is refused before it is allocated, and reservations
-// match actual use.
+// --memory-limit and --load-timeout: too much memory is refused before it is allocated, and
+// reservations match the actual use.
 #include <sys/stat.h>
 #include <sys/wait.h>
 
@@ -58,7 +58,7 @@ class Limits : public CommandTest {
   }
 };
 
-// After a failed device, Embree creates one whose release never returns.
+// If Embree fails to create a device, the next one that it creates hangs when it is released.
 TEST_F(Limits, ReportsTooLittleMemoryForEmbree) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer needs more itself";
   for (const uint64_t limit : {64, 96}) {
@@ -66,7 +66,7 @@ TEST_F(Limits, ReportsTooLittleMemoryForEmbree) {
   }
 }
 
-// The image library's own dependencies abort or hang at this limit.
+// At this limit, the image library's dependencies would abort or hang.
 TEST_F(Limits, ReportsTooLittleMemoryForTheImageLibrary) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer needs more itself";
   const Words words = {"render", scene(),  "-o",  path("a.exr"), "--env",
@@ -74,7 +74,7 @@ TEST_F(Limits, ReportsTooLittleMemoryForTheImageLibrary) {
   expect_failure(words, 1, {"ulimit"}, {.data_limit = uint64_t(600) << 20});
 }
 
-// In a folder of its own, with a copy of the program.
+// Uses a copy of the program in a separate folder.
 TEST_F(Limits, ReportsADamagedImageLibrary) {
   namespace fs = std::filesystem;
   if (kSanitized) GTEST_SKIP() << "AddressSanitizer's program has it linked";
@@ -152,8 +152,8 @@ TEST_F(Limits, ReservedMemoryMatchesUsedMemory) {
   }
 }
 
-// A frame that is stopped before every pixel has a sample is output as shown, with its layers and
-// lights, at the moment when it is also saved.
+// If a frame is stopped before every pixel has a sample, the filled picture is output with its
+// layers and lights while the frame is also being saved.
 TEST_F(Limits, ReservesMemoryOfAFrameStoppedInItsFirstPass) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const Words layers = {"--aov", "direct,indirect,emission,transmission,reflection,environment"};
@@ -168,8 +168,8 @@ TEST_F(Limits, ReservesMemoryOfAFrameStoppedInItsFirstPass) {
   }
 }
 
-// Most of a tile's channels are ids of --cryptomatte, and the DWA encoder is a library that
-// allocates on its own.
+// Most of a tile's channels are ids of --cryptomatte, and the DWA encoder, a library, allocates
+// further memory.
 TEST_F(Limits, ReservesMemoryOfMattes) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const Words mattes = {"--cryptomatte", "object,material,asset", "--cryptomatte-levels", "32"};
@@ -183,7 +183,7 @@ TEST_F(Limits, ReservesMemoryOfMattes) {
         large + Words{"--exr-compression", "dwab"},
         small + mattes + stopped + Words{"--exr-parts", "layers", "--exr-compression", "dwab"}}) {
     SCOPED_TRACE(testing::PrintToString(more));
-    // The encoder's library itself is not the frame's memory.
+    // Memory for loading the encoder's library does not count as the frame's.
     const bool dwa = std::ranges::find(more, "dwab") != more.end();
     const Figures none = figures(scene(), dwa ? tiny + Words{"--exr-compression", "dwab"} : tiny);
     const Figures f = figures(scene(), more);
@@ -192,7 +192,7 @@ TEST_F(Limits, ReservesMemoryOfMattes) {
   }
 }
 
-// With two halves for the denoiser, a tile holds each light three times while it is written.
+// With two halves for the denoiser, a tile has each light three times while it is written.
 TEST_F(Limits, ReservesMemoryOfTilesWithLightsByHalves) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   GltfBuilder gltf = lamp_scene();
@@ -210,8 +210,8 @@ TEST_F(Limits, ReservesMemoryOfTilesWithLightsByHalves) {
   EXPECT_LT(f.reserved - none.reserved, 2.2 * (f.peak - none.peak) + 8e6);
 }
 
-// Each thread of `merge` holds ids and lights in its film and in its output buffers; the DWA
-// encoder again allocates on its own.
+// Each thread of `merge` has ids and lights in its film and in its output buffers, and the DWA
+// encoder allocates further memory.
 TEST_F(Limits, ReservesMemoryOfMergedMattesAndLights) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const auto merged = [&](const Words& frame) {
@@ -237,7 +237,7 @@ TEST_F(Limits, ReservesMemoryOfMergedMattesAndLights) {
   }
 }
 
-// With millions of buckets, their lists count.
+// With millions of buckets, the lists of buckets take considerable memory.
 TEST_F(Limits, ReservesMemoryOfBucketLists) {
   const Words frame = {"render", scene(),         "-o", path("out.exr"), "--spp",
                        "1",      "--bucket-size", "1"};
@@ -280,7 +280,8 @@ TEST_F(Limits, ASceneThatIsTooLargeIsRefused) {
   }
 }
 
-// A build that fails gives memory back before its error is reported.
+// A build that fails releases memory before its error is reported; the error must still name the
+// amount that was left.
 TEST_F(Limits, ARefusalNamesLessMemoryThanIsNeeded) {
   const std::string file = grid(300);
   const std::regex figures("needs ([0-9.,]+) (Ki|Mi)?B of memory .*but only ([0-9.,]+) (Ki|Mi)?B");
@@ -324,7 +325,8 @@ TEST_F(Limits, PicturesThatAreTooLargeAreRefused) {
     const RunResult result = run(words + Words{"--memory-limit", "60M"});
     EXPECT_EQ(result.exit_code, 0) << words[0] << ": " << result.err;
   }
-  // Other pictures that a run reads: the environment from an option or an edit, and a reference.
+  // Other pictures that a run reads are refused in the same way: an environment from an option or
+  // an edit, and a reference.
   write("dim.json",
         nlohmann::json{{"emberline_edits", 1}, {"environment", {{"file", "large.exr"}}}}.dump());
   for (const Words& more : {Words{"--env", large}, Words{"--edits", path("dim.json")}}) {

@@ -25,7 +25,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "renderer/app/manual").glob("*.md"))]
 TIMEOUT = 60  # seconds for each command
 
-# New values of options that decide how long a command takes, or that depend on the size of the frame.
+# New values for options that determine how long a command takes, or that depend on the size of the frame.
 SHORT_VALUES = {
     "--bucket-size": "8",
     "--crop": "0,0,16,9",
@@ -38,7 +38,7 @@ SHORT_VALUES = {
     "--spp": "1",
     "--turntable": "2",
 }
-# What a command gets if the page does not say it.
+# Options that a command gets if the page does not have them.
 DEFAULT_OPTIONS = {
     "render": ("--size", "--spp", "--bucket-size"),
     "farm": ("--size", "--spp", "--bucket-size"),
@@ -52,7 +52,7 @@ class Command:
 
 
 class Page:
-    """What a page wants to be run: its commands and the files that they read."""
+    """The commands on a page, and the files that they read."""
 
     def __init__(self, path):
         self.path, self.commands, self.files, self.faults, self.skipped = path, [], {}, [], 0
@@ -96,7 +96,7 @@ class Page:
 
 
 def shorten_command(words, folder):
-    """The words of a command that takes a fraction of a second."""
+    """Returns the words of the command with values that make it take a fraction of a second."""
     command = words[0] if words else ""
     words = [name for word in words for name in (sorted(glob.glob(word, root_dir=folder)) or [word])]
     denoised = {"--denoise", "denoising"} & {part for word in words for part in word.split(",")}
@@ -108,7 +108,7 @@ def shorten_command(words, folder):
     if command == "extend":
         values["--spp"] = "2"
     if denoised or "--min-spp" in words or "variance" in " ".join(words):
-        values["--spp"] = "16"  # --min-spp must not be above it; a variance takes two
+        values["--spp"] = "16"  # --min-spp must not exceed it, and a variance needs two samples
     if command == "explain":
         words = [re.sub(r"^\d+,\d+$", values["--explain"], word) for word in words]
     if "--panorama" in words:
@@ -131,7 +131,7 @@ def shorten_script(text):
 
 
 def run(programs, page):
-    """Returns the page's faults, each with its line. `programs` is by the name of the command."""
+    """Runs the page's commands and returns the faults, each with its line. `programs` maps command names to programs."""
     faults = list(page.faults)
     with tempfile.TemporaryDirectory() as folder:
         pathlib.Path(folder, "scenes").symlink_to(ROOT / "scenes")

@@ -1,5 +1,5 @@
-// Unwritable output: exit code 1, one line, no partial file, and an existing file of that name
-// stays unchanged.
+// Output that cannot be written: exit code 1, one line, no partial file, and an existing file of
+// that name stays unchanged.
 #include <fcntl.h>
 #include <sys/mount.h>
 #include <unistd.h>
@@ -67,7 +67,7 @@ TEST_F(OutputErrors, WriteProtectedFile) {
   }
 }
 
-// RLIMIT_FSIZE stands in for a full disk.
+// RLIMIT_FSIZE simulates a full disk.
 TEST_F(OutputErrors, DiskFillsUpDuringTheRender) {
   scene();
   for (const char* name : {"a.exr", "a.png", "a.jpg"}) {
@@ -81,8 +81,8 @@ TEST_F(OutputErrors, DiskFillsUpDuringTheRender) {
   }
 }
 
-// One unwritable file must not affect the others, whether it fails during the render (an EXR's
-// tiles) or at its end. Each is named, also in the report.
+// A file that cannot be written must not affect the others, whether it fails during the render (an
+// EXR's tiles) or at its end. Each is named, also in the report.
 TEST_F(OutputErrors, WritableOutputsAreStillWritten) {
   for (const char* driver : {"bucket", "adaptive"}) {
     SCOPED_TRACE(driver);
@@ -139,7 +139,7 @@ TEST_F(OutputErrors, FullFileSystem) {
   ::umount(path("disk").c_str());
 }
 
-// A typing error must not cost hours of rendering. The order of the errors shows that the place is
+// A typing error must not cost hours of rendering. The order of the errors shows that the path is
 // checked before the scene is loaded.
 TEST_F(OutputErrors, ReportPathIsCheckedBeforeTheRender) {
   expect_failure(render_words({"--report", path("missing/r.json")}), 1,
@@ -226,14 +226,15 @@ colorspaces:
   expect_failure(frame + Words{"-o", path("c.png"), "--report", path("here/table.cube")}, 2,
                  {"--report", "$OCIO config reads it"},
                  {.environment = {{"OCIO", path("config.ocio")}}});
-  // A separate file may have any name, and several outputs may share a device.
+  // Otherwise a file may have any name, and several outputs may share a device.
   render(frame + Words{"-o", path("a.exr"), "-o", path("sub/a.exr"), "--report", "/dev/null",
                        "--report", "/dev/null"});
   fs::remove(path("shots/000_first.exr"));
   render(frame + shots + Words{path("shots/final.exr"), "--snapshot-at", "first"});
 }
 
-// A log that a shell or another program appends to: replacing the file would lose its contents.
+// A shell or another program may append to the same log, so replacing the file would lose its
+// contents.
 TEST_F(OutputErrors, OpenStreamsAreWrittenNotReplaced) {
   write("log", "what was there\n");
   for (const char* name :
@@ -274,7 +275,7 @@ TEST_F(OutputErrors, UnwrittenResultsAreErrors) {
   }
 }
 
-// A daemon or "2>&-" leaves descriptors free; no output may become one of the standard streams.
+// A daemon or "2>&-" closes standard streams. No output may then get the descriptor of one.
 TEST_F(OutputErrors, ClosedStreamsDoNotCorruptThePicture) {
   const Words words = render_words({"--threads", "1", "--verbose"});
   render(words);

@@ -1,4 +1,4 @@
-// --aov direct,indirect,…: layers by light path in the file, and how merge, resume and extend treat
+// --aov direct,indirect,…: the file's layers by light path, and how merge, resume and extend treat
 // them.
 #include <algorithm>
 #include <cmath>
@@ -98,7 +98,7 @@ TEST_F(PathLayersOption, LightpathIsAllSixLayers) {
   const ExrPicture expected = read_exr(path("out.exr"));
   render(render_words({"--aov", "lightpath,normal,depth", "--resumable"}));
   EXPECT_EQ(first_difference(expected, read_exr(path("out.exr"))), "");
-  // Checkpoints and rules have the names of channels alone.
+  // Checkpoints and rules know only the channels' names, not "lightpath".
   render(render_words(six + Words{"--resumable", "--resume"}));
   expect_failure(render_words({"--aov", "lightpath", "--integrator", "normal"}), 2,
                  {"--aov direct requires --integrator"});
@@ -108,7 +108,7 @@ TEST_F(PathLayersOption, LightpathIsAllSixLayers) {
 TEST_F(PathLayersOption, AddUpInEveryFrame) {
   expect_sums(picture({"--spp", "32", "--driver", "adaptive", "--unbiased"}));
   expect_sums(picture({"--spp", "16", "--light-groups", "--denoise"}));
-  // A stopped frame fills pixels without samples from neighbours.
+  // In a stopped frame, pixels without samples get their neighbours' values.
   render(
       frame({"--driver", "bisection", "--size", "400x300", "--spp", "1", "--time-limit", "0.001"}));
   const ExrPicture stopped = read_exr(path("out.exr"));

@@ -69,8 +69,8 @@ std::string RunResult::describe() const {
 
 Process::Process(const std::vector<std::string>& arguments, const RunOptions& options)
     : options_(options), started_(now()) {
-  // Opened before privileges are dropped, because other users may not be able to read the build
-  // folder.
+  // The program is opened before privileges are dropped, because other users may not be able to
+  // read the build folder.
   const int binary = ::open(EMBERLINE_BINARY, O_RDONLY | O_CLOEXEC);
   out_ = ::memfd_create("stdout", MFD_CLOEXEC);
   int terminal = -1;
@@ -151,7 +151,7 @@ void Process::send(int signal) {
   ::kill(pid_, signal);
 }
 
-// Fields 14 and 15 of stat in proc(5). Skips the process name, which may contain blanks.
+// Reads fields 14 and 15 of stat, see proc(5). Skips the process name, which may contain blanks.
 double Process::cpu_seconds() const {
   std::ifstream file("/proc/" + std::to_string(pid_) + "/stat");
   std::string text;
@@ -164,7 +164,7 @@ double Process::cpu_seconds() const {
   return (user + system) / double(::sysconf(_SC_CLK_TCK));
 }
 
-// Whether the process has ended; with flags 0, waits until it has.
+// Returns whether the process has ended. If `flags` is 0, waits until it has.
 bool Process::poll(int flags) {
   if (ended_) return true;
   int status = 0;

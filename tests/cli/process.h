@@ -13,23 +13,23 @@
 namespace emberline::test {
 
 struct RunOptions {
-  std::string folder = {};                              // working folder; empty: the test's own
-  std::map<std::string, std::string> environment = {};  // added to the test's own, or overriding it
+  std::string folder = {};                              // working folder; empty: the test's
+  std::map<std::string, std::string> environment = {};  // adds to or overrides the test's
   std::string stdout_path = {};                // file for stdout, which is then not captured
-  double timeout_s = 60 * kSanitizerSlowdown;  // then the process is killed and counts as hung
+  double timeout_s = 60 * kSanitizerSlowdown;  // after this it is killed and counts as hung
   uint64_t file_size_limit = 0;                // RLIMIT_FSIZE in bytes; 0: none
   uint64_t data_limit = 0;                     // RLIMIT_DATA in bytes; 0: none
-  uint64_t process_limit = 0;       // RLIMIT_NPROC, as a separate user; needs root; 0: none
+  uint64_t process_limit = 0;                  // RLIMIT_NPROC, as another user; needs root; 0: none
   int processors = 0;               // > 0: restricts it to this many of the test's processors
   int terminal_columns = 0;         // > 0: stderr is a terminal of this width
   std::vector<int> closed = {};     // standard streams that are closed
-  int ignored_signal = 0;           // ignored from the start, as under nohup
+  int ignored_signal = 0;           // a signal that is ignored from the start, as under nohup
   bool stderr_reader_gone = false;  // stderr is a pipe without a reader
-  bool unprivileged = false;        // as user 65534 when the tests run as root
+  bool unprivileged = false;        // runs as user 65534 if the tests run as root
 };
 
 struct RunResult {
-  int exit_code = -1;  // -1: ended by a signal
+  int exit_code = -1;  // -1 if a signal has ended it
   int signal = 0;
   bool hung = false;
   std::string out, err;
@@ -52,7 +52,7 @@ class Process {
   void send(int signal);
   // The contents of stderr so far.
   std::string error_so_far();
-  // Waits until stderr contains `text`; false if the process ends or `seconds` pass before.
+  // Waits until stderr contains `text`. Returns false if the process ends or `seconds` pass first.
   bool wait_for_error(const std::string& text, double seconds);
   // Waits until stderr contains `text` and the process has since used `cpu_s` of processor time, a
   // measure of progress that other load does not affect. Returns false if the process ends first.
@@ -62,13 +62,13 @@ class Process {
 
  private:
   bool poll(int flags);
-  double cpu_seconds() const;  // of all its threads so far
+  double cpu_seconds() const;  // processor time of all its threads so far
   void read_terminal();
   [[noreturn]] void run_child(const std::vector<std::string>& arguments, int binary);
 
   RunOptions options_;
   pid_t pid_ = -1;
-  int out_ = -1, err_ = -1;  // memory files, or the terminal's end
+  int out_ = -1, err_ = -1;  // files in memory; `err_` may be our end of the terminal
   bool ended_ = false;
   double started_ = 0, signalled_cpu_s_ = 0;
   std::string terminal_text_;

@@ -1,4 +1,4 @@
-// Progress on a terminal and in a farm's log, and what remains of both with --quiet.
+// Progress on a terminal and in a farm's log, with and without --quiet.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -10,7 +10,8 @@ namespace {
 
 class Progress : public CommandTest {
  protected:
-  // Long enough on a fast machine, too, for an update, which comes each tenth of a second.
+  // Even on a fast machine this takes long enough for an update, which comes every tenth of a
+  // second.
   Words long_render(const Words& more = {}) {
     return render_words(Words{"--size", "320x250", "--spp", "16", "--threads", "1"} + more);
   }
@@ -33,10 +34,10 @@ TEST_F(Progress, WritesPlainLinesToALog) {
   EXPECT_NE(result.err.find("rendered 1280000 samples"), std::string::npos) << result.err;
 }
 
-// A threshold's number of samples is unknown beforehand, but the share of finished buckets is
-// known.
+// With a threshold, the number of samples is not known beforehand, but the fraction of finished
+// buckets is.
 TEST_F(Progress, BucketsWithAThresholdShowTheTimeLeft) {
-  // Without --spp, which would set a budget.
+  // Does not use --spp, because that would set a budget.
   const RunResult result =
       run({"render", scene(), "-o", path("out.exr"), "--size", "160x160", "--noise-threshold",
            "0.00001", "--max-spp", "64", "--bucket-size", "16", "--threads", "1"});
@@ -45,7 +46,8 @@ TEST_F(Progress, BucketsWithAThresholdShowTheTimeLeft) {
       << result.err;
 }
 
-// The lines that overwrite each other on a terminal, without the escape codes that clear them.
+// Returns the lines that overwrite each other on a terminal, without the escape codes that clear
+// them.
 Words drawn_lines(const std::string& text) {
   Words lines;
   size_t at = 0;
@@ -69,12 +71,12 @@ TEST_F(Progress, ABarOnATerminal) {
       if (line.find(" %") == std::string::npos) continue;
       ++updates;
       bars += line.find('[') != std::string::npos;
-      // A line that wraps could not be overwritten.
+      // A terminal would wrap a longer line, which could then not be overwritten.
       EXPECT_LT(line.size(), size_t(columns)) << line;
     }
     EXPECT_GE(updates, 1u) << result.err;
     EXPECT_TRUE(columns < 80 || bars == updates);
-    // The bar is cleared before the next message, and the last line stands alone.
+    // The bar is cleared before the last message, which has a line to itself.
     EXPECT_NE(result.err.find("\r\033[Krendered "), std::string::npos) << result.err;
   }
 }
@@ -89,7 +91,7 @@ TEST_F(Progress, QuietIsSilent) {
   EXPECT_EQ(render(render_words({"-q", "-o", path("q.png")})).err, "");
   const RunResult piped = render(render_words({"--quiet", "-o", path("a.png")}));
   EXPECT_EQ(piped.err, "");
-  // Long enough for a bar to be drawn.
+  // This render takes so long that a bar would be drawn.
   const RunResult terminal = run(long_render({"--quiet"}), {.terminal_columns = 80});
   EXPECT_EQ(terminal.exit_code, 0);
   EXPECT_EQ(terminal.err, "");
@@ -115,7 +117,7 @@ TEST_F(Progress, VerboseListsSceneFeatures) {
 }
 
 TEST_F(Progress, UnreadLogDoesNotEndTheRender) {
-  // `emberline render ... 2>&1 | head -1`, whose reader is gone after the first line.
+  // As in `emberline render ... 2>&1 | head -1`, which stops reading after the first line.
   const RunResult result = run(long_render(), {.stderr_reader_gone = true});
   EXPECT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_EQ(files(), (Words{"out.exr", "scene.glb"}));

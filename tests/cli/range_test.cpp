@@ -1,4 +1,4 @@
-// --frames and --turntable: each frame is rendered as it would be alone.
+// --frames and --turntable: each frame must equal the frame rendered alone.
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ class Range : public CommandTest {
     return Words{"render", scene(), "-o", path("a.##.exr"), "--size", "24x16", "--spp", "4"} + more;
   }
   Words turn(const Words& more = {}) { return range_words(Words{"--turntable", "4"} + more); }
-  // Each frame takes hours.
+  // A range whose frames take hours.
   Words endless(const Words& more = {}) {
     return Words{"render",
                  scene(),
@@ -80,7 +80,7 @@ TEST_F(Range, ReplaysASampleOfAFrame) {
   EXPECT_NE(run(turn(Words{"--frames", "3"} + replay)).out, alone.out);
 }
 
-// A frame's other inputs and outputs: lights, edits, checkpoints.
+// Tests the other inputs and outputs of a frame: lights, edits, checkpoints.
 TEST_F(Range, EveryFrameWritesAllItsFiles) {
   render(turn({"-o",
                path("a.#.png"),
@@ -122,7 +122,7 @@ TEST_F(Range, EveryFrameWritesAllItsFiles) {
 
 TEST_F(Range, AnAnimationPosesEachFrame) {
   GltfBuilder gltf = lamp_scene();
-  constexpr int kLamp = 2;  // its node
+  constexpr int kLamp = 2;  // index of the lamp's node
   AnimationBuilder(gltf).move(kLamp, "translation", {0, 1}, "VEC3", {0, 0, 0, 0.5f, 0, 0.5f});
   const Words words = {
       "render",  gltf.write_glb(path("moving.glb")), "--size", "24x16", "--spp", "4", "--fps", "12",
@@ -134,7 +134,7 @@ TEST_F(Range, AnAnimationPosesEachFrame) {
         << frame;
   }
   EXPECT_NE(first_difference(read_exr(path("a.0.exr")), read_exr(path("a.9.exr"))), "");
-  // An earlier pose's memory is released when the next one is built.
+  // The memory of a pose is released when the next one is built.
   const auto reserved = [&](const std::string& name) {
     return read_json(name)["memory"]["most_reserved_bytes"].get<double>();
   };
@@ -174,7 +174,7 @@ TEST_F(Range, StaticPartsAreLoadedAndBuiltOnce) {
     const nlohmann::json time = read_json(name)["time"];
     return time["load_s"].get<double>() + time["build_s"].get<double>();
   };
-  // A frame's times add up to the whole. Other load may delay some frames but not all.
+  // A frame's times add up to its whole time. Other load may delay some frames, but not all.
   std::vector<double> loads, gaps;
   for (int frame = 1; frame <= 7; ++frame) {
     const std::string name = "r." + std::to_string(frame) + ".json";
@@ -250,7 +250,7 @@ TEST_F(Range, MissingFolderIsReportedOnce) {
   EXPECT_TRUE(fs::exists(path("f1/c.exr")));
 }
 
-// Checks must hold for any frame that writes the file and for any existing file.
+// The checks must cover every frame that writes a file, and every existing file.
 TEST_F(Range, NamesOfAllFramesAreCheckedBeforeAnythingIsWritten) {
   GltfBuilder textured = lamp_scene();
   textured.push("images", {{"uri", "a.3.png"}});
@@ -299,22 +299,22 @@ TEST_F(Range, NamesOfAllFramesAreCheckedBeforeAnythingIsWritten) {
           {"it is also the file of"});
   refused(outputs + Words{"--checkpoint", path("notes.#")},
           {"notes.2", "not an Emberline checkpoint"});
-  // The same for a frame outside a range.
+  // The same checks apply to a frame that is not part of a range.
   expect_failure(
       {"render", path("t.gltf"), "-o", path("out.exr"), "--progress-file", path("a.3.png")}, 2,
       {"--progress-file", "the scene reads"});
   for (const char* name : {"a.2.exr", "r.2.json", "a.2.exr.checkpoint", "notes.2"}) {
     EXPECT_EQ(fs::file_size(path(name)), 14u) << name;
   }
-  // Existing files that the scene does not read are replaced; the progress file only after the
-  // scene is read.
+  // Existing files that the scene does not read are replaced. The progress file is replaced only
+  // after the scene is read.
   write("p.json", "an older file");
   render(frame + outputs +
          Words{"--progress-file", path("p.json"), "--range-report", path("a.4.exr")});
   EXPECT_EQ(read_json("p.json")["state"], "done");
 }
 
-// A quarter of a turn takes the camera from +Z of the point to +X of it.
+// A quarter of a turn moves the camera from the +Z side of the point to its +X side.
 TEST_F(Range, ATurntableTurnsAroundThePointThatTheCameraLooksAt) {
   const Words view = {"--look-at", "0.5,0.25,-0.5", "--aov", "P"};
   const auto position = [&](const Words& words) {
@@ -366,7 +366,7 @@ TEST_F(Range, ExistingFramesAreSkipped) {
       turn({"--report", path("r.#.json"), "--skip-existing", "--range-report", path("range.json")});
   render(words + Words{"--frames", "1,3"});
   const auto before = fs::last_write_time(path("a.01.exr"));
-  fs::remove(path("r.3.json"));  // not all of its outputs
+  fs::remove(path("r.3.json"));  // one of the frame's outputs
   const RunResult result = render(words);
   EXPECT_NE(result.err.find("frame 1 (1 of 4) is skipped"), std::string::npos) << result.err;
   EXPECT_EQ(range()["skipped"], "1");
@@ -412,7 +412,7 @@ TEST_F(Range, TruncatedFramesAreRenderedAgain) {
     if (name != "out.exr") words = words + option + Words{path(name)};
   }
   render(words);
-  // Of each kind of file at several places, of others of its kind at the end.
+  // The first file of each kind is cut at several places, others only at the end.
   for (const std::string& name : names) {
     const bool first = name == "out.exr" || name[0] == 'a' || name == "t.json" || name == "r.html";
     if (first) {
@@ -443,7 +443,7 @@ TEST_F(Range, InterruptWritesTheFrameAndListsTheRest) {
   EXPECT_EQ(range()["exit_code"], 130);
   EXPECT_EQ(files(), (Words{"a.1.exr", "a.1.jpg", "a.1.png", "range.json", "scene.glb"}));
 
-  // A stopped frame's picture must not count as complete, in any format.
+  // In every format, a stopped frame's picture must count as incomplete.
   for (const char* format : {"exr", "png", "jpg"}) {
     const Words again = {"render",
                          scene(),

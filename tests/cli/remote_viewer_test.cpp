@@ -1,5 +1,5 @@
-// `--display tev://HOST:PORT`: a viewer gets the file's picture, and cannot delay or change the
-// render.
+// `--display tev://HOST:PORT`: the viewer gets the same picture as the file, and must not delay or
+// change the render.
 
 #include <algorithm>
 #include <chrono>
@@ -18,7 +18,7 @@ double seconds() {
 
 constexpr const char* kChannels[] = {"R", "G", "B", "A"};
 
-// Bit-identical to the file in its data window, black elsewhere.
+// Expects the file's bits in its data window, and black elsewhere.
 void expect_same_picture(const TevImage& image, const ExrPicture& file) {
   ASSERT_EQ((Rect{0, 0, image.width, image.height}), file.display);
   ASSERT_EQ(image.channels, Words(std::begin(kChannels), std::end(kChannels)));
@@ -94,7 +94,7 @@ TEST_F(RemoteViewer, GetsEveryBucketOnce) {
 TEST_F(RemoteViewer, SeesAProgressiveFrameGrow) {
   for (const char* driver : {"bisection", "adaptive"}) {
     SCOPED_TRACE(driver);
-    constexpr size_t kTiles = 3 * 2;  // of a picture
+    constexpr size_t kTiles = 3 * 2;  // tiles per picture
     size_t pictures = 0;
     // A busy machine leaves the render less processor time, so allow more time.
     for (double limit_s = 0.5; limit_s <= 8.0 && pictures < 4; limit_s *= 2.0) {
@@ -104,7 +104,7 @@ TEST_F(RemoteViewer, SeesAProgressiveFrameGrow) {
       EXPECT_EQ(server.wait(), "");
       const TevImage& image = server.image();
       pictures = image.updates.size() / kTiles;
-      // At most one update each tenth of a second, plus the last one.
+      // There is at most one update per tenth of a second, plus the last one.
       EXPECT_LE(image.updates.size(), kTiles * size_t(2.0 + 10.0 * limit_s * kSanitizerSlowdown));
       expect_same_picture(image, file());
     }
@@ -122,7 +122,7 @@ TEST_F(RemoteViewer, WorksTogetherWithTheDisplayOfThePng) {
             read_bytes_picture(path("plain.png")).values);
   EXPECT_EQ(first_difference(without, file()), "");
   expect_same_picture(server.image(), file());
-  // Also in the other order; an invalid name is still refused.
+  // With a viewer, too, and in the other order, an invalid display name is refused.
   expect_failure(
       {"render", scene(), "-o", "a.png", "--display", "nope", "--display", "tev://localhost"}, 2,
       {"unknown display", "nope", "sRGB"});
@@ -164,11 +164,11 @@ TEST_F(RemoteViewer, ClosingViewerIsAWarning) {
 }
 
 TEST_F(RemoteViewer, SlowViewerDoesNotDelayTheRender) {
-  // Adaptive frames are shown as bisection's are.
+  // The adaptive driver is not tested, because its frames are shown in the same way as bisection's.
   for (const char* driver : {"bucket", "bisection"}) {
     SCOPED_TRACE(driver);
     const Words work = {"--size", "1024x768", "--spp", "1", "--driver", driver, "--max-depth", "1"};
-    // What else runs may come between the two that are compared, but not ten times.
+    // Other load may delay one of the compared runs, but not ten times in a row.
     bool in_time = false;
     for (int tries = 0; tries < 10 && !in_time && !HasFailure(); ++tries) {
       const RunResult alone = render(frame("sRGB", work));
@@ -189,7 +189,7 @@ TEST_F(RemoteViewer, SlowViewerDoesNotDelayTheRender) {
 TEST_F(RemoteViewer, SlowViewerDoesNotDelayAStop) {
   for (const char* driver : {"bucket", "bisection"}) {
     SCOPED_TRACE(driver);
-    // Other load and the disk can delay it, but not ten times.
+    // Other load and the disk can delay the stop, but not ten times in a row.
     double stop_s = 1e9, write_s = 1e9;
     for (int tries = 0;
          tries < 10 && (stop_s >= 2.0 * kSanitizerSlowdown || write_s >= kSanitizerSlowdown);
@@ -207,8 +207,8 @@ TEST_F(RemoteViewer, SlowViewerDoesNotDelayAStop) {
       write_s = std::min(write_s, read_json("r.json")["time"]["write_s"].get<double>());
     }
     EXPECT_LT(stop_s, 2.0 * kSanitizerSlowdown);
-    // Less than the second that a viewer gets when nothing else waits. The frame is small, because
-    // compressing a larger one takes that long on a slow machine.
+    // This is less than the second that a viewer gets when nothing else waits. The frame is small,
+    // because compressing a larger one takes that long on a slow machine.
     EXPECT_LT(write_s, 1.0 * kSanitizerSlowdown);
   }
 }

@@ -1,5 +1,5 @@
-// The output of `emberline render`: files, channels, header; pixels do not depend on how the work
-// is divided (law 2).
+// The output of `emberline render`: files, channels and header. Pixels must not depend on how the
+// work is divided (law 2).
 #include <unistd.h>
 
 #include <algorithm>
@@ -131,16 +131,16 @@ TEST_F(Render, ThreadsAndBucketsDoNotChangeThePicture) {
     EXPECT_EQ(picture.data, reference.data);
     EXPECT_EQ(first_difference(reference, picture), "") << schedule[0] << ' ' << schedule[1];
   }
-  // The comparison must be able to fail.
+  // Checks that the comparison can fail.
   render(render_words(frame + Words{"--seed", "1"}));
   EXPECT_NE(first_difference(reference, read_exr(path("out.exr"))), "");
 }
 
-// A whole-frame film is written in tiles, not pixel by pixel, whether directly, through the
-// denoiser's scratch file or from checkpoints.
+// A film of the whole frame must be written in tiles and not pixel by pixel, whether directly,
+// through the denoiser's scratch file or from checkpoints.
 TEST_F(Render, ProgressiveFramesAreStoredInTilesOfAtLeastSixteenPixels) {
   for (const std::string driver : {"bisection", "adaptive"}) {
-    const bool all = driver == "bisection";  // the other's film is written by the same code
+    const bool all = driver == "bisection";  // the same code writes the other driver's film
     const Words frame = {"--size", "50x34", "--spp", "4", "--driver", driver, "--resumable"};
     const auto picture = [&](const char* bucket_size, const Words& more) {
       const Words words = frame + more + Words{"--bucket-size", bucket_size};
@@ -178,7 +178,7 @@ TEST_F(Render, ProgressiveFramesAreStoredInTilesOfAtLeastSixteenPixels) {
     EXPECT_EQ(merged[1].tile_size, 16);
     EXPECT_EQ(first_difference(merged[0], merged[1]), "");
   }
-  // Buckets are finished one by one.
+  // The bucket driver writes each bucket as a tile.
   render(render_words({"--bucket-size", "5"}));
   EXPECT_EQ(read_exr(path("out.exr")).tile_size, 5);
 }
@@ -274,7 +274,7 @@ TEST_F(Render, AnInvalidOcioConfigIsNamed) {
   render(render_words({"-o", path("a.png")}), {.environment = {{"OCIO", ""}}});
 }
 
-// As with `taskset -c 0`: the default is one thread per usable processor.
+// By default there is one thread per usable processor, for example one with `taskset -c 0`.
 TEST_F(Render, UsesOneThreadForEachAllowedProcessor) {
   const Words report = {"--report", path("r.json")};
   render(render_words(report), {.processors = 1});
@@ -285,7 +285,7 @@ TEST_F(Render, UsesOneThreadForEachAllowedProcessor) {
   EXPECT_EQ(read_json("r.json")["settings"]["threads"], 2);
 }
 
-// TBB would abort if it could not start a thread.
+// TBB would abort the process if it could not start a thread.
 TEST_F(Render, UsesAsManyThreadsAsTheSystemStarts) {
   if (::getuid() != 0) GTEST_SKIP() << "limits count all that a user runs; root can become another";
   scene();
@@ -298,12 +298,12 @@ TEST_F(Render, UsesAsManyThreadsAsTheSystemStarts) {
                    {"--threads 4096", "the system starts at most", "lower --threads"},
                    {.process_limit = limit});
   }
-  // Each run is another user, who may not overwrite the others' files.
+  // Each run has a different user, who may not overwrite the files of the others.
   const auto words = [this](const std::string& output) {
     return Words{"render", scene(), "-o", path(output), "--size", "16x16", "--spp", "1"};
   };
   render(words("a.exr") + Words{"--threads", "4"}, {.process_limit = limit});
-  // The limit leaves one worker. A default number of threads is reduced to it.
+  // With the limit `tight` only one worker can start, to which the default number is reduced.
   const std::string err =
       run(words("b.exr") + Words{"--threads", "4096"}, {.process_limit = limit}).err;
   const std::string before = "at most ";

@@ -1,5 +1,5 @@
-// --report FILE.html: a well-formed page for any text, with the JSON report's values, also for
-// stopped renders.
+// --report FILE.html: the page is well-formed for any text, and has the values of the JSON report,
+// also for stopped renders.
 
 #include <csignal>
 #include <nlohmann/json.hpp>
@@ -61,7 +61,7 @@ TEST_F(ReportPage, HasAMapForEachChannel) {
   EXPECT_EQ(page("b.html").count("img"), page("a.html").count("img") + 3);
 }
 
-// Estimates and true errors over time, if both are known.
+// The page shows estimated and true errors over time, if both are known.
 TEST_F(ReportPage, ErrorAgainstTime) {
   render(render_words({"--size", "48x32", "--spp", "64", "-o", path("reference.exr")}));
   render(render_words({"--size", "48x32", "--spp", "16", "--driver", "adaptive", "--seed", "3",
@@ -98,7 +98,7 @@ TEST_F(ReportPage, OddNamesAreEscaped) {
   }
 }
 
-// The command shown on the page, run by a shell, renders the same picture.
+// If a shell runs the command that the page shows, it must render the same picture.
 TEST_F(ReportPage, CommandOnThePageRepeatsTheRender) {
   for (const std::string odd : {"it's a \"scene\" & $HOME `x` \\.glb", "line\nand \xff.glb"}) {
     SCOPED_TRACE(odd);
@@ -134,8 +134,8 @@ TEST_F(ReportPage, IsWrittenForAStoppedRender) {
   expect_text(page("limit.html"), "The time limit stopped the render");
 }
 
-// A frame far larger than the film that is held of it, since each bucket is written and let go; and
-// what the page keeps of a frame does not grow with it.
+// The frame is far larger than its film in memory, since each bucket is written and released. What
+// the page keeps of a frame must not grow with it, either.
 TEST_F(ReportPage, DoesNotGrowWithTheFrame) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const RunResult result =
@@ -143,7 +143,7 @@ TEST_F(ReportPage, DoesNotGrowWithTheFrame) {
                            path("r.json"), "--report", path("r.html")}));
   const nlohmann::json json = read_json("r.json");
   const double peak = json["memory"]["peak_rss_bytes"];
-  EXPECT_LT(peak, 130e6);  // R G B A samples as float: 173 MB
+  EXPECT_LT(peak, 130e6);  // R G B A and samples of the whole frame would have 173 MB as floats
   EXPECT_LE(peak, 1.02 * double(result.peak_rss_bytes));
   EXPECT_LT(json["memory"]["film_bytes"].get<double>(), 50e6);
   EXPECT_EQ(json["samples"]["total"], 3600 * 2400);

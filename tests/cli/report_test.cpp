@@ -1,4 +1,4 @@
-// report.json: every documented key with its type, and totals that match the picture.
+// report.json: every documented key must have its type, and totals must match the picture.
 #include <fcntl.h>
 #include <sys/stat.h>
 
@@ -55,7 +55,7 @@ TEST_F(Report, HasEveryDocumentedKey) {
       {"/numerics/non_finite_samples", Type::number_unsigned},
       {"/optics/rays_ended_at_panes", Type::number_unsigned},
       {"/optics/solids_forgotten", Type::number_unsigned},
-      {"/optics/light_samples_blocked_by_glass", Type::null},  // no such light
+      {"/optics/light_samples_blocked_by_glass", Type::null},  // there is no such light
       {"/error/estimator", Type::string},
       {"/error/estimate", Type::null},  // uniform sampling has none
       {"/warnings", Type::array},
@@ -138,7 +138,7 @@ TEST_F(Report, TimesAddUp) {
   }
 }
 
-// The report's counts match the picture, however the frame ends.
+// The report's counts must match the picture in whatever way the frame ends.
 TEST_F(Report, CountsMatchThePictureForEveryDriver) {
   struct Ending {
     const char* name;
@@ -180,15 +180,15 @@ TEST_F(Report, CountsMatchThePictureForEveryDriver) {
   }
 }
 
-// A pass's estimate describes the picture at its end. The pilot pass has the first one, from which
-// the next pass is planned; the last one is the frame's.
+// A pass's estimate describes the picture at its end. The first estimate is the pilot pass's, and
+// the next pass is planned with it; the last one is the frame's.
 TEST_F(Report, EstimatesBelongToTheirPasses) {
   const nlohmann::json json =
       report({"--driver", "adaptive", "--size", "96x96", "--spp", "256", "--seed", "2"});
   const auto& passes = json["passes"];
   EXPECT_EQ(passes.back()["error_estimate"], json["error"]["estimate"]);
   ASSERT_GE(passes.size(), 4u) << passes;
-  EXPECT_TRUE(passes[0]["error_estimate"].is_null()) << passes;  // one sample a pixel
+  EXPECT_TRUE(passes[0]["error_estimate"].is_null()) << passes;  // one sample per pixel is too few
   for (size_t i = 1; i < passes.size(); ++i) {
     ASSERT_TRUE(passes[i]["error_estimate"].is_number()) << passes;
     // A last round with few samples may change the estimate by less than its noise.
@@ -221,12 +221,12 @@ TEST_F(Report, FirstSampleAndProcessorTimeOfTheRender) {
   constexpr double kTick = 0.011;
   EXPECT_GT(seconds("render_cpu_s"), 0.0);
   EXPECT_LE(seconds("render_cpu_s"), seconds("cpu_s"));
-  // Two workers, and the display's thread, which wakes occasionally.
+  // Allows for two workers and the display's thread, which wakes up occasionally.
   EXPECT_LE(seconds("render_cpu_s"), 2.1 * seconds("render_s") + kTick);
   EXPECT_GE(seconds("first_sample_s"), seconds("load_s") + seconds("build_s") - kTick);
   EXPECT_LE(seconds("first_sample_s"), result_.seconds + kTick);
-  // Of 262144 x 16 samples, the first report comes after 2048 by each worker, so most of the work
-  // is still to come.
+  // The first report comes after 2048 of 262144 x 16 samples by each worker, so most of the work is
+  // still to come.
   EXPECT_LE(seconds("first_sample_cpu_s"),
             seconds("cpu_s") - 0.9 * seconds("render_cpu_s") + kTick);
 }
@@ -235,7 +235,7 @@ TEST_F(Report, MemoryIsThatOfThisProcess) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const nlohmann::json json = report({});
   const double reported = json["memory"]["peak_rss_bytes"];
-  // The kernel's figure for the process includes the test program's memory before exec.
+  // The kernel's number for the process includes the test program's memory before exec.
   EXPECT_GT(reported, 1e6);
   EXPECT_LE(reported, 1.02 * double(result_.peak_rss_bytes));
   // The memory of a 1 GB parent must not be counted.

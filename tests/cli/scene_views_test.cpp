@@ -43,8 +43,8 @@ TEST_F(Views, UnlitSceneGetsAWhiteEnvironment) {
   // Above the floor the camera sees the environment itself, with radiance 1.
   EXPECT_EQ(seen.at("R", 8, 0), 1.0f);
   EXPECT_EQ(seen.at("A", 8, 0), 1.0f);
-  // A convex matte floor under a constant sky reflects its albedo, up to its Fresnel reflection and
-  // noise.
+  // Under a constant sky, the radiance of a convex matte floor is its albedo, except for Fresnel
+  // reflection and noise.
   EXPECT_NEAR(seen.at("G", 8, 11), 0.5, 0.15);
   EXPECT_GT(mean(seen.channels.at("G")), 0.3);
 
@@ -72,7 +72,7 @@ TEST_F(Views, WithoutACameraTheSceneIsFramed) {
   for (const float scale : {1e-3f, 1.0f, 1e5f}) {
     for (const char* size : {"64x64", "96x40", "30x90"}) {
       GltfBuilder gltf;
-      // Three pairs of a cube's faces, far from the origin.
+      // A cube far from the origin: three pairs of faces.
       gltf.push("materials", {{"doubleSided", true}});
       const float o = 3 * scale, s = scale;
       add_quad(gltf, {o, o, o}, {s, 0, 0}, {0, s, 0}, 0);
@@ -87,7 +87,8 @@ TEST_F(Views, WithoutACameraTheSceneIsFramed) {
       EXPECT_NE(result_.err.find("no camera"), std::string::npos) << result_.err;
       const Rect box = coverage(seen), frame = seen.display;
       SCOPED_TRACE(std::string(size) + " scale " + std::to_string(scale));
-      // Complete, centred to within a twelfth of the frame, and not small.
+      // The cube must be completely visible, centred to within a twelfth of the frame, and not
+      // small.
       EXPECT_GT(box.x0, 0);
       EXPECT_GT(box.y0, 0);
       EXPECT_LT(box.x1, frame.x1);
@@ -126,7 +127,7 @@ TEST_F(Views, CamerasAreAlsoChosenByNode) {
              {"type", "orthographic"},
              {"orthographic", {{"xmag", 4}, {"ymag", 2}, {"znear", 0.01}, {"zfar", 100}}}});
   float x = 0;
-  const double h = std::sqrt(0.5);  // they look down
+  const double h = std::sqrt(0.5);  // the cameras look down
   for (const char* name : {"Wide", "Tele", "main"}) {
     gltf.add_to_scene(gltf.push(
         "nodes",
@@ -137,7 +138,7 @@ TEST_F(Views, CamerasAreAlsoChosenByNode) {
   const auto fits = [&] { return result_.err.find("matches several: "); };
   const ExrPicture wide = picture(render_words({"--camera", "Wide"}));
   EXPECT_EQ(fits(), std::string::npos) << result_.err;
-  // It also gets a hint about the frame's shape, as perspective cameras do.
+  // Like a perspective camera, it causes a hint about the frame's shape.
   EXPECT_NE(result_.err.find(
                 "camera 'Camera' has an aspect ratio of 2, but the frame has 1; --size 32x16"),
             std::string::npos)
@@ -196,7 +197,7 @@ TEST_F(Views, LensFocusesOnLookAt) {
   const ExrPicture seen = picture(render_words(view + Words{"--f-stop", "0.05"}));
   EXPECT_NE(first_difference(sharp, seen), "");
   EXPECT_EQ(seen.attributes.at("emberline:f_stop"), "0.05");
-  const std::string distance = "3.0413812651491097";  // of (0, 1, 3) from (0, 0.5, 0)
+  const std::string distance = "3.0413812651491097";  // from (0, 1, 3) to (0, 0.5, 0)
   EXPECT_EQ(
       first_difference(seen, picture(render_words(
                                  view + Words{"--f-stop", "0.05", "--focus-distance", distance}))),
@@ -205,7 +206,8 @@ TEST_F(Views, LensFocusesOnLookAt) {
       first_difference(
           seen, picture(render_words(view + Words{"--f-stop", "0.05", "--focus-distance", "1"}))),
       "");
-  // An f-stop of infinity is a pinhole up to rounding; a focus distance alone has no effect.
+  // With a huge f-stop the camera is a pinhole up to rounding. A focus distance alone has no
+  // effect.
   EXPECT_EQ(first_difference(sharp, picture(render_words(view + Words{"--focus-distance", "1"}))),
             "");
   write("shot.json", R"({"emberline_edits": 1, "camera": {"look_from": [0, 1, 3],
@@ -243,8 +245,8 @@ TEST_F(Views, AnOrthographicCameraKeepsSizes) {
   }
 }
 
-// An octahedron with a ball's normals, far from its own origin and flattened in many ways. The
-// light comes from 60 degrees, so that every pixel must have a radiance of one half.
+// An octahedron with a ball's normals, far from its local origin, which is flattened in many ways.
+// The light comes from 60 degrees, so that every pixel must have a radiance of one half.
 class FlatThings : public Views {
  protected:
   FlatThings() {
@@ -322,7 +324,7 @@ TEST_F(FlatThings, AreSeenInMotion) {
   expect_half({"--time", "0.5"});
   expect_half({"--time", "0", "--fps", "1", "--shutter", "0,1"});
   expect_half({"--time", "0.5", "--aov", "velocity"});
-  // During half of this shutter it is flat, then it grows: only its visibility is certain.
+  // For half of this shutter it is flat, then it grows, so that only its visibility can be tested.
   gltf_.write_glb(path("scene.glb"));
   const ExrPicture grows =
       picture(render_words({"--spp", "16", "--time", "0.5", "--fps", "1", "--shutter", "0,1"}));
@@ -341,7 +343,8 @@ TEST_F(Views, AnOrthographicCameraCanBeSeenFromElsewhere) {
                          "--transparent", "--camera",    "flat",     "--look-at",
                          "1,0,0",         "--look-from", "1,0,20"};
   EXPECT_EQ(coverage(picture(render_words(shifted))), (Rect{4, 12, 12, 20}));
-  // An angle requests a perspective camera: at distance 23, 2 atan(2 / 23) shows the same.
+  // An angle requests a perspective camera. At distance 23, an angle of 2 atan(2 / 23) shows the
+  // same.
   const Words angle = {"--fov-y", "9.93920"};
   EXPECT_EQ(coverage(picture(render_words(shifted + angle))), (Rect{4, 12, 12, 20}));
   write("shot.json", R"({"emberline_edits": 1, "camera": {"look_from": [1, 0, 20],
@@ -356,7 +359,7 @@ TEST_F(Views, CameraFromTheCommandLine) {
   const ExrPicture above =
       picture(render_words({"--look-from", "0,1,0", "--look-at", "0,0,0", "--fov-y", "60"}));
   EXPECT_EQ(coverage(above), (Rect{0, 0, 16, 16}));
-  // Negative coordinates are values, not options.
+  // Negative coordinates must be read as values and not as options.
   const ExrPicture below = picture(
       render_words({"--look-from", "-1,-1,-1", "--look-at", "-1,-5,-1.5", "--transparent"}));
   EXPECT_TRUE(coverage(below).empty());

@@ -1,4 +1,4 @@
-// --settings and --save-settings: a frame's settings as a file.
+// --settings and --save-settings, which read and write a frame's settings as a file.
 #include <sys/stat.h>
 
 #include <nlohmann/json.hpp>

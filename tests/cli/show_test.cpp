@@ -80,7 +80,7 @@ TEST_F(Show, AlphaIsThatOfTheFile) {
   EXPECT_EQ(first_pixel("a.png"), (std::vector<int>{0, 255, 51}));
   write_pixel({{"R"}, {"G"}, {"B"}, {"A"}}, {0.0f, 0.4f, 0.1f, 0.4f});
   show("a.png", {"--view", "Raw"});
-  // The reader multiplies by alpha what the file has as 0, 1, 0.25.
+  // The file has 0, 1, 0.25. The reader multiplies that by alpha.
   EXPECT_EQ(first_pixel("a.png"), (std::vector<int>{0, 102, 25, 102}));
   show("a.jpg", {"--view", "Raw"});
   EXPECT_EQ(read_bytes_picture(path("a.jpg")).channels, 3);
@@ -240,7 +240,7 @@ TEST_F(Show, InfoSaysWhyAFrameCannotBeExtended) {
   write("out.exr.checkpoint", "junk");
   EXPECT_EQ(info()["state"]["extensible"], false);
   std::filesystem::remove(path("out.exr.checkpoint"));
-  // The sampler must be one whose samples do not depend on their number.
+  // This sampler's samples depend on their total number, so its frame cannot be extended.
   render(render_words({"--resumable", "--sampler", "stratified"}));
   EXPECT_NE(info()["state"]["obstacle"].get<std::string>().find("sampler"), std::string::npos);
   // A later frame took the picture's name, but not the checkpoint's.

@@ -1,4 +1,4 @@
-// Stop signals: the unfinished frame is written, and soon.
+// Stop signals: the unfinished frame must be written, and soon.
 #include <algorithm>
 #include <csignal>
 #include <nlohmann/json.hpp>
@@ -10,20 +10,20 @@
 namespace emberline::test {
 namespace {
 
-// "Soon" is measured in processor time, which other load does not affect. A run that does not stop
-// would take hours, and is killed as hung.
+// Whether it is soon is measured in processor time, which other load does not affect. A run that
+// does not stop would take hours, and is killed as hung.
 class Stop : public CommandTest {
  protected:
   // The log says this just before the first sample.
   static constexpr const char* kRendering = "loaded in";
 
-  // Takes hours.
+  // A frame that takes hours.
   Words endless(const Words& more = {}) {
     return Words{"render", scene(), "-o",        path("out.exr"), "--size",      "1024x1024",
                  "--spp",  "4096",  "--verbose", "--report",      path("r.json")} +
            more;
   }
-  // "emberline:complete" and "emberline:samples" of the header, where blanks follow the value.
+  // Returns the header's "emberline:complete" and "emberline:samples". Blanks may follow them.
   static std::pair<std::string, uint64_t> state_of(const ExrPicture& picture) {
     const std::string& complete = picture.attributes.at("emberline:complete");
     return {complete.substr(0, complete.find(' ')),
@@ -31,8 +31,8 @@ class Stop : public CommandTest {
   }
 };
 
-// Rendering is complete but denoising is not: the rest is written raw, and the checkpoint has all
-// samples.
+// If rendering is complete but denoising is not, the rest is written raw, and the checkpoint has
+// all samples.
 TEST_F(Stop, DuringTheDenoisingPass) {
   const Words frame = {"render",    scene(),     "-o",      path("out.exr"), "--size",
                        "400x300",   "--spp",     "16",      "--max-depth",   "1",
@@ -61,7 +61,7 @@ TEST_F(Stop, DuringTheDenoisingPass) {
 TEST_F(Stop, WritesThePictureWithTrueSampleCounts) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGXCPU}) {
     SCOPED_TRACE(signal);
-    // Small buckets, so that some are finished soon: 64 samples for each of 16 x 16 pixels.
+    // Small buckets of 16 x 16 pixels with 64 samples, so that some are finished soon.
     Process process(
         endless({"--bucket-size", "16", "--spp", "64", "--size", "640x640", "-o", path("out.png")}),
         {.folder = folder_.path()});
@@ -89,7 +89,7 @@ TEST_F(Stop, WritesThePictureWithTrueSampleCounts) {
   }
 }
 
-// A finished bucket of a stopped frame has the same bits as in the whole frame.
+// A finished bucket of a stopped frame must have the same bits as in the whole frame.
 TEST_F(Stop, FinishedPixelsEqualThoseOfTheWholeFrame) {
   const Words frame = {"--bucket-size", "8", "--spp", "32", "--size", "1024x1024"};
   Process process(endless(frame), {.folder = folder_.path()});
@@ -105,8 +105,8 @@ TEST_F(Stop, FinishedPixelsEqualThoseOfTheWholeFrame) {
   EXPECT_EQ(first_difference(read_exr(path("out.exr")), stopped), "");
 }
 
-// A time limit is not an error: exit code 0 with a partial frame, and every pixel has a stop
-// reason.
+// A time limit is not an error: the exit code is 0 although the frame is partial, and every pixel
+// has a stop reason.
 TEST_F(Stop, AtTheTimeLimit) {
   const double cores = std::thread::hardware_concurrency();
   for (const char* driver : {"bucket", "bisection"}) {
@@ -154,7 +154,7 @@ TEST_F(Stop, StrictFailsForBlackPixelsAlone) {
   EXPECT_EQ(read_json("r.json")["exit_code"], 1);
   EXPECT_EQ(state_of(read_exr(path("out.exr"))).first, "false") << "the picture is written";
   EXPECT_EQ(frame({"--driver", "adaptive"}).exit_code, 0);
-  // A frame that can be resumed asks for that, as without --strict.
+  // If the frame can be resumed, the exit code says so, as without --strict.
   EXPECT_EQ(frame({"--resume"}).exit_code, 130);
 }
 
@@ -168,8 +168,8 @@ TEST_F(Stop, AProgressiveFrameHasNoHoles) {
   EXPECT_EQ(result.exit_code, 130) << result.describe();
   EXPECT_LT(result.stop_cpu_s, 2.0 * kSanitizerSlowdown);
   EXPECT_EQ(read_json("r.json")["stop_cause"], "user");
-  // The scene has no sky: alpha is 1 where a ray hits floor or lamp, and the picture's middle is
-  // floor.
+  // The scene has no sky, so alpha is 1 only where a ray hits floor or lamp. The picture's middle
+  // shows the floor.
   const ExrPicture picture = read_exr(path("out.exr"));
   for (int x = 0; x < 512; ++x) ASSERT_GT(picture.at("A", x, 350), 0.0f) << x;
 }
@@ -211,13 +211,13 @@ TEST_F(Stop, ASecondSignalEndsAtOnceAndLeavesNothing) {
   EXPECT_EQ(read_bytes(path("out.exr")).size(), 23u);
 }
 
-// A farm may kill without warning. The next run of the frame removes leftovers, but not those of a
-// living run.
+// A farm may kill a run without warning. The next run of the frame removes its temporary files, but
+// not those of a living run.
 TEST_F(Stop, NextRunRemovesFilesOfKilledRuns) {
   Process living(endless({"-o", path("out.png")}), {.folder = folder_.path()});
   ASSERT_TRUE(living.wait_until_busy(kRendering, 0.1 * kSanitizerSlowdown))
       << living.error_so_far();
-  living.send(SIGSTOP);  // it lives, but takes no time from the others
+  living.send(SIGSTOP);  // so that it takes no processor time from the others
   const Words in_use = files();
   for (int i = 0; i < 2; ++i) {
     Process killed(endless({"-o", path("out.png")}), {.folder = folder_.path()});
@@ -238,7 +238,7 @@ TEST_F(Stop, NextRunRemovesFilesOfKilledRuns) {
   EXPECT_EQ(read_exr(path("out.exr")).data.width(), 1024);
 }
 
-// The kernel repeats SIGXCPU every second until the hard limit kills.
+// The kernel repeats SIGXCPU every second until the process reaches the hard limit and is killed.
 TEST_F(Stop, ToleratesRepeatedProcessorTimeSignals) {
   Process process(endless({"--size", "512x512"}), {.folder = folder_.path()});
   ASSERT_TRUE(process.wait_until_busy(kRendering, 0.2 * kSanitizerSlowdown));
@@ -251,7 +251,7 @@ TEST_F(Stop, ToleratesRepeatedProcessorTimeSignals) {
 TEST_F(Stop, AnIgnoredSignalStaysIgnored) {
   for (const int signal : {SIGHUP, SIGQUIT}) {
     SCOPED_TRACE(signal);
-    // A frame so small that a stop would take a tenth of the time that is waited for.
+    // The frame is so small that stopping would take a tenth of the time for which the test waits.
     Process process(endless({"--size", "128x128", "--spp", "1000000", "--bucket-size", "16"}),
                     {.folder = folder_.path(), .ignored_signal = signal});
     ASSERT_TRUE(process.wait_until_busy(kRendering, 0.2 * kSanitizerSlowdown));

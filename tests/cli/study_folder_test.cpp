@@ -1,4 +1,5 @@
-// The folder of `emberline study`: which files belong to it, what it resumes and what it refuses.
+// The folder of `emberline study`: which files in it belong to the study, which studies are resumed
+// and which folders are refused.
 #include <fcntl.h>
 #include <sys/file.h>
 #include <unistd.h>
@@ -27,7 +28,7 @@ TEST_F(Study, AFolderHoldsOneStudy) {
   EXPECT_EQ(rows("s").size(), 4u);
 }
 
-// --restart replaces only files that the study made.
+// --restart replaces only files that the study has written.
 TEST_F(Study, RestartKeepsForeignFiles) {
   const Words bucket = {"--drivers", "bucket"}, other = {"--spp", "1,2", "--restart"};
   study(study_words("s", bucket));
@@ -45,7 +46,7 @@ TEST_F(Study, RestartKeepsForeignFiles) {
 
 TEST_F(Study, ForeignFolderIsRefused) {
   scene();
-  // Refused even if a file has one of our names.
+  // The folder is refused even if the file in it has one of our names.
   for (const char* name : {"settings.json", "runs/a.json", ".hidden", "study.csv"}) {
     const std::string folder = std::string("of_") + std::filesystem::path(name).stem().string();
     write(folder + "/" + name, "{\"key\": \"theirs\"}");
@@ -56,12 +57,12 @@ TEST_F(Study, ForeignFolderIsRefused) {
     expect_failure({"study", "--convergence", "--seeds", "3", "-o", path(folder)}, 2,
                    {path(folder), "emberline-study.json"});
   }
-  // Next to a study: a file with the name of a future output.
+  // A file in a study's folder with the name of a future output is not replaced.
   study(study_words("s", {"--drivers", "bucket"}));
   write("s/pictures/bisection-sobol.exr", "irreplaceable");
   expect_failure(study_words("s", {"--drivers", "bisection"}), 2,
                  {path("s/pictures/bisection-sobol.exr"), "move it away"});
-  // Links that lead out of the folder.
+  // Links that lead out of the folder are not followed.
   std::filesystem::create_directories(path("elsewhere"));
   std::filesystem::create_directories(path("linked"));
   std::filesystem::copy(path("s/emberline-study.json"), path("linked/emberline-study.json"));
@@ -77,7 +78,7 @@ TEST_F(Study, ForeignFolderIsRefused) {
   expect_failure(study_words("dangling"), 1, {path("dangling"), "cannot create the folder"});
 }
 
-// Locks the folder as another run does while it writes.
+// The test locks the folder as another run does while it writes.
 TEST_F(Study, FolderInUseIsRefused) {
   const Words bucket = {"--drivers", "bucket"};
   study(study_words("s", bucket));
@@ -95,7 +96,7 @@ TEST_F(Study, FolderInUseIsRefused) {
   study(study_words("s", bucket));
 }
 
-// A folder from another user, whose list names files outside it.
+// The folder comes from another user, and its list names files outside it.
 TEST_F(Study, ForgedFileListRemovesNothing) {
   study(study_words("s", {"--drivers", "bucket"}));
   write("precious.txt", "irreplaceable");

@@ -52,7 +52,7 @@ TEST_F(Study, RunsEveryDriverAndEstimatorAndWritesAllFiles) {
   EXPECT_NE(read_text(path("s/study.html")).find("bisection"), std::string::npos);
 }
 
-// Estimates exist for each round's picture and for the finished frame.
+// There are estimates for each round's picture and for the finished frame.
 TEST_F(Study, ListsEstimatedAndTrueErrors) {
   study(study_words("s", {"--drivers", "adaptive", "--spp", "4,64", "--size", "48x32",
                           "--reference-spp", "1024"}));
@@ -77,7 +77,7 @@ TEST_F(Study, ListsEstimatedAndTrueErrors) {
   }
 }
 
-// Raw methods have the same figures as in a study without denoised ones; denoised methods also
+// Raw methods have the same numbers as in a study without denoised methods. Denoised methods also
 // report the filter's cost.
 TEST_F(Study, ComparesDenoisedAndRawPictures) {
   const Words words = {"--drivers", "bucket,adaptive", "--spp",           "16,64",
@@ -116,7 +116,8 @@ TEST_F(Study, ComparesDenoisedAndRawPictures) {
   EXPECT_NE(read_text(path("s/study.html")).find("Denoising"), std::string::npos);
 }
 
-// Law 2: equal samples give equal bits, and so equal errors to the last digit.
+// Law 2: equal samples result in equal bits, and therefore in errors that are equal to the last
+// digit.
 TEST_F(Study, UniformDriversHaveEqualErrorsAtEqualSamples) {
   study(study_words("s", {"--drivers", "bucket,bisection", "--spp", "1,2,4,8"}));
   const std::vector<Row> list = contents("s");
@@ -128,7 +129,8 @@ TEST_F(Study, UniformDriversHaveEqualErrorsAtEqualSamples) {
   }
 }
 
-// Within a pass, after the part of at most 4096 samples that exhausts the budget.
+// A checkpoint is taken within a pass, after the part of at most 4096 samples that exhausts the
+// budget.
 TEST_F(Study, CheckpointsAreTakenWhenTheirBudgetIsSpent) {
   study(study_words("s", {"--drivers", "bisection", "--size", "64x64", "--spp", "20,25,50,64",
                           "--seeds", "1", "--reference-spp", "64"}));
@@ -139,7 +141,7 @@ TEST_F(Study, CheckpointsAreTakenWhenTheirBudgetIsSpent) {
   }
 }
 
-// With a given reference, the figures match `emberline compare`.
+// With a given reference, the numbers match those of `emberline compare`.
 TEST_F(Study, UsesAGivenReference) {
   render(render_words({"--spp", "256", "-o", path("ref.exr"), "--seed", "99"}));
   study(study_words("s", {"--reference", path("ref.exr"), "--drivers", "bucket,adaptive"}));
@@ -196,7 +198,7 @@ TEST_F(Study, ListsFailedMethods) {
                  {"no method is possible", "stratified"});
 }
 
-// SIGKILL during the study, so that no signal handler runs.
+// Kills the study with SIGKILL, so that no signal handler runs.
 TEST_F(Study, ResumesToTheSameBitsAfterAKill) {
   const Words more = {"--spp",   "1,4,128", "--size",          "24x16",
                       "--seeds", "4",       "--reference-spp", "128"};

@@ -1,4 +1,5 @@
-// --texture-memory: textures in a file instead of memory give the same picture.
+// --texture-memory, which keeps textures in a file instead of memory. The picture must stay the
+// same.
 #include <algorithm>
 #include <csignal>
 #include <cstdint>
@@ -15,10 +16,10 @@ namespace {
 
 class TextureMemory : public CommandTest {
  protected:
-  static constexpr int kSide = 250;                              // no multiple of the tile size
-  static constexpr uint64_t kMap = uint64_t(3) * kSide * kSide;  // bytes
+  static constexpr int kSide = 250;                              // not a multiple of the tile size
+  static constexpr uint64_t kMap = uint64_t(3) * kSide * kSide;  // bytes per map
 
-  // A floor and a lamp with three noise maps between them, one a normal map.
+  // A floor and a lamp that use three noise maps, one of them a normal map.
   std::string textured() {
     GltfBuilder gltf = lamp_scene();
     uint32_t state = 1;
@@ -60,7 +61,7 @@ TEST_F(TextureMemory, ThePictureHasTheSameBits) {
   }
 }
 
-// Two maps are in memory before the third exceeds the limit; all three then go to the file.
+// Two maps are in memory before the third exceeds the limit. All three are then moved to the file.
 TEST_F(TextureMemory, LimitsAllTexturesTogether) {
   const auto in_file = [&](uint64_t limit) {
     picture({"--texture-memory", std::to_string(limit)});
@@ -70,7 +71,7 @@ TEST_F(TextureMemory, LimitsAllTexturesTogether) {
   EXPECT_EQ(in_file(3 * kMap - 1), 3 * kMap);
 }
 
-// Textures in the file do not count for --memory-limit.
+// Textures in the file do not count towards --memory-limit.
 TEST_F(TextureMemory, DoesNotCountAgainstTheMemoryLimit) {
   const auto reserved = [&](const Words& more) {
     picture(Words{"--threads", "1"} + more);
@@ -86,7 +87,8 @@ TEST_F(TextureMemory, UnusableTemporaryFolderIsReported) {
   // Simulates a full disk by limiting the size of files.
   expect_failure(words, 1, {"cannot hold textures", "File too large"},
                  {.environment = {{"TMPDIR", folder_.path()}}, .file_size_limit = kMap / 2});
-  // The file holds only one of two maps that were moved to it; the third map retries with the rest.
+  // The file has space for only one of the two maps to be moved. When the third map is loaded, the
+  // rest is tried again.
   const Words some = {"render", textured(),         "-o",  path("no.exr"), "--threads",
                       "1",      "--texture-memory", "300K"};
   expect_failure(some, 1, {"cannot hold textures", "File too large"},

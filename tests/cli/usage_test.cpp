@@ -1,5 +1,5 @@
-// Wrong command lines: exit code 2, one line that names the option and what is valid; no file
-// changed.
+// Wrong command lines: exit code 2, one line that names the option and the valid values, and no
+// file changed.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -16,15 +16,15 @@ class Usage : public CommandTest {};
 struct WrongValue {
   const char* option;
   Words values;
-  Words message_parts;  // expected beside the option's name
-  Words with = {};      // further options that the value needs to be checked
+  Words message_parts;  // expected in the message in addition to the option's name
+  Words with = {};      // other options, without which the value would not be checked
 };
 
 // One row per option of `render` that takes a value, so that a new option without a row fails
 // EveryOptionHasARow below.
 const std::vector<WrongValue>& wrong_values() {
-  // Text that is not a number is tested in full on one whole and one real option; the others share
-  // their parser.
+  // All of these texts, which are not numbers, are tested with one integer and one real option. The
+  // other options use the same parser.
   static const Words kNotANumber = {"", "abc", "nan", "inf", "4x", "0x10", "1e999", " 4", "+-4"};
   static const auto numbers = [](const Words& more) { return Words{"nan"} + more; };
   static const Words kAdaptive = {"--driver", "adaptive"};
@@ -203,7 +203,7 @@ const std::vector<WrongValue>& wrong_values() {
       {"--sample-range", {"4-4", "5-4", "0-16777217", "4", "-1-4"}, {"A-B"}},
       {"--sample-range", {"0-4"}, {"--spp"}},
       {"--sample-range", {"0-4"}, {"--seed"}, kAdaptive},
-      // Free text: any file name is accepted here and checked later.
+      // Any file name is accepted when options are parsed, and checked later.
       {"--env", {}, {}},
       {"--edits", {}, {}},
       {"--settings", {}, {}},
@@ -218,17 +218,18 @@ const std::vector<WrongValue>& wrong_values() {
   return rows;
 }
 
-// The name that messages use.
+// Returns the name of the option that messages use.
 std::string option_in_messages(const std::string& option) {
   return option == "--output" || option == "--difference" ? "-o" : option;
 }
 
 struct HelpedOption {
-  std::string name;  // the long one
+  std::string name;  // the long name
   bool has_value;
 };
 
-// The options that --help-all lists: "  -o, --output FILE", while texts are indented further.
+// Returns the options that --help-all lists, in lines such as "  -o, --output FILE". Lines with
+// help texts are indented further.
 std::vector<HelpedOption> options_in(const std::string& help) {
   std::vector<HelpedOption> options;
   std::istringstream lines(help);
@@ -267,7 +268,7 @@ TEST_F(Usage, EveryOptionHasARow) {
   }
 }
 
-// Scripts pass --env "$UNSET". Checks every option of every command.
+// Scripts may pass --env "$UNSET". Checks every option of every command.
 TEST_F(Usage, EmptyValuesAreRefused) {
   write("a.exr", "");
   const Words commands[] = {render_words(),
@@ -392,7 +393,7 @@ TEST_F(Usage, HelpAndVersion) {
   }
 }
 
-// The longest line counts, too, since terminals break it.
+// Checks the length of lines, too, since a terminal wraps long ones.
 TEST_F(Usage, HelpFitsOnAScreen) {
   for (const char* command : {"render", "view", "session", "info", "show", "heatmap", "explain",
                               "compare", "denoise", "extend", "merge", "farm", "study", "help"}) {

@@ -1,4 +1,4 @@
-// --variant: the materials of one of the file's variants.
+// --variant, which selects the materials of one of the file's variants.
 #include "cli/command_test.h"
 
 #include <nlohmann/json.hpp>
@@ -8,7 +8,7 @@ namespace {
 
 class VariantOption : public CommandTest {
  protected:
-  // lamp_scene(), whose floor is green in "meadow" and whose lamp is dim at "night".
+  // lamp_scene(), with a green floor in the variant "meadow" and a dim lamp in "night".
   GltfBuilder varied() {
     GltfBuilder gltf = lamp_scene();
     gltf.root["extensionsUsed"] = {"KHR_materials_variants"};

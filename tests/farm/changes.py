@@ -21,7 +21,7 @@ from records import parsed_file
 SIZE = ["--size", "48x36"]
 FRAME = ["--bucket-size", "6", "--threads", "2", "--quiet", *CHANNELS]
 RESUME = ["--resume", "--checkpoint", "c", "--checkpoint-interval", "0.1", "--report", "report.json"]
-# More settings of the first run; of the second run; what the refusal names (nothing if it is accepted).
+# Name; additional settings of the first run; of the second run; what the refusal must name (nothing: it is accepted).
 SETTINGS = (
     ("other spp", "--spp 256", "--spp 255", ["--spp: 256 (now 255)"]),
     ("no spp", "--spp 256", "", ["--spp: 256 (now"]),
@@ -71,7 +71,7 @@ SETTINGS = (
 
 
 def replaced(first, second):
-    """Joins both lists. Of an option that may occur only once, the second list's value counts."""
+    """Joins both lists. If an option may occur only once, the second list's value is used."""
     words, options = [*first, *second], {}
     for word in words:
         if re.match(r"--?[a-z]", word):
@@ -86,8 +86,8 @@ def replaced(first, second):
 
 
 def stop(farm, case, folder, settings, scene, seconds=0.05):
-    """Runs until it is stopped in mid-frame, with more time if nothing was saved. Returns whether there is a
-    checkpoint."""
+    """Runs until the time limit stops it in mid-frame; tries again with more time if nothing was saved. Returns whether
+    there is a checkpoint."""
     command = [*SIZE, *FRAME, *settings, *RESUME]
     run = farm.run(folder, replaced(command, ["--time-limit", f"{seconds}"]), scene=scene)
     if run.code == EXIT_STOPPED and not parsed_file((folder / "c").read_bytes())[1]:
@@ -125,7 +125,7 @@ def png(width, height, color):
 
 
 def write_scene(folder, name="scene.gltf"):
-    """Writes an emissive, textured rectangle with external buffer and image."""
+    """Writes a scene with an emissive, textured rectangle, whose buffer and image are separate files."""
     points = [(-2, -2, -3), (2, -2, -3), (2, 2, -3), (-2, 2, -3)]
     data = b"".join(struct.pack("<3f", *p) for p in points)
     data += b"".join(struct.pack("<2f", *p) for p in ((0, 0), (1, 0), (1, 1), (0, 1)))
@@ -149,7 +149,7 @@ def write_scene(folder, name="scene.gltf"):
 
 
 def files(farm):
-    """Changes to the scene and its files, a moved scene, a changed environment."""
+    """Changes the scene and its files, moves the scene, changes the environment."""
 
     def scene_edited(folder):
         text = (folder / "scene.gltf").read_text()
@@ -230,7 +230,7 @@ def environment_of_edits(farm):
 
 
 def many_light_groups(farm):
-    """A checkpoint holds the light of each of many groups."""
+    """A checkpoint contains the light of each of many groups."""
     for driver in ("bisection", "adaptive", "bucket"):
         case = f"many light groups of {driver}"
         if not farm.is_selected(case):

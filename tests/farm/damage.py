@@ -18,11 +18,11 @@ from farm import CHANNELS, DRIVERS, EXIT_INPUT, SANITIZED, Farm, contents, pixel
 FRAME = ["--size", "16x12", "--bucket-size", "8", "--spp", "4", "--threads", "1", "--quiet", *CHANNELS]
 CHECKPOINT = "the.checkpoint"
 RESUME = ["--resume", "--checkpoint", CHECKPOINT]
-SECONDS = 600 if SANITIZED else 60  # wall-clock time: machines may be busy
+SECONDS = 600 if SANITIZED else 60  # wall-clock time, so long because machines may be busy
 
 
 class Checkpoints:
-    """One driver's checkpoint of an unfinished frame, so that there is work to resume."""
+    """One driver's checkpoint. Its frame is unfinished, so that there is work to resume."""
 
     def __init__(self, farm, driver):
         self.farm, self.driver = farm, driver
@@ -51,7 +51,7 @@ class Checkpoints:
 
 
 def lengths(data, stride):
-    """The lengths to which a file is cut."""
+    """Returns the lengths to which a file is cut."""
     head, found = records.parsed_file(data)
     head_end = records.FILE_START + len(head)
     chosen = {*range(records.FILE_START + 2), *range(0, len(data), stride), head_end - 1, head_end}

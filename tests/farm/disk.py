@@ -18,7 +18,7 @@ from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, 
                   earlier_samples, pixels, report_of, signal)
 
 FRAME = ["--size", "96x72", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 0.7  # of work for each of two threads, on any machine: seven intervals
+SECONDS = 0.7  # each of two threads works this long on any machine, for seven checkpoint intervals
 REPORT = ["--report", "report.json"]
 
 
@@ -36,14 +36,14 @@ def warnings(run):
 
 
 def check_warned(farm, run, folder, expected, case, file, stray=()):
-    """The frame is done, with one warning that names the file."""
+    """Checks that the frame is done, with one warning that names the file."""
     farm.check_done(run, folder, expected, case, {"report.json", *stray})
     warning_lines = warnings(run)
     farm.check(len(warning_lines) == 1 and file in warning_lines[0], case, f"should warn once, of {file}: {run}")
 
 
 def check_resumes(farm, driver, folder, file, expected, case):
-    """A run can resume what the failing run left, or starts from nothing."""
+    """Checks that a run resumes what the failing run left, or starts from nothing."""
     run = farm.run(folder, [*settings_of(farm, driver), *resume(file)])
     farm.check_done(run, folder, expected, case + ", gone on", {"report.json"})
 
@@ -62,7 +62,7 @@ def failing_calls(farm, drivers):
         else:
             kinds = ("rename", "half,pwrite", "fsync", "pwrite", "pwrite,fsync,rename")
         for calls in kinds if LONG else kinds[:2]:
-            # A few calls begin the file. Calls of these kinds then come only a few times a second.
+            # The first few calls begin the file. After that, calls of these kinds come only a few times a second.
             few = calls in ("fsync", "fdatasync", "rename")
             failures = ((errno.EIO, 2 if few else 4), (errno.ENOSPC, 3 if few else 7))
             for error, after in failures if LONG or calls == kinds[0] else failures[:1]:
@@ -79,7 +79,7 @@ def failing_calls(farm, drivers):
                 check_warned(farm, run, folder, expected, case, "kept/c")
                 if error != errno.EIO:
                     continue
-                # The same, but killed before its end: what the broken disk kept can be resumed.
+                # If the run is also killed before its end, the next run can resume what the broken disk kept.
                 folder = farm.folder(case)
                 (folder / "kept").mkdir()
                 process = farm.start(folder, [*settings_of(farm, driver), *resume("kept/c")], environment=broken)
@@ -91,7 +91,7 @@ def failing_calls(farm, drivers):
 
 
 def failing_products(farm, library):
-    """If the checkpoint is the run's result, a failing disk fails the run and leaves existing files unchanged."""
+    """If the checkpoint is the run's result, a failing disk makes the run fail and leaves existing files unchanged."""
     def broken(path, calls, after):
         return {"LD_PRELOAD": str(library), "BROKEN_PATH": path, "BROKEN_CALLS": calls, "BROKEN_AFTER": str(after),
                 "ASAN_OPTIONS": os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"}
@@ -102,7 +102,7 @@ def failing_products(farm, library):
         if farm.is_selected(case):
             folder = farm.folder(case)
             run = farm.run(folder, [*settings, "--part", "1/2"], environment=broken(".part-1-of-2", calls, after))
-            # A failed save during the frame is a warning; there is none if the frame ends before the first save.
+            # A failed save during the frame causes a warning. There is none if the frame ends before the first save.
             farm.check(run.code == EXIT_RENDER_FAILED and len(warnings(run)) <= 1 and
                        "has this part" not in run.err, case, f"should fail: {run}")
             shutil.rmtree(folder)
@@ -130,7 +130,7 @@ def failing_products(farm, library):
 
 
 def lost_picture(farm, driver):
-    """The picture cannot be written at the end: the frame must be in the checkpoint."""
+    """If the picture cannot be written at the end, the frame must be in the checkpoint."""
     case = f"lost picture of {driver}"
     if not farm.is_selected(case):
         return
@@ -150,7 +150,7 @@ def lost_picture(farm, driver):
 
 
 def full_disk(farm, driver):
-    """A file system of 64 KiB: the checkpoint is begun, but soon there is no space."""
+    """On a file system of 64 KiB, the checkpoint is begun, but soon there is no space."""
     case = f"full disk of {driver}"
     if not farm.is_selected(case):
         return
@@ -201,7 +201,7 @@ def lost_folder(farm, driver, what, damage, back):
 
 def lost_folders(farm, driver):
     def remove(kept):
-        while kept.exists():  # new files may appear meanwhile
+        while kept.exists():  # because new files may appear meanwhile
             shutil.rmtree(kept, ignore_errors=True)
 
     lost_folder(farm, driver, "removed folder", remove, lambda kept: None)
@@ -243,7 +243,7 @@ def lost_folders(farm, driver):
 
 
 def concurrent_runs(farm, driver):
-    """The second run refuses, and the first is not disturbed. If both begin at the same moment, at most one keeps the
+    """The second run refuses and does not disturb the first. If both begin at the same moment, at most one keeps the
     checkpoint's name."""
     case = f"twice at once of {driver}"
     if not farm.is_selected(case):
@@ -261,7 +261,7 @@ def concurrent_runs(farm, driver):
         farm.check(second.code == EXIT_RENDER_FAILED and len(second.err.splitlines()) == 1 and
                    second.err.startswith("emberline: error: ") and "c: another run is using it" in second.err, case,
                    f"the second should refuse: {second}")
-    # Without --resume it would start the file afresh.
+    # Without --resume the second run would start a new file.
     second = farm.run(folder, [*settings_of(farm, driver), "--checkpoint", "c", "--quiet"])
     farm.check(second.code == EXIT_RENDER_FAILED and "another run is using it" in second.err, case,
                f"the second should refuse without --resume, too: {second}")
@@ -273,7 +273,7 @@ def simultaneous_starts(farm, driver):
     case = f"same moment of {driver}"
     if not farm.is_selected(case):
         return
-    settings = settings_of(farm, driver, SECONDS / 2)  # on one thread
+    settings = settings_of(farm, driver, SECONDS / 2)  # because each run has one thread
     expected, _ = farm.reference(settings)
     both = 0
     times = 4 if LONG else 2
@@ -290,7 +290,7 @@ def simultaneous_starts(farm, driver):
 
 
 def unusable_paths(farm):
-    """Names that cannot be used for a checkpoint: one line, exit 1 or 2, nothing written."""
+    """A name that cannot be used for a checkpoint causes one line and exit code 1 or 2, and nothing is written."""
     small = ["--size", "16x12", "--spp", "1", "--threads", "1", "--quiet"]
     for resumed in (["--resume"], []):
         for what, path in (("a folder", "folder"), ("a folder with a slash", "folder/"), ("no folder", "absent/c"),
@@ -320,7 +320,7 @@ def unusable_paths(farm):
             env = ["--env", "env.hdr"] if "environment" in what else []
             run = farm.run(folder, [*small, *REPORT, *env, *resumed, "--checkpoint", path], scene="scene.glb",
                            timeout=10)
-            if what == "nothing" and run.code == EXIT_DONE:  # treated as not given
+            if what == "nothing" and run.code == EXIT_DONE:  # an empty name counts as not given
                 continue
             farm.check_refused(run, folder, before, case, {EXIT_RENDER_FAILED, EXIT_USAGE})
 

@@ -46,14 +46,14 @@ def at_once(farm):
         farm.check_done(run, folder, expected, case, FILES)
         if name != "bisection":
             continue
-        # A whole-frame film that is stopped at once keeps its samples.
+        # An extension that is stopped at once must not lose samples of a film of the whole frame.
         run = extend(farm, folder, "--spp", "5000", "--quiet", "--time-limit", "0.01", "--report", "report.json").wait()
         samples = report_of(folder)["samples"]
         farm.check(samples["min"] >= 20, case, f"a pixel has lost samples: {samples}")
 
 
 def interrupted(farm):
-    """Killed and stopped repeatedly: the old picture stays until it is replaced by the new one."""
+    """Extensions are killed and stopped repeatedly; the old picture stays until the new one replaces it."""
     for name in ("bucket", "bisection"):
         case = f"{name} kills"
         if not farm.is_selected(case):

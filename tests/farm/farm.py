@@ -1,5 +1,5 @@
-"""Shared by the tests of tests/farm: runs the program, hashes pictures and folders, and prints failures with their
-replay."""
+"""Code shared by the tests in tests/farm: runs the program, hashes pictures and folders, and prints failures and how to
+repeat them."""
 
 import argparse
 import hashlib
@@ -18,23 +18,23 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "invariance"))
 from frame_bits import chunks  # noqa: E402
 
-# Every channel with reproducible bits ("time" has none).
+# Every channel with reproducible bits, so without "time".
 CHANNELS = ["--aov", "variance,albedo,N,Z,velocity,id,stop"]
-# A sanitized program is slow, starts slowly, and maps terabytes that it never uses.
+# A sanitized program runs and starts slowly, and maps terabytes that it never uses.
 SANITIZED = bool(os.environ.get("EMBERLINE_SANITIZE"))
-# Every case, for ci/nightly.sh. ctest runs those that find a fault of any driver.
+# Whether to run every case, for ci/nightly.sh. ctest runs enough of them to find a fault in any driver.
 LONG = bool(os.environ.get("EMBERLINE_LONG_TESTS"))
 DRIVERS = ("bucket", "bisection", "adaptive")
 EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, EXIT_INPUT, EXIT_STOPPED = 0, 1, 2, 3, 130
 
 
 def pixels(path):
-    """A hash of an EXR's pixels, independent of its header and the order of its tiles."""
+    """Returns a hash of an EXR's pixels that does not depend on its header or the order of its tiles."""
     return hashlib.sha256(b"".join(chunks(pathlib.Path(path).read_bytes()))).hexdigest()
 
 
 def contents(folder):
-    """The files in a folder: a hash for each name."""
+    """Returns a hash for each file name in a folder."""
     found = {}
     for path in sorted(pathlib.Path(folder).rglob("*")):
         if path.is_file():
@@ -43,7 +43,7 @@ def contents(folder):
 
 
 def largest_child():
-    """Peak memory in bytes of the largest process that has ended so far."""
+    """Returns the peak memory in bytes of the largest process that has ended so far."""
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024
 
 
@@ -94,7 +94,7 @@ class Process:
         return Run(self.process.returncode, *texts, seconds, hung)
 
     def wait_until(self, happened, timeout=60):
-        """Waits until it has happened or the process has ended; returns whether it has happened."""
+        """Waits until happened() or the process has ended. Returns whether it has happened."""
         end = time.monotonic() + timeout
         while not happened():
             if not self.running() or time.monotonic() > end:
@@ -104,7 +104,8 @@ class Process:
 
 
     def work(self, seconds):
-        """Waits until it has used this much more processor time, which does not depend on other load, or has ended."""
+        """Waits until the process has used this much more processor time, which does not depend on other load, or has
+        ended."""
         end = self.cpu_seconds() + seconds
         self.wait_until(lambda: self.cpu_seconds() >= end)
 
@@ -163,8 +164,8 @@ class Farm:
         return self.start(folder, settings, **more).wait(timeout)
 
     def reference(self, settings, scene=None):
-        """The pixels of an undisturbed run without a checkpoint, and the seconds that two threads work on it; cached.
-        Measured as processor time, which does not depend on other load."""
+        """Returns the pixels of an undisturbed run without a checkpoint, and the seconds for which two threads work on
+        it, measured as processor time, which does not depend on other load. Cached."""
         key = (*map(str, settings), str(scene))
         if key not in self.references:
             folder = self.folder(f"reference {len(self.references)}")
@@ -179,8 +180,8 @@ class Farm:
         return self.references[key]
 
     def samples_for(self, seconds, settings):
-        """Samples per pixel that occupy two threads for at least this long on this machine. Measured as processor time,
-        which does not depend on other load."""
+        """Returns the samples per pixel that occupy two threads for at least this long on this machine, measured as
+        processor time, which does not depend on other load."""
         key = (*map(str, settings), "samples")
         if key not in self.references:
             folder, probe = self.folder("probe"), 16
@@ -193,7 +194,7 @@ class Farm:
         return self.references[key]
 
     def check(self, held, case, what, replay=""):
-        """Counts a check; prints a failure and how to repeat it."""
+        """Counts a check. If it has failed, prints that and how to repeat it."""
         self.cases += 1
         if not held:
             self.failures.append(case)
@@ -203,7 +204,7 @@ class Farm:
         return held
 
     def check_done(self, run, folder, expected, case, allowed=(), replay=""):
-        """Exit 0, the right bits, and no files other than the output and those allowed."""
+        """Checks for exit code 0, the right bits, and no files other than the output and those allowed."""
         ok = self.check(run.code == EXIT_DONE, case, f"should be done: {run}", replay)
         if not ok:
             return False
@@ -213,7 +214,7 @@ class Farm:
         return self.check(not stray, case, f"stray files: {stray}", replay) and ok
 
     def check_refused(self, run, folder, before, case, codes, names=(), replay=""):
-        """One line on stderr that contains each name, and an unchanged folder."""
+        """Checks for one line on stderr that contains each name, and for an unchanged folder."""
         lines = run.err.splitlines()
         ok = self.check(run.code in codes, case, f"should be refused with exit {codes}: {run}", replay)
         ok &= self.check(len(lines) == 1 and run.err.startswith("emberline: error: ") and not run.out, case,

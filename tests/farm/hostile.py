@@ -22,19 +22,19 @@ FRAME = ["--size", "16x12", "--bucket-size", "8", "--spp", "4", "--threads", "1"
 SETTINGS = {"bucket": (), "bucket streams": ("--streams", "2"), "bisection": (), "bisection lights": ("--light-groups",),
             "adaptive": ("--spp", "16"), "adaptive unbiased": ("--spp", "16", "--unbiased"),
             "adaptive streams": ("--spp", "16", "--streams", "2"),
-            # Stopped in mid-frame by the clock, so that the driver has unfinished plans.
+            # A time limit stops these in mid-frame, so that the driver has unfinished plans.
             "bisection stopped": ("--spp", "200"), "adaptive stopped": ("--spp", "200"),
             "adaptive threshold stopped": ("--noise-threshold", "0.002", "--max-spp", "300")}
 CHECKPOINT = "the.checkpoint"
-SECONDS = 600 if SANITIZED else 60  # wall-clock time: machines may be busy
-MEMORY = (3 << 30) if SANITIZED else (400 << 20)  # limit for the process, which needs 20 MiB
-ADDRESSES = None if SANITIZED else 4 << 30  # address space, in case it is unbounded
+SECONDS = 600 if SANITIZED else 60  # wall-clock time, so long because machines may be busy
+MEMORY = (3 << 30) if SANITIZED else (400 << 20)  # the process needs 20 MiB and must not exceed this
+ADDRESSES = None if SANITIZED else 4 << 30  # limit of the address space, in case memory use is unbounded
 LONGEST_LINE = 20000
 NAN, INFINITY = struct.pack("<f", float("nan")), struct.pack("<f", float("inf"))
 
 
 def heads(head):
-    """Names and texts of headers."""
+    """Yields names and texts of headers."""
     good = json.loads(head)
 
     def changed(**members):
@@ -73,7 +73,7 @@ def heads(head):
 
 
 def starts(head, tail):
-    """Files with odd first bytes."""
+    """Yields names and contents of files with odd first bytes."""
     yield "format 0", file_start(head, form=0) + tail
     yield "format 2^32-1", file_start(head, form=(1 << 32) - 1) + tail
     yield "a head of 2^32-1 bytes", file_start(head, size=(1 << 32) - 1) + tail
@@ -85,7 +85,7 @@ def starts(head, tail):
 
 
 def odd_records(state):
-    """Lists of records that the program would never write."""
+    """Yields names and lists of records that the program would never write."""
     max_uint64 = (1 << 64) - 1
     for size in (0, 1, len(state) - 1, len(state) + 1, 1 << 20, 1 << 30, 1 << 32, 1 << 36, (1 << 36) + 1, 1 << 63, max_uint64):
         for kind, end in ((TILE, []), (BLOCK, [Record(END, 1, b"")])):
@@ -118,7 +118,7 @@ def mutated(state, dice):
     state = bytearray(state)
     for _ in range(dice.choice((1, 1, 1, 2, 8))):
         kind, at = dice.randrange(8), dice.randrange(len(state))
-        if dice.random() < 0.5:  # drivers' states and counters are at the end
+        if dice.random() < 0.5:  # aims at the end, where drivers' states and counters are
             at = max(0, len(state) - 1 - dice.randrange(min(len(state), 1200)))
         if kind == 0:
             state[at] ^= 1 << dice.randrange(8)
@@ -166,7 +166,7 @@ class Hostile:
         return b"".join(record.data for record in self.records)
 
     def mutation(self, dice):
-        """A complete file with a mutated state."""
+        """Returns a complete file with a mutated state."""
         if self.tiles:
             changed = [Record(TILE, record.number, record.data) for record in self.records]
             chosen = dice.choice(changed)
@@ -176,7 +176,7 @@ class Hostile:
         return packed_file(self.head, changed)
 
     def resume_from(self, case, data, right=False):
-        """Resumes from that file. `right`: if it is done, the bits must be right."""
+        """Resumes from a file with this data. `right`: if the run finishes, the bits must be right."""
         case = f"{self.name}: {case}"
         if not self.farm.is_selected(case):
             return
@@ -246,7 +246,7 @@ def main():
         for other in chosen.values():
             if other is not hostile:
                 hostile.resume_from(f"state of {other.name}", packed_file(hostile.head, other.records))
-        if name != "bisection":  # headers are read before the driver matters
+        if name != "bisection":  # not needed for every driver: headers are read before the driver matters
             for text, head in heads(hostile.head):
                 hostile.resume_from(f"head, {text}", packed_file(head, again), right=True)
             for text, data in starts(hostile.head, b"".join(record.to_bytes() for record in again)):

@@ -31,7 +31,7 @@ RESUME = ["--resume", "--checkpoint-interval", "0.1", "--bucket-size", "16", "--
 
 
 def kill(farm, process, folder, moment, seconds, dice):
-    """Kills the process at a moment of that kind. Returns the exit code, or the negative number of the signal."""
+    """Kills the process at a moment of this kind. Returns the exit code, or the negative number of the signal."""
     if moment == "start":
         time.sleep(dice.uniform(0, 0.06))
     elif moment == "middle":
@@ -44,8 +44,8 @@ def kill(farm, process, folder, moment, seconds, dice):
 
 
 def frame(farm, driver, number, most):
-    """Kills one frame at most `most` times. Returns how many kills were tried and how many landed, and whether the last
-    run had samples of earlier ones (None if none had rendered)."""
+    """Kills one frame at most `most` times. Returns how many kills were tried, how many hit a running process, and
+    whether the last run had samples from earlier ones (None if no earlier run had rendered)."""
     seed = farm.options.seed
     dice = random.Random(f"{seed} {driver} {number}")
     settings = [*FRAME, "--driver", driver, "--bucket-size", "16",

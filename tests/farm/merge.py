@@ -62,7 +62,7 @@ def tiles(farm):
 
 
 def ranges(farm):
-    """For each driver. Sums are added in another order, so floats may differ in the last bit."""
+    """Merges sample ranges of each driver. Sums are added in another order, so floats may differ in the last bit."""
     for driver in ("bucket", "bisection"):
         case = f"ranges {driver}"
         if not farm.is_selected(case):
@@ -79,14 +79,14 @@ def ranges(farm):
         farm.run(whole, [*settings, "--spp", "24", "--quiet"])
         if not farm.check(run.code == 0, case, f"should be done: {run}"):
             continue
-        # The largest difference by the program's own measure.
+        # Compares by the largest difference, as the program measures it.
         compared = Process([farm.program, "compare", "out.exr", whole / "out.exr", "--json"], folder).wait()
         farm.check(json.loads(compared.out)["max_abs"] < 1e-6, case, f"it is another picture: {compared.out}")
         print(f"{case}: {'the same bits' if pixels(folder / 'out.exr') == expected else 'other bits'}")
 
 
 def ranges_by_parts(farm):
-    """Both at once: two ranges with two parts each."""
+    """Merges two sample ranges that have two parts each."""
     case = "ranges by parts"
     if not farm.is_selected(case):
         return
@@ -102,8 +102,8 @@ def ranges_by_parts(farm):
 
 
 def seeds(farm):
-    """The mean of frames with other seeds, weighted by their samples, is the picture; its error estimate combines
-    theirs."""
+    """The merged picture is the mean of frames with different seeds, weighted by their samples; its error estimate
+    combines their estimates."""
     for driver in ("adaptive", "bucket"):
         case = f"seeds {driver}"
         if not farm.is_selected(case):
@@ -142,7 +142,7 @@ def refused(farm):
     damaged[len(damaged) * 2 // 3] ^= 4
     (folder / "damaged").write_bytes(damaged)
     (folder / "cut").write_bytes(damaged[: len(damaged) // 2])
-    # Two frames with a single film each; the second claims other light groups.
+    # Two frames with a single film each. The second claims other light groups.
     for seed in ("1", "2"):
         rendered(farm, folder, case, [*settings, "--driver", "bisection", "--light-groups", "--resumable", "--seed", seed],
                  output=f"lights{seed}.exr")
@@ -152,7 +152,7 @@ def refused(farm):
     farm.check(len(head["light layers"]) > 0, case, "no light groups")
     head["light layers"].pop()
     (folder / lights).write_bytes(packed_file(json.dumps(head), records))
-    # A few kilobytes that claim millions of buckets.
+    # Files of a few kilobytes that claim millions of buckets.
     head, records = parsed_file((folder / parts[0]).read_bytes())
     head = json.loads(head)
     for where in ("settings", "schedule"):
@@ -184,7 +184,7 @@ def refused(farm):
 
 
 def cannot_be_cut(farm):
-    """Samplers whose samples depend on their total number."""
+    """Sample ranges are refused for samplers whose samples depend on the total number of samples."""
     for sampler in ("stratified", "blue_noise", "hierarchical"):
         case = f"not cut {sampler}"
         if farm.is_selected(case):
@@ -214,7 +214,7 @@ def missing_samples(farm):
 
 
 def many_parts(farm):
-    """More parts than a process may have files open by default."""
+    """Merges more parts than the files that a process may have open by default."""
     case = "many parts"
     if not farm.is_selected(case):
         return
@@ -243,7 +243,7 @@ def holes(farm):
     report = report_of(folder)
     farm.check(report["samples"]["min"] == 0 and report["samples"]["total"] == 96 * 64 * 2 * 2 // 3, case,
                f"other counts: {report['samples']}")
-    # A part that is rendered again takes its old place; the remaining parts, and then all three, make the whole.
+    # A part that is rendered again replaces the old one. With the remaining parts, it forms the whole frame.
     rendered(farm, folder, case, [*settings, "--part", "3/3"])
     rendered(farm, folder, case, [*settings, "--part", "2/3"])
     expected, _ = farm.reference(settings)

@@ -22,7 +22,7 @@ from farm import CHANNELS, DRIVERS, EXIT_DONE, EXIT_STOPPED, Farm, contents, pix
 from frame_bits import chunks
 
 FRAME = ["--size", "96x72", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 0.4  # the least duration of a frame
+SECONDS = 0.4  # the shortest duration of a frame
 OUTPUTS = ["-o", "out.png", "-o", "out.jpg", "--heatmap", "heat.png", "--report", "report.json", "--report",
            "report.html", "--save-settings", "settings.json", "--progress-file", "progress.json", "--verbose"]
 RESULTS = {"out.exr", "out.png", "out.jpg", "heat.png", "report.json", "report.html", "settings.json", "progress.json"}
@@ -61,7 +61,7 @@ CHECKS = {".exr": check_exr, ".png": check_png, ".jpg": check_jpeg, ".html": che
 
 
 def find_damage(path):
-    """Why a file is incomplete; empty if it is complete."""
+    """Returns why a file is incomplete; empty if it is complete."""
     try:
         CHECKS[path.suffix](path.read_bytes())
     except (AssertionError, ValueError, KeyError, IndexError, struct.error, zlib.error) as error:
@@ -70,12 +70,12 @@ def find_damage(path):
 
 
 def read_log(process):
-    """The contents of stderr so far. The file position is shared with the program and must not change."""
+    """Returns the contents of stderr so far. Must not change the file position, which the program shares."""
     return os.pread(process.log[1].fileno(), 1 << 20, 0).decode(errors="replace")
 
 
 def write_times(folder):
-    """When the pictures and reports were written, at the end of a frame."""
+    """Returns when the outputs of a frame's end, pictures and reports, were written."""
     names = RESULTS - {"progress.json", "settings.json"}
     return {name: (folder / name).stat().st_mtime_ns for name in names if (folder / name).exists()}
 
@@ -83,7 +83,7 @@ def write_times(folder):
 def size_of(path):
     try:
         return path.stat().st_size
-    except FileNotFoundError:  # it has its final name by now
+    except FileNotFoundError:  # the file already has its final name
         return 0
 
 
@@ -102,7 +102,7 @@ def wait_for_stage(process, folder, stage, seconds, dice):
 
 
 def disturbed(farm, kind, number):
-    """One run with its signal. Returns the stage, and whether the process was still running."""
+    """Runs once and sends the signal. Returns the stage, and whether the process was still running."""
     case, seed = f"{kind} {number}", farm.options.seed
     dice = random.Random(f"{seed} {case}")
     driver, resume = DRIVERS[number % len(DRIVERS)], dice.random() < 0.5
@@ -137,7 +137,7 @@ def disturbed(farm, kind, number):
     out = folder / "out.exr"
     if out.exists() and contents(folder)["out.exr"] != before.get("out.exr") and run.code != EXIT_STOPPED:
         farm.check(pixels(out) == expected, case, f"the picture has other bits. {outcome}", replay)
-    if run.code >= 0:  # a run that ends itself removes unfinished files
+    if run.code >= 0:  # a run that was not killed removes unfinished files
         stray = contents(folder).keys() - RESULTS - {CHECKPOINT}
         farm.check(not stray, case, f"left behind: {stray}. {outcome}", replay)
 

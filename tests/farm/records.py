@@ -1,6 +1,6 @@
-"""Reads and writes checkpoint files without the program's own code: io/files/record_file.h has the format,
-io/files/fingerprint.cpp and renderer/core/hash.h the checksum. Reads packed bytes with the libzstd that the program is
-linked to; writes zstd frames of raw blocks by hand."""
+"""Reads and writes checkpoint files without the program's own code. io/files/record_file.h describes the format,
+io/files/fingerprint.cpp and renderer/core/hash.h the checksum. Unpacks bytes with the libzstd that the program is linked
+to; writes zstd frames of raw blocks by hand."""
 
 import ctypes
 import ctypes.util
@@ -35,7 +35,7 @@ def fingerprint(data):
 
 
 def stored(data, declared=None):
-    """A zstd frame of raw blocks that declares an unpacked size."""
+    """Returns a zstd frame of raw blocks, with `declared` as its unpacked size if given."""
     frame = bytearray(b"\x28\xb5\x2f\xfd\xe0" + struct.pack("<Q", len(data) if declared is None else declared))
     max_part_bytes = 1 << 17
     parts = [data[i : i + max_part_bytes] for i in range(0, len(data), max_part_bytes)] or [b""]
@@ -49,12 +49,12 @@ class Record:
     kind: int
     number: int
     data: bytes  # unpacked
-    size: int | None = None  # declared size of `data`, if wrong
-    packed: bytes | None = None  # packed bytes, if not stored(data)
+    size: int | None = None  # declared size of `data`; None: the right one
+    packed: bytes | None = None  # packed bytes; None: stored(data)
     packed_size: int | None = None
     checksum: int | None = None
     own_checksum: int | None = None
-    at: int = 0  # offset in the file it was read from
+    at: int = 0  # offset in the file from which it was read
 
     def to_bytes(self):
         packed = stored(self.data) if self.packed is None else self.packed
@@ -77,7 +77,7 @@ def packed_file(head, records):
 
 
 def zstd_of(program):
-    """The zstd library that the program uses, or None."""
+    """Returns the zstd library that the program uses, or None."""
     listed = subprocess.run(["ldd", program], capture_output=True, text=True).stdout
     found = re.search(r"libzstd\S* => (\S+)", listed)
     name = found[1] if found else ctypes.util.find_library("zstd")

@@ -13,7 +13,7 @@ import time
 from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_STOPPED, LONG, Farm, earlier_samples, pixels, report_of, signal)
 
 FRAME = ["--size", "128x96", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 1.0  # of work for each of two threads, on any machine
+SECONDS = 1.0  # each of two threads works this long, on any machine
 CHECKPOINT = "out.exr.checkpoint"
 RESUME = ["--resume", "--checkpoint-interval", "100000", "--report", "report.json"]
 
@@ -24,14 +24,14 @@ def settings_of(farm, driver):
 
 
 def finish(farm, case, folder, settings, expected, carried=True):
-    """Resumes after a stop, to the end."""
+    """Resumes a stopped frame and runs it to its end."""
     run = farm.run(folder, [*settings, *RESUME])
     if farm.check_done(run, folder, expected, case, {"report.json"}) and carried:
         farm.check(earlier_samples(folder) > 0, case, "nothing was carried over")
 
 
 def stopped(farm, driver, name, stop):
-    """Stops a run in mid-frame: by stop(process) or by more settings."""
+    """Stops a run in mid-frame. `stop` is called with the process, or is a list of settings that stop it."""
     case = f"{driver} {name}"
     if not farm.is_selected(case):
         return
@@ -58,7 +58,7 @@ def once(number):
 
 
 def twice(number):
-    """The second signal ends the process at once; unsaved work is lost."""
+    """Returns a function that sends two signals. The second ends the process at once, and unsaved work is lost."""
 
     def stop(process):
         process.signal(number)
@@ -69,9 +69,9 @@ def twice(number):
 
 
 def stopped_twice(farm, driver):
-    """Two stops in a row, at the start and in mid-frame: at any moment, the next run must have the right bits."""
+    """Sends two stops in a row, at the start and in mid-frame. At any moment, the next run must have the right bits."""
     settings = settings_of(farm, driver)
-    # Seconds after its start, or after a share of the frame.
+    # Seconds after the start; fraction of SECONDS of work, after the first save; the signal.
     moments = [(0, 0.15, signal.SIGINT), (0.02, 0, signal.SIGTERM), (0, 0.05, signal.SIGTERM), (0.05, 0, signal.SIGINT)]
     for i, (pause, share, number) in enumerate(moments if LONG else moments[:2]):
         case = f"{driver} stopped twice {i}"
@@ -92,8 +92,8 @@ def stopped_twice(farm, driver):
 
 
 def stopped_repeatedly(farm, driver):
-    """An impatient farm: time limits of a fraction of the frame, with other threads each time. The limits grow, as other
-    work on the machine may leave a run no time within one."""
+    """Stops a frame repeatedly by time limits of a fraction of its duration, with another number of threads each time.
+    The limits grow, because other load may keep a run from making progress within one."""
     case = f"{driver} again and again"
     if not farm.is_selected(case):
         return
@@ -143,7 +143,7 @@ def saved_on_request(farm, driver):
     process = farm.start(folder, [*settings, *RESUME])
     process.wait_until(file.exists)
     time.sleep(0.05)
-    while process.running():  # a storm of signals
+    while process.running():  # many signals must do no harm
         process.signal(signal.SIGUSR1)
         time.sleep(0.02)
     run = process.wait()
@@ -159,7 +159,7 @@ def without_checkpoint(farm, driver):
     settings, folder = settings_of(farm, driver), farm.folder(case)
     expected, _ = farm.reference(settings)
     process = farm.start(folder, settings)
-    process.wait_until(lambda: any(folder.iterdir()))  # its outputs are open, so its handlers are installed
+    process.wait_until(lambda: any(folder.iterdir()))  # outputs are open, so signal handlers are installed
     while process.running():
         process.signal(signal.SIGUSR1)
         time.sleep(0.05)
@@ -167,7 +167,7 @@ def without_checkpoint(farm, driver):
 
 
 def ignored_on_start(farm):
-    """A signal before the scene is read must not end the program, since its handlers are installed."""
+    """A signal before the scene is read must not end the program, since signal handlers are already installed."""
     case = "SIGUSR1 while it starts"
     if not farm.is_selected(case):
         return
@@ -191,7 +191,7 @@ def main():
     farm = Farm(__doc__, driver=("", "this one alone"))
     for driver in [farm.options.driver] if farm.options.driver else DRIVERS:
         stopped(farm, driver, "SIGTERM", once(signal.SIGTERM))
-        if LONG or driver == "bucket":  # a driver does not know why it stops
+        if LONG or driver == "bucket":  # one driver is enough: a driver does not know why it is stopped
             stopped(farm, driver, "SIGINT", once(signal.SIGINT))
             stopped(farm, driver, "--time-limit", ["--time-limit", "0.4"])
             without_checkpoint(farm, driver)

@@ -70,7 +70,7 @@ inline SceneDescription load_at(const GltfBuilder& gltf, double time,
   return load_gltf(gltf.write_glb(folder / "a.glb"), options);
 }
 
-// Loads with a shutter that is open between two times.
+// Loads the file with a shutter that is open from `from` to `to`.
 inline SceneDescription load_open(const GltfBuilder& gltf, double from, double to) {
   const TempFolder folder;
   GltfOptions options;

@@ -67,7 +67,7 @@ class StageBuilder {
                           {"indices", gltf.add_accessor<uint16_t>("SCALAR", indices)},
                           {"material", material}});
   }
-  // Horizontal, facing up.
+  // A horizontal square that faces up.
   int quad(float half, int material) {
     return mesh({-half, 0, -half, half, 0, -half, half, 0, half, -half, 0, half},
                 {0, 2, 1, 0, 3, 2}, material);

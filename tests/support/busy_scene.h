@@ -7,8 +7,8 @@
 
 namespace emberline::test {
 
-// Contains enough area lights for a light BVH, a point light, an environment, metal and dielectric,
-// instances (one mirrored) and alpha coverage.
+// The scene has enough area lights for a light BVH, a point light, an environment, metal and
+// dielectric, instances (one of them mirrored) and alpha coverage.
 inline std::unique_ptr<Scene> busy_scene() {
   SceneBuilderForTests b;
   MaterialDescription coat;

@@ -1,16 +1,17 @@
-// One chi-square harness for every sampling routine: does a map from random numbers to points have
-// the density that it claims?
+// The chi-square harness for all sampling routines. It tests whether a map from random numbers to
+// points has the density that the routine reports.
 //
 //   EXPECT_TRUE(chi_square_directions(
 //       [&](TestRandom& random) { return std::optional(square_to_cosine_hemisphere(random.vec2()));
 //       },
 //       [](const Vec3f& w) { return double(test::square_to_cosine_hemisphere_pdf(w)); }));
 //
-// The domain is divided into bins, and the density is integrated adaptively over each. The map is
-// sampled many times, and Pearson's statistic over bins of at least `min_expected` (smaller ones
-// are pooled) gives a p-value. A sample may be refused (std::nullopt); the density's missing mass
-// is then one more bin. Fixed seeds make a failure repeatable; the message says which draws to
-// repeat. After the chi-square tests of Mitsuba 2 (Nimier-David et al. 2019).
+// The domain is divided into bins, and the density is integrated adaptively over each bin. The map
+// is sampled many times. Pearson's statistic over bins with at least `min_expected` expected draws
+// (smaller bins are pooled) yields a p-value. A routine may reject a sample (std::nullopt); the
+// mass that is missing from the density is then one more bin. Seeds are fixed, so failures are
+// repeatable, and the message says which draws to repeat. The design follows the chi-square tests
+// of Mitsuba 2 (Nimier-David et al. 2019).
 #pragma once
 
 #include <gtest/gtest.h>
@@ -32,8 +33,8 @@
 
 namespace emberline::test {
 
-// The random numbers of one draw are a pure function of (seed, draw), so any draw can be repeated
-// alone.
+// The random numbers of one draw are a pure function of (seed, draw), so any single draw can be
+// repeated.
 class TestRandom {
  public:
   TestRandom(uint64_t seed, uint64_t draw) : state_(hash_combine64(hash64(seed + 1), draw)) {}
@@ -52,8 +53,9 @@ class TestRandom {
   uint64_t state_;
 };
 
-// A sampled point of the parameter domain. With a `weight` other than 1, the test compares the
-// weighted histogram with the density (for instance a BSDF's weight with its value).
+// A sampled point of the parameter domain. With weights other than 1, the test compares the
+// weighted histogram with the density (for instance, the weights of a BSDF's samples with its
+// value).
 struct ChiSquarePoint {
   double x = 0, y = 0;
   double weight = 1;
@@ -65,17 +67,17 @@ struct ChiSquareDomain {
 
 struct ChiSquareSettings {
   int bins_x = 16, bins_y = 32;
-  // A short run takes a quarter. Of 400,000 over 512 bins densities that are off by 2 % are seen,
-  // of 100,000 those that are by 4 %: where as many are too high as too low. A density whose
-  // integral is off by 1e-3 needs no samples to be seen.
+  // Short tests draw a quarter of this. 400,000 samples in 512 bins detect a density that is 2 %
+  // too high in half of the bins and 2 % too low in the others; 100,000 samples detect 4 %. If the
+  // integral of the density exceeds 1 by 1e-3, the test fails whatever the samples.
   uint64_t samples = 400'000;
   uint64_t seed = 1;
-  // Probability that any of `tests` correct routines fails; Sidak 1967 corrects each for the
-  // family.
+  // Probability that any of `tests` correct routines fails; the limit for each follows from Sidak
+  // 1967.
   double false_alarm = 1e-6;
   int tests = 1;
   double min_expected = 5;  // smaller bins are pooled (Cochran 1954)
-  // Share of draws that may land where their own density is 0, because rounding moves points beyond
+  // Fraction of the draws that may have density 0 themselves, because rounding moves points beyond
   // the edge of the support.
   double zero_density_fraction = 1e-4;
 };
@@ -84,8 +86,8 @@ using ChiSquareSampler = std::function<std::optional<ChiSquarePoint>(TestRandom&
 using ChiSquareDensity = std::function<double(double x, double y)>;
 
 // Regularised upper incomplete gamma function Q(a, x); the p-value of chi-square with k degrees of
-// freedom is Q(k / 2, statistic / 2). Series DLMF 8.11.4 below a + 1, continued fraction DLMF
-// 8.9.2 (modified Lentz) above.
+// freedom is Q(k / 2, statistic / 2). For x below a + 1 it uses the series DLMF 8.11.4, above it
+// the continued fraction DLMF 8.9.2 (modified Lentz).
 inline double gamma_q(double a, double x) {
   if (!(x > 0)) return 1;
   const double front = std::exp(-x + a * std::log(x) - std::lgamma(a));
@@ -114,8 +116,9 @@ inline double chi_square_p_value(double statistic, int degrees) {
   return gamma_q(degrees / 2.0, statistic / 2.0);
 }
 
-// Integral over a rectangle: 3x3 Gauss-Legendre, halved in both directions until the four parts
-// agree with the whole. For discontinuous integrands the depth limits the error.
+// Integrates over a rectangle with 3x3 Gauss-Legendre nodes, and halves it in both directions until
+// the sum of the four parts agrees with the whole. For discontinuous integrands, the depth
+// determines the error.
 inline double integrate_rectangle(const ChiSquareDensity& f, const ChiSquareDomain& r,
                                   double tolerance, int depth = 9) {
   const auto rule = [&f](double x0, double x1, double y0, double y1) {
@@ -141,7 +144,7 @@ inline double integrate_rectangle(const ChiSquareDensity& f, const ChiSquareDoma
                refine(x0, xm, ym, y1, c, limit / 2, left - 1) +
                refine(xm, x1, ym, y1, d, limit / 2, left - 1);
       };
-  // One forced level: a narrow support must not hide between a bin's nine points.
+  // Always split once, since a narrow support could lie between the nine nodes of a bin.
   const double xm = (r.x0 + r.x1) / 2, ym = (r.y0 + r.y1) / 2;
   const double cuts[4][4] = {
       {r.x0, xm, r.y0, ym}, {xm, r.x1, r.y0, ym}, {r.x0, xm, ym, r.y1}, {xm, r.x1, ym, r.y1}};
@@ -175,7 +178,7 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
     TestRandom random(settings.seed, draw);
     const std::optional<ChiSquarePoint> p = sample(random);
     if (!p) continue;
-    const double slack = 1e-6;  // of the domain's width: rounding may put points outside
+    const double slack = 1e-6;  // relative to the domain's width; rounding may move points outside
     const double fx = (p->x - domain.x0) / (domain.x1 - domain.x0);
     const double fy = (p->y - domain.y0) / (domain.y1 - domain.y0);
     if (!(fx >= -slack && fx <= 1 + slack && fy >= -slack && fy <= 1 + slack) ||
@@ -203,7 +206,7 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
     for (int bx = 0; bx < nx; ++bx) {
       const ChiSquareDomain r{domain.x0 + bx * wx, domain.x0 + (bx + 1) * wx, domain.y0 + by * wy,
                               domain.y0 + (by + 1) * wy};
-      // A hundredth of the count's standard deviation does not affect the statistic.
+      // An error of a hundredth of the count's standard deviation does not affect the statistic.
       const double tolerance = 0.01 * std::sqrt(std::max(1.0, n / (double(nx) * ny))) / n;
       const double e = integrate_rectangle(density, r, tolerance);
       if (!(e >= 0) || !std::isfinite(e))
@@ -224,7 +227,7 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
       statistic += square(o - e) / e;
       ++degrees;
     };
-    const double expected_rejected = std::max(0.0, n * (1 - mass));  // refused draws
+    const double expected_rejected = std::max(0.0, n * (1 - mass));  // rejected draws
     if (expected_rejected >= settings.min_expected)
       add(expected_rejected, n - inside);
     else
@@ -242,8 +245,8 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
     if (pooled_expected >= settings.min_expected) {
       add(pooled_expected, pooled_observed);
     } else if (pooled_observed > 0) {
-      // Too little mass for a term of its own: a Poisson tail decides whether there are too many
-      // draws. Rounding may misplace one draw in a million.
+      // The pool has too little mass for a term of its own, so a Poisson tail decides whether it
+      // has too many draws. Rounding may misplace one draw in a million.
       const double p = 1 - gamma_q(pooled_observed, pooled_expected + 1e-6 * n);
       if (p < settings.false_alarm / 2)
         return failure() << pooled_observed << " draws where " << pooled_expected
@@ -252,8 +255,9 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
     --degrees;  // the counts add up to n
   } else {
     // Weighted sums per bin are not multinomial. Their covariance is n (diag(s) - e e^T), where s
-    // is the second moment of the weights in a bin and e the bin's mass; its inverse is by Sherman
-    // & Morrison 1950. Bins whose sums are far from normal (few draws) are skipped.
+    // is the second moment of the weights in a bin and e the mass of the bin; it is inverted as in
+    // Sherman & Morrison 1950. Bins with few draws are skipped, since their sums are far from
+    // normal.
     double de = 0, ee = 0;
     for (size_t i = 0; i < sum.size(); ++i) {
       const double e = expected[i] / n, s = squares[i] / n, d = (sum[i] - expected[i]) / n;
@@ -266,8 +270,8 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
       ee += e * e / s;
       ++degrees;
     }
-    // The moments s are estimates: if weights are nearly even, ee is 1 up to their noise, and the
-    // term would be noise over noise. The term is positive, so skipping it raises no false alarm.
+    // The moments s are estimates. If weights are nearly equal, ee is 1 except for noise, and the
+    // term would divide noise by noise. The term is positive, so skipping it causes no false alarm.
     if (ee < 0.9)
       statistic += n * de * de / (1 - ee);
     else
@@ -289,7 +293,7 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
 }
 
 // For directions: the domain is (cos theta, phi) around +Z, whose area is solid angle. `density` is
-// per solid angle. z_min = 0 puts all bins on the upper hemisphere.
+// per solid angle. z_min = 0 restricts the domain to the upper hemisphere.
 inline ::testing::AssertionResult chi_square_directions(
     const std::function<std::optional<Vec3f>(TestRandom&)>& sample,
     const std::function<double(const Vec3f&)>& density, const ChiSquareSettings& settings = {},
@@ -298,7 +302,7 @@ inline ::testing::AssertionResult chi_square_directions(
       [&](TestRandom& random) -> std::optional<ChiSquarePoint> {
         const std::optional<Vec3f> w = sample(random);
         if (!w) return std::nullopt;
-        if (std::abs(dot(*w, *w) - 1.0f) > 1e-4f)  // leaves the domain: reported with its draw
+        if (std::abs(dot(*w, *w) - 1.0f) > 1e-4f)  // outside the domain, so the draw is reported
           return ChiSquarePoint{std::numeric_limits<double>::quiet_NaN(), 0, 1};
         double phi = std::atan2(double(w->y), double(w->x));
         if (phi < 0) phi += 2 * kPiD;

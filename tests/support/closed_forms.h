@@ -19,7 +19,7 @@ inline double angle_between(const Vec3d& a, const Vec3d& b) {
 
 // Lambert's vector irradiance at the origin from a polygon of radiance 1 (Arvo 1994, "The
 // Irradiance Jacobian for Partially Occluded Polyhedral Sources", equation 1). Its dot product with
-// a normal is the irradiance, if the polygon is completely above that normal's horizon.
+// a normal is the irradiance, if the whole polygon is above the horizon of that normal.
 inline Vec3d vector_irradiance(const std::vector<Vec3d>& polygon) {
   Vec3d sum(0.0);
   for (size_t i = 0; i < polygon.size(); ++i) {
@@ -31,8 +31,9 @@ inline Vec3d vector_irradiance(const std::vector<Vec3d>& polygon) {
   return sum * 0.5;
 }
 
-// Irradiance at `point` with normal `n` from a polygon of radiance 1, clipped to the horizon
-// (Sutherland & Hodgman 1974). Independent of the polygon's orientation: two-sided.
+// Irradiance at `point` with normal `n` from a polygon of radiance 1, which is clipped to the
+// horizon (Sutherland & Hodgman 1974). The polygon is two-sided, so its orientation does not
+// matter.
 inline double polygon_irradiance(std::vector<Vec3d> polygon, const Vec3d& point, const Vec3d& n) {
   std::vector<Vec3d> above;
   for (Vec3d& v : polygon) v -= point;
@@ -46,8 +47,8 @@ inline double polygon_irradiance(std::vector<Vec3d> polygon, const Vec3d& point,
   return above.size() < 3 ? 0.0 : std::abs(dot(vector_irradiance(above), n));
 }
 
-// Solid angle as the sum of the vertex angles (Girard), computed from planes: independent of the
-// arctangent form, and accurate enough in double precision for the tests.
+// Solid angle from the sum of the vertex angles (Girard), which are computed from planes. This is
+// independent of the arctangent form, and accurate enough for the tests in double precision.
 inline double girard_solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   const Vec3d ab = cross(a, b), bc = cross(b, c), ca = cross(c, a);
   return kPiD - angle_between(unit(ab), unit(bc)) + kPiD - angle_between(unit(bc), unit(ca)) +

@@ -1,4 +1,4 @@
-// Perceived colours: CIELAB, also for colour-blind observers.
+// Perceived colours in CIELAB, also for colour-blind observers.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ inline Triple times(const Matrix& m, const Triple& v) {
   return out;
 }
 
-// Normal vision and its three dichromacies, as matrices on linear sRGB: Machado, Oliveira &
+// Normal vision and the three dichromacies, as matrices on linear sRGB, from Machado, Oliveira &
 // Fernandes 2009, "A Physiologically-based Model for Simulation of Color Vision Deficiency",
 // severity 1.
 inline constexpr Matrix kVisions[] = {{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
@@ -54,7 +54,8 @@ inline Triple cielab(const Rgb8& colour, const Matrix& vision = kVisions[0]) {
 
 inline double lightness(const Rgb8& colour) { return cielab(colour)[0]; }
 
-// The smallest CIE 1976 difference of two colours over all visions; 2.3 is just noticeable.
+// The smallest CIE 1976 difference between two colours over all kinds of vision; 2.3 is just
+// noticeable.
 inline double min_difference(const Rgb8& a, const Rgb8& b) {
   double smallest = 1e9;
   for (const Matrix& vision : kVisions) {

@@ -1,4 +1,4 @@
-// glTF with Draco and meshopt streams, written by those libraries' encoders.
+// glTF with Draco and meshopt streams, which the encoders of those libraries write.
 #pragma once
 
 #include <draco/compression/encode.h>

@@ -29,10 +29,10 @@ inline std::shared_ptr<const Image> patterned_sky(float bright) {
 
 // Materials by index, as edits refer to them.
 enum EditedMaterial {
-  kFloorMaterial,  // coat, normal map of strength 0
+  kFloorMaterial,  // coat; normal map with strength 0
   kBallMaterial,   // rough metal; two instances, one mirrored
-  kGlassMaterial,  // clear, single-sided: visible from behind while it transmits
-  kShellMaterial,  // opaque, single-sided and open: its back is invisible
+  kGlassMaterial,  // clear, single-sided; visible from behind while it transmits
+  kShellMaterial,  // opaque, single-sided and open; invisible from behind
   kNeonMaterial,   // emissive texture, switched off
   kLampMaterial,   // emissive, flush with the panel
   kPanelMaterial,
@@ -64,7 +64,7 @@ inline SceneDescription edited_scene() {
   neon.emission_texture.image = 0;
   add("neon", neon);
   add("lamp", emitter(Rgb(6.0f)));
-  add("lamp", lambert(Rgb(0.5f)));  // the panel, with the same name as the lamp in it
+  add("lamp", lambert(Rgb(0.5f)));  // the panel; has the same name as the lamp in it
   MaterialDescription veil = lambert({0.2f, 0.7f, 0.3f});
   veil.alpha = 0.4f;
   veil.alpha_mode = AlphaMode::kBlend;
@@ -95,7 +95,7 @@ inline SceneDescription edited_scene() {
   return b.description;
 }
 
-// Variants by index. Each changes the BVH's filter or the lights.
+// Variants by index. Each changes the filter of the BVH or the lights.
 enum EditedVariant {
   kGoldenFloor,
   kVeiledBall,    // adds coverage to an instanced mesh
@@ -118,7 +118,7 @@ inline void add_variants(SceneDescription& scene) {
   scene.meshes[kShellMaterial].variant_materials = {{kClearShell, kGlassMaterial}};
 }
 
-// Sees everything, including the lamp in its panel.
+// A view of all objects, including the lamp in its panel.
 inline CameraDescription edited_view() { return perspective({0.3, 1.3, 4.5}, {0, 1, 0}, 45); }
 
 }  // namespace emberline::test

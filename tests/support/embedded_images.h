@@ -1,4 +1,4 @@
-// Images embedded in scenes, made by our own writer.
+// Creates images that are embedded in scenes, with our own encoder.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Encoded images for tests, made by OpenImageIO.
+// Encodes images for tests with OpenImageIO.
 #pragma once
 
 #include <OpenImageIO/imageio.h>
@@ -9,8 +9,8 @@
 
 namespace emberline::test {
 
-// Writes `texels` (interleaved, rows from the top) as a file of the format of `path`'s suffix.
-// `spec` gives size, channels, type and attributes.
+// Writes `texels` (interleaved, rows from the top) to `path`, whose suffix decides the format.
+// `spec` has the size, channels, type and attributes.
 template <class T>
 void write_image(const std::string& path, const OIIO::ImageSpec& spec,
                  const std::vector<T>& texels) {
@@ -22,7 +22,7 @@ void write_image(const std::string& path, const OIIO::ImageSpec& spec,
   }
 }
 
-// The bytes of such a file; `suffix` is "png", "jpg", "webp", "exr" or "hdr".
+// Returns the bytes of such a file; `suffix` is "png", "jpg", "webp", "exr" or "hdr".
 template <class T>
 std::vector<uint8_t> encode_image(const std::string& suffix, const OIIO::ImageSpec& spec,
                                   const std::vector<T>& texels) {

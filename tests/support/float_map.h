@@ -1,4 +1,4 @@
-// A float image for environments, computed by a function.
+// Creates a float image for environments, which a function computes.
 #pragma once
 
 #include <cstring>
@@ -9,7 +9,7 @@
 
 namespace emberline::test {
 
-// texel(column, row) -> Rgb, row by row from the top.
+// texel(column, row) returns an Rgb; it is called row by row from the top.
 template <class Texel>
 std::shared_ptr<const Image> float_map(int width, int height, const Texel& texel) {
   auto image = std::make_shared<Image>();

@@ -1,6 +1,6 @@
-// The albedo of a GGX reflection lobe, computed differently from the renderer's tables: an integral
-// over microfacet normals by D cos instead of the visible normals (Walter et al. 2007, eq. 35 and
-// 41), midpoint rule, double precision.
+// The albedo of a GGX reflection lobe, computed differently from the renderer's tables: as an
+// integral over microfacet normals distributed as D cos, instead of the visible normals (Walter et
+// al. 2007, eq. 35 and 41), with the midpoint rule in double precision.
 #pragma once
 
 #include <cmath>
@@ -24,7 +24,7 @@ inline GgxAlbedo ggx_albedo(const Vec3d& wo, double ax, double ay, int n) {
   GgxAlbedo sum;
   for (int i = 0; i < n; ++i) {
     const double u = (i + 0.5) / n;
-    // t = 1 - (1 - u)^4 puts nodes into the long tail.
+    // t = 1 - (1 - u)^4 places nodes in the long tail.
     const double rest = std::pow(1 - u, 4), t = 1 - rest, dt = 4 * std::pow(1 - u, 3);
     const double tan_unit = std::sqrt(t / rest);
     for (int j = 0; j < n; ++j) {

@@ -1,4 +1,4 @@
-// Glass and a sky for tests.
+// Glass and a sky, for tests.
 #pragma once
 
 #include <algorithm>
@@ -22,8 +22,8 @@ inline MaterialDescription glass(float ior, float roughness, bool solid = true) 
   return m;
 }
 
-// Radiance 1 above the horizon, 0 below; bilinear within 1/64 of a turn at the horizon, which no
-// ray of these tests hits.
+// Radiance is 1 above the horizon and 0 below. Within 1/64 of a turn at the horizon it is
+// interpolated, but no ray of these tests goes there.
 inline std::shared_ptr<const Image> upper_half() {
   auto image = std::make_shared<Image>();
   image->width = 4;

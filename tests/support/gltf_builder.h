@@ -1,11 +1,11 @@
-// Builds small glTF files at run time, valid or with one chosen error.
+// Builds small glTF files at run time, either valid or with a chosen error.
 //
 //   GltfBuilder gltf;
 //   gltf.add_triangle();                    // a mesh of one triangle, in a node, in the scene
 //   gltf.root["nodes"][0]["scale"] = {2, 2, 2};
 //   SceneDescription scene = load_gltf(gltf.write_glb(folder / "a.glb"), {});
 //
-// A source that uses `root` must include nlohmann/json.hpp.
+// Source files that use `root` must include nlohmann/json.hpp.
 #pragma once
 
 #include <cstddef>
@@ -59,7 +59,7 @@ class GltfBuilder {
     return size_t(type.back() - '0');
   }
 
-  // A tightly packed accessor over a view of its own; returns its index.
+  // Adds a tightly packed accessor with a new view; returns its index.
   template <class T>
   int add_accessor(const std::string& type, const std::vector<T>& values, bool normalized = false) {
     return add_accessor_for_view(add_view(values), component_type<T>(),
@@ -72,25 +72,25 @@ class GltfBuilder {
   // Appends to a top-level array; returns the new index.
   int push(const std::string& name, const json& value);
 
-  // A node with this mesh, listed in scene 0; returns the node.
+  // Adds a node with this mesh to scene 0; returns the node.
   int add_mesh_node(int mesh);
   void add_to_scene(int node);
 
-  // A mesh of one primitive; returns the mesh.
+  // Adds a mesh of one primitive; returns the mesh.
   int add_mesh(const json& primitive);
 
-  // One triangle (0,0,0) (1,0,0) (0,1,0) in a mesh, in a node, in the scene; returns the mesh.
+  // Adds a mesh of one triangle (0,0,0) (1,0,0) (0,1,0), in a node of the scene; returns the mesh.
   int add_triangle();
 
   json& primitive(int mesh = 0);
 
-  // The JSON with buffer 0 declared. Empty `uri`: the GLB's own chunk.
+  // Returns the JSON with buffer 0. If `uri` is empty, the buffer is the chunk of the GLB file.
   json document(const std::string& uri) const;
 
   std::vector<uint8_t> glb() const;
   static std::vector<uint8_t> glb(std::string text, std::vector<uint8_t> chunk);
 
-  // Each writes and returns `path`.
+  // These write the file and return `path`.
   std::string write_glb(const std::string& path) const;
   std::string write_gltf(const std::string& path, const std::string& bin_name = "data.bin") const;
   std::string write_embedded(const std::string& path) const;

@@ -1,4 +1,4 @@
-// Scenes with light groups, and how to compare their frames.
+// Scenes with light groups, and functions to compare their frames.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace emberline::test {
 
-// A scene with lights as set by `baseline`, and their groups.
+// A scene whose lights are set by `baseline`, and the groups of these lights.
 struct GroupedScene {
   explicit GroupedScene(SceneDescription description, const SceneEdits& baseline = {})
       : scene(std::move(description)), groups((scene.set(baseline), scene.original()), baseline) {}
@@ -18,7 +18,7 @@ struct GroupedScene {
   LightGroups groups;
 };
 
-// Turns off one light of a list, or all but one.
+// These turn off one light of a list, or all lights except one.
 inline void turn_off(SceneEdits& edits, const LightGroup& group) {
   light(edits, group.kind, group.target.index).on = false;
 }
@@ -30,10 +30,11 @@ inline SceneEdits all_off_except(const LightGroups& groups, int group_on) {
   return edits;
 }
 
-// The mean difference of two frames' pixels over its standard error, for each quarter of the frame
-// and each channel. Pixels are independent, and if the frames have the same expectation, their
-// differences have either sign equally often; so each value is below 4 except for 1 in 15,000 (a
-// sum over the root of its terms' squares has no heavier tails than the normal distribution).
+// The mean difference between the pixels of two frames, divided by its standard error, for each
+// quarter of the frame and each channel. Pixels are independent, and if the frames have the same
+// expectation, a difference has either sign equally often. Then only 1 in 15,000 values exceeds 4,
+// because a sum divided by the root of its terms' squares does not have heavier tails than the
+// normal distribution.
 inline std::vector<double> deviations(const std::vector<Rgb>& a, const std::vector<Rgb>& b,
                                       int width) {
   const size_t height = a.size() / size_t(width);

@@ -1,6 +1,6 @@
 // Writes and reads image files with OpenImageIO. Loading it and its 240 dependencies takes 0.4 s of
-// processor time, and each test is a process; so it is loaded with the first such file
-// (image_files.cpp), which most tests never use.
+// processor time in each test, since each is a process. So it is loaded on the first use of these
+// functions (image_files.cpp), which most tests never call.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,12 @@ struct BytePicture {
   }
 };
 
-// Each throws std::runtime_error. `texels` are interleaved, rows from the top; they are stored as
-// floats if the format of `path`'s suffix supports them.
+// These throw std::runtime_error. `texels` are interleaved, in rows from the top; they are stored
+// as floats if the format, which the suffix of `path` decides, supports floats.
 void write_floats(const std::string& path, int width, int height, int channels,
                   const std::vector<float>& texels);
 BytePicture read_bytes_picture(const std::string& path);
-// Reads one picture for each frame of an animation.
+// Reads all frames of an animation.
 std::vector<BytePicture> read_animation(const std::string& path);
 
 // The functions that the library exports.

@@ -1,5 +1,5 @@
-// The KTX 2 files of tests/support/ktx2 (EMBERLINE_KTX2, from emberline_ktx2_files in CMake), and
-// changes to them. Offsets are from the KTX specification, section 2.
+// Reads the KTX 2 files of tests/support/ktx2, and helps to change them. emberline_ktx2_files
+// (CMake) defines EMBERLINE_KTX2. Offsets are from the KTX specification, section 2.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ inline constexpr std::array kKtx2Files = {
 inline std::vector<uint8_t> ktx2_file(const std::string& name) {
   return read_bytes(EMBERLINE_KTX2 "/" + name + ".ktx2");
 }
-// The reference decoder's output.
+// Reads the output of the reference decoder.
 inline std::vector<uint8_t> ktx2_reference(const std::string& name) {
   return read_bytes(EMBERLINE_KTX2 "/" + name + ".png");
 }
@@ -29,7 +29,7 @@ inline void set_word(std::vector<uint8_t>& bytes, size_t offset, uint32_t value)
   for (size_t i = 0; i < 4; ++i) bytes.at(offset + i) = uint8_t(value >> (8 * i));
 }
 
-// Offsets of the basic descriptor, and of the byte with a sample's channel.
+// Offsets of the basic descriptor, and of the byte that contains a sample's channel.
 inline size_t descriptor_of(const std::vector<uint8_t>& bytes) { return word_at(bytes, 48) + 4; }
 inline size_t channel_of(const std::vector<uint8_t>& bytes, size_t sample) {
   return descriptor_of(bytes) + 24 + 16 * sample + 3;

@@ -1,4 +1,4 @@
-// Lights for tests, and the irradiance estimated by sampling them compared with the exact one.
+// Lights for tests. Compares the irradiance that sampling estimates with the exact one.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ inline PointLight directional(const Vec3f& direction, float irradiance) {
   return light;
 }
 
-// A braced list would do, but GCC 12 gives a false warning for it (-Wmaybe-uninitialized).
+// Replaces a braced list, for which GCC 12 prints a false warning (-Wmaybe-uninitialized).
 template <class... Points>
 std::vector<PointLight> points_of(const Points&... points) {
   std::vector<PointLight> result;
@@ -87,7 +87,8 @@ inline Moments estimate(const LightSampler& lights, const LightQuery& query, int
   return moments;
 }
 
-// 5.5 standard errors: a false alarm below 1e-6 for all comparisons of one test together.
+// Allows 5.5 standard errors, so that the probability of a false alarm is below 1e-6 for all
+// comparisons of one test together.
 inline void expect_irradiance(const LightSampler& lights, const LightQuery& query, double exact,
                               const std::string& what, int samples = 50'000,
                               double relative = 1e-5) {

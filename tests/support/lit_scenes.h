@@ -1,4 +1,4 @@
-// Scenes with every kind of light, for tests that separate the lights.
+// Scenes with every kind of light, mainly for tests of light groups and layers.
 #pragma once
 
 #include "support/edited_scene.h"
@@ -10,7 +10,8 @@ namespace emberline::test {
 // Materials of both scenes, by index.
 enum Part { kMatt, kRed, kTube, kPane, kGlass };
 
-// Two lamps, a dark spot light of the file, an emissive tube and a sky over matt surfaces.
+// A scene of matt surfaces with two lamps, a dark spot light from the file, an emissive tube and a
+// sky.
 inline SceneDescription lit_scene() {
   SceneBuilderForTests b;
   const auto add = [&](const char* name, MaterialDescription m) {
@@ -37,7 +38,7 @@ inline SceneDescription lit_scene() {
 
 inline CameraDescription lit_view() { return perspective({0.3, 1.3, 4.0}, {0, 0.5, 0}, 45); }
 
-// lit_scene() behind a pane, with a glass ball.
+// lit_scene() behind a pane, and with a glass ball.
 inline SceneDescription glazed_scene() {
   SceneBuilderForTests b;
   b.description = lit_scene();

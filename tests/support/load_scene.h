@@ -1,4 +1,4 @@
-// Loads the scene of the settings at their time.
+// Loads the scene that the settings name, at their time.
 #pragma once
 
 #include "renderer/engine/scene_file.h"

@@ -6,14 +6,14 @@
 
 namespace emberline::test {
 
-// Read when a test runs: which tests there are may not depend on it, as they are listed by the
-// build.
+// Reads the variable when a test runs. The list of tests must not depend on it, because the build
+// creates that list.
 inline bool long_tests() {
   const char* value = std::getenv("EMBERLINE_LONG_TESTS");
   return value != nullptr && *value != '\0' && *value != '0';
 }
 
-// A count of samples, seeds, rays or pixels.
+// Chooses a number of samples, seeds, rays or pixels.
 template <typename T>
 T long_or_short(T full, T brief) {
   return long_tests() ? full : brief;

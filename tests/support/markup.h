@@ -1,6 +1,6 @@
-// Parses our HTML and SVG strictly: every element is closed properly, every attribute is quoted,
-// and an ampersand begins an entity. It is stricter than browsers, so that unescaped text is
-// detected.
+// Parses our HTML and SVG strictly: every element must be closed properly, every attribute must be
+// quoted, and an ampersand must begin an entity. It is stricter than browsers, so that it detects
+// text that is not escaped.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace emberline::test {
 
 struct Element {
   std::string name;
-  std::map<std::string, std::string> attributes;  // values with entities replaced
+  std::map<std::string, std::string> attributes;  // entities are replaced in the values
 };
 
 struct ParsedMarkup {

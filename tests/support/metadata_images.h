@@ -24,8 +24,8 @@ inline ByteList operator+(ByteList a, const ByteList& b) {
   return a;
 }
 
-// An ICC profile (ICC.1:2010, section 7): header, tag table, some text. `offset` and `size` are
-// those of its tags; `tags` is the announced number of tags.
+// Returns an ICC profile (ICC.1:2010, section 7) with a header, a tag table and some text. `offset`
+// and `size` are those in the tag table; `tags` is the number of tags that the profile declares.
 inline ByteList icc_profile(uint32_t tags, uint32_t offset, uint32_t size) {
   ByteList profile(128, 0);
   const std::string header[] = {"mntr", "RGB ", "XYZ "};
@@ -44,7 +44,7 @@ inline ByteList icc_profile(uint32_t tags, uint32_t offset, uint32_t size) {
   return profile;
 }
 
-// A JPEG segment with this marker.
+// Returns a JPEG segment with this marker.
 inline ByteList jpeg_segment(uint8_t marker, const ByteList& content) {
   const size_t length = content.size() + 2;
   return ByteList{0xff, marker, uint8_t(length >> 8), uint8_t(length)} + content;
@@ -58,7 +58,7 @@ inline ByteList icc_segment(const ByteList& profile, uint8_t number, uint8_t of)
   return jpeg_segment(0xe2, head + profile);
 }
 
-// Inserts segments at the usual place of metadata.
+// Inserts segments where metadata usually is.
 inline ByteList with_segments(const ByteList& jpeg, const ByteList& segments) {
   ByteList out(jpeg.begin(), jpeg.begin() + 2);
   out = out + segments;
@@ -87,8 +87,8 @@ inline ByteList with_chunks(const ByteList& png, const ByteList& chunks) {
   return out;
 }
 
-// A zlib stream of 1 + 258 * `runs` zeros, a thousand times shorter: fixed codes (RFC 1951, section
-// 3.2.6), a zero and then copies of 258 bytes at distance one.
+// Returns a zlib stream of 1 + 258 * `runs` zeros that is a thousand times shorter. It has fixed
+// codes (RFC 1951, section 3.2.6): a zero, and then copies of 258 bytes at distance one.
 inline ByteList zlib_zeros(size_t runs) {
   ByteList out = {0x78, 0x9c};
   uint32_t bits = 0;
@@ -115,7 +115,7 @@ inline ByteList zlib_zeros(size_t runs) {
   return out;
 }
 
-// The pixels of all JPEG images below.
+// All JPEG images below have these pixels.
 inline ByteList small_jpeg() {
   ByteList pixels;
   for (int i = 0; i < 16 * 16 * 3; ++i) pixels.push_back(uint8_t(i));

@@ -1,4 +1,4 @@
-// Moving scenes, and their state at a single time from independent formulas.
+// A moving scene, and its state at a single time, which independent formulas compute.
 #pragma once
 
 #include <cmath>
@@ -105,7 +105,7 @@ class MovingScene {
     return b;
   }
 
-  // White, then red that fades.
+  // A lamp that is white, and then a red that fades.
   static MaterialDescription blinking(const std::vector<double>& times) {
     MaterialDescription lamp = emitter(Rgb(20.0f));
     const auto share =
@@ -133,7 +133,7 @@ class MovingScene {
     b.description.lights.push_back(light);
   }
 
-  // Its cone opens, and it turns off before the end.
+  // Adds a spot light whose cone opens, and which turns off before the end.
   static void add_spot(SceneBuilderForTests& b, const std::vector<double>& times) {
     PunctualLightDescription light;
     light.type = PunctualType::kSpot;
@@ -154,7 +154,7 @@ class MovingScene {
     b.description.lights.push_back(light);
   }
 
-  // A sheet whose vertices move up and down, in straight lines from the first time to the last.
+  // Adds a sheet whose vertices move up or down, in straight lines from the first time to the last.
   static void add_wave(SceneBuilderForTests& b, const std::vector<double>& times) {
     MaterialDescription cloth = lambert(Rgb(.5f));
     cloth.double_sided = true;

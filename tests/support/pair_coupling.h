@@ -1,9 +1,10 @@
 // Measures how evenly two pairs of dimensions are distributed together, from their orders
-// (owen_sobol.h) without any sample. If an integrand couples two pairs, the first 2^m points of a
-// scrambled net have the variance of random numbers times a gain for each of its frequencies (Owen
-// 1997, "Monte Carlo Variance of Scrambled Net Quadrature"): the sum over the points of +1, -1 or
-// 0, depending on the binary digits in which they agree with the first. Here it is summed over all
-// frequencies, with weights that fall by kDigitDecay per digit.
+// (owen_sobol.h) and without any sample. If an integrand couples two pairs, each of its frequencies
+// contributes to the variance of the first 2^m points of a scrambled net as for random numbers,
+// times a gain (Owen 1997, "Monte Carlo Variance of Scrambled Net Quadrature"). The gain is a sum
+// over the points of +1, -1 or 0, which depends on the binary digits in which a point agrees with
+// the first one. Here the gains of all frequencies are added, with weights that fall by the factor
+// kDigitDecay per digit.
 #pragma once
 
 #include <bit>
@@ -14,7 +15,8 @@ namespace emberline::test {
 
 inline constexpr double kDigitDecay = 0.4;
 
-// 1 + the weighted sum over one number's digits; v is the difference, lowest digit first.
+// 1 + the weighted sum over the digits of one number. v is the difference between two numbers; its
+// lowest bit is their first digit.
 inline double digit_sum(uint32_t v) {
   if (v == 0) return 1 / (1 - kDigitDecay);
   double sum = 1, weight = kDigitDecay;
@@ -22,7 +24,8 @@ inline double digit_sum(uint32_t v) {
   return sum - weight;
 }
 
-// For a pair with the point of this index; for its first number alone; for its second.
+// The sums for the point of this index: for its pair, only for its first number, and only for its
+// second number.
 inline double pair_sum(uint32_t index) {
   return digit_sum(index) * digit_sum(owen_sobol::pascal(index)) - 1;
 }

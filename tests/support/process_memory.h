@@ -1,4 +1,4 @@
-// The memory of this process, to check a report's figures.
+// Measures the memory of this process, to check the numbers of a report.
 #pragma once
 
 #include <malloc.h>
@@ -12,11 +12,11 @@
 
 namespace emberline::test {
 
-// Bytes of private memory in use. The allocator's free pages are returned first, so that temporary
-// memory does not count.
+// Memory in use, in bytes. now() first returns the allocator's free pages to the system, so that
+// temporary memory does not count.
 struct ProcessMemory {
-  double resident = 0;   // pages touched, the whole process
-  double allocated = 0;  // handed out by malloc and not yet freed
+  double resident = 0;   // resident pages of the whole process
+  double allocated = 0;  // allocated by malloc and not yet freed
 
   static ProcessMemory now() {
     malloc_trim(0);
@@ -33,7 +33,8 @@ struct ProcessMemory {
   }
 };
 
-// The largest number of pages since the last reset_peak(). A sanitizer adds its own.
+// peak_resident_bytes() is the largest resident memory since the last reset_peak(), including that
+// of a sanitizer.
 inline void reset_peak() {
   malloc_trim(0);
   std::ofstream("/proc/self/clear_refs") << 5;

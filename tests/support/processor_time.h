@@ -1,4 +1,4 @@
-// Processor time of this process, which does not depend on other load.
+// Processor time of this process, which does not depend on the load of other processes.
 #pragma once
 
 #include <chrono>

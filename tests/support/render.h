@@ -1,4 +1,4 @@
-// Renders a frame into memory, through the same driver as the command.
+// Renders a frame into memory with the same drivers as the command.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,7 +19,8 @@
 
 namespace emberline::test {
 
-// A frame's settings with defaults for tests. crop, spp and streams have the types that tests use.
+// The settings of a frame, with defaults for tests. crop, spp and streams have types that are
+// convenient for tests.
 struct RenderSettings : FrameSettings {
   RenderSettings() {
     width = height = 16;
@@ -36,15 +37,15 @@ struct RenderSettings : FrameSettings {
   int threads = 2;
 };
 
-// The frame's channels over its crop, as the EXR would hold them.
+// The channels of the frame's crop, as an EXR file would contain them.
 struct RenderedImage {
   Rect crop;
   std::vector<std::string> channels;
   std::vector<float> values;
   RenderCounters counters;
-  std::optional<double> error_estimate;  // the driver's own
+  std::optional<double> error_estimate;  // by the driver
   int light_groups = 0;
-  std::vector<Rgb> lights;  // mean of each light group, by pixel, then by group
+  std::vector<Rgb> lights;  // means of the light groups, by pixel, then by group
 
   const float* pixel(int x, int y) const {
     return &values[(size_t(y - crop.y0) * size_t(crop.width()) + size_t(x - crop.x0)) *
@@ -55,8 +56,8 @@ struct RenderedImage {
   }
   Rgb rgb(int x, int y) const { return {pixel(x, y)[0], pixel(x, y)[1], pixel(x, y)[2]}; }
 
-  // Mean of R, G and B over the crop, and the standard error of that mean taking pixels as
-  // independent (they are: every pixel has its own randomisation).
+  // Mean of R, G and B over the crop, and the standard error of that mean. It assumes independent
+  // pixels, which holds because every pixel is randomised separately.
   double mean = 0, standard_error = 0;
 };
 
@@ -72,20 +73,20 @@ class MemorySink final : public RenderSink {
   std::mutex mutex_;
 };
 
-// Uses the numbers and names unchecked, unlike the command, which also checks their combinations.
+// Does not check numbers and names, unlike the command, which also checks their combinations.
 RenderPlan plan_of(const RenderSettings& s);
 
-// An image of the plan's frame with black pixels.
+// An image with the frame and channels of the plan, and black pixels.
 RenderedImage blank_image(const RenderPlan& plan);
 
-// With `groups`, each light's contribution is kept separately. `on_picture`, if given, receives the
-// driver's final picture, or null if the driver keeps none.
+// With `groups`, the light of each group is stored separately. `on_picture`, if given, receives the
+// final picture of the driver, or null if the driver keeps none.
 RenderedImage render(const Scene& scene, const CameraDescription& view, const RenderSettings& s,
                      const LightGroups* groups = nullptr,
                      const std::function<void(const LivePicture*)>& on_picture = {},
                      const SurfaceRoles* roles = nullptr);
 
-// Expects the same bits in every channel of the pixels that both images contain.
+// Expects that the pixels which both images contain have the same bits in every channel.
 void expect_same_bits(const RenderedImage& a, const RenderedImage& b, const std::string& what);
 
 }  // namespace emberline::test

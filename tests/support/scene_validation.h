@@ -1,4 +1,4 @@
-// The guarantees of load_gltf for a scene that it returns.
+// Checks the guarantees of load_gltf for a scene that it returned.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace emberline::test {
 
-// The guarantee that an image breaks; empty if none.
+// Returns the guarantee that an image violates; empty if there is none.
 inline std::string find_scene_violation(const Image& image) {
   const size_t texel = image.type == TexelType::kUint8   ? 1
                        : image.type == TexelType::kFloat ? 4

@@ -1,4 +1,4 @@
-// Scenes for tests, built in code with all numbers visible.
+// Scenes for tests, which are built in code so that all numbers are visible.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@
 
 namespace emberline::test {
 
-// Ideal diffuse reflection of `albedo`, without a dielectric coat.
+// A material with ideal diffuse reflection of `albedo`, without a dielectric coat.
 inline MaterialDescription lambert(const Rgb& albedo) {
   MaterialDescription m;
   m.base_color = albedo;
@@ -58,7 +58,7 @@ class SceneBuilderForTests {
     description.instances.push_back({"instance", mesh, to_world});
   }
 
-  // Corners are counter-clockwise seen from the front.
+  // The corners must be counter-clockwise as seen from the front.
   void add_quad(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d, int material) {
     MeshDescription mesh;
     mesh.name = "quad";
@@ -69,7 +69,7 @@ class SceneBuilderForTests {
     place(add_mesh(std::move(mesh)));
   }
 
-  // A horizontal square of half size h at height y, facing +Y (or -Y).
+  // A horizontal square with sides of 2 h at height y, which faces +Y if `up`, else -Y.
   void add_floor(float h, float y, int material, bool up = true) {
     if (up) {
       add_quad({-h, y, h}, {h, y, h}, {h, y, -h}, {-h, y, -h}, material);
@@ -95,7 +95,8 @@ class SceneBuilderForTests {
     place(add_mesh(box(low, high, material)));
   }
 
-  // A latitude-longitude sphere with flat faces, `rings` x 2 `rings`; inside out if `inward`.
+  // A latitude-longitude sphere of `rings` x 2 `rings` faces, which are flat unless `smooth` and
+  // face inwards if `inward`.
   static MeshDescription sphere(float radius, int rings, int material, bool inward = false,
                                 bool smooth = false) {
     MeshDescription mesh;

@@ -1,5 +1,5 @@
-// Tests laws 1 and 2: a frame, and any part of it, has the same bits with every driver and number
-// of threads.
+// Tests that a frame, and any part of it, has the same bits with every driver and any number of
+// threads (laws 1 and 2).
 #pragma once
 
 #include <fmt/format.h>
@@ -8,8 +8,8 @@
 
 namespace emberline::test {
 
-// `image(settings)` renders the frame: first with one thread, then with each driver and two numbers
-// of threads, then the crop alone.
+// `image(settings)` must render the frame. It is called with one thread, then with each driver and
+// two numbers of threads, then with the crop.
 template <typename Image>
 void expect_same_bits_with_every_driver(const RenderSettings& settings, const Rect& crop,
                                         const Image& image) {

@@ -1,4 +1,4 @@
-// The thread that owns a session, as a window's thread does: it sleeps until there is news.
+// Owns a session as the thread of a window does: it sleeps until the session reports a change.
 #pragma once
 
 #include <chrono>
@@ -28,7 +28,7 @@ class SessionOwner {
   SessionOwner(const SessionOwner&) = delete;
   SessionOwner& operator=(const SessionOwner&) = delete;
 
-  // Waits until `done()`, which is called after each piece of news. Returns false after `seconds`.
+  // Waits until `done()` returns true; calls it after each change. Returns false after `seconds`.
   bool wait(double seconds, const std::function<bool()>& done) {
     using Clock = std::chrono::steady_clock;
     const auto end =
@@ -53,7 +53,7 @@ class SessionOwner {
       throw RenderError("no picture of " + scene + ": " + session.problem());
     }
   }
-  // Whether the whole picture shows this edit.
+  // Whether the current picture is complete and includes this edit.
   bool shows(uint64_t edit) const {
     const auto picture = session.picture();
     return picture && picture->edit >= edit && picture->filled;

@@ -3,10 +3,10 @@
 // BSDFs with the Smith Model", ACM TOG 35(4)). Isotropic GGX, in double precision, without code of
 // the renderer's lobes.
 //
-// A height is given as the share c of the surface that is lower (the paper's C1). Light that starts
-// at c along d meets the next microfacet at c u^(-d.z / a), with u uniform in [0, 1) and a the area
-// of the microfacets that it faces (the paper's section 4; Lambda is a / d.z). Light that goes up
-// leaves the surface instead if u is below c^(a / d.z).
+// A height is given as the fraction c of the surface that is lower (C1 in the paper). Light that
+// starts at height c in direction d meets the next microfacet at c u^(-d.z / a), where u is uniform
+// in [0, 1) and a is the area of the microfacets that it faces (section 4 of the paper; Lambda is a
+// / d.z). Light that goes up leaves the surface instead if u is below c^(a / d.z).
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace emberline::test {
 
 class SmithWalk {
  public:
-  // Schlick's Fresnel term with f0, and 1 at grazing angles.
+  // The Fresnel term is Schlick's, with f0 at normal incidence and 1 at grazing angles.
   explicit SmithWalk(double alpha, double f0 = 1) : alpha2_(alpha * alpha), f0_(f0) {}
 
   // Area of the microfacets visible from v, per area of the surface; v.z may be negative.
@@ -28,8 +28,8 @@ class SmithWalk {
     return v.z >= 0 ? (root + v.z) / 2 : slopes / (2 * (root - v.z));  // equal; no cancellation
   }
 
-  // The phase function of a conductor (section 5.2): reflection towards w by a microfacet that is
-  // visible from v, as a density per solid angle.
+  // The phase function of a conductor (section 5.2): the density, per solid angle, with which a
+  // microfacet that is visible from v reflects towards w.
   double phase(const Vec3d& v, const Vec3d& w) const {
     const Vec3d h = v + w;
     if (h.z <= 0) return 0;
@@ -39,9 +39,10 @@ class SmithWalk {
     return density * fresnel(std::sqrt(xy2 + z2) / 2);
   }
 
-  // Samples a direction w with that density for Fresnel 1. For alpha = 1 the microfacets' normals
-  // are those of a hemisphere, which reflects uniformly into the cap w.z > -v.z (Dupuy & Benyoub
-  // 2023); any other alpha is that hemisphere, stretched. Also valid for v from below.
+  // Samples a direction w in proportion to phase() for a Fresnel term of 1. With alpha = 1, the
+  // normals of the microfacets are those of a hemisphere, which reflects uniformly into the cap w.z
+  // > -v.z (Dupuy & Benyoub 2023); with another alpha, the hemisphere is stretched. This is valid
+  // for v from below, too.
   Vec3d sample_phase(const Vec3d& v, double u1, double u2) const {
     const double alpha = std::sqrt(alpha2_);
     const Vec3d s = unit(Vec3d(alpha * v.x, alpha * v.y, v.z));
@@ -51,22 +52,24 @@ class SmithWalk {
     return unit(m * (2 * dot(v, m) / dot(m, m)) - v);
   }
 
-  // Share of the light towards w, w.z > 0, that leaves the surface from height c.
+  // Fraction of the light at height c towards w (w.z > 0) that leaves the surface.
   double escape(double c, const Vec3d& w) const { return std::pow(c, visible_area(-w) / w.z); }
 
   // f(wo, wi) wi.z of a single bounce, in closed form. The heights c at which light from wo first
-  // meets the surface have the density (a / wo.z) c^(a / wo.z - 1), with a visible from wo; this is
-  // the mean of escape().
+  // meets the surface have the density (a / wo.z) c^(a / wo.z - 1), where a is visible_area(wo).
+  // The result is phase() times the mean of escape() over these heights.
   double single(const Vec3d& wo, const Vec3d& wi) const {
     const double in = visible_area(wo) / wo.z;
     return phase(wo, wi) * in / (in + visible_area(-wi) / wi.z);
   }
 
-  // One walk of the light that comes from wo, wo.z > 0. Calls visit(order, v, c, weight) at each
-  // microfacet: the light came from v and is at height c. The expected sum over visits of
+  // Simulates one walk of light that comes from wo (wo.z > 0). Calls visit(order, v, c, weight) at
+  // each microfacet, where the light comes from v and is at height c. The expected sum over visits
+  // of
   //   weight phase(v, wi) escape(c, wi)
-  // is f(wo, wi) wi.z; the visits of one order give its part. To estimate multiple scattering
-  // better, every walk meets a second microfacet, and `weight` has the probability of that.
+  // is f(wo, wi) wi.z; the visits of one order sum to the part of that order. To estimate multiple
+  // scattering better, every walk meets a second microfacet, and `weight` includes the probability
+  // of that.
   template <class Random, class Visit>
   void walk(const Vec3d& wo, Random& random, const Visit& visit) const {
     Vec3d d = -wo;

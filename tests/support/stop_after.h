@@ -13,8 +13,8 @@
 
 namespace emberline::test {
 
-// Requests a stop once `samples` samples are done, checks every picture before, and stores the
-// delivered one in `image`.
+// Requests a stop once `samples` samples are finished. Checks every picture that the driver
+// reports, and stores the finished tiles in `image`.
 class StopAfter final : public RenderSink {
  public:
   // If `require_positive`, no picture may contain a value of 0.

@@ -13,7 +13,7 @@
 
 namespace emberline::test {
 
-// A folder that is removed with its contents by the destructor.
+// A folder that the destructor removes with its contents.
 class TempFolder {
  public:
   TempFolder() {

@@ -1,5 +1,5 @@
-// A viewer for tests: listens as tev does and decodes the packets into images. The decoder follows
-// tev's published layout, not our encoder.
+// A viewer for tests, which listens as tev does and decodes the packets into images. The decoder
+// was written from tev's published layout, not from our encoder.
 #pragma once
 
 #include <arpa/inet.h>
@@ -35,7 +35,7 @@ struct TevImage {
   }
 };
 
-// Reads numbers and strings from the front of a packet. Throws std::runtime_error at its end.
+// Reads numbers and strings from a packet, in order. Throws std::runtime_error at the packet's end.
 class TevPacketReader {
  public:
   explicit TevPacketReader(const std::vector<unsigned char>& bytes) : bytes_(bytes) {}
@@ -50,7 +50,7 @@ class TevPacketReader {
     for (unsigned char c; (c = byte()) != 0;) text += char(c);
     return text;
   }
-  float float_at(size_t index) const {  // index into the floats that begin here
+  float float_at(size_t index) const {  // index into floats from here on
     if (at_ + 4 * index + 4 > bytes_.size()) throw std::runtime_error("too few values");
     float value;
     std::memcpy(&value, &bytes_[at_ + 4 * index], 4);
@@ -129,7 +129,7 @@ class TevServer {
  public:
   struct Behaviour {
     bool ipv6 = false;
-    bool reads = true;  // otherwise it accepts, but reads nothing until start_reading()
+    bool reads = true;  // if false, accepts, but reads only after start_reading()
     size_t closes_after = std::numeric_limits<size_t>::max();  // bytes
     useconds_t pause_us = 0;                                   // before each check of the socket
   };
@@ -138,7 +138,7 @@ class TevServer {
   explicit TevServer(const Behaviour& behaviour) : behaviour_(behaviour), reads_(behaviour.reads) {
     listener_ = ::socket(behaviour.ipv6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (!behaviour.reads || behaviour.pause_us > 0) {
-      // Small, so that the system buffers little for a peer that does not read.
+      // The buffer is small, so that the sender blocks soon if this server does not read.
       const int size = 4096;
       ::setsockopt(listener_, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
     }
@@ -164,21 +164,21 @@ class TevServer {
   TevServer(const TevServer&) = delete;
   TevServer& operator=(const TevServer&) = delete;
 
-  int port() const { return port_; }  // 0 if this kind of network is missing
+  int port() const { return port_; }  // 0 if there is no such network
   std::string url() const {
     return (behaviour_.ipv6 ? "tev://[::1]:" : "tev://127.0.0.1:") + std::to_string(port_);
   }
 
   void start_reading() { reads_ = true; }
 
-  // Waits for the connection's end. Returns the first fault in the packets, or "".
+  // Waits until the connection ends. Returns the first error in the packets, or "".
   std::string wait() {
     if (thread_.joinable()) thread_.join();
     return fault_;
   }
   // Valid after wait().
   const TevImages& images() const { return images_; }
-  // The only image.
+  // The first image, for tests that send only one.
   const TevImage& image() const { return images_.begin()->second; }
   bool connected() const { return connected_; }
 
@@ -210,7 +210,7 @@ class TevServer {
     ::close(socket);
   }
 
-  // Decodes the complete packets at the front and removes them.
+  // Decodes the complete packets at the front of `pending` and removes them.
   void decode(std::vector<unsigned char>& pending) {
     size_t at = 0;
     while (fault_.empty() && pending.size() - at >= 4) {

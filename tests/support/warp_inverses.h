@@ -5,13 +5,13 @@
 
 namespace emberline::test {
 
-// Unit disk, area measure.
+// Unit disk; the density is per area.
 inline float square_to_disk_pdf(const Vec2f& p) { return p.dot(p) <= 1.0f ? kInvPi : 0.0f; }
 
 inline Vec2f disk_to_square(const Vec2f& p) {
   const float r = std::sqrt(p.dot(p));
   float phi = std::atan2(p.y, p.x);
-  if (phi < -kPi / 4) phi += 2 * kPi;  // [-pi/4, 7pi/4): the four wedges in a row
+  if (phi < -kPi / 4) phi += 2 * kPi;  // to [-pi/4, 7pi/4): four wedges in order
   float a, b;
   if (phi < kPi / 4) {
     a = r;
@@ -35,14 +35,14 @@ inline float square_to_cosine_hemisphere_pdf(const Vec3f& w) {
 }
 inline Vec2f cosine_hemisphere_to_square(const Vec3f& w) { return disk_to_square({w.x, w.y}); }
 
-// Uniform sphere.
+// Uniform on the sphere.
 inline Vec2f sphere_to_square(const Vec3f& w) {
   float phi = std::atan2(w.y, w.x);
   if (phi < 0) phi += 2 * kPi;
   return {(1.0f - w.z) / 2, phi / (2 * kPi)};
 }
 
-// Barycentric coordinates, uniform in area.
+// Triangle, uniform in area; b are barycentric coordinates.
 inline Vec2f triangle_to_square(const Vec2f& b) {
   if (b.y > b.x) return {2 * b.x, b.y + b.x};
   return {b.x + b.y, 2 * b.y};

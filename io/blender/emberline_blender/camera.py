@@ -8,16 +8,16 @@ from .glb import point
 
 
 class View:
-    """`crop` is the visible part (x0, y0, x1, y1 from the top) of the rendered frame of `width` x `height`."""
+    """A frame of `width` x `height`, of which `crop` (x0, y0, x1, y1 from the top) is visible."""
 
     def __init__(self, width, height, crop, edit, placed=None, left=0, bottom=0):
-        """`placed`: the camera's matrix with unit axes. `left`, `bottom`: the crop's position in a 3D
+        """`placed` is the camera's matrix with unit axes. `left` and `bottom` are the crop's position in a 3D
         viewport's region, in pixels."""
         self.width, self.height, self.crop, self.edit, self.placed = width, height, crop, edit, placed
         self.left, self.bottom = left, bottom
 
     def animate(self, glb, animation, views):
-        """If one of `views`, one per moment, differs from this one, turns the view into a moving camera of
+        """`views` has one view per moment. If one of them differs from this view, turns it into a moving camera in
         the file. Returns the new nodes."""
         angles = [view.edit.get("fov_y") for view in views]
         if all(view.placed == self.placed for view in views) and angles.count(angles[0]) == len(angles):
@@ -38,7 +38,7 @@ class View:
 
 
 def pixels(render):
-    """Size of the whole frame and the border in it (x0, y0, x1, y1 from the top), rounded as Blender does."""
+    """Returns the size of the whole frame and the border in it (x0, y0, x1, y1 from the top), rounded as in Blender."""
     width = render.resolution_x * render.resolution_percentage // 100
     height = render.resolution_y * render.resolution_percentage // 100
     if width < 1 or height < 1:
@@ -54,12 +54,12 @@ def pixels(render):
 
 
 def _add_lens(edit, slope, placed, depsgraph):
-    """Adds aperture and focus; `slope` is half the view's height at distance 1."""
+    """Adds the aperture and the focus distance; `slope` is half the view's height at distance 1."""
     camera = placed.data
     dof, focus = camera.dof, camera.dof.focus_object
     if not dof.use_dof or dof.aperture_fstop <= 0:
         return
-    # Our f-number assumes film 24 mm high, so the same aperture has another number.
+    # Our f-number assumes film that is 24 mm high, so the same aperture has a different number.
     opening = 1e-3 * camera.lens / dof.aperture_fstop
     edit["f_stop"] = 0.012 / slope / opening
     distance = dof.focus_distance
@@ -71,7 +71,7 @@ def _add_lens(edit, slope, placed, depsgraph):
 
 
 def _up(top):
-    """The edit's "up", clamped to its range of -1 to 1 because rounding may exceed it."""
+    """Returns the edit's "up", clamped to its valid range of -1 to 1, which rounding may exceed."""
     return [min(max(c, -1.0), 1.0) for c in point(top)]
 
 
@@ -92,7 +92,7 @@ def view(depsgraph):
         sensor, fitted = camera.sensor_width, width
     else:
         sensor, fitted = camera.sensor_height, height
-    # A shifted lens shows a part of a larger frame centred on the axis.
+    # A shifted lens shows a part of a larger frame that is centred on the axis.
     right, up = round(2 * camera.shift_x * fitted), round(2 * camera.shift_y * fitted)
     whole = (width + abs(right), height + abs(up))
     if max(whole) > 65536:
@@ -102,7 +102,7 @@ def view(depsgraph):
 
     matrix = placed.matrix_world.to_3x3()
     eye = placed.matrix_world.translation
-    # Ignores the scale of the camera's object, as Cycles does.
+    # The scale of the camera's object is ignored, as in Cycles.
     back, top = matrix.col[2].normalized(), matrix.col[1].normalized()
     if not (back.length > 0 and top.length > 0 and all(map(math.isfinite, eye))):
         raise EmberlineError(f"Emberline: camera '{placed.name}' has a scale of 0; change its scale")
@@ -123,7 +123,7 @@ def view(depsgraph):
 
 
 def _region_border(context, depsgraph, width, height):
-    """Left, bottom, right and top of the rendered part of the region."""
+    """Returns left, bottom, right and top of the rendered part of the region."""
     space, region_data, scene = context.space_data, context.region_data, depsgraph.scene
     if region_data.view_perspective == "CAMERA":
         camera, render = scene.camera, scene.render
@@ -149,14 +149,14 @@ def _region_border(context, depsgraph, width, height):
 
 
 def region_view(context, depsgraph):
-    """The view of any 3D viewport, derived from the matrices with which Blender draws it."""
+    """Returns the view of a 3D viewport, derived from the matrices with which Blender draws it."""
     region_data, space = context.region_data, context.space_data
     width, height = context.region.width, context.region.height
     left, bottom, right_edge, top_edge = _region_border(context, depsgraph, width, height)
     projection, world = region_data.window_matrix, region_data.view_matrix.inverted_safe()
     flat = projection[3][3] != 0  # orthographic
-    # Where the axis meets the image, from -1 to 1. If it is off centre, the view is a crop of a larger one
-    # centred on it.
+    # The point at which the axis meets the image, from -1 to 1. If it is off centre, the view is a crop of a larger
+    # view that is centred on the axis.
     axis = [projection[i][3] if flat else -projection[i][2] for i in (0, 1)]
     more_x, more_y = round(abs(axis[0]) * width), round(abs(axis[1]) * height)
     whole = (width + more_x, height + more_y)

@@ -13,7 +13,7 @@ from . import guard
 
 
 class EmberlineError(Exception):
-    """Nothing can be rendered; the message is one line for the user."""
+    """Raised if nothing can be rendered. The message is one line for the user."""
 
 
 def find(preferred=""):
@@ -33,12 +33,13 @@ def find(preferred=""):
 
 
 def environment():
-    """Environment of child processes. Blender 5 sets OCIO to its own configuration; we need linear images."""
+    """Returns the environment for child processes, without OCIO: Blender 5 sets it to its own configuration, but we
+    need linear images."""
     return {name: value for name, value in os.environ.items() if name != "OCIO"}
 
 
 class Viewer:
-    """Receives the picture so far from `--display tev://`, as RGBA with rows from the top.
+    """Receives the unfinished picture through `--display tev://`, as RGBA with rows from the top.
 
     The protocol is that of the image viewer tev (io/viewer/tev_protocol.h). Only our own child process knows the port.
     """
@@ -133,7 +134,7 @@ class Process:
         return code
 
     def progress(self):
-        """Contents of --progress-file: done (0 to 1), samples, left_s; {} if there is none yet."""
+        """Returns the contents of --progress-file: done (0 to 1), samples, left_s; {} if there is none yet."""
         try:
             with open(self._progress, encoding="utf-8") as file:
                 return json.load(file)
@@ -146,7 +147,7 @@ class Process:
         guard.forget(self._child.pid)
 
     def fault(self, code):
-        """One line that describes the error."""
+        """Returns one line that describes the error."""
         with open(self._log, encoding="utf-8", errors="replace") as file:
             lines = [line.strip() for line in file if line.strip()]
         message = next((line for line in reversed(lines) if "error" in line.lower()), lines[-1] if lines else "")

@@ -1,4 +1,4 @@
-"""The render engine: exports the scene, runs `emberline render`, shows its progress and returns its passes."""
+"""The render engine: exports the scene, runs `emberline render`, shows the progress and returns the passes."""
 import json
 import os
 import queue
@@ -22,7 +22,7 @@ class _Cancelled(Exception):
     pass
 
 
-# Blender renders on a separate thread, but only the main thread may change its data: a timer there runs these jobs.
+# Blender renders on a separate thread, but only the main thread may change its data. A timer there runs these jobs.
 _main_thread_jobs = queue.SimpleQueue()
 
 
@@ -92,7 +92,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             pass
         except (EmberlineError, exr.ExrError, OSError) as fault:
             self._fail(str(fault))
-        except Exception as fault:  # a bug here, or an image that lacks a layer: an empty frame needs an explanation
+        except Exception as fault:  # a bug here, or an image without a layer; explain the empty frame
             traceback.print_exc()
             self._fail(f"Emberline: the add-on failed: {type(fault).__name__}: {fault}")
         finally:
@@ -147,7 +147,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         return self.begin_result(0, 0, crop[2] - crop[0], crop[3] - crop[1], layer=layer.name)
 
     def _wait_for_frame(self, process, viewer, crop, layer):
-        """Waits for the end of the frame. Esc kills the process; its files go with our folder."""
+        """Waits for the end of the frame. Esc kills the process; its files are removed with our folder."""
         shown = time.monotonic()
         result = self._result(layer, crop)
         code = None
@@ -195,7 +195,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         try:
             shutil.move(frame, guard.last_frame())
         except OSError:
-            pass  # then there is no heatmap
+            pass  # heatmaps are then not available
 
 
 def register():

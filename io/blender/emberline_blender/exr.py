@@ -1,6 +1,6 @@
-"""Reads and writes EXR files with NumPy only, since Blender's Python may have nothing else.
+"""Reads and writes EXR files with nothing but NumPy, since Blender's Python may have no other library.
 
-Reads what `emberline render --exr-compression none` writes (one tiled part); writes environment maps.
+Reads the files of `emberline render --exr-compression none`, which have one tiled part. Writes environment maps.
 """
 import struct
 
@@ -69,7 +69,7 @@ def _read(data):
             end = start + kind.itemsize * w
             planes[name][top : top + h, left : left + w] = numpy.ascontiguousarray(rows[:, start:end]).view(kind)
             start = end
-    # Attribute types are not kept: every value that decodes counts as text.
+    # The types of attributes are not known here, so every value that decodes counts as text.
     texts = {}
     for name, value in header.items():
         try:
@@ -80,7 +80,7 @@ def _read(data):
 
 
 def write(path, rgb):
-    """Writes float32 pixels, height x width x 3, rows from the top, as uncompressed scanlines."""
+    """Writes float32 pixels (height x width x 3, rows from the top) as uncompressed scanlines."""
     rgb = numpy.asarray(rgb, "<f4")
     height, width, _ = rgb.shape
 

@@ -1,4 +1,4 @@
-"""A .glb as JSON and buffer, to modify and extend the output of Blender's exporter."""
+"""Holds a .glb as JSON and buffer, to modify and extend the output of Blender's exporter."""
 import json
 import struct
 
@@ -53,11 +53,12 @@ class Glb:
     _LISTS = ("accessors", "bufferViews", "materials", "meshes")
 
     def end(self):
-        """The current sizes, for truncate()."""
+        """Returns the current sizes, for truncate()."""
         return len(self.buffer), {member: len(self.json.get(member, ())) for member in self._LISTS}
 
     def truncate(self, end):
-        """Removes additions since end(), except extensionsUsed, and all nodes, cameras, animations and extensions."""
+        """Removes everything added since end(), except for extensionsUsed. Also removes all nodes, cameras, animations
+        and extensions."""
         del self.buffer[end[0] :]
         for member, count in end[1].items():
             if member in self.json:
@@ -78,7 +79,7 @@ class Glb:
         return self.add("accessors", accessor)
 
     def add_vectors(self, values, bounds=False):
-        """Adds rows of two to four floats, or scalars. `bounds` are required for positions and key times."""
+        """Adds rows of two to four floats, or scalars. glTF requires `bounds` for positions and key times."""
         values = numpy.ascontiguousarray(values, "<f4")
         kind = "SCALAR" if values.ndim == 1 else f"VEC{values.shape[1]}"
         limits = {}
@@ -91,7 +92,7 @@ class Glb:
         return self._accessor(numpy.ascontiguousarray(triangles, "<u4").ravel(), 5125, "SCALAR")
 
     def default_material(self):
-        """Blender's default grey, for faces without a material."""
+        """Returns the index of Blender's default grey, for faces without a material."""
         if self._default_material is None:
             plain = {"baseColorFactor": [0.8, 0.8, 0.8, 1], "metallicFactor": 0, "roughnessFactor": 1}
             self.use("KHR_materials_specular")
@@ -124,13 +125,13 @@ class Glb:
 
 def axes(m):
     """Converts Blender's 4x4 matrix to glTF's axes (Y up)."""
-    # C m C^-1 with C: (x, y, z) -> (x, z, -y)
+    # This is C m C^-1 with C: (x, y, z) -> (x, z, -y).
     order, signs = (0, 2, 1, 3), (1, 1, -1, 1)
     return Matrix([[m[order[r]][order[c]] * signs[r] * signs[c] for c in range(4)] for r in range(4)])
 
 
 def flat(m):
-    """A node's "matrix" in column-major order."""
+    """Returns a node's "matrix", which is in column-major order."""
     return [m[r][c] for c in range(4) for r in range(4)]
 
 

@@ -17,7 +17,7 @@ _folder = None
 
 
 def folder():
-    """Returns a new private folder, which is removed with Blender at the latest."""
+    """Returns a new private folder, which is removed when Blender ends, if not before."""
     global _helper, _folder
     with _lock:
         if not _folder or not os.path.isdir(_folder):
@@ -25,7 +25,7 @@ def folder():
             _folder = tempfile.mkdtemp(prefix="emberline-blender-")
             arguments = [sys.executable, "-I", "-S", os.path.abspath(__file__), _folder]
             try:
-                # A new session, so that Ctrl-C in Blender's terminal does not reach it.
+                # It runs in a new session, so that Ctrl-C in Blender's terminal does not reach it.
                 _helper = subprocess.Popen(
                     arguments,
                     bufsize=0,
@@ -35,12 +35,12 @@ def folder():
                     start_new_session=True,
                 )
             except OSError:
-                _helper = None  # then files stay behind only if Blender is killed
+                _helper = None  # without it, files stay behind if Blender is killed
         return tempfile.mkdtemp(dir=_folder)
 
 
 def last_frame():
-    """The EXR of the last finished frame, for heatmaps."""
+    """Returns the path of the last finished frame's EXR, for heatmaps."""
     return os.path.join(_folder or tempfile.gettempdir(), "emberline-last-frame.exr")
 
 
@@ -62,7 +62,7 @@ def forget(child):
 
 
 def stop():
-    """Cleans up as at the end of Blender."""
+    """Cleans up as when Blender ends."""
     global _helper, _folder
     if _helper:
         ended, _helper = _helper, None

@@ -1,4 +1,4 @@
-"""Shows the last frame's heatmap as a Blender image."""
+"""Shows a heatmap of the last frame as a Blender image."""
 import os
 import subprocess
 import tempfile

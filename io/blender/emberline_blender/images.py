@@ -1,8 +1,6 @@
-"""Image values as Cycles reads them, and substitutes for images that Blender's glTF exporter would write with
-other values.
+"""Reads image values as Cycles does, and replaces images that Blender's glTF exporter would write with other values.
 
-The exporter writes stored values, which glTF interprets: colours are sRGB, other values linear, and alpha is
-unassociated.
+The exporter writes the stored values. In glTF, colours are sRGB, other values are linear, and alpha is unassociated.
 """
 import os
 import re
@@ -11,11 +9,12 @@ import bpy
 import numpy
 
 _LINEAR = ("Linear", "Linear Rec.709")
-_opaque = {}  # whether an image is opaque, by key
+_opaque = {}  # whether images are opaque, by key
 
 
 def space(image):
-    """Returns "sRGB", "linear" or "data"; None for others, which Python cannot convert. Loaded floats are linear."""
+    """Returns "sRGB", "linear" or "data", or None for other spaces, which Python cannot convert. Blender converts float
+    images to linear when it loads them."""
     settings = image.colorspace_settings
     if settings.is_data or settings.name == "Raw":
         return "data"
@@ -25,7 +24,7 @@ def space(image):
 
 
 def _pixels(image):
-    """RGBA as stored, rows from the bottom; for a tiled image the first tile."""
+    """Returns RGBA as stored, with rows from the bottom; for a tiled image, those of the first tile."""
     width, height = image.size
     pixels = numpy.empty(width * height * image.channels, numpy.float32)
     image.pixels.foreach_get(pixels)
@@ -51,14 +50,14 @@ def is_opaque(image):
 
 
 def _is_associated(image):
-    """Whether Cycles multiplies the node's colour by alpha. It divides by it again if it uses the node's alpha."""
+    """Whether Cycles multiplies the node's colour by alpha. If the node's alpha is used, it divides again."""
     return image.alpha_mode in ("STRAIGHT", "PREMUL") and space(image) != "data"
 
 
 def linear(image, uses_alpha=False):
-    """RGBA as Cycles uses it, rows from the bottom."""
+    """Returns RGBA as Cycles uses it, with rows from the bottom."""
     pixels = _pixels(image)
-    # In Blender's memory, float colours are premultiplied by alpha and byte colours are not.
+    # In Blender's memory, float colours are premultiplied by alpha, and byte colours are not.
     if _is_associated(image) and not uses_alpha and not image.is_float:
         pixels[:, :, :3] *= pixels[:, :, 3:]
     if _is_associated(image) and uses_alpha and image.is_float:
@@ -72,11 +71,11 @@ def linear(image, uses_alpha=False):
 
 
 def is_exported(image, is_colour, uses_alpha):
-    """Whether the file that the exporter writes has the meaning that Cycles reads."""
+    """Whether the values in the file that the exporter writes mean what Cycles reads."""
     if image.source == "TILED":
         return False
     kind, settings = space(image), image.colorspace_settings
-    if image.is_float:  # encoded as sRGB if the image counts as linear
+    if image.is_float:  # the exporter encodes it as sRGB if the image counts as linear
         return (settings.name in _LINEAR if is_colour else settings.is_data) and is_opaque(image)
     if uses_alpha and image.alpha_mode == "NONE" and not is_opaque(image):
         return False
@@ -86,7 +85,7 @@ def is_exported(image, is_colour, uses_alpha):
 
 
 def _encoded(image, is_colour, uses_alpha):
-    """Creates an image whose stored bytes give glTF readers the values that Cycles reads."""
+    """Creates an image whose stored bytes mean in glTF what Cycles reads."""
     pixels = linear(image, uses_alpha).clip(0, 1)
     if is_colour or space(image) is None:
         rgb = pixels[:, :, :3]
@@ -97,7 +96,7 @@ def _encoded(image, is_colour, uses_alpha):
 
 
 def uses(node):
-    """For an image node: its links to colours, its links to other values, and whether its alpha is used."""
+    """Returns an image node's links to colours, its links to other values, and whether its alpha is used."""
     colours, values = [], []
     for link in node.outputs["Color"].links:
         (colours if _is_colour(link, set()) else values).append(link)
@@ -105,7 +104,7 @@ def uses(node):
 
 
 def _is_colour(link, seen):
-    """Whether a link leads to a shader's colour, through any nodes."""
+    """Whether a link leads to the colour of a shader, directly or through other nodes."""
     node = link.to_node
     if any(output.type == "SHADER" for output in node.outputs):
         return link.to_socket.type == "RGBA"
@@ -115,7 +114,7 @@ def _is_colour(link, seen):
 
 
 def _path(node, frame):
-    """The file of an image sequence that a node shows at `frame`, with Blender's numbering."""
+    """Returns the file of an image sequence that a node shows at `frame`, numbered as in Blender."""
     user, number = node.image_user, node.image_user.frame_current
     if user.use_auto_refresh:
         at, count = frame - user.frame_start + 1, max(user.frame_duration, 1)
@@ -133,7 +132,7 @@ def is_missing(node, frame):
 
 
 def differences(image):
-    """Differences from Blender for an image that exists."""
+    """Returns what differs from Blender for an image that exists."""
     warnings = []
     if image.source == "TILED" and len(image.tiles) > 1:
         warnings.append(f"the image '{image.name}' has {len(image.tiles)} tiles (UDIM); only the first one is used")
@@ -145,13 +144,13 @@ def differences(image):
 
 
 class SubstituteImages:
-    """Substitute images for one export. New images are appended to `ids`, to be removed afterwards."""
+    """Creates substitute images for one export. Appends them to `ids`, to be removed afterwards."""
 
     def __init__(self, ids, frame):
         self._ids, self._frame, self._made = ids, frame, {}
 
     def of(self, node):
-        """Substitutes for a node's image, keyed by whether it is used as a colour; {} if none is needed."""
+        """Returns the substitutes for a node's image, keyed by whether it is used as a colour; {} if none is needed."""
         colours, values, uses_alpha = uses(node)
         if not (colours or values or uses_alpha) or is_missing(node, self._frame):
             return {}

@@ -17,7 +17,7 @@ _SUN_RADII = 1000.0
 
 
 def colour(light):
-    """Radiance, intensity or irradiance per watt: the light's colour, including simple nodes."""
+    """Returns the radiance, intensity or irradiance per watt: the light's colour, including simple nodes."""
     rgb = [light.color[i] for i in range(3)]
     if getattr(light, "use_temperature", False):
         rgb = [a * b for a, b in zip(rgb, light.temperature_color)]
@@ -30,7 +30,7 @@ def colour(light):
 
 
 def _unnormalized(light):
-    """Factor on the power if "Normalize" is off, as measured in Cycles 5.2; add() handles area lights."""
+    """Returns the factor on the power if "Normalize" is off, as measured in Cycles 5.2; add() handles area lights."""
     if getattr(light, "normalize", True) or light.type == "AREA":
         return 1.0
     if light.type == "SUN":
@@ -39,7 +39,7 @@ def _unnormalized(light):
 
 
 def active_surface_node(tree, output):
-    """The node connected to the surface of the tree's active output of type `output`."""
+    """Returns the node that is connected to the surface of the tree's active output of type `output`, or None."""
     for node in tree.nodes if tree else ():
         if node.type == output and node.is_active_output and node.inputs["Surface"].is_linked:
             return node.inputs["Surface"].links[0].from_node
@@ -47,7 +47,7 @@ def active_surface_node(tree, output):
 
 
 def emission_node(light):
-    """The light's Emission node, if its nodes consist of only that."""
+    """Returns the Emission node if it is connected directly to the light's output, or else None."""
     source = active_surface_node(light.node_tree, "OUTPUT_LIGHT") if light.use_nodes else None
     return source if source and source.type == "EMISSION" else None
 
@@ -75,7 +75,7 @@ def _circle(x, y):
 
 
 def _fan(points):
-    """Triangles that face down, the direction in which Blender's lights shine."""
+    """Returns triangles that face down, the direction in which Blender's lights shine."""
     return [(0, i + 1, i) for i in range(1, len(points) - 1)]
 
 
@@ -84,7 +84,7 @@ def _area_of(points):
 
 
 def _sphere(radius):
-    """An octahedron subdivided three times: 512 triangles."""
+    """Returns an octahedron that is subdivided three times: 512 triangles."""
     points = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
     faces = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
     for _ in range(3):
@@ -121,11 +121,11 @@ def _shape(light):
 
 
 def add(glb, animation, name, light, track, centre, radius, hidden_from_camera):
-    """Adds a light that moves along `track` (matrix_world). Returns the node's index, or None if it emits
-    nothing. `centre` is the centre of the scene.
+    """Adds a light that moves along `track` (its matrix_world at each moment). Returns the node's index, or None if the
+    light emits nothing. `centre` and `radius` are those of the scene.
 
-    The name becomes that of its light-group layer. `hidden_from_camera`: the light is in the camera's view but must be
-    invisible; a point light or sun then gets no size.
+    The name becomes that of the light-group layer. If `hidden_from_camera`, the light is in the camera's view but must
+    be invisible; a point light or sun then gets no size.
     """
     rgb = _scaled(colour(light), light.energy * _unnormalized(light))
     if max(rgb) <= 0:
@@ -143,13 +143,13 @@ def add(glb, animation, name, light, track, centre, radius, hidden_from_camera):
         if area <= 0:
             return None
         size = area if getattr(light, "normalize", True) else 1.0
-        # Cycles uses the exact shape's area here, not that of its polygon.
+        # Cycles uses the area of the exact shape here, not that of its polygon.
         return emitter(outline, _fan(outline), _scaled(rgb, versions.AREA_RADIANCE / size), track)
     if light.type == "SUN" and light.angle > 1e-4 and not hidden_from_camera:
         half = min(light.angle, math.radians(170)) / 2
         distance = _SUN_RADII * radius
         outline = _circle(distance * math.tan(half), distance * math.tan(half))
-        # Mean cosine over Cycles' disc, for a surface that faces its centre.
+        # The mean cosine over Cycles' disc, for a surface that faces the disc's centre.
         mean = 2 * (1 / math.cos(half) - 1) / math.tan(half) ** 2
         radiance = _scaled(rgb, mean / (math.pi * math.sin(half) ** 2))
         far = [Matrix.Translation(centre) @ r @ Matrix.Translation((0, 0, distance)) for r in rotations]
@@ -175,7 +175,7 @@ def _punctual(glb, name, light, rgb):
     entry["type"] = {"SUN": "directional", "POINT": "point", "SPOT": "spot"}[light.type]
     if light.type == "SPOT":
         outer = min(light.spot_size / 2, math.pi / 2 - 1e-4)
-        # Cycles fades as t^2 (3 - 2 t), glTF as t^2: over 3/4 of the range glTF emits the same amount of light.
+        # Cycles fades as t^2 (3 - 2 t), glTF as t^2. If glTF fades over 3/4 of the range, it emits as much light.
         inner = math.acos(min(math.cos(outer) + 0.75 * light.spot_blend * (1 - math.cos(outer)), 1.0))
         entry["spot"] = {"outerConeAngle": outer, "innerConeAngle": min(inner, outer - 1e-5)}
     glb.use("KHR_lights_punctual")

@@ -6,7 +6,7 @@ import bpy
 
 from . import images, lights, materials, versions, world
 
-# Nodes that Blender's glTF exporter or this add-on reads; others are reported as ignored.
+# Nodes that Blender's glTF exporter or this add-on reads. Others are reported as ignored.
 _SUPPORTED_NODES = {
     "OUTPUT_MATERIAL", "BSDF_PRINCIPLED", "EMISSION", "BSDF_DIFFUSE", "BSDF_GLOSSY", "TEX_IMAGE", "MAPPING", "UVMAP",
     "NORMAL_MAP", "SEPRGB", "SEPARATE_COLOR", "FRAME", "REROUTE", "RGB", "VALUE", "TEX_COORD",
@@ -14,10 +14,10 @@ _SUPPORTED_NODES = {
 _SUPPORTED_SURFACES = {"BSDF_PRINCIPLED", "EMISSION", "BSDF_DIFFUSE", "BSDF_GLOSSY"}
 _SUPPORTED_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META", "LIGHT", "CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
 _KINDS = {"VOLUME": "volume", "CURVES": "hair curves", "POINTCLOUD": "point cloud", "GPENCIL": "grease pencil", "GREASEPENCIL": "grease pencil"}
-_MAX_OBJECTS = 2000  # objects that are examined while a panel is drawn
+_MAX_OBJECTS = 2000  # largest scene that is examined while a panel is drawn
 
-_from_renders = {}  # scene: lines of the last frame's report
-_cache = {}  # scene: lines
+_from_renders = {}  # lines of the last frame's report, by scene
+_cache = {}  # lines, by scene
 _dirty = True
 
 
@@ -131,7 +131,7 @@ def missing_libraries():
 
 
 def of_scene(scene):
-    """Returns (name, difference from Blender), without duplicates."""
+    """Returns a list of (name, difference from Blender), without duplicates."""
     lines, materials_seen = list(missing_libraries()), {}
     for obj in scene.objects:
         if obj.hide_render:
@@ -183,7 +183,7 @@ def from_last_render(scene):
 
 
 def for_panel(scene):
-    """of_scene(), cached until something changes; None if the scene is too large."""
+    """Like of_scene(), but cached until something changes. Returns None if the scene is too large."""
     global _dirty
     if _dirty:
         _cache.clear()

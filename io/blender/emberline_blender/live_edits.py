@@ -1,7 +1,7 @@
-"""Material and light changes that a session accepts as edits, without a new scene (session/PROTOCOL.md)."""
+"""Finds changes of materials and lights that a session accepts as edits, without a new scene (session/PROTOCOL.md)."""
 from . import lights, materials
 
-# Sockets whose values become factors in the file, for nodes that the exporter or materials.py copies directly.
+# By node type, the sockets whose values the exporter or materials.py copies directly to factors in the file.
 _FACTORS = {
     "BSDF_PRINCIPLED": {"Base Color": "base_color", "Metallic": "metallic", "Roughness": "roughness"},
     "BSDF_DIFFUSE": {"Color": "base_color"},
@@ -15,7 +15,7 @@ def _plain(value):
 
 
 def material_state(material):
-    """Returns (fixed part, editable factors) of a material; None if other nodes contribute."""
+    """Returns (fixed part, editable factors) of a material, or None if other nodes contribute to it."""
     surface = materials.surface_node(material)
     if not surface or surface.type not in _FACTORS or any(entry.is_linked for entry in surface.inputs):
         return None
@@ -39,7 +39,7 @@ def light_state(light):
 
 
 def light_edit(before, now):
-    """The edit that changes colour `before` to `now`; None if no edit can."""
+    """Returns the edit that changes the colour `before` to `now`, or None if no edit can do that."""
     if any(b <= 0 < n for b, n in zip(before, now)):
         return None
     factors = [n / b if b > 0 else 0.0 for b, n in zip(before, now)]

@@ -1,4 +1,4 @@
-"""Prepares materials for Blender's exporter, and adds what it omits."""
+"""Prepares materials for Blender's exporter, and adds what the exporter omits."""
 import copy
 
 from . import images, lights
@@ -24,11 +24,11 @@ def image_nodes(material):
 
 
 class Copies:
-    """Provides original materials, which the exporter requires. Animated ones become copies with this frame's
-    values; ones with images that the exporter would write differently from Cycles get substitute images."""
+    """Provides original materials, which the exporter requires, or copies of them. Animated materials are copied with
+    this frame's values; if the exporter would write other image values than Cycles reads, the copy has substitutes."""
 
     def __init__(self, depsgraph, ids, names):
-        """`names` receives the copies' names, mapped to the originals'."""
+        """`names` receives the name of each copy, mapped to the name of its original."""
         self._depsgraph, self._ids, self._copies = depsgraph, ids, {}
         self._substitutes = images.SubstituteImages(ids, depsgraph.scene.frame_current)
         self.names = names
@@ -69,7 +69,7 @@ class Copies:
 
 
 def surface_node(material):
-    """The node connected to the material's active output."""
+    """Returns the node that is connected to the material's active output, or None."""
     return lights.active_surface_node(material.node_tree, "OUTPUT_MATERIAL") if material.use_nodes else None
 
 
@@ -91,7 +91,8 @@ def _plain(glb, material, colour, metallic, roughness, specular=1):
 
 
 def _blend(material, node):
-    """Cycles blends wherever alpha is below 1, but before Blender 4.2 the exporter follows EEVEE's settings."""
+    """Sets alpha blending as in Cycles: wherever alpha is below 1. Before Blender 4.2, the exporter follows EEVEE's
+    settings instead."""
     alpha = node.inputs["Alpha"]
     source = alpha.links[0].from_node if alpha.is_linked else None
     plain = not source or source.type == "TEX_IMAGE"
@@ -105,14 +106,14 @@ def _blend(material, node):
 
 
 def complete(glb):
-    """Adds what the exporter cannot express."""
+    """Adds what the exporter does not write."""
     import bpy
 
     for material in glb.json.get("materials", []):
         source = bpy.data.materials.get(material.get("name", ""))
         node = surface_node(source) if source else None
         extensions = material.setdefault("extensions", {})
-        # In glTF, transmission without a volume is a thin sheet; Cycles refracts.
+        # In glTF, transmission without a volume means a thin sheet, but Cycles refracts.
         if extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0) > 0:
             volume = extensions.setdefault("KHR_materials_volume", {})
             volume.setdefault("thicknessFactor", 1.0)
@@ -131,7 +132,7 @@ def complete(glb):
 
 
 class LightGroups:
-    """Copies emissive materials per light group if objects of different groups use them."""
+    """Copies the emissive materials that objects in light groups use, once per group."""
 
     def __init__(self, glb):
         self._glb = glb
@@ -141,7 +142,7 @@ class LightGroups:
             if any(c > 0 for c in m.get("emissiveFactor", (0, 0, 0)))
         }
         self._materials, self._meshes = {}, {}
-        self.layers = {}  # layer name: light group
+        self.layers = {}  # light groups, by layer name
 
     def mesh(self, index, group):
         mesh = self._glb.json["meshes"][index]

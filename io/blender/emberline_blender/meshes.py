@@ -1,4 +1,4 @@
-"""Converts Blender's meshes to those of a .glb with NumPy."""
+"""Converts Blender's meshes to meshes of a .glb with NumPy."""
 import numpy
 
 from . import versions
@@ -16,10 +16,11 @@ def _axes(vectors):
 
 
 class Mesh:
-    """Triangles by material slot. A vertex is a face corner; equal corners of a Blender vertex are merged."""
+    """A mesh, with triangles by material slot. Its vertices are face corners; equal corners of a Blender vertex are
+    merged."""
 
     def __init__(self, mesh, of):
-        """`mesh` is a Blender mesh with faces; `of` is its owner."""
+        """`mesh` must be a Blender mesh with faces; `of` is its owner."""
         mesh.calc_loop_triangles()
         vertices = _read(mesh.loops, "vertex_index", numpy.int32, 1)[:, 0]
         uvs = [_read(layer.data, "uv", numpy.float32, 2) for layer in mesh.uv_layers]
@@ -41,18 +42,19 @@ class Mesh:
         self._positions = _read(mesh.vertices, "co", numpy.float32, 3)[vertices]
         self._normals, self._uvs = normals, uvs
         self.finite = bool(numpy.isfinite(self._positions).all())
-        self.slots = {}  # slot: corners used as vertices, and triangles that index them
+        self.slots = {}  # by slot: the corners used as vertices, and the triangles that index them
         for slot in numpy.unique(slots):
             triangles = corners[slots == slot]
             used = numpy.zeros(len(vertices), bool)
             used[triangles] = True
             self.slots[int(slot)] = numpy.flatnonzero(used), (numpy.cumsum(used, dtype=numpy.uint32) - 1)[triangles]
         self.of = of
-        self.used_materials = {}  # by slot: key of the material
+        self.used_materials = {}  # keys of the materials, by slot
         self._poses, self._changes_faces = [], False
 
     def add_pose(self, mesh):
-        """Adds the mesh at another moment. Returns False if its topology has changed; it then keeps its first shape."""
+        """Adds the shape of the mesh at another moment. If the topology has changed, keeps only the first shape and
+        returns False."""
         if self._changes_faces or len(mesh.loops) != self._corner_count:
             self._poses, self._changes_faces = [], True
             return False
@@ -62,7 +64,7 @@ class Mesh:
         return True
 
     def add_to(self, glb, materials):
-        """Returns the index of the new mesh. `materials` maps material keys to the file's indices."""
+        """Adds the mesh to the file and returns its index. `materials` maps material keys to the file's indices."""
         primitives = []
         for slot, (corners, triangles) in self.slots.items():
             attributes = {

@@ -1,4 +1,4 @@
-"""Motion blur: evaluates the scene at moments of the shutter and writes the motion as an animation of the file."""
+"""Motion blur: evaluates the scene at moments while the shutter is open, and writes the motion as an animation."""
 import math
 
 from mathutils import Matrix
@@ -6,12 +6,12 @@ from mathutils import Matrix
 from . import versions
 from .glb import axes, flat
 
-# Render options: the animation lasts one second, and the shutter is open for all of it.
+# Render options for the exported animation, which lasts one second. The shutter is open for all of it.
 OPTIONS = ["--time", "0", "--fps", "1", "--shutter", "0,1"]
 
 
 class Shutter:
-    """The shutter of an F12 render by `engine`; moving to a frame updates the engine's depsgraph."""
+    """The shutter of an F12 render by `engine`. Moving to another frame updates the engine's depsgraph."""
 
     def __init__(self, engine, scene):
         self._engine = engine
@@ -19,12 +19,12 @@ class Shutter:
         length = scene.render.motion_blur_shutter
         start = {"START": 0.0, "CENTER": -0.5, "END": -1.0}[versions.shutter_owner(scene).motion_blur_position]
         intervals = 2**scene.emberline.motion_steps
-        self.times = [i / intervals for i in range(intervals + 1)]  # share of the shutter interval
+        self.times = [i / intervals for i in range(intervals + 1)]  # as shares of the shutter interval
         self._frames = [self._frame + length * (start + t) for t in self.times]
         self.middle = intervals // 2
 
     def moments(self):
-        """Yields each time's index, the middle first, with the scene set to that time; restores it at the end."""
+        """Sets the scene to each time, the middle first, and yields the time's index. Restores the scene at the end."""
         order = [self.middle] + [i for i in range(len(self.times)) if i != self.middle]
         try:
             for i in order:
@@ -39,7 +39,7 @@ class Shutter:
 
 
 class Animation:
-    """Adds static and moving nodes to a file. `times` of the matrices of a track; empty without a shutter."""
+    """Adds static and moving nodes to a file. `times` are those of a track's matrices; empty without a shutter."""
 
     def __init__(self, glb, times=()):
         self._glb, self._times = glb, times
@@ -50,8 +50,8 @@ class Animation:
         return self._input is None
 
     def node(self, track, morphs=0, **members):
-        """Returns the index of a new node that moves along `track` (Blender matrices), or None if a matrix is
-        not finite. `morphs`: the number of its mesh's morph targets, one for each time except the middle."""
+        """Adds a node that moves along `track` (Blender matrices). Returns its index, or None if a matrix is not
+        finite. `morphs` is the number of its mesh's morph targets, one for each time except the middle."""
         placed = [axes(m) for m in track]
         if not all(math.isfinite(x) for m in placed for row in m for x in row):
             return None
@@ -69,7 +69,7 @@ class Animation:
         parts = [m.decompose() for m in placed]
         leaf = None
         if any(_differ(Matrix.LocRotScale(*part), m) for part, m in zip(parts, placed)):
-            # Shear: the leaf keeps the middle's matrix, and a parent rotates and scales it about its own origin.
+            # There is shear: the leaf keeps the middle's matrix, and a parent rotates and scales it about its origin.
             middle_matrix = middle.to_3x3()
             leaf = self._glb.add("nodes", {**members, "matrix": flat(middle_matrix.to_4x4())})
             members = {"children": [leaf]}
@@ -87,7 +87,7 @@ class Animation:
         return root if leaf is None else leaf, root
 
     def animate_value(self, pointer, values):
-        """Animates the value at `pointer` in the file's JSON with one of `values` per time."""
+        """Animates the value at `pointer` in the file's JSON. `values` has one value per time."""
         self._glb.use("KHR_animation_pointer")
         self._channel({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}}, values)
 

@@ -1,4 +1,4 @@
-"""Emberline's panels, and the built-in panels that it shares."""
+"""Defines Emberline's panels and enables the built-in panels that it shares."""
 import textwrap
 
 import bpy
@@ -6,7 +6,7 @@ import bpy
 from . import limits, versions
 
 ENGINE = "EMBERLINE"
-# Built-in panels of all engines that we exclude, and panels of other engines that we include.
+# Panels that Blender shows for all engines but we exclude, and panels of other engines that we include.
 _EXCLUDED_PANELS = {
     "VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_simplify", "DATA_PT_light", "NODE_DATA_PT_light",
     "RENDER_PT_freestyle",
@@ -171,7 +171,7 @@ class EMBERLINE_PT_passes(_Panel, bpy.types.Panel):
         column.prop(layer.emberline, "use_pass_error")
 
 
-# In the order of definition above.
+# Registers the panels in the order of their definition above.
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory((EMBERLINE_OT_look_again, *_Panel.__subclasses__()))
 
 
@@ -189,12 +189,12 @@ def _compatible_panels():
             yield panel
 
 
-_previous_engines = {}  # built-in panels: their previous engines
+_previous_engines = {}  # previous engines, by built-in panel
 
 
 def register():
     _register_classes()
-    # Assigns new sets, since panels may share one.
+    # Each panel gets a new set, since panels may share one.
     for panel in list(_compatible_panels()):
         _previous_engines[panel] = panel.__dict__.get("COMPAT_ENGINES")
         panel.COMPAT_ENGINES = panel.COMPAT_ENGINES | {ENGINE}

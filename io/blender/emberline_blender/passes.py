@@ -3,7 +3,7 @@ import hashlib
 
 import numpy
 
-# A Blender pass: its name, channels, type, our channels, and the view layer's switch for it.
+# Each Blender pass: its name, channels and type, our channels, and the view layer's switch for it.
 _PASSES = (
     ("Depth", "Z", "VALUE", ("Z",), "use_pass_z"),
     ("Position", "XYZ", "VECTOR", ("P.X", "-P.Z", "P.Y"), "use_pass_position"),
@@ -28,7 +28,7 @@ def light_groups(layer):
 
 
 def requested_passes(scene, layer):
-    """(name, channels, type) of each pass of a view layer except Combined."""
+    """Returns (name, channels, type) of each pass of a view layer except Combined."""
     settings, own = scene.emberline, layer.emberline
     passes = [p[:3] for p in _PASSES if getattr(layer, p[4], False)]
     if settings.use_denoising:
@@ -44,7 +44,7 @@ def requested_passes(scene, layer):
 
 
 def options(scene, layer):
-    """The command's options that produce these passes."""
+    """Returns the command's options that produce the requested passes."""
     names = {p[0] for p in requested_passes(scene, layer)}
     aovs = [channels[0].partition(".")[0] for name, _, _, channels, _ in _PASSES if name in names]
     if ERROR in names or scene.emberline.use_maps:
@@ -68,7 +68,7 @@ def _plane(planes, channel):
 
 
 def fill(result_layer, name, channels):
-    """Writes planes with rows from the top to a pass, whose rows start at the bottom."""
+    """Writes planes, whose rows start at the top, to a pass, whose rows start at the bottom."""
     for rendered in result_layer.passes:
         if rendered.name == name:
             pixels = numpy.stack([c[::-1] for c in channels], axis=-1).astype(numpy.float32)
@@ -81,7 +81,7 @@ def fill(result_layer, name, channels):
 
 
 def _layer_name(name):
-    """The name that --light-groups derives from `name`."""
+    """Returns the name that --light-groups derives from `name`."""
     return "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "_" for c in name)
 
 

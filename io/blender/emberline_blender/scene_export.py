@@ -27,7 +27,7 @@ class _MaterialScene:
         self.scene = bpy.data.scenes.new("Emberline export")
         self.ids, self.original_names, self.warnings = [], {}, []
         self._copies = materials.Copies(depsgraph, self.ids, self.original_names)
-        self._triangles, self._users = {}, {}  # names by key; material and user by triangle
+        self._triangles, self._users = {}, {}  # names of triangles; names of material and user by triangle
 
     def __enter__(self):
         return self
@@ -37,8 +37,8 @@ class _MaterialScene:
         bpy.data.batch_remove(self.ids)
 
     def triangle(self, material, uv_maps, active_uv_map, user):
-        """Returns the triangle's name; `user` is the name of an object with the material. Textures refer to
-        UV maps, so meshes with different UV maps need separate triangles."""
+        """Returns the name of the material's triangle. `user` is the name of an object with the material. Textures
+        refer to UV maps, so meshes with different UV maps need separate triangles."""
         used_materials = (self._copies.of(material), uv_maps, active_uv_map)
         if used_materials not in self._triangles:
             mesh = bpy.data.meshes.new("emberline")
@@ -57,7 +57,7 @@ class _MaterialScene:
         return self._triangles[used_materials]
 
     def export(self, folder):
-        """Returns the exporter's file and the material index of each triangle."""
+        """Returns the file that the exporter has written, and the material index of each triangle."""
         if not self._triangles:
             return Glb(), {}
         path = os.path.join(folder, "materials.glb")
@@ -75,7 +75,7 @@ class _MaterialScene:
 
 
     def _find_failing_material(self, path):
-        """Finds the material at which the exporter fails, and an object that uses it."""
+        """Finds the material at which the exporter fails. Returns text that names it and an object that uses it."""
         placed = list(self._users)
         for one in placed:
             self.scene.collection.objects.unlink(one)
@@ -91,11 +91,11 @@ class _MaterialScene:
 
 
 class _ExporterFailed(Exception):
-    """The message is one line."""
+    """Raised if Blender's exporter fails. The message is one line."""
 
 
 class _Context:
-    """Blender's context without its window. The exporter would switch the window to the exported scene, which
+    """Blender's context without its window. Otherwise the exporter would switch the window to the exported scene, which
     the user would see and which makes Blender evaluate the user's scene twice more."""
 
     def __init__(self, context):
@@ -146,7 +146,7 @@ def _export(scratch, path):
 
 @contextlib.contextmanager
 def _operator_fault():
-    """Captures the exporter's exception: Blender passes it on only as truncated traceback text."""
+    """Captures the exporter's exception, which Blender passes on only as the text of a truncated traceback."""
     kind, fault = bpy.types.EXPORT_SCENE_OT_gltf, {}
     execute = kind.execute
 
@@ -174,30 +174,31 @@ def _one_line(error):
 
 
 class Parts:
-    """Meshes and materials of an exported file, for reuse: the file's index of each mesh, and where they end."""
+    """The meshes and materials of an exported file, for reuse: each mesh's index in the file, and where they end."""
 
     def __init__(self):
         self.path, self.meshes, self.end = "", {}, None
 
 
 def material_names(placed):
-    """Names of the materials in the object's slots."""
+    """Returns the names of the materials in the object's slots."""
     return tuple(slot.material.name_full if slot.material else "" for slot in placed.material_slots)
 
 
-# A mesh or a light. `track`: matrices per moment; `key`: of its mesh; `holdout`: it is a hole to the camera.
+# A mesh or a light. `track` has a matrix per moment, `key` is the mesh's, and a `holdout` is a hole to the camera.
 _ExportItem = collections.namedtuple("_ExportItem", "name data track group key hidden_from_camera holdout", defaults=(None, False, False))
 
 
 class Export:
     """Writes scene.glb to `folder` from the depsgraph.
 
-    `groups` then maps light layers to Blender's light groups, for those in `light_groups`. `holdout` is the name of the
-    parent node of all holdouts, or None.
+    The attribute `groups` then maps light layers to Blender's light groups, for those in `light_groups`. `holdout` is
+    the name of the parent node of all holdouts, or None.
 
-    `parts`: an earlier export whose meshes and materials are still valid; only nodes are then written, unless a mesh is
-    missing. `shutter` (motion.py): evaluate the scene at each of its moments; `view` is then that of the middle, and
-    `moves` says whether anything moves. `only`: names of the objects to export, with their instances."""
+    `parts` are those of an earlier export whose meshes and materials are still valid; only nodes are then written,
+    unless a mesh is missing. With a `shutter` (motion.py), the scene is evaluated at each of its moments; `view` is
+    then that of the middle, and `moves` says whether anything moves. `only` has the names of the objects to export,
+    with their instances."""
 
     def __init__(self, depsgraph, folder, light_groups=(), parts=None, shutter=None, only=None):
         self._depsgraph = depsgraph
@@ -216,7 +217,7 @@ class Export:
         self.parts = parts
 
     def lights(self):
-        """Object name and light data of each light."""
+        """Returns the object name and the light data of each light."""
         return [(item.name, item.data) for item in self._items.values() if not item.key]
 
     def _export_parts(self, folder):
@@ -240,7 +241,7 @@ class Export:
         return parts, glb
 
     def _instances(self):
-        """Yields what is rendered: a name that is stable over time, the object, its owner, and its matrix."""
+        """Yields what is rendered: a name that does not change over time, the object, its owner, and its matrix."""
         for instance in self._depsgraph.object_instances:
             placed = instance.object
             if instance.show_self and (placed.type == "LIGHT" or placed.type in _MESH_TYPES and placed.data):
@@ -253,7 +254,8 @@ class Export:
                 yield name, placed, owner, instance.matrix_world.copy()
 
     def _collect(self, meshes, scratch=None):
-        """Lists the objects to export and reads new meshes into `meshes`; without `scratch`, returns False instead."""
+        """Lists the objects to export and reads new meshes into `meshes`. Returns False if there are new ones but no
+        `scratch`."""
         self._items, self.used_materials = {}, {}
         self._low, self._high = Vector((1e30,) * 3), Vector((-1e30,) * 3)
         scene = self._depsgraph.scene_eval
@@ -268,7 +270,7 @@ class Export:
                 self._items[name] = _ExportItem(placed.name, placed.data, track, group, hidden_from_camera=hidden_from_camera)
                 continue
             used_materials = self.used_materials[placed.name_full] = material_names(placed)
-            # Objects without modifiers share their data; evaluated data of others have separate addresses.
+            # Objects without modifiers share their data; the evaluated data of others have separate addresses.
             key = (placed.data.as_pointer(), placed.type, used_materials)
             if placed.type != "MESH":
                 key = (placed.original.as_pointer(), placed.type, used_materials)
@@ -288,7 +290,7 @@ class Export:
 
     @staticmethod
     def _read(name, placed, scratch):
-        """Reads a mesh; None if it has no faces."""
+        """Reads a mesh. Returns None if it has no faces."""
         try:
             mesh = placed.to_mesh()
         except RuntimeError:
@@ -347,7 +349,7 @@ class Export:
                 node = animation.node(item.track, morphs, name=item.name, mesh=split.mesh(mesh, item.group))
                 (holdout_nodes if item.holdout else placed).append(node)
                 continue
-            # Light groups are found by the layer's name, which two lights might share.
+            # Light groups are found by the name of the layer, which two lights might share otherwise.
             layer = f"group{index}-{item.name}" if item.group else item.name
             if item.group:
                 light_layers[layer] = item.group

@@ -1,5 +1,5 @@
-"""Runs `emberline session` as a child process (renderer/session/PROTOCOL.md). Commands are sent without
-waiting; pictures come back."""
+"""Runs `emberline session` as a child process (renderer/session/PROTOCOL.md). Sends commands without waiting and
+receives pictures."""
 import collections
 import json
 import mmap
@@ -13,7 +13,7 @@ from . import guard
 from .command import EmberlineError, environment
 
 
-# RGBA, linear, rows from the bottom like Blender's textures.
+# The pixels are linear RGBA, with rows from the bottom as in Blender's textures.
 Picture = collections.namedtuple("Picture", "message pixels")
 
 
@@ -58,7 +58,7 @@ class Session:
                 self._child.stdin.flush()
         except (OSError, ValueError):
             return  # the reading thread notices the end
-        self._child.kill()  # nothing that it holds is still needed
+        self._child.kill()  # nothing in its memory is still needed
 
     def _read(self):
         memory, segment = None, None

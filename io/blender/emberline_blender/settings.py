@@ -1,10 +1,10 @@
-"""Render settings with Cycles' names and units, and the command-line options they become."""
+"""Defines render settings with Cycles' names and units, and converts them to command-line options."""
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-# --filter-radius for a filter width of 1 in Cycles: Blackman-Harris ends at the width; the Gaussian's sigma
-# is a quarter of the width in Cycles and a third of the radius here. Cycles has no Mitchell; at the default
-# width it gets its usual radius of 2.
+# The --filter-radius for a filter width of 1 in Cycles. Blackman-Harris ends at the width; the Gaussian's sigma is a
+# quarter of the width in Cycles and a third of the radius here. Cycles has no Mitchell; with this factor, it has its
+# usual radius of 2 at the default width.
 _RADII = {"blackman-harris": 1.0, "gaussian": 0.75, "mitchell": 4 / 3}
 
 
@@ -151,7 +151,7 @@ def preferred_command():
 
 
 def filter_radius(own):
-    """In pixels. As in Cycles, the width has no effect on a box filter."""
+    """Returns the radius in pixels. As in Cycles, the width has no effect on a box filter."""
     return own.filter_width * _RADII[own.pixel_filter] if own.pixel_filter in _RADII else 0.5
 
 
@@ -182,7 +182,7 @@ def options(scene):
 
 
 def viewport_options(scene):
-    """Options of a viewport, which has its own driver and no time limit."""
+    """Returns the options of a viewport, which has its own driver and no time limit."""
     return _sample_options(scene, scene.emberline.viewport_samples, scene.emberline.seed)
 
 

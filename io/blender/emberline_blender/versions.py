@@ -2,16 +2,16 @@
 import bpy
 import numpy
 
-# Radiance of an area light in units of P / A (power P, size A). Blender 4.0 replaced 1/4 by 1/pi.
+# The radiance of an area light of power P and size A is this factor times P / A. Blender 4.0 replaced 1/4 by 1/pi.
 AREA_RADIANCE = 0.25 if bpy.app.version < (4, 0) else 1 / numpy.pi
 
 
-# Since 4.0 an engine's report() of an error also shows in the window; before, only error_set() did.
+# Since 4.0, an error that an engine reports with report() also shows in the window; before, error_set() was needed.
 REPORT_SHOWS_ERRORS = bpy.app.version >= (4, 0)
 
 
 def corner_normals(mesh):
-    """Normals per face corner, in Blender's axes."""
+    """Returns the normal of each face corner, in Blender's axes."""
     normals = numpy.empty((len(mesh.loops), 3), numpy.float32)
     if hasattr(mesh, "corner_normals"):
         mesh.corner_normals.foreach_get("vector", normals.ravel())
@@ -22,19 +22,19 @@ def corner_normals(mesh):
 
 
 def shutter_owner(scene):
-    """The object that has `motion_blur_position`."""
+    """Returns the settings object that has `motion_blur_position`."""
     render = scene.render
     return next(owner for owner in (render, getattr(scene, "cycles", None), scene.eevee) if hasattr(owner, "motion_blur_position"))
 
 
 def update_after_export(depsgraph):
-    """Call after a render's export. If relations are still to be rebuilt at the next frame of an animation,
-    Blender 5.2 crashes, with any engine."""
+    """Must be called after a render's export. Blender 5.2 crashes, with any engine, if relations have not been rebuilt
+    before the next frame of an animation."""
     if bpy.app.version >= (5, 0):
         depsgraph.update()
 
 
 def casts_shadows(light):
-    if bpy.app.version < (4, 2):  # in these versions light.use_shadow belongs to EEVEE
+    if bpy.app.version < (4, 2):  # in these versions, light.use_shadow is a setting of EEVEE
         return getattr(getattr(light, "cycles", None), "cast_shadow", True)
     return light.use_shadow

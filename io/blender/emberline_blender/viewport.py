@@ -1,8 +1,9 @@
-"""The image in a viewport: sends changes to `emberline session` and draws its pictures.
+"""Shows the image in a viewport: sends changes to `emberline session` and draws its pictures.
 
 A new view is sent at once, whenever Blender draws. Other changes wait for a timer, because only a timer may create data
-for the export: the world is sent as an edit, moved objects and lights are combined with the meshes of the last export,
-and anything else is exported again. The old picture stays until the next one arrives.
+for the export. The world, plain materials, and a light's colour and power are sent as edits; moved objects and lights
+are combined with the meshes of the last export; for any other change, the scene is exported again. The old picture
+stays until the next one arrives.
 """
 import os
 import shutil
@@ -27,8 +28,8 @@ _exporting = False
 
 
 class _Changes:
-    """Pending changes: `extent` says what to export again; if nothing, there are edits of the world and of
-    the named materials and lights."""
+    """Pending changes. `extent` says what must be exported again. If it is nothing, edits of the world and of the named
+    materials and lights are enough."""
 
     def __init__(self, extent):
         self.extent, self.materials, self.lights, self.world = extent, set(), set(), False
@@ -40,7 +41,7 @@ class _Changes:
         data = update.id
         kind = data.bl_rna.identifier
         if kind in ("Scene", "Camera", "Screen", "WindowManager", "Collection", "ViewLayer") or data.is_embedded_data:
-            return  # objects are counted, views are checked on drawing, and embedded trees come with their owners
+            return  # objects are counted, views are checked on drawing, and owners are reported with embedded trees
         if kind == "Material":
             self.materials.add(data.name_full)
         elif isinstance(data, bpy.types.Light):
@@ -76,10 +77,10 @@ class Viewport:
         self._folder = guard.folder()
         self._session = None
         self._changes, self._objects = _Changes(_ALL), -1
-        self._materials, self._lights = {}, {}  # states at export, see live_edits.py
-        self._edits = {"materials": {}, "lights": {}}  # edits since then, by name
+        self._materials, self._lights = {}, {}  # states when they were exported, see live_edits.py
+        self._edits = {"materials": {}, "lights": {}}  # edits since the export, by name
         self._scene_names = {}  # names in the open scene
-        self._parts = None  # of the last export, for reuse
+        self._parts = None  # parts of the last export, for reuse
         self._material_names = {}  # material names by object
         self._worlds = 0  # number of worlds sent
         self._visible_names = None  # names of the objects visible in local view
@@ -143,7 +144,7 @@ class Viewport:
             if self._changes.extent and time.monotonic() >= self._next_export_time:
                 began = time.monotonic()
                 self._export()
-                # During continuous changes, leaves half of the time to Blender.
+                # During continuous changes, this leaves half of the time to Blender.
                 self._next_export_time = 2 * time.monotonic() - began
                 if not self._session:
                     engine.tag_redraw()
@@ -151,7 +152,7 @@ class Viewport:
         if self._session.problem:
             self._status = f"Emberline: {self._session.problem}"
         picture = self._session.take_picture()
-        # Redraws only when needed: a redraw costs CPU time that the session needs for loading.
+        # Redraw only when needed, because a redraw takes CPU time that the session needs for loading.
         if picture or self._status != self._drawn_status:
             self._picture = picture or self._picture
             self._drawn_status = self._status
@@ -169,7 +170,7 @@ class Viewport:
                 self._session.send_command("camera", camera=self._view.edit)
 
     def _edit(self):
-        """Sends the changes as edits; False if they are not enough."""
+        """Sends the changes as edits. Returns False if edits are not enough."""
         changes, edits = self._changes, {"materials": [], "lights": []}
         for name in changes.materials:
             material = bpy.data.materials.get(name)
@@ -199,7 +200,7 @@ class Viewport:
 
     def _send_world(self):
         """Sends the world for the open scene and for later ones."""
-        # Two folders in turn, since the session may still be reading the other.
+        # Two folders are used in turn, since the session may still be reading from the other one.
         folder = os.path.join(self._folder, f"world {self._worlds % 2}")
         self._worlds += 1
         os.makedirs(folder, exist_ok=True)
@@ -209,7 +210,7 @@ class Viewport:
         self._session.send_command("edits", edits={"environment": {"file": light["env"], "strength": float(light["env-strength"]), "rotation": turn}})
 
     def _find_layer(self):
-        """The view layer, or None if it has been removed."""
+        """Returns the view layer, or None if it has been removed."""
         scene = bpy.data.scenes.get(self._scene)
         return scene.view_layers.get(self._layer) if scene else None
 
@@ -234,13 +235,13 @@ class Viewport:
         _exporting = True
         try:
             depsgraph = layer.depsgraph
-            # Changed materials are not in the old file, so its parts cannot be reused.
+            # If materials have changed, the parts of the old file cannot be reused.
             parts = self._parts if changes.extent == _TRANSFORMS and not changes.materials else None
             exported = Export(depsgraph, folder, parts=parts, only=self._visible_names)
             self._record_states(exported, exported.parts is not parts)
             self._parts, self._material_names = exported.parts, exported.used_materials
             light = world.options(depsgraph.scene_eval.world, folder)
-            layer.update()  # so that updates caused by the export's own scene do not count as changes
+            layer.update()  # so that the updates that the export's scene causes do not count as changes
         except (EmberlineError, OSError) as fault:
             self._status = str(fault)
             return
@@ -256,7 +257,7 @@ class Viewport:
         self._remove_old_files()
 
     def _remove_old_files(self):
-        """Removes files of scenes before the open one, except meshes that are still in use."""
+        """Removes the files of scenes before the open one, except for meshes that are still in use."""
         kept = {str(n) for n in range(self._open_id, self._requested_id + 1)}
         if self._parts:
             kept.add(os.path.basename(os.path.dirname(self._parts.path)))

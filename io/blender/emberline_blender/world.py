@@ -11,7 +11,7 @@ _LINEAR = ("Linear", "Linear Rec.709", "Non-Color", "Raw")
 
 
 def background_node(world):
-    """The Background node connected to the world's active output, or None."""
+    """Returns the Background node that is connected to the world's active output, or None."""
     source = lights.active_surface_node(world.node_tree, "OUTPUT_WORLD")
     return source if source and source.type == "BACKGROUND" else None
 
@@ -25,7 +25,7 @@ def environment_node(world):
 
 
 def rotation(environment):
-    """Rotation in degrees, as for --env-rotation."""
+    """Returns the rotation in degrees, as for --env-rotation."""
     if not environment.inputs["Vector"].is_linked:
         return 0.0
     mapping = environment.inputs["Vector"].links[0].from_node
@@ -37,7 +37,7 @@ def rotation(environment):
 
 
 def directly_readable_path(image):
-    """The path of an image that the command can read itself, including EXR layers; else None."""
+    """Returns the path of an image that the command can read itself, including EXR layers, or else None."""
     path = bpy.path.abspath(image.filepath_raw, library=image.library)
     linear = image.colorspace_settings.name in _LINEAR
     kept = image.source == "FILE" and not image.packed_file and not image.is_dirty
@@ -45,7 +45,7 @@ def directly_readable_path(image):
 
 
 def options(world, folder):
-    """Options for --env; without a world the environment is black, as in Cycles."""
+    """Returns the command's --env options. Without a world, the environment is black, as in Cycles."""
     strength, rgb, node = 1.0, (0.0, 0.0, 0.0), None
     if world:
         rgb = world.color

@@ -21,10 +21,10 @@ constexpr std::string_view kMaterials = "/materials/", kCameras = "/cameras/",
 constexpr const char* kFactor = "/emissiveFactor";
 constexpr const char* kStrength = "/extensions/KHR_materials_emissive_strength/emissiveStrength";
 
-// Relative to the largest value nearby.
+// Tolerance of curves, relative to the largest value nearby.
 constexpr double kTolerance = 1e-3;
-// Limits the pieces between two key frames to 2^kMaxHalvings, or fewer if the whole curve would
-// exceed kMaxPieces: shorter pieces are not visible.
+// An interval between key frames has at most 2^kMaxHalvings pieces, or fewer if the whole curve
+// would exceed kMaxPieces. Shorter pieces would not be visible.
 constexpr int kMaxHalvings = 10;
 constexpr size_t kMaxPieces = 65536;
 
@@ -51,11 +51,11 @@ class CurveBuilder {
     values.push_back(value);
   }
 
-  // Adds the curve from `from`, whose value has been added already, to `to`.
+  // Adds the curve from `from` to `to`. The value at `from` must have been added already.
   template <class At>
   void subdivide(const At& at, double from, const Value& first, double to, const Value& last,
                  int halvings) {
-    // Tests two points, since a cubic may cross its chord at one.
+    // Test two points, since a cubic may cross its chord at one of them.
     for (const double share : {0.25, 0.6}) {
       if (halvings == 0) break;
       const Value found = at(from + (to - from) * share);
@@ -226,7 +226,7 @@ GltfAnimatedValues::Curve<Value> GltfAnimatedValues::curve(const std::vector<Val
   size_t reserved_count = 0;
   for (size_t i = 0; i + 1 < times.size(); ++i) {
     const double from = times[i], to = times[i + 1], inside = 0.5 * (from + to);
-    // Steps are evaluated inside the interval, so that both sides of a jump are known.
+    // Step tracks are sampled inside the interval, so that the curve has both sides of a jump.
     const auto at = [&](double seconds) {
       std::array<double, 6> numbers = {};
       size_t n = 0;
@@ -253,7 +253,7 @@ GltfAnimatedValues::Curve<Value> GltfAnimatedValues::curve(const std::vector<Val
 }
 
 void GltfAnimatedValues::reserve_times(uint64_t times, size_t bytes) {
-  // Factor 2, since vectors grow by doubling.
+  // The factor is 2 because vectors grow by doubling.
   document_.reserve(MemoryPart::kLights, bytes_of(2 * times, bytes));
   times_ += times;
   if (times_ > max_curve_times(document_)) {

@@ -18,17 +18,18 @@ namespace emberline {
 // shared, a small file could ask for any number. The value is our choice.
 uint64_t max_curve_times(const GltfDocument& document);
 
-// Step key frames become jumps. Other curves are within 0.1 % of the exact value if they have up to
-// a thousand key frames; with more, each key frame is kept and connected by straight lines.
+// Curves with step interpolation become jumps. Other curves are within 0.1 % of the exact value if
+// they have up to a thousand key frames; with many more, straight lines connect the key frames.
 class GltfAnimatedValues {
  public:
   // Both arguments must outlive this object; values that are not animated come from the JSON.
-  // Invalid lights, lenses or emission at some time are noted as broken; held values are added to
-  // the report. Throws InputError for more key frames than memory or the file's size allows.
+  // Lights, lenses and emission that are invalid at some time are noted as broken; values that are
+  // held constant are added to `coverage`. Throws InputError for more key frames than memory or the
+  // file's size allows.
   GltfAnimatedValues(const GltfDocument& document, const GltfAnimation& animation,
                      CoverageReport& coverage);
 
-  // Add the changes to what was read from the file.
+  // These add the animated curves to an object that was read from the file.
   void apply(std::vector<MaterialDescription>& materials) const;
   void apply(size_t light, PunctualLightDescription& description) const;
   void apply(size_t camera, CameraDescription& description) const;
@@ -39,7 +40,7 @@ class GltfAnimatedValues {
     Rgb peak = Rgb(0.0f);
     std::shared_ptr<const TimeCurve<Rgb>> share;
   };
-  // Numbers of the document, animated or constant.
+  // One or more numbers of the document, animated or constant.
   struct ValueSource {
     const PointerTrack* track = nullptr;
     std::vector<double> fixed;
@@ -66,7 +67,7 @@ class GltfAnimatedValues {
   std::map<size_t, Curve<Vec2f>> cones_;
   std::map<size_t, Curve<float>> ranges_;
   std::map<size_t, Curve<double>> lenses_;
-  uint64_t times_ = 0;  // of all curves
+  uint64_t times_ = 0;  // total of all curves
 };
 
 }  // namespace emberline

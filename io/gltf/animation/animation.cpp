@@ -29,7 +29,7 @@ class AnimationReader {
 
  private:
   using Numbers = KeyFrames::Numbers;
-  // Key of an accessor's values, which samplers with the same use share.
+  // Cache key: samplers that use an accessor in the same way share its values.
   using ValuesKey = std::tuple<int, bool, bool>;  // accessor, rotations, splines
 
   KeyFrames read_keys(const json& sampler, const GltfTarget& target, const std::string& place);
@@ -67,7 +67,7 @@ void AnimationReader::read(size_t index) {
 }
 
 void AnimationReader::add_track(const GltfTarget& target, KeyFrames keys) {
-  // Counts the poses twice, and the pointer's text.
+  // Covers the track, three poses of its node, and three copies of the pointer's text.
   animation_.memory.add(sizeof(NodeTrack) + sizeof(PointerTrack) + 3 * sizeof(NodePose) +
                             bytes_of(3 * keys.width, sizeof(double)) + 3 * target.pointer.size(),
                         document_.place(target.pointer));
@@ -141,10 +141,10 @@ KeyFrames::Numbers AnimationReader::read_values(int accessor, const KeyFrames& k
   return entry = std::make_shared<const std::vector<float>>(std::move(values));
 }
 
-// Checks each key frame; the tangents of splines are not rotations.
+// Checks each key frame, but not the tangents of splines, which are not rotations.
 void AnimationReader::check_rotations(const std::vector<float>& values, bool splines,
                                       const std::string& place) {
-  // Larger than the error of a unit quaternion in signed bytes.
+  // More than the error of a unit quaternion that is stored as signed bytes.
   constexpr double kTolerance = 0.02;
   const size_t stride = splines ? 12 : 4;
   for (size_t at = splines ? 4 : 0; at < values.size(); at += stride) {
@@ -167,7 +167,7 @@ void AnimationReader::warn_about_repairs() const {
 
 // ---- selection
 
-// A broken animation has no known name, so it may be the wanted one.
+// If the name is not found, reports any broken animation: its name is unknown and may be this one.
 size_t choose_animation(const GltfDocument& document, const std::string& wanted,
                         const std::vector<AnimationDescription>& list) {
   try {
@@ -203,7 +203,7 @@ std::vector<size_t> choose_animations(const GltfDocument& document, const GltfOp
   return indices;
 }
 
-// Key times are floats, so the time of a frame at the last key may round beyond it.
+// Compares floats, the type of key times: a frame at the last key may round to a later time.
 void log_if_outside(const GltfDocument& document, const GltfAnimation& animation) {
   const bool before = animation.time < 0.0;
   if (!before && float(animation.time) <= float(animation.duration)) return;
@@ -289,7 +289,7 @@ GltfPose pose_at(const GltfAnimation& animation, double time) {
   return pose;
 }
 
-// Compares as floats, the type of key times: a time that rounds to a key's counts as that key.
+// Compares floats, the type of key times: a time that rounds to a key time counts as that key.
 std::vector<double> shutter_key_times(const GltfAnimation& animation,
                                       std::span<const KeyFrames* const> keys) {
   if (!(animation.open < animation.close)) return {animation.open};
@@ -332,7 +332,7 @@ void write_values_at(const GltfAnimation& animation, double time, json& document
 }
 
 void report_clamped_values(const GltfDocument& document, const GltfAnimation& animation) {
-  constexpr size_t kMaxNamed = 8;  // of the named values: a file may have any number
+  constexpr size_t kMaxNamed = 8;  // a file may clamp any number of values
   std::string names;
   size_t count = 0;
   for (const PointerTrack& track : animation.pointers) {

@@ -1,9 +1,9 @@
-// The animations of a file: what moves, and where it is at a given time.
+// Reads the animations of a file: what they change, and to which values at a given time.
 //
 // Nodes are posed by separate values (GltfPose), which are cheap to evaluate at any number of
 // times. All other targets of KHR_animation_pointer are written into the document's JSON, from
-// which materials, lights and cameras are then read as usual; gltf/animation/animated_values.h
-// follows some of them during the shutter.
+// which materials, lights and cameras are then read as usual. gltf/animation/animated_values.h
+// follows some of these values while the shutter is open.
 #pragma once
 
 #include <map>
@@ -31,19 +31,19 @@ struct PointerTrack {
   std::string pointer;
   const schema::Property* property = nullptr;
   KeyFrames keys;
-  // Set if sample_value clamped a value since the last write_values_at. Not thread-safe.
+  // Set if sample_value() clamped a value since the last write_values_at(). Not thread-safe.
   mutable bool was_clamped = false;
 };
 
-// The animations that pose the scene; or none, and the scene is at rest.
+// The animations that pose the scene. Without any, the scene is at rest.
 struct GltfAnimation {
   bool at_rest = true;
   double time = 0.0;                 // requested time in seconds
   double open = 0.0, close = 0.0;    // shutter interval in seconds; equal for an instant
   std::optional<double> next_frame;  // GltfOptions::next_frame, for an instant
   double duration = 0.0;             // of the longest animation
-  // In file order; if two tracks have the same target, the later wins.
-  std::vector<NodeTrack> nodes;            // without visibility
+  // Tracks in file order; if two have the same target, the later one wins.
+  std::vector<NodeTrack> nodes;            // all but visibility
   std::map<size_t, KeyFrames> visibility;  // by node
   std::vector<PointerTrack> pointers;
   // The file's own weights, for nodes whose weights are animated.
@@ -66,31 +66,33 @@ using GltfPose = std::map<size_t, NodePose>;  // by node; empty: at rest
 // Validates the JSON of each animation; broken ones are noted (gltf/document/faults.h).
 void check_gltf_animations(GltfDocument& document);
 
-// Name, duration and targets of every animation. Does not read key frames.
+// Returns the name, duration and targets of every animation. Does not read key frames.
 std::vector<AnimationDescription> describe_animations(const GltfDocument& document);
 
-// Reads the animations that the options choose from `list`, without ineffective channels. Call
-// set_time next. Throws UsageError if there is no such animation, InputError if it is broken.
+// Reads the animations that the options choose from `list`, without channels that have no effect.
+// Call set_time() next. Throws UsageError if there is no such animation, InputError if it is
+// broken.
 GltfAnimation read_animation(const GltfDocument& document, const GltfOptions& options,
                              const std::vector<AnimationDescription>& list);
 
-// Sets time and shutter from the options. Logs a time outside the animation.
+// Sets time and shutter from the options. Logs if the time is outside the animation.
 void set_time(const GltfDocument& document, const GltfOptions& options, GltfAnimation& animation);
 
-// Per node: whether its transform, an ancestor's transform, or its visibility depends on time.
+// Returns for each node whether its or an ancestor's transform, or its visibility, depends on time.
 std::vector<char> nodes_that_may_move(const GltfDocument& document, const GltfAnimation& animation);
 
-// The nodes' poses; visibility is in gltf/animation/visibility.h. Pure. Takes logarithmic time in
-// the number of keys per track.
+// Returns the nodes' poses without visibility, which is in gltf/animation/visibility.h. Takes
+// logarithmic time in the number of keys per track.
 GltfPose pose_at(const GltfAnimation& animation, double time);
-// Shutter opening, the key times in between, and shutter closing, ascending; one for an instant.
+// Returns the times of shutter opening, of the key frames in between, and of shutter closing, in
+// ascending order. For an instant, returns that single time.
 std::vector<double> shutter_key_times(const GltfAnimation& animation,
                                       std::span<const KeyFrames* const> keys);
-// The pointer's value, clamped to the range of the specification, since splines may overshoot.
+// Samples the track, and clamps to the range of the specification, since splines may overshoot.
 void sample_value(const PointerTrack& track, double time, std::span<double> value);
-// Writes all other animated values at this time, overwriting earlier ones.
+// Writes the pointers' values at this time to `document`, overwriting those of an earlier time.
 void write_values_at(const GltfAnimation& animation, double time, nlohmann::json& document);
-// Warns about clamped values.
+// Warns about values that sample_value() has clamped.
 void report_clamped_values(const GltfDocument& document, const GltfAnimation& animation);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// Parts of an open file that are the same in every pose, once read.
+// Parts of an open file that are the same in every pose and are kept once they have been read.
 #pragma once
 
 #include <map>
@@ -14,10 +14,10 @@ namespace emberline {
 // A primitive that no animation deforms.
 struct StaticMesh {
   uint64_t key = 0;   // key in MeshDescription
-  LoadedMesh loaded;  // without arrays, which the receiver of the pose takes over
+  LoadedMesh loaded;  // without arrays, which the pose's receiver owns
   WorldBounds bounds;
-  double radius = 0.0;                 // of a ball around the origin
-  std::vector<TangentLayout> layouts;  // layouts for which it was read
+  double radius = 0.0;                 // of a ball around the origin that contains the mesh
+  std::vector<TangentLayout> layouts;  // those for which the mesh was read
 };
 
 struct GltfCache {
@@ -29,9 +29,9 @@ struct GltfCache {
   TextureStore textures;            // backing store of the texels
   uint64_t image_bytes = 0;         // reserved for images; the owner returns it to the budget
   std::map<size_t, std::vector<Mat44d>> instancing;  // by node
-  MemoryReservation memory;                          // of `instancing`
-  // Of the latest pose: whether something deforms, so that buffers are needed again; bytes reserved
-  // for its resting meshes, and for those of them that were read for it.
+  MemoryReservation memory;                          // for `instancing`
+  // State of the latest pose: whether any mesh deforms, so that later poses need the buffers; and
+  // the bytes reserved for all undeformed meshes and for those that this pose read.
   bool deforms = false;
   uint64_t static_bytes = 0, new_static_bytes = 0;
 };

@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-// The tables of section 3.11 and of KHR_animation_pointer.
+// Checks the output's type against the tables of section 3.11 and of KHR_animation_pointer.
 void check_output_type(const GltfAccessor& output, const GltfTarget& target,
                        const std::string& place) {
   const int type = output.component_type;
@@ -84,7 +84,7 @@ void check_animation(const GltfDocument& document, const json& animation, size_t
       check_sampler(document, samplers[sampler], target,
                     document.place(sampler_pointer(index, channels[c])));
     } catch (const NoTarget&) {
-      // Reported when the animation is read.
+      // This is reported when the animation is read.
     }
   }
 }
@@ -101,7 +101,7 @@ class DurationReader {
     document_.progress->check();
     const GltfAccessor& times = document_.accessor(accessor);
     check_zero_count(document_, accessor, place);
-    // Each sparse index is searched for the last element.
+    // All sparse indices are searched for the last element, so their number is limited.
     sparse_elements_ += times.sparse.count;
     if (times.count > UINT32_MAX || sparse_elements_ > max_sparse_elements_) {
       throw InputError(place, "too many key frames for a file of this size");

@@ -1,4 +1,4 @@
-// Skinned and morphed meshes while the shutter is open.
+// The poses of skinned and morphed meshes while the shutter is open.
 #pragma once
 
 #include <map>
@@ -18,16 +18,17 @@ struct SkinPose {
 
 class GltfPoses {
  public:
-  // The arguments must outlive this object, and this object the returned references.
+  // The arguments must outlive this object. Returned references are valid as long as this object.
   GltfPoses(const GltfDocument& document, const GltfShutter& shutter);
 
-  // Whether the mesh has morph targets; whether the node's weights are animated or its own.
+  // Whether the mesh has morph targets, and whether the node has animated weights or its own.
   bool morphs(size_t mesh) const { return defaults_[mesh].morphs; }
   bool has_own_weights(size_t node) const;
-  // Loaded on first use. Throws InputError.
+  // Loads the skin on first use. Throws InputError.
   const SkinPose& skin(int index);
   const SkinPose& loaded_skin(int index) const { return skins_.at(index); }
-  // A node's mesh in as many poses as linear motion between them requires. Throws InputError.
+  // Returns as many poses of the node's mesh as are needed for linear motion between them. Throws
+  // InputError.
   std::vector<MeshPose> mesh_poses(size_t node);
 
  private:

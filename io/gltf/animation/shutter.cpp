@@ -14,21 +14,22 @@ namespace {
 
 using nlohmann::json;
 
-// Our choice; Embree supports 128 segments.
+// Our choice; Embree supports up to 128 segments.
 constexpr size_t kMaxSegments = 64;
 constexpr size_t kMaxTransforms = size_t(1) << 22;  // nodes times steps: 512 MiB
 // Largest visible deviation from the path, relative to the object's radius.
 constexpr double kTolerance = 1e-3;
-// Where vertices move linearly between steps: a chord leaves an arc of this angle by kTolerance.
+// Limit where vertices move linearly between steps: the chord of an arc of this angle deviates from
+// it by kTolerance. Angles are in radians.
 constexpr double kMaxJointRotation = 0.09;
-constexpr double kMaxRotation = 0.8;      // where Embree interpolates the rotation
-constexpr double kMaxKeptRotation = 1.6;  // between the steps that are kept
+constexpr double kMaxRotation = 0.8;      // limit where Embree interpolates the rotation
+constexpr double kMaxKeptRotation = 1.6;  // limit between the steps that are kept
 
 double angle_between(const Imath::Quatd& a, const Imath::Quatd& b) {
   return 2.0 * std::acos(std::min(1.0, std::abs(a ^ b)));
 }
 
-// Largest distance between the images of a point of a ball around the origin.
+// Upper bound on the distance between the two images of any point of a ball around the origin.
 double distance_between(const Mat44d& a, const Mat44d& b, double radius) {
   double shift = 0.0, turn = 0.0;
   for (int c = 0; c < 3; ++c) {
@@ -68,7 +69,7 @@ WorldBounds position_bounds(const GltfDocument& document, const json& mesh) {
   return bounds;
 }
 
-// Key frames in the interval of the track that has the most: between key frames, motion is smooth.
+// Largest number of key frames that a track has in the interval. Motion is smooth between them.
 size_t max_keys_within(const GltfAnimation& animation, double open, double close) {
   size_t most = 0;
   for (const NodeTrack& track : animation.nodes) {
@@ -99,7 +100,7 @@ GltfShutter::GltfShutter(const GltfDocument& document, const GltfAnimation& anim
   find_moving_nodes();
   size_t most = is_instant() ? 1 : kMaxSegments;
   while (most > 2 && order_.size() * (most + 1) > kMaxTransforms) most /= 2;
-  // The matrices, and the poses from which they are computed.
+  // Reserve memory for the matrices and for the poses from which they are computed.
   size_t numbers = 0;
   for (const NodeTrack& track : animation.nodes) numbers += track.keys.width;
   memory_.add(bytes_of(order_.size() * (most + 1), sizeof(Mat44d)) +
@@ -154,8 +155,8 @@ void GltfShutter::sample_poses(size_t segments) {
   }
 }
 
-// Radius of the node's mesh, at its largest while the shutter is open; 0 without a mesh. If the
-// mesh's bounds are unknown, the length of its path.
+// Radius of the node's mesh in world space at shutter opening or, if it is 0 then, the largest one
+// later; 0 without a mesh. If the mesh's bounds are unknown, returns the length of its path.
 double GltfShutter::node_radius(size_t i) const {
   const size_t node = order_[i];
   const int mesh = document_.model->nodes[node].mesh;
@@ -177,7 +178,7 @@ double GltfShutter::node_radius(size_t i) const {
   return path_length;
 }
 
-// Whether the object's handedness flips on the way, which interpolation cannot show.
+// Whether the object's handedness flips between steps, which interpolation cannot reproduce.
 bool GltfShutter::flips_handedness(size_t i) const {
   double before = 0.0;
   for (size_t step = 0; step < steps(); ++step) {
@@ -201,7 +202,7 @@ bool GltfShutter::is_fine_enough() const {
     const double own = std::isfinite(of_mesh) ? of_mesh : 1.0;
     for (size_t step = 0; step + 2 < steps(); step += 2) {
       const Mat44d& middle = motion_[step + 1][i];
-      // An object scaled to zero has no rotation, but may appear or vanish at once.
+      // An object scaled to zero has no rotation, but may suddenly appear or vanish.
       if (is_singular(motion_[step][i]) || is_singular(motion_[step + 2][i])) {
         const Mat44d mean = (motion_[step][i] + motion_[step + 2][i]) * 0.5;
         if (is_seen && distance_between(mean, middle, own) > kTolerance * radius) {
@@ -233,7 +234,8 @@ double GltfShutter::radius(size_t mesh) const {
 
 namespace {
 
-// Thickens flattened steps, mirrored like the step before, or else like the next one.
+// Thickens flattened steps and mirrors them like the last invertible step before them or, at the
+// start, like the first invertible one.
 void thicken(std::vector<Mat44d>& steps, const Vec3d& center) {
   const auto first = std::ranges::find_if_not(steps, is_singular);
   bool mirrored = first != steps.end() && first->determinant() < 0.0;
@@ -271,8 +273,8 @@ std::vector<Mat44d> make_invertible(std::vector<Mat44d> steps, const Vec3d& cent
 
 namespace {
 
-// The smallest number of segments (1, 2, 4, ... of `segments`) for which error(step, before,
-// after), the error of interpolating `step`, is at most `most`.
+// Returns the smallest number of segments (1, 2, 4, ... up to `segments`) for which the error of
+// interpolating every `step`, error(step, before, after), is at most `most`.
 template <class Error>
 size_t required_segments(size_t segments, double most, const Error& error) {
   for (size_t count = 1; count < segments; count *= 2) {
@@ -306,7 +308,7 @@ std::vector<MeshPose> reduce_poses(std::vector<MeshPose> steps, double radius) {
       largest = std::max(
           largest, distance_between(blend(a.joints[j], b.joints[j], share), at.joints[j], radius));
     }
-    // Assumes that a morph target moves no vertex further than about the mesh's radius.
+    // This assumes that a morph target moves no vertex further than about the mesh's radius.
     double morphed = 0.0;
     for (size_t t = 0; t < at.weights.size(); ++t) {
       morphed += std::abs(blend(a.weights[t], b.weights[t], share) - at.weights[t]);
@@ -325,7 +327,7 @@ std::vector<Mat44d> reduce_transforms(std::vector<Mat44d> steps, double radius) 
   double largest = 0.0;
   for (const Mat44d& m : steps) largest = std::max(largest, radius * max_scale(m));
   const auto error = [&](size_t step, size_t before, size_t after) {
-    // Beyond half a turn the direction is ambiguous.
+    // The direction of a rotation by more than half a turn would be ambiguous.
     if (angle_between(parts[before].rotation, parts[after].rotation) > kMaxKeptRotation)
       return HUGE_VAL;
     const double share = double(step - before) / double(after - before);

@@ -1,5 +1,5 @@
-// Node transforms while the shutter is open: at even time steps, as many as the motion needs. For
-// an instant with motion vectors: at the instant and at the later time.
+// Node transforms while the shutter is open, at as many even time steps as the motion needs. For an
+// instant with motion vectors, there are two steps: the instant and the later time.
 #pragma once
 
 #include <vector>
@@ -14,21 +14,22 @@ class GltfShutter {
   // Requires an animation. Throws InputError if memory does not suffice.
   GltfShutter(const GltfDocument& document, const GltfAnimation& animation);
 
-  // Of every node, at shutter opening.
+  // World transforms of all nodes at shutter opening.
   const std::vector<Mat44d>& world() const { return world_; }
   const GltfPose& pose(size_t step = 0) const { return poses_[step]; }
 
-  // The undeformed mesh's bounds in its accessors, empty if absent. Not for a scene at rest.
+  // Bounds of the undeformed mesh as its accessors state them; empty if they do not. The scene must
+  // not be at rest.
   const WorldBounds& bounds(size_t mesh) const { return bounds_[mesh]; }
-  // Radius of a ball around the mesh's origin; infinite if unknown.
+  // Radius of a ball around the origin that contains the mesh; infinite if unknown.
   double radius(size_t mesh) const;
 
-  // Number of poses, including the first; 1: nothing moves.
+  // Number of poses, including the first; 1 if nothing moves.
   size_t steps() const { return poses_.size(); }
   // True if the second pose, if any, is GltfAnimation::next_frame.
   bool is_instant() const { return animation_.next_frame.has_value(); }
   bool moves(size_t node) const { return !moving_.empty() && moving_[node] != kNotMoving; }
-  // The node must move.
+  // Requires moves(node).
   const Mat44d& world(size_t node, size_t step) const { return motion_[step][moving_[node]]; }
 
  private:
@@ -51,20 +52,20 @@ class GltfShutter {
   MemoryReservation memory_;
 };
 
-// Thickness of a flattened object, relative to its size in the plane. Keeps the front in front of
-// the back and is too small to see. The value is our choice.
+// Thickness of a flattened object, relative to its size in the plane. It keeps the front in front
+// of the back and is too small to see. The value is our choice.
 inline constexpr double kThickness = 4e-6;
 
 // Makes all steps invertible. A flattened object gets thickness kThickness around `center`. An
 // object scaled to nothing gets the transform of the nearest invertible step at 1/10000 of its
-// size. Empty if no step is invertible.
+// size. Returns an empty list if no step is invertible.
 std::vector<Mat44d> make_invertible(std::vector<Mat44d> steps, const Vec3d& center);
 
-// Reduces the steps, evenly, so that linear motion between them keeps every vertex of a mesh of
-// that radius within 1/1000 of the radius of its original path.
+// Keeps only as many even steps as are needed for linear motion between them to move each vertex of
+// a mesh of this radius within 1/1000 of the radius of its original path.
 std::vector<MeshPose> reduce_poses(std::vector<MeshPose> steps, double radius);
-// The same for transforms, between which Embree interpolates rotations; `radius` is the mesh's.
-// Empty if nothing moves.
+// Like reduce_poses(), for transforms, between which Embree interpolates rotations; `radius` is the
+// mesh's. Returns an empty list if nothing moves.
 std::vector<Mat44d> reduce_transforms(std::vector<Mat44d> steps, double radius);
 
 }  // namespace emberline

@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 struct NodePropertyEntry {
-  std::string_view path;  // in a channel; in a pointer, after the node
+  std::string_view path;  // as in a channel, or in a pointer after the node
   NodeProperty property;
   size_t width;
 };
@@ -22,7 +22,7 @@ constexpr NodePropertyEntry kNodeProperties[] = {
     {"translation", NodeProperty::kTranslation, 3},
     {"rotation", NodeProperty::kRotation, 4},
     {"scale", NodeProperty::kScale, 3},
-    {"weights", NodeProperty::kWeights, 0},  // the mesh's number of targets
+    {"weights", NodeProperty::kWeights, 0},  // as many as the mesh has targets
     {"extensions/KHR_node_visibility/visible", NodeProperty::kVisible, 1}};
 
 // Parses an index in the form of JSON pointers, without leading zeros.
@@ -87,7 +87,8 @@ GltfTarget TargetFinder::node_target(size_t node, std::string_view path, bool by
   target.width = entry->width;
   target.node = {node, entry->property, 0};
   target.by_pointer = by_pointer;
-  // The specification allows no rotation or scale with a matrix; a translation can be applied.
+  // If the node has a matrix, the specification allows no animated rotation or scale; a translation
+  // can be applied.
   const bool turns = target.has(NodeProperty::kRotation) || target.has(NodeProperty::kScale);
   if (turns && object.contains("matrix")) {
     const InputError fault(document_.place(pointer_ + member),
@@ -127,7 +128,7 @@ GltfTarget TargetFinder::pointer_target(const std::string& text) const {
   return node_target(*node, rest.substr(std::min(slash + 1, rest.size())), true);
 }
 
-// Accepts numbers that the glTF object model allows to change and that this loader reads.
+// Accepts numbers that this loader reads and that the glTF object model allows to be animated.
 GltfTarget TargetFinder::number_target(const std::string& text) const {
   constexpr std::string_view kAnimatableRoots[] = {"/materials/", "/cameras/",
                                                    "/extensions/KHR_lights_punctual/lights/"};
@@ -149,7 +150,7 @@ GltfTarget TargetFinder::number_target(const std::string& text) const {
   return target;
 }
 
-// True if the member exists, or has a default and its object exists.
+// Whether the member exists, or its object exists and the member has a default.
 bool TargetFinder::is_defined(const std::string& text) const {
   constexpr std::string_view kWithoutDefault[] = {"/aspectRatio", "/zfar", "/range"};
   try {

@@ -36,7 +36,7 @@ uint32_t read_unsigned(const uint8_t* bytes, int component_type) {
   }
 }
 
-// The accessor's elements, `stride` apart.
+// Returns the accessor's first element; the elements are `stride` bytes apart.
 const uint8_t* accessor_bytes(const GltfDocument& document, const GltfAccessor& accessor) {
   if (accessor.count == 0) return nullptr;
   const uint64_t element_size = uint64_t(accessor.component_size) * uint64_t(accessor.components);

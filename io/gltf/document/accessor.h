@@ -1,4 +1,4 @@
-// Elements of a checked accessor as floats or integers.
+// Reads the elements of a checked accessor as floats or integers.
 #pragma once
 
 #include "io/gltf/document/document.h"
@@ -6,29 +6,29 @@
 
 namespace emberline {
 
-// Throws InputError at `place` if an accessor without data claims too many zeros for the file's
-// size.
+// Throws InputError at `place` if an accessor without data declares too many zeros for the size of
+// the file.
 void check_zero_count(const GltfDocument& document, int accessor, const std::string& place);
 
-// Reads all elements, or only `elements` (ascending, below the accessor's count), components
-// interleaved. Integers are normalised if the accessor says so (specification section 3.11: signed
+// Reads all elements, or only `elements` (ascending, below the accessor's count), with interleaved
+// components. Integers are normalised if the accessor says so (specification section 3.11: signed
 // c / (2^(n-1) - 1), at least -1), otherwise converted. Sparse values are applied. Throws
-// InputError at `place` if the accessor does not have `components` components, or its count exceeds
-// its data.
+// InputError at `place` if the accessor does not have `components` components or fails
+// check_zero_count().
 std::vector<float> read_floats(const GltfDocument& document, int accessor, int components,
                                const std::string& place,
                                const std::vector<uint32_t>* elements = nullptr);
 
-// read_floats() in two steps, for callers with their own storage. check_floats() throws its errors
-// before anything is allocated; copy_floats() reads the floats, directly into `out` if the file
-// stores them that way.
+// Split read_floats() into two steps, for callers with their own storage. check_floats() throws its
+// errors before anything is allocated. copy_floats() then reads the floats, directly into `out` if
+// the file stores them as floats without gaps.
 void check_floats(const GltfDocument& document, int accessor, int components,
                   const std::string& place);
 void copy_floats(const GltfDocument& document, int accessor, const std::string& place,
                  const std::vector<uint32_t>* elements, float* out);
 
-// Vertex indices (scalars of an unsigned integer type), in the same two steps: check_indices()
-// returns their number, copy_indices() reads them.
+// Read vertex indices (scalars of an unsigned integer type), in the same two steps: check_indices()
+// returns their number, and copy_indices() reads them.
 uint64_t check_indices(const GltfDocument& document, int accessor, const std::string& place);
 void copy_indices(const GltfDocument& document, int accessor, const std::string& place,
                   uint32_t* out);

@@ -20,13 +20,13 @@ using nlohmann::json;
 
 constexpr const char* kMeshopt[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
-// The extension that the view has, or else the last.
+// The meshopt extension that the view has; the second one if it has neither.
 const char* meshopt_name(const json& view) {
   return find_extension(view, kMeshopt[0]) ? kMeshopt[0] : kMeshopt[1];
 }
 
-// Null for a buffer without bytes: the placeholder for decoders without meshopt, marked or not. Its
-// views are all compressed; for others the error is reported at the view.
+// Returns null for a buffer without bytes: a placeholder, marked or not, for views that are
+// meshopt-compressed. If any other view uses it, checked_range() reports that.
 std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, const json& buffer,
                                         const std::string& place, size_t i) {
   const uint64_t byte_length = buffer.at("byteLength").get<uint64_t>();
@@ -56,7 +56,7 @@ std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, const json& buff
   return result;
 }
 
-// The range of a buffer that a view, or its compressed form, refers to.
+// Returns the range of a buffer that a view, or its compressed form, refers to.
 GltfView checked_range(const GltfDocument& document, const json& reference,
                        const std::string& place) {
   GltfView view;
@@ -91,8 +91,8 @@ GltfView decompress_view(const GltfDocument& document, const json& object, const
   return view;
 }
 
-// Reads the view at `pointer`. If an optional extension does not decode, uses the fallback buffer's
-// bytes and sets `fault`.
+// Reads the view at `pointer`. If compressed data do not decode and the extension is optional, uses
+// the fallback buffer's bytes and sets `fault`.
 GltfView read_view(const GltfDocument& document, const json& object, const std::string& pointer,
                    std::optional<InputError>& fault) {
   const char* name = meshopt_name(object);
@@ -129,7 +129,7 @@ ByteSpan GltfBuffer::bytes(uint64_t begin, uint64_t end, const LoadProgress& pro
     memory_.reset(size_);
     reserved_ = MemoryReservation(progress.budget(), MemoryPart::kFile);
   }
-  // Merges all ranges that touch this one and reads the gaps between them.
+  // Merge all ranges that touch this one, and read the gaps between them.
   auto next = loaded_ranges_.upper_bound(begin);
   if (next != loaded_ranges_.begin() && std::prev(next)->second >= begin) --next;
   uint64_t first = begin, at = begin;
@@ -161,7 +161,7 @@ void GltfBuffer::copy(uint64_t begin, uint64_t end, void* out, const LoadProgres
     std::ranges::copy(bytes(begin, end, progress), to);
     return;
   }
-  // Large enough that reading, with the page faults of `out`, costs more than scheduling.
+  // Large enough that reading and the page faults of `out` cost more than scheduling.
   constexpr uint64_t kGrain = uint64_t(1) << 20;
   parallel_ranges(end - begin, kGrain, [&](size_t first, size_t last) {
     file_->read(offset_ + begin + first, last - first, to + first, progress);
@@ -189,7 +189,7 @@ void load_gltf_buffers(GltfDocument& document) {
     if (views[i].is_null()) return;
     document.views[i] = read_view(document, views[i], pointer(i), extension_faults[i]);
   });
-  // In file order, so that messages do not depend on timing.
+  // Faults are noted in file order, so that messages do not depend on timing.
   for (size_t i = 0; i < views.size(); ++i) {
     try {
       if (errors[i]) std::rethrow_exception(errors[i]);

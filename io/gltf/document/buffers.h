@@ -1,4 +1,4 @@
-// Bytes of a glTF file's buffers, read on demand: a scene may use little of a buffer of gigabytes.
+// Reads the buffers of a glTF file on demand: a scene may use little of a buffer of gigabytes.
 #pragma once
 
 #include <cstdint>
@@ -18,35 +18,36 @@ using ByteSpan = std::span<const uint8_t>;
 
 class GltfBuffer {
  public:
-  // Empty: the placeholder for decoders without meshopt.
+  // An empty buffer.
   GltfBuffer() = default;
-  // Bytes in memory, from a data URI.
+  // A buffer in memory, from a data URI.
   explicit GltfBuffer(std::vector<uint8_t> bytes)
       : bytes_(std::move(bytes)), size_(bytes_.size()) {}
-  // `size` bytes of a file from `offset`; the range must lie inside the file.
+  // A buffer of `size` bytes from `offset` of a file; the range must lie inside the file.
   GltfBuffer(InputFile file, uint64_t offset, uint64_t size)
       : file_(std::move(file)), offset_(offset), size_(size) {}
 
   uint64_t size() const { return size_; }
-  void shrink(uint64_t size) { size_ = size; }  // to at most size()
+  void shrink(uint64_t size) { size_ = size; }  // `size` must not exceed size()
 
-  // Bytes [begin, end), which must lie in the buffer; valid for the buffer's lifetime. Thread-safe.
-  // Throws InputError if they cannot be read or exceed the memory budget; Cancelled.
+  // Returns the bytes [begin, end), which must lie in the buffer; they are valid until forget() or
+  // the end of the buffer's lifetime. Thread-safe. Throws InputError if they cannot be read or
+  // exceed the memory budget, and Cancelled.
   ByteSpan bytes(uint64_t begin, uint64_t end, const LoadProgress& progress);
-  // Copies the bytes to `out`; reads missing ones directly to it, in parallel.
+  // Copies the bytes to `out`. If they are not all loaded, reads them directly to it, in parallel.
   void copy(uint64_t begin, uint64_t end, void* out, const LoadProgress& progress);
   // Drops loaded file data; it is read again when needed.
   void forget();
 
  private:
-  bool is_loaded(uint64_t begin, uint64_t end);  // whether the range is loaded
+  bool is_loaded(uint64_t begin, uint64_t end);  // whether all bytes of the range are loaded
 
   std::vector<uint8_t> bytes_;
   std::optional<InputFile> file_;
   uint64_t offset_ = 0, size_ = 0;
   std::mutex mutex_;
   ZeroedArray<uint8_t> memory_;  // the whole buffer; pages that were never read take no memory
-  std::map<uint64_t, uint64_t> loaded_ranges_;  // loaded disjoint ranges, begin to end
+  std::map<uint64_t, uint64_t> loaded_ranges_;  // disjoint; maps begin to end
   MemoryReservation reserved_;
 };
 

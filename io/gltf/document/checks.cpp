@@ -1,5 +1,5 @@
-// Cross-object checks of a GltfDocument: accessors against their buffer views, the node graph,
-// skins.
+// Checks of a GltfDocument that span several objects: accessors and their buffer views, the node
+// graph, skins.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -148,10 +148,10 @@ class NodeGraph {
   GltfDocument& document_;
   const json& nodes_;
   std::vector<char> in_scene_;
-  std::vector<char> reached_;  // reached from a root
+  std::vector<char> reached_;  // whether a path from a root leads to the node
 };
 
-// The nodes of the chosen scene, or all nodes of a file without scenes.
+// Marks the nodes of the chosen scene, or all nodes of a file without scenes.
 void NodeGraph::find_scene() {
   const json& scenes = document_.array("scenes");
   if (scenes.empty()) return in_scene_.assign(nodes_.size(), 1);
@@ -196,7 +196,7 @@ void NodeGraph::link_outside(size_t node, size_t k) {
   }
 }
 
-// Breadth-first from the roots.
+// Lists the nodes breadth-first from the roots.
 void NodeGraph::order() {
   std::vector<int>& order = document_.node_order;
   order.reserve(nodes_.size());
@@ -220,7 +220,7 @@ void NodeGraph::order() {
 void NodeGraph::find_cycles() const {
   std::optional<InputError> first;
   const auto fault_of = [&](size_t node) {
-    // Walking up as many steps as there are nodes ends on the cycle itself.
+    // Walking up the parents for as many steps as there are nodes ends on the cycle itself.
     for (size_t step = 0; step < nodes_.size(); ++step) node = size_t(document_.parents[node]);
     return InputError(document_.place(pointer(node)),
                       "the node is its own ancestor (a cycle of nodes)");

@@ -24,11 +24,11 @@ constexpr uint32_t kGlbMagic = 0x46546C67;   // "glTF"
 constexpr uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
 constexpr uint32_t kBinChunk = 0x004E4942;   // "BIN\0"
 
-// Specification section 4.4. Returns the JSON text and records where the binary chunk is.
+// Reads a GLB (section 4.4). Returns the JSON text and records where the binary chunk is.
 std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
                               MemoryReservation& text_memory) {
-  // The specification defines two chunks and extensions may add more. The limit stops files of
-  // endless empty chunks.
+  // The specification defines two chunks, and extensions may add more. The limit stops files that
+  // consist of endless empty chunks.
   constexpr int kMaxChunks = 1000;
   const std::string& file = document.file;
   const auto describe_sizes = [](uint64_t needed, uint64_t found) {

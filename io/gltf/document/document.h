@@ -30,7 +30,7 @@ class Model;
 namespace emberline {
 namespace tinygltf = ::emberline_tinygltf;
 
-// A range of a buffer, or decoded bytes. If it has neither, it is broken.
+// A buffer view: a range of a buffer, or decoded bytes. A view with neither is broken.
 struct GltfView {
   int buffer = -1;
   uint64_t offset = 0, size = 0;
@@ -40,7 +40,7 @@ struct GltfView {
 
 // A range-checked accessor: every element lies inside its buffer view or is zero.
 struct GltfAccessor {
-  int view = -1;  // -1: zeros, or the data are in a compressed primitive
+  int view = -1;  // -1: the elements are zeros or are in a compressed primitive
   uint64_t offset = 0, stride = 0, count = 0;
   int component_type = 0;  // 5120 BYTE .. 5126 FLOAT
   int component_size = 0;  // bytes
@@ -58,8 +58,8 @@ struct GltfDocument {
   LoadProgress* progress = &LoadProgress::none();  // of the current load
   std::string file;                                // as given by the user
   ResourceFolder resources;
-  // Passed check_schema: members that this loader reads have the right type, indices are in range,
-  // and integers are stored as integers. Broken objects are null.
+  // check_schema() has passed this: members that the loader reads have the right type, indices are
+  // in range, and integers are stored as integers. Broken objects are null.
   JsonValue json;
   std::unique_ptr<GltfFaults> faults;  // query these before using an object that may be broken
   MemoryReservation json_memory;
@@ -67,7 +67,7 @@ struct GltfDocument {
     uint64_t offset = 0, size = 0;
   };
   std::set<std::string, std::less<>> required_extensions;
-  std::optional<BinaryChunk> binary_chunk;  // of a .glb: its range in the file
+  std::optional<BinaryChunk> binary_chunk;  // its range in a .glb
   std::vector<std::unique_ptr<GltfBuffer>> buffers;
   std::vector<GltfView> views;  // one per bufferView, decompressed and range-checked
   std::vector<GltfAccessor> accessors;
@@ -75,12 +75,12 @@ struct GltfDocument {
   std::vector<int> node_order;  // parents before children, without nodes on or below a cycle
   std::shared_ptr<const tinygltf::Model> model;  // see parse_gltf_model
   MemoryReservation model_memory;
-  uint64_t total_bytes = 0;  // of the file and its buffers: the limit for counts
-  uint64_t max_zeros = 0;    // limit for accessors without data
+  uint64_t total_bytes = 0;  // size of the file and its buffers; limits the counts
+  uint64_t max_zeros = 0;    // limit on the count of an accessor without data
 
   // "file#/json/pointer", for InputError.
   std::string place(const std::string& pointer) const { return file + "#" + pointer; }
-  // The array `name`, or an empty array.
+  // Returns the array `name`, or an empty array.
   const nlohmann::json& array(const char* name) const;
   bool requires_extension(std::string_view name) const {
     return required_extensions.contains(name);
@@ -94,22 +94,22 @@ struct GltfDocument {
   // An InputError from `check` marks the object as broken.
   using Check = std::function<void(const nlohmann::json&, const std::string& place, size_t i)>;
   void check_each(const std::string& pointer, const Check& check);
-  // Throw InputError if the view or accessor is broken.
+  // These throw InputError if the view or accessor is broken.
   const GltfView& view(int i) const;
   const GltfAccessor& accessor(int i) const;
-  // Bytes of a range, which must lie inside the view, or of the whole view; valid for the
-  // document's lifetime. Thread-safe. Throws InputError, Cancelled.
+  // Returns the bytes of a range, which must lie inside the view, or of the whole view. They are
+  // valid for the document's lifetime. Thread-safe. Throws InputError and Cancelled.
   ByteSpan bytes(int view, uint64_t offset, uint64_t length) const;
   ByteSpan bytes(int view) const;
-  // Copies the bytes to `out`; file data are read directly, without a buffer.
+  // Copies the bytes to `out`. Bytes that are not loaded yet are read directly into `out`.
   void copy_bytes(int view, uint64_t offset, uint64_t length, void* out) const;
   // Opens a file that the scene refers to and adds it to `files`. Thread-safe. Throws InputError.
   InputFile open_resource(const std::string& uri, const std::string& uri_place) const;
-  // Runs body(i) for all i < count in parallel, each an item of the stage of `progress`, and
-  // returns each one's exception or null. Throws only Cancelled.
+  // Runs body(i) for all i < count in parallel, and advances `progress` by one item after each.
+  // Returns the exception of each call, or null. Throws only Cancelled.
   std::vector<std::exception_ptr> try_each(size_t count,
                                            const std::function<void(size_t)>& body) const;
-  // All files opened so far, the scene first.
+  // Returns all files opened so far, the scene first.
   std::vector<NamedFile> files() const;
 
  private:
@@ -122,8 +122,8 @@ struct GltfDocument {
                                          LoadProgress& progress);
 };
 
-// Reads the file and checks its framing, its JSON and extensionsRequired. `resource_root` as in
-// GltfOptions. Throws InputError.
+// Reads the file and checks its container, its JSON and extensionsRequired. `resource_root` means
+// the same as in GltfOptions. Throws InputError.
 GltfDocument open_gltf_document(const std::string& path, const std::string& resource_root,
                                 LoadProgress& progress);
 
@@ -131,8 +131,8 @@ GltfDocument open_gltf_document(const std::string& path, const std::string& reso
 // below, it records broken objects as faults.
 void load_gltf_buffers(GltfDocument& document);
 
-// These fill `accessors`, `parents` and `node_order` (gltf/document/checks.cpp); the last two only
-// check. Throw InputError if the scene's nodes do not form trees.
+// The checks of gltf/document/checks.cpp. The first two fill `accessors`, `parents` and
+// `node_order`. check_gltf_nodes() throws InputError if the scene's nodes do not form trees.
 void check_gltf_accessors(GltfDocument& document);
 void check_gltf_nodes(GltfDocument& document);
 void check_gltf_skins(GltfDocument& document);
@@ -144,9 +144,9 @@ void check_gltf_cameras_and_lights(GltfDocument& document);
 // their indices and offsets. Throws InputError.
 void parse_gltf_model(GltfDocument& document);
 
-// Member `key` of an object, or null if absent.
+// Returns the member `key` of an object, or null if it is absent.
 const nlohmann::json* find_member(const nlohmann::json& object, const char* key);
-// Extension `name` of `object`, or null.
+// Returns the extension `name` of `object`, or null.
 const nlohmann::json* find_extension(const nlohmann::json& object, const char* name);
 
 }  // namespace emberline

@@ -41,7 +41,7 @@ constexpr std::string_view kSupported[] = {
     "KHR_texture_transform",
 };
 
-// Known ignored extensions, and what the image lacks without them.
+// Extensions that are known but ignored, and what the image lacks as a result.
 constexpr std::pair<std::string_view, std::string_view> kIgnored[] = {
     {"AGI_articulations", "articulations are not moved"},
     {"AGI_stk_metadata", "does not affect the picture"},
@@ -82,8 +82,8 @@ std::string with_reason(const std::string& extension) {
   return shortened(extension) + " (" + spell_setting_names(why) + ")";
 }
 
-// Returns false if the text is already listed or the list is full (its last entry then says so). A
-// hostile file may list any number of things.
+// Returns false if the text is already listed or the list is full (its last entry then says so).
+// The length is limited because a hostile file may list any number of things.
 bool add_once(std::vector<std::string>& list, const std::string& text) {
   constexpr size_t kMaxEntries = 100;
   if (std::ranges::find(list, text) != list.end() || list.size() > kMaxEntries) return false;

@@ -8,7 +8,7 @@
 namespace emberline {
 namespace {
 
-// The pointer without indices and attribute names: "/meshes/*/primitives/*/attributes".
+// Returns the pointer without indices and attribute names: "/meshes/*/primitives/*/attributes".
 std::string pointer_kind(const std::string& pointer) {
   std::string kind;
   for (size_t at = 0; at < pointer.size();) {
@@ -85,7 +85,7 @@ std::optional<std::string> GltfFaults::first_fault_below(
 }
 
 std::vector<std::string> GltfFaults::lines() const {
-  // More than the schema tables have; further kinds are counted with the last.
+  // More than the schema tables have. Any further kinds are counted with the last one.
   constexpr size_t kMaxKinds = 60;
   struct Line {
     std::string kind, text;

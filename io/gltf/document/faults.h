@@ -1,4 +1,4 @@
-// Faults in a glTF file, collected until it is known whether the image needs the faulty objects.
+// Collects the faults in a glTF file until it is known whether the image needs the faulty objects.
 //
 // A fault in a needed object aborts the load; a fault in an unneeded one or in an optional
 // extension is a warning. A check that finds a broken object calls note_broken(), a user of the
@@ -26,7 +26,7 @@ class GltfFaults {
   explicit GltfFaults(std::shared_ptr<MemoryBudget> budget)
       : memory_(std::move(budget), MemoryPart::kFile) {}
 
-  // A fault that has been noted elsewhere, as the cause of this one; it is not warned about again.
+  // A fault whose cause has been noted already, so that no second warning is needed.
   struct KnownFault : InputError {
     explicit KnownFault(const InputError& fault) : InputError(fault) {}
   };
@@ -45,19 +45,20 @@ class GltfFaults {
   }
 
   bool has(const std::string& pointer) const;
-  // Throws KnownFault if `pointer` was noted or left out.
+  // Throws KnownFault if a fault was noted at `pointer`.
   void require(const std::string& pointer) const;
-  // Returns the object's fault and drops its warning; the caller reports it.
+  // Returns the object's fault and drops its warning; the caller must report it.
   std::optional<InputError> take_fault(const std::string& pointer);
 
-  // The number of faults; and drops all after the first `count`, those of the previous pose.
+  // The number of faults. forget() drops all but the first `count`, to discard a pose's faults.
   size_t count() const;
   void forget(size_t count);
 
-  // One line per kind of location, in order of discovery: its first fault and the number of others.
+  // Returns one line per kind of location, in order of discovery, with its first fault and the
+  // number of others.
   std::vector<std::string> lines() const;
-  // The first fault of lines() below one of these parts of the document ("/meshes/"), except faults
-  // in extensions, which have defaults.
+  // Returns the first fault of lines() whose pointer begins with one of `parts` ("/meshes/"). Skips
+  // faults in extensions, which have defaults.
   std::optional<std::string> first_fault_below(std::initializer_list<std::string_view> parts) const;
 
  private:

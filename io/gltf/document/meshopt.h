@@ -1,4 +1,4 @@
-// EXT_meshopt_compression and KHR_meshopt_compression: buffer views in meshoptimizer's codecs.
+// Decodes buffer views of EXT_meshopt_compression and KHR_meshopt_compression.
 #pragma once
 
 #include "io/gltf/document/document.h"
@@ -6,20 +6,20 @@
 namespace emberline {
 
 // Decodes the view at `place`, described by `extension`, from `encoded` to `byte_length` bytes.
-// Checks the size against that of `encoded` and reserves it from the memory budget of `progress`
-// before allocating. Throws InputError.
+// Before allocating, checks that `encoded` can hold so much data and reserves the memory from the
+// budget of `progress`. Throws InputError.
 std::vector<uint8_t> decode_meshopt_view(const nlohmann::json& extension, ByteSpan encoded,
                                          uint64_t byte_length, const std::string& place,
                                          const LoadProgress& progress = LoadProgress::none());
 
 // The functions below (meshopt_v1.cpp) implement what KHR_meshopt_compression adds to
-// EXT_meshopt_compression and meshoptimizer 0.18 lacks: version 1 of the attribute codec, and the
-// COLOR filter. Appendices A and B of its specification.
+// EXT_meshopt_compression and what meshoptimizer 0.18 lacks: version 1 of the attribute codec and
+// the COLOR filter (appendices A and B of the extension's specification).
 
 // Whether the attribute stream has the header of version 1.
 bool is_meshopt_v1(std::span<const uint8_t> encoded);
 
-// Minimum number of bytes for this many elements (a stream of zeros).
+// Minimum size in bytes of a stream of `count` elements (all zeros).
 uint64_t min_meshopt_v1_size(uint64_t count, uint64_t stride);
 
 // Decodes `count` elements of `stride` bytes (a multiple of 4, at most 256) into `decoded`, which

@@ -12,7 +12,7 @@ namespace emberline {
 namespace {
 
 constexpr uint8_t kHeader = 0xa1;
-constexpr size_t kGroupSize = 16;     // elements whose deltas of one byte are stored together
+constexpr size_t kGroupSize = 16;     // elements whose deltas of one byte plane are stored together
 constexpr size_t kMaxElements = 256;  // per block
 constexpr size_t kBlockBytes = 8192;  // approximate size of a decoded block
 constexpr size_t kMaxStride = 256;
@@ -22,7 +22,7 @@ size_t block_elements(size_t stride) {
   return std::min(kBlockBytes / stride & ~(kGroupSize - 1), kMaxElements);
 }
 
-// Read position in the stream. take() returns null if too few bytes remain.
+// Reads the stream in order. take() returns null if fewer than `count` bytes remain.
 class Stream {
  public:
   explicit Stream(std::span<const uint8_t> bytes) : bytes_(bytes) {}
@@ -64,7 +64,7 @@ bool read_group(Stream& stream, int bits, uint8_t* deltas) {
   return true;
 }
 
-// Reads the deltas of one byte plane of `count` elements; `deltas` has room for whole groups.
+// Reads the deltas of one byte plane of `count` elements; `deltas` must have room for whole groups.
 bool read_deltas(Stream& stream, int control, size_t count, uint8_t* deltas) {
   const size_t groups = (count + kGroupSize - 1) / kGroupSize;
   if (control == 2) {
@@ -86,9 +86,9 @@ bool read_deltas(Stream& stream, int control, size_t count, uint8_t* deltas) {
   return true;
 }
 
-// Applies a delta to four bytes of the previous element.
+// Applies a delta to four bytes of the previous element, `last`.
 uint32_t next_value(uint32_t last, uint32_t delta, uint8_t channel) {
-  // The stored difference is rotated to the left.
+  // In mode 2, the XOR difference was rotated to the left before it was stored.
   if ((channel & 15) == 2) return last ^ std::rotr(delta, channel >> 4);
   const int bits = (channel & 15) == 0 ? 8 : 16;
   const uint32_t mask = (1u << bits) - 1u;
@@ -105,7 +105,7 @@ void store_u32(uint32_t value, uint8_t* bytes) {
   for (int i = 0; i < 4; ++i) bytes[i] = uint8_t(value >> (8 * i));
 }
 
-// `last` is the previous element; it is updated to the last one of this block.
+// On entry, `last` is the element before this block; on return, the block's last element.
 bool read_block(Stream& stream, const uint8_t* channels, size_t count, size_t stride, uint8_t* last,
                 uint8_t* decoded) {
   const uint8_t* controls = stream.take(stride / 4);
@@ -159,7 +159,7 @@ uint64_t min_meshopt_v1_size(uint64_t count, uint64_t stride) {
 bool decode_meshopt_v1(std::span<const uint8_t> encoded, size_t count, size_t stride,
                        uint8_t* decoded) {
   if (stride == 0 || stride % 4 != 0 || stride > kMaxStride) return false;
-  // The stream ends with padding, the initial element, and the mode of each group of four bytes.
+  // The stream ends with padding, the initial `last`, and a mode for each four bytes of an element.
   const size_t tail_data_bytes = stride + stride / 4;
   const size_t tail = std::max(tail_data_bytes, kMinTail);
   if (!is_meshopt_v1(encoded) || encoded.size() < 1 + tail) return false;

@@ -25,14 +25,14 @@ json copy_members(const GltfDocument& document, const char* name,
   return result;
 }
 
-// Replaces broken objects that must have a type by a placeholder, which is never used.
+// Replaces broken objects by a placeholder, which is never used, because tinygltf requires a type.
 void replace_broken(json& list, const json& placeholder) {
   for (json& object : list) {
     if (object.empty()) object = placeholder;
   }
 }
 
-// Texture slots have extensions, which are read from the document itself.
+// Removes extensions and extras. Extensions of texture slots are read from the document itself.
 void drop_extensions(json& value) {
   if (!value.is_structured()) return;
   if (value.is_object()) {
@@ -54,7 +54,8 @@ uint64_t model_bytes(const GltfDocument& document) {
   if (const json* lights = find_extension(*document.json, "KHR_lights_punctual")) {
     objects += bytes_of(lights->at("lights").size(), sizeof(tinygltf::Light));
   }
-  // Vectors grow by doubling. The rest: the JSON passed on, tinygltf's copy of it, and the text.
+  // The factor 2 is for vectors, which grow by doubling. The second term is for the reduced JSON,
+  // tinygltf's copy of it, and the text.
   return 2 * objects + document.json_memory.bytes() / 4 * 9;
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 using namespace schema;
 
-// The tables: specification chapter 5 and the extensions' own schemas.
+// These tables follow chapter 5 of the specification and the schemas of the extensions.
 
 constexpr Property kSparseIndices[] = {required(index("bufferView", "/bufferViews")),
                                        integer("byteOffset"), required(integer("componentType"))};
@@ -58,7 +58,7 @@ constexpr Property kTexture[] = {propagating(index("sampler", "/samplers")),
                                  index("source", "/images"),
                                  object("extensions", kTextureExtensions)};
 
-// Sixteen UV sets: our choice; no known tool writes more than eight.
+// Our limit is sixteen UV sets; no known tool writes more than eight.
 constexpr Property kTextureTransform[] = {numbers("offset", 2), number("rotation"),
                                           numbers("scale", 2), integer("texCoord", 0, 15)};
 constexpr Property kTextureInfoExtensions[] = {object("KHR_texture_transform", kTextureTransform)};
@@ -66,7 +66,7 @@ constexpr Property kTextureInfoExtensions[] = {object("KHR_texture_transform", k
 constexpr Property kTextureInfo[] = {required(integer("index")), integer("texCoord", 0, 15),
                                      number("scale"), defaultable(number("strength")),
                                      object("extensions", kTextureInfoExtensions)};
-// A texture that the image can do without.
+// A texture that may be left out without spoiling the image.
 constexpr Property kDefaultableTextureInfo[] = {
     required(propagating(index("index", "/textures"))), integer("texCoord", 0, 15),
     defaultable(number("strength")), object("extensions", kTextureInfoExtensions)};
@@ -242,7 +242,7 @@ std::string_view take_step(std::string_view& pointer) {
   return step;
 }
 
-// Collects members that the table does not list, once per kind of place, as many as a report shows.
+// Collects members that the table does not list, once per kind of place, up to a report's limit.
 void find_unknown(const nlohmann::json& value, Schema schema, const std::string& kind,
                   std::vector<std::string>& found) {
   if (value.is_array()) {

@@ -16,16 +16,16 @@ namespace emberline {
 // or exponent (2.0, 1e3) become integers. Other members are ignored.
 //
 // Faults that can be isolated go to `faults`: broken elements of the file's arrays and attributes
-// of primitives become null and are noted; faulty members that have a default, and faults in
-// optional extensions, are removed and left out. Every other fault throws InputError with its JSON
-// pointer. Extensions found on objects are added to extensionsUsed.
+// of primitives become null and are noted; faulty members that have a default, and faulty parts of
+// optional extensions, are removed. Every other fault throws InputError with its JSON pointer.
+// Extensions found on objects are added to extensionsUsed.
 void check_schema(nlohmann::json& root, const std::string& file, GltfFaults& faults);
 
-// Members of nodes, meshes, materials and their sub-objects that the tables do not list: "\"foo\"
-// of meshes/primitives". Ignores extras and extensions.
+// Returns members of nodes, meshes, materials and their sub-objects that the tables do not list, as
+// "\"foo\" of meshes/primitives". Ignores extras and extensions.
 std::vector<std::string> unknown_members(const nlohmann::json& root);
 
-// The property at a JSON pointer such as "/materials/3/pbrMetallicRoughness/metallicFactor", or
+// Returns the property at a JSON pointer ("/materials/3/pbrMetallicRoughness/metallicFactor"), or
 // null if this loader does not read it. The file need not contain it.
 const schema::Property* find_property(std::string_view pointer);
 

@@ -1,4 +1,4 @@
-// tinygltf in a namespace of our own.
+// Includes tinygltf in a namespace of our own.
 //
 // Debian's libdraco.so exports an older tinygltf under the same names with other class layouts. In
 // a program linked with both, the loader mixes them and destroys objects that were never

@@ -22,7 +22,7 @@ constexpr std::array<int8_t, 256> make_base64_table() {
 }
 constexpr std::array<int8_t, 256> kBase64 = make_base64_table();
 
-// RFC 4648 section 4. Padding may be absent, as some exporters omit it, but not wrong.
+// RFC 4648 section 4. Padding may be missing, as some exporters omit it, but must not be wrong.
 std::vector<uint8_t> decode_base64(std::string_view text, const std::string& place) {
   size_t padding = 0;
   while (!text.empty() && text.back() == '=' && padding < 2) {
@@ -52,7 +52,7 @@ std::vector<uint8_t> decode_base64(std::string_view text, const std::string& pla
   return bytes;
 }
 
-// The byte of the escape at text[i], which is '%'; -1 if it is malformed.
+// Returns the byte that the escape at text[i] ('%') encodes, or -1 if the escape is malformed.
 int escaped_byte(std::string_view text, size_t i) {
   const std::string_view digits = text.substr(i + 1, 2);
   unsigned byte = 0;
@@ -65,7 +65,7 @@ struct Unescaped {
   bool is_valid = true;  // every % begins an escape that was decoded
 };
 
-// Decodes escapes of bytes >= `min_byte` and keeps the others.
+// Decodes the escapes of bytes >= `min_byte` and keeps all other text.
 Unescaped unescape(std::string_view text, int min_byte) {
   Unescaped result;
   result.text.reserve(text.size());
@@ -82,7 +82,7 @@ InputError malformed_escape(std::string_view uri, const std::string& place) {
   return InputError(place, "malformed % escape in the URI " + shortened(uri));
 }
 
-// RFC 3986 section 3.1: a letter, then letters, digits, "+", "-", ".", then ":".
+// RFC 3986 section 3.1: a scheme is a letter, then letters, digits, "+", "-" or ".", then ":".
 bool has_scheme(std::string_view uri) {
   const size_t colon = uri.find(':');
   if (colon == std::string_view::npos || colon == 0) return false;

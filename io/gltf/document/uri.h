@@ -11,18 +11,18 @@ namespace emberline {
 
 bool is_data_uri(std::string_view uri);
 
-// The payload of "data:[media type][;parameter=value...][;base64],..." for any media type. Throws
-// InputError at `place` if malformed.
+// Decodes the payload of "data:[media type][;parameter=value...][;base64],...", whatever the media
+// type. Throws InputError at `place` if the URI is malformed.
 std::vector<uint8_t> decode_data_uri(std::string_view uri, const std::string& place);
 
-// Location of a scene's files: relative to `directory` and inside `root`.
+// Where a scene's files are: their names are relative to `directory`, and they lie inside `root`.
 struct ResourceFolder {
   std::filesystem::path directory, root;
 };
 
 struct ResolvedUri {
   std::filesystem::path name;  // relative to the directory
-  std::filesystem::path file;  // links followed
+  std::filesystem::path file;  // with links followed
 };
 
 // Finds the file of a relative reference. Also accepts unescaped names and backslashes if such a

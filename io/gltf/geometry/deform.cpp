@@ -21,8 +21,9 @@ void add_scaled(const std::vector<float>& delta, int components, float weight,
   }
 }
 
-// Cofactors of the upper 3x3: the inverse transpose times the determinant, defined for singular
-// matrices too. Row vectors: n' = n * result; the sign keeps normals on their side.
+// Returns the cofactors of the upper 3x3: the inverse transpose times the determinant, which exists
+// for singular matrices too. Row vectors: n' = n * result. The sign keeps normals on their side of
+// the surface.
 Mat44d normal_matrix(const Mat44d& m) {
   const Vec3d r0 = row(m, 0), r1 = row(m, 1), r2 = row(m, 2);
   const Vec3d c0 = cross(r1, r2), c1 = cross(r2, r0), c2 = cross(r0, r1);
@@ -57,7 +58,7 @@ void apply_morph_targets(const PrimitiveReader& reader, const GltfDocument& docu
     if (!mesh.normals.empty()) {
       add_scaled(reader.target_floats(t, "NORMAL", 3), 3, weight, mesh.normals);
     }
-    // Tangent displacements have no w: handedness does not morph.
+    // Tangent displacements have no w, because handedness does not morph.
     if (!mesh.tangents.empty()) {
       add_scaled(reader.target_floats(t, "TANGENT", 3), 3, weight, mesh.tangents);
     }

@@ -8,14 +8,14 @@
 
 namespace emberline {
 
-// Adds weight x displacement of each target to positions, normals, tangents, UVs and colours
+// Adds each target's weight x displacement to positions, normals, tangents, UVs and colours
 // (specification section 3.7.2.2). Throws InputError for more weights than targets.
 void apply_morph_targets(const PrimitiveReader& reader, const GltfDocument& document,
                          const nlohmann::json& primitive, const std::string& pointer,
                          std::span<const double> weights, MeshDescription& mesh);
 
-// Linear blend skinning (section 3.7.3.3) with the given bind-to-instance matrices; does nothing if
-// there are none. Throws InputError for a joint index out of range.
+// Applies linear blend skinning (section 3.7.3.3) with bind-to-instance matrices, if there are any.
+// Throws InputError for a joint index out of range.
 void apply_skin(const PrimitiveReader& reader, const GltfDocument& document,
                 const std::string& pointer, std::span<const Mat44d> joints, MeshDescription& mesh);
 

@@ -17,13 +17,13 @@
 namespace emberline {
 namespace {
 
-// Limit on faces and vertices per byte, our choice: 1/32 bit each. Draco has no minimum (its
+// Our limit on faces and on vertices per byte allows 1/32 bit for each. Draco has no minimum (its
 // entropy coder approaches zero for regular meshes), but real meshes need at least a bit per face.
 constexpr uint64_t kMaxPerByte = 256;
 
 // Reads the counts in the header, because Draco allocates by them before it reads the data. Layout:
 // Draco bitstream specification 2.2, "Decode header", "Decode metadata", "Decode connectivity
-// data". Nothing if the stream ends before its counts.
+// data". Returns nothing if the stream ends before its counts.
 struct DracoCounts {
   uint8_t method = 0;
   uint64_t faces = 0, points = 0;
@@ -66,8 +66,9 @@ std::optional<DracoCounts> peek_counts(ByteSpan encoded, const std::string& plac
   return DracoCounts{method, face_count, point_count};
 }
 
-// A Draco decoder that reserves memory for the attributes after reading their descriptions, before
-// decoding their values: values may take no bits, and a stream may hold any number of attributes.
+// A Draco decoder that reserves memory for the attributes after it has read their descriptions and
+// before it decodes their values. The stream's size does not limit this memory: values may take no
+// bits, and there may be any number of attributes.
 template <class MeshDecoder>
 class BudgetedDecoder final : public MeshDecoder {
  public:
@@ -79,7 +80,7 @@ class BudgetedDecoder final : public MeshDecoder {
     uint64_t bytes_per_point = 0;
     for (int i = 0; i < this->point_cloud()->num_attributes(); ++i) {
       const draco::PointAttribute& attribute = *this->point_cloud()->attribute(i);
-      // Stored as quantised int32, as values, and as indices.
+      // Each is stored as quantised int32, as values, and as indices.
       const int64_t component = draco::DataTypeLength(attribute.data_type()) + 4;
       bytes_per_point += uint64_t(attribute.num_components()) * uint64_t(component) + 4;
     }
@@ -109,7 +110,7 @@ constexpr std::pair<draco::DataType, int> kComponentTypes[] = {
     {draco::DT_INT8, 5120},   {draco::DT_UINT8, 5121},  {draco::DT_INT16, 5122},
     {draco::DT_UINT16, 5123}, {draco::DT_UINT32, 5125}, {draco::DT_FLOAT32, 5126}};
 
-// glTF's code for the type, or 0.
+// Returns glTF's code for the type, or 0.
 int component_type(draco::DataType type) {
   for (const auto& [theirs, number] : kComponentTypes) {
     if (theirs == type) return number;
@@ -160,7 +161,7 @@ DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& r
         "the Draco data declares {} faces and {} vertices, its accessor {} indices in {} bytes",
         faces, points, declared_indices, encoded.size());
   }
-  // Approximate bytes of the faces, the corner table and the traversal stacks.
+  // The approximate memory of the faces, the corner table and the traversal stacks.
   MemoryReservation memory(progress.budget(), MemoryPart::kGeometry, faces * 128 + points * 32,
                            place);
   std::unique_ptr<draco::Mesh> mesh;

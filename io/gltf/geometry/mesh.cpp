@@ -24,10 +24,10 @@ constexpr const char* kModeNames[] = {"POINTS",    "LINES",          "LINE_LOOP"
                                       "TRIANGLES", "TRIANGLE_STRIP", "TRIANGLE_FAN"};
 enum Mode { kPoints, kLines, kLineLoop, kLineStrip, kTriangles, kTriangleStrip, kTriangleFan };
 
-// Grain of parallel loops over vertices or triangles: about 100 microseconds.
+// Grain of parallel loops over vertices or triangles: about 100 microseconds of work.
 constexpr size_t kMeshGrain = size_t(1) << 14;
 
-// The number of points or lines that a primitive draws; 0 if its accessor is broken.
+// Returns the number of points or lines that a primitive draws, or 0 if its accessor is broken.
 uint64_t count_points_or_lines(const GltfDocument& document, const json& primitive, int mode) {
   const json* list = find_member(primitive, "indices");
   if (!list) list = find_member(primitive.at("attributes"), "POSITION");
@@ -56,8 +56,8 @@ std::vector<Triangle> to_triangle_list(PrimitiveReader& reader, int mode) {
   return triangles;
 }
 
-// Relative rounding error of a cross product in double (a few 2^-53 of the longest edge squared);
-// below it, edges count as collinear.
+// If the cross product of two edges, relative to the longest edge squared, is below this, the edges
+// count as collinear. The value is the product's rounding error in double, a few 2^-53.
 constexpr double kCollinear = 1e-15;
 
 bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
@@ -72,7 +72,7 @@ constexpr float kMaxCoordinate = 1e18f;
 
 bool is_usable(const Vec3f& p) { return is_finite(p) && max_abs_component(p) <= kMaxCoordinate; }
 
-// Drops triangles that are not finite at some step, and those without area at all steps.
+// Drops triangles that are unusable at any step, and those that have no area at any step.
 void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
   std::vector<const std::vector<Vec3f>*> steps = {&mesh.positions};
   for (const MeshStep& step : mesh.motion) steps.push_back(&step.positions);
@@ -129,10 +129,10 @@ void drop_unused_vertices(MeshDescription& mesh) {
   }
 }
 
-// Finds vertices with a NaN or infinity in an attribute other than the position.
+// Finds vertices that have a NaN or infinity in any attribute other than the position.
 class VertexFaults {
  public:
-  // Values of one attribute, vertex by vertex.
+  // `values` are those of one attribute, vertex by vertex.
   void find_non_finite(std::span<const float> values, size_t components);
   template <class Vector>
   void find_non_finite(const std::vector<Vector>& values) {
@@ -148,7 +148,7 @@ class VertexFaults {
 };
 
 void VertexFaults::find_non_finite(std::span<const float> values, size_t components) {
-  // A fast test, since most attributes have no fault: 0 times a finite number is 0, otherwise NaN.
+  // Most attributes have no fault, so a fast test comes first: x * 0 is 0 or, if not finite, NaN.
   constexpr size_t kAtOnce = 16;
   float sums[kAtOnce] = {};
   size_t next = 0;
@@ -235,7 +235,8 @@ void clamp_colors(std::vector<Vec4f>& colors) {
   }
 }
 
-// The texture whose UVs determine a material's tangents; by default untransformed TEXCOORD_0.
+// Returns the texture whose UVs determine a material's tangents; by default untransformed
+// TEXCOORD_0.
 TextureRef tangent_layout(const MaterialDescription& material) {
   for (const TextureRef* texture : {&material.normal_texture, &material.clearcoat_normal_texture,
                                     &material.anisotropy_texture}) {
@@ -244,7 +245,8 @@ TextureRef tangent_layout(const MaterialDescription& material) {
   return {};
 }
 
-// The layout of the first material that needs tangents; nothing if none does and not `required`.
+// Returns the layout of the first material that needs tangents. If none does, returns that of the
+// first material if `required`, otherwise nothing.
 std::optional<TextureRef> find_tangent_layout(const PrimitiveReader& reader, Materials materials,
                                               bool required, LoadedMesh& loaded) {
   std::optional<TextureRef> found;
@@ -265,7 +267,7 @@ std::optional<TextureRef> find_tangent_layout(const PrimitiveReader& reader, Mat
   return found;
 }
 
-// For a mesh or a motion step.
+// `vertices` is a mesh or a motion step.
 void normalise_directions(auto& vertices) {
   parallel_each(vertices.normals.size(), kMeshGrain, [&](size_t i) {
     vertices.normals[i] = normalize_or(vertices.normals[i], Vec3f(0.0f));
@@ -278,7 +280,7 @@ void normalise_directions(auto& vertices) {
   });
 }
 
-// A vertex without a usable later position stays where it is.
+// If the later position of a vertex is not usable, uses the current one.
 std::vector<Vec3f> replace_unusable(std::vector<Vec3f> next_frame,
                                     const std::vector<Vec3f>& positions) {
   for (size_t v = 0; v < next_frame.size(); ++v) {
@@ -317,7 +319,7 @@ void apply_poses(const PrimitiveReader& reader, const GltfDocument& document, co
   }
 }
 
-// Whether morph targets change colours or UVs between poses.
+// Whether morph targets change colours or UVs between the poses, which the mesh holds constant.
 bool morphs_held_attributes(const json& primitive, std::span<const MeshPose> poses) {
   const json* targets = find_member(primitive, "targets");
   if (!targets) return false;
@@ -335,19 +337,19 @@ bool morphs_held_attributes(const json& primitive, std::span<const MeshPose> pos
   return false;
 }
 
-// Upper bound on the memory that load_primitive holds at any time, including the result, from the
-// primitive's stated counts.
+// Upper bound on the memory that load_primitive() uses at any time, including the result, computed
+// from the counts that the primitive declares.
 uint64_t max_load_bytes(const GltfDocument& document, const PrimitiveReader& reader,
                         const json& primitive, std::span<const MeshPose> poses, Materials materials,
                         bool generates_tangents) {
   const uint64_t vertices = reader.vertex_count();
-  uint64_t per_vertex = sizeof(Vec3f) + sizeof(Vec4f) + sizeof(uint32_t);  // and a list of floats
+  uint64_t per_vertex = sizeof(Vec3f) + sizeof(Vec4f) + sizeof(uint32_t);  // and temporaries
   if (reader.has("NORMAL")) per_vertex += sizeof(Vec3f);
   if (reader.has("TANGENT")) per_vertex += sizeof(Vec4f);
   if (reader.has("COLOR_0")) per_vertex += sizeof(Vec4f);
   per_vertex += sizeof(Vec2f) * (1 + used_uv_sets(materials).size());
   if (!poses[0].joints.empty()) per_vertex += sizeof(Mat44d) + sizeof(double) + sizeof(Vec4f);
-  // Plus one copy of the undeformed vertices.
+  // Covers the motion steps and a copy of the undeformed vertices.
   if (poses.size() > 1) per_vertex += poses.size() * (2 * sizeof(Vec3f) + sizeof(Vec4f));
   // generate_tangents() needs groups and up to twice as many vertices.
   if (generates_tangents) per_vertex = 2 * per_vertex + 256;
@@ -358,12 +360,12 @@ uint64_t max_load_bytes(const GltfDocument& document, const PrimitiveReader& rea
   uint64_t per_index = sizeof(uint32_t) + (reader.is_draco() ? sizeof(uint32_t)
                                            : list            ? 0
                                                              : sizeof(Triangle));
-  // Flat faces with tangents get vertices of their own.
+  // Flat faces with tangents do not share vertices.
   if (generates_tangents && !reader.has("NORMAL")) per_index += per_vertex;
   return bytes_of(vertices, per_vertex) + bytes_of(indices, per_index);
 }
 
-// Returns false if the primitive has no visible surface; `loaded` then says why.
+// Returns false if the primitive has no surface; `loaded` then says why.
 bool has_surface(const GltfDocument& document, const json& primitive, LoadedMesh& loaded) {
   const int mode = primitive.value("mode", int(kTriangles));
   if (mode < kTriangles) {
@@ -449,7 +451,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   normalise_directions(mesh);
   for (MeshStep& step : mesh.motion) normalise_directions(step);
   if (layout && mesh.tangents.empty()) generate_tangents(mesh, *layout);
-  // The rest was needed only while reading.
+  // Release what was needed only for reading.
   memory.release();
   loaded.bytes = mesh.name.capacity() + allocated_bytes(mesh);
   document.reserve(MemoryPart::kGeometry, loaded.bytes, document.place(pointer));

@@ -14,8 +14,8 @@ namespace emberline {
 
 // The pose in which a mesh is used.
 struct MeshPose {
-  std::span<const double> weights;  // of the morph targets; empty: all 0
-  // Bind space to instance space, row vectors, one per joint; empty: no skin.
+  std::span<const double> weights;  // morph target weights; empty: all 0
+  // One matrix per joint from bind space to instance space (row vectors). Empty: no skin.
   std::span<const Mat44d> joints;
 };
 
@@ -30,22 +30,23 @@ struct TangentLayout {
 std::vector<TangentLayout> tangent_layouts(std::span<const MaterialDescription* const> materials);
 
 struct LoadedMesh {
-  MeshDescription mesh;  // without triangles if none survived
+  MeshDescription mesh;  // has no triangles if all were dropped
   LoadRepairs repairs;
   std::vector<std::string> ignored, approximated;  // for the coverage report
-  std::optional<InputError> draco_fault;           // set if the stream's fallback was used
-  std::optional<InputError> variants_fault;        // set if the variants' materials failed
-  // For points or lines: the mode, and the number of primitives drawn.
+  std::optional<InputError> draco_fault;           // set if the accessors were used instead
+  std::optional<InputError> variants_fault;        // set if the variants are broken
+  // If the primitive has points or lines: its mode, and how many it would draw.
   int mode = 4;
   uint64_t surfaceless_count = 0;
   uint64_t bytes = 0;  // reserved for the mesh
 };
 
-// `poses` are at even times of the shutter; or a single one; or, with `next_frame`, one and the
-// pose for MeshDescription::next_frame. `materials` are all materials that may shade the primitive,
-// its own first; they decide which UV sets are kept (0 always) and whether tangents are needed,
-// unless `tangents` requires them. `flat` means that the instance transform flattens the mesh;
-// normals are then not read and are those of the plane. Throws InputError. Thread-safe.
+// `poses` has a single pose; or poses at evenly spaced times of the shutter; or, with `next_frame`,
+// one pose and that of MeshDescription::next_frame. `materials` are all materials that may shade
+// the primitive, its own first; they decide which UV sets are kept (0 always) and whether tangents
+// are needed, unless `tangents` requires them. `flat` means that the instance transform flattens
+// the mesh; its normals are then not read, since the plane's are used. Throws InputError.
+// Thread-safe.
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh, size_t primitive,
                           std::span<const MeshPose> poses, bool next_frame,
                           std::span<const MaterialDescription* const> materials, bool tangents,

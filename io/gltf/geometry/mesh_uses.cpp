@@ -21,7 +21,7 @@ std::string primitive_pointer(size_t mesh, size_t primitive) {
   return "/meshes/" + std::to_string(mesh) + "/primitives/" + std::to_string(primitive);
 }
 
-// Radius of a ball around the mesh's origin.
+// Radius of a ball around the origin that contains the mesh.
 double radius_of(const MeshDescription& mesh) {
   double largest = 0.0;
   for (const Vec3f& p : mesh.positions) largest = std::max(largest, to_double(p).length());
@@ -30,9 +30,9 @@ double radius_of(const MeshDescription& mesh) {
 
 }  // namespace
 
-// Limits the elements read to a multiple of the data present: primitives and morph targets may
-// share accessors, and nodes may use a primitive in many poses. Variants count as one element each.
-// The factor 64 is our choice, far above normal sharing.
+// Limits the elements read to a multiple of the data present, because primitives and morph targets
+// may share accessors, and nodes may use a primitive in many poses. A variant counts as one
+// element. The factor of 64 is our choice and far above normal sharing.
 void GltfMeshUses::check_budget(std::span<const MeshUse> uses) const {
   uint64_t backed = document_.total_bytes;
   for (const GltfAccessor& accessor : document_.accessors) {
@@ -68,7 +68,7 @@ uint64_t GltfMeshUses::count_elements(const json& primitive,
     for (const json& attribute : attributes) {
       const GltfAccessor& source = accessor(attribute);
       if (is_draco && source.view < 0) continue;
-      // Few indices cause few vertices to be read (see PrimitiveReader).
+      // If there are few indices, PrimitiveReader reads only the vertices that they use.
       const uint64_t most = corners <= UINT64_MAX / 4 ? corners * 4 : UINT64_MAX;
       elements += std::min(source.count, most) + source.sparse.count;
     }
@@ -83,16 +83,16 @@ uint64_t GltfMeshUses::count_elements(const json& primitive,
   return elements;
 }
 
-// A primitive of a use while it is loaded.
+// One primitive of a MeshUse while it is being loaded.
 struct GltfMeshUses::Primitive {
   MeshUse* use = nullptr;
   size_t primitive = 0;
   std::vector<TangentLayout> layouts = {};
-  const StaticMesh* cached = nullptr;  // already read for an earlier pose
+  const StaticMesh* cached = nullptr;  // read for an earlier pose
   LoadedMesh result = {};
 };
 
-// Loads a primitive; for a held resting mesh that was read before, only its tangent layouts.
+// Loads a primitive. If it is undeformed, cached and held, takes it from the cache instead.
 void GltfMeshUses::load(Primitive& task) const {
   static const MaterialDescription default_material;
   const MeshUse& use = *task.use;
@@ -135,7 +135,7 @@ void GltfMeshUses::load(Primitive& task) const {
   task.result.variants_fault = variants_fault;
 }
 
-// Stores what later poses need not read again; null for a deforming mesh.
+// Caches the parts of the mesh that later poses can reuse. Returns null for a deforming mesh.
 const StaticMesh* GltfMeshUses::cache_mesh(Primitive& task) {
   const MeshUse& use = *task.use;
   MeshDescription& mesh = task.result.mesh;
@@ -165,7 +165,7 @@ const StaticMesh* GltfMeshUses::cache_mesh(Primitive& task) {
   return task.cached;
 }
 
-// Adds the primitive and its reports to the scene; false if nothing of it is left.
+// Adds the primitive and its reports to the scene. Returns false if the primitive is empty.
 bool GltfMeshUses::add(Primitive& task) {
   for (const std::string& what : task.result.ignored) {
     report_ignored(document_.file, what, scene_.coverage);
@@ -212,7 +212,7 @@ void GltfMeshUses::load(std::vector<MeshUse>& uses, bool at_rest) {
   document_.progress->begin(LoadStage::kMeshes, tasks.size());
   const std::vector<std::exception_ptr> errors =
       document_.try_each(tasks.size(), [&](size_t i) { load(tasks[i]); });
-  // The first in file order, so that the message does not depend on timing.
+  // Throw the first error in file order, so that the message does not depend on timing.
   for (const std::exception_ptr& error : errors) {
     if (error) std::rethrow_exception(error);
   }

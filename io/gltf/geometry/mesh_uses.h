@@ -13,15 +13,15 @@
 
 namespace emberline {
 
-// A mesh, with all its primitives, in one pose, in motion, or in one pose and a later one.
+// A mesh with all its primitives, in one pose, in motion, or in a pose and that of the next frame.
 struct MeshUse {
   size_t mesh = 0;
   std::vector<MeshPose> poses;
   uint64_t placements = 0;
-  int skin = -1, node = -1;  // node: only if it has its own weights
-  bool undeformed = false;   // never deformed
-  bool may_move = false;     // for MeshDescription
-  bool flat = false;         // for load_primitive
+  int skin = -1, node = -1;  // node: -1 unless it has its own weights
+  bool undeformed = false;   // no animation deforms it
+  bool may_move = false;     // MeshDescription::may_move
+  bool flat = false;         // passed to load_primitive()
   // Cache of GltfMeshUses::center().
   std::optional<Vec3d> center = {};
   std::vector<int> loaded;  // indices into SceneDescription::meshes
@@ -29,8 +29,8 @@ struct MeshUse {
 
 class GltfMeshUses {
  public:
-  // `next_frame` as in load_primitive. Meshes known to `cache` are not read again, and new resting
-  // meshes are added to it; meshes whose keys are in `held` (ascending) are not read at all. All
+  // `next_frame` means the same as in load_primitive(). Undeformed meshes are added to `cache`. If
+  // their keys are in `held` (ascending), they are taken from there and not read again. All
   // arguments must outlive this object.
   GltfMeshUses(const GltfDocument& document, bool next_frame, std::span<const uint64_t> held,
                GltfCache& cache, SceneDescription& scene)
@@ -39,9 +39,9 @@ class GltfMeshUses {
   // Adds the meshes to the scene. Throws InputError.
   void load(std::vector<MeshUse>& uses, bool at_rest);
 
-  // Radius of a ball around the origin of a mesh of the scene.
+  // Radius of a ball around the origin that contains the scene's mesh of this index.
   double radius(size_t mesh) const;
-  // Centre of all primitives, in mesh space.
+  // Centre of the bounds of all primitives, in mesh space.
   Vec3d center(const MeshUse& use) const;
   // Points and lines placed in the scene, which are not rendered.
   uint64_t points() const { return points_; }
@@ -63,7 +63,7 @@ class GltfMeshUses {
   const std::span<const uint64_t> held_;
   GltfCache& cache_;
   SceneDescription& scene_;
-  std::vector<const StaticMesh*> static_meshes_;  // per mesh of the scene; null: it deforms
+  std::vector<const StaticMesh*> static_meshes_;  // per mesh of the scene; null: deforms
   uint64_t points_ = 0, lines_ = 0;
   bool collapsed_ = false;
 };

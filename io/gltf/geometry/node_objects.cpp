@@ -55,7 +55,7 @@ Vec2f cone_angles(double inner, double outer, const GltfDocument& document,
                          fmt::format("the number {} is out of range", outer));
     outer = kPiD / 4.0;
   }
-  // Writers of hard-edged spots give both the same angle, possibly rounded.
+  // For a hard-edged spot, writers set both angles to the same value, possibly rounded.
   if (!(inner >= 0.0 && inner <= outer * (1.0 + 1e-6))) {
     note_defaulted_light(
         document, spot + "innerConeAngle",
@@ -67,7 +67,7 @@ Vec2f cone_angles(double inner, double outer, const GltfDocument& document,
 }
 
 float light_range(double range, const GltfDocument& document, const std::string& pointer) {
-  // Animated values are clamped to this bound of the schema.
+  // Invalid animated values are clamped to the schema's minimum, FLT_TRUE_MIN; reject that too.
   if (range > double(FLT_TRUE_MIN)) return float(range);
   note_defaulted_light(document, pointer + "/range", "expected a number above 0");
   return std::numeric_limits<float>::infinity();
@@ -75,7 +75,7 @@ float light_range(double range, const GltfDocument& document, const std::string&
 
 namespace {
 
-// Without a usable xmag there is no hint about the frame's aspect ratio.
+// Returns the frame's aspect ratio, or nothing if xmag is not usable as a hint.
 std::optional<double> orthographic_aspect(const GltfDocument& document,
                                           const tinygltf::OrthographicCamera& lens,
                                           const std::string& pointer) {
@@ -102,8 +102,8 @@ void read_lens(const GltfDocument& document, const tinygltf::Camera& source,
   }
 }
 
-// Whether the clip planes might cut off something. Exporters without a near plane write one of up
-// to a decimetre, which is ignored.
+// Whether the clip planes might cut off something. Near planes of up to a decimetre are ignored,
+// because exporters write one even if the camera has none.
 bool may_clip(const json& camera) {
   constexpr double kIgnoredNear = 0.101;
   const json& lens = camera.at(camera.at("type").get_ref<const std::string&>());
@@ -115,7 +115,7 @@ bool may_clip(const json& camera) {
 CameraDescription* read_camera(const GltfDocument& document, size_t node, const GltfPose& pose,
                                const Mat44d& to_world, SceneDescription& scene) {
   const int index = document.model->nodes[node].camera;
-  // Use the node's member if it refers to no camera.
+  // If the node has no valid camera, the fault may be in the node's own member.
   const std::string pointer = index < 0 ? "/nodes/" + std::to_string(node) + "/camera"
                                         : "/cameras/" + std::to_string(index);
   std::optional<InputError> fault = document.faults->take_fault(pointer);
@@ -125,7 +125,7 @@ CameraDescription* read_camera(const GltfDocument& document, size_t node, const 
     ++scene.repairs.singular_instances;
     return nullptr;
   }
-  // Reserved because any number of nodes may use a camera, with a name as long as the file.
+  // Any number of nodes may use a camera whose name is as long as the file, so reserve the memory.
   CameraDescription camera;
   camera.name = index < 0 || document.model->cameras[size_t(index)].name.empty()
                     ? node_name(document, node)
@@ -217,7 +217,7 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
   size_t count = 0;
   bool has_count = false;
   if (!attributes.empty()) {
-    // Ten floats and the resulting matrix.
+    // Each instance has up to ten floats and the resulting matrix.
     memory.add(bytes_of(count_of(attributes.begin().value()), 10 * sizeof(float) + sizeof(Mat44d)),
                place);
   }
@@ -239,7 +239,7 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
   const std::vector<float> rotations = read("ROTATION", 4);
   const std::vector<float> scales = read("SCALE", 3);
   if (!has_count) {
-    // Only attributes that have no meaning here, such as _ID.
+    // None of the attributes has a meaning here; an example is _ID.
     if (attributes.empty()) return {};
     const auto first = attributes.begin();
     if (first->is_null()) document.faults->require(pointer + "/attributes/" + first.key());

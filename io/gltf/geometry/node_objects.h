@@ -1,4 +1,4 @@
-// Objects attached to nodes besides meshes: cameras, punctual lights, instance transforms.
+// Reads what nodes have besides meshes: cameras, punctual lights, instance transforms.
 #pragma once
 
 #include "io/gltf/animation/animation.h"
@@ -11,15 +11,15 @@ namespace emberline {
 std::string node_name(const GltfDocument& document, size_t node);
 
 // Append the node's camera or light to `scene`, or count and skip it if its transform is too
-// degenerate to define a direction. Invalid values become the fault of a camera; for a light they
-// throw InputError.
+// degenerate to define a direction. Invalid values of a camera are stored as its fault; those of a
+// light throw InputError.
 CameraDescription* read_camera(const GltfDocument& document, size_t node, const GltfPose& pose,
                                const Mat44d& to_world, SceneDescription& scene);
 PunctualLightDescription* read_punctual_light(const GltfDocument& document, size_t node,
                                               const GltfPose& pose, const Mat44d& to_world,
                                               SceneDescription& scene);
 
-// Validate and convert a camera's values, also animated ones. Throw InputError.
+// Validate and convert a camera's values, including animated ones. Throw InputError.
 double field_of_view(double yfov, const std::string& place);
 double magnification(double ymag, const std::string& place);
 
@@ -32,7 +32,8 @@ float light_range(double range, const GltfDocument& document, const std::string&
 // The maximum outerConeAngle is pi / 2, which writers may have rounded up.
 inline constexpr double kMaxOuterCone = kPiD / 2.0 * (1.0 + 1e-6);
 
-// EXT_mesh_gpu_instancing: one transform per instance, relative to the node; counted in `memory`.
+// Reads EXT_mesh_gpu_instancing: one transform per instance, relative to the node. Adds the bytes
+// that it allocates to `memory`.
 std::vector<Mat44d> read_instance_transforms(const GltfDocument& document,
                                              const nlohmann::json& extension, size_t node,
                                              MemoryReservation& memory);

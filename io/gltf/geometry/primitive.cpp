@@ -28,7 +28,7 @@ PrimitiveReader::PrimitiveReader(const GltfDocument& document, const json& primi
       draco_fault_ = error;
     }
   } else if (!has_fallback()) {
-    // If check_schema removed the extension, no data are left; this reports its fault.
+    // If check_schema() removed the extension, no data are left; this throws the extension's fault.
     document.faults->require(pointer_ + "/extensions/" + kDracoExtension);
   }
   vertex_count_ = document.accessor(accessor("POSITION")).count;
@@ -102,7 +102,7 @@ std::string PrimitiveReader::place_of(const std::string& attribute) const {
   return document_.place(pointer_ + "/attributes/" + attribute);
 }
 
-// The attribute's values from the Draco stream, or null.
+// Returns the attribute's values from the Draco stream, or null.
 const std::vector<float>* PrimitiveReader::draco_floats(const std::string& attribute) const {
   if (!draco_) return nullptr;
   const auto found = draco_->attributes.find(attribute);
@@ -158,9 +158,10 @@ std::vector<float> PrimitiveReader::read(int index, int components,
   return read_floats(document_, index, components, place, selected_vertices());
 }
 
-// For files in which thousands of primitives use a few triangles of one huge accessor.
+// Speeds up files in which thousands of primitives use a few triangles of one huge accessor.
 void PrimitiveReader::select_used_vertices() {
-  constexpr uint64_t kFew = 4;  // a quarter: below, sorting costs less than reading all
+  // If at most a quarter of the vertices are used, sorting the indices costs less than reading all.
+  constexpr uint64_t kFew = 4;
   if (index_count_ == 0 || index_count_ > vertex_count_ / kFew) return;
   used_vertices_.assign(corners(), corners() + index_count_);
   std::ranges::sort(used_vertices_);

@@ -13,8 +13,8 @@ namespace emberline {
 
 class PrimitiveReader {
  public:
-  // Decodes the Draco stream, if any. If that fails, the extension is optional and the accessors
-  // have data, uses the accessors. Throws InputError.
+  // Decodes the Draco stream, if any. If that fails, uses the accessors, provided that they have
+  // data and the extension is optional. Throws InputError.
   PrimitiveReader(const GltfDocument& document, const nlohmann::json& primitive,
                   std::string pointer);
 
@@ -24,9 +24,10 @@ class PrimitiveReader {
   bool is_draco() const { return draco_.has_value(); }
   // Why the Draco stream was not used, if there is one.
   const std::optional<InputError>& draco_fault() const { return draco_fault_; }
-  // vertex_count() x components floats. Throws InputError if the count differs from POSITION's.
+  // Returns vertex_count() x components floats. Throws InputError if the attribute's count differs
+  // from POSITION's.
   std::vector<float> floats(const std::string& attribute, int components) const;
-  // The same as vectors, with capacity for `extra_capacity` more.
+  // Like floats(), but as vectors, with capacity for `extra_capacity` more.
   template <class Vector>
   std::vector<Vector> vectors(const std::string& attribute, size_t extra_capacity = 0) const {
     const int components = int(sizeof(Vector) / sizeof(float));
@@ -39,17 +40,17 @@ class PrimitiveReader {
   }
   // Number of components of the attribute's accessor (COLOR_0 may have 3 or 4).
   int components(const std::string& attribute) const;
-  // Displacements of morph target `target`; empty if it does not affect the attribute.
+  // Returns the displacements of morph target `target`, none if it does not affect the attribute.
   std::vector<float> target_floats(size_t target, const std::string& attribute,
                                    int components) const;
 
-  // Vertices read: all, or only the indexed ones if the accessors hold far more than is drawn.
+  // Number of vertices read: only the indexed ones if the accessors hold far more, otherwise all.
   uint64_t vertex_count() const {
     return used_vertices_.empty() ? vertex_count_ : used_vertices_.size();
   }
-  // Index of vertex `i` in the file.
+  // The index in the file of the vertex `i`.
   uint64_t file_vertex(size_t i) const { return used_vertices_.empty() ? i : used_vertices_[i]; }
-  // Corner indices in drawing order, below vertex_count(); 0, 1, 2... without an index accessor.
+  // Corner indices in drawing order, below vertex_count(). Without an index accessor: 0, 1, 2...
   std::span<const uint32_t> indices() const { return {corners(), index_count_}; }
   // Moves the indices out as triangles; an incomplete last triangle is dropped.
   std::vector<std::array<uint32_t, 3>> take_triangles();

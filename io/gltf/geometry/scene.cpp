@@ -25,7 +25,7 @@ namespace {
 
 using nlohmann::json;
 
-// A mesh use with its transform.
+// A MeshUse with its transform.
 struct Placement {
   size_t use = 0;
   size_t node = 0;
@@ -33,7 +33,7 @@ struct Placement {
   std::vector<Mat44d> motion;  // per step of GltfShutter; empty: at rest
 };
 
-// Depth-first, in file order, without recursion, since hierarchies may be arbitrarily deep.
+// Depth-first, in file order. Not recursive, since hierarchies may be arbitrarily deep.
 std::vector<size_t> nodes_in_scene(const GltfDocument& document) {
   std::vector<int> roots;
   if (!document.model->scenes.empty()) {
@@ -50,7 +50,7 @@ std::vector<size_t> nodes_in_scene(const GltfDocument& document) {
   while (!stack.empty()) {
     const size_t node = size_t(stack.back());
     stack.pop_back();
-    if (seen[node]) continue;  // the scene lists a node and its descendant
+    if (seen[node]) continue;  // if the scene lists a node and its descendant
     seen[node] = 1;
     nodes.push_back(node);
     const std::vector<int>& children = document.model->nodes[node].children;
@@ -99,7 +99,7 @@ class SceneGraphReader {
   const std::vector<Mat44d>& instance_transforms(const json& instancing, size_t node);
   size_t find_or_add_use(size_t node, bool flat);
   bool is_flat(const Placement& placement) const;
-  // Invertible transforms of a placement; `next_frame` is its position one frame after an instant.
+  // Invertible transforms of a placement; `next_frame` is the one of GltfAnimation::next_frame.
   struct Transforms {
     Mat44d to_world;
     std::vector<Mat44d> motion;
@@ -120,22 +120,22 @@ class SceneGraphReader {
   const GltfAnimation& animation_;
   GltfCache& cache_;
   std::vector<char> may_move_;          // per node
-  std::vector<char> mesh_may_move_;     // per mesh: whether a node that uses it may move
+  std::vector<char> mesh_may_move_;     // per mesh: whether any node with it may move
   bool mesh_weights_animated_ = false;  // by animation pointers
   const bool at_rest_;
   const GltfShutter shutter_;
   const std::vector<Mat44d>& world_;  // per node, at shutter opening
   const GltfVisibility visibility_;
-  std::vector<size_t> hidden_nodes_;  // nodes with meshes
+  std::vector<size_t> hidden_nodes_;  // only nodes with meshes
   uint64_t collapsed_instances_ = 0;  // instances collapsed to a line or a point by their scale
   GltfPoses poses_;
   GltfMeshUses meshes_;
   std::vector<MeshUse> uses_;
-  // Uses without node weights, by mesh, skin, and whether they are flat.
+  // Uses that several nodes may share, by mesh, skin, and whether the node flattens the mesh.
   std::map<std::tuple<int, int, bool>, size_t> shared_uses_;
   std::deque<Placement> placements_;  // a deque, so that growing does not copy
   MemoryReservation placements_memory_;
-  std::vector<Mat44d> instances_;  // at rest, where they are not cached in cache_
+  std::vector<Mat44d> instances_;  // transforms in a scene at rest, which cache_ does not keep
   MemoryReservation instances_memory_;
 };
 
@@ -191,7 +191,7 @@ std::optional<Mat44d> SceneGraphReader::aimed(size_t node, size_t step) const {
 
 void SceneGraphReader::add_motion(size_t node, std::vector<Mat44d>& motion) const {
   if (!shutter_.moves(node) || shutter_.is_instant()) return;
-  // A step without a direction keeps that of the previous step.
+  // A step without a direction keeps the direction of the previous step.
   Mat44d last = aimed(node, 0).value_or(shutter_.world(node, 0));
   for (size_t step = 1; step < shutter_.steps(); ++step) {
     const Mat44d& world = shutter_.world(node, step);
@@ -216,7 +216,7 @@ void SceneGraphReader::find_moving_meshes() {
   }
 }
 
-// Whether the node's mesh is never deformed. False at rest, where the scene is posed only once.
+// Whether no animation deforms the node's mesh. False if the scene is at rest, and so posed once.
 bool SceneGraphReader::undeformed(size_t node) const {
   const tinygltf::Node& source = document_.model->nodes[node];
   if (at_rest_) return false;
@@ -239,7 +239,7 @@ size_t SceneGraphReader::find_or_add_use(size_t node, bool flat) {
   };
   report_rest(poses_.morphs(size_t(source.mesh)), "morph targets");
   report_rest(source.skin >= 0, "skin");
-  // A skin's joints determine the position, so nodes with the same mesh and skin share a use.
+  // The joints determine where a skinned mesh is, so nodes with the same mesh and skin share a use.
   const bool own_weights = poses_.has_own_weights(node);
   const std::tuple key(source.mesh, source.skin, flat);
   if (!own_weights && shared_uses_.contains(key)) return shared_uses_.at(key);
@@ -277,7 +277,7 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   const json* instancing = find_extension(object, "EXT_mesh_gpu_instancing");
   static const std::vector<Mat44d> one = {Mat44d()};
   const std::vector<Mat44d>& instances = instancing ? instance_transforms(*instancing, node) : one;
-  // A few nodes and primitives can multiply to more than memory holds.
+  // A small file can ask for more placements than fit into memory.
   const size_t most = (size_t(1) << 20) + size_t(document_.total_bytes);
   if (placements_.size() + instances.size() > most) {
     throw InputError(place, "more than {} instances, too many for a file of this size", most);
@@ -303,13 +303,13 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   }
 }
 
-// Whether the placement is flat at all times of the shutter.
+// Whether the placement is flat throughout the shutter interval.
 bool SceneGraphReader::is_flat(const Placement& placement) const {
   if (shutter_.is_instant() || placement.motion.empty()) return is_singular(placement.to_world);
   return std::ranges::all_of(placement.motion, is_singular);
 }
 
-// Nothing if no part of the placement is ever visible.
+// Returns nothing if the placement is collapsed to a line or a point throughout.
 std::optional<SceneGraphReader::Transforms> SceneGraphReader::invertible_transforms(
     const Placement& placement) {
   const std::vector<Mat44d>& motion = placement.motion;
@@ -379,9 +379,9 @@ void SceneGraphReader::place_meshes() {
   }
 }
 
-// Bounds at rest, from the accessors' bounds and the nodes' and joints' rest transforms; includes
-// unskinned nodes that the animation hides now. Meshes without accessor bounds are skipped; if all
-// are, returns the bounds of the current pose.
+// Returns the scene's bounds at rest, from the accessors' bounds and the nodes' and joints' rest
+// transforms. Includes unskinned nodes that the animation hides now. Skips meshes without accessor
+// bounds; if there are no others, returns the bounds of the current pose.
 WorldBounds SceneGraphReader::rest_bounds() const {
   const std::vector<Mat44d> at_rest = world_transforms(document_, {});
   WorldBounds bounds;
@@ -389,7 +389,7 @@ WorldBounds SceneGraphReader::rest_bounds() const {
     const WorldBounds& box = shutter_.bounds(uses_[placement.use].mesh);
     const size_t node = placement.node;
     if (const int skin = document_.model->nodes[node].skin; skin >= 0) {
-      // If the skin is bound at its rest pose, vertices are where the mesh has them.
+      // If the bind pose is the rest pose, this leaves the vertices where the mesh has them.
       const auto joint = size_t(document_.model->skins[size_t(skin)].joints[0]);
       const SkinPose& pose = poses_.loaded_skin(skin);
       const Mat44d bind =
@@ -408,7 +408,7 @@ WorldBounds SceneGraphReader::rest_bounds() const {
   return bounds.isEmpty() ? world_bounds(scene_) : bounds;
 }
 
-// Reports that the file never shows anything, because its geometry is broken or has no surface.
+// Throws the error that the file has nothing to render: its geometry is broken or has no surface.
 void SceneGraphReader::throw_empty(const std::string& dropped) const {
   std::string found;
   for (const auto& [count, what] :
@@ -427,8 +427,8 @@ std::optional<std::string> SceneGraphReader::find_broken_geometry() const {
       {"/scenes/", "/nodes/", "/meshes/", "/skins/", "/accessors/", "/bufferViews/", "/buffers/"});
 }
 
-// Decides whether a scene without instances renders as its environment alone. It is an error if the
-// file has geometry that can never be seen.
+// Decides whether a scene without instances is rendered with its environment alone, or is an error
+// because the file has geometry that can never be seen.
 void SceneGraphReader::check_empty(const std::string& dropped) const {
   const auto may_be_visible = [&](size_t node) { return visibility_.may_be_visible(node); };
   const bool visible_later = !at_rest_ && std::ranges::any_of(hidden_nodes_, may_be_visible);

@@ -1,4 +1,4 @@
-// The node hierarchy, flattened: instances, lights and cameras in world space.
+// Flattens the node hierarchy into instances, lights and cameras in world space.
 #pragma once
 
 #include <span>
@@ -13,15 +13,14 @@ namespace emberline {
 
 // Fills meshes, instances, lights and cameras of `scene`, whose materials must have been read, from
 // the file's default scene (`scene`, else scene 0, else all root nodes) in the animation's pose.
-// Loads meshes in parallel; adds repairs and coverage. Meshes known to `cache` are not read again,
-// and new resting meshes are added to it; meshes whose keys are in `held` (ascending) are not read
-// at all. Throws InputError, also if nothing is left to render; objects hidden only at this time
-// count.
+// Loads meshes in parallel; adds repairs and coverage. Undeformed meshes are added to `cache`. If
+// their keys are in `held` (ascending), they are taken from there and not read again. Throws
+// InputError, also if the file has nothing to render at any time.
 void load_scene_graph(const GltfDocument& document, const GltfAnimation& animation,
                       const GltfAnimatedValues& changes, std::span<const uint64_t> held,
                       GltfCache& cache, SceneDescription& scene);
 
-// In file order.
+// Returns all nodes in file order.
 std::vector<NodeDescription> read_nodes(const GltfDocument& document);
 
 }  // namespace emberline

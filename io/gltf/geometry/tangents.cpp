@@ -11,7 +11,7 @@ namespace {
 
 using Triangle = std::array<uint32_t, 3>;
 
-// Corners with equal keys (position, normal, UV; bitwise, but -0 equals 0) share a tangent.
+// Position, normal and UV. Corners whose keys are bitwise equal (with -0 as 0) share a tangent.
 using CornerKey = std::array<uint32_t, 8>;
 
 uint32_t float_bits(float x) { return std::bit_cast<uint32_t>(x == 0.0f ? 0.0f : x); }
@@ -24,8 +24,8 @@ struct CornerKeyHash {
   }
 };
 
-// +1: v decreases to the left of the direction of u, as on an upright image; -1: mirrored; 0: the
-// triangle has no area in the texture.
+// Returns +1 if v decreases to the left of the direction of u, as on an upright image, -1 if the
+// texture is mirrored, and 0 if the triangle has no area in the texture.
 int uv_orientation(const Vec2f& a, const Vec2f& b, const Vec2f& c) {
   const double area =
       (double(b.x) - a.x) * (double(c.y) - a.y) - (double(c.x) - a.x) * (double(b.y) - a.y);
@@ -101,7 +101,7 @@ class TangentGroups {
     const Vec3d& sum = sums_[group_of_vertex_[vertex]][size_t(side)];
     return dot(sum, sum) > 0.0;
   }
-  // Arbitrary if there is no direction.
+  // Returns an arbitrary tangent if there is no direction.
   Vec4f tangent(uint32_t vertex, size_t side, const Vec3f& normal) const {
     const Vec3d& sum = sums_[group_of_vertex_[vertex]][side];
     const double length = std::sqrt(dot(sum, sum));
@@ -150,8 +150,8 @@ uint32_t duplicate_vertex(MeshDescription& mesh, std::vector<Vec3f>& normals,
   return copy;
 }
 
-// Tangents of the motion steps. Vertices stay split as in the first step, since the UV orientation
-// of a triangle does not change.
+// Adds tangents to the motion steps. Vertices stay split as in the first step, since the UV
+// orientation of a triangle does not change.
 void add_motion_tangents(MeshDescription& mesh, const std::vector<Vec2f>& uv,
                          const std::vector<int8_t>& orientation) {
   for (MeshStep& step : mesh.motion) {
@@ -194,7 +194,7 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
   }
   const TangentGroups groups = accumulate(mesh.positions, normals, uv, mesh.triangles, orientation);
 
-  // The first orientation of a vertex keeps its index, the other gets a copy.
+  // The first orientation found at a vertex keeps its index; the other gets a copy of the vertex.
   constexpr uint32_t kNone = UINT32_MAX;
   const size_t original_count = mesh.positions.size();
   std::vector<std::array<uint32_t, 2>> vertex_of_side(original_count, {kNone, kNone});
@@ -202,7 +202,7 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (uint32_t& corner : mesh.triangles[i]) {
       const uint32_t vertex = corner;
-      // A triangle without UV area joins either neighbour.
+      // A triangle without UV area joins a neighbour of either orientation.
       const size_t side = orientation[i] != 0
                               ? (orientation[i] > 0 ? 0 : 1)
                               : (groups.has(vertex, 0) || !groups.has(vertex, 1) ? 0 : 1);

@@ -6,7 +6,7 @@
 namespace emberline {
 
 // Fills mesh.tangents for the UV set and transform of `layout`, as glTF 2.0 section 3.7.2.1
-// requires if TANGENT is missing. Method of M. Mikkelsen, "Simulation of Wrinkled Surfaces
+// requires if TANGENT is missing. The method is M. Mikkelsen's, "Simulation of Wrinkled Surfaces
 // Revisited" (2008), with the weights of his reference code: each corner's direction of increasing
 // u, projected to the vertex's tangent plane and weighted by the corner's angle, is summed over all
 // corners that share position, normal, UV and UV orientation. A vertex whose corners have both
@@ -16,10 +16,10 @@ namespace emberline {
 // A KHR_texture_transform rotates generated tangents with the texture, as in the Khronos sample
 // renderer; supplied tangents are not changed.
 //
-// Without normals, faces are flat: vertices are first split per face.
+// If the mesh has no normals, its faces are flat, so vertices are first split per face.
 void generate_tangents(MeshDescription& mesh, const TextureRef& layout);
 
-// An arbitrary tangent for a normal, for vertices without a UV direction.
+// Returns an arbitrary tangent for a vertex with this normal and without a UV direction.
 Vec4f arbitrary_tangent(const Vec3f& normal);
 
 }  // namespace emberline

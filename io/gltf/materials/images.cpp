@@ -63,7 +63,7 @@ std::shared_ptr<const Image> make_uniform_image(const std::string& name,
   return image;
 }
 
-// Replaces failed images in slots where white is not neutral by a texel of the given colour.
+// In slots where white is not neutral, replaces failed images by one texel of the given colour.
 void replace_failed(SceneDescription& scene, const std::vector<const GltfImage*>& images,
                     const char* name, std::array<uint8_t, 3> rgb,
                     std::initializer_list<TextureRef MaterialDescription::*> slots) {
@@ -81,7 +81,7 @@ void replace_failed(SceneDescription& scene, const std::vector<const GltfImage*>
   }
 }
 
-// For each optional KTX 2 or WebP image: the texture's other images.
+// Maps each optional KTX 2 or WebP image to the texture's other images.
 std::map<int, std::vector<int>> fallback_images(const GltfDocument& document) {
   std::map<int, std::vector<int>> fallbacks;
   for (const json& texture : document.array("textures")) {
@@ -116,8 +116,8 @@ DecodedImage decode_with_fallbacks(const GltfDocument& document, int image,
   }
 }
 
-// KHR_texture_basisu requires the transfer function that the use implies. The use decides, as for
-// all images (glTF 2.0, section 3.9.2); this warns if the file states another.
+// KHR_texture_basisu requires that an image states the transfer function that its use implies. As
+// for all images, the use decides (glTF 2.0, section 3.9.2); this warns if the file disagrees.
 void warn_about_transfer(const SceneDescription& scene, const std::vector<const GltfImage*>& images,
                          const std::string& file) {
   std::vector<char> warned(images.size(), 0);
@@ -147,7 +147,7 @@ void warn_about_transfer(const SceneDescription& scene, const std::vector<const 
   }
 }
 
-// Returns the wanted images, after adding missing ones to `cached`.
+// Decodes the wanted images that are not in `cached`, and returns all wanted images from there.
 std::vector<const GltfImage*> decode_images(const GltfDocument& document,
                                             const GltfOptions& options,
                                             const std::vector<int>& wanted,
@@ -237,7 +237,7 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
         make_uniform_image("replaced image " + std::to_string(wanted[i]), {255, 255, 255}));
   }
   warn_about_transfer(scene, images, document.file);
-  // 128 rather than 127: (128/255) * 2 - 1 = 0.004, the usual encoding of "straight up".
+  // 128 is how files usually encode a zero component, although (128/255) * 2 - 1 is 0.004.
   replace_failed(
       scene, images, "replaced normal map", {128, 128, 255},
       {&MaterialDescription::normal_texture, &MaterialDescription::clearcoat_normal_texture});

@@ -13,23 +13,23 @@
 
 namespace emberline {
 
-// A texture's image indices, preferred first: KHR_texture_basisu, EXT_texture_webp, its own.
+// A texture's image indices in order of preference: KHR_texture_basisu, EXT_texture_webp, source.
 std::vector<int> texture_sources(const nlohmann::json& texture);
 
 // A decoded glTF image, or its error.
 struct GltfImage {
   DecodedImage decoded;
-  std::string fault;         // set if another image is used instead: why this one failed
-  std::exception_ptr error;  // InputError
+  std::string fault;         // if another image is used instead: why this one failed
+  std::exception_ptr error;  // an InputError, or null
 };
 
-// Decodes the glTF images used by the materials of scene.meshes in all variants (TextureRef::image
-// holds glTF indices on entry), fills scene.images and renumbers the references. Materials that no
-// mesh uses lose their textures. Counts repairs and warns about them. If KHR_texture_basisu or
-// EXT_texture_webp is optional and its image does not decode, uses the texture's next image, with a
-// warning. Throws InputError for an image that is missing or does not decode; with options.lenient
-// it becomes white, or a flat normal in a normal map. Images in `cached`, by glTF index, are not
-// decoded again; new ones are added to it, with texels kept in `store`.
+// Decodes the images that the materials of scene.meshes use in any variant, and fills scene.images.
+// TextureRef::image must be a glTF index on entry and becomes an index into scene.images. Materials
+// that no mesh uses lose their textures. Counts repairs and warns about them. If the extension
+// KHR_texture_basisu or EXT_texture_webp is optional and its image does not decode, uses the
+// texture's next image, with a warning. Throws InputError for an image that is missing or does not
+// decode; with options.lenient, it becomes white, or a flat normal in a normal map. Images in
+// `cached` (by glTF index) are not decoded again; new ones go there, and their texels to `store`.
 void load_images(const GltfDocument& document, const GltfOptions& options,
                  std::map<int, GltfImage>& cached, TextureStore& store, SceneDescription& scene);
 

@@ -9,10 +9,10 @@
 
 namespace emberline {
 
-// One MaterialDescription per glTF material; TextureRef::image holds glTF image indices. Ignored
-// and approximated features go to `coverage`. An unreadable material is noted as broken, also for a
-// texture without an image (in a format that only an unsupported extension provides) unless
-// options.lenient.
+// Returns one MaterialDescription per glTF material; TextureRef::image holds glTF image indices.
+// Ignored and approximated features go to `coverage`. A material that cannot be read is noted as
+// broken. Unless options.lenient, this includes materials with a texture that has no image in a
+// supported format.
 std::vector<MaterialDescription> read_materials(const GltfDocument& document,
                                                 const GltfOptions& options,
                                                 CoverageReport& coverage);

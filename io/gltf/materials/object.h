@@ -1,5 +1,5 @@
 // Reads a material's JSON object, or one inside it, member by member: factors, colours, texture
-// slots. Absent members leave the value unchanged, so defaults are those of MaterialDescription.
+// slots. An absent member leaves the value unchanged, so the default is MaterialDescription's.
 #pragma once
 
 #include <optional>
@@ -13,10 +13,10 @@
 
 namespace emberline {
 
-// Clamped members, for one combined warning.
+// The members that were clamped; one warning reports them all.
 struct ClampedFactors {
   struct List {
-    static constexpr size_t kMaxNamed = 8;  // listed by name: a file may have any number
+    static constexpr size_t kMaxNamed = 8;  // more are only counted: a file may have any number
     std::vector<std::string> named;         // with their values
     uint64_t more = 0;
   };
@@ -48,7 +48,7 @@ class GltfMaterialObject {
   GltfMaterialObject(const MaterialFile& file, const nlohmann::json& object, std::string pointer)
       : file_(file), object_(object), pointer_(std::move(pointer)) {}
 
-  // Clamp to [0, 1] and record clamped members in ClampedFactors.
+  // These clamp to [0, 1] and record clamped members in ClampedFactors.
   void unit_factor(const char* name, float& value) const;
   void unit_factors(const char* name, Rgb& value) const;
   void unit_factors(const char* name, Rgb& value, float& alpha) const;  // four numbers
@@ -56,7 +56,7 @@ class GltfMaterialObject {
   void non_negative(const char* name, Rgb& value) const;
   void number(const char* name, float& value, const ValidNumbers& valid) const;
 
-  // Whether the slot has a texture. A texture index that does not exist is an invalid value.
+  // Whether the slot has a texture. A texture index out of range is an invalid value.
   bool has_texture(const char* name) const { return texture_info(name) != nullptr; }
   void texture(const char* name, TextureRef& slot) const;
   // Also reads the "scale" of a normal map.
@@ -69,7 +69,7 @@ class GltfMaterialObject {
   void report_ignored(const std::string& what) const;
   // Reports a faulty member: throws, or warns in an optional extension.
   void fail(const std::string& name, const std::string& message) const;
-  // The member's place, for messages.
+  // The place of the member `name`, for messages.
   std::string place(const std::string& name) const {
     return file_.document.place(pointer_ + "/" + name);
   }
@@ -78,27 +78,27 @@ class GltfMaterialObject {
   void clamp(const char* name, std::span<float> values, double max_value) const;
   const nlohmann::json* texture_info(const char* name) const;
   TextureRef texture_ref(const nlohmann::json& info, const char* name) const;
-  // Throws, or warns and says what is used `fallback`.
+  // Throws, or warns; `fallback` then says what is used instead.
   void reject_value(const std::string& name, const std::string& message,
                     const std::string& fallback) const;
 
   const MaterialFile& file_;
   const nlohmann::json& object_;
   std::string pointer_;
-  bool optional_ = false;  // inside an extension that the file does not require
+  bool optional_ = false;  // whether this is inside an extension that the file does not require
 };
 
 // Material extensions, implemented in layers.cpp.
 inline constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
 
 // Reads all KHR_materials_* that change scattering, except specular-glossiness. An unlit material
-// must not have them; they are then reported as ignored. With KHR_materials_pbrSpecularGlossiness,
-// which defines its own index of refraction and specular colour, only the layers on top are read.
+// must not have them; if it does, they are reported as ignored. Specular-glossiness defines its own
+// index of refraction and specular colour, so with it, only the layers on top are read.
 void read_material_layers(const GltfMaterialObject& object, MaterialDescription& material);
 
-// Reads KHR_materials_pbrSpecularGlossiness, which replaces pbrMetallicRoughness. It equals the
-// non-metallic material with index 0 of KHR_materials_ior and the colour of KHR_materials_specular
-// ("Conversions").
+// Reads KHR_materials_pbrSpecularGlossiness, which replaces pbrMetallicRoughness. As its section
+// "Conversions" says, it equals a non-metallic material with ior = 0 in KHR_materials_ior and its
+// specular colour in KHR_materials_specular.
 void read_specular_glossiness(const GltfMaterialObject& object, MaterialDescription& material);
 
 }  // namespace emberline

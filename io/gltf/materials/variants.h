@@ -12,12 +12,12 @@ namespace emberline {
 // The file's variants, in file order; VariantMaterial::variant is an index into them.
 std::vector<VariantDescription> read_variants(const GltfDocument& document);
 
-// Length of the list that read_variant_materials() will return.
+// Upper bound on the length of the list that read_variant_materials() returns.
 uint64_t variant_material_count(const nlohmann::json& primitive);
 
-// The primitive's materials by ascending `variant`. Variants that are absent use its own material;
-// so do those whose mapping or material is broken, if the extension is optional. `pointer` is the
-// primitive's. Throws InputError for a duplicate variant.
+// Returns the primitive's materials in ascending order of `variant`. A variant that is not listed
+// uses the primitive's own material. So does one whose mapping or material is broken, if the
+// extension is optional. `pointer` refers to the primitive. Throws InputError for duplicates.
 std::vector<VariantMaterial> read_variant_materials(const GltfDocument& document,
                                                     const nlohmann::json& primitive,
                                                     const std::string& pointer);

@@ -20,8 +20,8 @@ uint64_t take_varint(BitReader& bits, int width) {
   throw_damaged(bits.place(), "has an unterminated number");
 }
 
-// Each value is a difference from the previous one. Colour differences use one of three tables,
-// chosen by the previous value.
+// Each value is stored as a difference from the previous one. Colour differences use one of three
+// tables, chosen by the previous value.
 std::vector<Endpoint> read_endpoints(const BasisLzHeader& header, const std::string& place) {
   BitReader bits(header.endpoint_data, place, "endpoints");
   std::array<HuffmanTable, 3> colour_delta;
@@ -122,7 +122,8 @@ std::span<const SliceReader::Block> SliceReader::next_row() {
   for (size_t x = 0; x < row_.size(); ++x) previous_endpoints_[x] = row_[x].endpoint;
   uint32_t prediction = 0;
   for (size_t x = 0; x < row_.size(); ++x) {
-    // Two bits for each of 2 x 2 blocks; the lower two blocks' bits are kept for the next row.
+    // A prediction has two bits for each of 2 x 2 blocks; those of the lower two blocks are kept
+    // for the next row.
     if (x % 2 == 0) {
       uint8_t& stored_prediction = predictions_[x / 2];
       prediction = row_number_ % 2 == 0 ? next_prediction() : stored_prediction;

@@ -1,6 +1,7 @@
-// BasisLZ, the supercompression of ETC1S images: palettes of endpoints (colour and intensity) and
-// of selectors (one of four modifiers per pixel), and slices that hold an index into each per
-// block. KTX specification, appendices "BasisLZ Global Data" and "BasisLZ/ETC1S Bitstream".
+// Reads BasisLZ, the supercompression of ETC1S images. It has palettes of endpoints (colour and
+// intensity) and of selectors (one of four modifiers per pixel), and slices that store an index
+// into each palette for every block. KTX specification, appendices "BasisLZ Global Data" and
+// "BasisLZ/ETC1S Bitstream".
 #pragma once
 
 #include <array>
@@ -16,19 +17,19 @@ namespace emberline::ktx2 {
 
 struct Endpoint {
   std::array<uint8_t, 3> colour = {};  // 5 bits each
-  uint8_t intensity = 0;               // 0 to 7: row of ETC1's modifier table
+  uint8_t intensity = 0;               // row of ETC1's modifier table, 0 to 7
 };
 
-// One byte per row, the leftmost pixel in the lowest two bits; 0 is the most negative modifier.
+// One byte per row, leftmost pixel in the lowest two bits; 0 is the most negative modifier.
 using Selectors = std::array<uint8_t, kBlockSide>;
 
-// The global data's header, with the data still encoded.
+// The header of the global data, and the data, still encoded.
 struct BasisLzHeader {
   uint32_t endpoints = 0, selectors = 0;
   Bytes endpoint_data, selector_data, table_data;
   std::array<Bytes, 2> slices;  // of level 0; the second may be empty
 
-  uint64_t decoded_bytes() const {  // of the palettes
+  uint64_t decoded_bytes() const {  // memory of the decoded palettes
     return uint64_t(endpoints) * sizeof(Endpoint) + uint64_t(selectors) * sizeof(Selectors);
   }
 };
@@ -36,7 +37,7 @@ struct BasisLzHeader {
 // Checks the slices of all levels. Throws InputError.
 BasisLzHeader read_basis_lz_header(const Container& container, const std::string& place);
 
-// Shared by all slices.
+// Decoded tables, which all slices share.
 struct BasisLzTables {
   std::vector<Endpoint> endpoints;
   std::vector<Selectors> selectors;
@@ -47,7 +48,7 @@ struct BasisLzTables {
 // Throws InputError.
 BasisLzTables read_basis_lz_tables(const BasisLzHeader& header, const std::string& place);
 
-// Reads the blocks of a slice row by row, from the first.
+// Reads the blocks of a slice row by row, from the first row.
 class SliceReader {
  public:
   struct Block {
@@ -71,7 +72,7 @@ class SliceReader {
   uint64_t row_number_ = 0;
   std::vector<Block> row_;
   std::vector<uint16_t> previous_endpoints_;  // endpoints of the previous row
-  std::vector<uint8_t> predictions_;          // per pair of blocks, for the odd row
+  std::vector<uint8_t> predictions_;          // for the odd row, per pair of blocks
   uint32_t last_prediction_ = 0;
   uint64_t prediction_run_ = 0;
   uint32_t last_endpoint_ = 0;
@@ -81,7 +82,7 @@ class SliceReader {
   uint64_t selector_run_ = 0;
 };
 
-// The RGB pixels of a block, rows from the top. Khronos Data Format Specification 1.4, "ETC1S".
+// Decodes a block to RGB, rows from the top. Khronos Data Format Specification 1.4, "ETC1S".
 using EtcPixels = std::array<std::array<uint8_t, 3>, kBlockPixels>;
 EtcPixels decode_etc1s(const Endpoint& endpoint, const Selectors& selectors);
 

@@ -10,7 +10,7 @@
 
 namespace emberline::ktx2 {
 
-// A bit stream. Reading past the end throws InputError, which uses `name` for the data.
+// Reads a bit stream. Reading past the end throws an InputError that calls the data `name`.
 class BitReader {
  public:
   BitReader(std::span<const uint8_t> bytes, std::string place, const char* name)

@@ -35,8 +35,8 @@ class Etc1sRows final : public BlockRows {
         row[x][i] = {colour[i][0], colour[i][1], colour[i][2], 255};
       }
       if (!alpha_) continue;
-      // Reads green, as the reference transcoder does: if alpha shares an endpoint with a colour,
-      // the slice is not grey.
+      // Alpha is the green channel, as in the reference transcoder: the slice is not grey if alpha
+      // shares an endpoint with a colour.
       const EtcPixels alpha = decode(alphas[x]);
       for (size_t i = 0; i < alpha.size(); ++i) row[x][i][3] = alpha[i][1];
     }
@@ -53,7 +53,7 @@ class Etc1sRows final : public BlockRows {
   std::optional<SliceReader> alpha_;
 };
 
-// Uncompressed UASTC blocks.
+// Decodes UASTC blocks that are not supercompressed.
 class UncompressedRows final : public BlockRows {
  public:
   explicit UncompressedRows(Bytes blocks) : unread_(blocks) {}
@@ -69,7 +69,8 @@ class UncompressedRows final : public BlockRows {
   Bytes unread_;
 };
 
-// Size of a Zstandard frame's window, held by its decoder (RFC 8878, 3.1.1.1); 0: not a frame.
+// Returns the size of a Zstandard frame's window, which its decoder keeps in memory (RFC 8878,
+// 3.1.1.1), or 0 if this is not a frame.
 uint64_t zstd_window(Bytes frame) {
   if (frame.size() < 6 || little_endian(frame, 0, 4) != ZSTD_MAGICNUMBER) return 0;
   const uint8_t descriptor = frame[4];
@@ -104,7 +105,7 @@ class ZstdRows final : public BlockRows {
         packed_{container.level.data(), container.level.size(), 0},
         blocks_(size_t(container.blocks_across()) * kUastcBlockBytes) {
     if (!stream_) throw std::bad_alloc();
-    // Later frames may not exceed the window that was counted.
+    // Later frames must not have a larger window than the one that was counted.
     const int log = int(std::bit_width(checked_window(container, place) - 1));
     ZSTD_DCtx_setParameter(stream_.get(), ZSTD_d_windowLogMax, std::max(kMinWindowLog, log));
   }
@@ -144,7 +145,7 @@ uint64_t block_rows_bytes(const Container& container, const std::string& place) 
     return kTables + read_basis_lz_header(container, place).decoded_bytes() + 2 * slice;
   }
   if (!container.is_zstd) return 0;
-  constexpr uint64_t kState = uint64_t(1) << 20;  // plus buffers of 128 KiB for input and output
+  constexpr uint64_t kState = uint64_t(1) << 20;  // with buffers of 128 KiB for input and output
   return checked_window(container, place) + kState + across * kUastcBlockBytes;
 }
 

@@ -18,15 +18,15 @@ class BlockRows {
   virtual void next(std::span<BlockPixels> row) = 0;
 };
 
-// Memory that make_block_rows will take, from the headers. Throws InputError.
+// Memory that the result of make_block_rows() takes, computed from the headers. Throws InputError.
 uint64_t block_rows_bytes(const Container& container, const std::string& place);
 
-// Keeps a reference to the container's bytes. Throws InputError.
+// The result refers to the container's bytes, which must outlive it. Throws InputError.
 std::unique_ptr<BlockRows> make_block_rows(const Container& container, const std::string& place);
 
-// UASTC: 4 x 4 pixels in 128 bits. Khronos Data Format Specification 1.4, chapter "Universal ASTC
-// Compressed Texture Images". An invalid block decodes to the specification's error colour, (255,
-// 0, 255, 255).
+// Decodes UASTC: 4 x 4 pixels in 128 bits. Khronos Data Format Specification 1.4, chapter
+// "Universal ASTC Compressed Texture Images". An invalid block decodes to the specification's error
+// colour, (255, 0, 255, 255).
 BlockPixels decode_uastc(std::span<const uint8_t, kUastcBlockBytes> block);
 
 }  // namespace emberline::ktx2

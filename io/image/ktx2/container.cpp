@@ -11,7 +11,7 @@
 namespace emberline::ktx2 {
 namespace {
 
-// Section 2: the header and the index are 80 bytes, an entry of the level index 24.
+// Section 2: the header and the index have 80 bytes; an entry of the level index has 24.
 constexpr size_t kHeaderBytes = 80, kLevelEntry = 24;
 enum Supercompression : uint32_t { kNone = 0, kBasisLz = 1, kZstandard = 2 };  // section 3.8
 // Khronos Data Format Specification 1.4, 4 and 5: a basic block has 24 bytes, plus 16 per sample.
@@ -37,7 +37,7 @@ class ContainerReader {
   uint32_t word(size_t offset) const { return little_endian(file_, offset, 4); }
   uint64_t long_word(size_t offset) const { return little_endian<uint64_t>(file_, offset, 8); }
 
-  // A range of the file after the header.
+  // Returns a range of the file; it must lie after the header.
   Bytes part(uint64_t offset, uint64_t length, const char* name) const {
     if (offset < kHeaderBytes || offset > file_.size() || length > file_.size() - offset) {
       throw_damaged(place_, std::string("has its ") + name + " outside the file");
@@ -62,7 +62,7 @@ class ContainerReader {
     if (depth != 0 || layers != 0 || faces != 1)
       throw_unsupported("several layers, faces or slices");
     if (container_.width == 0 || container_.height == 0) throw_damaged(place_, "is empty");
-    // Section 3.7: at most down to one pixel.
+    // Section 3.7: the levels may go down to a single pixel.
     const uint64_t max_levels =
         uint64_t(std::bit_width(uint64_t(std::max(container_.width, container_.height))));
     if (levels_ == 0 || levels_ > max_levels) {
@@ -70,7 +70,7 @@ class ContainerReader {
     }
   }
 
-  // Section 3.10 and the Data Format Specification, section 5.
+  // See section 3.10, and section 5 of the Data Format Specification.
   void read_descriptor() {
     const Bytes data = part(word(48), word(52), "data format descriptor");
     const auto at = [&](size_t offset) { return little_endian(data, offset, 4); };
@@ -113,7 +113,7 @@ class ContainerReader {
     }
   }
 
-  // The tables of KHR_DF_CHANNEL_* in section 3.10.3.
+  // These are the tables of KHR_DF_CHANNEL_* in section 3.10.3.
   void read_channels(uint32_t first, int second) {
     struct Row {
       Codec codec;

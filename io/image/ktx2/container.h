@@ -16,7 +16,7 @@ using Bytes = std::span<const uint8_t>;
 inline constexpr int kBlockSide = 4;  // pixels, for both ETC1S and UASTC
 inline constexpr size_t kBlockPixels = 16;
 inline constexpr size_t kUastcBlockBytes = 16;
-// RGBA of each pixel, rows from the top.
+// The RGBA values of each pixel, rows from the top.
 using BlockPixels = std::array<std::array<uint8_t, 4>, kBlockPixels>;
 
 // The error for a damaged file. `what` continues "the KTX 2 ...".
@@ -27,17 +27,17 @@ using BlockPixels = std::array<std::array<uint8_t, 4>, kBlockPixels>;
 enum class Codec : uint8_t { kEtc1s, kUastc };
 
 struct Container {
-  int64_t width = 0, height = 0;  // of level 0, at least 1
+  int64_t width = 0, height = 0;  // size of level 0, at least 1
   Codec codec = Codec::kUastc;
-  bool is_srgb = false;  // transfer function: sRGB, or else linear
-  bool is_zstd = false;  // UASTC blocks compressed with Zstandard
+  bool is_srgb = false;  // whether the transfer function is sRGB and not linear
+  bool is_zstd = false;  // whether UASTC blocks are compressed with Zstandard
   int channels = 0;      // 1 (red), 3, or 4 with alpha
   // For each channel, its source channel in a block: 0 red to 3 alpha; -1: zero. The second slice
   // of ETC1S is its alpha.
   std::array<int, 4> sources = {};
   bool has_second_slice = false;  // ETC1S
   int levels = 0;
-  std::array<uint64_t, 32> level_bytes = {};  // of each level, all inside the file
+  std::array<uint64_t, 32> level_bytes = {};  // size of each level; all lie inside the file
   Bytes level;                                // level 0 as stored
   Bytes global_data;                          // BasisLZ
 

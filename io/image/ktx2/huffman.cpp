@@ -5,7 +5,7 @@ namespace emberline::ktx2 {
 HuffmanTable::HuffmanTable(std::span<const uint8_t> lengths, const std::string& place) {
   for (const uint8_t length : lengths) ++counts_[length];
   counts_[0] = 0;
-  // Codes of the longest length that are used up; a complete table uses all 2^16.
+  // Number of codes of the longest length that are used up. A complete table uses all 2^16.
   uint64_t taken = 0;
   size_t used = 0;
   std::array<uint32_t, kMaxCodeLength + 2> first = {};  // index of the first symbol of each length

@@ -13,11 +13,11 @@ namespace emberline::ktx2 {
 class HuffmanTable {
  public:
   HuffmanTable() = default;  // no symbols
-  // From the code length of each symbol, 0 to 16 bits; canonical codes (RFC 1951, section 3.2.2).
+  // Builds canonical codes (RFC 1951, section 3.2.2) from each symbol's code length, 0 to 16 bits.
   // Throws InputError unless the code is complete, has a single symbol, or is empty; an empty table
   // cannot decode.
   HuffmanTable(std::span<const uint8_t> lengths, const std::string& place);
-  // Reads a table from the stream: "Compressed Huffman Tables".
+  // Reads a table from the stream, as in the section "Compressed Huffman Tables".
   static HuffmanTable read(BitReader& bits);
 
   // Throws InputError if no symbol has the code.

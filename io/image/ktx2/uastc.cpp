@@ -13,7 +13,7 @@ constexpr BlockPixels kErrorColour = [] {
 }();
 
 enum Channels : uint8_t { kLuminanceAlpha = 2, kRgb = 3, kRgba = 4 };
-enum Digits : uint8_t { kBits = 0, kTrits = 3, kQuints = 5 };  // of an endpoint's upper part
+enum Digits : uint8_t { kBits = 0, kTrits = 3, kQuints = 5 };  // an endpoint's upper part
 
 // One row of the tables "Mode Index encoding", "Block configuration bits", "Endpoint bits", "Block
 // endpoint description prefix" and "weight bits".
@@ -22,7 +22,7 @@ struct Mode {
   uint8_t hint_bits;        // for transcoders
   bool has_etc2_hints;      // in the last 8 hint bits, whose upper half must not be 0
   uint8_t pattern_bits;
-  bool selects_channel;  // stores the channel of the second weight plane; otherwise that is alpha
+  bool selects_channel;  // stores which channel has the second weight plane; if false, alpha has it
   uint8_t subsets, planes;
   Channels channels;
   Digits digits;
@@ -52,7 +52,7 @@ constexpr std::array<Mode, kModeCount> kModes = {{
     {4, 0x09, 15, false, 0, false, 1, 1, kRgb, kBits, 5, 5},
 }};
 
-// The subset of each pixel, one or two bits per pixel, the first pixel in the lowest bits.
+// The subset of each pixel, in one or two bits per pixel, with the first pixel in the lowest bits.
 constexpr std::array<uint16_t, 30> kTwoSubsets = {  // modes 2, 4, 9 and 16
     0xcccc, 0x8888, 0x1111, 0xecc8, 0x377f, 0xfeec, 0x0137, 0x137f, 0xc800, 0x0013,
     0xfe80, 0x17ff, 0x0017, 0x00ff, 0xfff0, 0x0fff, 0xff71, 0x8eff, 0x08ce, 0x008c,
@@ -107,7 +107,7 @@ class BlockBits {
   int taken_ = 0;
 };
 
-// "ASTC Endpoint Unquantization": combines a value's lower bits with its trit or quint to 8 bits.
+// "ASTC Endpoint Unquantization": combines a value's lower bits with its trit or quint into 8 bits.
 // Entry B of the table spreads the bits above the lowest.
 uint8_t unquantize(Digits digits, int bit_count, uint32_t bits, uint32_t digit) {
   const uint32_t upper = bits >> 1;
@@ -125,14 +125,14 @@ uint8_t unquantize(Digits digits, int bit_count, uint32_t bits, uint32_t digit) 
   return uint8_t((a & 0x80) | ((digit * kC[row] + b[row]) ^ a) >> 2);
 }
 
-// Low and high value of each channel of each subset, in storage order.
+// The low and the high value of each channel of each subset, in storage order.
 constexpr size_t kMaxValues = 18;
 using Values = std::array<uint8_t, kMaxValues>;
 
 Values take_values(const Mode& mode, BlockBits& bits) {
   const size_t count = size_t(2 * mode.channels * mode.subsets);
   std::array<uint32_t, kMaxValues> digits = {};
-  // Five trits or three quints share a number; the last group may be smaller and takes fewer bits.
+  // Five trits or three quints share a number. The last group may have less, in fewer bits.
   const size_t group_size = mode.digits == kTrits ? 5 : 3;
   for (size_t i = 0; mode.digits != kBits && i < count; i += group_size) {
     const size_t group_count = std::min(group_size, count - i);
@@ -154,7 +154,7 @@ Values take_values(const Mode& mode, BlockBits& bits) {
   return values;
 }
 
-// "ASTC Weights Unquantization": replicates the bits to 6, then maps the range to 0..64.
+// "ASTC Weights Unquantization": replicates the bits to fill 6, then maps the range to 0..64.
 int unquantize_weight(uint32_t weight, int bit_count) {
   uint32_t value = 0;
   for (int shift = 6 - bit_count; shift > -bit_count; shift -= bit_count) {
@@ -202,7 +202,7 @@ BlockPixels decode_uastc(std::span<const uint8_t, kUastcBlockBytes> block) {
   std::array<bool, 3> has_weight = {};
   for (size_t i = 0; i < kBlockPixels; ++i) {
     const size_t subset = subsets[i];
-    // The highest bit of each subset's first weight is 0 and not stored.
+    // The highest bit of each subset's first weight is 0 and is not stored.
     const int stored = has_weight[subset] ? mode.weight_bits : mode.weight_bits - 1;
     has_weight[subset] = true;
     std::array<int, 2> weights = {};
@@ -211,7 +211,7 @@ BlockPixels decode_uastc(std::span<const uint8_t, kUastcBlockBytes> block) {
     }
     for (size_t c = 0; c < 4; ++c) {
       const int weight = weights[c == second_channel ? 1 : 0];
-      // Expands to 16 bits by replication: 257 = 0x101.
+      // Multiplying by 257 (0x101) expands to 16 bits by replication.
       const int low = 257 * end(subset, c, 0), high = 257 * end(subset, c, 1);
       pixels[i][c] = uint8_t(((low * (64 - weight) + high * weight + 32) >> 6) >> 8);
     }

@@ -17,16 +17,16 @@
 namespace emberline::python {
 namespace {
 
-// Our choice: Ctrl-C should take effect immediately.
+// We chose this so that Ctrl-C seems to take effect at once.
 constexpr auto kPollInterval = std::chrono::milliseconds(20);
 
-// Messages come from any thread while the library holds a lock. Acquiring the GIL there could
+// Any thread may log a message while the library holds a lock. Acquiring the GIL then could
 // deadlock with a thread that holds the GIL and logs, so messages are queued.
 struct Messages {
   std::mutex mutex;
   std::vector<std::pair<api::Message, std::string>> queued;
 };
-// Never destroyed, since a thread may log while the process ends.
+// The queue is never destroyed, since a thread may log while the process ends.
 Messages& messages() {
   static auto* const all = new Messages;
   return *all;
@@ -55,11 +55,11 @@ constexpr const char* kForked =
     "this process was forked from one that has used emberline; call "
     "multiprocessing.set_start_method(\"spawn\") first";
 
-// The process of the first call; 0: none yet.
+// The process that made the first call; 0 before that.
 std::atomic<pid_t> g_process{0};
 
-// Throws in a process forked after the library's threads were started: they do not exist there, and
-// waiting for them would never end.
+// Throws in a process that was forked after the library had started threads. They do not exist in
+// such a process, so waiting for them would never end.
 void check_process() {
   pid_t none = 0;
   g_process.compare_exchange_strong(none, ::getpid());
@@ -139,9 +139,9 @@ class WaitingCall final : public Call {
   std::exception_ptr error_, error_in_python_;
 };
 
-// Waits for all calls before the interpreter is gone: a thread that then waits for the GIL is
-// terminated, which its C++ frames do not survive. Non-daemon threads have ended by now. A forked
-// process has the count of calls, but none of their threads.
+// Waits for all calls before the interpreter ends, because it then terminates threads that wait for
+// the GIL, which their C++ frames do not survive. Non-daemon threads have ended by now. A forked
+// process has the count of calls, but not their threads.
 void wait_for_calls() {
   if (is_forked()) return;
   g_is_finalizing = true;
@@ -165,8 +165,8 @@ void run_call(const std::function<void(Call&)>& work) {
     call->wait_for(work);
   }
   --g_calls;
-  // Leaked in a process that a callback forked, where the destructor would wait forever for the
-  // worker.
+  // Leaks the call in a process that a callback has forked, since the destructor would wait for the
+  // worker forever.
   if (is_forked()) call.release()->rethrow();
   call->rethrow();
   log_messages();

@@ -13,11 +13,11 @@ namespace emberline::python {
 
 namespace py = pybind11;
 
-// A long call, as seen by the code that runs it.
+// The interface of a long call to the code that it runs.
 class Call {
  public:
   virtual ~Call() = default;
-  // Requests a stop after an exception in Python; the result is then discarded.
+  // A stop is requested after an exception in Python. The result is then discarded.
   virtual std::stop_token cancellation() const = 0;
   // Runs `work` with the GIL on the thread that called from Python, and waits for it. Does nothing
   // once the call is given up.
@@ -36,14 +36,14 @@ auto run_call_for_result(const Work& work) {
   return std::move(*result);
 }
 
-// Whether this process was forked from one that had used the library, whose threads do not exist
-// here.
+// Whether this process was forked from one that had already used the library. The library's threads
+// do not exist in such a process.
 bool is_forked();
 
 // Call once, when the module is imported.
 void init_calls();
 
-// Decodes arbitrary bytes as UTF-8, with backslash escapes for invalid ones.
+// Decodes bytes as UTF-8, with backslash escapes for invalid ones.
 py::str text(std::string_view bytes);
 
 }  // namespace emberline::python

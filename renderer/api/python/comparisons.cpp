@@ -44,7 +44,7 @@ py::dict as_dict(const api::Comparison& comparison) {
   return all;
 }
 
-// Converts both to the library's format.
+// Converts both pictures to the library's format.
 std::pair<FloatArray, FloatArray> pair_of(const py::object& image, const py::object& reference) {
   std::pair<FloatArray, FloatArray> pair(rgb_of(image, "image"), rgb_of(reference, "reference"));
   const auto& [a, b] = pair;

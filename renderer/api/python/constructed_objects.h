@@ -1,6 +1,6 @@
-// Casters that reject objects whose __init__ has not run, for which pybind11 would return
-// uninitialised memory. Such objects come from Scene.__new__(Scene), or from a subclass that uses
-// itself before calling super().__init__().
+// Casters that reject objects whose __init__ has not run. For these, pybind11 would return
+// uninitialised memory. They come from Scene.__new__(Scene), or from a subclass that uses `self`
+// before it calls super().__init__().
 #pragma once
 
 #include <pybind11/pybind11.h>

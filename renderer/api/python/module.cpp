@@ -4,8 +4,8 @@
 namespace emberline::python {
 namespace {
 
-// For old protocols Python's default would create an object of pybind11's base class, which aborts
-// the process.
+// Makes pickling throw. Python's default for old protocols would create an object of pybind11's
+// base class, which aborts the process.
 void disable_pickling(py::module_& module) {
   const auto throw_error = [](const py::handle& self, const py::args&) -> py::object {
     throw py::type_error("cannot pickle or copy a " +

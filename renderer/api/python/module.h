@@ -1,4 +1,5 @@
-// Objects shared by the module's files, and the functions that add their contents.
+// Objects that the module's files share, and the functions that add each file's contents to the
+// module.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -19,7 +20,8 @@ namespace emberline::python {
 
 using namespace pybind11::literals;  // "name"_a
 
-// Leaks scenes in a forked process, which lacks the threads and locks that the destructor needs.
+// Leaks a scene in a forked process, because the destructor needs threads and locks that do not
+// exist there.
 struct LeakInForks {
   void operator()(const api::Scene* scene) const {
     if (!is_forked()) delete scene;
@@ -33,20 +35,20 @@ struct Scene {
         settings(load_settings) {}
 
   std::unique_ptr<api::Scene, LeakInForks> scene;
-  api::Settings loaded;    // used for loading
-  api::Settings settings;  // as loaded, with the current pose; the default of render()
-  int renders = 0;         // in progress; accessed with the GIL
+  api::Settings loaded;    // settings used for loading
+  api::Settings settings;  // `loaded` with the current pose; the defaults of render()
+  int renders = 0;         // number of renders in progress; accessed with the GIL
   bool is_being_edited = false;
 };
 
-// Passed to a progress callback, which may keep it.
+// The argument of a progress callback, which may keep it.
 struct Progress {
   uint64_t samples;
   std::optional<double> error_estimate;
   py::object rgba;
 };
 
-// Locks a scene for use by one editor or any number of renders.
+// Locks a scene for one edit or any number of renders.
 class SceneLock {
  public:
   SceneLock(Scene& scene, bool edits) : scene_(scene), edits_(edits) {

@@ -10,7 +10,7 @@ namespace {
 struct ErrorTypes {
   py::handle error, usage, input, render;
 };
-ErrorTypes g_errors;  // owned by the module, which is never unloaded
+ErrorTypes g_errors;  // the module owns them, and is never unloaded
 
 py::handle add_error(py::module_& module, const char* name, const py::handle& base,
                      const char* doc) {

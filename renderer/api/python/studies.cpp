@@ -9,7 +9,7 @@
 namespace emberline::python {
 namespace {
 
-// Study options; all other arguments are frame settings.
+// The options of a study. All other arguments are frame settings.
 constexpr std::string_view kOptions[] = {
     "drivers", "estimators", "samplers",  "spp",           "seconds", "seeds",  "baseline",
     "denoise", "separate",   "reference", "reference-spp", "cache",   "restart"};

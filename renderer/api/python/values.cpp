@@ -29,7 +29,7 @@ std::optional<size_t> find(const api::RenderedPicture& picture, std::string_view
   return size_t(found - picture.channels.begin());
 }
 
-// The channels of a layer: those named LAYER.x.
+// Returns the indices of the channels named LAYER.x.
 std::vector<size_t> channels_of(const api::RenderedPicture& picture, const std::string& layer) {
   std::vector<size_t> indices;
   const auto add = [&](const std::string& prefix, std::string_view letters) {
@@ -53,7 +53,7 @@ std::vector<size_t> channels_of(const api::RenderedPicture& picture, const std::
   return indices;
 }
 
-// Returns a view of evenly spaced channels, and a copy of others.
+// Returns a view if the channels are evenly spaced, and a copy otherwise.
 py::array planes(const std::shared_ptr<api::RenderedPicture>& picture,
                  const std::vector<size_t>& indices) {
   api::RenderedPicture& p = *picture;
@@ -98,7 +98,7 @@ py::array standard_error(const std::shared_ptr<api::RenderedPicture>& picture) {
   return py::module_::import("numpy").attr("sqrt")(values);
 }
 
-// Applies Python's recursion limit to values that contain themselves.
+// Applies Python's recursion limit, since a value may contain itself.
 class NestedCall {
  public:
   NestedCall() {
@@ -178,7 +178,7 @@ std::string edits_text(const py::object& edits) {
   all.attr("update")(edits);
   const py::cpp_function to_plain_value([](const py::object& value) -> py::object {
     if (py::hasattr(value, "tolist")) return value.attr("tolist")();
-    return py::module_::import("os").attr("fspath")(value);  // or throws its TypeError
+    return py::module_::import("os").attr("fspath")(value);  // may throw TypeError
   });
   const py::object dumps = py::module_::import("json").attr("dumps");
   return py::cast<std::string>(

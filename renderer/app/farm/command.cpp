@@ -72,7 +72,8 @@ RenderOptions prepare_options(const FarmOptions& farm) {
     const std::string_view name = name_of(aov_table(), *heatmap.quantity->aov);
     o.aovs += (o.aovs.empty() ? "" : ",") + std::string(name);
   }
-  // All nodes must give the same bits, because a merge refuses parts of different ones.
+  // All nodes must use one Embree instruction set, because a merge refuses parts with different
+  // ones.
   o.isa = o.isa.value_or(widest_isa());
   return o;
 }
@@ -93,8 +94,8 @@ void check_names(const RenderOptions& o) {
   }
 }
 
-// The folder may come from another user, so a symbolic link must not lead the jobs' writes out of
-// it.
+// Another user may have made the folder, so no symbolic link in it may redirect the jobs' writes to
+// other places.
 void check_file_types(const FarmFolder& folder) {
   std::error_code unknown;
   const auto check = [&](const fs::path& path, fs::file_type expected_type) {
@@ -150,7 +151,8 @@ void reject_running(const FarmFolder& folder) {
 }
 
 // Rejects checkpoints of other settings or of an earlier version of the scene. The parts would
-// refuse them, and a merge of such checkpoints alone would give the picture of another frame.
+// refuse them, and merging only such checkpoints would write the picture of another frame. Returns
+// the number of parts that have a checkpoint.
 int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, uint32_t parts) {
   RenderOptions options;
   static_cast<FrameSettings&>(options) = settings;
@@ -203,7 +205,7 @@ void write_folder(const FarmFrame& frame, bool stage) {
   write_file_atomically(folder.file("merge.sh"), merge_script(frame));
 }
 
-// "1-3,7".
+// Formats part numbers for sbatch, such as "1-3,7".
 std::string format_ranges(const std::vector<uint32_t>& parts) {
   std::string text;
   for (size_t i = 0, end = 0; i < parts.size(); i = end) {
@@ -232,7 +234,7 @@ void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint
   write_record(folder, record);  // fails before any job is submitted
   try {
     if (!parts.empty()) {
-      // The script's process gets a signal a minute before the time limit and saves the part.
+      // A minute before the time limit, the script's process gets a signal and saves the part.
       submitted.push_back(submit_job(record.request, folder.path, "part.sh",
                                      {"--array=" + format_ranges(parts),
                                       log_argument(folder, "part-%a.log"), "--signal=B:TERM@60"}));
@@ -303,7 +305,7 @@ bool is_complete_part(const FarmFolder& folder, uint32_t part, uint32_t parts) {
   }
 }
 
-// Leaves parts that wait or run alone; the merge waits for them too.
+// Does not touch parts that are queued or running; the merge waits for them, too.
 int retry_frame(const FarmFolder& folder) {
   FarmRecord record = read_record(folder);
   check_file_types(folder);

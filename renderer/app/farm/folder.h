@@ -1,8 +1,8 @@
-// OUTPUT.farm: what `emberline farm` keeps for a frame that is rendered in parts.
+// OUTPUT.farm: the folder in which `emberline farm` keeps a frame that is rendered in parts.
 //
 //   settings.json   the frame's settings, for `render --settings`
 //   part.sh         renders a part; merge.sh merges the parts
-//   job.json        what was submitted: FarmRecord
+//   job.json        the submitted jobs: FarmRecord
 //   progress/       part-K.json, as written by render --progress-file
 //   logs/           part-K.log, merge.log
 //   merge.json      the merge's report; exists once the merge is done
@@ -22,7 +22,7 @@ namespace emberline {
 // which is always 0 here.
 std::string expand_frame_zero(std::string name);
 
-// Absolute paths, which need not exist.
+// The paths are absolute and need not exist.
 struct FarmFolder {
   // `name` is an output as given by the user, or the folder itself.
   explicit FarmFolder(const std::string& name);
@@ -30,8 +30,8 @@ struct FarmFolder {
   std::string file(const std::string& name) const { return path + "/" + name; }
   std::string progress(uint32_t part) const;
   std::string checkpoint(uint32_t part, uint32_t parts) const;
-  // Slurm interprets % and \ in log names, and has no escape for both at once. In a folder with
-  // such a name, or with control characters, the scripts open their logs themselves.
+  // Slurm interprets % and \ in log names, and has no escape for both at once. If the folder's path
+  // contains these or control characters, the scripts open their logs themselves.
   bool slurm_writes_logs() const {
     return std::ranges::none_of(
         path, [](unsigned char c) { return c == '%' || c == '\\' || c < 0x20 || c == 0x7f; });
@@ -44,13 +44,13 @@ struct FarmRecord {
   std::string scene;
   uint32_t parts = 0;
   SlurmRequest request;
-  std::vector<uint64_t> arrays;   // of the parts, in the order of submission
+  std::vector<uint64_t> arrays;   // job arrays of the parts, in the order of submission
   std::optional<uint64_t> merge;  // absent: nothing was submitted
 
   std::vector<uint64_t> jobs() const;  // arrays and merge
 };
 
-// Throws InputError if the record is missing or invalid: its contents are not trusted.
+// Does not trust the file: throws InputError if it is missing or invalid.
 FarmRecord read_record(const FarmFolder& folder);
 std::string record_json(const FarmRecord& record);
 

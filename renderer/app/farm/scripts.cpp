@@ -79,7 +79,7 @@ std::string merge_arguments(const FarmFrame& frame) {
   return words + quoted_option("--report", frame.folder.file("merge.json"));
 }
 
-// "size seconds.nanoseconds", as stat prints them.
+// Returns "size seconds.nanoseconds" of the last change, as `stat -c '%s %.9Y'` prints them.
 std::string file_state(const fs::path& file) {
   std::error_code error;
   const auto size = fs::file_size(file, error);
@@ -104,9 +104,9 @@ fs::path common_folder(const std::vector<fs::path>& files) {
   return common;
 }
 
-// The files to copy to the scratch folder, under their names there.
+// The files to copy to the scratch folder, with their names in the copy.
 struct Stage {
-  std::string folders, files;  // script text: arguments of mkdir, and the lines of each()
+  std::string folders, files;  // script text: arguments of mkdir; lines of the function each()
   uint64_t hash = 0;
 
   // Returns the file's name in the stage, for the shell.
@@ -182,7 +182,7 @@ std::string part_script(const FarmFrame& frame, bool stage) {
       "echo \"part $part of {} on ${{SLURMD_NODENAME:-$(hostname)}}, $(date -u +%FT%TZ)\"\n",
       log_line(frame.folder, "part-", "\"$part\".log"), frame.parts);
   const std::string parts = std::to_string(frame.parts);
-  // exec: signals to this process must reach the renderer.
+  // exec, because signals to this process must reach the renderer.
   if (!stage) {
     const std::string scene = shell_quoted(options.scene);
     return text + "exec " + part_arguments(frame, scene, "\"$part\"", parts) + "\n";
@@ -201,7 +201,7 @@ std::string part_script(const FarmFrame& frame, bool stage) {
          part_arguments(frame, "\"$scene\"", "\"$part\"", parts) + extra_arguments + "\n";
 }
 
-// Names every part: a pattern could miss files that a network file system shows late.
+// Names every part, because a pattern could miss files that a network file system shows late.
 std::string merge_script(const FarmFrame& frame) {
   return fmt::format(
       "#!/bin/sh\n# Merges all parts into the picture.\n{3}"

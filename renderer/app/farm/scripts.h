@@ -1,4 +1,4 @@
-// The commands and scripts of a farm: the parts and the merge. File names are quoted.
+// The commands and scripts that render the parts of a farm and merge them. File names are quoted.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ struct FarmFrame {
   std::string program;  // path of this executable
 };
 
-// One line each. `part` and `parts` are inserted unquoted: "$part", {part}.
+// Each returns one line. `part` and `parts` are inserted unquoted, such as "$part" or {part}.
 std::string part_command(const FarmFrame& frame, const std::string& part, const std::string& parts);
 std::string merge_command(const FarmFrame& frame);
 

@@ -39,7 +39,7 @@ struct ToolResult {
   std::string out, err;
 };
 
-// Reads both pipes at once: a program that fills one blocks until it is read.
+// Reads both pipes at once, because a program that fills one pipe blocks until it is read.
 void read_both(Pipe& out, Pipe& err, ToolResult& result) {
   std::array<pollfd, 2> ends = {pollfd{out.read, POLLIN, 0}, pollfd{err.read, POLLIN, 0}};
   while (ends[0].fd >= 0 || ends[1].fd >= 0) {
@@ -107,7 +107,7 @@ bool is_name_character(char c) {
   return letter || c == '.' || c == '-' || c == '_';
 }
 
-// For names that Slurm shows.
+// Replaces all characters but letters, digits, '.', '-' and '_', for names that Slurm shows.
 std::string sanitize_name(std::string text) {
   std::ranges::replace_if(
       text, [](char c) { return !is_name_character(c); }, '_');
@@ -164,7 +164,7 @@ uint64_t submit_job(const SlurmRequest& request, const std::string& folder,
 std::optional<std::vector<SlurmTask>> queued_tasks(std::span<const uint64_t> jobs) {
   std::vector<SlurmTask> tasks;
   if (jobs.empty()) return tasks;
-  // One call for each job: asked about several, squeue omits the jobs that it has forgotten.
+  // One call for each job: if asked about several, squeue omits the jobs that it has forgotten.
   for (const uint64_t job : jobs) {
     const auto result = run_tool({"squeue", "--noheader", "--array", "--format=%F|%K|%T|%N|%r",
                                   fmt::format("--jobs={}", job)});
@@ -194,7 +194,7 @@ std::map<std::string, std::string> ended_tasks(std::span<const uint64_t> jobs) {
   std::istringstream lines(result->out);
   for (std::string line; std::getline(lines, line);) {
     const auto [job, state] = split_fields<2>(line);
-    states[job] = state.substr(0, state.find(' '));  // "CANCELLED by 1000"
+    states[job] = state.substr(0, state.find(' '));  // may be "CANCELLED by 1000"
   }
   return states;
 }

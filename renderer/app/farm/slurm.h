@@ -10,7 +10,7 @@
 
 namespace emberline {
 
-// The resources that each job requests. Absent: the partition's default.
+// The resources that each job requests. An absent value means the partition's default.
 struct SlurmRequest {
   std::string partition;
   std::optional<int> cpus;  // absent: a whole node
@@ -18,7 +18,7 @@ struct SlurmRequest {
   std::optional<int> minutes;
 };
 
-// A list of letters, digits, "_", "-", "." and ",", or empty.
+// Whether `text` is empty or consists of letters, digits, "_", "-", "." and ",".
 bool is_partition(const std::string& text);
 
 // Throws RenderError if this machine has no Slurm.
@@ -38,12 +38,12 @@ struct SlurmTask {
 
   std::string id() const;  // "JOB_TASK" or "JOB"
 };
-// The unfinished tasks of these jobs. Returns nothing if there is no Slurm or its controller does
-// not answer.
+// Returns the unfinished tasks of these jobs, or nothing if there is no Slurm or its controller
+// does not answer.
 std::optional<std::vector<SlurmTask>> queued_tasks(std::span<const uint64_t> jobs);
 
-// The final states of finished jobs and tasks ("FAILED", "NODE_FAIL"), keyed by "JOB" or
-// "JOB_TASK". Empty without accounting.
+// Returns the final states of finished jobs and tasks ("FAILED", "NODE_FAIL"), keyed by "JOB" or
+// "JOB_TASK"; an empty map if Slurm has no accounting.
 std::map<std::string, std::string> ended_tasks(std::span<const uint64_t> jobs);
 
 // Throws RenderError. Finished jobs are ignored.

@@ -29,7 +29,7 @@ constexpr std::string_view kStates[] = {"waiting", "running", "done",
 
 std::string_view state_name(PartState state) { return kStates[size_t(state)]; }
 
-// The last non-empty line within the last 4 KiB.
+// Returns the last non-empty line within the last 4 KiB.
 std::string last_line(const std::string& path) {
   try {
     const auto file = InputFile::try_open(path);
@@ -70,7 +70,7 @@ bool read_progress(const std::string& path, PartStatus& status) {
   }
 }
 
-// The finished share of a part without a progress file.
+// Returns the finished fraction of a part without a progress file.
 double checkpoint_fraction(const std::string& path) {
   try {
     return InputFile::try_open(path) ? StoredFrame(path).completed_fraction() : 0.0;
@@ -96,7 +96,7 @@ struct Queue {
   }
 };
 
-// The part's own file says how far it is; Slurm says whether it runs.
+// The part's own file says how far it has come; Slurm says whether it is running.
 void apply_queue_state(const Queue& queue, const std::string& id, PartStatus& status) {
   if (!queue.known || status.state == kDone) return;
   if (const auto task = queue.tasks.find(id); task != queue.tasks.end()) {
@@ -110,7 +110,7 @@ void apply_queue_state(const Queue& queue, const std::string& id, PartStatus& st
   }
   const auto ended = queue.ended.find(id);
   if (ended != queue.ended.end()) status.message = printable(ended->second);
-  if (status.message == "COMPLETED") {  // the part's own report may arrive late
+  if (status.message == "COMPLETED") {  // the part's own progress file may arrive late
     status.state = kDone;
     status.done = 1;
     status.message.clear();
@@ -129,7 +129,7 @@ void set_message(const std::string& log, PartStatus& status) {
   status.message = status.message.empty() ? line : status.message + ": " + line;
 }
 
-// Without Slurm, a running part that has not written for a minute becomes kUnknown.
+// Without Slurm, a running part that has not written its file for a minute becomes kUnknown.
 void mark_if_silent(const std::string& progress, PartStatus& status) {
   using namespace std::chrono;
   std::error_code error;
@@ -178,7 +178,7 @@ PartStatus merge_status(const FarmFolder& folder, const FarmRecord& record, cons
   return status;
 }
 
-// Assumes that waiting parts take as long as the others, and that as many run at once as now.
+// Assumes that waiting parts take as long as the others, and that the same number keeps running.
 std::optional<double> time_left(const std::vector<PartStatus>& parts) {
   double sum = 0, longest = 0, total_s = 0, waiting = 0, timed_parts = 0, running = 0;
   for (const PartStatus& part : parts) {

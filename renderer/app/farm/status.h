@@ -1,4 +1,4 @@
-// `emberline farm status`: the progress of each part, from its progress file and from Slurm.
+// `emberline farm status`: reads the progress of each part from its progress file and from Slurm.
 #pragma once
 
 #include <cstdint>
@@ -32,8 +32,8 @@ struct FarmStatus {
   std::optional<double> left_s;  // for all parts; absent: unknown
 };
 
-// Throws InputError if this output has no farm. The parts' files are not trusted: an invalid one
-// causes a warning.
+// Throws InputError if this output has no farm folder. The parts' files are not trusted: an invalid
+// one causes a warning.
 FarmStatus farm_status(const FarmFolder& folder);
 
 std::string status_text(const FarmStatus& status);

@@ -11,7 +11,7 @@ namespace {
 
 bool is_lower(char c) { return std::islower(static_cast<unsigned char>(c)) != 0; }
 
-// ".gltf or .glb", ".png, .jpg"; but not the end of a word, as in "FILE.checkpoint".
+// Finds suffixes as in ".gltf or .glb" or ".png, .jpg", but not within a word ("FILE.checkpoint").
 std::vector<std::string> suffixes_in(const std::string& text) {
   std::vector<std::string> found;
   for (size_t dot = text.find('.'); dot != std::string::npos; dot = text.find('.', dot + 1)) {
@@ -31,7 +31,7 @@ void add_literals(OptionHelp& help) {
   }
 }
 
-// CLI11 knows which options need or exclude each other.
+// Adds a sentence per option that CLI11 has recorded as needed or excluded.
 void add_sentence(std::string& text, const char* begin, const std::set<CLI::Option*>& options) {
   for (const CLI::Option* other : options) text += begin + other->get_name() + ".";
 }
@@ -49,7 +49,8 @@ OptionHelp option_help(const CLI::Option& option) {
   help.required = option.get_required();
   help.repeats = option.get_expected_max() > 1;
 
-  // A paragraph, then lines "  name: summary" (table_lines) and "Example: ..." (describe).
+  // The description is a paragraph, then lines "  name: summary" (from table_lines()) and
+  // "Example: ..." (from describe()).
   std::istringstream lines(option.get_description());
   std::getline(lines, help.text);
   constexpr std::string_view kExample = "Example: ";

@@ -27,13 +27,13 @@ Words command_names(const std::vector<CommandHelp>& commands) {
 
 bool names_file(const OptionHelp& option) { return option.type == "FILE" || option.argument; }
 
-// Options with the same completion share a line.
+// Returns bash code that completes the option's value.
 std::string bash_value(const OptionHelp& option) {
   if (!option.values.empty()) {
     return fmt::format("{}='{}'", option.type == "LIST" ? "list" : "words",
                        fmt::join(value_names(option), " "));
   }
-  if (option.type == "DIR") return "files=(/)";  // no name of a file matches
+  if (option.type == "DIR") return "files=(/)";  // a pattern that no file name matches
   if (!names_file(option)) return "return";
   if (option.suffixes.empty()) return "files=('*')";
   return fmt::format("files=('*.{}')", fmt::join(option.suffixes, "' '*."));
@@ -99,7 +99,8 @@ constexpr const char* kBashTail = R"(  esac
 complete -F _emberline emberline
 )";
 
-// Text for single quotes within [...] of _arguments: the first sentence or clause of `text`.
+// Returns the first sentence or clause of `text`, escaped for single quotes within the [...] of
+// _arguments.
 std::string zsh_text(const std::string& text) {
   std::string out;
   const size_t sentence = std::min(text.find(". "), text.size());

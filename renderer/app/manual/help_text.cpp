@@ -1,4 +1,4 @@
-// --help, --help-all and `emberline help`.
+// The texts of --help, --help-all and `emberline help`.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -13,7 +13,7 @@ namespace emberline {
 namespace {
 
 constexpr size_t kHelpWidth = 100;   // columns
-constexpr size_t kBriefColumn = 30;  // of the short texts
+constexpr size_t kBriefColumn = 30;  // where the short texts begin
 constexpr size_t kMaxBriefLength = 70;
 
 // Breaks `text` into lines that begin with `indent` spaces, the first one with `first`.
@@ -34,12 +34,12 @@ std::string wrap_text(const std::string& text, const std::string& first, size_t 
   return out + line + "\n";
 }
 
-// The option with a short word for its value, such as N for a range of numbers.
+// Shortens the option's type, for example to N for a range of numbers.
 std::string brief_line(const OptionHelp& option) {
   OptionHelp shortened = option;
   if (option.type.find("..") != std::string::npos) shortened.type = "N";
   std::string& type = shortened.type;
-  constexpr size_t kMaxWidth = kBriefColumn - 4;  // between two spaces on each side
+  constexpr size_t kMaxWidth = kBriefColumn - 4;  // two spaces on each side
   while (option_line(shortened).size() > kMaxWidth && type.find('|') != std::string::npos) {
     type.resize(type.rfind('|'));
   }
@@ -62,7 +62,7 @@ std::string command_list(const CommandHelp& command) {
   return text;
 }
 
-// A default, a line for each valid name, and an example, below an option's text.
+// Returns the lines below an option's text: the valid names, the default and an example.
 std::string option_details(const OptionHelp& option, size_t indent) {
   std::string text;
   const std::string spaces(indent, ' ');

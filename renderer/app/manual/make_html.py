@@ -2,7 +2,7 @@
 """Makes the manual as HTML, readable as files without a network: make_html.py MKDOCS GENERATED OUT
 
 MKDOCS is the program, GENERATED the folder in which the command has written options.md and channels.md, OUT the folder
-that is replaced. Pictures of scenes/gallery are copied, since a site has only its own files.
+to replace. Pictures of scenes/gallery are copied, because a site cannot use files outside its folder.
 """
 
 import pathlib

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Renders the manual's own pictures: make_pictures.sh [EMBERLINE], some minutes on two cores. Needs oiiotool (Debian:
-# openimageio-tools).
+# Renders the manual's own pictures: make_pictures.sh [EMBERLINE]. Takes some minutes on two cores. Needs oiiotool
+# (Debian: openimageio-tools).
 set -euo pipefail
 cd "$(dirname "$0")"
 emberline=$(realpath "${1:-../../../build/release/bin/emberline}")
@@ -9,7 +9,7 @@ out=$PWD/pictures
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# The edits of the example in edits.md.
+# Takes the edits of the example in edits.md.
 sed -n '/file: look.json/,/^```$/p' edits.md | grep -v -e '^```' -e '^<!--' >"$work/look.json"
 cd "$work"
 

@@ -9,7 +9,7 @@
 namespace emberline {
 namespace {
 
-// Characters that roff would typeset differently, see groff_char(7).
+// Characters that roff would typeset differently; see groff_char(7).
 constexpr std::pair<char, const char*> kEscapes[] = {
     {'\\', "\\e"}, {'-', "\\-"}, {'\'', "\\(aq"}, {'`', "\\(ga"}, {'^', "\\(ha"}, {'~', "\\(ti"}};
 
@@ -61,7 +61,7 @@ std::string option_entry(const OptionHelp& option) {
   return text + ".RE\n";
 }
 
-// Arguments first, then the options by section.
+// Lists arguments first, then the options by section.
 std::string option_entries(const CommandHelp& command) {
   std::string text;
   for (const OptionHelp& option : command.options) {
@@ -98,7 +98,7 @@ std::string subcommand_section(const CommandHelp& command) {
          "\n.PP\n" + synopsis(command) + option_entries(command);
 }
 
-// "render a scene" for the NAME section, which whatis(1) prints.
+// Returns "render a scene" for "Render a scene.", for the NAME section, which whatis(1) prints.
 std::string to_phrase(std::string text) {
   if (text.ends_with('.')) text.pop_back();
   if (!text.empty()) text[0] = char(std::tolower(static_cast<unsigned char>(text[0])));

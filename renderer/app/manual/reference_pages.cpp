@@ -9,7 +9,7 @@
 namespace emberline {
 namespace {
 
-// Text that Markdown shows unchanged, also within a table.
+// Escapes text so that Markdown shows it unchanged, also within a table.
 std::string escape_markdown(const std::string& text) {
   std::string out;
   for (const char c : text) {

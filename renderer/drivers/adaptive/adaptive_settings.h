@@ -10,17 +10,17 @@ namespace emberline {
 
 inline constexpr ErrorMetric kDefaultAllocation = ErrorMetric::kDisplay;
 
-// The first limit that is reached ends a pixel or the frame. 0: no such limit.
+// The first limit that is reached ends a pixel or the frame. A limit of 0 means none.
 struct AdaptiveSettings {
   std::string_view estimator = kDefaultEstimator;
   ErrorMetric allocation = kDefaultAllocation;
-  float threshold = 0.0f;    // for ErrorMap::error
+  float threshold = 0.0f;    // limit for ErrorMap::error
   uint32_t budget = 0;       // average samples per pixel of the crop
-  uint32_t min_samples = 0;  // of a pixel before it may finish; 0: the estimator's choice
-  uint32_t max_samples = 0;  // of any pixel
+  uint32_t min_samples = 0;  // samples before a pixel may finish; 0: the estimator's choice
+  uint32_t max_samples = 0;  // limit for each pixel
   bool two_halves = false;   // every pixel needs samples in both halves of the film
-  bool unbiased = false;     // every pixel takes part in every round; only with a budget and an
-                             // estimator that shares by deviation
+  bool unbiased = false;     // every round samples every pixel; only with a budget and an estimator
+                             // that shares samples by deviation
 };
 
 }  // namespace emberline

@@ -16,7 +16,7 @@ float scaled_count(float rate, float minimum, float maximum, float k) {
   return std::min(std::max(minimum, k * rate), std::max(minimum, maximum));
 }
 
-// Extremes and sums of rates and bounds, which limit K.
+// Extremes and sums of the rates and bounds. They limit K.
 struct Extent {
   float max_rate = 0.0f, min_rate = std::numeric_limits<float>::max(), max_count = 0.0f;
   double rates = 0.0;
@@ -62,7 +62,8 @@ Extent extent_of(std::span<const float> rates, std::span<const SampleBounds> bou
   });
 }
 
-// The sum of all shares for a K, and its derivative by K: the sum of the rates within their bounds.
+// The sum of all counts for a given K, and its derivative by K: the sum of the rates of those
+// pixels whose counts are within their bounds.
 struct ScaledSum {
   double sum = 0.0, slope = 0.0;
   ScaledSum& operator+=(const ScaledSum& other) {
@@ -85,19 +86,21 @@ ScaledSum scaled_sum_of_part(const float* rates, const SampleBounds* bounds, siz
   return {sum_of_lanes(lanes.sum), sum_of_lanes(lanes.slope)};
 }
 
-// K whose shares add up to `total`. The sum is piecewise linear in K, so Newton's step is exact
-// once it stays on one piece. A step that leaves the bracket, and every fourth step, is replaced by
-// halving the bracket in logarithm.
+// Finds the K whose counts add up to `total`. The sum is piecewise linear in K, so Newton's step is
+// exact once it stays on one piece. A step that leaves the bracket, and every fourth step, is
+// replaced by halving the bracket in logarithm.
 float find_scale(std::span<const float> rates, std::span<const SampleBounds> bounds, double total) {
   const Extent extent = extent_of(rates, bounds);
   if (!(extent.max_rate > 0.0f) || total <= extent.minimum) return 0.0f;
   const double max_count = std::max(1e-3, double(extent.max_count));
-  // Where even the smallest rate reaches its maximum, limited to what a float can hold.
+  // The K with which even the pixel with the smallest rate reaches its maximum, limited to the
+  // range of float.
   double high = std::min(2.0 * max_count / double(extent.min_rate), 0x1p126);
   if (total >= extent.maximum) return float(high);
   double low = 0x1p-24 * max_count / double(extent.max_rate);
   double k = std::clamp(total / extent.rates, low, high);
-  // Newton's last step corrects the remaining thousandth; random rounding is coarser.
+  // Newton's last step corrects the remaining thousandth. Random rounding adds larger errors
+  // anyway.
   const double tolerance = 1e-3 * total;
   constexpr int kMaxIterations = 100;
   for (int step = 0; step < kMaxIterations && high > low * (1 + 1e-6); ++step) {
@@ -113,8 +116,9 @@ float find_scale(std::span<const float> rates, std::span<const SampleBounds> bou
   return float(k);
 }
 
-// Powers of two are better stratified, so they get ratios from 1/1.23 to 1.3, and 1.5 times a power
-// of two gets the rest. Our choice, tuned on teapot and Cornell box (tests/bench/results).
+// Rounds to a power of two, which is better stratified, from 1/1.23 to 1.3 times that power, and to
+// 1.5 times a power of two in between. The limits were tuned on teapot and Cornell box
+// (tests/bench/results).
 float nearest_step(float x) {
   constexpr float kToHalfStep = 1.3f, kToPower = 1.62f;
   const auto bits = std::bit_cast<uint32_t>(x);
@@ -140,8 +144,8 @@ double sum_of_steps(std::span<const float> rates, std::span<const SampleBounds> 
   });
 }
 
-// The sum is a step function of K, so Newton's method does not apply: bisects a bracket of K in
-// logarithm.
+// Bisects a bracket of K in logarithm. Newton's method does not apply, because the sum is a step
+// function of K.
 float find_step_scale(std::span<const float> rates, std::span<const SampleBounds> bounds,
                       double total) {
   const Extent extent = extent_of(rates, bounds);

@@ -1,9 +1,9 @@
-// How a round's samples are distributed. Pure functions of the pixels' state.
+// Distributes a round's samples. Pure functions of the pixels' state.
 //
 // The best distribution of a time budget is n ~ deviation / sqrt(cost) (Neyman 1934, "On the Two
 // Different Aspects of the Representative Method", with costs): it minimizes the sum of variance /
 // n for a given sum of n x cost. In addition, no pixel loses samples, no pixel is left out forever,
-// and no pixel's count grows by more than its present samples justify.
+// and no pixel's count grows further than its present samples justify.
 #pragma once
 
 #include <algorithm>
@@ -20,32 +20,33 @@ struct SampleBounds {
   float minimum = 0.0f, maximum = 0.0f;
 };
 
-// Counts n_i = clamp(K x rate_i, minimum_i, maximum_i) with K such that they add up to `total`; all
-// at `maximum` if those add up to less, all at `minimum` if those add up to more. Rates are >= 0
-// and finite; NaN counts as 0. Parallel, with the same result for any number of threads.
+// Computes counts n_i = clamp(K x rate_i, minimum_i, maximum_i) with K such that they add up to
+// `total`. If the maxima add up to less, all counts are maxima; if the minima add up to more, all
+// are minima. Rates must be >= 0 and finite; NaN counts as 0. Runs in parallel, with the same
+// result for any number of threads.
 void allocate_samples(std::span<const float> rates, std::span<const SampleBounds> bounds,
                       double total, std::vector<float>* counts);
 
-// The same, but K x rate_i is rounded to a power of two or 1.5 times one, whichever is closer in
-// ratio, and K is the largest for which the counts add up to at most `total` (to 1e-4 of K). A
-// pixel thus moves from one such count n to the next, m, when its expected gain per sample,
-// variance / (n m), is about that of all others.
+// Like allocate_samples(), but K x rate_i is rounded to a power of two or 1.5 times a power of two,
+// with a preference for powers of two. K is about the largest for which the counts add up to at
+// most `total`. So a pixel moves from one such count n to the next, m, when its expected gain per
+// sample, variance / (n m), is about that of all others.
 void allocate_steps(std::span<const float> rates, std::span<const SampleBounds> bounds,
                     double total, std::vector<float>* counts);
 
-// Counts are multiples of this: whole blocks of the sampler, since pairs of dimensions are
-// stratified by 8 and streams alternate by 8. Large counts are multiples of a quarter of the power
-// of two below: a Sobol' sequence is better stratified at 12, 14 or 16 times a power of two than in
-// between (tests/bench/results). With `halves` they are multiples of half that power, since
-// halves are not compared at other counts.
+// The number of which counts near `wanted` must be multiples. It is at least 8, a whole block of
+// the sampler, since pairs of dimensions are stratified by 8 and streams alternate by 8. Large
+// counts are multiples of a quarter of the power of two below, because a Sobol' sequence is better
+// stratified at 12, 14 or 16 times a power of two than in between (tests/bench/results). With
+// `halves` they are multiples of half that power, since halves are not compared at other counts.
 inline uint32_t count_multiple(float wanted, bool halves) {
   const uint32_t steps = halves ? 2 : 4;
   return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / steps);
 }
 
-// Rounds `wanted` up or down at random (u in [0, 1)), preserving its expectation, to `current` or a
-// larger multiple of `step`, a power of two. Returns `current` if `wanted` is less or NaN. Exact
-// below 2^24; uses floats throughout so that loops vectorise.
+// Rounds `wanted` up or down at random (u in [0, 1)), so that its expectation is preserved, to
+// `current` or a larger multiple of `step`, which must be a power of two. Returns `current` if
+// `wanted` is less or NaN. Exact below 2^24; uses only floats so that loops vectorise.
 inline uint32_t round_count(uint32_t current, float wanted, uint32_t step, float u) {
   const auto minimum = float(current), whole_step = float(step);
   const float lower = std::max(minimum, std::floor(wanted / whole_step) * whole_step);

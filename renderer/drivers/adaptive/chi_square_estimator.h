@@ -4,12 +4,12 @@
 // A pixel is finished when the variance of its mean is below T^2 with 95 % confidence. For normal,
 // independent samples, n s^2 / sigma^2 with s^2 = sum (x - mean)^2 / n has a chi-square
 // distribution with n - 1 degrees of freedom, so sigma^2 / n < s^2 / chi2_.05(n - 1) with
-// probability .95. The error is the square root of that bound in display units, RMS over the
-// channels (the paper tests each channel). It exceeds the expected RMS error by 80 % at 8 samples
-// and by 17 % at 64. A pixel with fewer than 8 samples is unfinished. The paper's maximum of 96
-// samples is --max-spp here.
+// probability .95. The error is the square root of that bound in display units, as the root mean
+// square over the channels (the paper tests each channel). It exceeds the expected RMS error by 80
+// % at 8 samples and by 17 % at 64. A pixel with fewer than 8 samples is unfinished. The paper's
+// maximum of 96 samples is --max-spp here.
 //
-// Known faults of the method: a pixel decides from its own samples only and stops the sooner the
+// Known faults of the method: a pixel is judged only by its own samples and stops the sooner the
 // luckier they were, so rare light is lost (Kirk & Arvo 1991, "Unbiased Sampling Techniques for
 // Image Synthesis"; measured in tests/unit/drivers/adaptive/error_estimator_statistics_test.cpp).
 // Stratified samples, whose mean is better than their variance suggests, get more samples than they
@@ -21,7 +21,7 @@
 namespace emberline {
 
 inline constexpr uint32_t kChiSquareBatch =
-    8;  // from the paper: the first samples, and those of each test
+    8;  // from the paper: the number of first samples, and of samples between tests
 
 void estimate_chi_square(const PixelStatistics& pixels, const EstimatorSettings& settings,
                          ErrorMap* out);

@@ -11,8 +11,8 @@ namespace {
 
 constexpr float kLimits[3] = {0.4f, 0.3f, 0.6f};  // red, green, blue: Mitchell 1987
 
-// Extremes of a channel over three rows, with one more column at each end: entry x + 1 is column x.
-// An entry without samples, or outside the crop, has low above high.
+// For each column, the extremes of a channel over three rows. There is one more column at each end,
+// so entry x + 1 is column x. An entry without samples, or outside the crop, has low above high.
 struct ColumnExtremes {
   std::vector<float> low, high;
 
@@ -36,7 +36,7 @@ struct ColumnExtremes {
   }
 };
 
-// Raises the errors of a row's pixels to those of one channel.
+// Raises the errors of a row's pixels to the error of one channel where that is larger.
 void add_channel(const PixelStatistics& pixels, size_t channel, size_t y, ColumnExtremes& columns,
                  float* error) {
   const auto width = size_t(pixels.width), height = size_t(pixels.height);
@@ -52,7 +52,7 @@ void add_channel(const PixelStatistics& pixels, size_t channel, size_t y, Column
 
 void estimate_contrast(const PixelStatistics& pixels, const EstimatorSettings&, ErrorMap* out) {
   constexpr size_t kRows = 8;
-  // One sample is a single path, not yet a mean.
+  // A pixel with one sample is unknown: its value is that of a single path.
   fill_errors(
       pixels, [&](size_t i) { return pixels.count[i] >= 2.0f ? 0.0f : kUnknownError; }, out);
   const auto width = size_t(pixels.width);

@@ -4,23 +4,23 @@
 // The contrast of a channel is (max - min) / (max + min) over a pixel and its eight neighbours, in
 // linear light clipped to [0, 1] as on a display; 0 if all are black. The paper compares samples.
 // Path-traced samples differ by noise alone, so this estimator compares means. The paper's limits
-// are .4 for red, .3 for green and .6 for blue. The error is the largest of the three contrasts
-// over its limit, times kContrastThreshold, and is no RMS error. So --noise-threshold .02 is the
-// paper's rule, .01 halves its limits, and the error never exceeds .0667, for a black pixel next to
-// a green one.
+// are .4 for red, .3 for green and .6 for blue. The error is the largest of the three ratios of
+// contrast to limit, times kContrastThreshold; it is not an RMS error. So --noise-threshold .02 is
+// the paper's rule, and .01 halves its limits. The error is at most .0667, the value for a black
+// pixel next to a green one.
 //
 // Known faults of the method: contrast is not noise. A clean edge stays unfinished up to --max-spp,
-// noise counts only as far as it makes neighbours differ, and in the dark all noise has full
-// contrast. Small features that all samples of a neighbourhood missed are not found.
+// noise counts only if it makes neighbours differ, and in the dark all noise has full contrast.
+// Small features that all samples of a neighbourhood missed are not found.
 #pragma once
 
 #include "renderer/drivers/adaptive/error_estimator.h"
 
 namespace emberline {
 
-// The threshold that corresponds to the paper's limits. Our choice, between invisible (.005, a
-// level of 255) and obvious (.08), so that a --noise-threshold means about the same for all
-// estimators.
+// The threshold that corresponds to the paper's limits. The value is our choice, between an
+// invisible error (.005, one level of 255) and an obvious one (.08), so that a --noise-threshold
+// means about the same for all estimators.
 inline constexpr float kContrastThreshold = 0.02f;
 inline constexpr uint32_t kContrastBatch =
     8;  // our choice: path-traced pixels are too noisy with fewer

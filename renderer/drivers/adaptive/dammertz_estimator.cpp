@@ -14,8 +14,8 @@ namespace {
 
 constexpr float kErrorPerDeviation = 2.7639532f;  // 2 sqrt(3) sqrt(2 / pi), see the header
 
-// Pixel errors as integers in units of 2^-24: sums are exact in any order, and a block of zeros is
-// zero. The maximum is 256, so 2^31 pixels cannot overflow.
+// Pixel errors are integers in units of 2^-24, so sums are exact in any order, and the sum of a
+// block of zeros is zero. The maximum is 256, so sums over 2^31 pixels cannot overflow.
 constexpr float kUnits = 0x1p24f;
 constexpr float kMaxPixelError = 256.0f;
 
@@ -23,10 +23,10 @@ bool has_estimate(const PixelStatistics& pixels, size_t i) {
   return pixels.second_count[i] >= 1.0f && pixels.count[i] - pixels.second_count[i] >= 1.0f;
 }
 
-// e_p; 0 without light or an estimate, or if not finite: one pixel must not keep its block
-// unfinished.
+// The error e_p. It is 0 without light or an estimate, or if the value is not finite, because one
+// such pixel must not keep its block unfinished.
 uint64_t pixel_error(const PixelStatistics& pixels, size_t i) {
-  constexpr float kMinLight = 1e-8f;  // if a filter's negative lobes leave none
+  constexpr float kMinLight = 1e-8f;  // a filter's negative lobes may leave less
   if (!has_estimate(pixels, i)) return 0;
   float light = 0.0f, difference = 0.0f;
   for (size_t c = 0; c < 3; ++c) {
@@ -39,7 +39,7 @@ uint64_t pixel_error(const PixelStatistics& pixels, size_t i) {
   return std::isfinite(e) ? uint64_t(std::min(e, kMaxPixelError) * kUnits) : 0;
 }
 
-// e_b in the threshold's units.
+// The error e_b in the threshold's units.
 float block_error(const SummedAreaTable& sums, const Rect& block) {
   const auto area = float(block.area());
   const float mean = float(double(sums(block)) / double(kUnits)) / area;
@@ -52,7 +52,8 @@ Rect first_part(const Rect& block, int cut) {
                                          : Rect{block.x0, block.y0, block.x1, cut};
 }
 
-// The first cut with at least half of the error before it; something remains behind it.
+// The first cut with at least half of the error before it; at least one column or row remains
+// behind it.
 int median_cut(const SummedAreaTable& sums, const Rect& block) {
   const bool across = block.width() >= block.height();
   int low = (across ? block.x0 : block.y0) + 1, high = (across ? block.x1 : block.y1) - 1;
@@ -91,7 +92,7 @@ class BlockTree {
   }
 
  private:
-  // Pixels without an estimate stay unfinished, whatever their block's error.
+  // Pixels without an estimate stay unfinished, whatever the block's error.
   void fill(const Rect& block, float error) {
     for (int y = block.y0; y < block.y1; ++y) {
       float* row = &(*error_)[size_t(y) * width_];

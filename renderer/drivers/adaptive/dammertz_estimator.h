@@ -3,22 +3,22 @@
 //
 // Let I be the mean of all of a pixel's samples and A that of its first stream (every second block
 // of eight). The pixel's error is e_p = (|dR| + |dG| + |dB|) / sqrt(R + G + B) with d = I - A, and
-// that of a block b of the image is e_b = sqrt(|b| / |image|) / |b| sum e_p. A block with e_b < eps
-// is finished. A block with e_b < 256 eps is split across its longer side at the median of its
-// error, and its parts are tested in the same way. A block above that is sampled as a whole. Each
-// pixel has the error of its block. The blocks are computed anew for each map, so a finished pixel
-// may become unfinished again.
+// the error of a block b of the image is e_b = sqrt(|b| / |image|) / |b| sum e_p. A block with e_b
+// < eps is finished. A block with eps <= e_b < 256 eps is split across its longer side at the
+// median of its error, and its parts are tested in the same way. A block with a larger error is
+// sampled as a whole. Each pixel has the error of its block. The blocks are computed anew for each
+// map, so a finished pixel may become unfinished again.
 //
 // Thresholds. For grey noise, and a display curve like the square root, the mean of e_p is 2
-// sqrt(3) sqrt(2 / pi) = 2.76 times the standard error in display units. The error here is e_b over
-// 2.76 sqrt(16 / |image|), so eps = 2.76 T sqrt(16 / |image|): --noise-threshold T asks for a
-// standard error of about T in blocks of 16 pixels, the smallest ones, and of sqrt(16 / |b|) T in
-// larger ones. Without a threshold blocks are split to the smallest size, so that the map shows
-// where the noise is.
+// sqrt(3) sqrt(2 / pi) = 2.76 times the standard deviation of the pixel's mean in display units.
+// The error here is e_b over 2.76 sqrt(16 / |image|), so eps = 2.76 T sqrt(16 / |image|):
+// --noise-threshold T asks for a standard deviation of about T in the smallest blocks, of 16
+// pixels, and of sqrt(16 / |b|) T in larger ones. Without a threshold, blocks are split to the
+// smallest size, so that the map shows where the noise is.
 //
-// Known faults of the method: above 256 T a crop is sampled evenly as a whole. A block's mean hides
-// a few bad pixels among good ones. Light beyond the display's white counts as if it were visible,
-// and a black pixel, where no sample found light, counts as perfect.
+// Known faults of the method: if its error is above 256 T, the whole crop is sampled evenly. A
+// block's mean hides a few bad pixels among good ones. Light brighter than the display's white
+// counts as if it were visible, and a black pixel, where no sample found light, counts as perfect.
 #pragma once
 
 #include "renderer/drivers/adaptive/error_estimator.h"

@@ -20,12 +20,12 @@ namespace {
 constexpr double kMinSamples = 16.0;
 constexpr size_t kGrain = 8192;
 
-// Channels of one half in the order of put_halves(), with the shared values summed.
+// The channels of one half in the order of put_halves(), after the shared values are summed.
 enum Channel : size_t { kRed, kAlbedo = 3, kFeatures = 6, kSamples = 11, kShared };
 constexpr size_t kChannels = kShared + 3;
 constexpr int kRowsAtOnce = 64;
 
-// Rows of a film as planes: those of the first half, then those of the second.
+// Rows of a film as planes: first the planes of the first half, then those of the second.
 class HalfRows {
  public:
   HalfRows(const FilmTile& film, int begin, int end)

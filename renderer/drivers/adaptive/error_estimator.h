@@ -1,5 +1,5 @@
-// Error estimators: film state in, per-pixel error out. They are pure functions, each in its own
-// pair of files.
+// Error estimators compute each pixel's error from the state of the film. They are pure functions,
+// each in its own pair of files.
 #pragma once
 
 #include <cstdint>
@@ -15,24 +15,25 @@
 
 namespace emberline {
 
-// One entry per pixel of the statistics, in their order.
+// The planes have one entry per pixel, in the order of the statistics.
 struct ErrorMap {
   // Compared with --noise-threshold; a pixel is finished if its error is at most the threshold. For
-  // most estimators the expected RMS error of the pixel in display units (sRGB, [0, 1]), root mean
-  // square over the channels. Estimators whose papers use another measure say so in their headers.
+  // most estimators this is the expected RMS error of the pixel in display units (sRGB, [0, 1]), as
+  // the root mean square over the channels. Headers of estimators whose papers use another measure
+  // say so.
   std::vector<float> error;
-  // Standard deviation of one sample in the allocation's metric, root mean square over the
-  // channels; the next samples are shared by it. Empty for the historical estimators, which only
-  // tell which pixels are unfinished; these get equal numbers of samples.
+  // Standard deviation of one sample in the allocation's metric, as the root mean square over the
+  // channels. The next samples are distributed by it. Empty for the historical estimators, which
+  // only tell which pixels are unfinished; these pixels get equal numbers of samples.
   std::vector<float> deviation;
-  // Squared display error, summed over pixels and channels, of light that pixels seem to have
-  // missed because their neighbours found it. Not part of `error`; 0 for estimators that do not
-  // pool.
+  // Squared display error, summed over pixels and channels, caused by light that pixels seem to
+  // have missed because their neighbours found it. Not part of `error`; 0 for estimators that do
+  // not pool.
   double missed = 0.0;
 };
 
-// The table of error metrics, behind --allocation, its --help and its error message. A metric
-// weighs a channel's squared error by a function of the channel's value; expected errors are sums
+// The table of error metrics, used for --allocation, its --help and its error message. A metric
+// weights a channel's squared error by a function of the channel's value; expected errors are sums
 // of weight x variance. The weight is 1 for mse, 1 / (mean^2 + epsilon) for relmse
 // (rel_mse_epsilon()), and display_error_weight() for display and denoised. For denoised, errors
 // are those after filtering (denoised_error.h).
@@ -43,19 +44,19 @@ struct EstimatorSettings {
   ErrorMetric allocation = ErrorMetric::kDisplay;
 };
 
-// A row of the table of estimators, which feeds the planner, --help, error messages and the study.
+// A row of the table of estimators, which the planner, --help, error messages and the study use.
 struct EstimatorEntry {
   std::string_view name;
   std::string_view summary;
   // Fills `out` completely; no value is NaN or negative, whatever the statistics hold. A pure
   // function, independent of threads and time.
   void (*estimate)(const PixelStatistics& pixels, const EstimatorSettings& settings, ErrorMap* out);
-  StreamCount streams = StreamCount::kOne;  // required by its estimate
-  uint32_t first_samples = 0;  // of every pixel before the first estimate; from its paper
+  StreamCount streams = StreamCount::kOne;  // streams that the estimate requires
+  uint32_t first_samples = 0;  // samples per pixel before the first estimate; from the paper
   uint32_t batch = 0;  // samples that an unfinished pixel gets at a time; 0: shared by deviation
-  bool rms_error = false;   // its error is the pixel's expected RMS error as displayed
-  bool halves = false;      // the statistics hold halves (SampleHalves) instead of streams
-  bool whole_tree = false;  // the refinement tree places the first sample of every pixel
+  bool rms_error = false;   // whether `error` is the displayed pixel's expected RMS error
+  bool halves = false;      // whether the statistics hold halves (SampleHalves) instead of streams
+  bool whole_tree = false;  // whether the refinement tree orders the first samples of all pixels
 };
 std::span<const EstimatorEntry> estimator_table();
 const EstimatorEntry& find_estimator(std::string_view name);  // throws UsageError

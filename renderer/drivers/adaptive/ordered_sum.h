@@ -1,4 +1,5 @@
-// Parallel sums over the pixels of a crop, independent of how threads share the work.
+// Parallel sums over the pixels of a crop whose results do not depend on how threads share the
+// work.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +10,8 @@
 
 namespace emberline {
 
-// Adds part_sum(begin, end) of fixed parts of [0, count) in order, with +=; Sum{} if count is 0.
+// Adds the results of part_sum(begin, end) for fixed parts of [0, count) in order, with +=. Returns
+// a value-initialised sum if count is 0.
 template <typename PartSum>
 auto ordered_sum(size_t count, const PartSum& part_sum) {
   constexpr size_t kPart = 8192;
@@ -22,8 +24,8 @@ auto ordered_sum(size_t count, const PartSum& part_sum) {
   return total;
 }
 
-// Number of lanes that a part's running values are kept in, so that loops vectorise although the
-// order of float additions matters. Each lane adds at most kPart / kSumLanes terms.
+// Number of separate running values per part, so that loops vectorise although the order of float
+// additions matters. Each lane adds at most kPart / kSumLanes terms.
 inline constexpr size_t kSumLanes = 16;
 
 // Calls body(i, lane) for [begin, end) with lane = (i - begin) % kSumLanes.

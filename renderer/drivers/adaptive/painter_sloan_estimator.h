@@ -4,24 +4,24 @@
 // weights, so the paper's area weights are not needed.
 //
 // The error is half the width of the 95 % confidence interval of the pixel's mean in display units,
-// t_.975(n - 1) sqrt(variance / n), root mean square over the channels: not the expected RMS error
-// but 2.4 times it at 8 samples and twice it for many. It assumes independent samples, so the
-// interval is too wide for stratified ones.
+// t_.975(n - 1) sqrt(variance / n), as the root mean square over the channels. This is 2.4 times
+// the expected RMS error at 8 samples and twice that error at many. The test assumes independent
+// samples, so the interval is too wide for stratified ones.
 //
-// From 2 to 7 samples the interval is unreliable, so the error is the larger of it and the
-// deviation of the neighbourhood: of the displayed means of the pixel and of those of its four edge
-// neighbours that have samples (the paper's external variance). Below 2 samples the pixel is
-// unfinished.
+// From 2 to 7 samples the interval is unreliable. The error is then the larger of the interval and
+// the standard deviation of the neighbourhood's displayed means, that is, those of the pixel and of
+// its four edge neighbours as far as they have samples (the paper's external variance). Below 2
+// samples the pixel is unfinished.
 //
-// Known fault of the method: a pixel stops because of its own samples, so rare light is lost, as
-// with `chi-square`. Eight black samples have an interval of zero width.
+// Known fault of the method: a pixel is judged by its own samples, so rare light is lost, as with
+// `chi-square`. The interval of eight black samples has zero width.
 #pragma once
 
 #include "renderer/drivers/adaptive/error_estimator.h"
 
 namespace emberline {
 
-// The upper end of the 4 to 8 samples that such tests usually begin with; the batch size is our
+// Such tests usually begin with 4 to 8 samples; this is the upper end. The batch size is our
 // choice.
 inline constexpr uint32_t kPainterSloanBatch = 8;
 

@@ -1,4 +1,4 @@
-// Shared code of the estimators that judge each pixel by its own samples.
+// Code shared by the estimators that judge each pixel by its own samples.
 #pragma once
 
 #include <algorithm>
@@ -13,12 +13,13 @@ namespace emberline {
 // The error of a pixel that cannot be estimated yet: above every threshold, but finite.
 inline constexpr float kUnknownError = 1e6f;
 
-// Limits an error to the range of the map. NaN, from non-finite statistics, becomes kUnknownError.
+// Limits an error to the map's range. NaN, which non-finite statistics cause, becomes
+// kUnknownError.
 inline float map_error(float error) {
   return error <= kUnknownError ? std::max(error, 0.0f) : kUnknownError;
 }
 
-// Fills the map with pixel_error(i) for each pixel and no deviations, in parallel.
+// Fills the map in parallel with pixel_error(i) for each pixel, and without deviations.
 template <typename PixelError>
 void fill_errors(const PixelStatistics& pixels, const PixelError& pixel_error, ErrorMap* out) {
   constexpr size_t kGrain = 4096;
@@ -29,10 +30,11 @@ void fill_errors(const PixelStatistics& pixels, const PixelError& pixel_error, E
   });
 }
 
-// Fills the map with finish(i, e) for each pixel and no deviations, in parallel. e is the standard
-// error of the pixel's mean in display units (display_error.h), root mean square over the channels.
-// variance_of_mean(c, i) is channel c's variance in squared linear radiance; it is called for every
-// pixel, even without samples, in a loop that vectorises if the function has no branch.
+// Fills the map in parallel with finish(i, e) for each pixel, and without deviations. e is the
+// standard deviation of the pixel's mean in display units (display_error.h), as the root mean
+// square over the channels. variance_of_mean(c, i) must return that mean's variance for channel c,
+// in squared linear radiance. It is called for every pixel, even without samples, in a loop that
+// vectorises if the function has no branch.
 template <typename VarianceOfMean, typename Finish>
 void fill_display_errors(const PixelStatistics& pixels, const VarianceOfMean& variance_of_mean,
                          const Finish& finish, ErrorMap* out) {
@@ -55,7 +57,8 @@ void fill_display_errors(const PixelStatistics& pixels, const VarianceOfMean& va
   });
 }
 
-// The same, from the pixels' sample variances; finish() must handle n < 2.
+// Like fill_display_errors(), with variances computed from the pixels' samples. finish() must
+// handle n < 2.
 template <typename Finish>
 void fill_display_errors_of_samples(const PixelStatistics& pixels, const Finish& finish,
                                     ErrorMap* out) {

@@ -10,7 +10,7 @@
 namespace emberline {
 namespace {
 
-// Sums of squares may exceed float, and so may differences of them.
+// Sums of squares and their differences may exceed the range of float.
 float to_float(double x) { return float(std::clamp(x, -1e30, 1e30)); }
 
 // A camera ray that hits nothing costs little; every further ray comes with a surface to shade.
@@ -22,8 +22,8 @@ struct Block {
   static constexpr size_t kPixels = 64;
   double count[2][kPixels], rgb[2][3][kPixels], squares[3][kPixels], rays[kPixels];
 
-  // `last` is the film's last pixel. Prefetches one block ahead, which halves the time, since a
-  // film is larger than the caches.
+  // `last` is the index of the film's last pixel. Prefetches one block ahead; this halves the time,
+  // since a film is larger than the caches.
   void load(const FilmTile& film, size_t first, size_t pixels, size_t last) {
     for (size_t j = 0; j < pixels; ++j) {
       const size_t ahead = std::min(first + j + kPixels, last);
@@ -41,7 +41,7 @@ struct Block {
   }
 };
 
-// Factors for the sums; 0 where the divisor is 0.
+// Reciprocals of the sums' divisors; 0 where the divisor is 0.
 struct Reciprocals {
   double sample[Block::kPixels], degree[Block::kPixels], stream[2][Block::kPixels];
 

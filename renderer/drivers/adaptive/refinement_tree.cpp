@@ -18,23 +18,23 @@ namespace {
 
 constexpr uint32_t kNone = ~0u;
 constexpr int kMaxSide = 65536;                         // limited by RefinementTree::Cell
-constexpr int64_t kMaxPixels = (int64_t(1) << 31) - 1;  // two node ids each
+constexpr int64_t kMaxPixels = (int64_t(1) << 31) - 1;  // each pixel takes two node ids
 
-// A round is the best leaves that hold this share of the total priority: few while contrast is
-// concentrated, so that the next round can react; many if all leaves look alike. It is limited to
-// these fractions of the leaves that can be split, so that a sample costs at most 16 evaluations of
-// leaves, and to at least 64 and a 64th of all samples, so that the last rounds are not many and
-// small. tests/bench/results shows how other values affect error and speed.
+// A round splits the most urgent leaves that hold this share of the total priority: few while
+// contrast is concentrated, so that the next round can react; many if all leaves look alike. It is
+// limited to these fractions of the leaves that can be split, so that a sample costs at most 16
+// evaluations of leaves, and to at least 64 and a 64th of all samples, so that there are not many
+// small rounds at the end. tests/bench/results shows how other values affect error and speed.
 constexpr double kRoundPriority = 0.25;
 constexpr size_t kMinRoundDivisor = 16, kMaxRoundDivisor = 4, kMinRoundDivisorOfAll = 64;
 constexpr size_t kMinRoundSize = 64;
 
 constexpr float kMaxRadiance = 1e30f, kMaxExposure = 1e6f;
 
-// Prefetch distance for parents, in splits; parents are seldom in the caches.
+// How many splits ahead a parent is prefetched; parents are seldom in the caches.
 constexpr size_t kPrefetchDistance = 8;
 
-// Leaves that memory is reserved for at the start: those of a 4K frame.
+// Number of leaves for which memory is reserved at the start: those of a 4K frame.
 constexpr size_t kReserved = size_t(3840) * 2160;
 
 // Leaves per task when contrasts are computed: about 0.1 ms.
@@ -44,17 +44,19 @@ constexpr bool is_leaf(uint32_t node) { return node % 2 == 0; }
 constexpr uint32_t leaf_node(uint32_t leaf) { return 2 * leaf; }
 constexpr uint32_t split_node(uint32_t split) { return 2 * split + 1; }
 
-// The bits of non-negative floats sort like the floats. Without the last 20 there are eight buckets
-// per octave.
+// The bits of non-negative floats sort like the floats. Without the last 20 bits there are eight
+// buckets per octave.
 size_t bucket_of(float priority) { return std::bit_cast<uint32_t>(priority) >> 20; }
 
-// Goes through 32-bit integers, which GCC 12 converts as a vector; it splits up 16-bit ones.
+// Converts through 32-bit integers, which GCC 12 converts as a vector; it converts 16-bit ones one
+// by one.
 using Int4 [[gnu::vector_size(16)]] = int32_t;
 Color4 to_color4(auto shade) {
   return __builtin_convertvector(__builtin_convertvector(shade, Int4), Color4);
 }
 
-// Mean of the luminance's variance and the largest channel's, from squared shades.
+// The mean of the luminance's variance and the largest channel's variance, from variances of
+// shades.
 float combine_variances(Color4 variance) {
   const float channels = std::max(variance[0], std::max(variance[1], variance[2]));
   return 0.5f * (variance[3] + channels) * square(1.0f / 65535);
@@ -80,7 +82,7 @@ RefinementTree::RefinementTree(const Rect& crop, const RefinementSettings& setti
   if (crop.empty()) phase_ = RefinementPhase::kFinished;
   const auto pixels = size_t(crop.area());
   leaf_of_pixel_.resize(pixels, 0);
-  // Growing then needs no copies. Memory is committed when first written.
+  // So growing needs no copies. The memory is committed only when first written.
   leaves_.reserve(std::min(pixels, kReserved));
   shade_.reserve(std::min(pixels, kReserved));
   splits_.reserve(std::min(pixels, kReserved));
@@ -148,8 +150,8 @@ void RefinementTree::insert(std::span<const Rgb> values) {
   update_priorities();
 }
 
-// In place: the open leaves first move back by the number of splits, which is the most that can be
-// added, so that writing never overtakes reading.
+// Works in place. The open leaves first move back by the number of splits, which is the most that
+// can be added, so that writing never overtakes reading.
 void RefinementTree::split_chosen(std::span<const Rgb> values) {
   const size_t before = open_leaves_.size(), shift = chosen_leaves_.size();
   open_leaves_.resize(before + shift);
@@ -174,7 +176,7 @@ void RefinementTree::split_chosen(std::span<const Rgb> values) {
   open_leaves_.resize(written);
 }
 
-// Puts the `count` most urgent open leaves into chosen_leaves_, ascending.
+// Writes the positions of the `count` most urgent open leaves to chosen_leaves_, ascending.
 void RefinementTree::choose_leaves(size_t count, const PriorityBuckets& buckets) {
   size_t last_bucket = kPriorityBuckets - 1;  // the bucket of the last chosen leaf
   size_t missing = count;
@@ -255,7 +257,8 @@ void RefinementTree::update_priorities() {
                                 : RefinementPhase::kPixelLevel;
 }
 
-// Variance of the values of the leaf and its neighbours across the middles of its edges.
+// The variance of the display values of the leaf and its neighbours across the middles of its
+// edges.
 float RefinementTree::external_variance(const Cell& c, uint32_t leaf) const {
   const Color4 own = to_color4(shade_[leaf]);
   const size_t stride = size_t(crop_.width());

@@ -1,38 +1,38 @@
-// Chooses the pixels that get their first sample next, below one sample per pixel: a k-d tree over
-// the image plane, refined where the picture needs it, after Painter & Sloan 1989, "Antialiased Ray
-// Tracing by Adaptive Progressive Refinement", SIGGRAPH. It does not render:
+// While not all pixels have samples, chooses the pixels that get their first sample next. This is a
+// k-d tree over the image plane that is refined where the picture needs it, after Painter & Sloan
+// 1989, "Antialiased Ray Tracing by Adaptive Progressive Refinement", SIGGRAPH. It does not render:
 //
 //   RefinementTree tree(crop, settings);
 //   while (!tree.finished()) {
-//     wanted = tree.next_round();       // pixels, each for the first time
-//     tree.insert(values);              // one radiance for each of them, in their order
+//     wanted = tree.next_round(); // pixels that were never requested before
+//     tree.insert(values); // the radiance of each of these pixels, in the same order
 //   }
 //
 // A leaf is a rectangle of whole pixels with one sample: the value of one pixel inside it. To split
 // a leaf, its longer side is cut in the middle. The half that contains the sample keeps it; a pixel
-// drawn in the other half is requested. A leaf of one pixel is finished. When all leaves are, every
-// pixel has been requested exactly once.
+// drawn in the other half is requested. A leaf of one pixel is finished. When all leaves are
+// finished, every pixel has been requested exactly once.
 //
 // Priorities. A leaf of area a (pixels) has the priority p = a (max(v_int, v_ext) + kappa). v_int
-// is the variance of the two samples that the last cut separated, v_ext that of the leaf and its
-// neighbours across the middles of its edges; both of display values (below). kappa is the coverage
-// term: without contrast the largest leaf comes first. While a leaf is larger than `coverage_area`,
-// only such leaves are split.
+// is the variance of the two samples that the last cut separated, v_ext the variance of the leaf
+// and its neighbours across the middles of its edges; both are variances of display values (below).
+// kappa is the coverage term, because of which the largest leaf comes first if there is no
+// contrast. While any leaf is larger than `coverage_area`, only such leaves are split.
 //
 // Differences from the paper. The paper splits one leaf at a time and finds it by descending from
-// the root. Here a round splits many leaves: first all that are too large for coverage, then those
-// that hold a quarter of the total priority. Leaves are thus read in one stream and the renderer
+// the root. Here a round splits many leaves: first all that are larger than `coverage_area`, then
+// those that hold a quarter of the total priority. So leaves are read sequentially and the renderer
 // gets many pixels to work on, but leaves cannot react to samples of their own round. The paper
-// also updates v_int with means that are pulled up the tree, which gains little in addition to
-// v_ext (tests/bench/results).
+// also updates v_int with means that are propagated up the tree, which improves little in addition
+// to v_ext (tests/bench/results).
 //
-// Display values: radiance x exposure is mapped by x / (1 + x) (Reinhard, Stark, Shirley & Ferwerda
-// 2002) and a square root, for the eye, into [0, 1] however bright a light is. A variance is the
-// mean of two: of the luminance, and of the channel that varies most.
+// Display values. Radiance x exposure is mapped to [0, 1], however bright a light is, by x / (1 +
+// x) (Reinhard, Stark, Shirley & Ferwerda 2002) and a square root, which approximates perception. A
+// variance is the mean of the variance of the luminance and that of the channel that varies most.
 //
 // The tree is a pure function of crop, settings, limits and values, independent of threads and
-// time. It computes contrasts on the calling thread's TBB arena. One caller at a time; const
-// functions may be called concurrently.
+// time. It computes contrasts on the calling thread's TBB arena. Only one thread at a time may call
+// non-const functions; const functions may be called concurrently.
 #pragma once
 
 #include <algorithm>
@@ -59,14 +59,14 @@ enum class RefinementPhase : uint8_t {
 };
 std::string_view refinement_phase_name(RefinementPhase phase);
 
-// Ranges are asserted.
+// The constructor asserts the ranges.
 struct RefinementSettings {
   uint32_t seed = 0;            // for the drawn pixels, and the order of equal priorities
   int coverage_area = 16 * 16;  // in pixels, > 0
-  // kappa, in squared display values, > 0. Chosen on test_picture() of refinement_pictures.h: from
-  // 1e-4 to 3e-3 the error at a quarter sample per pixel hardly changes; at 1e-2 it doubles.
+  // kappa, in squared display values, > 0. Chosen on test_picture() of refinement_pictures.h, where
+  // the error at a quarter sample per pixel hardly changes from 1e-4 to 3e-3, but doubles at 1e-2.
   float coverage_weight = 1e-3f;
-  // tau: the least contrast that counts as a feature. Two steps of an 8-bit display, squared.
+  // tau, the least contrast that counts as a feature: two steps of an 8-bit display, squared.
   float feature_threshold = square(2.0f / 255);
   float exposure = 1.0f;  // factor on radiance, in (0, 1e6]
 };
@@ -75,17 +75,17 @@ struct RefinementSettings {
 struct RefinementNode {
   Rect rect;
   Rgb mean;  // area-weighted mean of the present leaves inside
-  // At the time of the split; for a leaf, at present.
+  // Values at the time of the split; for a leaf, the present values.
   float v_int = 0, v_ext = 0, priority = 0;
   RefinementPhase phase = RefinementPhase::kCoverage;  // kFinished: a leaf of one pixel
-  uint32_t round = 0;  // rounds done when it was split; for a leaf, rounds done so far
+  uint32_t round = 0;  // rounds done before the split; for a leaf, rounds done so far
   bool leaf = false;
 };
 
 class RefinementTree {
  public:
-  // Pixels of `crop`, half-open; may be empty. Throws UsageError if a side exceeds 65536 pixels or
-  // the area exceeds 2^31 - 1.
+  // `crop` is half-open and may be empty. Throws UsageError if a side exceeds 65536 pixels or the
+  // area exceeds 2^31 - 1.
   RefinementTree(const Rect& crop, const RefinementSettings& settings);
 
   const Rect& crop() const { return crop_; }
@@ -93,40 +93,41 @@ class RefinementTree {
   // Whether all pixels have been requested and inserted.
   bool finished() const { return phase_ == RefinementPhase::kFinished; }
   RefinementPhase phase() const { return phase_; }
-  uint32_t rounds() const { return rounds_; }  // inserted so far
+  uint32_t rounds() const { return rounds_; }  // number of rounds inserted so far
   size_t sample_count() const { return leaves_.size(); }
 
-  // The pixels whose first samples are requested, those of the most urgent leaves, in tree order,
-  // so that neighbours in the list are neighbours in the frame. The first round is one pixel; a
-  // coverage round is all leaves that are too large. Other rounds are the leaves that hold a
+  // Requests first samples: returns one pixel for each of the most urgent leaves, in tree order, so
+  // that neighbours in the list are neighbours in the frame. The first round is one pixel; a
+  // coverage round splits all leaves that are too large. Other rounds split the leaves that hold a
   // quarter of the total priority, limited to between a 16th and a quarter of the leaves that can
-  // be split, and at least 64 and a 64th of all samples. Never more than `limit`. Calls alternate
-  // with insert() (asserted), which invalidates the span.
+  // be split, and to at least 64 and a 64th of all samples. There are never more than `limit`
+  // pixels. Calls must alternate with insert() (asserted), which invalidates the span.
   std::span<const Vec2i> next_round(size_t limit = std::numeric_limits<size_t>::max());
   // The radiances of the requested pixels, linear Rec. 709. NaN and infinity count as black.
   void insert(std::span<const Rgb> values);
 
-  // The leaf that covers pixel (x, y) of the crop; the leaves of all pixels, rows from the crop's
-  // top. Meaningless before the first sample.
+  // leaf_at() returns the leaf that covers pixel (x, y) of the crop, leaf_map() the leaves of all
+  // pixels, rows from the crop's top. Meaningless before the first sample.
   uint32_t leaf_at(int x, int y) const { return leaf_of_pixel_[index(x, y)]; }
   std::span<const uint32_t> leaf_map() const { return leaf_of_pixel_; }
-  // Leaves 0 .. sample_count() - 1, in the order of their samples.
+  // The value and the sampled pixel of leaves 0 .. sample_count() - 1, in the order of their
+  // samples.
   const Rgb& value(uint32_t leaf) const { return leaves_[leaf].value; }
   Vec2i sampled_pixel(uint32_t leaf) const { return pixel_of(leaves_[leaf].pixel); }
 
-  // The nodes from the root to the leaf that covers pixel (x, y) of the crop. Reads every pixel of
-  // the crop; empty before the first insert().
+  // Returns the nodes from the root to the leaf that covers pixel (x, y) of the crop; empty before
+  // the first insert(). Reads every pixel of the crop.
   std::vector<RefinementNode> describe(int x, int y) const;
 
-  // The first `max_count` leaves of two or more pixels, in the order in which they will be split;
-  // and the number of all such leaves.
+  // most_urgent() returns the first `max_count` leaves of two or more pixels in the order in which
+  // they will be split, open_count() the number of all such leaves.
   std::vector<RefinementNode> most_urgent(size_t max_count) const;
   size_t open_count() const { return open_leaves_.size(); }
   // Number of leaves with 2^k .. 2^(k+1) - 1 pixels, for k = 0, 1, ...
   std::vector<size_t> leaves_by_area() const;
 
-  // Memory of the nodes: at most 36 bytes for each of the 2 sample_count() - 1 nodes, plus 16
-  // bytes; 22 for each at the end. The map from pixels to leaves takes 4 bytes per pixel.
+  // Memory of the nodes: at most 36 bytes for each of the 2 sample_count() - 1 nodes plus 16 bytes,
+  // and at the end 22 bytes for each. The map from pixels to leaves takes 4 bytes per pixel.
   size_t node_bytes() const;
   size_t map_bytes() const { return leaf_of_pixel_.capacity() * sizeof(uint32_t); }
 
@@ -134,7 +135,8 @@ class RefinementTree {
   struct PixelOffset {
     uint16_t x, y;
   };
-  // A rectangle by its first and last column and row, relative to the crop: 65536 fit.
+  // A rectangle by its first and last column and row, relative to the crop. Last instead of end, so
+  // that 65536 columns fit.
   struct Cell {
     uint16_t x0, y0, x_last, y_last;
     int width() const { return x_last - x0 + 1; }
@@ -145,24 +147,26 @@ class RefinementTree {
     }
   };
 
-  // Four display values in 16 bits: R, G, B, luminance. Integers, so that equal is exactly equal.
+  // Four display values of 16 bits each: R, G, B, luminance. They are integers, so that equal
+  // values are exactly equal.
   using Shade [[gnu::vector_size(8)]] = uint16_t;
 
   struct Leaf {
     Rgb value;
-    PixelOffset pixel;  // of the sample
+    PixelOffset pixel;  // pixel that was sampled
   };
-  // Node ids: leaf i is 2 i, split i is 2 i + 1.
+  // The node id of leaf i is 2 i, that of split i is 2 i + 1.
   struct Split {
-    uint32_t child[2];         // nodes; the one with the smaller coordinates first
+    uint32_t child[2];         // node ids, the one with the smaller coordinates first
     float v_cut;               // variance of the separated samples: v_int of both children
-    float v_ext;               // of the leaf that was split
+    float v_ext;               // v_ext of the leaf that was split
     uint32_t round_and_phase;  // 4 x round + phase
   };
-  // A leaf of two or more pixels, with all data that decides when it is split; read sequentially.
+  // A leaf of two or more pixels, with all data that decides when it is split. The list is read
+  // sequentially.
   struct OpenLeaf {
     uint32_t leaf;
-    uint32_t parent;  // the split that made it; kNone for the root
+    uint32_t parent;  // split that created the leaf; kNone for the root
     Cell cell;
     float v_int, v_ext = 0;
     float priority = 0;  // 0 while the phase does not split the leaf
@@ -171,8 +175,8 @@ class RefinementTree {
   size_t index(int x, int y) const {
     return size_t(y - crop_.y0) * size_t(crop_.width()) + size_t(x - crop_.x0);
   }
-  // The open leaves in buckets of ascending priority: their numbers, and the sums of their
-  // priorities.
+  // Open leaves in buckets of ascending priority: for each bucket, their number and the sum of
+  // their priorities.
   static constexpr size_t kPriorityBuckets = 2048;
   struct PriorityBuckets {
     std::array<uint32_t, kPriorityBuckets> count = {};
@@ -228,13 +232,13 @@ class RefinementTree {
   uint32_t rounds_ = 0;
 
   std::vector<Leaf> leaves_;
-  std::vector<Shade> shade_;             // of the leaves' values
+  std::vector<Shade> shade_;             // display values of the leaves
   std::vector<Split> splits_;            // the root is the first
-  std::vector<uint32_t> leaf_of_pixel_;  // by pixel of the crop: the leaf that covers it
+  std::vector<uint32_t> leaf_of_pixel_;  // for each pixel of the crop, the leaf that covers it
 
   std::vector<OpenLeaf> open_leaves_;  // in the order of the tree, depth first
-  size_t eligible_ = 0;                // the number of open leaves that the phase splits
-  // The current round: positions in open_leaves_, ascending, and the requested pixels.
+  size_t eligible_ = 0;                // number of open leaves that the phase splits
+  // The current round: ascending positions in open_leaves_, and the requested pixels.
   std::vector<uint32_t> chosen_leaves_;
   std::vector<Vec2i> requested_;
 };

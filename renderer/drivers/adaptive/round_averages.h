@@ -1,10 +1,11 @@
-// Means over rounds that adaptive sampling does not bias.
+// Means over rounds that are not biased by adaptive sampling.
 //
 // A pixel's number of samples in a round is known before the round, so the mean of these samples
-// has the right expectation, whatever decided their number. Weights of rounds that are fixed
-// beforehand preserve it. Weights by the pixel's counts, as in the plain mean of all samples, do
-// not: lucky pixels stop early (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image
-// Synthesis"). The price is noise where a pixel's counts differ much from the weights.
+// has the right expectation, whatever decided their number. A mean over rounds preserves it if the
+// weights of the rounds are fixed beforehand. The plain mean of all samples weights rounds by the
+// pixel's counts and does not preserve it: lucky pixels stop early (Kirk & Arvo 1991, "Unbiased
+// Sampling Techniques for Image Synthesis"). The price is more noise where a pixel's counts differ
+// much from the weights.
 #pragma once
 
 #include <array>
@@ -19,17 +20,18 @@ class FilmTile;
 
 class RoundAverages {
  public:
-  // Adds the mean of each pixel's samples since the last call, with a weight of at most the sum of
-  // all earlier weights. Every pixel must have new samples. The film has squares (FilmExtras).
+  // Adds the mean of each pixel's samples since the last call. The weight must be at most the sum
+  // of all earlier weights, except in the first call. Every pixel must have new samples, and the
+  // film must have squares (FilmExtras).
   void add_round(const FilmTile& film, double weight);
   bool empty() const { return pixels_.empty(); }
-  // R G B A of pixel i of the film. Finite.
+  // Writes R G B A of pixel i of the film; the values are finite.
   void resolve(size_t i, float* rgba) const;
   double mean(size_t i, size_t c) const { return pixels_[i].average[c] / weight_; }
-  // Estimated variance of that mean, from the distance of each round's mean from the mean of all
-  // earlier rounds. Rounds are independent, so its expectation is right however a round's samples
-  // are stratified. It is noisy: unreliable for one pixel, reliable as a mean over many. After a
-  // single round it comes from two streams, or as if samples were independent.
+  // Estimated variance of that mean, computed from the differences between each round's mean and
+  // the mean of all earlier rounds. Rounds are independent, so its expectation is right, however a
+  // round's samples are stratified. It is unreliable for one pixel, but reliable as a mean over
+  // many. After a single round it is estimated from two streams, or as if samples were independent.
   double variance(size_t i, size_t c) const { return pixels_[i].variance[c]; }
   void archive(Archive& archive, const FilmTile& film);
   uint64_t bytes() const { return pixels_.capacity() * sizeof(Pixel); }
@@ -37,9 +39,9 @@ class RoundAverages {
  private:
   struct Pixel {
     std::array<double, 4> average;  // sum of weight x mean so far
-    std::array<double, 4> sums;     // of all samples up to the last round
+    std::array<double, 4> sums;     // sums of all samples up to the last round
     double samples;
-    std::array<double, 3> variance;  // of the average
+    std::array<double, 3> variance;  // variance of the average
   };
   std::vector<Pixel> pixels_;
   double weight_ = 0.0;

@@ -30,7 +30,7 @@ std::vector<size_t> cut_into_parts(std::span<const uint32_t> order,
                                    std::span<const uint32_t> current,
                                    std::span<const uint32_t> targets, uint64_t samples) {
   const auto missing = [&](size_t k) { return uint64_t(targets[order[k]] - current[order[k]]); };
-  // All threads sum blocks first, so that the serial loop only searches for the ends of parts.
+  // First all threads sum blocks, so that the serial loop only has to search for the ends of parts.
   constexpr size_t kBlock = 32;
   const size_t count = order.size();
   std::vector<uint64_t> sums((count + kBlock - 1) / kBlock);

@@ -1,5 +1,5 @@
-// The pixels of a round of `adaptive`: their order, and their division into parts for threads. Pure
-// functions.
+// Pure functions that determine the order of the pixels in a round of `adaptive`, and divide them
+// into parts for threads.
 #pragma once
 
 #include <cstdint>
@@ -16,16 +16,16 @@ namespace emberline {
 std::vector<uint32_t> tile_order(const Rect& crop);
 
 // Cuts a round's list of pixels into parts of about `samples` samples (at least one pixel each).
-// Entry p is part p's first position in the list; the last entry is the list's length. Pixel
-// order[k] goes from current[order[k]] to targets[order[k]] samples.
+// Entry p of the result is part p's first position in the list; the last entry is the list's
+// length. Pixel order[k] goes from current[order[k]] to targets[order[k]] samples.
 std::vector<size_t> cut_into_parts(std::span<const uint32_t> order,
                                    std::span<const uint32_t> current,
                                    std::span<const uint32_t> targets, uint64_t samples);
 
 // Sorts the parts by the expected gain of their samples, so that a picture shown or stopped in the
 // middle of a round has improved where it was worst. gain[i] is the squared error that pixel i's
-// samples in this round are expected to remove; parts are ranked by gain per sample. Ties are in
-// van der Corput's order, spread over the frame.
+// samples in this round are expected to remove; parts are ranked by gain per sample. Parts with
+// equal gain are in van der Corput's order, which spreads them over the frame.
 std::vector<uint32_t> parts_by_gain(std::span<const size_t> parts, std::span<const uint32_t> order,
                                     std::span<const uint32_t> current,
                                     std::span<const uint32_t> targets, std::span<const float> gain);

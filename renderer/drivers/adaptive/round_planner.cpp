@@ -19,20 +19,20 @@
 namespace emberline {
 namespace {
 
-// In one round a pixel's samples grow at most by this factor, from at least this number, since the
-// present ones may be lucky.
+// In one round a pixel's count grows to at most kMaxGrowth times the larger of its present count
+// and kMinTrusted, since the present samples may have been lucky.
 constexpr float kMaxGrowth = 4.0f, kMinTrusted = 4.0f;
-// The share of each round that goes to all pixels, so that overlooked light is found in the end.
+// The share of each round that goes to all pixels, so that overlooked light is found eventually.
 constexpr float kUniformFraction = 0.1f;
-// The fraction of the budget that is worth a round.
+// The smallest fraction of the budget that is worth a round.
 constexpr double kMinRoundFraction = 1.0 / 500;
-// Pixels get slightly more samples than the estimate asks for to reach the threshold.
+// Pixels get slightly more samples than they need to reach the threshold according to the estimate.
 constexpr float kThresholdMargin = 1.05f;
 
 // A few samples without any noise prove little: a point lit by a caustic, or through a gap, is
 // black until a path finds the light. This many samples of a crop, or this many times a pixel's
-// pilot, are enough: with 95 % confidence they include light that one sample in 44 000 finds (three
-// over their number).
+// pilot, are enough. With 95 % confidence, n samples find light that one in n / 3 finds: 44 000
+// here.
 constexpr uint64_t kNoiselessSamples = 1 << 17;
 constexpr uint32_t kNoiselessGrowth = 64;
 // Below this fraction of the threshold, an error is rounding noise.
@@ -42,7 +42,7 @@ constexpr uint32_t kMinPilot = 8, kMaxPilot = 16;
 // Estimators that use halves first update at this many pilot samples, then at every doubling.
 constexpr uint32_t kFirstHalf = 8;
 
-// Without a threshold the pilot is an eighth of the budget, in whole blocks of the sampler. A
+// Without a threshold, the pilot is an eighth of the budget in whole blocks: 8 or 16 samples. A
 // larger pilot wastes samples on pixels that need none; a smaller one overlooks wires thinner than
 // a pixel, which are seldom found later.
 uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
@@ -52,7 +52,7 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
   } else if (entry.batch == 0 && s.threshold <= 0.0f) {
     samples = std::clamp(s.budget / 8 / 8 * 8, kMinPilot, kMaxPilot);
   }
-  // With fewer, the second half has no samples.
+  // With fewer samples, the second half would have none.
   if (s.two_halves || s.allocation == ErrorMetric::kDenoised)
     samples = std::max(samples, kMaxPilot);
   if (s.budget > 0) samples = std::min(samples, s.budget);
@@ -70,7 +70,7 @@ bool is_unfinished(const AdaptiveSettings& s, uint32_t current, float error) {
   return !full && !good;
 }
 
-// Samples that bring the pixel to the threshold, or its maximum if that is less.
+// The sample count that brings the pixel to the threshold, or its maximum if that is less.
 float samples_to_threshold(const AdaptiveSettings& s, float current, float error, bool halves) {
   const float maximum = sample_limit(s);
   if (s.threshold <= 0.0f) return maximum;
@@ -80,8 +80,8 @@ float samples_to_threshold(const AdaptiveSettings& s, float current, float error
   return std::min(maximum, std::max(current * ratio * ratio * kThresholdMargin, minimum));
 }
 
-// Spreads equal rates, as in a black frame, by up to a sixteenth, so that pixels do not all double
-// at once. Noise spreads the rates more than that.
+// Increases rates at random by up to a sixteenth, so that pixels with equal rates, as in a black
+// frame, do not all double at once. Noise makes rates differ more than that.
 float jitter_rate(float rate, uint32_t seed, size_t i) {
   constexpr float kSpread = 1.0f / 16;
   return rate * (1.0f + kSpread * to_unit_float(hash_combine(seed, uint32_t(i))));
@@ -96,7 +96,7 @@ float next_power_of_two(float current) { return float(std::bit_ceil(uint32_t(cur
 
 constexpr double kUnlimited = 1e18;
 
-// Limit for loaded states. Each round spends a 500th of the budget or doubles counts.
+// A limit for loaded states: each round spends a 500th of the budget or doubles counts.
 constexpr int kMaxRounds = 1 << 20;
 
 constexpr size_t kGrain = 8192;
@@ -154,7 +154,7 @@ void RoundPlanner::write_variances(FilmTile* film) const {
   const bool averaged = this->averaged();
   parallel_ranges(p.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      // For one stream without two parts, the film itself knows the spread.
+      // With one stream and without two parts, the film can compute the spread itself.
       const bool has_two_parts = p.second_count[i] > 0.0f || film->sums(i).count[1] > 0;
       if (p.count[i] < 2.0f || !(has_two_parts || averaged)) continue;
       Rgb variance;
@@ -195,7 +195,7 @@ PixelStop RoundPlanner::current_stop(size_t i, uint32_t current) const {
   return is_unfinished(settings_, current, error) ? PixelStop::kUnfinished : stop_of(i);
 }
 
-// Estimators with batches provide an error, but no variance of a sample.
+// Estimators with batches provide an error, but no deviation of a sample.
 void RoundPlanner::expected_gains(std::span<const uint32_t> current,
                                   std::span<const uint32_t> targets,
                                   std::vector<float>* gains) const {
@@ -228,8 +228,8 @@ bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
   if (interrupted_) return false;
   ++round_;
   bool more = !is_budget_spent();
-  // The number and sizes of unbiased rounds are fixed: each brings as many samples as all before
-  // it.
+  // The number and sizes of unbiased rounds are fixed: each takes as many samples as all rounds
+  // before it, up to the budget.
   const double planned = std::min(double(settings_.budget), 2 * planned_mean_);
   if (settings_.unbiased) more = planned > planned_mean_;
   if (more && !grow_pilot()) more = entry_.batch > 0 ? allocate_evenly() : allocate_by_deviation();
@@ -250,8 +250,8 @@ bool RoundPlanner::grow_pilot() {
   return true;
 }
 
-// Shares the whole budget in the best way for the present estimates, then goes only as far towards
-// it as each pixel's samples can be trusted.
+// Distributes the whole budget in the best way according to the present estimates, but then raises
+// each pixel's count only as far as its present samples can be trusted.
 bool RoundPlanner::allocate_by_deviation() {
   const size_t pixels = targets_.size();
   bounds_.resize(pixels);
@@ -260,7 +260,7 @@ bool RoundPlanner::allocate_by_deviation() {
   const OpenPixels open = ordered_sum(
       pixels, [&](size_t begin, size_t end) { return set_rates_and_bounds(begin, end); });
   if (open.count == 0) return resample_noise_free_pixels();
-  // No noise found so far does not mean that there is none.
+  // If no pixel has shown noise, there may still be some, so all pixels get the same rate.
   if (open.largest_rate == 0.0f) {
     for (size_t i = 0; i < pixels; ++i)
       rates_[i] = doubles_counts() ? jitter_rate(1.0f, seed_, i) : 1.0f;
@@ -290,10 +290,10 @@ bool RoundPlanner::allocate_by_deviation() {
   return true;
 }
 
-// Call if every pixel meets the threshold. Pixels that trace light but have seen no noise,
-// neighbours included, double their samples while there are few of them: a small bucket may be
-// black after its pilot because one path in thousands finds the light. Unbiased rounds need samples
-// of every pixel, so all pixels double if one does.
+// Must be called only if no pixel may get more samples. Pixels that trace more than camera rays,
+// but have seen no noise, neighbours included, double their samples while they have few in total.
+// A small bucket may be black after its pilot because only one path in thousands finds the light.
+// Unbiased rounds need samples of every pixel, so all pixels double if one does.
 bool RoundPlanner::resample_noise_free_pixels() {
   const size_t pixels = targets_.size();
   const auto noiseless = [&](size_t i) {
@@ -315,16 +315,16 @@ bool RoundPlanner::resample_noise_free_pixels() {
   return true;
 }
 
-// Counts that go by steps cannot be reduced a little for the uniform share, so that part of the
-// rest of the budget is reserved for it.
+// Counts that grow in steps cannot be reduced slightly to make room for the uniform share, so a
+// part of the remaining budget is reserved for it.
 void RoundPlanner::allocate_budget(double total) {
   if (!doubles_counts() || settings_.budget == 0)
     return allocate_samples(rates_, bounds_, total, &allocated_);
   allocate_steps(rates_, bounds_, total - kUniformFraction * (total - spent_), &allocated_);
 }
 
-// Shares and the uniform share `uniform_samples` may exceed the rest of the budget: scales both by
-// one factor. Returns the scaled uniform share.
+// The allocated samples and the uniform share may exceed the remaining budget, so this scales both
+// by one factor. Returns the scaled uniform share.
 float RoundPlanner::scale_to_budget(float uniform_samples) {
   if (settings_.budget == 0) return uniform_samples;
   const size_t pixels = targets_.size();
@@ -348,8 +348,8 @@ float RoundPlanner::scale_to_budget(float uniform_samples) {
   return part * uniform_samples;
 }
 
-// Sets the rates and bounds of a range of pixels and returns those that may get more samples. The
-// loop's inputs are copies or pointers, so that it vectorises.
+// Sets the rates and bounds of a range of pixels and summarises those that may get more samples.
+// The loop's inputs are copies or pointers, so that it vectorises.
 RoundPlanner::OpenPixels RoundPlanner::set_rates_and_bounds(size_t begin, size_t end) {
   const AdaptiveSettings s = settings_;
   const bool halves = entry_.halves;
@@ -379,7 +379,7 @@ RoundPlanner::OpenPixels RoundPlanner::set_rates_and_bounds(size_t begin, size_t
   return {size_t(sum_of_lanes(open)), std::ranges::max(largest_rate)};
 }
 
-// Sets each pixel's target to count_of(i, have, share), and updates the records.
+// Sets each target to count_of(i, present target, allocated count), and updates the records.
 template <typename CountOf>
 void RoundPlanner::set_targets(const CountOf& count_of) {
   const bool recording = recorded_ < targets_.size();
@@ -396,8 +396,8 @@ void RoundPlanner::set_targets(const CountOf& count_of) {
   }
 }
 
-// Rounds shares to whole counts, with on average at least `uniform_samples` more samples for each
-// pixel.
+// Rounds the allocated counts to whole ones, such that each pixel gets at least `uniform_samples`
+// more samples on average.
 void RoundPlanner::round_to_counts(float uniform_samples) {
   const uint32_t round_hash = hash_of_round(seed_, round_);
   const float maximum = sample_limit(settings_);
@@ -405,12 +405,12 @@ void RoundPlanner::round_to_counts(float uniform_samples) {
   const uint32_t min_increase = settings_.unbiased ? 1 : 0;
   const bool doubling = doubles_counts();
   set_targets([&](size_t i, uint32_t current, float wanted) {
-    // The uniform share must not more than double a count either: if one of the two parts is small,
-    // a bright sample in the other hardly shows.
+    // The uniform share must not raise a count beyond the next power of two either: if one of the
+    // two parts is small, a bright sample in the other hardly shows.
     const float cap = doubling ? std::min(maximum, next_power_of_two(float(current))) : maximum;
     const float share = std::min(std::max(wanted, float(current) + uniform_samples), cap);
     // The maximum need not be a multiple of the step, and random rounding might never reach it, so
-    // it is always rounded up and clipped.
+    // a share equal to the maximum is always rounded up and then clipped.
     const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
     const float u = share < maximum ? chance : 0.0f;
     const uint32_t count = round_count(current, share, count_multiple(share, entry_.halves), u);
@@ -418,8 +418,8 @@ void RoundPlanner::round_to_counts(float uniform_samples) {
   });
 }
 
-// Shares are whole counts already. Of the pixels that get none, some double at random, so that each
-// pixel gets `uniform_samples` more samples on average.
+// The allocated counts are steps already. At random, some pixels advance at least to the next power
+// of two, so that each pixel gets at least `uniform_samples` more samples on average.
 void RoundPlanner::round_to_steps(float uniform_samples) {
   const uint32_t round_hash = hash_of_round(seed_, round_);
   const float maximum = sample_limit(settings_);
@@ -428,13 +428,13 @@ void RoundPlanner::round_to_steps(float uniform_samples) {
     const float next = std::min(next_power_of_two(now), maximum);
     const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
     const bool found = chance * (next - now) < uniform_samples;
-    // Clipping by a threshold or --max-spp may leave a fraction of a sample.
+    // Rounds up, because clipping by a threshold or --max-spp may leave a fraction of a sample.
     return std::max(current, uint32_t(std::ceil(found ? std::max(share, next) : share)));
   });
 }
 
-// Every unfinished pixel gets the same number of samples. With a budget only, the half of the
-// pixels with the larger errors counts as unfinished.
+// Gives every unfinished pixel the same number of samples. Without a threshold, only the half of
+// the pixels with the larger errors counts as unfinished.
 bool RoundPlanner::allocate_evenly() {
   const size_t pixels = targets_.size();
   const double left = settings_.budget > 0 ? double(settings_.budget) * double(pixels) - spent_
@@ -443,7 +443,7 @@ bool RoundPlanner::allocate_evenly() {
   for (size_t i = 0; i < pixels; ++i) {
     if (unfinished(i)) open.push_back(uint32_t(i));
   }
-  // Ties are in a different order each round, so that no part of the crop comes first.
+  // The order of equal errors differs between rounds, so that no part of the crop is preferred.
   const uint32_t round_hash = hash_of_round(seed_, round_);
   const auto larger_error = [&](uint32_t a, uint32_t b) {
     if (errors_.error[a] != errors_.error[b]) return errors_.error[a] > errors_.error[b];
@@ -479,7 +479,7 @@ void RoundPlanner::archive(Archive& archive) {
   archive.number(error_estimate_, 0.0, std::numeric_limits<double>::infinity(), true);
   archive.array(targets_, pixels);
   archive.check(targets_.size() == pixels);
-  // A bad file might request a year of work: totals that no round would plan are rejected.
+  // A bad file might request a year of work, so totals that no round would plan are rejected.
   uint64_t total = 0;
   for (const uint32_t target : targets_) {
     archive.check(target > 0 && float(target) <= sample_limit(settings_));

@@ -1,5 +1,5 @@
-// Decides, between two rounds, how many samples each pixel of a crop gets next. Depends only on the
-// film and the settings, not on threads or the clock.
+// Decides, between two rounds, how many samples each pixel of a crop gets next. Decisions depend
+// only on the film and the settings, not on threads or the clock.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ class FilmTile;
 struct RoundRecord {
   int round = 0;
   uint32_t samples = 0;  // before the round
-  float error = 0.0f;    // from ErrorMap
+  float error = 0.0f;    // from ErrorMap, like `deviation`
   float deviation = 0.0f;
   float cost = 0.0f;    // rays per sample
   uint32_t target = 0;  // samples after the round
@@ -33,49 +33,49 @@ struct RoundRecord {
 
 class RoundPlanner {
  public:
-  // For a crop of width x height pixels; `seed` is for random rounding.
+  // Plans a crop of width x height pixels; `seed` is used for random rounding.
   RoundPlanner(const AdaptiveSettings& settings, int width, int height, uint32_t seed);
 
-  // The picture shows these averages, from its first round on, instead of the plain means of all
-  // samples, and error estimates are those of the averages. `averages` must outlive the planner.
+  // From the first round on, the picture shows these averages instead of the plain means of all
+  // samples, so error estimates are for the averages. `averages` must outlive the planner.
   void set_averages(const RoundAverages* averages) { averages_ = averages; }
 
-  // The number of samples of each pixel after the coming round; equal for all pixels before the
-  // first plan().
+  // The sample count of each pixel after the coming round. Before the first plan() it is equal for
+  // all pixels.
   std::span<const uint32_t> targets() const { return targets_; }
-  // Reads a film with the targets' samples and sets the next targets. False if no more are needed
-  // or a stop was requested; the targets then do not change.
+  // Reads a film that has the targets' samples and sets the next targets. Returns false if no more
+  // samples are needed or a stop was requested; the targets then do not change.
   bool plan(const FilmTile& film, const std::stop_token& stop = {});
   // Whether a stop request interrupted the last plan().
   bool interrupted() const { return interrupted_; }
-  // The reduction of each pixel's squared error that is expected from going from `current` samples
-  // to `targets`, as of the last update; all 0 before it.
+  // Computes how much each pixel's squared error is expected to fall from `current` samples to
+  // `targets`, according to the last update; all 0 before the first update.
   void expected_gains(std::span<const uint32_t> current, std::span<const uint32_t> targets,
                       std::vector<float>* gains) const;
-  // Only updates the error estimates.
+  // Updates only the error estimates.
   void update(const FilmTile& film);
 
-  // Whether write_variances() has variances that a film does not have.
+  // Whether write_variances() writes variances that the film cannot compute itself.
   static bool has_variances(const AdaptiveSettings& settings) {
     return find_estimator(settings.estimator).halves || settings.unbiased;
   }
-  // Writes the pixel variances behind error_estimate() into the film, as of the last update; skips
-  // pixels whose variance the film itself knows as well. Not while samples are added.
+  // Writes the pixel variances on which the last error_estimate() is based into the film; skips
+  // pixels whose variance the film can compute as well. Must not be called while samples are added.
   void write_variances(FilmTile* film) const;
 
-  // Error of the whole crop (frame_error.h) at the last update. NaN before it, and for estimators
-  // whose error is not an RMS error.
+  // Error of the whole crop (frame_error.h) at the last update. NaN before the first update, and
+  // for estimators whose error is not an RMS error.
   double error_estimate() const { return error_estimate_; }
   // Why the pixel would get no more samples if the frame ended now.
   PixelStop stop_of(size_t i) const;
-  // The same while the frame continues, for a pixel with `current` samples: the limit that it had
-  // met at the last update, or kUnfinished. The uniform share of a round may still bring it
+  // The same while the frame continues, for a pixel with `current` samples: the limit that the
+  // pixel had met at the last update, or kUnfinished. The uniform share of a round may still add
   // samples.
   PixelStop current_stop(size_t i, uint32_t current) const;
-  // With `unbiased`: the weight of the current round in a mean over rounds (RoundAverages). Depends
-  // on the settings only.
+  // With `unbiased`, the weight of the current round in a mean over rounds (RoundAverages). It
+  // depends only on the settings.
   double round_weight() const { return round_weight_; }
-  // Seed of the current round's samples; with `unbiased` a new one for each round.
+  // Seed of the current round's samples. With `unbiased`, each round has a new one.
   uint32_t round_seed() const;
   int round() const { return round_; }
   const ErrorMap& errors() const { return errors_; }
@@ -84,9 +84,10 @@ class RoundPlanner {
   void record(size_t pixel);
   size_t recorded() const { return recorded_; }
   std::span<const RoundRecord> records() const { return records_; }
-  // For loading a state whose pilot is done; that pilot may be smaller than these settings'.
+  // For loading a state whose pilot is done, since that pilot may be smaller than these settings
+  // require.
   void skip_pilot() { pilot_done_ = true; }
-  // Saves or loads everything that the next update does not recompute.
+  // Saves or loads the state, except for values that the next update recomputes.
   void archive(Archive& archive);
   uint64_t bytes() const;
 
@@ -124,19 +125,19 @@ class RoundPlanner {
   AdaptiveSettings settings_;
   const EstimatorEntry& entry_;
   uint32_t seed_;
-  double spent_ = 0.0;  // samples of the whole crop
+  double spent_ = 0.0;  // samples of the whole crop up to the current round
   int round_ = 0;
   bool interrupted_ = false;
   uint32_t pilot_ = 0;
   bool pilot_done_ = false;
   double round_weight_ = 0.0;
-  double planned_mean_ = 0.0;  // samples per pixel up to the current round, if unbiased
+  double planned_mean_ = 0.0;  // planned samples per pixel up to the current round, if unbiased
   double error_estimate_;
   std::vector<uint32_t> targets_;
   const RoundAverages* averages_ = nullptr;
   PixelStatistics statistics_;
-  SampleHalves halves_;     // if the estimator uses them
-  DenoisedError denoised_;  // if the allocation uses it
+  SampleHalves halves_;     // used if the estimator needs halves
+  DenoisedError denoised_;  // used if the allocation is `denoised`
   ErrorMap errors_;
   std::vector<float> rates_, allocated_;
   std::vector<SampleBounds> bounds_;

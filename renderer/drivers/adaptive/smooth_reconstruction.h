@@ -8,12 +8,13 @@
 
 namespace emberline {
 
-// `values`: one for each leaf. `picture`: the pixels of the tree's crop, rows from its top (sizes
-// are asserted). A pixel with a sample gets exactly its value. The others are filled by pull-push
-// (Gortler, Grzeszczuk, Szeliski & Cohen 1996, "The Lumigraph", section 3.4.2): a pyramid of 2 x 2
-// means of the known pixels, whose holes are filled bilinearly from the next coarser level.
-// Constants are reproduced exactly. Black before the first sample. May be called from any thread
-// while the tree does not change; runs on the caller's TBB arena, and the bits do not depend on it.
+// `values` must have one value for each leaf, and `picture` one for each pixel of the tree's crop,
+// rows from its top (asserted). A pixel with a sample gets exactly its value. The others are filled
+// by pull-push (Gortler, Grzeszczuk, Szeliski & Cohen 1996, "The Lumigraph", section 3.4.2): a
+// pyramid of 2 x 2 means of the known pixels, whose holes are filled bilinearly from the next
+// coarser level. Constants are reproduced exactly. Before the first sample the picture is black.
+// May be called from any thread while the tree does not change. Runs on the caller's TBB arena, on
+// which the bits do not depend.
 void reconstruct_smooth(const RefinementTree& tree, std::span<const Rgb> values,
                         std::span<Rgb> picture);
 

@@ -15,26 +15,26 @@ constexpr int kRadius = 2;
 // exp(-d^2 / (2 sigma^2)), sigma = 1.2 pixels, d = 0, 1, 2.
 constexpr float kKernel[kRadius + 1] = {1.0f, 0.706648f, 0.249352f};
 
-// Weight of the samples' spread, in degrees of freedom of the streams: it keeps a pixel whose
+// Weight of the samples' spread, in degrees of freedom of the streams. It prevents a pixel whose
 // streams agree by chance from counting as finished.
 constexpr float kSpreadWeight = 0.1f;
 
-// Up to this many samples a pixel's own spread is ignored, since unlucky pixels would stop: with 1
-// instead, thin wires lose 3.6 % of their light at 64 samples instead of 2.1 %.
+// Up to this many samples a pixel's own spread is ignored, since otherwise unlucky pixels would
+// stop: with 1 instead of 64, thin wires lose 3.6 % of their light at 64 samples instead of 2.1 %.
 constexpr float kFewSamples = 64.0f;
 // Weight of the neighbours' spread, in samples of the pixel beyond kFewSamples.
 constexpr float kPooledFreedom = 128.0f;
 
 // The pooled values: weighted sums, and the sums of their weights.
 enum Plane : int {
-  kWeight,          // of the means: 1
+  kWeight,          // weight of the means: 1
   kMean,            // R G B
   kFreedom = 4,     // degrees of freedom of the samples' spread
   kSpread,          // R G B
   kStreams = 8,     // degrees of freedom of the streams' differences
   kDifference,      // R G B
-  kDisplayed = 12,  // R G B: the differences as displayed
-  kSquare = 15,     // R G B: of the means
+  kDisplayed = 12,  // R G B: differences as displayed
+  kSquare = 15,     // R G B: squares of the means
   kPlanes = 18
 };
 
@@ -62,8 +62,9 @@ void pool_down(const std::array<const float*, 2 * kRadius + 1>& in, int width, f
   }
 }
 
-// Rows pooled over the kernel's height, from rows pooled over its width. The latter are computed
-// once and kept while the kernel covers them, so rows must be requested from top to bottom.
+// Computes rows pooled over the kernel's height from rows pooled over its width. The latter are
+// computed once and kept while the kernel covers them, so rows must be requested from top to
+// bottom.
 class PooledRows {
  public:
   PooledRows(const PixelStatistics& pixels, int first)
@@ -116,7 +117,8 @@ class PooledRows {
         const float a = count[x] - second[x], b = second[x];
         return difference[x] * difference[x] * (a * b / std::max(1.0f, a + b));
       });
-      // Each at its own mean, since the neighbours' mean may be clipped white or steeply dark.
+      // Each pixel is weighted at its own mean, since the neighbours' mean may be clipped white, or
+      // so dark that the display curve is steep.
       const float* mean = &pixels_.mean[size_t(c)][first];
       pool(kSquare + c, [&](int x) { return mean[x] * mean[x]; });
       pool(kDisplayed + c, [&](int x) {
@@ -135,7 +137,7 @@ class PooledRows {
   const PixelStatistics& pixels_;
   int next_;                       // next row to add
   std::vector<float> padded_row_;  // a row of one plane, with margins of 0
-  PlaneRows zero_row_;             // 0, for rows outside the crop
+  PlaneRows zero_row_;             // all 0, for rows outside the crop
   std::vector<PlaneRows> across_;
   PlaneRows pooled_;
 };
@@ -152,7 +154,7 @@ struct Reciprocals {
   void set(const float* counts, const PlaneRows& pooled) {
     invert(counts, 1.0f, &count);
     invert(pooled[kWeight], 1e-6f, &weight);
-    // Without a stream or a degree of freedom, the result is large and not used.
+    // Without a second stream or a degree of freedom, the result is large but not used.
     invert(pooled[kFreedom], 1e-6f, &freedom);
     invert(pooled[kStreams], 1e-6f, &streams);
   }
@@ -165,8 +167,8 @@ struct Reciprocals {
   }
 };
 
-// Sample variances of one channel: from the streams, from the samples' spread, and from the streams
-// as displayed.
+// Sample variances of one channel: from the streams' differences, from the samples' spread, and
+// from the streams' differences as displayed.
 struct Variances {
   float from_streams, spread, displayed;
 };
@@ -179,9 +181,10 @@ struct OwnRow {
 // Squared display error of a pixel that is darker than its neighbours, assuming that they have
 // found light that it missed. Light that a sample finds with probability p and that makes a mean
 // brighter by d contributes d / p to a sample, and the variance d^2 / p; n samples miss it with
-// probability exp(-n p). p follows from d^2 and the neighbours' variance, so that a lamp in focus
-// next to the pixel, which every other sample finds, does not count as missed. n p is divided by 4,
-// since pixels that found rare light by luck overestimate p. (1 - x / 8)^8 approximates exp(-x).
+// probability exp(-n p). p is derived from d^2 and the neighbours' variance, so that a lamp in
+// focus next to the pixel, which every other sample finds, does not count as missed. n p is divided
+// by 4, since pixels that found rare light by luck overestimate p. (1 - x / 8)^8 approximates
+// exp(-x).
 float missed_error(float count, float mean, float neighbours, float neighbours_square,
                    float variance) {
   const float increase = std::max(0.0f, neighbours - mean);
@@ -198,8 +201,8 @@ struct MapRow {
   float *error, *deviation, *missed;
 };
 
-// Adds a channel's squared errors and its part of the squared deviations to a row of the map. The
-// rows are __restrict because they are too many for the compiler's overlap checks.
+// Adds a channel's squared errors and squared deviations to a row of the map. The rows are
+// __restrict because there are too many for the compiler's overlap checks.
 template <typename Metric>
 void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& own, int c,
                  const Metric& metric, const MapRow& row) {
@@ -223,7 +226,8 @@ void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& 
     error[x] += displayed * per_count[x];
     missed[x] += missed_error(own_count[x], sanitize(own_mean[x]), sanitize(mean),
                               sanitize(squares[x] * per_weight[x]), from_streams);
-    // Ratio of the pixel's own spread to its neighbours', as far as the samples can tell.
+    // Ratio of the pixel's own spread to its neighbours' spread, weighted by how well the samples
+    // determine it.
     const float freedom = std::max(0.0f, own_count[x] - kFewSamples);
     const float own_share = freedom / (freedom + kPooledFreedom);
     const float spread_ratio =
@@ -233,7 +237,7 @@ void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& 
   }
 }
 
-// metric(mean, display weight, variances) is the allocation's squared deviation.
+// metric(mean, display weight, variances) must return the squared deviation for the allocation.
 template <typename Metric>
 void estimate_rows(const PixelStatistics& p, const Metric& metric, ErrorMap* out) {
   const auto width = size_t(p.width);
@@ -259,7 +263,7 @@ void estimate_rows(const PixelStatistics& p, const Metric& metric, ErrorMap* out
       missed_of_rows[y] = std::accumulate(missed.begin(), missed.end(), 0.0);
       for (size_t x = 0; x < width; ++x) {
         error[x] = std::sqrt(error[x] * (1.0f / 3));
-        deviation[x] = std::sqrt(sanitize(deviation[x] * (1.0f / 3)));  // relmse of NaN is NaN
+        deviation[x] = std::sqrt(sanitize(deviation[x] * (1.0f / 3)));  // relmse may be NaN
       }
     }
   });

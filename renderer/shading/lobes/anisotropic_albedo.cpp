@@ -1,17 +1,17 @@
 // The table of AnisotropicAlbedo, by quadrature over bounded visible normals.
 //
 // Coordinates, chosen to minimise the interpolation error along each dimension:
-// - the cosine by sqrt(c/2 + mu/2), c = (1 + 2 alpha) mu / (mu + 2 alpha) with the alpha in its
-//   azimuth as in specular_albedo.h: across the groove values change over mu ~ alpha, and also over
-//   mu ~ 1 because normals spread along x;
+// - the cosine by sqrt(c/2 + mu/2), with c = (1 + 2 alpha) mu / (mu + 2 alpha) as in
+//   specular_albedo.h and the alpha of its azimuth: across the groove, values change over mu ~
+//   alpha, and also over mu ~ 1 because normals spread along x;
 // - the azimuth by alpha^(1/8) of the alpha there, between those of alpha_y and alpha_x: with
-//   alpha_y = 1e-3 and alpha_x = 1 all changes are within a few degrees of y;
-// - alpha_y by its fourth root (rest) from the mirror's to 1;
+//   alpha_y = 1e-3 and alpha_x = 1, all changes are within a few degrees of y;
+// - alpha_y by its fourth root from the mirror's to 1;
 // - alpha_x by its square root from alpha_y's to 1.
 // Cubic (Lagrange) interpolation has an error of at most 1e-3 along the cosine and 7e-4 along each
 // other dimension, with a thirtieth of the nodes of linear interpolation. Alphas change less often
-// than directions, and every neighbour costs a cache line: so after the build the table is refined
-// along both alphas, where lookups are linear.
+// than directions, and every neighbour costs a cache line. So after the build, the table is refined
+// along both alphas, and lookups interpolate linearly there.
 
 #include <algorithm>
 #include <array>
@@ -28,13 +28,13 @@ namespace emberline {
 namespace {
 
 constexpr int kCosines = 18, kAzimuths = 14, kNarrow = 24, kWide = 20;
-constexpr int kNarrowBuilt = 12, kWideBuilt = 10;  // by quadrature; the others are interpolated
+constexpr int kNarrowBuilt = 12, kWideBuilt = 10;  // by quadrature; others are interpolated
 constexpr size_t kPlane = size_t(kAzimuths) * kCosines;
 constexpr int kPolar = 32, kTurns = 64;  // quadrature nodes
 
 constexpr float kFirstRoot = 0.177827941f;  // kMirrorAlpha^(1/4)
 
-// For positions in [0, 1].
+// The alphas at positions in [0, 1].
 float narrow_at(float position) { return square(square(lerp(kFirstRoot, 1.0f, position))); }
 float wide_at(float position, float alpha_y) {
   return square(lerp(std::sqrt(alpha_y), 1.0f, position));
@@ -76,7 +76,7 @@ struct Cubic {
 };
 
 struct Quadrature {
-  std::array<float, kTurns> cos_phi, sin_phi;  // even: the integrand is periodic
+  std::array<float, kTurns> cos_phi, sin_phi;  // evenly spaced: the integrand is periodic
   std::array<float, kPolar> u, weight;
   Quadrature() {
     const GaussLegendre<kPolar> rule;
@@ -92,7 +92,7 @@ struct Quadrature {
   }
 };
 
-// E and B, as in specular_albedo.cpp.
+// Computes E and B, as in specular_albedo.cpp.
 void integrate(const Quadrature& rule, const Vec3f& w, float ax, float ay, float* e, float* b) {
   const float ax2 = square(ax), ay2 = square(ay), mu = w.z;
   const float t = std::sqrt(ax2 * square(w.x) + ay2 * square(w.y) + square(mu));
@@ -133,7 +133,8 @@ SpecularAlbedo mean_width(float ax, float ay) {
 
 struct AnisotropicAlbedo::Tables {
   std::array<Node, kPlane * kNarrow * kWide> nodes;  // [alpha_y][alpha_x][azimuth][cosine]
-  // Averages: the loss relative to that of mean_width(), and the difference of the Schlick part.
+  // Averages: the loss relative to that of mean_width(), and the difference between their Schlick
+  // parts.
   std::array<Node, size_t(kNarrow* kWide)> averages = {};
 
   Tables() {
@@ -190,8 +191,8 @@ struct AnisotropicAlbedo::Tables {
     }
   }
 
-  // Cosine-weighted hemispherical means of at(): evenly spaced in log(cosine), and in an azimuth
-  // stretched half as far as the lobe, so that both narrow features and the rest get nodes.
+  // Cosine-weighted hemispherical means of at(). The nodes are spread over log(cosine) and over an
+  // azimuth stretched half as far as the lobe, so that both narrow features and the rest get nodes.
   Node average(float ax, float ay) const {
     if (!(ax > ay * 1.00001f)) return {1, 0};
     static const GaussLegendre<32> cosines;

@@ -19,7 +19,8 @@ namespace emberline {
 class AnisotropicGgx {
  public:
   AnisotropicGgx() = default;
-  // Both alphas in [kMirrorAlpha, 1]; wo unit, wo.z > 0 (otherwise unusable, but harmless).
+  // Requires alphas in [kMirrorAlpha, 1] and a unit wo with wo.z > 0 (otherwise unusable, but
+  // harmless).
   AnisotropicGgx(float alpha_x, float alpha_y, const Vec3f& wo)
       : wo_(wo),
         alpha_x_(alpha_x),
@@ -32,7 +33,7 @@ class AnisotropicGgx {
     k_ = (1.0f - narrow2) * s2 / fma(narrow2, square(wo.z), s2);
   }
 
-  // Maps u in [0, 1)^2 to a reflected direction. The caller rejects wi.z <= 0 (no energy).
+  // Maps u in [0, 1)^2 to a reflected direction. The caller must reject wi.z <= 0 (no energy).
   Vec3f sample(const Vec2f& u) const {
     float sin_phi, cos_phi;
     sincos_turns(u.x, &sin_phi, &cos_phi);
@@ -64,12 +65,12 @@ class AnisotropicGgx {
   float k_ = 0.0f;  // Eto & Tokuyoshi's bound on the cap
 };
 
-// The directional albedo of that lobe, with the interface of SpecularAlbedo: the albedo of an
+// The directional albedo of AnisotropicGgx, with the interface of SpecularAlbedo: the albedo of an
 // isotropic lobe with the alpha in w's azimuth, plus a table of the difference over (cosine,
 // azimuth, alpha_y, alpha_x). With alpha_x = alpha_y the difference is 0. |error| against
-// quadrature at 20,000 points, including narrow lobes and grazing angles: E at most 1.5e-3, in 99
-// of 100 below 9e-4; B 1.7e-3 and 6e-4. The table takes 950 KiB and is built once (90 ms,
-// deterministic, thread-safe).
+// quadrature at 20,000 points, including narrow lobes and grazing angles: in E it is at most
+// 1.5e-3, and below 9e-4 at 99 % of the points; in B, 1.7e-3 and 6e-4. The table takes 950 KiB and
+// is built once (90 ms, deterministic, thread-safe).
 class AnisotropicAlbedo {
  public:
   // alpha_x >= alpha_y (glTF: x is the stretched direction), both in [kMirrorAlpha, 1].
@@ -86,8 +87,8 @@ class AnisotropicAlbedo {
 
  private:
   struct Node {
-    float loss;  // of 1 - E
-    float rest;  // of B - (1 - mu)^5 E
+    float loss;  // difference of 1 - E
+    float rest;  // difference of B - (1 - mu)^5 E
   };
   struct Tables;
   static const Tables& tables();

@@ -8,7 +8,7 @@
 namespace emberline {
 
 // CIE 1931 colour matching functions by the multi-lobe fit of Wyman, Sloan & Shirley 2013, "Simple
-// Analytic Approximations to the CIE XYZ Color Matching Functions", equation 4; nanometres.
+// Analytic Approximations to the CIE XYZ Color Matching Functions", equation 4.
 inline Vec3d cie_1931(double nanometres) {
   const auto lobe = [nanometres](double height, double peak, double below, double above) {
     const double t = (nanometres - peak) * (nanometres < peak ? below : above);
@@ -20,7 +20,7 @@ inline Vec3d cie_1931(double nanometres) {
           lobe(1.217, 437.0, 0.0845, 0.0278) + lobe(0.681, 459.0, 0.0385, 0.0725)};
 }
 
-// XYZ to linear Rec. 709 (ITU-R BT.709-6 primaries and D65), the digits of
+// Converts XYZ to linear Rec. 709 (ITU-R BT.709-6 primaries and D65), with the digits of
 // KHR_materials_iridescence.
 inline Vec3d rec709_of_xyz(const Vec3d& c) {
   return {3.2404542 * c.x - 1.5371385 * c.y - 0.4985314 * c.z,

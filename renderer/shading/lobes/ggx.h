@@ -1,5 +1,5 @@
 // The isotropic GGX (Trowbridge-Reitz) reflection lobe with height-correlated Smith masking, for
-// one wo: map, density, and value without Fresnel.
+// one wo: sampling map, density, and value without Fresnel.
 //
 // Sampling: visible normals as spherical caps (Dupuy & Benyoub 2023, "Sampling Visible GGX Normals
 // with Spherical Caps", HPG), bounded so that few reflections are below the horizon (Eto &
@@ -18,8 +18,8 @@
 
 namespace emberline {
 
-// An unnormalised visible microfacet normal of a surface with two alphas. `t` is the length of
-// (alpha_x wo.x, alpha_y wo.y, wo.z), `k` <= 1 the bound on the cap, which keeps z >= 0.
+// Samples an unnormalised visible microfacet normal of a surface with two alphas. `t` is the length
+// of (alpha_x wo.x, alpha_y wo.y, wo.z), and `k` <= 1 is the bound on the cap, which keeps z >= 0.
 [[gnu::always_inline]] inline Vec3f sample_cap(const Vec3f& wo, float alpha_x, float alpha_y,
                                                float t, float k, float sin_phi, float cos_phi,
                                                float u) {
@@ -34,7 +34,8 @@ namespace emberline {
 class GgxReflection {
  public:
   GgxReflection() = default;
-  // alpha in [kMirrorAlpha, 1]; wo unit, wo.z > 0 (otherwise unusable, but harmless).
+  // Requires alpha in [kMirrorAlpha, 1] and a unit wo with wo.z > 0 (otherwise unusable, but
+  // harmless).
   GgxReflection(float alpha, const Vec3f& wo) : wo_(wo), alpha_(alpha) {
     alpha2_ = square(alpha);
     inv_alpha2_ = 1.0f / alpha2_;
@@ -44,13 +45,13 @@ class GgxReflection {
     k_ = (1.0f - alpha2_) * s2 / fma(alpha2_, square(wo.z), s2);
   }
 
-  // Maps u in [0, 1)^2 to a reflected direction. The caller rejects wi.z <= 0 (no energy).
+  // Maps u in [0, 1)^2 to a reflected direction. The caller must reject wi.z <= 0 (no energy).
   Vec3f sample(const Vec2f& u) const {
     float sin_phi, cos_phi;
     sincos_turns(u.x, &sin_phi, &cos_phi);
     return sample(sin_phi, cos_phi, u.y);
   }
-  // For an azimuth whose sine and cosine are known.
+  // Like sample() above, for an azimuth whose sine and cosine are known.
   Vec3f sample(float sin_phi, float cos_phi, float u) const {
     const Vec3f m = sample_cap(wo_, alpha_, alpha_, t_, k_, sin_phi, cos_phi, u);
     return fma(m, 2.0f * dot(wo_, m) / dot(m, m), -wo_);

@@ -31,8 +31,8 @@ struct Quadrature {
   }
 };
 
-// Mean over visible normals of F G2/G1 if the reflection stays above and (1 - F) G2/G1 if the
-// refraction stays below.
+// Returns the mean over visible normals of F G2/G1, if the reflection stays above the surface, plus
+// (1 - F) G2/G1, if the refraction stays below.
 float integrate(const Quadrature& rule, float mu, float alpha, float eta) {
   const float alpha2 = square(alpha);
   const float sin_o = safe_sqrt(1 - square(mu));

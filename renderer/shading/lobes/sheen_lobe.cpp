@@ -42,7 +42,7 @@ constexpr float kFirstColumn = 0.1f;
 const float kFirstRow = std::sqrt(std::sqrt(kSheenMinRoughness));
 static_assert(kSheenMinCosine == 1e-4f);
 
-// For a cosine of at least kSheenMinCosine.
+// Requires a cosine of at least kSheenMinCosine.
 TablePosition find_column(float mu) {
   return TablePosition((std::sqrt(std::sqrt(mu)) - kFirstColumn) / (1 - kFirstColumn), kColumns);
 }
@@ -57,7 +57,7 @@ double roughness_at(int row) {
   return square(square(double(kFirstRow) + (1 - double(kFirstRow)) * row / (kRows - 1)));
 }
 
-// The s for which the density (1 + s) / (1 + s mu)^2 has this mean; the mean falls as s grows.
+// Returns the s for which the density (1 + s) / (1 + s mu)^2 has this mean, which falls as s grows.
 double slope_of_mean(double mean) {
   double low = std::log(0.1), high = std::log(1e5);  // log(1 + s)
   for (int i = 0; i < 40; ++i) {
@@ -69,9 +69,9 @@ double slope_of_mean(double mean) {
   return std::expm1(0.5 * (low + high));
 }
 
-// Radius over which the corner of max(1, r) is rounded off, because the table could not represent
-// it. At high roughness R reaches at most 0.953 and must stay unchanged; for narrower lobes R is
-// steeper.
+// Radius over which the corner of max(1, r) is rounded off, because the table could not represent a
+// sharp one. At high roughness R reaches at most 0.953 and must stay unchanged; for narrower lobes
+// R is steeper.
 float rounding_at(float roughness) {
   return lerp(0.15f, 0.045f, std::clamp((roughness - 0.15f) / (0.285f - 0.15f), 0.0f, 1.0f));
 }
@@ -84,14 +84,14 @@ float limit(float r, float round) {
 
 struct SheenNode {
   float raw;            // R of the published lobe
-  float albedo;         // of the limited lobe
-  float slope;          // s
+  float albedo;         // albedo of the limited lobe
+  float slope;          // s, see sheen_lobe.h
   float concentration;  // of the azimuth
 };
 
 namespace {
 
-// Bilinear interpolation between nodes of a row and the next one.
+// Interpolates bilinearly between the nodes of a row and of the next one.
 [[gnu::always_inline]] inline float blend(const SheenNode* row, float row_fraction,
                                           const TablePosition& column, float SheenNode::*field) {
   const SheenNode* p = row + column.index;
@@ -99,7 +99,8 @@ namespace {
               lerp(p[kColumns].*field, p[kColumns + 1].*field, column.fraction), row_fraction);
 }
 
-// 2^x for x <= 0, to 1e-7: a series around the nearest integer. Branch-free, to vectorise.
+// Computes 2^x for x <= 0 to 1e-7, by a series around the nearest integer. Branch-free, so that it
+// vectorises.
 [[gnu::always_inline]] inline float exp2_below_one(float x) {
   x = std::max(x, -126.0f);
   const float whole = std::nearbyint(x), y = (x - whole) * 0.693147181f;
@@ -113,7 +114,8 @@ namespace {
   return e * std::bit_cast<float>((int(whole) + 127) << 23);
 }
 
-// Quadrature over incident cosines t^4 (the shadowing is steep at 0), averaged over the azimuth.
+// Quadrature over incident cosines mu = t^4 (the shadowing is steep at 0), averaged over the
+// azimuth.
 struct Quadrature {
   std::array<double, kCosines> mu, sine, weight;
   std::array<TablePosition, kCosines> column;
@@ -137,7 +139,8 @@ struct Quadrature {
   }
 };
 
-// Energy that a column returns towards each incident cosine, and that times the azimuth's cosine.
+// Energy that a column returns towards each incident cosine, and the same energy weighted by the
+// azimuth's cosine.
 struct ColumnEnergy {
   std::array<double, kCosines> all, along;
 };
@@ -215,8 +218,8 @@ void Table::fill(int row) {
     SheenNode& node = out[column];
     node.raw = float(sum);
     if (sum > double(1 - round)) exceeds_one[size_t(row)] = true;
-    // Wider than the moments suggest, which lowers the variance of the weights: their tails are
-    // longer than those of these densities.
+    // These are wider than the moments suggest, which lowers the variance of the weights: the
+    // lobe's tails are longer than those of the densities.
     node.slope = float(std::pow(1 + slope_of_mean(sum_mu / sum), 0.75) - 1);
     node.concentration = float(0.77 * std::max(0.0, sum_cos / sum));
   }
@@ -281,7 +284,7 @@ float SheenLobe::lambda(float mu) const {
 
 float SheenLobe::eval(const Vec3f& wi) const {
   if (!(wi.z > 0.0f) || !(scale_ > 0.0f)) return 0.0f;
-  // sin^2 of the half vector from its xy: 1 - z^2 would lose digits for narrow lobes.
+  // Compute sin^2 of the half vector from its xy: 1 - z^2 would lose digits for narrow lobes.
   const Vec3f h = wo_ + wi;
   const float xy2 = fma(h.x, h.x, square(h.y)), length2 = fma(h.z, h.z, xy2);
   if (!(xy2 > 0.0f)) return 0.0f;

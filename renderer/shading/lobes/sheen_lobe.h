@@ -10,10 +10,11 @@
 // on). This is reciprocal, returns at most 1, and equals f where f conserves energy (everywhere
 // above roughness 0.285). Cosines below kSheenMinCosine are raised to it.
 //
-// Sampling: cosine and azimuth separately, with the densities (1 + s) / (1 + s mu)^2 and the
-// wrapped Cauchy distribution around wo's azimuth; s and its width come from a table of the lobe's
-// own first moments. E[w^2] / E[w]^2 of the weights is 1.02 to 2.3 over all roughnesses and angles,
-// w / E[w] at most 4.2; uniform directions give 1.04 to 18, cosine-weighted ones 1.2 to 140.
+// Cosine and azimuth are sampled separately, with the density (1 + s) / (1 + s mu)^2 and a wrapped
+// Cauchy distribution around wo's azimuth; s and the distribution's width come from a table of the
+// lobe's own first moments. E[w^2] / E[w]^2 of the weights is 1.02 to 2.3 over all roughnesses and
+// angles, and w / E[w] is at most 4.2. For comparison, E[w^2] / E[w]^2 is 1.04 to 18 for uniform
+// directions and 1.2 to 140 for cosine-weighted ones.
 #pragma once
 
 #include "renderer/core/vector.h"
@@ -21,20 +22,20 @@
 
 namespace emberline {
 
-// Narrower lobes are widened to this. Chosen by us: at 0.07 sheen is visible only at cosines below
-// 0.2, and its sample weights still vary little; in the limit, roughness 0, it is invisible.
+// Lower roughnesses are raised to this. Chosen by us: at 0.07 sheen is visible only at cosines
+// below 0.2, and its sample weights still vary little; in the limit, roughness 0, it is invisible.
 inline constexpr float kSheenMinRoughness = 0.07f;
-// R(mu) has its last minimum before the fit's divergence here.
+// Here R(mu) has its last minimum before the fit diverges.
 inline constexpr float kSheenMinCosine = 1e-4f;
 
 struct SheenNode;
 
-// The lobe for white, in local space with normal +Z. Its table is built at first use (65 ms, 145
-// KiB, deterministic, thread-safe).
+// The lobe for a white sheen colour, in local space with normal +Z. Its table is built at first use
+// (65 ms, 145 KiB, deterministic, thread-safe).
 class SheenLobe {
  public:
   SheenLobe() = default;  // a black lobe; albedo() must not be called
-  // roughness is glTF's, in [0, 1]; wo unit; the lobe is 0 unless wo.z > 0.
+  // `roughness` is glTF's, in [0, 1]; wo is a unit vector. The lobe is 0 unless wo.z > 0.
   SheenLobe(float roughness, const Vec3f& wo);
 
   float eval(const Vec3f& wi) const;   // f |wi.z|; 0 where wi.z <= 0

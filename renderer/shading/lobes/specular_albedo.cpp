@@ -27,8 +27,8 @@ struct Quadrature {
   }
 };
 
-// E and B as means over bounded visible normals (see ggx.h for the map and its weight), so that the
-// integrand stays in [0, 1] for every alpha and mu.
+// Computes E and B as means over bounded visible normals (see ggx.h for the map and its weight), so
+// that the integrand stays in [0, 1] for every alpha and mu.
 void integrate(const Quadrature& rule, float mu, float alpha, double* e, double* b) {
   const float alpha2 = square(alpha);
   const float sin_o = safe_sqrt(1 - square(mu));

@@ -21,9 +21,10 @@ namespace emberline {
 // The tables at one alpha. Cheap to copy; valid until the program ends.
 class SpecularAlbedo {
  public:
-  // A mirror: E = 1, B = (1 - mu)^5.
+  // The default is a mirror: E = 1, B = (1 - mu)^5.
   SpecularAlbedo() = default;
-  // `roughness` is glTF's, alpha = roughness^2, in [0, 1]; below kMirrorAlpha: a mirror.
+  // `roughness` is glTF's, alpha = roughness^2, in [0, 1]; an alpha below kMirrorAlpha means a
+  // mirror.
   explicit SpecularAlbedo(float roughness);
   // Builds the tables if needed, so that the first hit does not wait for them.
   static void prepare() { (void)tables(); }
@@ -63,7 +64,7 @@ class SpecularAlbedo {
   static constexpr int kAverages = 4 * (kRows - 1) + 1;
   struct Tables;
   static const Tables& tables();
-  void select(const Tables& tables, float y);  // rows around y in [0, 1]
+  void select(const Tables& tables, float y);  // selects the rows around y in [0, 1]
   void integrate_average(double* loss, double* schlick) const;
 
   const Node* row_ = nullptr;  // two neighbouring rows of kColumns nodes

@@ -10,7 +10,7 @@ struct TablePosition {
   size_t index;    // of the first node
   float fraction;  // towards the second
   TablePosition() = default;
-  // `at` in [0, 1] along `size` nodes, clamped.
+  // Converts `at`, clamped to [0, 1], to a position among `size` nodes.
   TablePosition(float at, int size) {
     const float clamped = std::clamp(at, 0.0f, 1.0f) * float(size - 1);
     const int i = std::min(int(clamped), size - 2);

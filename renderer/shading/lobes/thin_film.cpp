@@ -11,8 +11,8 @@ namespace emberline {
 
 namespace {
 
-// Response of each channel to cos(2 pi D / lambda) by path difference D: 1 at D = 0, then decaying
-// oscillations. Values and slopes at even steps, cubic in between.
+// Response of each channel to cos(2 pi D / lambda) as a function of the path difference D: 1 at D =
+// 0, then a decaying oscillation. Stored as values and slopes at even steps; cubic in between.
 constexpr double kStep = 25.0;  // nanometres
 constexpr int kSteps = 400;
 constexpr int kMaxOrder = 32;
@@ -64,7 +64,7 @@ const Sensitivity& sensitivity() {
 
 float clamp_unit(float x) { return x > 0.0f ? std::min(x, 1.0f) : 0.0f; }  // NaN: 0
 
-// Rounding exceeds 1 if both interfaces reflect nearly everything.
+// Rounding errors exceed 1 if both interfaces reflect nearly everything.
 Color4 clamp_amplitude(Color4 r) {
   const Color4 one = splat4(1.0f);
   r = r < one ? r : one;
@@ -81,7 +81,8 @@ float max_abs(Color4 c) {
   return std::max(std::abs(c[0]), std::max(std::abs(c[1]), std::abs(c[2])));
 }
 
-// See the header. Limits of base_f0, and the path difference in steps: a quarter of 550 nm.
+// For lower_amplitude_of_metals(), see the header: limits of base_f0, and the path difference in
+// steps, which is a quarter of 550 nm.
 constexpr float kDielectric = 0.1f, kMetal = 0.4f;
 constexpr float kQuarterWave = float(137.5 / kStep);
 
@@ -117,7 +118,7 @@ Rgb thin_film_reflectance(float cos_i, float film_ior, float thickness_nm, const
   const Color4 r13 = sqrt4(base);
   Color4 r23 = clamp_amplitude((r13 - r12) / fma(-r13, r12, splat4(1.0f)));
   if (max_abs(f0) > kDielectric) r23 = lower_amplitude_of_metals(r23, f0, film_ior, cos_t, path);
-  // Orders of bounces in the film: C0 + 2 sum of C q^m cos(m delta).
+  // Sum the orders of bounces in the film: C0 + 2 sum of C q^m cos(m delta).
   const Color4 q = r23 * splat4(-r12);
   const Color4 r23_squared = r23 * r23;
   const Color4 all = r23_squared * (square(pass)) / fma(r23_squared, -reflect, splat4(1.0f));
@@ -126,7 +127,7 @@ Rgb thin_film_reflectance(float cos_i, float film_ior, float thickness_nm, const
   const Sensitivity& table = sensitivity();
   constexpr float kNegligible = 5e-4f;
   const float ratio = max_abs(q);
-  float bound = 2.0f * ratio;  // of the next order
+  float bound = 2.0f * ratio;  // bound of the next order
   for (int order = 1; order <= kMaxOrder; ++order) {
     const float d = path * float(order);
     if (!(d < float(kSteps))) break;

@@ -78,7 +78,7 @@ TransmissionLobe::TransmissionLobe(const TransmissionParameters& p, const Vec3f&
 
 Rgb TransmissionLobe::reflectance(float cos_d) const {
   const float f = mirror_only_ ? 1.0f : fresnel_dielectric(cos_d, eta_);
-  // Weights do not affect total reflection.
+  // Total reflection ignores specular_ and the colour.
   if (f >= 1.0f && (!mirror_only_ || !coloured_)) return Rgb(1.0f);
   if (!coloured_) return Rgb(specular_ * f);
   // A coloured F0 becomes white as Fresnel's reflectance goes from F0 to 1.
@@ -105,7 +105,8 @@ bool TransmissionLobe::refract(const Vec3f& m, float cos_d, Vec3f* wi) const {
   const float inverse = 1.0f / eta_;
   const float sin2_t = fma(-cos_d, cos_d, 1.0f) * square(inverse);
   if (sin2_t >= 1.0f) return false;
-  // Out of a dense medium the terms are large and cancel, so the length must be corrected.
+  // When light leaves a dense medium, the terms are large and cancel, so the result must be
+  // normalised.
   const float along_m = fma(cos_d, inverse, -safe_sqrt(1.0f - sin2_t));
   *wi = normalize(fma(m, along_m, wo_ * -inverse));
   return true;

@@ -1,11 +1,11 @@
 // A transmitting dielectric interface: reflection and transmission together, thin-walled or into a
 // solid, smooth or rough (KHR_materials_transmission, _ior, _volume).
 //
-// Local space as in bsdf.h: normal +Z on wo's side. Solid: Walter et al. 2007, "Microfacet Models
-// for Refraction through Rough Surfaces", GGX with height-correlated Smith, exact Fresnel, visible
-// normals as spherical caps (Dupuy & Benyoub 2023). Thin-walled: the transmission has the
-// distribution of the reflection, mirrored to the other side (as glTF defines it), without
-// refraction.
+// Local space is as in bsdf.h, with normal +Z on wo's side. Solids follow Walter et al. 2007,
+// "Microfacet Models for Refraction through Rough Surfaces", with height-correlated Smith GGX,
+// exact Fresnel, and visible normals sampled as spherical caps (Dupuy & Benyoub 2023). In thin
+// walls, the transmission has the distribution of the reflection, mirrored to the other side (as
+// glTF defines it), without refraction.
 //
 // Both are scaled by the reciprocal of their directional albedo at wo, to compensate for multiple
 // scattering (Turquin 2019, "Practical Multiple Scattering Compensation for Microfacet Models"): a
@@ -62,28 +62,28 @@ class TransmissionLobe {
   float specular_ = 0.0f;
   bool coloured_ = false;  // whether the reflection is coloured; otherwise base_f0_ is unused
   Rgb base_f0_;            // excludes specular_
-  float plain_f0_ = 0.0f;  // before its colour
+  float plain_f0_ = 0.0f;  // before specular_color
   ThinFilm film_;
   float alpha_ = 0.0f, alpha2_ = 0.0f;
   float t_ = 1.0f;  // sqrt(alpha^2 sin^2 + cos^2) of wo
   float compensation_ = 1.0f;
   bool thin_ = true;
   bool delta_ = true;
-  bool inside_ = false;       // of a solid
+  bool inside_ = false;       // wo is inside a solid
   bool mirror_only_ = false;  // ior = 0
 };
 
 // Fresnel reflectance of an interface between dielectrics; eta is the index of the far side over
-// that of the near side, cos_i in [0, 1]. Total internal reflection gives 1.
+// that of the near side, cos_i in [0, 1]. It is 1 for total internal reflection.
 float fresnel_dielectric(float cos_i, float eta);
 
-// Beer's law in a solid (KHR_materials_volume): white light becomes `color` after `distance`.
-// Infinite distance: no attenuation. A channel of 0 counts as 1e-6.
+// Beer's law in a solid (KHR_materials_volume): white light becomes `color` after `distance`. An
+// infinite distance means no attenuation. A channel of 0 counts as 1e-6.
 Rgb attenuation_coefficient(const Rgb& color, float distance);
 Rgb beer_transmittance(const Rgb& coefficient, float distance);  // distance in scene units, >= 0
 
-// Total albedo of the rough solid interface for white: the reciprocal of the compensation. Table
-// over (mu, roughness, eta), built at first use (25 ms), thread-safe.
+// Total albedo of a rough solid interface for white; its reciprocal is the compensation. Looked up
+// in a table over (mu, roughness, eta), built at first use (25 ms), thread-safe.
 float refraction_albedo(float mu, float roughness, float eta);
 
 }  // namespace emberline

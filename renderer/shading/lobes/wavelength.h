@@ -1,4 +1,5 @@
-// One wavelength per path, and indices of refraction at it (KHR_materials_dispersion).
+// Samples one wavelength per path, and computes indices of refraction at it
+// (KHR_materials_dispersion).
 #pragma once
 
 #include "renderer/core/vector.h"
@@ -11,19 +12,19 @@ struct SampledWavelength {
 };
 
 // Maps u in [0, 1) monotonically to a wavelength whose density is the mean of the three channels'
-// responses, so that neighbouring u stay neighbours and no weight exceeds 3. The mean weight over
-// uniform u is (1, 1, 1), so without dispersion colours do not change.
+// responses, so neighbouring values of u stay neighbours and no weight exceeds 3. The mean weight
+// over uniform u is (1, 1, 1), so without dispersion colours do not change.
 //
-// Responses: CIE 1931 (see colour_matching.h) to Rec. 709, clamped to non-negative values, then
-// normalised per channel. Spectral colours are outside Rec. 709, so some of their channels are
-// negative; paths of negative radiance would break variance estimates, Russian roulette and
-// denoisers. Clamping makes single spectral colours a little paler, but mixtures are exact, because
-// every channel keeps its full weight.
+// The responses are CIE 1931 (see colour_matching.h) converted to Rec. 709, clamped to non-negative
+// values, then normalised per channel. Spectral colours are outside Rec. 709, so some of their
+// channels are negative; paths of negative radiance would break variance estimates, Russian
+// roulette and denoisers. Clamping makes single spectral colours a little paler, but mixtures are
+// exact, because every channel keeps its full weight.
 SampledWavelength sample_wavelength(float u);
 
-// The extension's formula: Cauchy's equation, n = A + B / lambda^2, with Abbe number V = 20 /
-// dispersion, through ior_d at Fraunhofer's d line; at least 1. An ior_d of 0 (KHR_materials_ior:
-// reflects everything) stays 0.
+// Returns the index of refraction by the extension's formula: Cauchy's equation, n = A + B /
+// lambda^2, with Abbe number V = 20 / dispersion, through ior_d at Fraunhofer's d line; at least 1.
+// An ior_d of 0 (KHR_materials_ior: reflects everything) stays 0.
 float ior_at(float ior_d, float dispersion, float nanometres);
 
 }  // namespace emberline

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Non-finite numbers are also written as null.
+// Returns null for a missing number; Json writes non-finite numbers as null, too.
 Json number(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 double read_finite(const JsonReader& value) {
@@ -32,7 +32,7 @@ std::string csv_number(const std::optional<double>& value) {
   return value ? csv_number(*value) : std::string();
 }
 
-// RFC 4180: quoted only if necessary.
+// Quotes the text if RFC 4180 requires it.
 std::string csv_text(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string quoted = "\"";
@@ -219,7 +219,7 @@ std::string dumped(const Json& json) {
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-// "1.23", "1.23 [1.1, 1.4]" or "-".
+// Returns "1.23", "1.23 [1.1, 1.4]" or "-".
 std::string text_of(const std::optional<Estimate>& e) {
   if (!e) return "-";
   std::string text = fmt::format("{:.3g}", e->value);
@@ -245,7 +245,7 @@ std::string aligned(const Rows& rows) {
   return text;
 }
 
-// The denoised methods by budget; empty without denoised methods.
+// A table of the denoised methods, by budget; empty if there are none.
 std::string denoised_table(const StudyResults& r) {
   Rows rows = {{"method", "budget", "relmse", "trimmed", "display_mse", "flip", "speedup by relmse",
                 "filter, s", "estimate : truth", "unfiltered"}};

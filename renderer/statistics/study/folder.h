@@ -12,9 +12,9 @@
 
 namespace emberline {
 
-// Measured before the runs; must stay the same when the study is resumed.
+// Measured before the runs. It must stay the same when the study is resumed.
 struct StudyPace {
-  std::map<std::string, double> samples_per_s;  // by the method's id
+  std::map<std::string, double> samples_per_s;  // key: PlannedMethod::id
   uint32_t reference_spp = 0;
 };
 
@@ -23,12 +23,13 @@ OwnedFolderKind study_folder_kind();
 // Files are written atomically. Functions that write throw RenderError.
 class StudyFolder {
  public:
-  // Throws what OwnedFolder's constructor throws.
+  // Throws like OwnedFolder's constructor.
   explicit StudyFolder(const std::string& path);
 
   // Reserves the folder for one study. Throws UsageError if it has runs with another key, unless
-  // `restart`, which removes them, and InputError for damaged settings. `files` are all files that
-  // the study will write besides its settings and pace; none may belong to someone else.
+  // `restart` is set, which removes them; throws InputError for damaged settings. `files` are all
+  // files that the study will write besides its settings and pace; existing ones must belong to a
+  // study.
   void begin(const std::string& key, std::vector<std::string> files, bool restart);
   void claim(const std::vector<std::string>& files) { folder_.claim(files); }
 
@@ -38,7 +39,8 @@ class StudyFolder {
   std::optional<StudyPace> read_pace() const;
   void write_pace(const StudyPace& pace) const;
 
-  // By the method's id. Empty if the run is not finished, or damaged, which is logged.
+  // Reads a run by the method's id. Empty if the run is not finished, or is damaged, which is
+  // logged.
   std::optional<StudyRun> read_run(const std::string& id, uint32_t seed) const;
   void write_run(const std::string& id, const StudyRun& run) const;
 

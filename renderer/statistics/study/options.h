@@ -13,13 +13,13 @@ namespace emberline {
 
 inline constexpr uint32_t kMaxStudySeeds = 10000;
 
-// The settings of a study's frames. The lists of StudyOptions say what is compared.
+// The settings of a study's frames. The lists in StudyOptions choose what is compared.
 inline constexpr std::initializer_list<SettingGroup> kStudySettings = {
     SettingGroup::kSample, SettingGroup::kSeed,  SettingGroup::kSchedule,
     SettingGroup::kView,   SettingGroup::kLight, SettingGroup::kLoading};
 
 struct StudyOptions {
-  RenderOptions frame;  // kStudySettings, the scene and the machine's limits
+  RenderOptions frame;  // kStudySettings, the scene and the limits of the run
   // Comma-separated lists. An estimator may be followed by its allocation and then `unbiased`:
   // "two-stream/mse", "two-stream/display/unbiased".
   std::string drivers = "bucket,bisection,adaptive";
@@ -28,14 +28,14 @@ struct StudyOptions {
   std::optional<std::string> spp, seconds;  // budgets; at most one of them
   std::optional<uint32_t> seeds;            // default: 5; with --convergence: 2000
   std::string baseline;                     // name of a method; empty: bucket, or the first
-  bool denoise = false;                     // each method again, with denoised pictures
+  bool denoise = false;                     // run each method also with denoised pictures
   bool separate = false;                    // a separate run for every budget
-  std::string reference;                    // a picture; empty: one is rendered
+  std::string reference;                    // a picture; empty: render one
   std::optional<uint32_t> reference_spp;
-  std::string cache;   // folder of rendered references; empty: in the study's folder
+  std::string cache;   // for rendered references; empty: the study's folder
   std::string folder;  // for the results
   bool restart = false;
-  bool convergence = false;  // of samplers alone, without a scene
+  bool convergence = false;  // study samplers alone, without a scene
 };
 
 }  // namespace emberline

@@ -19,7 +19,7 @@ namespace {
 
 using Tone = PageCell::Tone;
 
-// The metrics of charts and comparisons; the table of errors shows all.
+// The metrics that charts and comparisons show; the table of errors shows all metrics.
 constexpr std::array kChartMetrics = {StudyMetric::kRelMseTrimmed, StudyMetric::kRelMse,
                                       StudyMetric::kMse, StudyMetric::kDisplay, StudyMetric::kFlip};
 
@@ -28,11 +28,11 @@ bool any_checkpoint(const StudyResults& results) {
                              [](const auto& run) { return !run.checkpoints.empty(); });
 }
 
-// "1.92 [1.8, 2.05]", with the number of runs if some are missing.
+// Returns "1.92 [1.8, 2.05]", with the number of runs if some are missing.
 std::string format_estimate(const Estimate& e, const StudyResults& results) {
   std::string text = readable_number(e.value);
   if (e.low && e.high) {
-    // The space is U+00A0 so that a line break does not split the interval.
+    // The space is U+00A0, so that the interval is not split between lines.
     text += fmt::format(" [{},\u00a0{}]", readable_number(*e.low), readable_number(*e.high));
   }
   if (e.runs < results.settings.seeds) {
@@ -45,7 +45,7 @@ PageCell cell(const std::optional<Estimate>& e, const StudyResults& results) {
   return e ? PageCell(format_estimate(*e, results)) : PageCell("none");
 }
 
-// Coloured as better or worse if its interval excludes 1.
+// The cell is coloured as better or worse if the interval excludes 1.
 PageCell ratio_cell(const Estimate& e, const StudyResults& results, bool above_is_better,
                     const std::string& more = "") {
   Tone tone = Tone::kPlain;
@@ -54,7 +54,7 @@ PageCell ratio_cell(const Estimate& e, const StudyResults& results, bool above_i
   return {format_estimate(e, results) + more, tone};
 }
 
-// "8 s" or "64 spp".
+// Returns "8 s" or "64 spp".
 std::string budget_text(const StudySettings& settings, double budget) {
   return settings.by_time ? readable_seconds(budget)
                           : fmt::format("{} spp", readable_number(budget, 6));
@@ -62,7 +62,8 @@ std::string budget_text(const StudySettings& settings, double budget) {
 
 std::string metric_name(StudyMetric metric) { return std::string(study_metric_entry(metric).name); }
 
-// A row for each method except `excluded`: its name, then make_cell(method, column).
+// Makes a table with a row for each method except `excluded`: its name, then make_cell(method,
+// column).
 template <typename Cell>
 PageTable method_table(const StudyResults& results, const std::string& caption,
                        const std::vector<std::string>& columns, const Cell& make_cell,
@@ -150,14 +151,14 @@ PageCell bias_cell(const StudyResults& results, size_t method, size_t budget) {
   std::string text = fmt::format("{:+.3f}\u00a0%", 100 * bias->value);
   if (!bias->low || !bias->high) return text;
   text += fmt::format(" [{:+.3f},\u00a0{:+.3f}]", 100 * *bias->low, 100 * *bias->high);
-  // The bias may include two standard errors of the reference's own sum.
+  // The noise of the reference's own sum may cause a bias of up to two of its standard errors.
   const double tolerance = 2 * results.reference.noise_bias;
   const bool biased = *bias->low > tolerance || *bias->high < -tolerance;
   return {text, biased ? Tone::kBad : Tone::kPlain};
 }
 
-// ---- sections: each says if there is nothing to show (no finished run, a single seed, no rendered
-// reference)
+// ---- sections; each says so if it has nothing to show (no finished run, a single seed, no
+// rendered reference)
 
 void add_warnings(HtmlPage& page, const StudyResults& results) {
   if (!results.complete) {

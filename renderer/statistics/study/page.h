@@ -1,4 +1,4 @@
-// The HTML page of a study, study.html: self-contained, for people.
+// The HTML page of a study, study.html, which is self-contained.
 #pragma once
 
 #include <string>
@@ -11,17 +11,18 @@
 
 namespace emberline {
 
-// The page as one HTML file. Reads the pictures that `results` names from `folder` and skips
-// missing ones. Throws RenderError for a picture that cannot be encoded.
+// Returns the page as one HTML file. Reads the pictures that `results` names from `folder` and
+// skips missing ones. Throws RenderError for a picture that cannot be encoded.
 std::string study_page(const StudyResults& results, const std::string& folder);
 
-// Adds the sections with pictures: whole, as zoomed crops, as FLIP maps, and as sample densities.
+// Adds the sections with pictures: whole pictures, zoomed crops, FLIP maps and sample densities.
 // Reads the files that `results` names from `folder` and skips missing or unreadable ones. Throws
 // RenderError for a picture that cannot be encoded.
 void add_study_pictures(HtmlPage& page, const StudyResults& results, const std::string& folder);
 
-// At most `count` disjoint squares of `side` pixels in which `picture` differs most from
-// `reference` (mean square of the bytes), the worst first. Sizes are equal (asserted).
+// Finds at most `count` disjoint squares with sides of `side` pixels in which `picture` differs
+// most from `reference` (by the mean square of the bytes), the worst first. The sizes must be equal
+// (asserted).
 std::vector<Rect> most_different_squares(const ByteImage& picture, const ByteImage& reference,
                                          int side, size_t count);
 

@@ -20,7 +20,7 @@
 namespace emberline {
 namespace {
 
-// The longest side of a picture on the page; larger pictures are averaged down.
+// The longest side of a picture on the page; larger pictures are downsampled by averaging.
 constexpr int kMaxPixels = 1280;
 // Maximum number of pictures in a row, and the width that they share.
 constexpr int kMaxColumns = 4, kPageWidth = 1300;
@@ -31,7 +31,7 @@ struct MethodPictures {
   std::optional<Plane> samples;
 };
 
-// The folder of a study's pictures, each with `pixels` pixels.
+// The folder of a study's pictures; each picture must have `pixels` pixels.
 struct PictureFolder {
   std::string path;
   int64_t pixels;
@@ -41,7 +41,7 @@ struct PictureFolder {
   }
 };
 
-// Three channels of 8 bits; empty if the file is missing or unreadable.
+// Returns three channels of 8 bits; empty if the file is missing or unreadable.
 std::optional<ByteImage> read_picture(const PictureFolder& folder, const std::string& name) {
   if (name.empty()) return std::nullopt;
   try {
@@ -94,7 +94,7 @@ MethodPictures read_method(const StudyResults& results, size_t m, const PictureF
           read_picture(folder, p.flip_png), read_samples(folder, p.exr)};
 }
 
-// Narrow pictures leave room for more in a row.
+// The narrower the pictures, the more fit in a row.
 int column_count(int width) { return std::clamp(kPageWidth / std::max(1, width), 2, kMaxColumns); }
 
 ByteImage downsample(const ByteImage& image) {
@@ -137,7 +137,8 @@ bool same_size(const ByteImage& a, const ByteImage& b) {
   return a.width == b.width && a.height == b.height;
 }
 
-// Crops where the baseline, or else the first method with a picture, is worst.
+// Chooses crops where the error of the baseline (or else of the first method with a picture) is
+// largest.
 std::vector<Rect> choose_crops(const StudyResults& results,
                                const std::vector<MethodPictures>& methods,
                                const ByteImage& reference) {
@@ -181,7 +182,7 @@ void add_flip_maps(HtmlPage& page, const std::vector<MethodPictures>& methods, i
   page.figures(figures, column_count(width));
 }
 
-// All heatmaps have the same scale, so that they can be compared.
+// All heatmaps use the same scale, so that they can be compared.
 void add_heatmaps(HtmlPage& page, const std::vector<MethodPictures>& methods, int width) {
   HeatmapStyle style;
   style.range = ValueRange{0, 0};

@@ -1,4 +1,4 @@
-// Writes the pictures of a study, for people to compare.
+// Writes the pictures of a study, for comparison by eye.
 #pragma once
 
 #include <memory>
@@ -14,12 +14,12 @@ namespace emberline {
 
 class StudyPictures {
  public:
-  // `frame` gives the sizes of frame and crop.
+  // `frame` has the size of the frame.
   StudyPictures(const StudyFolder& folder, const RenderOptions& frame, const Rect& crop);
 
   static constexpr const char* kReferenceExr = "pictures/reference.exr";
   static constexpr const char* kReferencePng = "pictures/reference.png";
-  // The names of a method's files by its id, whether or not they exist.
+  // The names of a method's files by its id. The files need not exist.
   static StudyMethod::Pictures names(const std::string& id);
   bool exist(const std::string& id) const;
 

@@ -18,7 +18,7 @@ namespace emberline {
 namespace {
 
 constexpr std::string_view kDefaultBudgets = "1,2,4,8,16,32,64";
-// Seconds of rendering, with the limits of --time-limit.
+// Limits of a budget in seconds, the same as for --time-limit.
 constexpr double kMinSeconds = 0.001, kMaxSeconds = 1e9;
 
 std::vector<std::string> split(std::string_view text, char separator) {
@@ -49,7 +49,7 @@ std::vector<std::string> parse_names(const std::string& list, const char* option
 }
 
 struct EstimatorChoice {
-  std::string text;             // as given
+  std::string text;             // as the user wrote it
   FrameSettings settings = {};  // estimator, allocation and `unbiased`
 };
 
@@ -98,7 +98,8 @@ bool is_fixed_count(const std::string& sampler) {
   return find_named(sampler_table(), "`samplers`", "sampler", sampler).counts != SampleCounts::kAny;
 }
 
-// The error of rendering the method at one of the budgets; empty if there is none.
+// The message of the error that rendering the method at one of the budgets would throw; empty if
+// there is none.
 std::string find_unsupported_reason(const PlannedMethod& method, const StudyPlan& plan) {
   try {
     for (const double budget : plan.budgets) {
@@ -147,7 +148,7 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
   return planned;
 }
 
-// A sampler that is not studied, so that its faults are not also in the reference.
+// Chooses a sampler that is not studied, so that the reference does not have the same faults.
 std::string reference_sampler(const std::vector<std::string>& studied) {
   for (const char* name : {"independent", "sobol"}) {
     if (std::ranges::find(studied, name) == studied.end()) return name;

@@ -33,8 +33,8 @@ std::string base_path(const ReferenceRequest& request) {
   return (std::filesystem::path(request.folder) / base_name(request)).string();
 }
 
-// The checksum from the JSON note beside the pixels. Throws InputError for a damaged note or one of
-// another frame.
+// Reads the checksum from the note, a JSON file next to the pixels. Throws InputError if the note
+// is damaged or belongs to another frame.
 std::string read_checksum(const ReferenceRequest& request) {
   const std::string file = base_path(request) + ".json";
   const nlohmann::json json = read_json(file);
@@ -43,7 +43,7 @@ std::string read_checksum(const ReferenceRequest& request) {
   return note["checksum"].text();
 }
 
-// Whether the header of a picture identifies it as a half.
+// Whether the header of a picture identifies it as a half of a reference.
 bool has_attribute(const std::string& path) {
   constexpr size_t kHeader = 65536;
   const InputFile file(path);

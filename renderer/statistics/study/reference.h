@@ -1,4 +1,5 @@
-// The reference of a study: two halves with independent noise, sampled uniformly and cached.
+// The reference of a study consists of two halves with independent noise. They are sampled
+// uniformly and cached.
 #pragma once
 
 #include <array>
@@ -14,9 +15,10 @@
 
 namespace emberline {
 
-// One half: its frame and its folder. `key` holds everything that its pixels depend on.
+// Describes one half: its frame and its folder. `key` contains everything that the pixels depend
+// on.
 struct ReferenceRequest {
-  RenderOptions options;  // driver, sampler, samples of this half, its seed
+  RenderOptions options;  // with the driver, sampler, samples and seed of this half
   std::string key;
   std::string folder;
 };
@@ -28,11 +30,12 @@ AovSet study_reference_aovs();
 // The names of the half's files in its folder.
 std::vector<std::string> reference_files(const ReferenceRequest& request);
 
-// For a folder that several studies share: throws UsageError if these files exist and are not a
+// Checks a folder that several studies share. Throws UsageError if these files exist and are not a
 // reference half, since they would be overwritten.
 void check_cached_files(const ReferenceRequest& request);
 
-// A cached half. Empty if there is none; a damaged half, or one of something else, is logged.
+// Reads a cached half. Empty if there is none; if it is damaged or belongs to another frame, also
+// logs this.
 std::optional<ReferenceHalf> read_reference_half(const ReferenceRequest& request, const Rect& crop);
 
 // Renders a half and caches it. Empty if a stop was requested. Throws RenderError.
@@ -42,8 +45,9 @@ std::optional<ReferenceHalf> render_reference_half(const StudyRenderer& renderer
 
 RgbImage reference_picture(const ReferenceHalf& half, const Rect& crop);
 
-// Limits from the variance of the halves' samples, taken as independent, and from the time of each
-// pixel (the smaller of the two, which was disturbed less). `samples` is per half.
+// Computes the limits from the variance of the halves' samples, which are treated as independent,
+// and from the time of each pixel (the smaller of the halves' times, which was disturbed less).
+// `samples` is the number per pixel of each half.
 NeymanLimits reference_limits(const std::array<ReferenceHalf, 2>& halves, uint32_t samples,
                               const ReferencePicture& reference);
 

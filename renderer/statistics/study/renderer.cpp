@@ -37,7 +37,7 @@ StudyCheckpoint checkpoint(const Rect& crop, double budget, uint64_t samples, do
           .filter = {}};
 }
 
-// Collects the channels of delivered tiles.
+// Collects the channels of finished tiles.
 class TileCollector : public RenderSink {
  public:
   TileCollector(const Rect& crop, const AovSet& aovs,
@@ -62,7 +62,7 @@ class TileCollector : public RenderSink {
 // Copies the picture when a budget is spent and when a round ends.
 class ProgressiveCollector final : public TileCollector {
  public:
-  // With `uniform` sampling there are no rounds, and so no error estimates.
+  // With `uniform` sampling there are no rounds, and therefore no error estimates.
   ProgressiveCollector(const Rect& crop, std::span<const double> budgets, bool by_time,
                        bool uniform, const std::function<void(uint64_t)>& on_samples)
       : TileCollector(crop, {}, on_samples),
@@ -92,7 +92,8 @@ class ProgressiveCollector final : public TileCollector {
     return uint64_t(std::ceil(budgets_[pictures.size()] * double(crop_.area())));
   }
 
-  // Adds the estimate for the last round, which a driver makes when it plans the next one.
+  // Stores the error estimate of the last round, which a driver computes when it plans the next
+  // round.
   void store_estimate(const JobProgress& now) {
     if (!round_ || !now.error_estimate || now.error_estimate == last_estimate_) return;
     round_->estimate = *now.error_estimate;
@@ -106,8 +107,8 @@ class ProgressiveCollector final : public TileCollector {
   std::stop_source budgets_spent;
 
  private:
-  // How many pictures this class keeps. render_progressive() adds the last one if it is the
-  // finished frame.
+  // Number of pictures that this class collects. If the last picture is the finished frame,
+  // render_progressive() adds it.
   size_t collected_count() const {
     return by_time_ && uniform_ ? budgets_.size() : budgets_.size() - 1;
   }

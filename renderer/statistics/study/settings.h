@@ -1,4 +1,5 @@
-// The settings that a study's pixels and times depend on, for its records and as keys of files.
+// The settings that the pixels and times of a study depend on, for its records and for the keys of
+// its files.
 #pragma once
 
 #include <string>
@@ -9,12 +10,12 @@
 
 namespace emberline {
 
-// View, light, integrator, filter and buckets, by option name; files by their names.
+// Settings of view, light, integrator, filter and buckets, by option name; files are given by name.
 SettingTexts frame_settings(const RenderOptions& options);
 
-// A line of JSON with everything that a frame's pixels depend on except driver, sampler, samples
-// and seed: the settings above, with the contents of files instead of their names. Reads the files,
-// within the limits; throws InputError.
+// Returns a line of JSON with everything that a frame's pixels depend on, except driver, sampler,
+// samples and seed: the settings above, with the contents of files instead of their names. Reads
+// the files within the limits; throws InputError.
 std::string frame_key(const RenderOptions& options, const LoadLimits& limits);
 
 // The key of a half of the reference.

@@ -32,15 +32,15 @@ namespace emberline {
 namespace {
 
 constexpr uint32_t kDefaultSeeds = 5;
-// The reference has this many times the samples of the largest budget. Where its noise cannot be
-// removed, it is a sixty-fourth of that of the best picture.
+// The reference has this many times the samples of the largest budget. So, where its noise is not
+// removed, its variance is 1/64 of that of the best picture.
 constexpr uint32_t kReferenceFactor = 64;
 // Seed offsets that no run reaches: the maximum of --seeds is far below them.
 constexpr uint32_t kReferenceSeed = 0x40000000u, kWarmUpSeed = 0x80000000u;
-// A warm-up is just long enough to measure the pace.
+// Target time of a warm-up: seconds, and at least this fraction of the largest budget in seconds.
 constexpr double kWarmUpSeconds = 0.3, kWarmUpFraction = 0.1;
 constexpr uint32_t kMaxWarmUpSamples = 1024;
-// A frame that ends by time gets this many times the samples that its pace predicts.
+// A frame that ends by time may take up to this many times the samples that its pace predicts.
 constexpr double kPaceMargin = 4;
 
 uint32_t to_samples(double samples) {
@@ -62,12 +62,12 @@ std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLi
                           "the frame to measure", crop_of(frame), frame.width, frame.height);
 }
 
-// Call prepare(), then render() and, if there is a reference, write_results(); on one thread and in
-// its TBB arena.
+// Call prepare(), then render() and, if has_reference(), write_results(), all on the same thread
+// and in its TBB arena.
 class Study {
  public:
   // Loads the scene and opens the folder. Throws UsageError, InputError or RenderError for invalid
-  // options. `threads` is for the records. Refers to all other arguments.
+  // options. `threads` is only recorded. All other arguments must outlive the study.
   Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& files, int threads)
       : options_(options),
         plan_(plan),
@@ -124,8 +124,7 @@ class Study {
     return uint64_t(samples) * renderer_.pixels();
   }
 
-  // Renders the reference, then the runs. `on_samples` is called from any thread. Failed runs are
-  // recorded as failed; interrupted runs are left for the next start.
+  // See RenderStudy.
   void render(const std::function<void(uint64_t)>& on_samples, std::stop_token stop) {
     stop_ = std::move(stop);
     renderer_.on_samples(on_samples);
@@ -133,9 +132,9 @@ class Study {
     renderer_.on_samples({});
   }
 
-  // False if a stop request came before the reference was complete; there are no results then.
+  // False if the study was stopped before the reference was complete; then there are no results.
   bool has_reference() const { return reference_.picture.has_value(); }
-  // study.csv, study.json and study.html.
+  // Writes study.csv, study.json and study.html.
   void write_results(WriteAttempts& attempts) {
     std::ranges::sort(results_.runs, {},
                       [](const StudyRun& run) { return std::pair(run.seed, run.method); });
@@ -175,7 +174,7 @@ class Study {
           std::max(maximum, renderer_.frame_bytes(frame_options(method, 1, options_.frame.seed),
                                                   plan_.budgets.size()));
     }
-    // The halves, their pictures and the mean, linear and displayed.
+    // Per pixel: the halves, and their pictures and the mean, both linear and display-encoded.
     const uint64_t reference =
         2 * sizeof(float) * film_channels(study_reference_aovs()).size() + 6 * 3 * sizeof(float);
     const uint64_t references = bytes_of(renderer_.pixels(), reference + kComparisonBytesPerPixel);
@@ -213,7 +212,7 @@ class Study {
     for (const PlannedMethod& planned : plan_.methods) results_.methods.push_back(planned.method);
   }
 
-  // Also warms up caches and threads, so that no run is the first.
+  // Measures the pace of each method. This also warms up caches and threads before the first run.
   void prepare_pace() {
     StudyPace measured;
     for (const PlannedMethod& method : plan_.methods) {
@@ -221,11 +220,11 @@ class Study {
       try {
         measured.samples_per_s[method.id] = warm_up(method);
       } catch (const std::exception&) {
-        measured.samples_per_s[method.id] = 1;  // its runs will fail too, and show it
+        measured.samples_per_s[method.id] = 1;  // its runs will report the error
       }
     }
     pace_ = folder_.read_pace().value_or(StudyPace());
-    pace_.samples_per_s.merge(measured.samples_per_s);  // of new methods
+    pace_.samples_per_s.merge(measured.samples_per_s);  // adds new methods only
     if (pace_.reference_spp == 0) pace_.reference_spp = reference_samples();
     folder_.write_pace(pace_);
   }
@@ -247,7 +246,7 @@ class Study {
     }
   }
 
-  // Samples per pixel of both halves together.
+  // Samples per pixel of the reference, both halves together.
   uint32_t reference_samples() const {
     double maximum = 1;
     for (const PlannedMethod& method : plan_.methods)
@@ -265,7 +264,7 @@ class Study {
     return target;
   }
 
-  // Looks for the halves in the cache.
+  // Uses --reference if it is given; otherwise looks for the halves in the cache.
   void find_reference() {
     StudyReference& info = results_.reference;
     if (given_reference_) {
@@ -298,7 +297,7 @@ class Study {
     }
   }
 
-  // False if stopped.
+  // Returns false if the study was stopped.
   bool ensure_reference() {
     if (!reference_.picture) {
       for (size_t i = 0; i < 2; ++i) {
@@ -349,7 +348,7 @@ class Study {
     }
   }
 
-  // False if stopped.
+  // Returns false if the study was stopped.
   bool execute_runs() {
     for (uint32_t k = 0; k < seeds_; ++k) {
       const uint32_t seed = options_.frame.seed + k;
@@ -364,7 +363,8 @@ class Study {
     return true;
   }
 
-  // Empty if stopped. A run that throws counts as failed, and the study continues.
+  // Returns nothing if the study was stopped. If a run throws, it has failed, and the study
+  // continues.
   std::optional<StudyRun> execute_run(size_t m, uint32_t seed) {
     const PlannedMethod& method = plan_.methods[m];
     StudyRun run;
@@ -385,7 +385,7 @@ class Study {
     return run;
   }
 
-  // Empty if stopped.
+  // Returns nothing if the study was stopped.
   std::optional<ProgressiveFrame> render_run(const PlannedMethod& method, uint32_t seed) const {
     if (!method.separate) {
       // An adaptive frame must know its budget in advance.

@@ -1,4 +1,4 @@
-// Measures speed against error of several ways to render one frame: from warm-up to results.
+// Measures speed against error for several ways to render one frame, from warm-up to results.
 #pragma once
 
 #include <cstdint>
@@ -15,21 +15,21 @@ namespace emberline {
 
 // The result of a study.
 struct StudyOutcome {
-  std::optional<StudyResults> results;  // empty: stopped before the reference was rendered
+  std::optional<StudyResults> results;  // empty: stopped before the reference was complete
   WriteAttempts attempts = {};
 };
 
-// Renders a study's reference, then its runs. `on_samples` is called from any thread. Failed runs
-// are recorded as failed; interrupted runs are left for the next start.
+// Renders the reference of a study, then its runs. Any thread may call `on_samples`. Failed runs
+// are recorded as failed; interrupted runs are repeated when the study is resumed.
 using RenderStudy =
     std::function<void(const std::function<void(uint64_t)>& on_samples, std::stop_token stop)>;
 
-// Calls `render` once. `samples` is the number of samples to render, estimated for runs that end by
-// time.
+// The client must call `render` once. `samples` is the number of samples to render; for runs that
+// end by time, it is an estimate.
 using StudyClient = std::function<void(uint64_t samples, const RenderStudy& render)>;
 
-// Runs a study from its options to its files, on `options.frame.threads` threads. `folder` is the
-// client's name for the option of the results folder. Throws UsageError, InputError and
+// Runs a study and writes its files, on `options.frame.threads` threads. `folder` is the name that
+// the client uses for the option of the results folder. Throws UsageError, InputError and
 // RenderError.
 StudyOutcome execute_study(const StudyOptions& options, const std::string& folder,
                            const StudyClient& client);

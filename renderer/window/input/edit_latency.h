@@ -1,4 +1,5 @@
-// Latency from each edit to its first picture on the screen, as an artist experiences it.
+// Measures the latency that an artist experiences: from each edit to its first picture on the
+// screen.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 
 namespace emberline {
 
-// Times are seconds on one clock.
+// All times are in seconds on the same clock.
 struct MeasuredEdit {
   uint64_t number = 0;   // RenderSession::edit()
   std::string what;      // "orbit", "roughness"
@@ -38,8 +39,8 @@ class EditLatency {
   std::optional<double> newest_s_;
 };
 
-// The quantile `q` in [0, 1], with linear interpolation (Hyndman & Fan 1996, definition 7); NaN
-// without values.
+// Returns the quantile `q`, in [0, 1], with linear interpolation (Hyndman & Fan 1996, definition
+// 7); NaN if there are no values.
 double quantile(std::vector<double> values, double q);
 
 }  // namespace emberline

@@ -20,7 +20,7 @@ bool queue_empty(const Context& context) {
 
 }  // namespace
 
-// Delays the release of a key that was pressed in this frame until the next frame.
+// If a key is pressed and released in the same frame, delays the release until the next frame.
 void ImGuiInput::key(GLFWwindow* window, int key, int scancode, int action, int modifiers) {
   if (action == GLFW_RELEASE && std::ranges::find(pressed_, key) != pressed_.end()) {
     late_releases_.push_back({window, key, scancode, action, modifiers});

@@ -1,6 +1,6 @@
-// Passes keys to Dear ImGui, whose versions handle input differently. Before 1.87 it polls keys
-// once per frame and misses a press and release in between; later versions queue events and spread
-// them over several frames.
+// Passes keys to Dear ImGui. Versions before 1.87 poll keys once per frame, and miss a key that is
+// pressed and released between two frames. Later versions queue events and may spread them over
+// several frames.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ class ImGuiInput {
  public:
   // Call from GLFW's key callback, with its arguments.
   void key(GLFWwindow* window, int key, int scancode, int action, int modifiers);
-  // Call after each frame. Returns whether there is already input for the next one.
+  // Call after each frame. Returns whether some input is left for the next frame.
   bool end_frame();
 
  private:
@@ -21,7 +21,7 @@ class ImGuiInput {
     GLFWwindow* window;
     int key, scancode, action, modifiers;
   };
-  std::vector<int> pressed_;             // since the last frame
+  std::vector<int> pressed_;             // keys pressed since the last frame
   std::vector<KeyEvent> late_releases_;  // releases of pressed_ keys
 };
 

@@ -1,5 +1,4 @@
-// The table of keys and mouse gestures and their actions, which the window's list of shortcuts
-// shows.
+// The tables of shortcuts and mouse gestures. The window's list of shortcuts shows them.
 #pragma once
 
 #include <optional>
@@ -9,7 +8,7 @@
 
 namespace emberline {
 
-// Actions of keys, menu entries and buttons.
+// Actions that keys, menu entries and buttons can trigger.
 enum class Action {
   kOpen,
   kReload,
@@ -28,7 +27,7 @@ enum class Action {
   kFrameAll,
   kResetCamera,
   kOrthographic,
-  kRecallBookmark,  // number 1 to 9: see Shortcut::number_of()
+  kRecallBookmark,  // with a number from 1 to 9: see Shortcut::number_of()
   kStoreBookmark,
   kZoomFit,
   kZoomOne,
@@ -51,7 +50,7 @@ enum class Action {
   kMessages,
 };
 
-// Movements while a key is held.
+// Directions in which the camera flies while a key is held.
 enum class Flight { kForward, kBack, kLeft, kRight, kUp, kDown };
 
 // Effects of a drag over the picture.
@@ -63,17 +62,17 @@ struct Shortcut {
   int key;
   int modifiers;
   std::string_view group;   // heading in the list
-  std::string_view keys;    // readable, for example "Ctrl+Shift+Z"
-  std::string_view effect;  // readable: "Undo the last edit"
+  std::string_view keys;    // shown to the user, for example "Ctrl+Shift+Z"
+  std::string_view effect;  // shown to the user, for example "Undo the last edit"
   int key_count = 1;        // number of consecutive keys from `key` on, in GLFW's order
-  bool listed = true;       // false: another key for the previous entry
+  bool listed = true;       // false: an alternative key for an entry above
 
-  int number_of(int pressed) const { return 1 + pressed - key; }  // 1 for `key`
+  int number_of(int pressed) const { return 1 + pressed - key; }  // `key` itself is number 1
 };
 std::span<const Shortcut> shortcut_table();
 // The entry for a key, or null.
 const Shortcut* find_shortcut(int key, int modifiers);
-// The keys of an action's first entry, such as "Ctrl+S", for menus. Empty if none.
+// The keys of the action's first entry, such as "Ctrl+S", for menus; empty if it has no entry.
 std::string_view keys_of(Action action);
 // What the action does, for tooltips; every action has a text.
 std::string_view effect_of(Action action);
@@ -94,7 +93,7 @@ struct DragGesture {
 std::span<const DragGesture> drag_table();
 const DragGesture* find_drag(int button, int modifiers);
 
-// Clicks and the wheel, which have no action; only for the list.
+// Clicks and the wheel. They have no Action; these entries are only for the list of shortcuts.
 struct ListedGesture {
   std::string_view keys, effect;
 };

@@ -11,15 +11,15 @@ namespace emberline {
 
 class Journal {
  public:
-  // Buffers lines until begin(), so that the file is not touched before the scene's inputs are
-  // known. Throws RenderError for a file that cannot be written.
+  // Buffers lines until begin(), so that the file is not overwritten before it is known not to be
+  // one of the scene's inputs. Throws RenderError if the file cannot be written.
   void open_later(const std::string& path);
   bool is_buffering() const { return !path_.empty() && !file_; }
   void begin();
   const std::string& path() const { return path_; }
   bool is_open() const { return !path_.empty(); }
-  // Writes {"t": seconds, "event": event, ...members} immediately, so that a reader can follow. On
-  // failure it warns and closes the journal.
+  // Writes the line {"t": seconds, "event": event, ...members} immediately, so that a reader can
+  // follow. If writing fails, warns and closes the journal.
   void write(const char* event, const nlohmann::json& members);
 
  private:

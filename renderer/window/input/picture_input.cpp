@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-constexpr float kClickSlack = 4.0f;         // movement tolerated in a click
+constexpr float kClickSlack = 4.0f;         // a click that moves less far is not a drag
 constexpr double kDoubleClick_s = 0.35;     // longest time between the two clicks
 constexpr float kWipeGrip = 6.0f;           // distance at which the wipe's line can be grabbed
 constexpr double kWheelZoom = 1.189207115;  // 2^(1/4) per step

@@ -12,7 +12,8 @@ namespace emberline {
 
 class PictureInput {
  public:
-  // `covered`: whether a point belongs to the interface. `typing`: whether keys go to a text field.
+  // `covered`: whether a panel, menu or dialog covers the point. `typing`: whether keys go to a
+  // text field or popup.
   PictureInput(Workbench& bench, std::function<bool(const Vec2f&)> covered,
                std::function<bool()> typing);
 
@@ -22,9 +23,9 @@ class PictureInput {
   void left_window();
   void wheel(double steps, int modifiers);
   void key(int key, bool pressed, bool repeated, int modifiers);
-  void lost_focus();  // further key releases are not reported
+  void lost_focus();  // releases all keys, because their release is not reported any more
 
-  // Moves the camera with the held keys for the time since the last call.
+  // Moves the camera in the direction of the held keys. `seconds` is the time since the last call.
   void fly(double seconds);
 
   bool dragging() const { return drag_.has_value() && moved_; }

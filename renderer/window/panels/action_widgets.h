@@ -5,7 +5,7 @@
 
 namespace emberline {
 
-// `width`: see widgets::button(). `number`: of a bookmark.
+// `width` is as for widgets::button(). `number` is the bookmark's, for actions on bookmarks.
 void action_button(Workbench& bench, const char* label, Action action, float width = 0.0f,
                    int number = 0);
 void small_action_button(Workbench& bench, const char* label, Action action);

@@ -15,9 +15,9 @@
 namespace emberline {
 namespace {
 
-constexpr double kDefaultFStop = 2.8;  // default when a lens is switched on
+constexpr double kDefaultFStop = 2.8;  // used when the user switches a lens on
 constexpr float kMinHeight = 1e-3f,
-                kMaxHeight = 100.0f;  // orthographic, relative to the scene's radius
+                kMaxHeight = 100.0f;  // orthographic height, relative to the scene's radius
 
 void choose_file_camera(Workbench& bench) {
   const auto& cameras = bench.session.scene()->outline.cameras;
@@ -57,7 +57,7 @@ void slide_fov(Workbench& bench, const CameraDescription& view_camera) {
   }
 }
 
-// Has no reset to the file's value, since only some cameras have a height.
+// Offers no reset to the file's value, because only orthographic cameras have a height.
 void slide_height(Workbench& bench, const CameraDescription& view_camera) {
   const auto radius = float(bench.session.scene()->radius);
   CameraEdit edit = bench.session.edits().camera;

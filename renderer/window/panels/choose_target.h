@@ -10,8 +10,9 @@
 
 namespace emberline {
 
-// Chooses an item of `list` (of kind `what`, such as "Camera") or none, the file's default, shown
-// as `none_label`. If not empty, `placeholder` is shown instead of the choice.
+// Lets the user choose an item of `list`, or none, which is the file's default and is shown as
+// `none_label`. `what` names the kind of item, such as "Camera". If `placeholder` is not empty, it
+// is shown instead of the chosen item.
 template <class Named>
 bool choose_target(const widgets::Row& row, std::optional<EditTarget>& target,
                    const std::vector<Named>& list, const char* what, const char* none_label,

@@ -20,7 +20,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-// Opens centred on the screen.
+// The dialog opens in the centre of the window.
 bool begin_popup(const char* title) {
   const float em = ImGui::GetFontSize();
   const ImVec2 screen = ImGui::GetIO().DisplaySize;
@@ -114,12 +114,12 @@ void FileDialog::draw(const std::function<void(const std::string&)>& chosen) {
   bool done = draw_files(&next);
   const float em = ImGui::GetFontSize();
   std::error_code failed;
-  fs::path full_path = fs::path(folder_) / name_;  // an absolute name replaces the folder
+  fs::path full_path = fs::path(folder_) / name_;  // just `name_` if it is absolute
   const bool is_confirming = !unconfirmed_.empty() && full_path == unconfirmed_;
   const float buttons = 13.0f * em;
   ImGui::SetNextItemWidth(-buttons);
   if (is_new || std::exchange(focus_requested_, false)) ImGui::SetKeyboardFocusHere();
-  ImGui::PushID(open_count_);  // a new id selects the field's text
+  ImGui::PushID(open_count_);  // with a new id, ImGui selects the field's text
   done |= widgets::input_line("##name", "Name of the file, or a path", name_);
   has_keyboard_ = ImGui::IsItemActive();
   ImGui::PopID();

@@ -1,4 +1,4 @@
-// A dialog for choosing a file to open or to write, which the window library lacks.
+// A dialog for choosing a file to open or to write, because the window library has none.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ class FileDialog {
  public:
   enum class Purpose : uint8_t {
     kRead,
-    kWrite,  // asks before an existing file is replaced
+    kWrite,  // asks before it replaces an existing file
   };
 
   // Lists files with these lower-case `suffixes`.
@@ -35,7 +35,7 @@ class FileDialog {
     bool folder = false;
   };
   void enter(const std::string& folder);
-  // Whether `path` may be chosen; an existing file must be confirmed first.
+  // Whether `path` may be chosen: the user must confirm that an existing file is replaced.
   bool is_confirmed(const std::string& path);
   // Draws the folder's files. Returns whether one was chosen; sets `next` to a chosen folder.
   bool draw_files(std::string* next);
@@ -45,7 +45,7 @@ class FileDialog {
   Purpose purpose_;
   std::vector<std::string> suffixes_;
   std::string folder_, name_;
-  std::string unconfirmed_;  // existing file that needs confirmation; full path
+  std::string unconfirmed_;  // full path of an existing file that needs confirmation
   std::vector<Entry> entries_;
   int open_count_ = 0;
   bool is_opening_ = false, cancelled_ = false, focus_requested_ = false, has_keyboard_ = false;

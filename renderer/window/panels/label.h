@@ -6,8 +6,9 @@
 
 namespace emberline {
 
-// The text of a tooltip: a literal that begins with a capital. One sentence has no full stop, two
-// have both. A missing or empty text does not compile, so that every control has a tooltip.
+// The text of a tooltip: a literal that begins with a capital letter. A single sentence has no full
+// stop; two or more all have one. A missing or empty text does not compile, so that every control
+// has a tooltip.
 class Help {
  public:
   consteval Help(const char* text) : text_(text) {
@@ -19,9 +20,10 @@ class Help {
   const char* text_;
 };
 
-// The label of a command-line value: "blue_noise" becomes "Blue Noise", "two-stream" "Two-Stream".
+// Returns the label for a value on the command line: "Blue Noise" for "blue_noise", "Two-Stream"
+// for "two-stream".
 std::string title_case(std::string_view name);
-// The text with a capital at its beginning.
+// Returns the text with its first letter capitalised.
 std::string sentence_case(std::string_view text);
 
 }  // namespace emberline

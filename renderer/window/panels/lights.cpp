@@ -36,7 +36,7 @@ float solo_width() {
   return ImGui::CalcTextSize("Solo").x + 2.0f * ImGui::GetStyle().FramePadding.x;
 }
 
-// Draws name and type, clipped before the button to their right.
+// Draws the light's name and type, clipped so that they do not overlap the solo button.
 void draw_name(const ListedLight& light, bool on) {
   const float text_width =
       ImGui::GetContentRegionAvail().x - solo_width() - ImGui::GetStyle().ItemSpacing.x;
@@ -134,7 +134,8 @@ void draw_environment(Workbench& bench) {
   }
 }
 
-// Chooses between light groups, which need no new samples, and rendering like a final frame.
+// Chooses between light groups, so that changes of lights need no new samples, and the same noise
+// as in a final frame.
 void choose_light_groups(Workbench& bench) {
   ViewSettings settings = bench.session.settings();
   ImGui::BeginDisabled(!can_relight(settings.render));

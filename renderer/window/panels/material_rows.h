@@ -15,19 +15,19 @@ struct MaterialRow {
   std::string_view parameter;  // name in material_parameters()
   const char* label;
   Help help;
-  // Range of the slider or of each colour channel. Edits in a file may exceed it.
+  // Range of the slider or of each colour channel. Values in an edits file may lie outside.
   float minimum = 0.0f, maximum = 1.0f;
   const char* format = "%.3f";
   bool logarithmic = false;
-  // Whether the row applies to the file's material; null: always.
+  // Whether the row applies to the file's material with this edit; null: always.
   bool (*applies)(const MaterialDescription& original, const MaterialEdit& edit) = nullptr;
 };
 
 struct MaterialGroup {
-  const char* name;  // empty: the base, which every material has
+  const char* name;  // empty for the base, which every material has
   Help help;
   std::span<const MaterialRow> rows;
-  bool (*present)(const MaterialDescription& original);  // whether the file's material has it
+  bool (*present)(const MaterialDescription& original);  // whether the file's material has this
 
   bool edited(const MaterialEdit& edit) const;  // whether any row is edited
 };
@@ -39,8 +39,8 @@ std::span<const MaterialGroup> material_groups();
 bool is_applicable(const MaterialRow& row, const MaterialDescription& original,
                    const MaterialEdit& edit);
 
-// The groups with at least one row: the base, the file's layers, the rest. The order does not
-// depend on the edit, so that nothing moves under the mouse.
+// Returns the groups with at least one applicable row: the base, the layers of the file's material,
+// then the rest. The order does not depend on the edit, so that no row moves under the mouse.
 std::vector<const MaterialGroup*> applicable_groups(const MaterialDescription& original,
                                                     const MaterialEdit& edit);
 

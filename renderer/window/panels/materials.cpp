@@ -44,7 +44,7 @@ bool edit_group(const MaterialGroup& group, MaterialEdit& edit,
   return changed;
 }
 
-// A collapsible heading in the colours of the fields below it.
+// Draws a collapsible heading in the colours of input fields.
 bool group_heading(const MaterialGroup& group, bool open, bool edited) {
   ImGui::PushStyleColor(ImGuiCol_Header, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
   ImGui::PushStyleColor(ImGuiCol_HeaderHovered, ImGui::GetStyleColorVec4(ImGuiCol_FrameBgHovered));
@@ -58,7 +58,8 @@ bool group_heading(const MaterialGroup& group, bool open, bool edited) {
   return is_open;
 }
 
-// Draws the base, then collapsible layers, which are open if the material has them.
+// Draws the base, then the layers, which can be collapsed. Layers of the file's material are open
+// at first.
 bool edit_factors(MaterialEdit& edit, const MaterialDescription& original) {
   bool changed = false;
   for (const MaterialGroup* group : applicable_groups(original, edit)) {

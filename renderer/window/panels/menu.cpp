@@ -13,7 +13,7 @@
 namespace emberline {
 namespace {
 
-// Options for reading files; a change reloads the open file.
+// Menu entries for the loading options. A change reloads the open scene.
 void choose_loading(Workbench& bench) {
   ViewSettings settings = bench.session.settings();
   bool changed = widgets::menu_flag("Ignore Unreadable Images",
@@ -109,7 +109,7 @@ void draw_help_menu(Workbench& bench) {
   ImGui::EndMenu();
 }
 
-// Drawn to the right of the menus.
+// Draws the name of the scene's file to the right of the menus.
 void draw_file_name(const Workbench& bench) {
   const std::string name = std::filesystem::path(bench.load_status().path).filename().string() +
                            (bench.edits.has_unsaved_edits() ? "  •  unsaved edits" : "");

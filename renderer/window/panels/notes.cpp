@@ -1,4 +1,4 @@
-// Notes over the picture: welcome, loading progress, messages.
+// Notes over the picture: the welcome, loading progress, messages.
 #include <imgui.h>
 
 #include <algorithm>
@@ -79,7 +79,7 @@ void Interface::draw_loading(Workbench& bench) {
   ImGui::End();
 }
 
-// Shows the newest message over the picture's lower edge for a while, errors longer.
+// Shows the newest message over the picture's lower edge for a while; errors stay longer.
 void Interface::draw_notice(Workbench& bench) {
   const std::deque<Message>& messages = bench.messages.messages();
   if (messages.empty()) return;

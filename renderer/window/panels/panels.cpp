@@ -86,7 +86,7 @@ void Interface::draw_side_panel(Workbench& bench, float top, float width, float 
   const float panel = panel_width(bench.window, width);
   ImGui::SetNextWindowPos({width - panel, top});
   ImGui::SetNextWindowSize({panel, bottom - top});
-  // The window is cleared to its colour, so it needs no background.
+  // The frame buffer is already cleared to the panel's colour.
   ImGui::Begin("##panel", nullptr, fixed_panel_flags() | ImGuiWindowFlags_NoBackground);
   if (ImGui::BeginTabBar("##tabs", ImGuiTabBarFlags_FittingPolicyResizeDown)) {
     for (int i = 0; i < int(kTabs.size()); ++i) {
@@ -109,7 +109,7 @@ void Interface::draw_side_panel(Workbench& bench, float top, float width, float 
   draw_panel_edge(bench.window, top, width, bottom - top);
 }
 
-// A handle on the side panel's left edge.
+// Draws the handle on the side panel's left edge, which resizes the panel.
 void Interface::draw_panel_edge(WindowState& window, float top, float width, float height) {
   const float em = ImGui::GetFontSize();
   ImGui::SetNextWindowPos({width - panel_width(window, width) - 3.0f, top});

@@ -1,5 +1,5 @@
-// The interface around the picture. Each function draws a part of it between ImGui's NewFrame and
-// Render, and applies changes to the workbench.
+// The interface around the picture. Each function draws a part of it and applies the user's changes
+// to the workbench. Call them between ImGui's NewFrame and Render.
 #pragma once
 
 #include <vector>
@@ -10,15 +10,15 @@
 
 namespace emberline {
 
-// Draws menu, tabs, status line and dialogs, and places the picture in the rest of the window.
+// Draws the menu, tabs, status line and dialogs, and places the picture in the rest of the window.
 class Interface {
  public:
   void draw(Workbench& bench, float width, float height);
-  // Whether the point belongs to a window or menu over the picture.
+  // Whether a panel, menu or dialog covers the point.
   bool covers(const Vec2f& point) const;
-  bool popup_open() const { return is_popup_open_; }  // a menu, list or dialog has the keyboard
-  const char* focused_dialog() const;  // the dialog whose name field has the keyboard; empty: none
-  void cancel_dialogs();               // as their Cancel buttons
+  bool popup_open() const { return is_popup_open_; }  // a menu, list or dialog has keyboard focus
+  const char* focused_dialog() const;  // the dialog whose name field has focus; empty: none
+  void cancel_dialogs();               // does the same as their Cancel buttons
 
  private:
   void draw_side_panel(Workbench& bench, float top, float width, float bottom);
@@ -30,7 +30,7 @@ class Interface {
   void draw_loading(Workbench& bench);
   void draw_welcome(Workbench& bench);
   void draw_dialogs(Workbench& bench);
-  void register_window();  // registers the window being drawn
+  void register_window();  // registers the ImGui window being drawn, for covers()
 
   FileDialog open_dialog_{
       "Open File", "Open", FileDialog::Purpose::kRead, {".gltf", ".glb", ".hdr", ".exr", ".json"}};
@@ -41,21 +41,21 @@ class Interface {
   std::vector<Rect> floating_windows_;
   bool is_popup_open_ = false;
   bool is_tab_restored_ = false;
-  double dismissed_s_ = 0.0;  // earlier messages are no longer shown over the picture
+  double dismissed_s_ = 0.0;  // messages before this time are not shown over the picture
 };
 
-// The tabs.
+// Draw the contents of the tabs.
 void draw_lights(Workbench& bench);
 void draw_materials(Workbench& bench);
 void draw_camera(Workbench& bench);
 void draw_sampling(Workbench& bench);
 void draw_display(Workbench& bench);
 
-// Drawn along the upper and lower edges of the window.
+// Draw along the upper and lower edges of the window.
 void draw_menu(Workbench& bench);
 void draw_status_line(const Workbench& bench, float width, float height);
 
-// Drawn under the picture if the scene has animations; otherwise the height is 0.
+// Draws under the picture if the scene has animations; otherwise the height is 0.
 float time_line_height(const Workbench& bench);
 void draw_time_line(Workbench& bench, float top, float width);
 

@@ -42,7 +42,8 @@ bool choose_setting(const widgets::Row& row, std::string_view name, RenderOption
   return true;
 }
 
-// Resets settings that the driver or threshold excludes, instead of rejecting the choice.
+// Resets settings that the chosen driver or threshold does not allow, instead of rejecting the
+// choice.
 void reset_excluded_settings(RenderOptions& options) {
   if (!main_driver_allows(options, "noise-threshold")) options.noise_threshold.reset();
   if (main_driver_allows(options, "estimator")) return;
@@ -123,7 +124,7 @@ void draw_actions(Workbench& bench) {
 }
 
 void draw_histogram(Workbench& bench) {
-  static Histogram histogram;  // one window, one thread
+  static Histogram histogram;  // there is one window, with one thread
   if (!bench.picture()) return;
   histogram.update(bench.picture(), window_time_s());
   const float height = 5.0f * ImGui::GetFontSize();
@@ -150,7 +151,7 @@ void draw_histogram(Workbench& bench) {
                      clipped.c_str());
 }
 
-// Chooses an enumerator; the table has a row for each, in order.
+// Chooses an enumerator. `table` must have a row for each, in the order of the enum.
 template <typename Enum, typename Table>
 bool choose_value(const widgets::Row& row, Enum& value, const Table& table) {
   int index = int(value);
@@ -207,7 +208,7 @@ std::string describe_display(const DisplaySettings& display) {
   return words;
 }
 
-// Describes both sides, so that a different exposure is not mistaken for different light.
+// Describes both pictures, so that a different exposure is not mistaken for different light.
 void draw_sides(Workbench& bench) {
   const StoredPicture& stored = bench.comparison.stored();
   if (!stored.picture || !bench.picture()) return;

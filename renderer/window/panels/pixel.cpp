@@ -1,4 +1,4 @@
-// Shows the driver's explanation of one pixel's samples.
+// Shows the driver's explanation of how many samples a pixel got.
 #include <imgui.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace emberline {
 namespace {
 
-// In line heights; the driver's tables are 80 characters wide.
+// Size in line heights. The driver's tables are 80 characters wide.
 constexpr float kWidth = 44.0f, kHeight = 22.0f;
 
 // Places the panel in the corner of the picture farthest from the pixel, with space for notes at
@@ -53,7 +53,7 @@ void draw_text(const Workbench& bench) {
 
 }  // namespace
 
-// The panel keeps its position, whatever its text and the pixel.
+// The panel keeps its position when its text or the pixel changes.
 void Interface::draw_explanation(Workbench& bench) {
   if (!bench.pixels.shows_explanation()) return;
   const float em = ImGui::GetFontSize();

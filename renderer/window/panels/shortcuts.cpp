@@ -23,7 +23,8 @@ void shortcut_heading(std::string_view text) {
   ImGui::TextColored(muted_colour(), "%.*s", int(text.size()), text.data());
 }
 
-// Lists the groups before "Picture", or from there on: two columns of about equal length.
+// Lists the groups before "Picture", or for the second half the others, so that the two columns are
+// about equally long.
 void list_keys(bool second_half) {
   std::string_view group;
   bool in_second = false;

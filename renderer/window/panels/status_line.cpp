@@ -13,7 +13,7 @@
 namespace emberline {
 namespace {
 
-// The parts of the status line, from left to right: the driver, its progress, its speed.
+// Returns the parts of the status line from left to right: the driver, its progress, its speed.
 std::vector<std::string> status(const Workbench& bench) {
   std::vector<std::string> parts;
   if (!bench.picture()) return parts;
@@ -73,7 +73,7 @@ void draw_parts(const Workbench& bench) {
   ImGui::TextColored(muted_colour(), "%s", right.c_str());
 }
 
-// Draws the progress of the first pass along the upper edge.
+// Draws the progress of the first pass along the status line's upper edge.
 void draw_progress(const Workbench& bench, float top, float width) {
   if (!bench.picture() || bench.picture()->complete) return;
   const auto part = float(bench.picture()->progress.completion);

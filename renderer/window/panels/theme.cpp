@@ -17,8 +17,8 @@ constexpr float kFontSize = 15.0f;  // pixels, at scale 1
 
 constexpr float kFixedSize = 0.9f;  // relative to kFontSize, for the monospaced font
 
-// Where Debian, Fedora, Arch and openSUSE install DejaVu. DejaVu Sans covers most scripts used in
-// scene names, unlike ImGui's own font.
+// Folders where Debian, Fedora, Arch and openSUSE install DejaVu. Unlike ImGui's own font, DejaVu
+// Sans covers most scripts used in scene names.
 constexpr std::array kFontFolders = {
     "/usr/share/fonts/truetype/dejavu",
     "/usr/share/fonts/dejavu-sans-fonts",
@@ -28,7 +28,7 @@ constexpr std::array kFontFolders = {
 };
 
 // Latin with extensions, Greek, Cyrillic, punctuation, super- and subscripts, arrows, and the
-// mathematical and geometric symbols of the panels. First and last of each range; ends with 0.
+// mathematical and geometric symbols of the panels. Pairs of first and last character; 0 ends them.
 constexpr std::array<ImWchar, 17> kGlyphRanges = {0x0020, 0x024F, 0x0370, 0x03FF, 0x0400, 0x04FF,
                                                   0x2010, 0x2044, 0x2070, 0x209F, 0x2190, 0x2193,
                                                   0x2200, 0x226F, 0x25A0, 0x25FF, 0};
@@ -48,7 +48,7 @@ void add_font(const char* name, float pixels, const ImWchar* glyph_ranges) {
     fonts.AddFontFromMemoryTTF(owned_by_imgui, int(bytes.size()), pixels, &config, glyph_ranges);
     return;
   }
-  ImFontConfig config;  // 13 pixels high: sharp only at whole multiples
+  ImFontConfig config;  // the font is 13 pixels high, and sharp only at whole multiples of that
   config.SizePixels = 13.0f * std::max(1.0f, std::round(pixels / 13.0f));
   fonts.AddFontDefault(&config);
 }

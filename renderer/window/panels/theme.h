@@ -1,5 +1,5 @@
-// Dear ImGui's appearance: dark neutral grey, so that only the picture is coloured, one accent
-// colour, and readable fonts.
+// Dear ImGui's appearance: readable fonts, one accent colour, and otherwise dark neutral grey, so
+// that nothing distracts from the picture's colours.
 #pragma once
 
 struct ImFont;
@@ -7,10 +7,10 @@ struct ImVec4;
 
 namespace emberline {
 
-// Sets style and fonts for an interface `scale` times the size for a 96-dpi screen, on a frame
-// buffer with `pixels_per_unit` pixels per window unit. Call after ImGui::CreateContext and before
-// the first frame; it may be repeated between frames, after which the renderer must rebuild its
-// font texture.
+// Sets style and fonts. The interface is `scale` times as large as for a 96-dpi screen; the frame
+// buffer has `pixels_per_unit` pixels per window unit. Call after ImGui::CreateContext and before
+// the first frame. May be called again between frames; ImGui's back end must then rebuild its font
+// texture.
 void apply_theme(float scale, float pixels_per_unit);
 
 // Signal colours from Okabe & Ito 2008, "Color Universal Design", lightened for a dark background;
@@ -20,7 +20,7 @@ ImVec4 warning_colour();
 ImVec4 error_colour();
 ImVec4 muted_colour();  // less important text
 
-// ImGuiWindowFlags of a panel that is fixed below all floating windows.
+// ImGuiWindowFlags of a panel that cannot move and stays behind all floating windows.
 int fixed_panel_flags();
 
 // A monospaced font for tables, with Latin letters only.

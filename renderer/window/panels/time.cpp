@@ -17,7 +17,7 @@ namespace {
 using Animations = std::vector<AnimationDescription>;
 
 constexpr double kMinFps = 1.0, kMaxFps = 240.0;
-constexpr double kDefaultShutter = 0.5;  // frames: a shutter of 180 degrees
+constexpr double kDefaultShutter = 0.5;  // in frames; a shutter angle of 180 degrees
 
 std::string display_name(const AnimationEdit& edit, const Animations& list) {
   if (is_unanimated(edit)) return "No Animation";
@@ -82,7 +82,7 @@ bool choose_shutter(AnimationEdit& edit) {
   return changed;
 }
 
-// Fills the line except for the width `reserved_width`.
+// Draws the slider for the time. It is as wide as the line, less `reserved_width`.
 bool scrub(AnimationEdit& edit, double duration, float reserved_width) {
   const double fps = fps_of(edit);
   double time = edit.time.value_or(0.0);

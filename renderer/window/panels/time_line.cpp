@@ -7,7 +7,7 @@
 namespace emberline {
 namespace {
 
-// Tolerance for rounding of whole frames.
+// Tolerance for the rounding of whole frames' times, in frames.
 constexpr double kFrameTolerance = 1e-6;
 
 }  // namespace

@@ -11,21 +11,21 @@
 namespace emberline::widgets {
 namespace {
 
-constexpr float kNameWidth = 0.4f;       // relative to the panel
+constexpr float kNameWidth = 0.4f;       // relative to the panel's width
 constexpr double kTooltipDelay_s = 0.5;  // how long the mouse rests on an item before its tooltip
 constexpr double kNever_s = 1e300;
 constexpr const char* kTypeNumber = "Ctrl+click to type a number.";
 
-// The item under the mouse, and since when. One window, one thread.
+// The item under the mouse. A global variable is enough: there is one window, with one thread.
 struct Hovered {
   ImVec2 at{-1.0f, -1.0f};
   int frame = -2;
   double since_s = 0.0;
-  bool is_waiting = false;  // for its tooltip
+  bool is_waiting = false;  // the tooltip will be shown if the mouse stays
 };
 Hovered hovered;
 
-// Whether the mouse has rested on the previous item for long enough.
+// Whether the mouse has rested long enough on the item drawn last.
 bool is_tooltip_due() {
   if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled) || ImGui::IsItemActive()) {
     return false;
@@ -125,7 +125,7 @@ bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
   if (!begin_list(label.c_str(), row.help, preview)) return false;
   bool changed = false;
   const auto offer = [&](const std::string& name, int i, bool chosen) {
-    ImGui::PushID(i);  // names may be equal
+    ImGui::PushID(i);  // because names may be equal
     if (ImGui::Selectable(name.c_str(), chosen)) {
       index = i;
       changed = true;
@@ -259,7 +259,7 @@ double next_tooltip_s() {
 }
 
 void tooltip(const std::string& text) {
-  ImGui::PushStyleVar(ImGuiStyleVar_Alpha, 1.0f);  // also for a disabled control
+  ImGui::PushStyleVar(ImGuiStyleVar_Alpha, 1.0f);  // opaque, even if the control is disabled
   ImGui::BeginTooltip();
   ImGui::PushTextWrapPos(24.0f * ImGui::GetFontSize());
   ImGui::TextUnformatted(text.c_str());

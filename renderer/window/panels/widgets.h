@@ -1,6 +1,7 @@
-// The controls of the panels, each with a tooltip; panels call no control of ImGui directly
-// (tests/view/tooltips_test.py). Rows have the name of a value on the left and its control on the
-// right, as wide as the panel. All return whether the value was changed or the button pressed.
+// The controls of the panels, each with a tooltip. Panels must not call ImGui's controls directly;
+// tests/view/tooltips_test.py checks that. A row is as wide as the panel, with the name of a value
+// on the left and its control on the right. All controls return whether the value was changed or
+// the button pressed.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +16,8 @@
 
 namespace emberline::widgets {
 
-// `edited`: the value differs from the file's; its name then has the accent colour, and a right
-// click on it sets *reset.
+// `edited`: the value differs from the file's. The name then has the accent colour, and a right
+// click on it sets *reset, if that is not null.
 struct Row {
   const char* name;
   Help help;
@@ -27,7 +28,7 @@ struct Row {
 bool slide(const Row& row, float& value, float minimum, float maximum, const char* format,
            bool logarithmic = false);
 bool slide(const Row& row, int& value, int minimum, int maximum, bool logarithmic = false);
-// A slider for a number of the file, `own`, that an edit may replace.
+// A slider for a number that an edit may replace. `own` is the file's number.
 template <typename T>
 bool slide_edit(const char* name, Help help, std::optional<T>& edit, T own, float minimum,
                 float maximum, const char* format, bool logarithmic = false) {
@@ -43,19 +44,19 @@ bool colour(const Row& row, Rgb& value, bool hdr = false);
 bool check(const Row& row, bool& value);
 void text(const Row& row, const std::string& value);
 
-// A choice from a list: its value, what is shown for it, and its tooltip, which may be empty.
+// A choice in a list: its value, its label, and its tooltip, which may be empty.
 struct Choice {
   std::string_view name;
   std::string label, summary;
 };
-// Chooses by index. If the index is not valid, shows `placeholder` or, if that is empty,
-// `none_label`. If given, `none_label` can be chosen as index -1.
+// Chooses an index. If `index` is not valid, shows `placeholder` or, if that is empty,
+// `none_label`. If `none_label` is not null, it can be chosen and has the index -1.
 bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
                   const std::string& placeholder = {}, const char* none_label = nullptr);
 bool choose(const Row& row, std::string& value, std::span<const Choice> choices,
             const char* none_label = nullptr);
 
-// Choices of a table whose rows have a name, as on the command line, and a summary.
+// Returns the choices for a table whose rows have a name, as on the command line, and a summary.
 template <typename Table>
 std::vector<Choice> choices_of(const Table& table) {
   std::vector<Choice> choices;
@@ -64,10 +65,11 @@ std::vector<Choice> choices_of(const Table& table) {
   }
   return choices;
 }
-// The names are shown unchanged. The result refers to `names`.
+// Shows the names unchanged. The result refers to `names`, which must outlive it.
 std::vector<Choice> choices_of_names(std::span<const std::string> names);
 
-// Controls without a row. `width`: 0 as wide as the label, -1 as wide as the panel.
+// Controls that are not part of a row. `width`: 0 for the width of the label, -1 for that of the
+// panel.
 bool button(const char* label, Help help, float width = 0.0f);
 bool small_button(const char* label, Help help);
 bool checkbox(const char* label, Help help, bool& value);
@@ -84,17 +86,19 @@ bool input_line(const char* id, Help help, std::string& value);
 // Opens a list for Selectable entries; end it with ImGui::EndCombo() if this returns true.
 bool begin_list(const char* id, Help help, const std::string& preview);
 
-// Width of each of two widgets side by side; call at the beginning of their line.
+// Returns the width of each of two widgets side by side. Call at the beginning of the line.
 float half_width();
 
 void heading(const char* text);
-// Tooltip for the previous item, after the mouse has rested on it for a moment.
+// Shows a tooltip for the item drawn last after the mouse has rested on it for a moment.
 void help(const std::string& text);
 void help(Help text);
-// When a tooltip that waits is to be drawn; far in the future if none waits.
+// Returns the window_time_s() at which the pending tooltip will be shown; far in the future if none
+// is pending.
 double next_tooltip_s();
 void tooltip(const std::string& text);
-// A paragraph wrapped at the panel's edge; muted_paragraph() is for less important text.
+// Draw a paragraph that is wrapped at the panel's edge. muted_paragraph() is for less important
+// text.
 void paragraph(const std::string& text);
 void muted_paragraph(const std::string& text);
 

@@ -1,4 +1,4 @@
-// Logs what is displayed to the journal. Used on the window's thread only.
+// Writes to the journal what the window displays. Used on the window's thread only.
 #pragma once
 
 #include <memory>
@@ -18,7 +18,7 @@ class DrawnJournal {
   // Call after each frame with the displayed picture and its placement.
   void record_picture(const std::shared_ptr<const SessionPicture>& picture,
                       const PicturePlacement& placement);
-  // `focused_dialog`: the dialog whose name field has the keyboard; empty: none.
+  // `focused_dialog`: the dialog whose name field has keyboard focus; empty: none.
   void record_dialog(const std::string& focused_dialog);
 
  private:

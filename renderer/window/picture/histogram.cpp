@@ -6,7 +6,7 @@ namespace emberline {
 namespace {
 
 constexpr double kUpdateInterval_s = 0.2;
-// Larger pictures are subsampled; fractions stay accurate to a tenth of a percent.
+// Larger pictures are subsampled; the fractions are still accurate to a tenth of a percent.
 constexpr size_t kMaxPixels = 300000;
 
 }  // namespace
@@ -17,7 +17,7 @@ void Histogram::update(const std::shared_ptr<const SessionPicture>& picture, dou
   updated_s_ = now_s;
   counts_ = {};
   const size_t pixels = picture->rgba8.size() / 4;
-  // Odd, so that all columns are visited if the width is a power of two.
+  // The stride is odd, so that all columns are visited if the width is a power of two.
   const size_t stride = (pixels / kMaxPixels) | 1;
   size_t black = 0, clipped = 0, counted = 0;
   for (size_t i = 0; i < pixels; i += stride, ++counted) {

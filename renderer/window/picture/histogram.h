@@ -12,13 +12,14 @@ class Histogram {
  public:
   static constexpr int kBins = 128;
 
-  // Updates for a newer picture, at most a few times a second; takes less than a millisecond.
+  // Counts the pixels of a newer picture, at most five times a second. Takes less than a
+  // millisecond.
   void update(const std::shared_ptr<const SessionPicture>& picture, double now_s);
 
-  // Height of a bar, in [0, 1], of channel 0 to 2. Scaled by the largest bar between black and
-  // white, so that a black background does not flatten the others.
+  // Height of a bar in [0, 1], for channels 0 to 2. The largest bar between the first and the last
+  // has height 1, so that a black background does not flatten the others.
   float height(size_t channel, int bin) const;
-  // Fractions of pixels with all channels at 0, and with any channel at 255.
+  // The fraction of pixels with all channels at 0, and the fraction with any channel at 255.
   double black() const { return black_; }
   double clipped() const { return clipped_; }
 

@@ -15,15 +15,15 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Built-in script: edits of each kind, and the interval at which an artist who looks at the results
-// would make them.
+// Built-in script: the number of edits of each kind, and the interval at which an artist would make
+// them while looking at each result.
 constexpr int kEditsOfEachKind = 25;
 constexpr double kEditInterval_s = 0.25;
 constexpr double kWarmUp_s = 1.0;
-// After the last edit: time for its picture to settle, then the measuring time for the render
-// speed, extended if no picture arrives.
+// After the last edit: the time for its picture to settle, then the time over which the render
+// speed is measured, which is extended up to kMaxIdle_s if no picture arrives.
 constexpr double kSettling_s = 2.0, kIdle_s = 6.0, kMaxIdle_s = 60.0;
-// Longest script: a day.
+// A script may last a day at most.
 constexpr double kMaxScript_s = 86400.0;
 
 Json milliseconds(std::vector<double> seconds) {
@@ -48,7 +48,7 @@ struct Latencies {
   }
 };
 
-// The kind of edit to group by: "light 0 2" -> "light".
+// Returns the kind of edit by which latencies are grouped: "light" for "light 0 2".
 std::string kind_of(const std::string& what) {
   if (what == "camera") return "orbit";
   return what.substr(0, what.find(' '));

@@ -1,7 +1,7 @@
-// `--measure F`: replays edits in the real window and measures the latency of each edit, how long
-// the window was busy, and the render speed between edits.
+// `--measure F`: replays edits in the real window. Measures the latency of each edit, how long the
+// window was busy, and the render speed after the last edit.
 //
-// A script is a JSON list of steps, each with its time in seconds after the first picture and one
+// A script is a JSON list of steps. Each has a time, in seconds after the first picture, and one
 // edit:
 //
 //   [{"at_s": 0.5, "edit": {"orbit": [40, 0]}},                 mouse pixels

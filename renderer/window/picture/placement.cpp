@@ -6,7 +6,7 @@
 namespace emberline {
 namespace {
 
-// Screen pixels of a dragged picture that stay visible.
+// At least this many screen pixels of a dragged picture stay visible.
 constexpr double kMinVisible = 32.0;
 
 }  // namespace
@@ -33,7 +33,7 @@ void PicturePlacement::apply_fit() {
   if (width_ < 1 || height_ < 1 || area_.empty()) return;
   zoom_ = std::clamp(std::min(double(area_.width()) / width_, double(area_.height()) / height_),
                      kMinZoom, kMaxZoom);
-  // Snapped to whole screen pixels, so that a 1:1 picture is not blurred.
+  // Snaps to whole screen pixels, so that a picture shown at 1:1 is not blurred.
   left_ = std::floor(area_.x0 + 0.5 * (area_.width() - zoom_ * width_));
   top_ = std::floor(area_.y0 + 0.5 * (area_.height() - zoom_ * height_));
 }

@@ -1,5 +1,5 @@
 // The picture's position in the window: fitted, or at a chosen zoom in screen pixels per picture
-// pixel. It needs no window library, so that it can be tested alone.
+// pixel. Needs no window library, so that it can be tested without one.
 //
 // Screen coordinates are frame-buffer pixels from the window's upper left corner, y down. Picture
 // coordinates are frame pixels; (0, 0) is the upper left corner, and pixel (x, y) covers [x, x + 1)
@@ -20,10 +20,10 @@ class PicturePlacement {
   // Sets the available part of the window and the frame's size. Keeps the zoom and the centre.
   void place(const Rect& area, int width, int height);
 
-  // Fits the whole picture into the area, also when the area changes later.
+  // Fits the whole picture into the area, and again whenever the area changes.
   void fit();
   bool fitted() const { return fitted_; }
-  // `zoom` is clamped; the point under `screen` stays there.
+  // `zoom` is clamped. The picture's point at `screen` stays there.
   void zoom_to(double zoom, const Vec2f& screen);
   void zoom_to(double zoom);  // around the centre of the area
   // Moves the picture with the mouse.
@@ -33,7 +33,7 @@ class PicturePlacement {
   const Rect& area() const { return area_; }
   Vec2f to_screen(const Vec2f& picture) const;
   Vec2f to_picture(const Vec2f& screen) const;
-  // The pixel under a screen point; absent beside the picture or outside the area.
+  // The pixel under a screen point; absent outside the picture or the area.
   std::optional<Vec2i> pixel_at(const Vec2f& screen) const;
 
  private:
@@ -43,7 +43,7 @@ class PicturePlacement {
   Rect area_;
   int width_ = 0, height_ = 0;
   double zoom_ = 1.0;
-  double left_ = 0.0, top_ = 0.0;  // of the picture, in screen coordinates
+  double left_ = 0.0, top_ = 0.0;  // the picture's edges in screen coordinates
   bool fitted_ = true;
 };
 

@@ -21,7 +21,7 @@ void main() {
 }
 )";
 
-// Only a texture lookup, which llvmpipe recognises as a copy.
+// Does nothing but look up the texture, which llvmpipe recognises as a copy.
 constexpr const char* kPixels = R"(#version 130
 uniform sampler2D Texture;
 in vec2 place;
@@ -37,7 +37,7 @@ void PlainShader::end(ImDrawList& list) {
   list.AddCallback(ImDrawCallback_ResetRenderState, nullptr);
 }
 
-// Replaces ImGui's program, but keeps its vertices and projection.
+// ImGui calls this to replace its program. Uses the same vertices and projection.
 void PlainShader::use(const ImDrawList* /*list*/, const ImDrawCmd* command) {
   auto& self = *static_cast<PlainShader*>(command->UserCallbackData);
   GLint imgui = 0;

@@ -6,8 +6,8 @@
 namespace emberline {
 namespace {
 
-// The native layout of graphics cards and windows, which avoids conversion while drawing: blue in
-// the lowest byte of a word.
+// Blue in the lowest byte of a word: the native layout of graphics cards and windows, which needs
+// no conversion while drawing.
 constexpr GLenum kFormat = GL_BGRA, kType = GL_UNSIGNED_INT_8_8_8_8_REV;
 
 void convert(const std::vector<uint8_t>& rgba8, std::vector<uint32_t>& words) {
@@ -33,8 +33,8 @@ void PictureTexture::upload(int width, int height, const std::vector<uint8_t>& r
     glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, kFormat, kType, words_.data());
     return;
   }
-  // GL_RGBA lets the driver choose; with GL_RGBA8 some drivers use another byte order than the
-  // given one.
+  // GL_RGBA lets the driver choose the layout. With GL_RGBA8, some drivers do not keep the byte
+  // order of kFormat.
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA, width, height, 0, kFormat, kType, words_.data());
   set_filter();
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
@@ -51,8 +51,8 @@ void PictureTexture::set_pixelated(bool pixelated) {
   set_filter();
 }
 
-// Minification has the same filter, so that the driver need not tell the two apart; squares are
-// never minified.
+// Uses the same filter for minification and magnification, so that the driver need not distinguish
+// them. Pictures drawn pixel by pixel are never minified.
 void PictureTexture::set_filter() const {
   const GLint filter = is_pixelated_ ? GL_NEAREST : GL_LINEAR;
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);

@@ -1,4 +1,4 @@
-// A picture's texture, drawn with interpolation or pixel by pixel.
+// The texture of a picture, which is drawn with interpolation or pixel by pixel.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace emberline {
 
-// Use with its OpenGL context current.
+// The window's OpenGL context must be current.
 class PictureTexture {
  public:
   PictureTexture() = default;
@@ -14,9 +14,10 @@ class PictureTexture {
   PictureTexture(const PictureTexture&) = delete;
   PictureTexture& operator=(const PictureTexture&) = delete;
 
-  // Four bytes per pixel, top row first. Texture memory is reused while the size stays the same.
+  // `rgba8` has four bytes per pixel, top row first. Reuses the texture's memory while the size
+  // stays the same.
   void upload(int width, int height, const std::vector<uint8_t>& rgba8);
-  // Disables interpolation: for enlarged pixels, or one to one.
+  // Switches interpolation off: for enlarged pixels, or a scale of 1:1.
   void set_pixelated(bool pixelated);
 
   bool empty() const { return width_ == 0; }
@@ -27,7 +28,7 @@ class PictureTexture {
  private:
   void set_filter() const;
 
-  std::vector<uint32_t> words_;  // the picture in the card's byte order
+  std::vector<uint32_t> words_;  // the picture in the graphics card's byte order
   unsigned name_ = 0;
   int width_ = 0, height_ = 0;
   bool is_pixelated_ = false;

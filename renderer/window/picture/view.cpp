@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kPixelZoom = 2.0;    // pixels are drawn as squares from this zoom
 constexpr double kValuesZoom = 28.0;  // values are drawn into pixels from this zoom
-constexpr float kMinMark = 9.0f;      // around the picked pixel
+constexpr float kMinMark = 9.0f;      // smallest frame around the picked pixel
 constexpr ImU32 kBackground = IM_COL32(24, 24, 25, 255);
 constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 160);
 
@@ -29,7 +29,7 @@ ImVec2 corner(const Workbench& bench, float x, float y) {
   return {at.x, at.y};
 }
 
-// Light on dark, visible on any picture.
+// Draws a rectangle with a dark border, so that it is visible on any picture.
 void outline(ImDrawList& list, const ImVec2& a, const ImVec2& b, ImU32 ink) {
   list.AddRect({a.x - 1, a.y - 1}, {b.x + 1, b.y + 1}, kShadow);
   list.AddRect(a, b, ink);
@@ -62,7 +62,7 @@ void draw_bucket(const Workbench& bench, ImDrawList& list, const Rect& rect) {
   }
 }
 
-// Draws the linear values of the visible pixels into them.
+// Draws the linear values of each visible pixel into it.
 void draw_values(const Workbench& bench, ImDrawList& list, const SessionPicture& picture) {
   const Rect& area = bench.placement.area();
   const Vec2f first = bench.placement.to_picture(Vec2f(float(area.x0), float(area.y0)));
@@ -127,7 +127,7 @@ void draw_legend(const Workbench& bench, ImDrawList& list, const SessionPicture&
   }
 }
 
-// Draws the wipe's line, and labels its sides.
+// Draws the wipe's line and labels both sides.
 void draw_wipe(const Workbench& bench, ImDrawList& list, int width, int height) {
   const float x = bench.comparison.wipe_position() * float(width);
   const ImVec2 a = corner(bench, x, 0.0f), b = corner(bench, float(width), float(height));
@@ -198,7 +198,7 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
     return;
   }
   const int width = drawn_->width, height = drawn_->height;
-  // At 1:1 there is nothing to interpolate, but software OpenGL would do so anyway.
+  // At 1:1 interpolation changes nothing, but software OpenGL would still spend time on it.
   const double zoom = bench.placement.zoom();
   const bool pixels = zoom >= kPixelZoom || zoom == 1.0;
   picture_.set_pixelated(pixels);
@@ -207,8 +207,8 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   const ImVec2 a = corner(bench, 0, 0), b = corner(bench, float(width), float(height));
   draw_background(list, area, a, b);
   list.PushClipRect({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)});
-  // A and B are drawn beside each other, without overlap: llvmpipe, Mesa's software OpenGL, omits
-  // the upper of two overlapping pictures where nothing else is drawn.
+  // A and B are drawn side by side, without overlap: llvmpipe, Mesa's software OpenGL, omits the
+  // upper of two overlapping pictures where nothing else is drawn.
   const bool wipe = has_other_side(bench) && !picture_b_.empty();
   const float wipe_position = wipe ? bench.comparison.wipe_position() : 1.0f;
   const float line = wipe ? corner(bench, wipe_position * float(width), 0.0f).x : b.x;
@@ -239,7 +239,7 @@ void draw_inspector(const Workbench& bench) {
   const Vec2f at = bench.placement.to_screen(Vec2f(float(pixel.x + 1), float(pixel.y + 1)));
   const float gap = ImGui::GetFontSize();
   const Rect& area = bench.placement.area();
-  // Placed on the side with enough room.
+  // Place it on the side with enough room.
   const bool left = at.x + 18.0f * gap > float(area.x1),
              above = at.y + 13.0f * gap > float(area.y1);
   ImGui::SetNextWindowPos({at.x + (left ? -gap : gap), at.y + (above ? -gap : gap)},

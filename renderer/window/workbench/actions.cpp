@@ -58,7 +58,7 @@ struct Effect {
   void (*act)(Workbench& bench, int number);
 };
 
-// One per action, in order.
+// One effect per action, in the order of the enum.
 constexpr std::array kEffects = {
     Effect{Action::kOpen, [](Workbench& b, int) { b.interface.scene_dialog_requested = true; }},
     Effect{Action::kReload, [](Workbench& b, int) { b.files.reload(); }},

@@ -1,5 +1,5 @@
-// Compares two pictures with a wipe: the newest one, A, with one kept earlier, B; or the denoised
-// with the raw one.
+// Compares two pictures with a wipe: the newest picture, A, with an earlier one that the user has
+// kept, B; or the denoised picture with the raw one.
 //
 // Used on the window's thread only; nothing here blocks.
 #pragma once
@@ -12,10 +12,10 @@ namespace emberline {
 
 class Workbench;
 
-// B, as it was kept.
+// Picture B, unchanged since the user kept it.
 struct StoredPicture {
   std::shared_ptr<const SessionPicture> picture;  // null: none
-  DisplaySettings display;                        // at that time
+  DisplaySettings display;                        // display settings when it was kept
   double time_s = 0.0;                            // window_time_s() when it was kept
 };
 
@@ -33,7 +33,7 @@ class Comparison {
   // something new to display.
   bool update();
 
-  // Null is ignored.
+  // Keeps `picture` as B. Null is ignored.
   void store(const std::shared_ptr<const SessionPicture>& picture);
   const StoredPicture& stored() const { return stored_; }
   // Whether B uses the current display settings instead of those it was kept with.
@@ -45,7 +45,7 @@ class Comparison {
   Wipe wipe() const { return wipe_; }
   // Switches this kind of wipe on or off, or tells the user why it is not possible.
   void toggle(Wipe kind);
-  // Position of the wipe as a fraction of the picture's width, in [0, 1].
+  // Position of the wipe's line as a fraction of the picture's width, in [0, 1].
   float wipe_position() const { return wipe_position_; }
   void set_wipe_position(float wipe_position);
 

@@ -1,4 +1,4 @@
-// Messages of the window to its user. Used on the window's thread only.
+// Messages that the window shows to the user. Used on the window's thread only.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace emberline {
 struct Message {
   enum class Level : uint8_t { kNote, kWarning, kError } level = Level::kNote;
   std::string text;
-  double time_s = 0.0;  // window_time_s()
+  double time_s = 0.0;  // window_time_s() when it was added
 };
 
 class MessageLog {

@@ -1,5 +1,5 @@
-// Moves the camera by drags, wheel, keys and bookmarks. Every move edits the scene's camera, in
-// proportion to the distance of the pivot. Does nothing without a scene.
+// Moves the camera by drags, wheel, keys and bookmarks. Every move edits the scene's camera. Does
+// nothing without a scene.
 //
 // Used on the window's thread only; nothing here blocks.
 #pragma once
@@ -19,23 +19,26 @@ class Navigator {
  public:
   explicit Navigator(Workbench& bench) : bench_(bench) {}
 
-  // The session has a new scene. `reread`: the same file again, so bookmarks are kept.
+  // Call when the session has a new scene. `reread`: it is the same file read again; bookmarks are
+  // kept.
   void on_new_scene(bool reread);
 
-  // `pixels`: the mouse movement in picture pixels. Handles camera drags and
-  // Drag::kRotateEnvironment, and ignores others.
+  // Handles camera drags and Drag::kRotateEnvironment, and ignores others. `pixels` is the mouse
+  // movement in picture pixels.
   void drag(Drag drag, const Vec2f& pixels);
-  void dolly(double steps);  // wheel steps, towards the scene
+  void dolly(double steps);  // positive wheel steps move towards the pivot
   // `held` is indexed by Flight.
   void fly(const std::array<bool, 6>& held, double seconds, bool fast);
-  // Makes the point the pivot, and focuses the lens there.
+  // Turns towards the point, and makes it the pivot and the point in focus.
   void look_at(const Vec3d& point);
 
   bool orthographic() const;
-  // Objects at the pivot keep their size. Perspective is restored with its last angle.
+  // Objects at the pivot keep their size. Switching back to perspective restores the last field of
+  // view.
   void set_orthographic(bool orthographic);
   void set_mirrored(bool mirrored);
-  // The lens's focus distance in metres; by default the distance to the pivot. Needs a scene.
+  // The lens's focus distance in metres; the distance to the pivot by default. There must be a
+  // scene.
   double focus_distance() const;
 
   void frame_all();
@@ -53,7 +56,7 @@ class Navigator {
   Workbench& bench_;
   std::array<std::optional<CameraEdit>, 9> bookmarks_;
   Vec3d pivot_ = Vec3d(0.0);
-  double perspective_fov_ = kDefaultFov;  // before the view became orthographic
+  double perspective_fov_ = kDefaultFov;  // the field of view before switching to orthographic
 };
 
 }  // namespace emberline

@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-// The displayed parts of an inspection, except the picture's own values.
+// The displayed members of an inspection, except the values that come from the picture itself.
 auto displayed_values(const std::optional<PixelInspection>& p) {
   return p ? std::tuple(p->known, p->x, p->y, p->samples, p->explanation)
            : std::tuple(false, -1, -1, 0u, std::string());

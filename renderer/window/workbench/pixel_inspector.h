@@ -14,7 +14,7 @@ namespace emberline {
 
 class Workbench;
 
-// The material shown in its panel.
+// The material that the materials tab shows.
 struct MaterialSelection {
   int material = -1;      // index in the materials of ListedScene::outline; -1: none
   bool show_tab = false;  // request to open the materials tab
@@ -47,8 +47,8 @@ class PixelInspector {
 
   // The pixel that was clicked last.
   const std::optional<Vec2i>& picked() const { return picked_; }
-  // Whether the explanation panel is open. It opens for the pixel under the cursor, or else the
-  // previous one.
+  // Whether the explanation panel is open. It opens for the pixel under the cursor or, if there is
+  // none, for the pixel picked before.
   bool shows_explanation() const { return shows_explanation_; }
   void toggle_explanation();
   const std::optional<PixelInspection>& explanation() const { return explanation_; }
@@ -64,7 +64,7 @@ class PixelInspector {
   Workbench& bench_;
   const std::function<void(const std::string&)> copy_text_;
   std::optional<Vec2i> cursor_pixel_, picked_;
-  std::optional<Vec2i> clicked_, pivot_;  // pending until the session knows what is there
+  std::optional<Vec2i> clicked_, pivot_;  // pending clicks: the session has no data there yet
   bool shows_explanation_ = false;
   std::optional<PixelInspection> inspection_, explanation_;
 };

@@ -26,7 +26,7 @@ class Player {
 
   // Shows the frame that is due. Call whenever the window wakes up.
   void update();
-  // window_time_s() of the next frame; 1e300 if not playing.
+  // When the next frame is due, as a window_time_s(); 1e300 if not playing.
   double next_frame_s() const;
 
  private:

@@ -60,7 +60,7 @@ void SceneEditor::clear_environment() {
   const auto scene = bench_.session.scene();
   if (!scene) return;
   if (scene->outline.environment) return set_environment("");
-  change_with("environment file", [](SceneEdits& e) {  // no environment is left to edit
+  change_with("environment file", [](SceneEdits& e) {  // without environment, drop all its edits
     e.environment = {};
     std::erase_if(e.lights,
                   [](const LightEdit& light) { return light.kind == EditedLight::kEnvironment; });
@@ -97,7 +97,7 @@ bool SceneEditor::has_unsaved_edits() const {
   return bench_.session.scene() && bench_.session.edits() != saved_;
 }
 
-// The session combines edits that come faster than pictures.
+// May be called for every mouse event: the session combines edits that come faster than pictures.
 bool SceneEditor::submit_edits(const SceneEdits& edits, const std::optional<LightEdit>& solo) {
   if (!bench_.session.scene()) return false;
   try {

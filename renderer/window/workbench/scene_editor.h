@@ -19,11 +19,11 @@ class SceneEditor {
  public:
   explicit SceneEditor(Workbench& bench) : bench_(bench) {}
 
-  // The session has a new scene. `reread`: the same file again; previous edits are kept if they
-  // still fit, the history is cleared.
+  // Call when the session has a new scene. Clears the history. `reread`: it is the same file read
+  // again; previous edits are kept if they still fit.
   void on_new_scene(bool reread);
 
-  // `what` names the control: changes by one control during one gesture form one undo step.
+  // `what` names the control; changes with the same name during one gesture form one undo step.
   void change(const SceneEdits& edits, std::string_view what);
   void change(const LightEdit& light, std::string_view what);
   void change(const MaterialEdit& material, std::string_view what);
@@ -32,13 +32,13 @@ class SceneEditor {
   // Ends the gesture: the next change is a new undo step.
   void end_gesture() { history_.end_gesture(); }
 
-  // Replaces the scene's environment. Its edited strength and rotation are kept.
+  // Replaces the scene's environment. Edits of its strength and rotation are kept.
   void set_environment(const std::string& file);
   // Restores the environment that the scene was opened with, if any.
   void clear_environment();
   void rotate_environment(double degrees);
 
-  // Switches all other lights off. Neither saved nor part of undo.
+  // Switches all lights but `light` off; absent: ends solo. Solo is neither saved nor undoable.
   void set_solo(const std::optional<LightEdit>& light);
   const std::optional<LightEdit>& solo() const { return solo_; }
 

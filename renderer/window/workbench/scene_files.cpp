@@ -50,7 +50,7 @@ void SceneFiles::open_dropped(const std::string& path) {
   }
 }
 
-// The file that the edits were read from or saved to; otherwise a new name.
+// Returns the file that the edits were read from or saved to, or else a new name.
 std::string SceneFiles::edits_file() const {
   if (!edits_file_.empty()) return edits_file_;
   std::filesystem::path scene = bench_.session.scene()->outline.file;

@@ -17,17 +17,17 @@ class Workbench;
 
 class SceneFiles {
  public:
-  // `options` name the first scene and its edits.
+  // `options` names the first scene and its edits file.
   SceneFiles(const RenderOptions& options, Workbench& bench)
       : first_scene_(options.scene), first_edits_file_(options.edits), bench_(bench) {}
 
   void open(const std::string& scene);
-  // Reads the scene's file again with the current loading options. Keeps edits, bookmarks and the
-  // edits' file, but not the undo history.
+  // Reads the scene's file again with the current loading options. Keeps the edits, the name of
+  // their file and the bookmarks, but not the undo history.
   void reload();
-  // Opens a scene, or an environment or edits for the open scene.
+  // Opens a dropped file: a scene, or an environment or an edits file for the open scene.
   void open_dropped(const std::string& path);
-  // The session has a new scene. Returns whether it is a reload.
+  // Call when the session has a new scene. Returns whether it was a reload.
   bool on_new_scene();
 
   void save_edits();
@@ -51,7 +51,7 @@ class SceneFiles {
   const std::string first_scene_, first_edits_file_;
   Workbench& bench_;
   bool reloading_ = false;
-  std::string edits_file_, pending_edits_file_;  // empty: none yet
+  std::string edits_file_, pending_edits_file_;  // empty: none
   std::vector<PendingSave> saves_;
 };
 

@@ -1,6 +1,6 @@
-// Changes how the picture is rendered and shown. RenderSession::settings() holds the settings, and
-// RenderSession::problem() reports invalid ones. Used on the window's thread only; nothing here
-// blocks.
+// Changes how the scene is rendered and shown. RenderSession::settings() returns the settings, and
+// RenderSession::problem() says why they are invalid. Used on the window's thread only; nothing
+// here blocks.
 #pragma once
 
 #include "renderer/session/render_session.h"

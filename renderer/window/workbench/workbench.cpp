@@ -67,7 +67,8 @@ bool Workbench::update_load_status() {
 
 void Workbench::report_failed_load() {
   messages.error(load_status_.error);
-  // Unknown inputs: only a new or empty journal file is certainly not one of the scene's files.
+  // The scene's input files are unknown. Only a new or empty journal file is certainly not one of
+  // them.
   std::error_code none;
   const auto size = std::filesystem::file_size(journal.path(), none);
   if (journal.is_buffering() && (none || size == 0)) journal.begin();
@@ -107,7 +108,7 @@ bool Workbench::update_problem() {
   return true;
 }
 
-// Playback forms one undo step, like a drag.
+// Like a drag, playback forms one undo step.
 void Workbench::update_gesture(bool held) {
   if (!held && !player.playing()) edits.end_gesture();
 }

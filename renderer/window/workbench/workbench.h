@@ -1,5 +1,5 @@
-// The window's model, without a window: the session, and the classes that change what it shows,
-// each for a group of panels. Panels and input use them directly. Nothing here draws.
+// The window's model, independent of any window library: the session, and one class per task that
+// changes what it shows. Panels and input call these classes directly. Nothing here draws.
 //
 // Used on the window's thread only; nothing here blocks.
 #pragma once
@@ -27,7 +27,7 @@
 
 namespace emberline {
 
-// Open parts of the interface, and pending requests. Plain state.
+// Which parts of the interface are open, and pending requests.
 struct InterfaceState {
   bool show_shortcuts = false, show_messages = false;
   bool scene_dialog_requested = false, save_dialog_requested = false,
@@ -37,8 +37,8 @@ struct InterfaceState {
 
 class Workbench {
  public:
-  // `state` must outlive this. The session's threads call `wake` when update() has news;
-  // `copy_text` copies a text to the clipboard. Throws RenderError for a journal that cannot be
+  // `state` must outlive this. The session's threads call `wake` when there is news for update().
+  // `copy_text` copies a text to the clipboard. Throws RenderError if the journal cannot be
   // written.
   Workbench(const ViewOptions& options, WindowState& state, std::function<void()> wake,
             std::function<void(const std::string&)> copy_text);
@@ -47,9 +47,10 @@ class Workbench {
   // Fetches updates from the session. Call whenever the window wakes up. Returns whether there is
   // something new to display. Throws UsageError if the journal is an input file of a new scene.
   bool update();
-  // `held`: a slider or mouse button is held, and changes until its release form one undo step.
+  // `held`: a control, mouse button or flight key is held; all changes until its release form one
+  // undo step.
   void update_gesture(bool held);
-  // `number`: of a bookmark.
+  // `number` is the bookmark's, for actions on bookmarks.
   void act(Action action, int number = 0);
 
   // State as of the last update().
@@ -80,7 +81,7 @@ class Workbench {
   bool update_picture();
   bool update_problem();
 
-  std::shared_ptr<const ListedScene> scene_;  // known to the other members
+  std::shared_ptr<const ListedScene> scene_;  // the scene that the other members know
   std::shared_ptr<const SessionPicture> picture_;
   LoadStatus load_status_;
   std::string problem_;
