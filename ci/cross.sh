@@ -13,7 +13,7 @@ if [ "${1:-}" = --root ]; then
   folder=$2
   shift 2
 fi
-grep -q '^VERSION_ID="12"' /etc/os-release || fail "needs a Debian 12: its libraries are those that are linked"
+grep -q '^VERSION_ID="12"' /etc/os-release || fail "needs Debian 12, because the program is linked against its libraries"
 ci/setup.sh mmdebstrap g++-aarch64-linux-gnu qemu-user
 mkdir -p "$folder"
 folder=$(realpath "$folder")
@@ -41,7 +41,7 @@ fi
 export EMBERLINE_SYSROOT=$folder/root
 { cmake --preset arm64 && cmake --build --preset arm64 --target emberline "$@"; } >"$log" 2>&1 || {
   tail -n 30 "$log" >&2
-  fail "it does not build; the lines above say why"
+  fail "the build failed; the lines above say why"
 }
 libraries=$folder/root/usr/lib/aarch64-linux-gnu
 arm() { qemu-aarch64 -L "$folder/root" -E "LD_LIBRARY_PATH=$libraries/blas:$libraries/lapack" "$@"; }
@@ -58,8 +58,8 @@ for scene in cornell_box teapot; do
   python3 - "$scene" "$log" <<'PYTHON'
 import json, sys
 error = json.load(open(sys.argv[2]))
-print(f"{sys.argv[1]}: relMSE {error['relmse_trimmed']:.1e} without the worst 0.1 %, {error['different_pixels']} pixels have other bits")
+print(f"{sys.argv[1]}: relMSE {error['relmse_trimmed']:.1e} without the worst 0.1 %, {error['different_pixels']} pixels differ")
 sys.exit(error["relmse_trimmed"] > 1e-4)
 PYTHON
 done
-echo "ci/cross.sh: compiled for arm64, and it renders"
+echo "ci/cross.sh: compiled for arm64; the renders match this machine's"

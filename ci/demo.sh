@@ -17,4 +17,4 @@ build/release/bin/emberline render scenes/teapot.glb -o out/teapot.exr -o out/te
 echo
 echo "Pictures: out/teapot.png (look at it), out/teapot.exr (linear)"
 echo "Where the samples went: out/teapot.samples.png"
-echo "What it took: out/teapot.html (in a browser), out/teapot.json"
+echo "Report: out/teapot.html (open it in a browser), out/teapot.json"

@@ -107,12 +107,12 @@ settings=(--size 256x256 --bucket-size 16 --spp "${EMBERLINE_FARM_SPP:-128}" --a
 say "16 parts"
 "$program" farm scene.glb -o $frame --parts 16 --cpus 1 --memory 1G --minutes 30 "${settings[@]}"
 
-wait_for 60 "part that is done" '[ "$(count done)" -ge 2 ]'
+wait_for 60 "two finished parts" '[ "$(count done)" -ge 2 ]'
 mv scene.glb whole.glb && head -c 1000 whole.glb >scene.glb
-say "the scene is cut short"
-wait_for 60 "part that has failed" '[ "$(count failed)" -ge 1 ]'
+say "the scene is truncated"
+wait_for 60 "failed part" '[ "$(count failed)" -ge 1 ]'
 mv whole.glb scene.glb
-say "the scene is whole again; $(count failed) parts have failed"
+say "the scene is restored; $(count failed) parts have failed"
 "$program" farm status $frame
 
 # Stops the processes of n1 while its part is unfinished and its checkpoint has some buckets, so that the part cannot
@@ -129,7 +129,7 @@ hold_n1_with_buckets() {
 }
 wait_for 60 "part with buckets on n1" hold_n1_with_buckets
 kill -9 $(processes_of n1)
-say "n1 is killed, its daemon and its steps"
+say "killed n1: its daemon and its steps"
 wait_for 60 "node that is down" 'sinfo -h -n n1 -o %T | grep -q down'
 slurmd -N n1
 say "n1 is back"
@@ -137,7 +137,7 @@ wait_for 120 "end of the array" '[ -z "$(squeue -h -r -o %T | grep -v PENDING)" 
 "$program" farm status $frame
 [ "$(count failed)" -ge 1 ] || fail "no part has failed"
 [ ! -e $frame ] || fail "merged although parts are missing"
-grep -l "NODE_FAIL\|NODE FAILURE\|resumed from" $frame.farm/logs/*.log | sed 's/^/        went on after the kill: /' || fail "no part was under way on n1"
+grep -l "NODE_FAIL\|NODE FAILURE\|resumed from" $frame.farm/logs/*.log | sed 's/^/        resumed after the kill: /' || fail "no part was running on n1"
 
 say "farm retry"
 "$program" farm retry $frame
@@ -149,16 +149,16 @@ say "a frame whose scene is copied to the nodes first"
 mkdir "$work/scratch"
 TMPDIR=$work/scratch "$program" farm scene.glb -o staged.exr --parts 4 --cpus 1 --stage "${settings[@]}" --spp 16
 wait_for 60 "staged picture" '[ -e staged.exr.farm/merge.json ] && [ -z "$(squeue -h)" ]'
-[ "$(ls "$work/scratch" | wc -l)" = 1 ] || fail "in the scratch folder: $(ls "$work/scratch")"
+[ "$(ls "$work/scratch" | wc -l)" = 1 ] || fail "unexpected files in the scratch folder: $(ls "$work/scratch")"
 
-say "the same at once"
+say "the same frames, each in a single run"
 "$program" render scene.glb -o single.exr --quiet "${settings[@]}"
 "$program" render scene.glb -o single-staged.exr --quiet "${settings[@]}" --spp 16
-PYTHONPATH=$root/tests/invariance python3 - <<'CHECK' || fail "other bits"
+PYTHONPATH=$root/tests/invariance python3 - <<'CHECK' || fail "the pictures differ"
 from frame_bits import chunks
 for a, b in (("shot.exr", "single.exr"), ("staged.exr", "single-staged.exr")):
     a, b = (chunks(open(name, "rb").read()) for name in (a, b))
     print(f"        {len(a)} tiles, {sum(x != y for x, y in zip(a, b))} differ")
     assert a == b
 CHECK
-say "the same bits"
+say "the pictures are bit-identical"

@@ -15,7 +15,7 @@ cd "$(dirname "$0")/.."
 
 suite=${EMBERLINE_DEBIAN_SUITE:-sid}
 jobs=${EMBERLINE_JOBS:-$(nproc)}
-[ $# -le 1 ] || fail "one argument at most: the folder of the root"
+[ $# -le 1 ] || fail "at most one argument: the folder of the root"
 mkdir -p "${1:-build}"
 root=$(realpath "${1:-build/next-debian}")
 make_root "$suite" "$root"

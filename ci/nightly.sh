@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 
 all=(tests long numerics bench kills checkpoints bombs repeat fuzz asan tsan)
 for step in "$@"; do
-  [[ " ${all[*]} " == *" $step "* ]] || { echo "ci/nightly.sh: no step '$step'; there are ${all[*]}" >&2; exit 2; }
+  [[ " ${all[*]} " == *" $step "* ]] || { echo "ci/nightly.sh: unknown step '$step'; valid steps are ${all[*]}" >&2; exit 2; }
 done
 [ $# -gt 0 ] || set -- "${all[@]}"
 
@@ -49,4 +49,4 @@ for step in "$@"; do
   esac || failed+=("$step")
   echo "ci/nightly.sh: $step took $(((SECONDS - began) / 60)) min"
 done
-[ ${#failed[@]} -eq 0 ] || { echo "ci/nightly.sh: failed: ${failed[*]}; again: ci/nightly.sh ${failed[*]}" >&2; exit 1; }
+[ ${#failed[@]} -eq 0 ] || { echo "ci/nightly.sh: failed: ${failed[*]}; to repeat: ci/nightly.sh ${failed[*]}" >&2; exit 1; }

@@ -7,7 +7,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 . ci/debian_root.sh
 
-[ $# -le 1 ] || fail "one argument at most: the folder of the root"
+[ $# -le 1 ] || fail "at most one argument: the folder of the root"
 { grep -q '^VERSION_ID="12"' /etc/os-release && [ "$(id -u)" -eq 0 ]; } || fail "needs Debian 12, root and network"
 ci/setup.sh debootstrap lintian mkdocs
 mkdir -p "${1:-build}"
@@ -52,5 +52,5 @@ in_root "$root.try" bash /emberline/smoke.sh /emberline || fail "the installed c
 # shellcheck disable=SC2046
 quietly apt-get purge -y $(for package in "$packages"/*.deb; do dpkg-deb -f "$package" Package; done)
 files_of_root >"$log.after"
-diff "$log.before" "$log.after" || fail "this is left of the packages (>), or was taken along (<)"
-echo "ci/package.sh: built, installed, tried and removed without a trace"
+diff "$log.before" "$log.after" || fail "removing the packages left these files (>), or removed other files (<)"
+echo "ci/package.sh: built, installed, tried and removed cleanly"

@@ -28,7 +28,7 @@ def read_links(build):
 def all_dependencies(links, folder, path=()):
     """Returns all direct and indirect dependencies of a folder's library."""
     if folder in path:
-        sys.exit("libraries link in a circle: " + " -> ".join((*path, folder)))
+        sys.exit("libraries link to each other in a cycle: " + " -> ".join((*path, folder)))
     linked = links[folder]
     return linked.union(*(all_dependencies(links, b, (*path, folder)) for b in linked))
 
@@ -59,9 +59,9 @@ def main(build, action=""):
         return
     for folder in links:
         for linked in all_dependencies(links, folder) - ALLOWED[folder]:
-            sys.exit(f"{folder} may not stand on {linked}")
+            sys.exit(f"{folder} must not depend on {linked}")
     if text[begin:end] != graph:
-        sys.exit(f"the graph in {README.relative_to(ROOT)} is not CMake's; --write renews it")
+        sys.exit(f"the graph in {README.relative_to(ROOT)} differs from CMake's; update it with --write")
 
 
 if __name__ == "__main__":

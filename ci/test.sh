@@ -14,7 +14,7 @@ if [ "$preset" = release ]; then
   if [ "$(id -u)" -eq 0 ]; then
     ci/farm.sh build/release/bin/emberline
   else
-    echo "ci/test.sh: ci/farm.sh is left out, as this is not root"
+    echo "ci/test.sh: skipped ci/farm.sh, which needs root"
   fi
 fi
 

@@ -18,8 +18,9 @@ std::unique_ptr<Integrator> create_direct(const IntegratorSettings& settings) {
 }
 
 constexpr IntegratorEntry kIntegrators[] = {
-    {"path", "path tracing with all light, to `max-depth`", create_path, false, true},
-    {"direct", "direct light only; the same as path with a depth of 1", create_direct, false, true},
+    {"path", "full path tracing, up to `max-depth`", create_path, false, true},
+    {"direct", "direct light only; the same as path with `max-depth` 1", create_direct, false,
+     true},
     {"ambient_occlusion", "ambient occlusion, without lights and materials",
      create_ambient_occlusion},
     {"normal", "shading normals", create_view<DebugView::kNormal>},

@@ -21,9 +21,9 @@ std::unique_ptr<Sampler> make(const SamplerSettings& settings) {
 
 // The first row is the default.
 constexpr SamplerEntry kSamplers[] = {
-    {"sobol", "Owen-scrambled Sobol' points: least noise for the same number of samples",
+    {"sobol", "Owen-scrambled Sobol' points: least noise for a given number of samples",
      SampleCounts::kAny, ConvergenceRate::kSobol, make<SobolSampler>},
-    {"blue_noise", "one Sobol' sequence along a Z-order of the pixels: noise that is less visible",
+    {"blue_noise", "one Sobol' sequence along the pixels' Z-order: less visible noise",
      SampleCounts::kPowerOfTwo, ConvergenceRate::kUnknown, make<BlueNoiseSampler>},
     {"stratified", "jittered: one random point in each of `spp` equal cells", SampleCounts::kFixed,
      ConvergenceRate::kJittered, make<StratifiedSampler>},

@@ -1,15 +1,19 @@
 #!/usr/bin/env python3
-"""Makes the gallery's heatmaps: figure_1_spheres.jpg and figure_1_teapot.jpg (picture left, sample density right),
-blur.jpg (the same of a shutter, of a lens, and of both), heatmaps.jpg (samples, reasons, time and error of one
-frame), clamped.jpg (a picture without and with --clamp-indirect, and what that took), guided.jpg (a room under
---env-sampling light, and guided), and denoised.jpg (16 samples as
-they are and denoised, the error that is expected to be left, and 4096 samples), layers.jpg (what a frame has for a
-compositor).
+"""Makes pictures of the gallery:
+
+  figure_1_spheres.jpg, figure_1_teapot.jpg   picture left, sample density right
+  blur.jpg       pictures and sample densities with motion blur, with depth of field, and with both
+  heatmaps.jpg   samples, stop reasons, time and error of one frame
+  clamped.jpg    a picture without and with --clamp-indirect, and the light that it removed
+  guided.jpg     a room with --env-sampling light and --env-sampling guided
+  denoised.jpg   16 samples, the same denoised, the estimated remaining error, and 4096 samples
+  layers.jpg     a frame's layers for compositing
 
     make_heatmaps.py [--emberline BINARY] [--out DIR] [--size WxH] [--threads N] [--only NAME,...]
 
 The first two have the set-up of figure 1 of J. Painter and K. Sloan, "Antialiased ray tracing by adaptive
-progressive refinement", SIGGRAPH 1989: direct light, every pixel refined until it is sure enough, density in grey.
+progressive refinement", SIGGRAPH 1989: direct light, every pixel refined until its error is small
+enough, density in grey.
 Needs oiiotool (Debian: openimageio-tools) to put pictures side by side.
 """
 
@@ -143,9 +147,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--emberline", type=pathlib.Path, default=HERE.parent / "build/release/bin/emberline")
     parser.add_argument("--out", type=pathlib.Path, default=HERE / "gallery")
-    parser.add_argument("--size", default="800x450", help="of each half of figure 1")
+    parser.add_argument("--size", default="800x450", help="size of each half of figure 1")
     parser.add_argument("--threads", default="2")
-    parser.add_argument("--only", default="", help="names of pictures, without suffix [all]")
+    parser.add_argument("--only", default="", help="make only these pictures, named without suffix [all]")
     options = parser.parse_args()
     threads = ["--threads", options.threads]
     shared = [*OPTIONS, "--size", options.size, *threads]

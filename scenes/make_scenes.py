@@ -2,7 +2,7 @@
 """Writes Emberline's own scenes and environment maps (see README.md beside this file).
 
     make_scenes.py [--out DIR] [NAME ...]    write them (default: beside this file)
-    make_scenes.py --check [NAME ...]        compare with the files beside this one; exit 1 at the first difference
+    make_scenes.py --check [NAME ...]        compare with the files beside this one; exit 1 if any differs
 
 Standard library only. The same bytes on every machine: no clock, no hash order, no zlib, coordinates on a grid.
 """
@@ -40,14 +40,14 @@ FILES = {
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", metavar="NAME", help="file or scene names; all when none is given")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="names of files or scenes (default: all)")
     parser.add_argument("--out", type=pathlib.Path, default=HERE)
     parser.add_argument("--check", action="store_true")
     options = parser.parse_args()
 
     unknown = [n for n in options.names if n not in FILES and f"{n}.glb" not in FILES and f"{n}.hdr" not in FILES]
     if unknown:
-        parser.error(f"unknown: {', '.join(unknown)}; there are: {', '.join(FILES)}")
+        parser.error(f"unknown names: {', '.join(unknown)}; valid names are: {', '.join(FILES)}")
     selected = [f for f in FILES if not options.names or f in options.names or f.rsplit(".", 1)[0] in options.names]
 
     different = 0

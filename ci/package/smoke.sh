@@ -64,7 +64,7 @@ import emberline
 scene = emberline.Scene(sys.argv[1], size=(64, 64), spp=4)
 picture = emberline.render(scene)
 frame = emberline.read("a.exr")
-assert (picture["RGB"] == frame["RGB"]).all(), "other bits than the command's"
+assert (picture["RGB"] == frame["RGB"]).all(), "the picture differs from the command's"
 assert emberline.compare(picture, frame).mse == 0
 SCRIPT
 }
@@ -84,7 +84,7 @@ for name in files:
         for node in ast.walk(ast.parse(file.read())):
             if isinstance(node, ast.ImportFrom) and node.level == 1:
                 for part in [node.module] if node.module else [alias.name for alias in node.names]:
-                    assert part + ".py" in files, f"{name} wants {part}, which is not there"
+                    assert part + ".py" in files, f"{name} imports {part}, which is missing"
 SCRIPT
 }
 
@@ -98,7 +98,7 @@ check "manual as HTML" says "Getting started" "cat /usr/share/doc/emberline/html
 check "completion" completes
 check "exr" render -o a.exr
 check "same bits on one thread" render -o b.exr --threads 1
-check "same bits on lesser processors" builds_agree
+check "same bits on older processors" builds_agree
 check "compare" says '"mse":0.0' 'emberline compare a.exr b.exr --json | tr -d " "'
 check "jpeg, environment" render -o a.jpg --env "$scenes/studio.hdr"
 check "adaptive, channels" render -o c.exr --driver adaptive --aov denoising --report c.json

@@ -125,7 +125,7 @@ std::string find_name(const std::string& kind, const std::string& owner, const s
   if (chosen.empty()) return fallback;
   const auto found = std::ranges::find(names, lower_case(chosen), lower_case);
   if (found != names.end()) return *found;
-  throw UsageError("`{0}`: unknown {0} \"{1}\" of {2}; valid names are: {3}", kind,
+  throw UsageError("`{0}`: unknown {0} \"{1}\" in {2}; valid names are: {3}", kind,
                    shortened(chosen), owner,
                    names.empty() ? "(none)" : fmt::format("{}", fmt::join(names, ", ")));
 }
@@ -148,10 +148,10 @@ InputSpace find_input_space(const ocio::ConstConfigRcPtr& config, const std::str
                      "has neither a linear Rec. 709 space nor the roles aces_interchange or "
                      "scene_linear; unset OCIO to use the built-in config");
   }
-  log_warning(
-      place +
-      ": no linear Rec. 709 space and no role aces_interchange; pixels are assumed to be in " +
-      space->getName());
+  log_warning(place +
+              ": the OpenColorIO config has no linear Rec. 709 space and no role aces_interchange; "
+              "assuming that pixels are in " +
+              space->getName());
   return {space->getName(), false};
 }
 

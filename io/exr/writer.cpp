@@ -32,9 +32,9 @@ constexpr size_t kShortNameLength = 31;
 
 constexpr NamedValue<ExrCompression> kCompressions[] = {
     {"none", "no compression", ExrCompression::kNone},
-    {"zips", "lossless; for tiles the same as zip", ExrCompression::kZips},
+    {"zips", "lossless; same as zip for tiles", ExrCompression::kZips},
     {"zip", "lossless", ExrCompression::kZip},
-    {"piz", "lossless, smaller for noise", ExrCompression::kPiz},
+    {"piz", "lossless; smaller for noisy images", ExrCompression::kPiz},
     {"dwaa", "lossy for colours, in blocks of 32 rows; much smaller", ExrCompression::kDwaa},
     {"dwab", "lossy for colours, in blocks of 256 rows; much smaller", ExrCompression::kDwab},
 };
@@ -43,8 +43,8 @@ constexpr exr_compression_t kExrCompressions[] = {EXR_COMPRESSION_NONE, EXR_COMP
                                                   EXR_COMPRESSION_DWAA, EXR_COMPRESSION_DWAB};
 
 constexpr NamedValue<ExrParts> kParts[] = {
-    {"one", "one part with all channels, which every program can read", ExrParts::kOne},
-    {"layers", "a part for each layer, so that a single layer is read faster", ExrParts::kLayers},
+    {"one", "one part with all channels; every program can read it", ExrParts::kOne},
+    {"layers", "one part per layer; a single layer is faster to read", ExrParts::kLayers},
 };
 
 // The message of the last OpenEXR error in this thread. OpenEXR passes it only to a callback.

@@ -250,7 +250,7 @@ AtomicFile::AtomicFile(const std::string& path, std::string target)
   if (exists && !S_ISREG(status.st_mode)) fail(path_, "it is not a regular file", 0);
   if (exists && ::access(target_.c_str(), W_OK) != 0) fail(path_, "it is write-protected", errno);
   if (std::filesystem::path(target_).filename().empty()) {
-    fail(path_, "it ends in a slash; name a file", 0);
+    fail(path_, "the path ends in a slash; name a file", 0);
   }
 
   remove_stale_files(target_);
@@ -429,13 +429,13 @@ void LockedFile::rename_to(const std::string& path) {
 
 ScratchFile ScratchFile::beside(const std::string& path) {
   return {folder_of(resolve_links(path)),
-          "cannot write " + path + ": a temporary file in its folder"};
+          "cannot write " + path + ": cannot use a temporary file in its folder"};
 }
 
 ScratchFile ScratchFile::temporary(const std::string& purpose) {
   const char* const chosen = std::getenv("TMPDIR");
   const std::string folder = chosen && *chosen ? chosen : "/tmp";
-  return {folder, "cannot " + purpose + " in " + folder + " (TMPDIR can name another folder)"};
+  return {folder, "cannot " + purpose + " in " + folder + " (set TMPDIR to use another folder)"};
 }
 
 ScratchFile::ScratchFile(const std::string& folder, std::string failure)
@@ -475,7 +475,7 @@ std::shared_ptr<const std::byte> ScratchFile::map(uint64_t offset, uint64_t coun
 GrowingFile::GrowingFile(const std::string& path) : path_(path) {
   const int own = find_descriptor(path);
   if (own == kForeignDescriptor && !is_pipe_or_device(path)) {
-    fail(path_, "another process has it open; name a file", 0);
+    fail(path_, "it is a file descriptor of another process; name a file", 0);
   }
   constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC | O_NONBLOCK;
   descriptor_ =
@@ -487,7 +487,8 @@ GrowingFile::GrowingFile(const std::string& path) : path_(path) {
 void GrowingFile::append(std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
-    if (written < 0 && errno == EAGAIN) fail(path_, "its reader does not keep up", 0);
+    if (written < 0 && errno == EAGAIN)
+      fail(path_, "the program that reads the pipe is too slow", 0);
     if (written < 0 && errno != EINTR) fail(path_, "writing failed", errno);
     if (written > 0) bytes.remove_prefix(size_t(written));
   }

@@ -92,7 +92,7 @@ void InputFile::read(uint64_t offset, uint64_t count, void* bytes,
     if (got < 0)
       throw InputError(place_, "cannot read the file{}: {}", name_suffix(), system_message(errno));
     if (uint64_t(got) < part) {
-      throw InputError(place_, "the file has become shorter while it was read" + name_suffix());
+      throw InputError(place_, "the file was truncated while it was being read" + name_suffix());
     }
     next += part;
     offset += part;

@@ -59,8 +59,9 @@ OwnedFolder::OwnedFolder(const std::string& path, OwnedFolderKind kind)
 void OwnedFolder::lock() {
   if (lock_.try_lock(path_)) return;
   created_folders_.clear();  // the other run uses these folders now
-  throw UsageError(kind_.option + " " + path_ +
-                   ": another run is writing into it; wait until it ends, or name another folder");
+  throw UsageError(
+      kind_.option + " " + path_ +
+      ": another run is writing to this folder; wait until it ends, or name another folder");
 }
 
 OwnedFolder::~OwnedFolder() { remove_empty_folders(); }
@@ -85,7 +86,7 @@ void OwnedFolder::make_folder(const std::string& folder, bool with_parents) {
   if (fs::create_directory(folder, error)) created_folders_.push_back(folder);
   if (!is_folder(folder)) {
     throw RenderError("{} {}: cannot create the folder: {}", kind_.option, folder,
-                      error ? error.message() : "a file has that name");
+                      error ? error.message() : "a file with this name exists");
   }
 }
 
@@ -112,8 +113,9 @@ std::vector<std::string> OwnedFolder::entries() const {
 void OwnedFolder::check_empty() const {
   for (const std::string& name : entries()) {
     if (name.starts_with(kind_.marker + ".part")) continue;  // left by a killed run
-    throw UsageError(kind_.option + " " + path_ + ": it has files (" + name + ") but no " +
-                     kind_.marker + " that lists this command's files; name a new folder");
+    throw UsageError(kind_.option + " " + path_ + ": it is not empty (it contains " + name +
+                     ") and has no " + kind_.marker +
+                     " that lists this command's files; name a new folder");
   }
 }
 
@@ -146,9 +148,10 @@ void OwnedFolder::check(std::span<const std::string> names) const {
     const fs::file_type type = type_of(path(name));
     if (type == fs::file_type::not_found) continue;
     if (type == fs::file_type::regular && files_.contains(name)) continue;
-    throw UsageError(kind_.option + " " + path(name) +
-                     ": this command would replace the file but did not write it; move it away or "
-                     "name another folder");
+    throw UsageError(
+        kind_.option + " " + path(name) +
+        ": this file was not written by this command and would be overwritten; move it away or "
+        "name another folder");
   }
 }
 

@@ -53,8 +53,8 @@ InputError damage_error(const std::string& path) {
 std::string pack_file_head(std::string_view head) {
   if (head.size() > kMaxHeadBytes) {
     throw RenderError(
-        "a checkpoint's header can hold {} MiB, but this frame needs {}: leave out `cryptomatte` "
-        "or the checkpoint",
+        "a checkpoint's header can hold {} MiB, but this frame needs {} MiB; render without "
+        "`cryptomatte` or without a checkpoint",
         kMaxHeadBytes >> 20, (head.size() >> 20) + 1);
   }
   FileHeader start = {{}, kFormatVersion, uint32_t(head.size()), fingerprint(head)};

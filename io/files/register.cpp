@@ -47,7 +47,7 @@ bool FileRegister::Output::is_ancestor_of(const ResolvedPath& other) const {
 
 void FileRegister::throw_duplicate(const Output& output, const Output& other) {
   throw_conflict(output.option, output.given_path,
-                 "it is also the file of " + other.option + " " + other.given_path);
+                 "it is also written by " + other.option + " " + other.given_path);
 }
 
 FileRegister::ResolvedPath FileRegister::resolve_path(const fs::path& path) {

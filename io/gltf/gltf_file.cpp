@@ -34,7 +34,7 @@ template <class Read>
 auto convert_exceptions(const std::string& path, const Read& read) try {
   return read();
 } catch (const std::bad_alloc&) {
-  throw InputError(path, "there is not enough memory to load it");
+  throw InputError(path, "not enough memory to load the file");
 } catch (const nlohmann::json::exception& error) {
   // check_schema() should have prevented this. If it did not, the fault is still the file's.
   throw InputError(path, std::string("unexpected structure: ") + error.what());

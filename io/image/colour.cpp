@@ -25,7 +25,7 @@ constexpr size_t kMaxListed = 12;
 constexpr size_t kMaxListedLayers = 40;  // if the user has to choose one
 
 constexpr const char kUnreadPart[] =
-    "{}: the part differs from the first in size, or repeats its channel names; save it as a "
+    "{}: this part differs from the first in size or repeats channel names; save it as a "
     "separate file";
 
 std::string join_names(const Names& names, size_t most = kMaxListed) {
@@ -121,7 +121,8 @@ ColourChannels channels_of(const Layer& layer, const std::string& place) {
   }
   if (green != red + 1 || blue != red + 2) {
     if (const std::string twice = case_duplicates(layer); !twice.empty()) {
-      throw InputError(place, "it has {} in upper and in lower case; keep only one of them", twice);
+      throw InputError(place, "it has {} in both upper and lower case; keep only one of them",
+                       twice);
     }
     throw InputError(place, "the channels R, G and B are not adjacent");
   }
@@ -284,7 +285,7 @@ ImageLayer find_layer(const Names& channels, const std::vector<ImagePart>& parts
   for (const ImageLayer& layer : layers) {
     if (std::ranges::find(listed, layer.name) == listed.end()) listed.push_back(layer.name);
   }
-  throw UsageError("`layer`: unknown layer '{}'; the layers of {}, nearest names first, are {}",
+  throw UsageError("`layer`: unknown layer '{}'; the layers in {}, closest match first, are {}",
                    shortened(name), place, join_names(listed, kMaxListedLayers));
 }
 

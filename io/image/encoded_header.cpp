@@ -25,7 +25,7 @@ class HeaderReader {
   void seek(uint64_t offset) {
     cursor_.seek(offset);
     if (offset > most_) {
-      throw InputError(place_, std::string("the image does not decode: the header of the ") +
+      throw InputError(place_, std::string("cannot decode the image: the header of the ") +
                                    format_ + " is longer than " + std::to_string(most_) + " bytes");
     }
   }
@@ -128,8 +128,8 @@ void check_exr_attribute(HeaderReader& reader, std::string_view type, uint32_t l
     is_valid = length == known->length;
   }
   if (is_valid) return;
-  throw InputError(place, "the image does not decode: the EXR's header has a value of type " +
-                              std::string(type) + " with a wrong size");
+  throw InputError(place, "cannot decode the image: the EXR header has an attribute of type " +
+                              std::string(type) + " with the wrong size");
 }
 
 // Rows per block, in ImfCompression.h's order: none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA,
@@ -142,13 +142,13 @@ uint64_t rows_per_block(uint8_t compression) {
 }  // namespace
 
 [[noreturn]] void throw_truncated(const char* format, const std::string& place) {
-  throw InputError(place, "the image does not decode: the {} is truncated", format);
+  throw InputError(place, "cannot decode the image: the {} is truncated", format);
 }
 
 void check_pixels_fit(const ImageHeader& header, double needed, uint64_t bytes,
                       const std::string& place) {
   if (needed <= double(bytes)) return;
-  throw InputError(place, "the image does not decode: {} x {} pixels do not fit into {} bytes",
+  throw InputError(place, "cannot decode the image: {} x {} pixels do not fit into {} bytes",
                    header.width, header.height, bytes);
 }
 
@@ -164,8 +164,7 @@ void check_tile(const ImageHeader& header, int64_t width, int64_t height,
       height <= std::max(header.height, kMaxTileSide)) {
     return;
   }
-  throw InputError(place,
-                   "the image does not decode: its tiles of {} x {} are larger than the image",
+  throw InputError(place, "cannot decode the image: its tiles of {} x {} are larger than the image",
                    width, height);
 }
 
@@ -184,8 +183,8 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
     int attributes = 0;
     for (std::string name = reader.until('\0'); !name.empty(); name = reader.until('\0')) {
       if (++attributes > kMaxExrAttributes) {
-        throw InputError(place, "the image does not decode: the EXR's header has more than " +
-                                    std::to_string(kMaxExrAttributes) + " values");
+        throw InputError(place, "cannot decode the image: the EXR header has more than " +
+                                    std::to_string(kMaxExrAttributes) + " attributes");
       }
       const std::string type = reader.until('\0');
       const uint32_t length = reader.word();
@@ -235,7 +234,7 @@ ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) 
   HeaderReader reader(source, kMaxHdrHeaderBytes, "HDR", place);
   for (std::string line = reader.until('\n'); !line.empty(); line = reader.until('\n')) {
     if (line.starts_with("FORMAT=") && line.find("rgbe") == std::string::npos) {
-      throw InputError(place, "the image does not decode: the HDR's pixels are not RGBE");
+      throw InputError(place, "cannot decode the image: the HDR's pixels are not RGBE");
     }
   }
   const std::string line = reader.until('\n');
@@ -244,7 +243,7 @@ ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) 
   const bool rows = first && second && first->letter == 'Y' && second->letter == 'X';
   const bool columns = first && second && first->letter == 'X' && second->letter == 'Y';
   if (!rows && !columns) {
-    throw InputError(place, "the image does not decode: the HDR has no resolution line");
+    throw InputError(place, "cannot decode the image: the HDR has no resolution line");
   }
   ImageHeader header;
   header.width = (rows ? second : first)->size;

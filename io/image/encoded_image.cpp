@@ -148,7 +148,7 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
     }
     const int64_t blocks = clean.header.width * clean.header.height / 64;
     if (++scans > kMaxScans || (scans > kUncheckedScans && scans * blocks > kMaxScannedBlocks)) {
-      throw InputError(place, "the image does not decode: the JPEG has more than {} scans",
+      throw InputError(place, "cannot decode the image: the JPEG has more than {} scans",
                        scans - 1);
     }
     const size_t end = end_of_scan(bytes, offset);
@@ -185,7 +185,7 @@ CleanImage clean_webp(Bytes bytes, const std::string& place) {
     append(clean.bytes, chunk);
     if (is("VP8X") && length >= 10) {
       if (chunk[8] & kAnimationFlag) {
-        throw InputError(place, "animated WebP is not supported; save one frame of it");
+        throw InputError(place, "animated WebP is not supported; save a single frame");
       }
       clean.bytes[at + 8] = uint8_t(chunk[8] & kAlphaFlag);  // keeps only the alpha flag
       clean.header.width = int64_t(little_endian(chunk, 12, 3)) + 1;

@@ -25,7 +25,7 @@ constexpr int64_t kMaxSide = 65536;
 // Limit on the data window's position, which keeps sums far from overflow.
 constexpr int64_t kMaxWindowOffset = int64_t(1) << 24;
 
-constexpr const char* kDecodeError = "the image does not decode: ";
+constexpr const char* kDecodeError = "cannot decode the image: ";
 
 constexpr std::array kTextureFormats = {ImageFormat::kPng, ImageFormat::kJpeg, ImageFormat::kWebp,
                                         ImageFormat::kExr, ImageFormat::kHdr,  ImageFormat::kKtx2};
@@ -316,7 +316,7 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
                           const LoadProgress& progress) try {
   OpenImage input(encoded, kTextureFormats, place, progress);
   if (input.truncated() && !lenient) {
-    throw InputError(place, "the JPEG is truncated; `lenient` accepts it");
+    throw InputError(place, "the JPEG is truncated; use `lenient` to accept it");
   }
   const ImageLayout layout = input.layout();
   std::string transfer = input.attribute(kTransferAttribute);

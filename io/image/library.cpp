@@ -39,7 +39,7 @@ void check_complete(const std::string& path) {
   const bool read = file.try_read(0, sizeof header, header) == int64_t(sizeof header);
   const uint64_t sections = number(0x28, 8), size = number(0x3a, 2), count = number(0x3c, 2);
   if (!read || sections > file.size() || size * count > file.size() - sections) {
-    throw RenderError("no images can be read or written: {} is damaged", path);
+    throw RenderError("cannot read or write images: {} is damaged", path);
   }
 }
 
@@ -55,8 +55,8 @@ void check_address_space() {
                             MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (room == MAP_FAILED) {
     throw RenderError(
-        "no images can be read or written: their library needs 700 MiB of address space, more than "
-        "this shell's limits leave (ulimit -v, ulimit -d)");
+        "cannot read or write images: the image library needs 700 MiB of address space, more than "
+        "the shell's limits allow (ulimit -v, ulimit -d)");
   }
   ::munmap(room, kRequiredBytes);
 }
@@ -94,7 +94,7 @@ void* open_shared_library() {
 const ImageLibrary& load_image_library() {
   const uint64_t before = statm_bytes(StatmField::kResident);
   void* const library = open_shared_library();
-  if (!library) throw RenderError(std::string("no images can be read or written: ") + ::dlerror());
+  if (!library) throw RenderError(std::string("cannot read or write images: ") + ::dlerror());
   const auto entry = reinterpret_cast<decltype(&emberline_image_library)>(
       ::dlsym(library, "emberline_image_library"));
   const ImageLibrary* const found = entry ? entry(EMBERLINE_VERSION) : nullptr;

@@ -92,7 +92,7 @@ class Decoder final : public ImageDecoder {
     input_ = oiio::ImageInput::create(format);
     if (!input_ || !input_->supports("ioproxy") || !input_->set_ioproxy(proxy_.get())) {
       oiio::geterror();  // clears the error, which the next caller would get otherwise
-      return "this OpenImageIO cannot read " + format;
+      return "this build of OpenImageIO cannot read " + format;
     }
     oiio::ImageSpec hints, opened;
     hints["oiio:UnassociatedAlpha"] = 1;

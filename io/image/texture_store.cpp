@@ -79,7 +79,7 @@ class TextureFile : public std::enable_shared_from_this<TextureFile> {
 
   const uint64_t limit_;
   const uint64_t unrelated_bytes_;  // resident pages of other mapped files
-  ScratchFile file_ = ScratchFile::temporary("hold textures in a temporary file");
+  ScratchFile file_ = ScratchFile::temporary("store textures in a temporary file");
   uint64_t end_ = 0;
   std::mutex mutex_;
   std::condition_variable wake_;

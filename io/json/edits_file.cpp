@@ -161,7 +161,7 @@ CameraEdit read_camera(const JsonReader& entry) {
   if (entry.has("up") && !edit.look_from) {
     throw InputError(entry.place(), "\"up\" requires \"look_from\" and \"look_at\"");
   }
-  if (!(edit.up.length2() > 0)) entry["up"].throw_expected("a direction");
+  if (!(edit.up.length2() > 0)) entry["up"].throw_expected("a non-zero direction");
   if (entry.has("mirrored") && !edit.look_from) {
     throw InputError(entry["mirrored"].place(), "it requires \"look_from\" and \"look_at\"");
   }

@@ -79,7 +79,7 @@ class DocumentBuilder final : public json::json_sax_t {
     if (duplicates_found_ > 0) {
       const size_t others = duplicates_found_ - 1;
       log_warning(first_duplicate_ + ": " + kDuplicateMessage + "; the last one is used" +
-                  (others ? ", also for " + std::to_string(others) + " more" : ""));
+                  (others ? " (and " + std::to_string(others) + " more like it)" : ""));
     }
     return std::move(root_);
   }
@@ -186,7 +186,7 @@ json parse_json(std::string_view text, const std::string& file, DuplicateMembers
 json read_json(const std::string& path, const LoadProgress& progress) {
   const InputFile file(path);
   if (file.size() > kMaxSidecarBytes) {
-    throw InputError(path, "has more than {} MiB", kMaxSidecarBytes >> 20);
+    throw InputError(path, "the file is larger than {} MiB", kMaxSidecarBytes >> 20);
   }
   return parse_json(file.read_text(), path, DuplicateMembers::kReject, progress);
 }

@@ -76,7 +76,7 @@ bool JsonReader::boolean() const {
 }
 
 std::string JsonReader::text() const {
-  if (!json_.is_string()) throw_expected("a text");
+  if (!json_.is_string()) throw_expected("a string");
   return json_.get<std::string>();
 }
 

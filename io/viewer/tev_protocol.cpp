@@ -99,8 +99,8 @@ bool is_tev_url(std::string_view text) { return begins_with(text, "tev:"); }
 TevAddress parse_tev_url(std::string_view url) {
   const auto invalid_url = [url](std::string_view why) -> UsageError {
     return UsageError(
-        "`display`: '{}' {}; valid is tev://HOST:PORT, where HOST is a name, an IPv4 address or an "
-        "[IPv6 address] and PORT is 1 to {} [{}]",
+        "`display`: '{}' {}; use tev://HOST:PORT, where HOST is a name, an IPv4 address or an "
+        "[IPv6 address] and PORT is 1 to {} (default {})",
         shortened(url), why, std::numeric_limits<uint16_t>::max(), TevAddress::kDefaultPort);
   };
   if (!begins_with(url, kScheme)) throw invalid_url("is not a viewer address");
@@ -111,12 +111,12 @@ TevAddress parse_tev_url(std::string_view url) {
   const std::string_view host = place.substr(brackets, host_end - brackets);
   const std::string_view rest = place.substr(host_end + brackets);
   if (host.empty()) throw invalid_url("has no host");
-  if (brackets ? !is_ipv6(host) : !is_host_name(host)) throw invalid_url("has no valid host");
+  if (brackets ? !is_ipv6(host) : !is_host_name(host)) throw invalid_url("has an invalid host");
   TevAddress address{.host = std::string(host)};
   if (rest.empty()) return address;
   const std::optional<uint16_t> port =
       rest.starts_with(':') ? parse_port(rest.substr(1)) : std::nullopt;
-  if (!port) throw invalid_url("has no valid port");
+  if (!port) throw invalid_url("has an invalid port");
   address.port = *port;
   return address;
 }

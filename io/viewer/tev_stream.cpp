@@ -147,7 +147,7 @@ void TevStream::run() {
   if (fault.empty()) return;
   log_warning(fmt::format("`display` {}: {}; {}", address_.url(), fault,
                           rendering ? "the render continues without this viewer"
-                                    : "it does not show the whole picture"));
+                                    : "the viewer's picture is incomplete"));
 }
 
 uint64_t TevStream::peak_bytes() const {

@@ -264,7 +264,7 @@ void write_picture(const std::string& path, const uint8_t* values, int width, in
     if (width <= 0 || height <= 0)
       throw emberline::UsageError(path + ": the picture has no pixels");
     if (channels != 1 && channels != 3 && channels != 4) {
-      throw emberline::UsageError(path + ": a picture of bytes must have 1, 3 or 4 channels");
+      throw emberline::UsageError(path + ": an 8-bit picture must have 1, 3 or 4 channels");
     }
     const size_t count = size_t(width) * size_t(height) * size_t(channels);
     write_image(path, {width, height, channels, {values, values + count}});

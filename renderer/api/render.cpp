@@ -147,7 +147,7 @@ struct RenderCallbacks {
 // Returns the picture of a job that has ended. Throws Stopped if the frame was given up.
 Picture picture_of(RenderJob& job, ProgressSink& sink, const std::stop_token& give_up) {
   const auto check_abandoned = [&] {
-    if (give_up.stop_requested()) throw Stopped("the frame was abandoned");
+    if (give_up.stop_requested()) throw Stopped("the render was abandoned");
   };
   check_abandoned();
   job.deliver(sink);
@@ -207,7 +207,7 @@ void check_extend_settings(const FrameSettings& more) {
     }
     throw emberline::UsageError(
         "`{}`: extend accepts only `spp`, `noise-threshold`, `max-spp` and `time-limit`; other "
-        "settings stay those of the frame",
+        "settings cannot change",
         row.name);
   }
 }

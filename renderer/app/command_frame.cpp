@@ -317,7 +317,7 @@ bool CommandFrame::has_holes() const {
 void CommandFrame::report_holes() const {
   if (!has_holes() || stop_.cause() != PixelStop::kTimeLimit) return;
   const std::string message =
-      fmt::format("{} of the pixels have no sample and are black; --driver adaptive leaves none",
+      fmt::format("{} of the pixels have no sample and are black; --driver adaptive avoids this",
                   readable_percent(double(result_.unsampled_pixels) / double(plan_.crop.area())));
   options_.strict ? log_error(message) : log_warning(message);
 }

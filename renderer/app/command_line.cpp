@@ -38,7 +38,7 @@ void reject_empty_values(const CLI::App& app) {
         type == "LIST" || option->get_description().find("\n  ") != std::string::npos;
     if (is_named_choice || std::ranges::find(option->results(), "") == option->results().end())
       continue;
-    throw UsageError("{} needs a value, and the one given is empty: {} {}", name, name, type);
+    throw UsageError("{} needs a value, but the given one is empty: {} {}", name, name, type);
   }
   for (const CLI::App* sub : app.get_subcommands()) reject_empty_values(*sub);
 }
@@ -91,24 +91,24 @@ constexpr Command kCommands[] = {
         "List the contents of a scene or of a frame, and glTF features that are approximated or "
         "ignored."),
     command<&All::show, add_show_options, run_show>(
-        "show", "Make a displayed picture of a frame, or of one of its layers."),
+        "show", "Convert a frame, or one of its layers, to a picture for display."),
     command<&All::heatmap, add_heatmap_options, run_heatmap>(
         "heatmap", "Draw the samples, error or time of each pixel of a finished frame."),
     command<&All::explain, add_explain_options, run_explain>(
-        "explain", "Say why a pixel of a finished frame got its samples."),
+        "explain", "Explain why a pixel of a finished frame got its number of samples."),
     command<&All::compare, add_compare_options, run_compare>(
         "compare", "Measure a picture against a reference."),
     command<&All::denoise, add_denoise_options, run_denoise>("denoise",
                                                              "Denoise a finished frame."),
     command<&All::extend, add_extend_options, run_extend>(
-        "extend", "Continue a finished frame to more samples or a lower noise threshold."),
+        "extend", "Add samples to a finished frame, or lower its noise threshold."),
     command<&All::merge, add_merge_options, run_merge>("merge", "Join the parts of a frame."),
     command<&All::farm, add_farm_options, run_farm>("farm",
                                                     "Render a frame in parts, as Slurm jobs."),
     command<&All::study, add_study_options, run_study>(
         "study", "Measure the speed and error of drivers, estimators and samplers."),
     command<&All::help, add_help_options, run_help>(
-        "help", "Explain the commands, one of them, or one of its options."),
+        "help", "Explain all commands, a command, or one of its options."),
 };
 
 void write_document(const std::filesystem::path& path, const std::string& text) {

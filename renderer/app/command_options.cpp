@@ -21,18 +21,18 @@ using enum SettingGroup;
 using H = HelpSection;
 
 void add_snapshots(CLI::App* app, RenderOptions& o) {
-  CLI::Option* snapshots = add_text(
-      app, "--snapshots", o.snapshots, "DIR",
-      {.section = H::kInspection,
-       .full = "Keep the picture at several moments of the render in this folder, and all of them "
-               "as refinement.gif. Each snapshot takes 16 bytes of memory per pixel until the "
-               "frame is done.",
-       .example = "--driver bisection --snapshots shots"});
+  CLI::Option* snapshots =
+      add_text(app, "--snapshots", o.snapshots, "DIR",
+               {.section = H::kInspection,
+                .full = "Save the picture to this folder at several moments of the render, and an "
+                        "animation of them as refinement.gif. Each snapshot takes 16 bytes of "
+                        "memory per pixel until the frame is done.",
+                .example = "--driver bisection --snapshots shots"});
   add_text(app, "--snapshot-at", o.snapshot_at, "LIST",
            {.section = H::kInspection,
             .full = "Take snapshots at these moments, a comma-separated list: 'first' is the first "
-                    "picture, N% is when that share of the pixels has a sample, Ns is a time of "
-                    "rendering in seconds, and Nspp is an average of samples per pixel.",
+                    "picture, N% is when that share of the pixels has a sample, Ns is after N "
+                    "seconds of rendering, and Nspp is at an average of N samples per pixel.",
             .fallback = std::string(kDefaultSnapshotMoments),
             .example = "--snapshots shots --snapshot-at first,10s,60s"})
       ->needs(snapshots);
@@ -41,10 +41,11 @@ void add_snapshots(CLI::App* app, RenderOptions& o) {
       {.section = H::kInspection, .full = "Choose the format of snapshots.", .fallback = "png"},
       snapshot_format_table())
       ->needs(snapshots);
-  add_text(app, "--reference", o.reference, "FILE",
-           {.section = H::kInspection,
-            .full = "Measure the error of each snapshot against this picture, and put it into the "
-                    "report."})
+  add_text(
+      app, "--reference", o.reference, "FILE",
+      {.section = H::kInspection,
+       .full =
+           "Measure the error of each snapshot against this picture, and add it to the report."})
       ->needs(snapshots);
 }
 
@@ -61,9 +62,9 @@ void add_display(CLI::App* app, RenderOptions& o) {
       });
   describe(added->type_name("NAME|URL")->allow_extra_args(false),
            {.section = H::kOutput,
-            .full = fmt::format("Show the picture for this OpenColorIO display. tev://HOST:PORT "
-                                "shows the picture in the viewer tev while it renders instead; "
-                                "the port is {} unless it is given. Both may be given, once each.",
+            .full = fmt::format("Convert the picture for this OpenColorIO display. Or, with "
+                                "tev://HOST:PORT, show it in the viewer tev while it renders; the "
+                                "default port is {}. To do both, give the option twice.",
                                 TevAddress::kDefaultPort),
             .fallback = "the config's default",
             .example = "--display tev://localhost"});
@@ -85,8 +86,8 @@ void add_checkpoint(CLI::App* app, RenderOptions& o) {
   add_flag(app, "--resume", o.resume,
            {.section = H::kOutput,
             .brief = "continue an interrupted frame from its checkpoint",
-            .full = "Continue from the checkpoint. The picture has the same bits as that of a "
-                    "render without interruption. Without a checkpoint the frame starts over.",
+            .full = "Continue from the checkpoint. The picture has the same bits as without the "
+                    "interruption. If there is no checkpoint, the frame starts over.",
             .example = "--resumable --resume"});
   add_checkpoint_interval(app, o);
   add_text(app, "--progress-file", o.progress_file, "FILE",
@@ -118,14 +119,15 @@ void add_range_options(CLI::App* app, RenderOptions& o) {
 }
 
 void add_result_options(CLI::App* app, RenderOptions& o) {
-  add_text(app, "-o,--output", o.outputs, "FILE",
-           {.section = H::kOutput,
-            .brief = "picture to write: .exr, .png or .jpg",
-            .full = "Write the picture to this file. An .exr file has all channels in linear "
-                    "floats and is written while the frame renders. .png, .jpg files are converted "
-                    "for display by OpenColorIO and stay in memory until the frame is done. May be "
-                    "given more than once.",
-            .example = "-o frame.exr -o frame.png"});
+  add_text(
+      app, "-o,--output", o.outputs, "FILE",
+      {.section = H::kOutput,
+       .brief = "picture to write: .exr, .png or .jpg",
+       .full =
+           "Write the picture to this file. An .exr file has all channels in linear floats and is "
+           "written while the frame renders. .png and .jpg files are converted for display by "
+           "OpenColorIO and kept in memory until the frame is done. May be given more than once.",
+       .example = "-o frame.exr -o frame.png"});
   add_heatmaps(app, o);
   add_text(app, "--report", o.reports, "FILE",
            {.section = H::kOutput,
@@ -151,8 +153,8 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
             .example = "--replay 100,50,7"});
   add_parsed(app, "--explain", "X,Y",
              {.section = H::kInspection,
-              .full = "After the render, print why this pixel got as many samples as it did. An "
-                      "EXR keeps the history of the pixel for `emberline explain`.",
+              .full = "After the render, explain why this pixel got its number of samples. An EXR "
+                      "keeps the history of the pixel for `emberline explain`.",
               .example = "--driver adaptive --explain 100,50"},
              "X,Y in whole pixels of the frame", [&o](const std::string& text) {
                std::array<int, 2> v;
@@ -160,12 +162,13 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
                o.explained = Vec2i(v[0], v[1]);
                return true;
              });
-  add_text(app, "--tree", o.trees, "FILE",
-           {.section = H::kInspection,
-            .full = "Write the refinement tree of the adaptive driver: .png, .jpg files show its "
-                    "leaves over the picture, and a .json file has its data. May be given more "
-                    "than once.",
-            .example = "--driver adaptive --tree tree.png"});
+  add_text(
+      app, "--tree", o.trees, "FILE",
+      {.section = H::kInspection,
+       .full =
+           "Write the refinement tree of the adaptive driver: .png and .jpg files show its leaves "
+           "over the picture, and a .json file has its data. May be given more than once.",
+       .example = "--driver adaptive --tree tree.png"});
   add_display(app, o);
   add_grading(app, o.display);
 }
@@ -179,8 +182,8 @@ void add_live_options(CLI::App* app, RenderOptions& o,
                       std::initializer_list<std::string_view> excluded) {
   std::vector<SettingChoice> drivers = find_setting("driver")->choices;
   drivers.insert(drivers.begin(), {kLiveDriver,
-                                   "bisection until every pixel has a sample, then adaptive; takes "
-                                   "the settings of adaptive"});
+                                   "bisection until every pixel has a sample, then adaptive; "
+                                   "accepts the settings of adaptive"});
   OptionText driver = find_setting("driver")->help;
   driver.fallback = kLiveDriver;
   driver.brief = "rendering order: live, bucket, bisection or adaptive";
@@ -190,7 +193,7 @@ void add_live_options(CLI::App* app, RenderOptions& o,
   add_machine_options(app, o);
   add_flag(app, "--light-groups", o.light_groups,
            {.section = H::kLight,
-            .full = "Keep the contribution of each light separately. Changes of lights then show "
+            .full = "Store the contribution of each light separately. Changes to lights then show "
                     "at once, without new rays."});
   add_display_options(app, o.display);
 }
@@ -202,7 +205,7 @@ void add_window_options(CLI::App* app, ViewOptions& o) {
               .brief = "size of the window in pixels",
               .full = "Set the size of the window in pixels.",
               .fallback = "the last size"},
-             "WxH from 320x240 on", [&o](const std::string& text) {
+             "WxH from 320x240 to 16384x16384", [&o](const std::string& text) {
                std::array<int, 2> v;
                if (!parse_numbers(text, 'x', v) || v[0] < 320 || v[1] < 240 ||
                    std::max(v[0], v[1]) > 16384) {
@@ -228,12 +231,11 @@ void add_window_options(CLI::App* app, ViewOptions& o) {
                       "the frame is done.",
               .example = "--screenshot window.png --screenshot-after 5"})
       ->needs(screenshot);
-  CLI::Option* measure =
-      add_text(app, "--measure", o.measure, "FILE",
-               {.section = H::kWindow,
-                .full = "Play edits, write to this file how long each took to show on the screen, "
-                        "and close the window."})
-          ->excludes(screenshot);
+  CLI::Option* measure = add_text(app, "--measure", o.measure, "FILE",
+                                  {.section = H::kWindow,
+                                   .full = "Play edits, write to this file how long each one took "
+                                           "to appear on the screen, and close the window."})
+                             ->excludes(screenshot);
   add_text(app, "--measure-script", o.measure_script, "FILE",
            {.section = H::kWindow,
             .full = "Play the edits of this .json file.",
@@ -242,9 +244,10 @@ void add_window_options(CLI::App* app, ViewOptions& o) {
   add_text(app, "--journal", o.journal, "FILE",
            {.section = H::kWindow,
             .full = "Write a line of JSON to this file for each event of the window."});
-  add_flag(app, "--forget", o.forget,
-           {.section = H::kWindow,
-            .full = "Neither read nor write the remembered size and panels of the window."});
+  add_flag(
+      app, "--forget", o.forget,
+      {.section = H::kWindow,
+       .full = "Ignore the remembered size and panels of the window, and do not save new ones."});
 }
 
 // Adds the rules of the options to their help texts. Settings already have theirs.
@@ -306,7 +309,7 @@ void add_session_options(CLI::App* app, SessionOptions& o) {
                o.region = Rect{v[0], v[1], v[2], v[3]};
                return v[0] >= 0 && v[1] >= 0 && !o.region->empty();
              });
-  add_flag(app, "--paused", o.paused, {.section = H::kSession, .full = "Pause the frame."});
+  add_flag(app, "--paused", o.paused, {.section = H::kSession, .full = "Pause rendering."});
   add_flag(app, "--denoise", o.denoise,
            {.section = H::kSession,
             .full = "Denoise the pictures that the host gets. Saved pictures are not denoised."});

@@ -69,7 +69,7 @@ void print_table(const CompareOptions& options, const RgbImage& image,
                    double(metrics.different_pixels) * percent_per_pixel));
   line("non_finite", std::to_string(metrics.non_finite),
        metrics.non_finite == 0 ? "pixels with a NaN or infinity"
-                               : "pixels with a NaN or infinity, left out of the metrics above");
+                               : "pixels with a NaN or infinity, excluded from the metrics above");
   print_result(text);
 }
 

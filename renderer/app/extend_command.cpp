@@ -47,8 +47,9 @@ int run_extend(const ExtendOptions& options) {
   if (!options.scene.empty()) render.scene = options.scene;
   if (render.outputs.empty()) {
     if (!checkpoint.ends_with(kCheckpointSuffix)) {
-      throw UsageError("extend needs an output: the name of {} does not contain it; use -o FILE",
-                       checkpoint);
+      throw UsageError(
+          "extend needs an output: it does not follow from the name of {}; use -o FILE",
+          checkpoint);
     }
     render.outputs = {checkpoint.substr(0, checkpoint.size() - kCheckpointSuffix.size())};
   }

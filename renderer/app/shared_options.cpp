@@ -105,7 +105,7 @@ void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings)
   if (nodes || setting.type == "LIST") added->join(',');  // `--aov albedo --aov N` selects both
   if (setting.type == "LIST") {
     added->check([option](const std::string& list) {
-      return list.empty() ? "needs a value, and the one given is empty: " + option + " LIST" : "";
+      return list.empty() ? "needs a value, but the given one is empty: " + option + " LIST" : "";
     });
   }
 }
@@ -137,18 +137,18 @@ void add_settings_file(CLI::App* app, RenderOptions& o) {
 void add_limits(CLI::App* app, LimitOptions& o) {
   add_size(app, "--memory-limit", o.memory_bytes,
            {.section = H::kLimits,
-            .brief = "refuse what needs more memory than this, such as 8G",
-            .full = "Refuse what needs more memory than this. SIZE is a number of bytes, or has "
-                    "a unit: 8G and 8GiB are 8 times 1024^3 bytes, 8GB are 8 times 1000^3; also "
-                    "K, M and T.",
+            .brief = "fail rather than use more memory than this, such as 8G",
+            .full = "Stop with an error rather than use more memory than this. SIZE is a number of "
+                    "bytes, or has a unit: 8G and 8GiB are 8 times 1024^3 bytes, 8GB are 8 times "
+                    "1000^3; also K, M and T.",
             .fallback = "three quarters of the memory of the machine, its container or the Slurm "
                         "job",
             .example = "--memory-limit 8G"});
   add_size(app, "--texture-memory", o.texture_bytes,
            {.section = H::kLimits,
             .full = "If the decoded textures take more than this, keep them in a temporary file "
-                    "($TMPDIR, or else /tmp), with about this much of them in memory. The picture "
-                    "is the same.",
+                    "($TMPDIR, or else /tmp), and hold about this much of them in memory. This "
+                    "does not change the picture.",
             .fallback = "all textures are in memory",
             .example = "--texture-memory 2G"});
   add_number(app, "--load-timeout", o.load_timeout_s, kMinLoadTimeout, kMaxLoadTimeout,
@@ -159,11 +159,12 @@ void add_limits(CLI::App* app, LimitOptions& o) {
 }
 
 void add_checkpoint_interval(CLI::App* app, RenderOptions& o) {
-  add_number(app, "--checkpoint-interval", o.checkpoint_interval_s, 0.1, 1e9,
-             {.section = H::kOutput,
-              .full = "Write a checkpoint after this many seconds, again and again. The signal "
-                      "SIGUSR1 writes one at once.",
-              .fallback = "300"});
+  add_number(
+      app, "--checkpoint-interval", o.checkpoint_interval_s, 0.1, 1e9,
+      {.section = H::kOutput,
+       .full =
+           "Set the number of seconds between checkpoints. The signal SIGUSR1 writes one at once.",
+       .fallback = "300"});
 }
 
 void add_threads(CLI::App* app, int& threads) {
@@ -171,8 +172,8 @@ void add_threads(CLI::App* app, int& threads) {
              {.section = H::kLimits,
               .brief = "worker threads [one per processor]",
               .full = "Use this many worker threads.",
-              .fallback = "one for each processor that the process may use (taskset), and in a "
-                          "Slurm job at most the job's processors",
+              .fallback = "one for each processor that the process may use (taskset); in a Slurm "
+                          "job, at most the job's processors",
               .example = "--threads 4"});
 }
 
@@ -201,16 +202,18 @@ void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* required
                               .example = "--heatmap samples.png --colors viridis"};
   const OptionText range = {
       .section = H::kOutput,
-      .brief = brief("values at the two ends of the colours"),
-      .full = "Set the values at the two ends of the colours of heatmaps. Times are in seconds.",
+      .brief = brief("values of the first and the last colour"),
+      .full =
+          "Set the values that heatmaps show in their first and last colour. Times are in seconds.",
       .fallback = "0 to the 98th percentile of the values above 0",
       .example = "--heatmap samples.png --range 0,256"};
   for (CLI::Option* option :
        {describe(add_parsed(app, "--colors", "NAME", colours, "", read_colours), colours,
                  table_lines(colour_map_table())),
-        add_parsed(app, "--range", "MIN,MAX", range,
-                   "MIN,MAX with MIN less than MAX by a millionth at least, from -1e18 to 1e18",
-                   read_range),
+        add_parsed(
+            app, "--range", "MIN,MAX", range,
+            "MIN,MAX from -1e18 to 1e18, with MAX above MIN by at least a millionth of the larger",
+            read_range),
         add_flag(app, "--log", style.logarithmic,
                  {.section = H::kOutput,
                  .brief = brief("use a logarithmic scale"),
@@ -224,13 +227,13 @@ void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* required
 }
 
 void add_heatmaps(CLI::App* app, RenderOptions& o) {
-  CLI::Option* heatmap = add_text(
-      app, "--heatmap", o.heatmaps, "FILE",
-      {.section = H::kOutput,
-       .brief = "picture of where the samples went: .png, .jpg or .exr",
-       .full = "Write a picture of where the samples went. .png, .jpg files have a legend; an .exr "
-               "file has the numbers alone. May be given more than once.",
-       .example = "--heatmap samples.png"});
+  CLI::Option* heatmap =
+      add_text(app, "--heatmap", o.heatmaps, "FILE",
+               {.section = H::kOutput,
+                .brief = "picture of where the samples went: .png, .jpg or .exr",
+                .full = "Write a picture of where the samples went. .png and .jpg files have a "
+                        "legend; an .exr file has only the values. May be given more than once.",
+                .example = "--heatmap samples.png"});
   CLI::Option* quantity = app->add_option("--heatmap-of", o.heatmap_of)->type_name("NAME");
   describe(quantity->allow_extra_args(false)->needs(heatmap),
            {.section = H::kOutput,
@@ -264,7 +267,7 @@ void add_grading(CLI::App* app, DisplaySettings& o) {
 void add_display_options(CLI::App* app, DisplaySettings& o) {
   add_text(app, "--display", o.display, "NAME",
            {.section = H::kOutput,
-            .full = "Show the picture for this OpenColorIO display.",
+            .full = "Convert the picture for this OpenColorIO display.",
             .fallback = "the config's default"});
   add_grading(app, o);
 }

@@ -37,7 +37,7 @@ int run_study(const StudyOptions& requested) {
   options.frame.threads = workers.count();
   const StudyOutcome outcome = execute_study(options, "-o", run_with_progress);
   if (!outcome.results) {
-    log_info("stopped before the reference was finished; the same command continues");
+    log_info("stopped before the reference was finished; run the same command to continue");
     return kExitStopped;
   }
   for (const std::string& path : outcome.attempts.written()) log_info("wrote " + path);
@@ -47,8 +47,7 @@ int run_study(const StudyOptions& requested) {
   if (!results.complete) return kExitStopped;
   const bool any = std::ranges::any_of(
       results.runs, [](const StudyRun& one) { return one.status == StudyRunStatus::kDone; });
-  if (!any)
-    throw RenderError("every run has failed; the first one with: " + results.runs[0].reason);
+  if (!any) throw RenderError("every run failed; the first error is: " + results.runs[0].reason);
   return kExitDone;
 }
 

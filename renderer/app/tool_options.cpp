@@ -66,17 +66,18 @@ void add_job_options(CLI::App* app, FarmOptions& o) {
   add_number(app, "--minutes", o.request.minutes, 2, 10000000,
              {.section = H::kJobs,
               .brief = "time limit of each job in minutes",
-              .full = "Limit the time of each job to this many minutes. A part saves itself a "
+              .full = "Limit the time of each job to this many minutes. Each part is saved one "
                       "minute before the limit, and `emberline farm retry` continues it.",
               .fallback = "the partition's default"});
-  add_flag(app, "--print", o.print,
-           {.section = H::kJobs,
-            .brief = "print the commands for another queue instead of submitting",
-            .full = "Submit nothing. Print the command of a part, with {part} and {parts} as place "
-                    "holders, and the command of the merge, for another queue."});
+  add_flag(
+      app, "--print", o.print,
+      {.section = H::kJobs,
+       .brief = "print the commands for another queue instead of submitting",
+       .full = "Submit nothing. For another queue, print the command that renders a part, with the "
+               "placeholders {part} and {parts}, and the command that merges the parts."});
   add_flag(app, "--stage", o.stage,
            {.section = H::kJobs,
-            .brief = "copy the scene to the nodes' own disks first",
+            .brief = "copy the scene to each node's disk first",
             .full = "Copy the scene to each node's $TMPDIR first, once per node."});
 }
 
@@ -132,14 +133,14 @@ void add_study_methods(CLI::App* app, StudyOptions& o) {
                    "ascending order.",
                    "1,2,4,8,16,32,64", "--spp 4,16,64"));
   add_text(app, "--seconds", o.seconds, "LIST",
-           study_option("times to measure at, instead of sample counts",
-                        "Measure after these seconds of rendering instead of at sample counts, a "
+           study_option("rendering times to measure at, not sample counts",
+                        "Measure after these numbers of seconds instead of at sample counts: a "
                         "comma-separated list in ascending order.",
                         "", "--seconds 1,2,4,8"));
   add_number(app, "--seeds", o.seeds, 1u, kMaxStudySeeds,
-             study_option("runs of each method, each with another seed",
-                          "Run each method this many times, with seeds from `seed` on. With "
-                          "--convergence, measure this many pixels.",
+             study_option("runs of each method, with different seeds",
+                          "Run each method this many times, with consecutive seeds that start at "
+                          "`seed`. With --convergence, measure this many pixels.",
                           "5; 2000 with --convergence"));
   add_text(app, "--baseline", o.baseline, "NAME",
            study_option("method that the others are compared with",
@@ -157,16 +158,16 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
   add_flag(app, "--denoise", o.denoise,
            {.section = H::kStudy,
             .brief = "also measure each method with its frames denoised",
-            .full = "Measure each method a second time as NAME+denoise, with its frames denoised "
-                    "and with the denoiser's time included. Implies --separate."});
+            .full = "Measure each method a second time as NAME+denoise, with denoised frames and "
+                    "including the denoiser's time. Implies --separate."});
   add_flag(app, "--separate", o.separate,
            {.section = H::kStudy,
             .full = "Render a separate frame for every budget, even where one frame could be "
-                    "measured several times on its way."});
+                    "measured at several budgets."});
   CLI::Option* reference =
       add_text(app, "--reference", o.reference, "FILE",
                {.section = H::kStudy,
-                .brief = "true picture that errors are measured against",
+                .brief = "reference picture to measure errors against",
                 .full = "Measure errors against this picture.",
                 .fallback = "a reference is rendered, in two halves, so that its own noise can be "
                             "subtracted"});
@@ -178,7 +179,7 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
   add_text(app, "--cache", o.cache, "DIR",
            {.section = H::kStudy,
             .full = "Keep rendered references in this folder.",
-            .fallback = "the folder reference in that of the results"})
+            .fallback = "the folder reference inside the results folder"})
       ->excludes(reference);
   add_flag(app, "--restart", o.restart,
            {.section = H::kStudy, .full = "Discard the runs that the folder already has."});
@@ -203,9 +204,9 @@ void add_info_options(CLI::App* app, InfoOptions& o) {
   add_flag(app, "--edits", o.edits,
            {.section = H::kOutput,
             .brief = "print an edits file to start from",
-            .full = "Print an edits file for `emberline render --edits` that names every light, "
-                    "every material and the environment with its present values, so that it "
-                    "changes nothing yet. Give `env` or `sun` as for the render."})
+            .full = "Print an edits file for `emberline render --edits` with the present values of "
+                    "every light, every material and the environment. It changes nothing until you "
+                    "edit it. Give `env` or `sun` as for the render."})
       ->excludes(channels);
   add_json(app, o.json);
   add_settings(app, o.settings, {kLight, kLoading}, {"working-space", "backfaces"});
@@ -223,8 +224,8 @@ void add_heatmap_options(CLI::App* app, HeatmapOptions& o) {
   add_text(app, "-o,--output", o.output, "FILE",
            {.section = H::kOutput,
             .brief = "heatmap to write: .png, .jpg or .exr",
-            .full = "Write the heatmap to this file. .png, .jpg files have a legend; an .exr file "
-                    "has the numbers alone."})
+            .full = "Write the heatmap to this file. .png and .jpg files have a legend; an .exr "
+                    "file has only the values."})
       ->required();
   describe(app->add_option("--of", o.quantity)->type_name("NAME"),
            {.section = H::kOutput,
@@ -239,20 +240,20 @@ void add_heatmap_options(CLI::App* app, HeatmapOptions& o) {
 }
 
 void add_show_options(CLI::App* app, ShowOptions& o) {
-  add_argument(app, "frame", o.image, "The frame: an .exr file of any program.")->required();
-  add_text(app, "-o,--output", o.outputs, "FILE",
-           {.section = H::kOutput,
-            .brief = "picture to write: .png, .jpg or .exr",
-            .full = "Write the picture to this file. .png, .jpg files are converted for display; "
-                    "an .exr file has the layer alone, as linear R, G and B. May be given more "
-                    "than once."})
+  add_argument(app, "frame", o.image, "The frame: an .exr file from any program.")->required();
+  add_text(
+      app, "-o,--output", o.outputs, "FILE",
+      {.section = H::kOutput,
+       .brief = "picture to write: .png, .jpg or .exr",
+       .full = "Write the picture to this file. .png and .jpg files are converted for display; an "
+               ".exr file has only this layer, as linear R, G and B. May be given more than once."})
       ->required();
   add_text(app, "--layer", o.layer, "NAME",
            {.section = H::kOutput,
             .brief = "layer to show, such as denoised, albedo or Z",
-            .full = "Show this layer or channel. `emberline info` lists them. Coordinates are "
-                    "shown as red, green and blue; a single number as grey, from its least to its "
-                    "greatest value unless all are from 0 to 1.",
+            .full = "Show this layer or channel. `emberline info` lists them. Coordinates become "
+                    "red, green and blue. A single channel becomes grey; unless all its values are "
+                    "from 0 to 1, the least is black and the greatest is white.",
             .fallback = "R, G and B; or the only layer that has them",
             .example = "--layer albedo"});
   add_display_options(app, o.display);
@@ -276,7 +277,7 @@ void add_explain_options(CLI::App* app, ExplainOptions& o) {
 
 void add_compare_options(CLI::App* app, CompareOptions& o) {
   add_argument(app, "image", o.image, "The picture to measure.")->required();
-  add_argument(app, "reference", o.reference, "The picture that it should be.")->required();
+  add_argument(app, "reference", o.reference, "The picture to compare it with.")->required();
   add_json(app, o.json);
   add_text(app, "-o,--difference", o.difference, "FILE",
            {.section = H::kOutput,
@@ -291,9 +292,10 @@ void add_compare_options(CLI::App* app, CompareOptions& o) {
   add_text(app, "--layer", o.layer, "NAME",
            {.section = H::kOutput,
             .brief = "layer to measure, such as denoised or albedo",
-            .full = "Measure this layer or channel, which has one or three numbers for each pixel. "
-                    "It is compared with the reference's layer of that name. If the reference has "
-                    "no layers, its picture is used; for a denoised layer, its raw picture.",
+            .full = "Measure this layer or channel, which must have one or three values per pixel, "
+                    "against the reference's layer of the same name. If the reference lacks it, a "
+                    "denoised layer is compared with the raw layer or picture, and other layers "
+                    "with the picture of a reference that has no layers.",
             .fallback = "R, G and B; or the only layer that has them",
             .example = "--layer denoised"});
   add_limits(app, o.limits);
@@ -308,7 +310,7 @@ void add_denoise_options(CLI::App* app, DenoiseOptions& o) {
            {.section = H::kOutput,
             .brief = "picture to write: .exr, .png or .jpg",
             .full = "Write the result to this file. An .exr file has all channels of the frame, "
-                    "denoised.{R,G,B} and denoised.error; .png, .jpg files show the denoised "
+                    "denoised.{R,G,B} and denoised.error; .png and .jpg files show the denoised "
                     "picture. May be given more than once."})
       ->required();
   add_display_options(app, o.display);
@@ -369,8 +371,8 @@ void add_merge_options(CLI::App* app, MergeOptions& o) {
            {.section = H::kOutput,
             .brief = "keep a checkpoint of the merged frame, for `emberline extend`",
             .full = "Keep a checkpoint of the merged frame beside the first output "
-                    "(FILE.checkpoint), so that `emberline extend` can add samples. This needs "
-                    "parts of driver bucket and of one seed, and all of them."});
+                    "(FILE.checkpoint), so that `emberline extend` can add samples. This needs all "
+                    "parts, rendered with driver bucket and the same seed."});
   add_flag(app, "--strict", o.strict,
            {.section = H::kParts,
             .brief = "refuse parts from different kinds of machine",
@@ -402,7 +404,7 @@ void add_farm_options(CLI::App* app, FarmOptions& o) {
   hide_from_help(app, {H::kView, H::kLight, H::kScene});
   app->require_subcommand(0, 1);
   add_farm_verb(app, o, FarmVerb::kStatus, "status",
-                "Show the progress of the parts and failures.");
+                "Show the progress of all parts, and any failures.");
   add_farm_verb(app, o, FarmVerb::kCancel, "cancel", "Cancel the jobs; finished work is kept.");
   add_farm_verb(app, o, FarmVerb::kRetry, "retry", "Submit the missing parts and the merge again.");
   app->footer(

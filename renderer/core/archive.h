@@ -101,7 +101,7 @@ class Archive {
     }
   }
   [[noreturn]] static void throw_damaged() {
-    throw InputError("state of a frame", "it is damaged or belongs to another frame");
+    throw InputError("saved frame state", "it is damaged or belongs to another frame");
   }
   // Copies large arrays (such as a film) with all threads.
   static void copy(const void* from, std::byte* to, size_t size) {

@@ -58,7 +58,8 @@ LoadProgress& LoadProgress::none() {
 void LoadProgress::throw_stop_reason() const {
   if (stop_.stop_requested()) throw Cancelled();
   throw LimitError(limits_.scene, "loading took longer than " +
-                                      readable_seconds(*limits_.timeout_s) + " (`load-timeout`)");
+                                      readable_seconds(*limits_.timeout_s) +
+                                      "; raise `load-timeout`");
 }
 
 void LoadProgress::begin(LoadStage stage, uint64_t items) {

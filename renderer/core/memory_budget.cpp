@@ -63,8 +63,8 @@ std::string MemoryBudget::limit_message(MemoryPart part, uint64_t bytes, uint64_
     available = readable_count(left) + " B";
   }
   return fmt::format(
-      "needs {} of memory ({}), but only {} of the limit of {} are left; raise `memory-limit`",
-      needed, name_of(part), available, readable_bytes(limit_));
+      "needs {} of memory ({}), but only {} of the {} limit is left; raise `memory-limit`", needed,
+      name_of(part), available, readable_bytes(limit_));
 }
 
 MemoryReservation& MemoryReservation::operator=(MemoryReservation&& other) noexcept {

@@ -109,7 +109,7 @@ void EditApplication::check_targets() {
   const auto found = [](const EditTarget& target, const char* what, const auto& list, auto& taken) {
     const size_t index = find_target(target, what, list);
     if (!taken.insert(index).second) {
-      throw_edit_error(target.place, fmt::format("a second entry for {} {} '{}'", what, index,
+      throw_edit_error(target.place, fmt::format("{} {} '{}' already has an entry", what, index,
                                                  shortened(list[index].name)));
     }
     return index;
@@ -117,8 +117,10 @@ void EditApplication::check_targets() {
   if (edits_.variant) {
     variant_ = int(find_target(*edits_.variant, "variant", scene_.variants));
     if (!scene_.variants_read) {
-      throw_edit_error(edits_.variant->place,
-                       "the scene was loaded without its variants' materials");
+      throw_edit_error(
+          edits_.variant->place,
+          "the scene was loaded without the materials of its variants; open it again with "
+          "these edits");
     }
   }
   const EnvironmentEdit& environment = edits_.environment;
@@ -141,7 +143,7 @@ void EditApplication::check_targets() {
     } else {
       if (!has_environment) throw_edit_error(edit.target.place, kNoEnvironment);
       if (environment_edited)
-        throw_edit_error(edit.target.place, "a second entry for the environment");
+        throw_edit_error(edit.target.place, "the environment already has an entry");
       environment_edited = true;
       lights_.push_back(0);
     }
@@ -153,8 +155,8 @@ void EditApplication::check_material_edit(const MaterialEdit& edit,
   // The extension keeps materials with an index of 0 unchanged ("Backwards Compatibility Mode").
   if (edit.ior && material.ior == 0.0f) {
     throw_edit_error(edit.target.place,
-                     fmt::format("material '{}' reflects everything (index 0, or "
-                                 "specular-glossiness) and has no \"ior\" to edit",
+                     fmt::format("material '{}' has no \"ior\" to edit: the file sets it to 0 or "
+                                 "uses specular-glossiness",
                                  shortened(material.name)));
   }
   if (makes_anisotropic(edit) && !scene_.tangents_read && !has_tangent_space(material)) {

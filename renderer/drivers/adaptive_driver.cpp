@@ -392,7 +392,7 @@ class AdaptiveDriver final : public FrameDriver {
       return fmt::format("unfinished: every pixel gets {} samples", target);
     const PixelStop stop = planner_.current_stop(i, sample_counts_[i]);
     if (stop != PixelStop::kUnfinished) {
-      return fmt::format("ended by {} so far; samples for the whole frame may add more",
+      return fmt::format("ended by {} for now; extra samples for the whole frame may follow",
                          pixel_stop_name(stop));
     }
     return fmt::format("unfinished: {} samples by the end of round {}", target, planner_.round());

@@ -11,7 +11,7 @@ namespace emberline {
 namespace {
 
 constexpr NamedValue<BucketOrder> kOrders[] = {
-    {"hilbert", "along the Hilbert curve, so that each bucket touches the one before it",
+    {"hilbert", "along a Hilbert curve: each bucket touches the previous one",
      BucketOrder::kHilbert},
     {"spiral", "from the middle outwards", BucketOrder::kSpiral},
     {"scanline", "row by row from the top", BucketOrder::kScanline},

@@ -35,15 +35,15 @@ void warn_about_optics(const OpticsCounters& c) {
         c.rays_ended_at_panes, kMaxWalls));
   }
   if (c.dropped_solids > 0) {
-    log_warning(
-        fmt::format("{} times a path was inside more than {} solids at once: it ignored the "
-                    "outermost one, and light bends wrongly there",
-                    c.dropped_solids, Interior::kLimit));
+    log_warning(fmt::format(
+        "{} times a path was inside more than {} solids at once and ignored the outermost "
+        "one, so refraction is wrong there",
+        c.dropped_solids, Interior::kLimit));
   }
   constexpr double kMinReportedFraction = 1e-3;
   if (c.blocked_fraction() >= kMinReportedFraction) {
     log_warning(
-        fmt::format("only smooth solid glass blocked {} of the light samples of point, spot and "
+        fmt::format("smooth solid glass alone blocked {} of the light samples of point, spot and "
                     "directional lights: surfaces behind it stay dark. Light them with emissive "
                     "surfaces or an environment, or give the glass a thicknessFactor of 0",
                     readable_percent(c.blocked_fraction())));

@@ -33,8 +33,8 @@ void reset_film(const Rect& crop, FilmTile* film) {
     film->reset(crop);
   } catch (const std::bad_alloc&) {
     throw RenderError(
-        fmt::format("not enough memory for a frame of {}x{} pixels; `driver` bucket needs the same "
-                    "memory for any frame",
+        fmt::format("not enough memory for a frame of {}x{} pixels; use `driver` bucket, whose "
+                    "memory use does not depend on the size of the frame",
                     crop.width(), crop.height()));
   }
 }

@@ -63,7 +63,7 @@ size_t find_camera(const std::string& requested, const std::vector<CameraDescrip
   if (matching.size() > 1) {
     for (size_t i = 0; i < std::min(matching.size(), kMaxListed); ++i) list(matching[i]);
     log_warning(fmt::format(
-        "`camera`: '{}' matches several: {}{}; {} is used (choose another by its index)",
+        "`camera`: '{}' matches several cameras: {}{}; using {} (give an index to choose another)",
         shortened(requested), listed, matching.size() > kMaxListed ? " and more" : "",
         matching.front()));
   }
@@ -204,9 +204,10 @@ void apply_animation(const AnimationEdit& edit, FrameSettings& settings) {
 
 void hint_at_rest(const FrameSettings& settings, const SceneDescription& scene) {
   if (is_instant(settings) || !settings.animation.empty() || pose_time(settings)) return;
-  log_info(scene.animations.empty()
-               ? "`shutter` blurs nothing: the file has no animation"
-               : "`shutter` blurs nothing while the scene is at rest; add `animation` or `time`");
+  log_info(
+      scene.animations.empty()
+          ? "`shutter` has no effect: the file has no animation"
+          : "`shutter` has no effect while the animation is not played; add `animation` or `time`");
 }
 
 GltfOptions load_options(const FrameSettings& settings) {

@@ -45,10 +45,10 @@ constexpr uint32_t kMaxTurntableCount = 1'000'000;
 
 constexpr NamedValue<EnvironmentSampling> kEnvironmentSamplings[] = {
     {"guided",
-     "a short survey decides how many samples go to the environment and to each kind of light, and "
-     "the environment's go to the directions that the survey found visible",
+     "a short survey decides how light samples are divided among the environment and the kinds of "
+     "lights, and which directions of the environment are visible and get samples",
      EnvironmentSampling::kGuided},
-    {"light", "samples are distributed by the emitted light alone", EnvironmentSampling::kByLight}};
+    {"light", "light samples depend only on the emitted light", EnvironmentSampling::kByLight}};
 
 constexpr NamedValue<bool> kBackfaces[] = {
     {"cull", "they are invisible, as glTF requires", false},
@@ -76,7 +76,7 @@ Setting size() {
     std::array<int, 2> v;
     if (!parse_numbers(text, 'x', v) ||
         std::ranges::any_of(v, [](int side) { return side < 1 || side > kMaxPixels; })) {
-      reject_value("size", text, fmt::format("WxH with 1 to {} pixels each", kMaxPixels));
+      reject_value("size", text, fmt::format("WxH with 1 to {} pixels per side", kMaxPixels));
     }
     settings.width = v[0];
     settings.height = v[1];
@@ -140,9 +140,8 @@ Setting turntable() {
     const auto count = parse_number<uint32_t>(single ? text.substr(slash + 1) : text);
     if (!count || *count < 1 || *count > kMaxTurntableCount || single != turn.frame.has_value() ||
         std::abs(turn.frame.value_or(0)) > kMaxTurntableFrame) {
-      reject_value(
-          "turntable", text,
-          fmt::format("N or K/N with a turn of N frames from 1 to {}", kMaxTurntableCount));
+      reject_value("turntable", text,
+                   fmt::format("N or K/N with N from 1 to {}", kMaxTurntableCount));
     }
     turn.count = *count;
     settings.turntable = turn;
@@ -179,7 +178,7 @@ Setting shutter() {
 Setting sun() {
   return numbers<&FrameSettings::sun, 2, double>(
       "sun", kLight, "ELEVATION,AZIMUTH", ',',
-      "ELEVATION,AZIMUTH with degrees from -90 to 90 and from -360 to 360",
+      "ELEVATION,AZIMUTH in degrees, from -90 to 90 and from -360 to 360",
       {.section = H::kLight,
        .brief = "light the scene with a clear sky and the sun, in degrees",
        .full = "Light the scene with a clear sky and the sun. ELEVATION is the sun's angle above "
@@ -199,15 +198,14 @@ Setting aovs() {
     if (alias.name == "lightpath") continue;  // gets its own line below
     aliases += fmt::format("{}{} for {}", aliases.empty() ? "" : ", ", alias.name, alias.list);
   }
-  Setting setting =
-      names<&S::aovs>("aov",
-                      {.section = H::kOutput,
-                       .brief = "add channels to the EXR, such as albedo,N,Z",
-                       .full = "Add these channels to the EXR, a comma-separated list. Names of "
-                               "other programs are understood, too: " +
-                               aliases + ".",
-                       .example = "--aov albedo,N,Z"},
-                      aov_table(), nullptr);
+  Setting setting = names<&S::aovs>("aov",
+                                    {.section = H::kOutput,
+                                     .brief = "add channels to the EXR, such as albedo,N,Z",
+                                     .full = "Add these channels to the EXR, a comma-separated "
+                                             "list. Names from other programs also work: " +
+                                             aliases + ".",
+                                     .example = "--aov albedo,N,Z"},
+                                    aov_table(), nullptr);
   setting.choices.push_back(
       {"lightpath",
        "the six layers by light path, which add up to R G B: direct, indirect, "
@@ -224,9 +222,9 @@ std::vector<Setting> edit_settings() {
       word<&S::edits>(
           "edits", kEdits, "FILE",
           {.section = H::kScene,
-           .brief = "change lights, materials and view as this .json file says",
-           .full = "Change the view, lights, environment and materials as this .json file says. "
-                   "`camera`, `look-from` and `fov-y` override its view.",
+           .brief = "apply the edits in this .json file to the scene",
+           .full = "Apply the edits in this .json file to the view, lights, environment and "
+                   "materials. `camera`, `look-from` and `fov-y` override its view.",
            .example = "--edits look.json"}),
       word<&S::variant>("variant", kEdits, "NAME|INDEX",
                         {.section = H::kScene,
@@ -239,13 +237,13 @@ std::vector<Setting> edit_settings() {
 std::vector<Setting> channel_settings() {
   return {
       aovs(),
-      names<&S::cryptomattes>(
-          "cryptomatte",
-          {.section = H::kOutput,
-           .full = "Add Cryptomatte layers to the EXR, a comma-separated list. Compositors cut "
-                   "mattes by name from them.",
-           .example = "--cryptomatte object,material"},
-          cryptomatte_table(), [](std::string_view list) { parse_cryptomattes(list); }),
+      names<&S::cryptomattes>("cryptomatte",
+                              {.section = H::kOutput,
+                               .full = "Add Cryptomatte layers to the EXR, a comma-separated list. "
+                                       "Compositing programs extract mattes by name from them.",
+                               .example = "--cryptomatte object,material"},
+                              cryptomatte_table(),
+                              [](std::string_view list) { parse_cryptomattes(list); }),
       // Omitted by default, because it has no effect without `cryptomatte`.
       omit_default(number<&S::cryptomatte_levels>(
           "cryptomatte-levels", kChannels, 1, kMaxCryptomatteLevels,
@@ -257,18 +255,17 @@ std::vector<Setting> channel_settings() {
       word<&S::catchers>(
           "catcher", kChannels, "NAME|INDEX,...",
           {.section = H::kOutput,
-           .full = "Let these nodes, and all nodes below them, stand for surfaces of a plate and "
-                   "catch shadows. The layer `shadow` holds the factor by which the plate is "
-                   "multiplied. With `transparent`, catchers show in alpha where they are in "
-                   "shadow, and are invisible elsewhere. Write a comma in a name as \\,. "
-                   "`emberline info` lists the nodes.",
+           .full = "Make these nodes, and all nodes below them, shadow catchers: they stand in for "
+                   "surfaces of a plate. Multiply the plate by the layer `shadow`. With "
+                   "`transparent`, alpha shows the shadows on catchers, which are otherwise "
+                   "invisible. Write a comma in a name as \\,. `emberline info` lists the nodes.",
            .example = "--catcher floor --transparent"}),
-      word<&S::holdouts>(
-          "holdout", kChannels, "NAME|INDEX,...",
-          {.section = H::kOutput,
-           .full = "Let these nodes, and all nodes below them, stand for objects in a plate: they "
-                   "hide what is behind them and leave alpha 0. Write a comma in a name as \\,.",
-           .example = "--holdout table"}),
+      word<&S::holdouts>("holdout", kChannels, "NAME|INDEX,...",
+                         {.section = H::kOutput,
+                          .full = "Make these nodes, and all nodes below them, holdouts: they "
+                                  "stand in for objects in a plate, hide what is behind them and "
+                                  "have alpha 0. Write a comma in a name as \\,.",
+                          .example = "--holdout table"}),
       names<&S::half>("half",
                       {.section = H::kOutput,
                        .full = "Store these layers of the EXR as half floats, a comma-separated "
@@ -292,7 +289,7 @@ std::vector<Setting> channel_settings() {
       omit_default(choice<&S::turntable_center>(
           "turntable-center", kTurn, "centre",
           {.section = H::kView,
-           .full = "Choose what the axis of `turntable` goes through.",
+           .full = "Choose the point that the axis of `turntable` goes through.",
            .fallback = "bounds",
            .example = "--look-from 3,2,5 --look-at 0,1,0 --turntable-center look-at"},
           std::span<const NamedValue<TurntableCenter>>(kTurntableCenters))),
@@ -306,9 +303,9 @@ std::vector<Setting> channel_settings() {
           "denoise", kChannels,
           {.section = H::kOutput,
            .brief = "also write a denoised picture",
-           .full = "Also write a denoised picture. The EXR gets denoised.{R,G,B} beside R G B, and "
-                   "denoised.error, an estimate of the error that remains. .png and .jpg files "
-                   "show the denoised picture. This takes two sample streams and adds the "
+           .full = "Also write a denoised picture. The EXR gets denoised.{R,G,B} in addition to R "
+                   "G B, and denoised.error, an estimate of the remaining error. .png and .jpg "
+                   "files show the denoised picture. This uses two sample streams and adds the "
                    "channels of `aov` denoising."}),
   };
 }
@@ -345,7 +342,7 @@ std::vector<Setting> count_settings() {
            .brief = "finish a pixel when its error is this small, such as 0.01",
            .full = "Finish a pixel when its expected RMS error in the displayed picture (sRGB, 0 "
                    "to 1) is at most this. 0.02 leaves visible noise, 0.005 hardly any, and 0.002 "
-                   "is half a step of 8 bits. 2% is 0.02.",
+                   "is half of an 8-bit step. 2% means 0.02.",
            .fallback = "none",
            .example = "--driver adaptive --noise-threshold 0.01"},
           parse_share),
@@ -366,7 +363,7 @@ std::vector<Setting> count_settings() {
       choice<&S::allocation>(
           "allocation", kCounts, "allocation",
           {.section = H::kSamples,
-           .full = "Choose the error that adaptive sampling reduces most for the time spent.",
+           .full = "Choose which error adaptive sampling reduces as fast as possible.",
            .fallback = std::string(name_of(error_metric_table(), kDefaultAllocation))},
           error_metric_table()),
       flag<&S::unbiased>(
@@ -379,8 +376,8 @@ std::vector<Setting> count_settings() {
           "time-limit", kCounts, kMinTimeLimit, kMaxTimeLimit,
           {.section = H::kLimits,
            .brief = "stop after this many seconds and write the unfinished picture",
-           .full = "Stop rendering after this many seconds and write the unfinished picture. "
-                   "`driver` bucket leaves the pixels black that it has not reached.",
+           .full = "Stop rendering after this many seconds and write the unfinished picture. With "
+                   "`driver` bucket, pixels that it has not reached stay black.",
            .fallback = "none",
            .example = "--driver adaptive --time-limit 60"}),
   };
@@ -400,8 +397,8 @@ std::vector<Setting> sample_settings() {
       omit_default(number<&S::light_samples>(
           "light-samples", kSample, 1, kMaxLightSamples,
           {.section = H::kSamples,
-           .full = "Take this many samples of the lights at visible surfaces, also at those that "
-                   "are visible in mirrors or through smooth glass.",
+           .full = "Take this many light samples at visible surfaces, including those seen in "
+                   "mirrors or through smooth glass.",
            .fallback = "1"})),
       number<&S::clamp_indirect>(
           "clamp-indirect", kSample, kMinClamp, kMaxClamp,
@@ -418,10 +415,10 @@ std::vector<Setting> sample_settings() {
                                 {.section = H::kSamples,
                                  .full = "Set the radius of the pixel filter in pixels.",
                                  .fallback = "the filter's default"}),
-      number<&S::seed>("seed", kSeed, 0u, 0xffffffffu,
-                       {.section = H::kSamples,
-                        .full = "Set the seed of the random numbers. Another seed gives another "
-                                "pattern of noise."}),
+      number<&S::seed>(
+          "seed", kSeed, 0u, 0xffffffffu,
+          {.section = H::kSamples,
+           .full = "Set the seed of the random numbers. Different seeds give different noise."}),
       number<&S::bucket_size>(
           "bucket-size", kSchedule, 1, kMaxBucketSize,
           {.section = H::kSamples, .full = "Set the width and height of a bucket in pixels."}),
@@ -483,7 +480,7 @@ std::vector<Setting> view_settings() {
           "panorama", kView,
           {.section = H::kView,
            .full = "Render all directions around the camera as a latitude-longitude map, which "
-                   "`env` can read. A frame that is twice as wide as high fits it best.",
+                   "`env` can read. The frame should be twice as wide as it is high.",
            .example = "--panorama --size 2048x1024"}),
   };
 }
@@ -563,18 +560,19 @@ std::vector<Setting> loading_settings() {
       flag<&S::lenient>(
           "lenient", kLoading,
           {.section = H::kScene,
-           .full = "Accept damaged input, with warnings: use images that are cut short, and "
-                   "replace images that cannot be decoded and impossible values of materials."}),
+           .full = "Accept damaged input, with warnings: use truncated images, and replace images "
+                   "that cannot be decoded and impossible material values."}),
       choice<&S::isa>("isa", kSample, "instruction set",
                       {.section = H::kLimits,
                        .full = "Trace rays with Embree's kernels for this instruction set, so that "
                                "all machines of a farm give the same bits.",
-                       .fallback = "the widest that the machine has"},
+                       .fallback = "the widest that the machine supports"},
                       embree_isa_table()),
-      word<&S::resource_root>("resource-root", kLoading, "DIR",
-                              {.section = H::kScene,
-                               .full = "Let the scene refer to files in this folder and below.",
-                               .fallback = "the scene's folder"}),
+      word<&S::resource_root>(
+          "resource-root", kLoading, "DIR",
+          {.section = H::kScene,
+           .full = "Allow the scene to read files in this folder and its subfolders.",
+           .fallback = "the scene's folder"}),
   };
 }
 

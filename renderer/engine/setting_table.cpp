@@ -61,13 +61,13 @@ std::string text_of_json(const nlohmann::json& value, const JsonReader& reader) 
     std::string text = reader.text();
     const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
     if (text.empty() || std::ranges::any_of(text, control)) {
-      reader.throw_expected("a text without control characters");
+      reader.throw_expected("a string without control characters");
     }
     return text;
   }
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
   if (value.is_number()) return fmt::format("{}", value.get<double>());
-  reader.throw_expected("a text, a number, true or false");
+  reader.throw_expected("a string, a number, true or false");
 }
 
 void read_settings(const std::string& path, FrameSettings& settings) {

@@ -65,16 +65,15 @@ int choose_count(int requested) {
   if (startable >= count) return count;
   if (startable < 1) {
     throw RenderError(
-        "the system refuses to start the few threads that are needed {}; raise that limit",
+        "the system does not allow the few threads that are needed {}; raise the limit",
         kThreadLimitHint);
   }
   if (requested > 0) {
-    throw RenderError("`threads` {}: the system starts at most {} {}; lower `threads`", requested,
+    throw RenderError("`threads` {}: the system allows at most {} {}; lower `threads`", requested,
                       startable, kThreadLimitHint);
   }
-  log_warning(
-      fmt::format("only {} of {} cores are used: the system refuses to start more threads {}",
-                  startable, count, kThreadLimitHint));
+  log_warning(fmt::format("using only {} of {} cores: the system allows no more threads {}",
+                          startable, count, kThreadLimitHint));
   return startable;
 }
 
@@ -122,8 +121,7 @@ void install_refused_thread_handler() { g_previous_handler = std::set_terminate(
 
 std::string message_of(const std::exception& error) {
   if (!is_refused_thread(error)) return error.what();
-  return fmt::format("the system refuses to start more threads {}; lower `threads`",
-                     kThreadLimitHint);
+  return fmt::format("the system allows no more threads {}; lower `threads`", kThreadLimitHint);
 }
 
 WorkerThreads::WorkerThreads(int requested)

@@ -153,7 +153,7 @@ constexpr ChannelRow kRows[] = {
      .kind = Kind::kDerived,
      .feed = Feed::kFirstHit,
      .use = Use::kNumber,
-     .unit = "pixels a frame",
+     .unit = "pixels per frame",
      .summary = "motion of the first surface, in pixels per frame of `fps`: X to the right, Y up; "
                 "the mean over the shutter, or over the next frame if there is no shutter",
      .put = put_velocity},
@@ -177,7 +177,7 @@ constexpr ChannelRow kRows[] = {
     path_layer<PathLayer::kTransmission>("transmission",
                                          "light that comes through the first surface"),
     path_layer<PathLayer::kReflection>("reflection",
-                                       "mirror images and highlights on the first surface"),
+                                       "reflections and highlights on the first surface"),
     path_layer<PathLayer::kEnvironment>("environment",
                                         "the environment that the camera sees directly"),
     {.name = "shadow",
@@ -188,7 +188,7 @@ constexpr ChannelRow kRows[] = {
      .summary =
          "factor by which a plate is multiplied: the light that the catcher receives, divided by "
          "the light that it would receive without the other objects; 1 outside the catcher. "
-         "`catcher` adds it by itself",
+         "`catcher` adds this channel automatically",
      .group = SumGroup::kShadow,
      .add = add_shadow,
      .sums = kShadowSums,
@@ -198,28 +198,26 @@ constexpr ChannelRow kRows[] = {
      .kind = Kind::kDerived,
      .feed = Feed::kFeatures,
      .use = Use::kExact,
-     .summary =
-         "the channels that `emberline denoise` reads: the two halves of the samples and the "
-         "features that they saw; takes two streams",
+     .summary = "channels that `emberline denoise` reads: both halves of the samples, with their "
+                "features; uses two sample streams",
      .put = put_halves,
      .channels = half_channels},
     one_value<[](const FilmTile& film, size_t i) { return float(film.sums(i).id); }>(
-        "id", Kind::kFirstHit, Feed::kHitId, Use::kWhole,
-        "instance that the pixel's first hit sees"),
+        "id", Kind::kFirstHit, Feed::kHitId, Use::kWhole, "instance at the pixel's first hit"),
     one_value<[](const FilmTile& film, size_t i) {
       return to_finite_float(*film.block<float>(Sums::kSeconds, i));
     }>("time", Kind::kCount, Feed::kClock, Use::kExact, "seconds spent on the pixel", "s"),
     one_value<[](const FilmTile& film, size_t i) {
       return float(*film.block<PixelStop>(Sums::kStop, i));
     }>("stop", Kind::kAssigned, Feed::kDriver, Use::kWhole,
-       "why the pixel got no more samples: 0 it has none, 1 `spp`, 2 `noise-threshold`, 3 "
+       "why the pixel got no more samples: 0 it has no samples, 1 `spp`, 2 `noise-threshold`, 3 "
        "`max-spp`, 4 `time-limit`, 5 the user, 6 unfinished when a window saved it"),
     one_value<[](const FilmTile& film, size_t i) { return float(film.sums(i).non_finite); }>(
         "non_finite", Kind::kCount, Feed::kRadiance, Use::kWhole,
         "samples that were NaN or infinite, counted as black"),
     one_value<[](const FilmTile& film, size_t) { return float(film.part()); }>(
         "part", Kind::kAssigned, Feed::kMerge, Use::kWhole,
-        "part of a merged frame that the pixel comes from; 1 is the first that was given"),
+        "which part of a merged frame the pixel comes from; 1 is the first one given"),
     {.name = "rays",
      .components = kRayKinds,
      .kind = Kind::kCount,
@@ -240,7 +238,7 @@ constexpr ChannelRow kRows[] = {
      .kind = Kind::kFirstHit,
      .feed = Feed::kFirstHit,
      .use = Use::kWhole,
-     .summary = "index + 1 of the material that the pixel's first hit sees",
+     .summary = "index + 1 of the material at the pixel's first hit",
      .count = [](const FilmSample& s, uint32_t* number) { *number = s.value.first_hit.material; }},
     {.name = "depth_variance",
      .kind = Kind::kVarianceOfHits,
@@ -255,7 +253,7 @@ constexpr ChannelRow kRows[] = {
      .feed = Feed::kPaths,
      .use = Use::kNumber,
      .summary =
-         "ambient occlusion: the open part of the hemisphere above the first surface, within "
+         "ambient occlusion: the unoccluded part of the hemisphere above the first surface, within "
          "a fifth of the scene's radius; 1 where nothing is hit",
      .add = add_first_hit<&FirstHit::ambient_visibility>,
      .background = 1.0f},

@@ -37,7 +37,7 @@ double mitchell(double x) {
 // Radii follow production renderers: Blackman-Harris spans three pixels as in Cycles, which doubles
 // its setting of 1.5 px; the Gaussian and Mitchell have pbrt-v4's radii.
 constexpr FilterEntry kFilters[] = {
-    {"box", "the pixel's square: the sharpest without ringing, and the most aliasing", 0.5f, box},
+    {"box", "the pixel's square: sharpest without ringing, but most aliasing", 0.5f, box},
     {"gaussian", "soft; sigma is a third of the radius", 1.5f, gaussian},
     {"blackman-harris", "close to the Gaussian, a little sharper for its radius", 1.5f,
      blackman_harris},
@@ -53,7 +53,7 @@ PixelFilter PixelFilter::create(std::string_view name, std::optional<float> chos
   const float radius = chosen.value_or(entry.default_radius);
   if (!(radius > 0.0f && radius <= kMaxRadius)) {
     throw UsageError("`filter-radius`: " + std::to_string(radius) +
-                     " is out of range; give pixels above 0 and up to " +
+                     " is out of range; give a radius in pixels above 0 and up to " +
                      std::to_string(int(kMaxRadius)));
   }
   return PixelFilter(entry, radius);

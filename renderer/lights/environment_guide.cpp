@@ -392,9 +392,8 @@ std::string EnvironmentGuide::describe() const {
 
 std::string LightGuide::describe() const {
   if (factors == KindFactors{}) return environment->describe();
-  std::string text =
-      fmt::format("samples by kind of light (environment x {:g}, directional x {:g})",
-                  factors.environment, factors.directional);
+  std::string text = fmt::format("light sampling factors (environment x {:g}, directional x {:g})",
+                                 factors.environment, factors.directional);
   if (environment) text += ", " + environment->describe();
   return text;
 }

@@ -33,8 +33,8 @@ void check_frame(const RecordFile& file, const Json& now,
         fmt::join(list, "; "));
   }
   for (const std::string& difference : machine_differences(now, then)) {
-    log_warning(
-        fmt::format("{}: it was made with {}; the last bits may differ", file.path(), difference));
+    log_warning(fmt::format("{}: it was made with {}; the result may differ in the last bits",
+                            file.path(), difference));
   }
 }
 
@@ -60,7 +60,7 @@ bool all_records_intact(const RecordFile& file) {
 }
 
 void warn_truncated(const std::string& path) {
-  log_warning(path + ": it is truncated; the tiles at its end are rendered again");
+  log_warning(path + ": it is truncated; the missing tiles are rendered again");
 }
 
 void warn_lost_tiles(const std::string& why) {
@@ -207,7 +207,7 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
     }
   } else if (file_exists) {
     if (!options.resume && !options.is_default) check_overwrite(path_, head);
-    if (!options.resume) log_info(path_ + " starts over, because `resume` is not given");
+    if (!options.resume) log_info(path_ + ": the frame starts over, because `resume` is not given");
     file_->replace([this](AtomicFile& file) { file.write_at(head_.data(), head_.size(), 0); });
   }
   report_.bytes = file_->size();

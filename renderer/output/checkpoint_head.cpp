@@ -205,7 +205,7 @@ std::vector<std::string> differences(const Json& now, const Json& then,
             fmt::format("`{}`: {} (now {})", shortened(name), text_of(stored), text_of(current)));
       });
   compare(now, then, "inputs", [&](const std::string& name, const Json*, const Json*) {
-    list.push_back(shortened(name) + " have changed");
+    list.push_back(shortened(name) + " changed");
   });
   truncate_list(list);
   return list;

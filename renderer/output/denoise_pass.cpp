@@ -271,7 +271,7 @@ std::string describe(const DenoiseReport& report) {
                        readable_percent(report.unchanged_fraction));
   }
   return fmt::format(
-      "denoised in {}: expected error {:.2g} -> {:.2g}, {} of the pixels left as they were",
+      "denoised in {}: expected error {:.2g} -> {:.2g}, {} of the pixels are unchanged",
       readable_seconds(report.seconds), report.error_before, report.error_after,
       readable_percent(report.unchanged_fraction));
 }

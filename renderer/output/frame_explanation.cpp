@@ -146,33 +146,35 @@ std::string describe_stop(float stop, const StatedSettings& settings) {
       settings.threshold ? " " + number(double(*settings.threshold)) : std::string();
   if (stop == float(PixelStop::kNone)) return "It got no sample.\n";
   if (stop == float(PixelStop::kBudget)) {
-    return settings.is_uniform ? "It ended with the samples that every pixel gets (`spp`).\n"
-                               : "It ended when the samples of the frame (`spp`) were spent.\n";
+    return settings.is_uniform
+               ? "It stopped at the number of samples that every pixel gets (`spp`).\n"
+               : "It stopped when the sample budget of the frame (`spp`) was used up.\n";
   }
   if (stop == float(PixelStop::kThreshold)) {
-    return "It ended because its error met `noise-threshold`" + threshold + ".\n";
+    return "It stopped because its error met `noise-threshold`" + threshold + ".\n";
   }
   if (stop == float(PixelStop::kMaximum)) {
-    return "It ended because it had all samples that `max-spp` allows.\n";
+    return "It stopped because it had as many samples as `max-spp` allows.\n";
   }
-  if (stop == float(PixelStop::kTimeLimit)) return "It ended when `time-limit` ended the frame.\n";
-  if (stop == float(PixelStop::kUser)) return "It ended when the user stopped the frame.\n";
+  if (stop == float(PixelStop::kTimeLimit))
+    return "It stopped when `time-limit` ended the frame.\n";
+  if (stop == float(PixelStop::kUser)) return "It stopped when the user stopped the frame.\n";
   if (stop == float(PixelStop::kUnfinished)) {
     return "It was unfinished when a window saved the frame.\n";
   }
-  return fmt::format("Its channel stop has an unknown value, {}.\n", number(double(stop)));
+  return fmt::format("The value {} of its channel stop is unknown.\n", number(double(stop)));
 }
 
 // Describes the error that `noise-threshold` is compared with. The file does not contain it.
 std::string threshold_error(const StatedSettings& s) {
   if (s.recorded.settings().allocation == ErrorMetric::kDenoised) {
-    return "that of the denoised picture";
+    return "the error of the denoised picture";
   }
   for (const EstimatorEntry& entry : estimator_table()) {
     if (entry.name != s.recorded.settings().estimator) continue;
     return entry.halves || entry.name == "two-stream"
                ? "an average over 5 x 5 pixels, because the error of one pixel is unreliable"
-               : fmt::format("that of `estimator` {}", entry.name);
+               : fmt::format("the estimate of `estimator` {}", entry.name);
   }
   return "the driver's own estimate";
 }
@@ -182,17 +184,18 @@ std::string describe_error(const FrameReader& frame, const FrameSummary& s) {
   if (!error) return "Its error is not in the file; render it with `aov` variance.\n";
   if (!(*error >= 0)) return "Its error is unknown: an estimate needs two samples.\n";
   std::string text = fmt::format(
-      "Its error by its own samples alone is {} (RMS as displayed, 0 to 1); all pixels: RMS {}, "
-      "maximum {}.\n",
+      "Its error, estimated from its own samples alone, is {} (RMS as displayed, 0 to 1); all "
+      "pixels: RMS {}, maximum {}.\n",
       number(double(*error)), number(std::sqrt(s.error_squares / s.errors)),
       number(double(s.largest_error)));
   if (frame.settings.is_uniform) {
-    return text + "It counts samples as independent, unless `streams` is 2: an upper estimate.\n";
+    return text +
+           "Unless `streams` is 2, this treats samples as independent and is an upper estimate.\n";
   }
   if (!frame.settings.threshold) return text;
   return text + fmt::format(
-                    "`noise-threshold` {} is compared with another error: {}. By their own samples "
-                    "alone, {} of {} pixels are above it.\n",
+                    "`noise-threshold` {} is compared with another error: {}. Estimated from their "
+                    "own samples alone, {} of {} pixels are above it.\n",
                     number(double(*frame.settings.threshold)), threshold_error(frame.settings),
                     number(s.above), number(s.errors));
 }
@@ -204,7 +207,7 @@ std::string describe_history(const StatedSettings& settings, const Vec2i& pixel)
     return printable(explanation.substr(place.size() + 2)) + "\n";
   }
   if (settings.recorded.text("driver") != "adaptive") return "";
-  return fmt::format("Its errors on the way are not in the file; render it with `explain` {}.\n",
+  return fmt::format("The history of its error is not in the file; render it with `explain` {}.\n",
                      place);
 }
 
@@ -232,8 +235,8 @@ void check_pixel(const std::optional<Vec2i>& pixel, const FrameReader& frame) {
   if (!pixel) {
     if (frame.error.is_known()) return;
     throw InputError(frame.path,
-                     "it has no channel variance, which the worst pixel needs; render it with "
-                     "`aov` variance");
+                     "it has no channel variance, which is needed to find the worst pixel; render "
+                     "it with `aov` variance");
   }
   const std::string error = outside_message(*pixel, frame.image().data_window);
   if (!error.empty()) throw UsageError(error);
@@ -256,13 +259,13 @@ std::string explain_frame(const std::string& path, std::optional<Vec2i> pixel,
   warn_if_stopped(path, frame.image());
   const FrameSummary summary = frame.read(pixel, progress);
   if (summary.values.empty()) {
-    throw InputError(path, "no pixel has two samples, which its error takes");
+    throw InputError(path, "no pixel has two samples, which an error estimate needs");
   }
   std::string text = describe_samples(frame, summary);
   const std::vector<std::string>& channels = frame.image().channel_names;
   const std::optional<float> stop = PixelQuantity("stop", channels).of(summary.values.data());
   text += stop ? describe_stop(*stop, frame.settings)
-               : "Why it ended is not in the file; render it with `aov` stop.\n";
+               : "Why it stopped is not in the file; render it with `aov` stop.\n";
   text += describe_history(frame.settings, summary.pixel);
   text += describe_error(frame, summary) + describe_cost(frame, summary);
   return spell_setting_names(text);

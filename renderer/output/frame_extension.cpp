@@ -77,7 +77,7 @@ void check_extensible(const FrameSettings& settings, const std::string& path) {
   if (std::ranges::find(valid, settings.sampler) != valid.end()) return;
   throw InputError(path,
                    "its sampler, {}, needs the number of samples in advance; uniform frames can be "
-                   "extended with {}",
+                   "extended only with the samplers {}",
                    settings.sampler, fmt::join(valid, ", "));
 }
 

@@ -55,7 +55,8 @@ InfoJson unread_parts(const FloatImage& image) {
 std::string obstacle_of(const std::string& checkpoint, const RecordedSettings& recorded,
                         bool complete) {
   if (!file_identity(checkpoint)) {
-    return fmt::format("there is no {}, which `resumable` keeps", checkpoint);
+    return fmt::format("its checkpoint, {}, is missing; render with `resumable` to keep it",
+                       checkpoint);
   }
   if (!complete) return "it is not complete; finish it with `resume` first";
   return extension_obstacle(checkpoint, recorded);
@@ -113,7 +114,7 @@ std::string printable_text(const InfoJson& text) { return printable(text.get<std
 
 std::string format_state(const std::string& path, const InfoJson& json) {
   const InfoJson& state = json["state"];
-  if (state["complete"].is_null()) return "not a frame of Emberline\n";
+  if (state["complete"].is_null()) return "not an Emberline frame\n";
   std::string text = state["complete"].get<bool>() ? "complete" : "not complete";
   if (!state["samples"].is_null()) {
     text += fmt::format(", {} samples ({:.6g} per pixel)", state["samples"].get<int64_t>(),
@@ -146,8 +147,8 @@ std::string format_frame(const std::string& path, const InfoJson& json) {
   const int width = json["width"].get<int>(), height = json["height"].get<int>();
   std::string text = fmt::format("{}\n{} x {} pixels", printable(path), width, height);
   if (window != std::array{0, 0, width, height}) {
-    text +=
-        fmt::format(", of which it has {},{} to {},{}", window[0], window[1], window[2], window[3]);
+    text += fmt::format(", of which the file has {},{} to {},{}", window[0], window[1], window[2],
+                        window[3]);
   }
   text += fmt::format(", {}\n{}layers\n", printable_text(json["working_space"]),
                       format_state(path, json));

@@ -213,13 +213,14 @@ void FrameMerge::check_frames(bool strict) const {
                        first().path());
     }
     if (!different.empty()) {
-      throw InputError(frame->path(), "it is from another frame than {}: {}", first().path(),
+      throw InputError(frame->path(), "it belongs to another frame than {}: {}", first().path(),
                        fmt::join(different, "; "));
     }
     const auto machines = machine_differences(first().head(), frame->head());
     if (machines.empty()) continue;
-    const std::string what = fmt::format("{}: it was made with {}; the last bits may differ",
-                                         frame->path(), fmt::join(machines, "; "));
+    const std::string what =
+        fmt::format("{}: it was made with {}; the result may differ in the last bits",
+                    frame->path(), fmt::join(machines, "; "));
     if (strict)
       throw InputError(frame->path(), "`strict`: it was made with {}", fmt::join(machines, "; "));
     log_warning(what);
@@ -276,8 +277,8 @@ void FrameMerge::check_groups(bool allow_holes) {
       if (missing++ == 0) hole = &tile;
     }
     if (hole) {
-      lacking.push_back(fmt::format("{} of {} buckets, the first of them at {},{}", missing,
-                                    tiles_.size(), hole->x0, hole->y0));
+      lacking.push_back(fmt::format("{} of {} buckets, the first at {},{}", missing, tiles_.size(),
+                                    hole->x0, hole->y0));
     }
   }
   complete_ = lacking.empty();

@@ -76,8 +76,8 @@ void check_heatmap_channels(const std::string& place, const HeatmapQuantity& qua
 std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {
   if (options.heatmap_of.size() > options.heatmaps.size()) {
     throw UsageError(
-        "`heatmap-of` {}: it has no `heatmap`; the first value belongs to the first heatmap, the "
-        "second to the second",
+        "`heatmap-of` {}: there is no `heatmap` for it; give the two options equally often, in the "
+        "same order",
         options.heatmap_of[options.heatmaps.size()]);
   }
   std::vector<HeatmapRequest> requests;
@@ -88,8 +88,8 @@ std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {
                                           : heatmap_quantity_table().front();
     if (quantity.needs_denoised) {
       throw UsageError(
-          "`heatmap-of` {0}: a frame is denoised when it is finished; then use emberline heatmap "
-          "FILE.exr `of` {0}",
+          "`heatmap-of` {0}: a frame is denoised only at the end; afterwards, use emberline "
+          "heatmap FILE.exr `of` {0}",
           quantity.name);
     }
     requests.push_back({options.heatmaps[i], &quantity});

@@ -20,8 +20,8 @@ void check_mergeable(const FrameMerge& frame) {
   if (!is_tiled(first.settings())) {
     throw InputError(first.path(),
                      "`resumable`: a frame merged from ranges of samples or from seeds can be "
-                     "extended only with `driver` bucket; render its parts with that, which gives "
-                     "the same picture");
+                     "extended only with `driver` bucket; render its parts with `driver` bucket, "
+                     "which gives the same picture");
   }
   for (const auto& part : frame.frames()) {
     if (part->plan().seed == first.plan().seed) continue;

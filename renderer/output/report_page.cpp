@@ -84,7 +84,7 @@ std::string estimate_text(const RenderOptions& o, const RenderReport& r) {
 }
 
 std::string denoising_text(const DenoiseReport& denoise) {
-  return fmt::format("{} (before: {}); {} of the pixels left as they were",
+  return fmt::format("{} (before: {}); {} of the pixels are unchanged",
                      readable_number(denoise.error_after), readable_number(denoise.error_before),
                      readable_percent(denoise.unchanged_fraction));
 }
@@ -371,12 +371,13 @@ void add_warnings(HtmlPage& page, const RenderOptions& o, const RenderReport& r)
   add("Vertices with a NaN or infinite colour, normal, tangent or texture coordinate",
       r.repairs.non_finite_attributes);
   add("Texels that were NaN, infinite or negative", r.repairs.non_finite_texels);
-  add("Instances left out whose transform has no inverse", r.repairs.singular_instances);
+  add("Instances left out because their transform has no inverse", r.repairs.singular_instances);
   add(spell_setting_names("Images replaced by a neutral colour (`lenient`)"),
       r.repairs.replaced_images);
   add("Samples that were NaN or infinite and count as black", r.counters.non_finite_samples);
   add("Rays stopped after too many panes in a row", r.counters.optics.rays_ended_at_panes);
-  add("Paths inside too many solids that ignored one", r.counters.optics.dropped_solids);
+  add("Paths that ignored a solid, because they were inside too many",
+      r.counters.optics.dropped_solids);
   if (const OpticsCounters& optics = r.counters.optics; optics.blocked_by_glass > 0) {
     rows.push_back({"Light samples of lamps and suns blocked by smooth solid glass",
                     fmt::format("{:.3g} %", 100.0 * optics.blocked_fraction())});
@@ -399,7 +400,7 @@ void add_warnings(HtmlPage& page, const RenderOptions& o, const RenderReport& r)
 }
 
 void add_settings(HtmlPage& page, const RenderOptions& o, const RenderReport& r) {
-  page.section("To render this frame again");
+  page.section("How to render this frame again");
   page.code(o.command_line);
   std::error_code error;
   const std::string folder = std::filesystem::current_path(error).string();

@@ -44,7 +44,7 @@ std::string reference_layer(const FloatImage& file, const std::string& path,
   if (!raw.empty() && !has(raw)) return layer;
   const bool is_denoised = layer == kDenoisedLayer || !raw.empty();
   if (!is_denoised && image_layers(file.channel_names, file.parts).size() > 1) return layer;
-  log_info(fmt::format("{} has no layer {}; its {} is the reference", path, layer,
+  log_info(fmt::format("{} has no layer {}; using its {} as the reference", path, layer,
                        raw.empty() ? "picture" : "layer " + raw));
   return raw;
 }
@@ -57,8 +57,10 @@ ImageLayer choose_layer(const FloatImage& file, const std::string& path,
   if (name.empty()) return find_picture(file, path, choice);
   ImageLayer layer = find_layer(file.channel_names, file.parts, name, path);
   if (layer.channels.size() == 2) {
-    throw UsageError("`layer`: {} of {} has two channels; layers of one or three can be measured",
-                     layer.name, path);
+    throw UsageError(
+        "`layer`: {} of {} has two channels; only layers with one or three channels can be "
+        "measured",
+        layer.name, path);
   }
   layer.channels.resize(3, layer.channels.front());
   return layer;

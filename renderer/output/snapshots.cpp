@@ -51,8 +51,8 @@ SnapshotMoment parse_moment(std::string_view text) {
     break;
   }
   throw UsageError(
-      "`snapshot-at`: '{}' is not a moment; valid are 'first', above 0% to 100%, above 0s to 1e9s, "
-      "above 0spp to {}spp",
+      "`snapshot-at`: '{}' is not a moment; valid are 'first', N% up to 100%, Ns up to 1e9s and "
+      "Nspp up to {}spp, with N above 0",
       shortened(text), kMaxSamples);
 }
 

@@ -315,8 +315,8 @@ void SceneBuilder::limit_origins(const Mat44d& m, const std::string& mesh) {
   const double volume = std::abs(determinant3(m)) * std::pow(scene_->scale_, 3.0);
   if (scene_->max_origin_ > 4.0 * double(scene_->radius_) && volume > 1e-36 && volume < 1e36)
     return;
-  throw InputError(description_.file, "an instance of mesh '" + mesh +
-                                          "' is scaled too much for rays to be traced in it");
+  throw InputError(description_.file,
+                   "an instance of mesh '" + mesh + "' is scaled too much to trace rays in it");
 }
 
 void SceneBuilder::place(const InstanceDescription& placed, Instance& instance) {

@@ -107,17 +107,18 @@ Camera::Pose Camera::pose_of(const Mat44d& m, const std::string& name, const Vec
   // an orthonormal frame around the viewing axis.
   const Vec3d back = row(m, 2);
   const Vec3d up_hint = row(m, 1);
-  require(is_direction(back) && is_direction(up_hint), "its transform has no direction");
+  require(is_direction(back) && is_direction(up_hint),
+          "its transform has an axis of zero or infinite length");
   const Vec3d axis = -back.normalized();
   const Vec3d right_raw = axis.cross(up_hint.normalized());
-  require(right_raw.length2() > 1e-24, "its transform is flat");
+  require(right_raw.length2() > 1e-24, "its viewing axis and its up axis are parallel");
   const Vec3d right = right_raw.normalized();
   const Vec3d position = (row(m, 3) - origin) * scale;
   // The sum bounds every coordinate of a ray origin. The comparison is false for NaN.
   const double extent = shape_.orthographic ? max_size_ * (shape_.half_width + shape_.half_height)
                                             : shape_.lens_radius;
   require(largest(position) + extent <= max_origin,
-          "it is too far from the scene, or too wide, for rays to be traced from it");
+          "it is too far from the scene or too wide to trace rays from it");
   return {position, right, right.cross(axis), axis};
 }
 

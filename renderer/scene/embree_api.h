@@ -2,7 +2,7 @@
 #pragma once
 
 #ifndef EMBERLINE_EMBREE_MAJOR
-#error "link emberline_embree, which says which Embree this is"
+#error "link emberline_embree, which defines the Embree version"
 #endif
 
 #if EMBERLINE_EMBREE_MAJOR >= 4

@@ -193,7 +193,8 @@ std::vector<FlushSearch::TriangleRange> FlushSearch::ranges_near_emitters() cons
     triangles += count;
     if (triangles > kMaxTriangles) {
       log_warning(
-          "too many triangles are near lamps; lamps that lie in other surfaces may be missed");
+          "too many triangles are near emitters; emitters that lie in another surface may be "
+          "missed");
       break;
     }
     for (size_t begin = 0; begin < count; begin += kRangeSize) {

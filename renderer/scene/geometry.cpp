@@ -212,14 +212,14 @@ RTCDevice new_device(EmbreeIsa isa) {
 EmbreeDevice::EmbreeDevice(EmbreeIsa isa, std::shared_ptr<MemoryBudget> budget, std::string place)
     : budget_(std::move(budget)), place_(std::move(place)) {
   if (isa > widest_isa()) {
-    throw UsageError("`isa` {}: this machine or its Embree supports at most {}",
+    throw UsageError("`isa` {}: this processor or this build of Embree supports at most {}",
                      name_of(embree_isa_table(), isa), name_of(embree_isa_table(), widest_isa()));
   }
   device_ = new_device(isa);
   if (!device_)
     throw RenderError(
-        "not enough memory: Embree could not be started; raise the limit (ulimit -v; it takes 500 "
-        "MB of address space), or free memory");
+        "not enough memory to start Embree, which takes 500 MB of address space; free memory or "
+        "raise the limit (ulimit -v)");
   rtcSetDeviceErrorFunction(device_, on_error, nullptr);
   rtcSetDeviceMemoryMonitorFunction(device_, count_memory, this);
 }

@@ -200,9 +200,8 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
     PointLightPlace placed{to_float((row(m, 3) - scene_.origin_) * scene_.scale_),
                            normalize_or(to_float(-row(m, 2)), Vec3f(0, 0, -1))};
     if (!directional && !(double(max_abs_component(placed.position)) <= scene_.max_origin_)) {
-      throw InputError(description_.file, "light '" + source.name +
-                                              "' is too far from the scene for rays to be traced "
-                                              "to it");
+      throw InputError(description_.file,
+                       "light '" + source.name + "' is too far from the scene to trace rays to it");
     }
     return placed;
   };

@@ -21,7 +21,8 @@ json expand_matrix(json camera, const std::string& name) {
   const JsonReader matrix = JsonReader(document, name)["camera"]["matrix"];
   for (const char* const other : {"look_from", "look_at", "up", "mirrored"}) {
     if (camera.contains(other))
-      matrix.throw_expected("a matrix or the view's members, but not both");
+      matrix.throw_expected(
+          "either \"matrix\" or \"look_from\", \"look_at\", \"up\" and \"mirrored\"");
   }
   if (matrix.size() != 16) matrix.throw_expected("16 numbers");
   // glTF matrices are column-major with column vectors; Imath uses row vectors.
@@ -34,7 +35,7 @@ json expand_matrix(json camera, const std::string& name) {
   const Vec3d right = row(0), up = row(1).normalized(), back = row(2).normalized(), eye = row(3);
   if (!(right.length() > 0 && up.length() > 0 && back.length() > 0 &&
         up.cross(back).length() > 0)) {
-    matrix.throw_expected("a view whose axes are not zero and not parallel");
+    matrix.throw_expected("a matrix whose axes are neither zero nor parallel");
   }
   camera.erase("matrix");
   camera["look_from"] = json_of(eye);

@@ -18,7 +18,7 @@ constexpr std::array kOverlays = {
     OverlayEntry{"none", "", ""},
     OverlayEntry{"samples", "samples per pixel", "samples"},
     OverlayEntry{"error", "estimated error of each pixel as displayed", "error"},
-    OverlayEntry{"stop", "why each pixel was finished", "stop"},
+    OverlayEntry{"stop", "why each pixel got no more samples", "stop"},
     OverlayEntry{"time", "time spent on each pixel", "time"},
     OverlayEntry{"not finite", "samples that were NaN or infinite; they count as black",
                  "non_finite"},

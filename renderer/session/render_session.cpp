@@ -55,7 +55,7 @@ void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay ov
   const std::string missing = QuantityPlane::missing_channel(quantity, names);
   if (!missing.empty()) {
     throw RenderError(path + ": the frame was rendered without the channel " + missing +
-                      "; show that overlay and save it again");
+                      "; show its overlay first, then save again");
   }
   HeatmapFile file(
       {path, &quantity}, film.options.heatmap_style,

@@ -48,7 +48,8 @@ constexpr double kLoadStep = 0.01;
 void check_id(const Json& id, const JsonReader& reader) {
   const bool short_text = id.is_string() && id.get_ref<const std::string&>().size() <= kMaxIdLength;
   if (!id.is_null() && !id.is_number() && !short_text)
-    reader.throw_expected("a number or a short text");
+    reader.throw_expected("a number or a text of at most " + std::to_string(kMaxIdLength) +
+                          " bytes");
 }
 
 class SessionHost {
@@ -124,9 +125,10 @@ class SessionHost {
       }
       if (quit_) return;
       if (lines_.ended()) {
-        throw InputError("standard input", lines_.has_partial_line()
-                                               ? "it ends in the middle of a line"
-                                               : "it ends without \"quit\": the host has gone");
+        throw InputError("standard input",
+                         lines_.has_partial_line()
+                             ? "it ends in the middle of a line"
+                             : "it ends without \"quit\"; the host has exited or closed it");
       }
       send_events();
       lines_.wait(pending_saves_.empty() ? std::nullopt : std::optional(kSavePollInterval_ms));

@@ -21,7 +21,7 @@ constexpr uint64_t kPage = 4096;
 
 [[noreturn]] void throw_failed(const char* what, int error) {
   throw RenderError(std::string("cannot ") + what +
-                    " the shared memory of pictures: " + std::generic_category().message(error));
+                    " shared memory for pictures: " + std::generic_category().message(error));
 }
 
 int create_anonymous_file() {
@@ -66,11 +66,11 @@ void SharedFrames::close() {
 void SharedFrames::create(uint64_t slot_bytes) {
   slot_bytes_ = slot_bytes;
   file_ = create_anonymous_file();
-  if (file_ < 0) throw_failed("make", errno);
+  if (file_ < 0) throw_failed("create", errno);
   const auto length = off_t(kSlots * slot_bytes);
   if (::fchmod(file_, S_IRUSR) != 0) throw_failed("protect", errno);
-  if (::ftruncate(file_, length) != 0) throw_failed("make", errno);
-  if (const int error = ::posix_fallocate(file_, 0, length)) throw_failed("get", error);
+  if (::ftruncate(file_, length) != 0) throw_failed("create", errno);
+  if (const int error = ::posix_fallocate(file_, 0, length)) throw_failed("allocate", error);
   void* const mapped =
       ::mmap(nullptr, size_t(length), PROT_READ | PROT_WRITE, MAP_SHARED, file_, 0);
   if (mapped == MAP_FAILED) throw_failed("map", errno);

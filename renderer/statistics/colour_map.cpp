@@ -38,12 +38,12 @@ constexpr const Table* kTables[] = {nullptr, &kViridis, &kInferno, &kMagma, &kTu
 // colours, also as seen with protanopia, deuteranopia and tritanopia. For magma we use green
 // instead, at a distance of 33; the farthest colour has 40.
 constexpr ColourMapEntry kMaps[] = {
-    {"grey", "black to white; brighter is more", ColourMap::kGrey, {255, 102, 0}},
-    {"viridis", "dark violet over green to yellow", ColourMap::kViridis, {204, 0, 255}},
-    {"inferno", "black over red to light yellow", ColourMap::kInferno, {0, 255, 255}},
-    {"magma", "black over purple to light yellow", ColourMap::kMagma, {0, 255, 0}},
+    {"grey", "black to white; brighter means more", ColourMap::kGrey, {255, 102, 0}},
+    {"viridis", "dark violet through green to yellow", ColourMap::kViridis, {204, 0, 255}},
+    {"inferno", "black through red to light yellow", ColourMap::kInferno, {0, 255, 255}},
+    {"magma", "black through purple to light yellow", ColourMap::kMagma, {0, 255, 0}},
     {"turbo",
-     "a rainbow, which tells the most values apart; brighter is not more",
+     "a rainbow: separates the most values, but not by brightness",
      ColourMap::kTurbo,
      {153, 102, 102}},
 };

@@ -38,28 +38,30 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
   constexpr double kTimeBright = 0.95;
   static const std::vector<HeatmapQuantity> table = {
       {.name = "samples",
-       .summary = "samples per pixel; brighter is more",
+       .summary = "samples per pixel; brighter means more",
        .title = "samples per pixel",
        .channels = {"samples"}},
       {.name = "error",
-       .summary = "estimated RMS error of the pixel, by its own samples alone, as displayed (sRGB, "
-                  "0 to 1)",
+       .summary =
+           "estimated RMS error of the pixel, from its own samples only, as displayed (sRGB, "
+           "0 to 1)",
        .title = "estimated error, RMS as displayed (0 to 1)",
        .aov = Aov::kVariance,
        .channels = {"samples", "R", "G", "B", "variance.R", "variance.G", "variance.B"},
        .value = display_error,
-       .note = "by each pixel's own samples alone; a `noise-threshold` is compared with another "
-               "error, so the maximum can exceed it",
+       .note =
+           "from each pixel's own samples only; `noise-threshold` is compared with another error, "
+           "so the maximum can exceed it",
        .rms = true},
       {.name = "denoised_error",
-       .summary = "estimated error of the denoised picture, of a finished .exr",
+       .summary = "estimated error of the denoised picture; needs a finished .exr",
        .title = "estimated error when denoised, RMS as displayed (0 to 1)",
        .channels = {"denoised.error"},
        .needs_denoised = true,
        .rms = true},
       {.name = "stop",
        .summary = "why each pixel got no more samples",
-       .title = "why the pixel ended",
+       .title = "why each pixel stopped",
        .aov = Aov::kStop,
        .channels = {"stop"},
        .is_categorical = true},

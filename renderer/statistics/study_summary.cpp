@@ -14,8 +14,8 @@ namespace {
 
 constexpr StudyMetricEntry kMetrics[] = {
     {"mse", "mean squared error of radiance", StudyMetric::kMse, &StudyError::mse, true},
-    {"relmse", "squared error over squared radiance", StudyMetric::kRelMse, &StudyError::rel_mse,
-     true},
+    {"relmse", "squared error divided by squared radiance", StudyMetric::kRelMse,
+     &StudyError::rel_mse, true},
     {"relmse_trimmed", "relmse without the worst 0.1 % of pixels", StudyMetric::kRelMseTrimmed,
      &StudyError::rel_mse_trimmed, true},
     {"display_mse", "mean squared error of display values", StudyMetric::kDisplay,

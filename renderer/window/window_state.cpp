@@ -106,8 +106,8 @@ bool may_overwrite(const std::string& path) {
 void write_window_state(const std::string& path, const WindowState& state) {
   if (path.empty()) return;
   if (!may_overwrite(path)) {
-    log_warning("the window's size and panels are not remembered: " + path +
-                " was not written by this window; move it away");
+    log_warning("cannot save the window's size and panels: " + path +
+                " is not a window settings file of Emberline; move it away");
     return;
   }
   const Json json = {{"width", state.width},
@@ -124,7 +124,7 @@ void write_window_state(const std::string& path, const WindowState& state) {
     constexpr auto kReplace = Json::error_handler_t::replace;  // names need not be UTF-8
     write_file_atomically(path, json.dump(2, ' ', false, kReplace) + "\n");
   } catch (const RenderError& error) {
-    log_warning(std::string("the window's size and panels are not remembered: ") + error.what());
+    log_warning(std::string("cannot save the window's size and panels: ") + error.what());
   }
 }
 

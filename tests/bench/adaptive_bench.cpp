@@ -229,12 +229,12 @@ int run_adaptive_bench(int argc, char** argv) {
   Options o;
   o.frame.width = 320;
   o.frame.height = 180;
-  CLI::App app("what adaptive sampling gains");
+  CLI::App app("Measures the gain of adaptive sampling");
   add_frame_options(&app, o.frame);
-  app.add_option("--budgets", o.budgets, "average samples per pixel, a list");
-  app.add_option("--methods", o.methods, "ESTIMATOR/ALLOCATION[/unbiased], a list");
-  app.add_option("--seeds", o.seeds, "frames of each kind");
-  app.add_option("--reference-spp", o.reference_spp, "of each of the two references");
+  app.add_option("--budgets", o.budgets, "list of average samples per pixel");
+  app.add_option("--methods", o.methods, "list of ESTIMATOR/ALLOCATION[/unbiased]");
+  app.add_option("--seeds", o.seeds, "number of frames of each kind");
+  app.add_option("--reference-spp", o.reference_spp, "samples per pixel of both references");
   app.add_option("--cache", o.cache, "file that keeps the references");
   app.add_option("--threads", o.threads, "[all]");
   app.add_option("--json", o.json, "write the figures");

@@ -21,7 +21,8 @@ bool read_planes(const std::string& path,
     plane->resize(size);
     in.read(reinterpret_cast<char*>(plane->data()), std::streamsize(size * sizeof(float)));
   }
-  if (!in || in.peek() != EOF) throw RenderError(path + ": not of this frame; remove it");
+  if (!in || in.peek() != EOF)
+    throw RenderError(path + ": written for another frame; remove the file");
   return true;
 }
 

@@ -154,8 +154,8 @@ def main():
     parser.add_argument("--out", default="adaptive_table")
     parser.add_argument("--only", default=",".join(NAMES))
     parser.add_argument("--methods", default=",".join(OWN + ESTIMATORS),
-                        help="with the default's own three among them")
-    parser.add_argument("--print", action="store_true", help="what is there, without measuring")
+                        help="list that includes the default's own three")
+    parser.add_argument("--print", action="store_true", help="print existing figures without measuring")
     options = parser.parse_args()
     os.makedirs(options.out, exist_ok=True)
     names = [n for n in options.only.split(",") if n != "flight_helmet" or options.assets]

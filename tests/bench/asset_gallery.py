@@ -30,7 +30,7 @@ EXPOSURE = {"mixed_lighting": -9.4}
 QUANTISED = "16-bit positions, 8-bit normals, 12-bit texture coordinates"
 PAIRS = {
     ("milk_truck_webp", "cesium_milk_truck"): None,
-    ("milk_truck_ktx2_uastc", "cesium_milk_truck"): "UASTC loses",
+    ("milk_truck_ktx2_uastc", "cesium_milk_truck"): "UASTC is lossy",
     ("milk_truck_draco", "cesium_milk_truck"): "16-bit positions, 12-bit normals, 14-bit texture coordinates",
     ("milk_truck_quantized", "cesium_milk_truck"): QUANTISED,
     ("milk_truck_meshopt", "cesium_milk_truck"): QUANTISED + ", octahedral",
@@ -39,7 +39,7 @@ PAIRS = {
     ("many_cubes_instanced", "many_cubes"): "385 of 501 transforms differ in their last bits",
 }
 PREVIEWS = """The previews look like Blender 3.4's Cycles behind its own glTF importer and Filmic view: radiance 0.11 is shown as 0.14,
-1.16 as 0.50. Ours is the plain sRGB view, so what is bright is lighter and more saturated here. Notes say what the specification asks for."""
+1.16 as 0.50. Ours use the plain sRGB view, so bright areas are lighter and more saturated. Notes say what the specification requires."""
 NOTES = {
     "sunglasses": "KHR_materials_iridescence: a film of 300 nm and index 2 on a base of index 1 is cyan, violet at grazing angles; the "
                   "preview has no film, and a base of index 1 alone reflects nothing.",
@@ -54,8 +54,8 @@ NOTES = {
     "transmission_roughness": "KHR_materials_transmission: rough glass keeps its energy; the preview's darkens (top right).",
     "emission_strength": "emissiveTexture x emissiveFactor x emissiveStrength: all of the last eight are textured; the preview drops some.",
     "primitive_modes": "COLOR_0 multiplies the base colour: yellow; the preview ignores it where the default material is used.",
-    "fox_skinned": "No animation is asked for: joints are where their nodes are; the preview shows the first animation's first frame.",
-    "normal_tangent": "Normal maps beside modelled domes: the highlights of each pair must agree, and do; of the preview they do not.",
+    "fox_skinned": "No animation is selected: joints are where their nodes are; the preview shows the first animation's first frame.",
+    "normal_tangent": "Normal maps beside modelled domes: the highlights of each pair must agree. Ours do, the preview's do not.",
 }
 PAGE = """<!doctype html><meta charset="utf-8"><title>Assets</title><style>
 body { font: 14px sans-serif; margin: 2em; background: #222; color: #ddd } img { width: 480px; display: block }
@@ -73,8 +73,8 @@ def arguments():
     a("--size", default="480x270")
     a("--threads", default="2")
     a("--beside", type=pathlib.Path, metavar="PICTURES")
-    a("--only", type=lambda text: set(text.split(",")), metavar="NAME,...", help="these files alone")
-    a("--pairs", type=pathlib.Path, metavar="TABLE.md", help="the table of pairs as Markdown")
+    a("--only", type=lambda text: set(text.split(",")), metavar="NAME,...", help="render only these files")
+    a("--pairs", type=pathlib.Path, metavar="TABLE.md", help="write the table of pairs as Markdown")
     return p.parse_args()
 
 
@@ -145,7 +145,7 @@ def section(options, name, view, report, cells):
     other = options.beside and options.beside / f"{name}.exr"
     if other and other.exists():
         difference, ratio = mean_relative_difference(options.output / f"{name}.exr", other)
-        columns.append((f"the other: mean relative difference {difference:.3f}, our mean {ratio:.3f} of its",
+        columns.append((f"other renderer: mean relative difference {difference:.3f}, our mean is {ratio:.3f} of its mean",
                         embedded(other, "--ch", "R,G,B", "--colorconvert", "linear", "sRGB")))
     notes = [NOTES.get(name, ""), "" if view else "framing camera"]
     return (f"<h3>{name}</h3><table><tr>" + "".join(f"<td>{picture}{title}" for title, picture in columns) + "</table>"
@@ -154,7 +154,7 @@ def section(options, name, view, report, cells):
 
 def pair_lines(options, rendered):
     """Returns the table of pairs, and whether bits differ that must not."""
-    wrong, lines = False, ["| file | beside | identical bits | PSNR, dB | SSIM | FLIP | pixels that differ | why |",
+    wrong, lines = False, ["| file | compared with | identical bits | PSNR, dB | SSIM | FLIP | pixels that differ | why |",
                            "| --- | --- | --- | ---: | ---: | ---: | ---: | --- |"]
     for (name, original), why in PAIRS.items():
         if not {name, original} <= rendered:
@@ -167,7 +167,7 @@ def pair_lines(options, rendered):
             lines.append(f"| {name} | {original} | yes | | | | 0 | |")
         else:
             lines.append(f"| {name} | {original} | no | {c['psnr']:.1f} | {c['ssim']:.5f} | {c['flip']:.5f} | "
-                         f"{100 * c['different_pixels'] / (c['width'] * c['height']):.1f} % | {why or 'MUST NOT'} |")
+                         f"{100 * c['different_pixels'] / (c['width'] * c['height']):.1f} % | {why or 'MUST NOT DIFFER'} |")
     return lines, wrong
 
 

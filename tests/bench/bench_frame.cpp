@@ -52,7 +52,7 @@ void add_point(CLI::App* app, const char* name, std::optional<Vec3d>& target, co
 void add_frame_options(CLI::App* app, RenderOptions& o) {
   app->add_option("scene", o.scene, "a .gltf or .glb file")->required();
   app->add_option("--camera", o.camera, "camera of the file, by name or index");
-  add_point(app, "--look-from", o.look_from, "view from here instead");
+  add_point(app, "--look-from", o.look_from, "camera position instead");
   add_point(app, "--look-at", o.look_at, "towards this point");
   app->add_option("--fov-y", o.fov_y, "degrees")->check(CLI::Range(0.05, 179.9));
   app->add_option("--env", o.environment, "latitude-longitude environment map");
@@ -84,7 +84,7 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
         setting.help.full);
   }
   app->add_option("--bucket-size", o.bucket_size, "in pixels")->check(CLI::Range(1, 4096));
-  app->add_option("--seed", o.seed, "another seed, another noise")
+  app->add_option("--seed", o.seed, "different seeds give different noise")
       ->check(CLI::Range(0u, 0xffffffffu));
 }
 

@@ -61,7 +61,7 @@ def uncounted_sources(folder):
     for name, old, new in EDITS:
         text = (folder / name).read_text()
         if text.count(old) != 1:
-            sys.exit(f"counter_cost.py: {name} does not hold once: {old}")
+            sys.exit(f"counter_cost.py: {name} must contain this text exactly once: {old}")
         (folder / name).write_text(text.replace(old, new))
     return folder
 

@@ -124,7 +124,7 @@ int run_edits_bench(int argc, char** argv) {
   options.spp = 8;
   int repetitions = 5;
   add_frame_options(&app, options);
-  app.add_option("--repetitions", repetitions, "of everything [5]");
+  app.add_option("--repetitions", repetitions, "repetitions of everything [5]");
   CLI11_PARSE(app, argc, argv);
   time_all_edits(options, repetitions);
   time_frames(options, repetitions);

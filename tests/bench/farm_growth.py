@@ -182,14 +182,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add_frame_options(parser, f"{WIDTH}x{HEIGHT}", 4)
     a = parser.add_argument
-    a("--cores", type=int, default=32, help="of a node")
-    a("--network", type=float, default=100, metavar="MB/S", help="what the shared disk gives to all together")
+    a("--cores", type=int, default=32, help="cores of each node")
+    a("--network", type=float, default=100, metavar="MB/S", help="total throughput of the shared disk")
     a("--parts-per-node", type=int, default=4)
-    a("--bucket-size", type=int, default=16, help="of the 1920x1080 frame")
+    a("--bucket-size", type=int, default=16, help="bucket size of the 1920x1080 frame")
     a("--plot", type=pathlib.Path, metavar="FILE.svg")
     options = parser.parse_args()
     if options.size != f"{WIDTH}x{HEIGHT}":
-        parser.error(f"--size: the balance is that of a frame of {WIDTH}x{HEIGHT}")
+        parser.error(f"--size: only {WIDTH}x{HEIGHT} is supported")
 
     with tempfile.TemporaryDirectory() as folder:
         found = [measured(options, Scene(name, options.assets), pathlib.Path(folder)) for name in options.scenes]
@@ -201,8 +201,8 @@ def main():
     bucket_sizes(found, options, disk)
     for c in found:
         for name, _, _, half in curves(c, options, disk):
-            print(f"\n{name}: more than half is reading, loading and merging "
-                  f"{f'from {half[0]:,} nodes on' if half else 'nowhere'}.")
+            print(f"\n{name}: reading, loading and merging take more than half of the time "
+                  f"{f'from {half[0]:,} nodes on' if half else 'with no number of nodes'}.")
     if options.plot:
         subtitle = (f"{WIDTH}x{HEIGHT}, {SAMPLES:,} samples; nodes of {options.cores} cores, {options.parts_per_node} parts each; "
                     f"one shared disk of {options.network:g} MB/s")

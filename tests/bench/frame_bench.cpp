@@ -86,12 +86,12 @@ void check_recording(const RayRecorder& rays, const FrameRun& recorded) {
   // A shadow ray of zero length is counted but not traced.
   if (double(rays.rays()) < 0.999 * counted || double(rays.rays()) > counted) {
     throw RenderError(fmt::format(
-        "{} rays recorded of {}: some go another way than rtcIntersect1 and rtcOccluded1; "
-        "teach tests/bench/ray_recorder.cpp that way",
+        "{} rays of {} were recorded: some are not traced by rtcIntersect1 or rtcOccluded1; "
+        "make tests/bench/ray_recorder.cpp record their function, too",
         rays.rays(), counted));
   }
   if (const uint64_t different = rays.differences(); different > 0) {
-    throw RenderError(fmt::format("{} of {} rays find something else when they are traced again",
+    throw RenderError(fmt::format("{} of {} rays have another hit when they are traced again",
                                   different, rays.rays()));
   }
 }
@@ -143,14 +143,14 @@ int run(const Options& options) {
   line("rays per second", spread(figures.rays_per_s), "");
   line("first sample after", spread(figures.first_sample), " s of rendering");
   line("Embree's share of processor time", spread(figures.share), "");
-  fmt::print("   {} rays of {} spp on {} threads, all found the same again\n", rays.rays(),
-             share_spp, rays.threads());
+  fmt::print("   {} rays of {} spp on {} threads, all with the same hits when traced again\n",
+             rays.rays(), share_spp, rays.threads());
   line("processor time / (wall x threads)", spread(figures.used_of_threads), "");
   if (threads > 1) {
     line("speed-up over one thread, wall", spread(figures.scaling), "");
     line("processor time / one thread's", spread(figures.cpu_growth), "");
     if (figures.scaling_undisturbed.empty()) {
-      fmt::print("   other work had part of the machine every time: the speed-up cannot be seen\n");
+      fmt::print("   other work disturbed every repetition, so the speed-up is unknown\n");
     } else {
       line("speed-up where nothing else ran", spread(figures.scaling_undisturbed), "");
       fmt::print("   {} of {} repetitions\n", figures.scaling_undisturbed.size(),
@@ -197,10 +197,10 @@ int run_frame_bench(int argc, char** argv) {
   CLI::App app("Times a frame and Embree's share of it", "frame_bench");
   add_frame_options(&app, options.frame);
   app.add_option("--threads", options.threads, "worker threads")->check(CLI::Range(1, 4096));
-  app.add_option("--repetitions", options.repetitions, "of everything, in turn")
+  app.add_option("--repetitions", options.repetitions, "repetitions of everything, in turn")
       ->check(CLI::Range(1, 1000));
   app.add_option("--record-mib", options.record_mib,
-                 "memory for recorded rays; fewer samples are recorded when it is too little")
+                 "memory for recorded rays; if it is too small, fewer samples are recorded")
       ->check(CLI::Range(1.0, 1e6));
   app.add_option("--json", options.json, "write the figures here as well");
   CLI11_PARSE(app, argc, argv);

@@ -129,10 +129,10 @@ int run_light_groups_bench(int argc, char** argv) {
   options.frame.filter = "box";
   CLI::App app("Times light groups", "light_groups_bench");
   add_frame_options(&app, options.frame);
-  app.add_option("--lamps", options.lamps, "point lights more than the scene has")
+  app.add_option("--lamps", options.lamps, "number of point lights to add to the scene")
       ->check(CLI::Range(0, 60));
   app.add_option("--threads", options.threads, "worker threads")->check(CLI::Range(1, 4096));
-  app.add_option("--repetitions", options.repetitions, "of everything")
+  app.add_option("--repetitions", options.repetitions, "repetitions of everything")
       ->check(CLI::Range(2, 10000));
   CLI11_PARSE(app, argc, argv);
   std::optional<LightGroups> groups;

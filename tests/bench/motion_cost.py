@@ -126,7 +126,7 @@ def main():
         for _ in range(options.rounds):
             for what, scene in scenes.items():
                 reports[what].append(render(options, scene, folder))
-    print("| | million rays a processor second | time a ray, over that at rest | BVH, geometry, MiB |")
+    print("| | million rays per processor second | time per ray, relative to rest | BVH, geometry, MiB |")
     print("| --- " * 4 + "|")
     paces = {what: [r["rays"]["total"] / r["time"]["render_cpu_s"] / 1e6 for r in rounds]
              for what, rounds in reports.items()}

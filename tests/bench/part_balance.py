@@ -177,7 +177,7 @@ def add_frame_options(parser, size, spp):
     a("program", type=pathlib.Path)
     a("scenes", nargs="+", metavar="SCENE")
     a("--assets", type=pathlib.Path, metavar="DIR")
-    a("--size", default=size, help="of the frame whose pixels are timed")
+    a("--size", default=size, help="size of the frame whose pixels are timed")
     a("--spp", type=int, default=spp)
     a("--repeat", type=int, default=3)
 

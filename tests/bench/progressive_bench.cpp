@@ -151,7 +151,7 @@ void measure_overhead(const Options& options, const BenchFrame& frame) {
   const std::string spp = fmt::format("{} spp, {} / bucket", options.spp(), options.frame.driver);
   line(spp + ", processor time", cpu, 1, "");
   line(spp + ", wall time", wall, 1, "");
-  line("pauses of a frame that nobody looks at", pauses, 1, "");
+  line("pauses of a frame without a viewer", pauses, 1, "");
 }
 
 }  // namespace
@@ -163,7 +163,7 @@ int run_progressive_bench(int argc, char** argv) {
   CLI::App app("Times a progressive driver", "progressive_bench");
   add_frame_options(&app, options.frame);
   app.add_option("--threads", options.threads, "worker threads")->check(CLI::Range(1, 4096));
-  app.add_option("--repetitions", options.repetitions, "of everything")
+  app.add_option("--repetitions", options.repetitions, "repetitions of everything")
       ->check(CLI::Range(1, 10000));
   CLI11_PARSE(app, argc, argv);
   const BenchFrame frame(options.frame);

@@ -43,15 +43,15 @@ def parse_arguments():
     a("--size", default="640x360")
     a("--spp", type=int, default=64)
     a("--threads", type=int, default=2)
-    a("--bounces", type=int, default=8, help="after the first surface: --max-depth is one more")
+    a("--bounces", type=int, default=8, help="bounces after the first surface; --max-depth is one more")
     a("--error-size", default="320x180")
     a("--error-spp", type=int, default=64)
-    a("--error-seeds", type=int, default=3, help="0: no error measurement")
-    a("--adaptive-spp", type=int, default=0, help="0: adaptive sampling is not raced")
-    a("--reference-spp", type=int, default=4096, help="64 times --error-spp adds 1.6 %% to an error")
-    a("--cache", type=pathlib.Path, default=ROOT / "build/race", help="references, and the images compared")
+    a("--error-seeds", type=int, default=3, help="0 measures no errors")
+    a("--adaptive-spp", type=int, default=0, help="0 races no adaptive sampling")
+    a("--reference-spp", type=int, default=4096, help="at 64 times --error-spp, the reference adds 1.6 %% to an error")
+    a("--cache", type=pathlib.Path, default=ROOT / "build/race", help="folder for references and compared images")
     a("-o", "--output", type=pathlib.Path, help="the tables as Markdown (default: stdout)")
-    a("--json", type=pathlib.Path, help="every run's figures; a scene that is in it is not raced again")
+    a("--json", type=pathlib.Path, help="every run's figures; scenes in this file are not raced again")
     a("--chart", type=pathlib.Path, help="the ratios of all scenes as a picture (SVG)")
     return p.parse_args()
 
@@ -162,7 +162,7 @@ ROWS = [
     ("samples_per_s", "million samples per second", 1e-6, 2, True),
     ("ready_s", "process start to first sample, s", 1, 2, False),
     ("ready_cpu_s", "the same, processor s", 1, 2, False),
-    ("prepare_s", "of it load and build / synchronize, s", 1, 2, False),
+    ("prepare_s", "of that, load and build / synchronize, s", 1, 2, False),
     ("peak_rss_bytes", "peak memory, MiB", 1 / 2**20, 0, False),
     ("relmse", "relMSE at equal samples, x 1000", 1000, 3, False),
     ("relmse_trimmed", "the same without the worst 0.1 %, x 1000", 1000, 3, False),
@@ -181,7 +181,7 @@ def table(options, name, runs, error_runs, adaptive_runs, loads):
              f"{options.size}, {options.spp} spp, {options.bounces} bounces, {options.threads} threads, "
              f"{options.pairs} pairs; error at {options.error_size}, {options.error_spp} spp, "
              f"{options.error_seeds} seeds. Load average {min(loads):.1f} to {max(loads):.1f}. "
-             "Medians (least–most); the ratio is that of each pair, above 1 where Emberline is better.", "",
+             "Medians (least–most); ratios are taken within pairs, above 1 where Emberline is better.", "",
              f"| | {versions[0]} | {versions[1]} | ratio |", "| --- | --- | --- | --- |"]
     for key, label, factor, digits, more in ROWS:
         both = [[r[key] for r in source[side] if key in r] for source in (runs, error_runs)
@@ -219,10 +219,10 @@ def ratios_of(runs, error_runs, adaptive_runs):
 # key, heading, minimum for each scene and for the median
 SUMMARY = [
     ("speed", "samples per processor second", 2.5, 3),
-    ("error_trimmed", "error of equal samples, worst 0.1 % out", 1, 1 / 0.7),
-    ("time_trimmed", "processor time to equal error, worst 0.1 % out", 3, 5),
+    ("error_trimmed", "error at equal samples, without the worst 0.1 %", 1, 1 / 0.7),
+    ("time_trimmed", "processor time to equal error, without the worst 0.1 %", 3, 5),
     ("time", "the same, all pixels", 1.5, 3),
-    ("adaptive_trimmed", "both adaptive, worst 0.1 % out", 4, 8),
+    ("adaptive_trimmed", "both adaptive, without the worst 0.1 %", 4, 8),
     ("adaptive", "the same, all pixels", 4, 8),
 ]
 
@@ -240,15 +240,15 @@ def summary(figures, unreadable_scenes):
         lines.append(row(short(name), [f"{f[key]:.2f}" for key, *_ in shown]))
     medians = [f"{statistics.median(f[key] for f in figures.values()):.2f}" for key, *_ in shown]
     lines += [row("**median**", medians),
-              row("asked: each, median", [f"{each:.3g}, {median:.3g}" for _, _, each, median in shown])]
-    lines += ["", *(f"{short(name)} is left out, Blender cannot read it: {what}." for name, what in unreadable_scenes.items())]
+              row("required: each, median", [f"{each:.3g}, {median:.3g}" for _, _, each, median in shown])]
+    lines += ["", *(f"{short(name)} is skipped because Blender cannot read it: {what}." for name, what in unreadable_scenes.items())]
     return "\n".join(lines) + "\n"
 
 
 def chart(figures):
     """One row per scene, worst first, and one dot per ratio on a logarithmic axis."""
     dots = [("speed", "samples per processor second", COLORS[0]),
-            ("time_trimmed", "processor time to equal error, worst 0.1 % of pixels out", COLORS[2]),
+            ("time_trimmed", "processor time to equal error, without the worst 0.1 % of pixels", COLORS[2]),
             ("time", "the same, all pixels", COLORS[1])]
     dots = [d for d in dots if all(d[0] in f for f in figures.values())]
     values = [f[key] for f in figures.values() for key, *_ in dots]
@@ -309,7 +309,7 @@ def main():
         if options.json:  # after each scene, since all of them take hours
             options.json.write_text(json.dumps(record, indent=2))
     if not figures:
-        sys.exit("race_cycles.py: Blender can read none of them")
+        sys.exit("race_cycles.py: Blender cannot read any of the scenes")
     if len(names) > 1:
         pages.insert(0, summary(figures, unreadable_scenes))
         print(pages[0], file=sys.stderr if options.output else sys.stdout)

@@ -14,14 +14,14 @@ INK = "#222222"
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("page", type=pathlib.Path)
-    parser.add_argument("chart", help="its title there")
+    parser.add_argument("chart", help="title of the chart in the page")
     parser.add_argument("out", type=pathlib.Path)
-    parser.add_argument("--title", help="to be put in its place")
+    parser.add_argument("--title", help="replaces the title")
     args = parser.parse_args()
     charts = re.findall(r"<svg .*?</svg>", args.page.read_text(), flags=re.DOTALL)
     found = [chart for chart in charts if f'aria-label="{escape(args.chart)}"' in chart]
     if len(found) != 1:
-        raise SystemExit(f"{args.page}: {len(found)} charts '{args.chart}'")
+        raise SystemExit(f"{args.page}: expected one chart '{args.chart}', found {len(found)}")
     chart = found[0].replace("currentColor", INK).replace(' style="color-scheme:light dark"', ' width="840"', 1)
     if args.title:
         chart = chart.replace(escape(args.chart), escape(args.title))

@@ -46,18 +46,18 @@ def count(program):
 
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    p.add_argument("checkouts", nargs=2, type=pathlib.Path, metavar="CHECKOUT", help="with it, without it")
+    p.add_argument("checkouts", nargs=2, type=pathlib.Path, metavar="CHECKOUT", help="with the feature, and without it")
     p.add_argument("--build", type=pathlib.Path, default=ROOT / "build/unused")
     p.add_argument("--repetitions", type=int, default=11)
-    p.add_argument("--spp", type=int, default=256, help="of the timed frames")
-    p.add_argument("--cmake", action="append", default=[], metavar="-DNAME=VALUE", help="for both builds")
+    p.add_argument("--spp", type=int, default=256, help="samples per pixel of the timed frames")
+    p.add_argument("--cmake", action="append", default=[], metavar="-DNAME=VALUE", help="CMake option of both builds")
     p.add_argument("-o", "--output", type=pathlib.Path)
     options = p.parse_args()
     programs = [build(checkout.resolve(), options.build.resolve() / name, options.cmake)
                 for checkout, name in zip(options.checkouts, ("with", "without"))]
     (with_count, with_frame), (without_count, without_frame) = (count(program) for program in programs)
     if with_frame["rays"] != without_frame["rays"]:
-        sys.exit(f"unused_features.py: not the same work: {with_frame}, {without_frame}")
+        sys.exit(f"unused_features.py: the builds traced different numbers of rays: {with_frame}, {without_frame}")
     times = [[json.loads(run(program, options.spp).stdout)["cpu_s"] for program in programs]
              for _ in range(options.repetitions)]
     ratios = [a / b - 1 for a, b in times]

@@ -200,7 +200,7 @@ void measure_lights(const Options& options) {
   }
   line("light groups: intensity, next picture", dragged);
   line("  … the first one after a while", single);
-  fmt::print("  of them rendered anew: {}\n", anew);
+  fmt::print("  of these, rendered again: {}\n", anew);
 }
 
 // How late a sleeping thread wakes up while the others render.
@@ -297,10 +297,12 @@ int run_view_bench(int argc, char** argv) {
   Options options;
   options.frame.driver = kLiveDriver;
   add_frame_options(&app, options.frame);
-  app.add_option("--edits", options.edits, "of each kind")->check(CLI::Range(1, 100000));
+  app.add_option("--edits", options.edits, "number of edits of each kind")
+      ->check(CLI::Range(1, 100000));
   app.add_option("--idle", options.idle_s, "seconds of undisturbed rendering")
       ->check(CLI::Range(0.1, 3600.0));
-  app.add_option("--repetitions", options.repetitions, "of that")->check(CLI::Range(0, 1000));
+  app.add_option("--repetitions", options.repetitions, "repetitions of the undisturbed rendering")
+      ->check(CLI::Range(0, 1000));
   CLI11_PARSE(app, argc, argv);
   fmt::print("{}  {}x{}\n", options.frame.scene, options.frame.width, options.frame.height);
   {

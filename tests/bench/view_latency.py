@@ -59,14 +59,15 @@ def main():
     for kind, summary in sorted(result["by_kind"].items()):
         row(kind, summary)
     busy = result["window_busy_ms"]
-    print(f"\nthe window's thread is busy at a time: median {busy['median']:.1f} ms, 95 % {busy['p95']:.1f} ms, "
-          f"most {busy['most']:.1f} ms")
+    print(f"\nthe window's thread is busy for: median {busy['median']:.1f} ms, 95 % {busy['p95']:.1f} ms, "
+          f"maximum {busy['most']:.1f} ms")
     pace = result["idle"]["samples_per_s"]
-    print(f"while nobody touches it: {pace / 1e6:.3f} M samples/s")
+    print(f"idle window: {pace / 1e6:.3f} M samples/s")
     if arguments.pace:
         driver = "adaptive" if result["driver"] == "live" else result["driver"]
         alone = render_pace(arguments.binary, words, driver, 8)
-        print(f"`render --driver {driver}`: {alone / 1e6:.3f} M samples/s; the window has {100 * pace / alone:.1f} % of it")
+        print(f"`render --driver {driver}`: {alone / 1e6:.3f} M samples/s; "
+              f"the window reaches {100 * pace / alone:.1f} %")
 
 
 if __name__ == "__main__":

@@ -57,7 +57,7 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--emberline", type=pathlib.Path, default=ROOT / "build/release/bin/emberline")
     p.add_argument("--pairs", type=int, default=9)
-    p.add_argument("--only", default="", help="frames whose names hold this")
+    p.add_argument("--only", default="", help="run only frames whose names contain this")
     p.add_argument("-o", "--output", type=pathlib.Path)
     options = p.parse_args()
     listener = socket.create_server(("127.0.0.1", 0))

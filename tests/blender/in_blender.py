@@ -169,7 +169,7 @@ def refusals():
     ball = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name.startswith("plastic"))
     ball.data.vertices[0].co.x = float("nan")
     ball.data.update()
-    expect("has vertices with coordinates that are not numbers")
+    expect("has vertices with NaN or infinite coordinates")
     scenes.build("materials")
     use(script("crash", "kill -SEGV $$\n"))
     expect("crashed (signal 11)")
@@ -178,7 +178,7 @@ def refusals():
     use(script("lies", "exit 0\n"))
     expect("frame.exr")
     use(file("nothing"))
-    expect("is not a program")
+    expect("is not an executable program")
     # Blender must still work afterwards.
     use(EMBERLINE)
     check(render().shape[:2] == scenes.SIZE[::-1], "does not render any more")

@@ -45,7 +45,8 @@ double largest_difference(const ExrPicture& a, const ExrPicture& b) {
 
 TEST_F(AnimationOption, AShutterAtRestSaysWhatToAdd) {
   const Words shutter = {"--shutter", "0,0.5"};
-  const std::string hint = "blurs nothing while the scene is at rest; add --animation or --time";
+  const std::string hint =
+      "has no effect while the animation is not played; add --animation or --time";
   EXPECT_NE(render(render_words(shutter)).err.find(hint), std::string::npos);
   EXPECT_EQ(render(render_words(shutter + Words{"--time", "1"})).err.find(hint), std::string::npos);
 }
@@ -189,7 +190,7 @@ TEST_F(AnimationOption, VanishedSceneShowsTheEnvironment) {
                         "0"};
   const RunResult result = run(frames);
   ASSERT_EQ(result.exit_code, 0) << result.describe();
-  EXPECT_NE(result.err.find("1 objects scaled to nothing"), std::string::npos) << result.describe();
+  EXPECT_NE(result.err.find("1 objects scaled to zero"), std::string::npos) << result.describe();
   // The triangle covers the middle of the first frame and is absent from the second.
   use(GltfBuilder());
   const RunResult empty = run({"render", path("scene.glb"), "--size", "8x8", "--spp", "4", "--sun",

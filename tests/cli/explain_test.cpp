@@ -29,7 +29,7 @@ TEST_F(Explain, ARenderTellsTheHistoryInASentenceAndExplainsItsColumns) {
   const RunResult result = run(frame({"--explain", "20,12"}));
   ASSERT_EQ(result.exit_code, 0) << result.describe();
   expect_all(result.out,
-             {"samples its error was ", "(threshold 0.02)", " and the pixel was finished.\n",
+             {"samples its error was ", "(threshold 0.02)", ", so the pixel was finished.\n",
               "refinement tree", "  v_int  ", "rounds\n", "  deviation  "});
   // The explanation from the file repeats the sentence, but only for that pixel.
   const size_t begin = result.out.find("At ");
@@ -44,8 +44,8 @@ TEST_F(Explain, AFinishedFrameTellsWhatItsChannelsHave) {
   const auto samples = size_t(picture.at("samples", 7, 5));
   expect_all(explanation("7,5"),
              {"pixel 7,5: " + std::to_string(samples) + " samples; the frame has ",
-              "It ended because its error met --noise-threshold 0.02.\n",
-              "Its error by its own samples alone is ",
+              "It stopped because its error met --noise-threshold 0.02.\n",
+              "Its error, estimated from its own samples alone, is ",
               "is compared with another error: ", "of 960 pixels are above it", "It took ",
               " rays.\n", "render it with --explain 7,5"});
 }
@@ -64,9 +64,9 @@ TEST_F(Explain, TheWorstPixelHasTheMaximumOfTheErrorHeatmap) {
 TEST_F(Explain, NamesTheOptionsForWhatTheFileLacks) {
   render(frame());
   expect_all(explanation("7,5"),
-             {"Why it ended is not in the file; render it with --aov stop.\n",
+             {"Why it stopped is not in the file; render it with --aov stop.\n",
               "Its error is not in the file; render it with --aov variance.\n",
-              "Its errors on the way are not in the file; render it with --explain 7,5.\n"});
+              "The history of its error is not in the file; render it with --explain 7,5.\n"});
   expect_failure({"explain", path("out.exr"), "worst"}, 3, {"out.exr", "--aov variance"});
   expect_failure({"explain", path("out.exr")}, 3, {"out.exr", "--aov variance"});
 }
@@ -75,9 +75,9 @@ TEST_F(Explain, NamesTheOptionsForWhatTheFileLacks) {
 TEST_F(Explain, AUniformFrameHasNoHistory) {
   render(render_words({"--aov", "stop,variance", "--spp", "4"}));
   const std::string text = explanation("3,4");
-  expect_all(text,
-             {"pixel 3,4: 4 samples; the frame has 4 to 4, 4 on average\n",
-              "It ended with the samples that every pixel gets (--spp).\n", "upper estimate"});
+  expect_all(text, {"pixel 3,4: 4 samples; the frame has 4 to 4, 4 on average\n",
+                    "It stopped at the number of samples that every pixel gets (--spp).\n",
+                    "upper estimate"});
   EXPECT_EQ(text.find("--noise-threshold"), std::string::npos) << text;
   EXPECT_EQ(text.find("--explain"), std::string::npos) << text;
 }

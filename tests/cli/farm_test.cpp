@@ -329,7 +329,7 @@ TEST_F(Farm, PartsOfAnotherFrameAreRefused) {
   EXPECT_EQ(text_of(path("out.exr.farm/settings.json")), settings);
   write("look.json", R"( {"emberline_edits": 1})");
   expect_failure({"farm", "retry", path("out.exr")}, 3,
-                 {"part-1-of-3.checkpoint", "the file of --edits have changed"}, with_slurm_);
+                 {"part-1-of-3.checkpoint", "the file of --edits changed"}, with_slurm_);
   EXPECT_FALSE(fs::exists(path("bin/sbatch.words")));
 }
 

@@ -237,7 +237,7 @@ TEST_F(Heatmap, WrongStylesAndCounts) {
     expect_failure(render_words({option}), 2, {option, "requires --heatmap"});
   }
   expect_failure(render_words(d + Words{"--heatmap-of", "samples", "--heatmap-of", "error"}), 2,
-                 {"--heatmap-of error", "it has no --heatmap"});
+                 {"--heatmap-of error", "there is no --heatmap for it"});
   expect_failure(render_words(d + Words{"--log", "--range", "0,5"}), 2, {"--range", "--log"});
   expect_failure(render_words(d + Words{"--heatmap-of", "stop", "--range", "0,5"}), 2,
                  {"--range", "stop", "reasons"});
@@ -245,12 +245,12 @@ TEST_F(Heatmap, WrongStylesAndCounts) {
                  {"--log", "stop", "reasons"});
   expect_failure(render_words(d + e + Words{"--heatmap-of", "error", "--range", "0,5"}), 2,
                  {"--range", "error and samples"});
-  expect_failure(render_words(d + d), 2, {"--heatmap", "d.png", "it is also the file of"});
+  expect_failure(render_words(d + d), 2, {"--heatmap", "d.png", "it is also written by"});
   expect_failure(render_words({"--heatmap", path("out.exr")}), 2,
-                 {"--heatmap", "it is also the file of"});
+                 {"--heatmap", "it is also written by"});
   expect_failure(render_words({"--heatmap", scene()}), 2, {"--heatmap", "unknown format"});
   expect_failure(render_words(d + Words{"--report", path("d.png")}), 2,
-                 {"--report", "it is also the file of"});
+                 {"--report", "it is also written by"});
   expect_failure(render_words({"--heatmap", path("d.jpg"), "--size", "50001x1"}), 2,
                  {"--heatmap", "50000"});
   // Two heatmaps of one quantity may share a range.

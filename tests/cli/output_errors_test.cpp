@@ -177,21 +177,21 @@ TEST_F(OutputErrors, OutputsMayNotReplaceInputsOrEachOther) {
   refused({"-o", path("a.exr"), "--edits", path("edits.json"), "--report", path("hard.json")},
           {"--report", "hard.json", "--edits"});
   refused({"-o", path("a.exr"), "--report", path("here/here/a.exr")},
-          {"--report", "it is also the file of"});
+          {"--report", "it is also written by"});
   refused({"-o", path("new.exr"), "--heatmap", path("old.exr")},
-          {"--heatmap", "it is also the file of"});
-  refused({"-o", path("a.exr"), "-o", path("A.exr")}, {"A.exr", "it is also the file of"});
+          {"--heatmap", "it is also written by"});
+  refused({"-o", path("a.exr"), "-o", path("A.exr")}, {"A.exr", "it is also written by"});
   fs::create_symlink("here/a.exr", path("dangling.json"));
   fs::create_symlink("dangling.json", path("sub/chain.json"));
   for (const char* name : {"dangling.json", "here/dangling.json"}) {
-    refused({"-o", path("a.exr"), "--report", path(name)}, {"--report", "it is also the file of"});
+    refused({"-o", path("a.exr"), "--report", path(name)}, {"--report", "it is also written by"});
     refused({"-o", path("a.exr"), "--driver", "adaptive", "--tree", path(name)},
-            {"--tree", "it is also the file of"});
+            {"--tree", "it is also written by"});
   }
   const Words shots = {"--driver", "bisection", "--snapshots", path("shots"), "-o"};
-  refused(shots + Words{path("shots/003_0010pct.png")}, {"--snapshots", "it is also the file of"});
+  refused(shots + Words{path("shots/003_0010pct.png")}, {"--snapshots", "it is also written by"});
   refused(shots + Words{path("b.exr"), "--report", path("shots/emberline-snapshots.json")},
-          {"--snapshots", "it is also the file of"});
+          {"--snapshots", "it is also written by"});
   refused(shots + Words{path("b.exr"), "--reference", path("here/shots/000_first.exr")},
           {"--reference"});
   expect_failure({"compare", path("out.exr"), path("sky.exr"), "-o", path("link.exr")}, 2,

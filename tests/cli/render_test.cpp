@@ -295,7 +295,7 @@ TEST_F(Render, UsesAsManyThreadsAsTheSystemStarts) {
   for (const char* command : {"render", "study"}) {
     SCOPED_TRACE(command);
     expect_failure({command, scene(), "-o", path("out.exr"), "--threads", "4096"}, 1,
-                   {"--threads 4096", "the system starts at most", "lower --threads"},
+                   {"--threads 4096", "the system allows at most", "lower --threads"},
                    {.process_limit = limit});
   }
   // Each run has a different user, who may not overwrite the files of the others.

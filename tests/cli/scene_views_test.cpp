@@ -135,7 +135,7 @@ TEST_F(Views, CamerasAreAlsoChosenByNode) {
     x += 1.5f;
   }
   gltf.write_glb(path("scene.glb"));
-  const auto fits = [&] { return result_.err.find("matches several: "); };
+  const auto fits = [&] { return result_.err.find("matches several cameras: "); };
   const ExrPicture wide = picture(render_words({"--camera", "Wide"}));
   EXPECT_EQ(fits(), std::string::npos) << result_.err;
   // Like a perspective camera, it causes a hint about the frame's shape.

@@ -60,13 +60,13 @@ TEST_F(SettingsFile, ErrorsNameThePlace) {
   expect_refused(R"({"spp": 2, "spp": 3})", {"spp"});
   expect_refused(R"({"spp": 0})", {"#/spp", "'0'", "from 1 to 16777216"});
   expect_refused(R"({"spp": 1.5})", {"#/spp", "'1.5'"});
-  expect_refused(R"({"spp": [2]})", {"#/spp", "expected a text, a number, true or false"});
+  expect_refused(R"({"spp": [2]})", {"#/spp", "expected a string, a number, true or false"});
   expect_refused(R"({"spp": null})", {"#/spp"});
   expect_refused(R"({"transparent": 1})", {"#/transparent", "yes or no"});
   expect_refused(R"({"sampler": "sobel"})", {"#/sampler", "did you mean 'sobol'"});
   expect_refused(R"({"size": "0x8"})", {"#/size", "65536"});
   expect_refused(R"({"look-from": "1,2,nan"})", {"#/look-from", "X,Y,Z"});
-  expect_refused(R"({"env": ""})", {"#/env", "expected a text"});
+  expect_refused(R"({"env": ""})", {"#/env", "expected a string"});
   expect_refused(R"({"env": "a\u0000b"})", {"#/env", "without control characters"});
   expect_refused(R"({"scene": "x.glb"})", {"#/scene", "unknown setting"});
 }

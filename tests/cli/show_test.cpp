@@ -145,7 +145,7 @@ TEST_F(Show, UnknownLayersListWhatThereIsNearestFirst) {
     Words words = {command, path("out.exr")};
     words = words + (words[0] == "show" ? Words{"-o", path("a.png")} : Words{path("out.exr")});
     expect_failure(words + Words{"--layer", "albdo"}, 2,
-                   {"--layer", "unknown layer 'albdo'", "nearest names first, are albedo, ",
+                   {"--layer", "unknown layer 'albdo'", "closest match first, are albedo, ",
                     "velocity", "RGBA", "samples"});
   }
 }
@@ -210,8 +210,8 @@ TEST_F(Show, InfoListsLayersSettingsAndState) {
 }
 
 TEST_F(Show, InfoKeepsWhatIsNoSettingApart) {
-  render({"render", scene(), "-o", path("a b.exr"), "--size", "16x16", "--driver", "adaptive",
-          "--spp", "16", "--explain", "3,4", "--resumable"});
+  run({"render", scene(), "-o", path("a b.exr"), "--size", "16x16", "--driver", "adaptive", "--spp",
+       "16", "--explain", "3,4", "--resumable"});
   const RunResult text = run({"info", path("a b.exr")});
   EXPECT_NE(text.out.find("emberline extend '" + path("a b.exr") + "'"), std::string::npos)
       << text.out;
@@ -310,7 +310,7 @@ TEST_F(CompareLayer, AReferenceOfOneLayerHasItsChannels) {
   metrics({"--layer", "RGBA"});
   EXPECT_EQ(err_, "");
   EXPECT_NEAR(metrics({"--layer", "key"})["max_abs"].get<double>(), 0.5, 1e-6);
-  EXPECT_NE(err_.find("its picture is the reference"), std::string::npos) << err_;
+  EXPECT_NE(err_.find("using its picture as the reference"), std::string::npos) << err_;
 }
 
 // Nothing suggests the layer that is already measured or shown.

@@ -148,7 +148,7 @@ TEST_F(Stop, StrictFailsForBlackPixelsAlone) {
   };
   const RunResult holes = frame({});
   EXPECT_EQ(holes.exit_code, 1) << holes.describe();
-  EXPECT_NE(holes.err.find("have no sample and are black; --driver adaptive leaves none"),
+  EXPECT_NE(holes.err.find("have no sample and are black; --driver adaptive avoids this"),
             std::string::npos)
       << holes.err;
   EXPECT_EQ(read_json("r.json")["exit_code"], 1);

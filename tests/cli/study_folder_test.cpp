@@ -137,7 +137,7 @@ TEST_F(Study, ErrorsInDamagedFilesNameThePlace) {
   const std::vector<Row> before = contents("s");
   const std::string settings = read_text(path("s/settings.json"));
   for (const auto& [text, message_parts] :
-       {std::pair{"{\"key\": 3}", "#/key: expected a text, found 3"},
+       {std::pair{"{\"key\": 3}", "#/key: expected a string, found 3"},
         {"{}", "the required member \"key\" is missing"},
         {"{\"key\": \"a\", \"key\": \"b\"}", "#/key: the member appears twice"},
         {"", "not valid JSON"}}) {

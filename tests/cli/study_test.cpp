@@ -195,7 +195,7 @@ TEST_F(Study, ListsFailedMethods) {
   EXPECT_EQ(failed, 2u);
   EXPECT_EQ(read_json("s/study.json")["summary"][1]["failed_runs"], 2);
   expect_failure(study_words("t", {"--drivers", "adaptive", "--samplers", "stratified"}), 2,
-                 {"no method is possible", "stratified"});
+                 {"no method can be rendered", "stratified"});
 }
 
 // Kills the study with SIGKILL, so that no signal handler runs.

@@ -82,16 +82,16 @@ TEST_F(TextureMemory, DoesNotCountAgainstTheMemoryLimit) {
 
 TEST_F(TextureMemory, UnusableTemporaryFolderIsReported) {
   const Words words = {"render", textured(), "-o", path("no.exr"), "--texture-memory", "1K"};
-  expect_failure(words, 1, {"cannot hold textures", path("none"), "TMPDIR"},
+  expect_failure(words, 1, {"cannot store textures", path("none"), "TMPDIR"},
                  {.environment = {{"TMPDIR", path("none")}}});
   // Simulates a full disk by limiting the size of files.
-  expect_failure(words, 1, {"cannot hold textures", "File too large"},
+  expect_failure(words, 1, {"cannot store textures", "File too large"},
                  {.environment = {{"TMPDIR", folder_.path()}}, .file_size_limit = kMap / 2});
   // The file has space for only one of the two maps to be moved. When the third map is loaded, the
   // rest is tried again.
   const Words some = {"render", textured(),         "-o",  path("no.exr"), "--threads",
                       "1",      "--texture-memory", "300K"};
-  expect_failure(some, 1, {"cannot hold textures", "File too large"},
+  expect_failure(some, 1, {"cannot store textures", "File too large"},
                  {.environment = {{"TMPDIR", folder_.path()}}, .file_size_limit = kMap * 3 / 2});
 }
 

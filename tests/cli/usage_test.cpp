@@ -361,7 +361,7 @@ TEST_F(Usage, UnknownWordsListTheValidOnes) {
 
 TEST_F(Usage, RejectsConflictingPaths) {
   expect_failure(render_words({"-o", path("./out.exr")}), 2,
-                 {"-o", "out.exr", "it is also the file of"});
+                 {"-o", "out.exr", "it is also written by"});
   expect_failure(render_words({"-o", path("a.png"), "--report", path("a.png")}), 2,
                  {"--report", "a.png"});
   expect_failure(render_words({"--report", scene()}), 2, {"--report", "scene"});

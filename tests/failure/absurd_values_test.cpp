@@ -177,7 +177,7 @@ TEST_F(Absurd, OnlyBadTriangles) {
   // They do not end an animation if the scene also has a good mesh whose scale is zero now.
   const int good = gltf_.add_triangle();
   gltf_.root["nodes"][size_t(good)]["scale"] = {0, 0, 0};
-  expect_warning(gltf_, {"1 objects scaled to nothing"});
+  expect_warning(gltf_, {"1 objects scaled to zero"});
 }
 
 TEST_F(Absurd, HierarchiesOfAnyDepth) {

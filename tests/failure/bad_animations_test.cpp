@@ -66,8 +66,8 @@ TEST_F(BadAnimation, KeyTimes) {
       a.move(0, "scale", values, "VEC3", std::vector<float>(values.size() * 3, 1.0f));
     });
   };
-  times({0, 1, 0.5f}, "times must grow: key frame 1 is at 1 s, the next at 0.5 s");
-  times({0, 1, 1}, "times must grow: key frame 1");
+  times({0, 1, 0.5f}, "key times must increase: key frame 1 is at 1 s, the next at 0.5 s");
+  times({0, 1, 1}, "key times must increase: key frame 1");
   times({0, kNaN, 1}, "element 1 is not a finite number");
   times({0, INFINITY}, "element 1 is not a finite number");
   times({-1, 1}, "the first key frame is at -1 s");

@@ -126,7 +126,7 @@ TEST(HostileImages, ACutJpegIsRefusedOrNamed) {
   EXPECT_GT(taken, 10);
   ByteList cut = jpeg;
   cut.resize(jpeg.size() / 2);
-  EXPECT_SAYS(decode_message(cut), "truncated; lenient");
+  EXPECT_SAYS(decode_message(cut), "truncated; use lenient");
 }
 
 // A header that announces a large picture without data must not cause a large allocation.
@@ -235,7 +235,8 @@ TEST(HostileImages, ExrValuesHaveTheSizeOfTheirType) {
   };
   for (const auto& [type, bytes] : wrong) {
     const std::string message = decode_message(with(value(type, bytes)));
-    EXPECT_TRUE(message.find("a value of type " + type + " with a wrong size") != message.npos ||
+    EXPECT_TRUE(message.find("an attribute of type " + type + " with the wrong size") !=
+                    message.npos ||
                 message.find("the header of the EXR is longer") != message.npos)
         << message;
   }

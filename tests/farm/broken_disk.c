@@ -1,5 +1,5 @@
-// Put before the C library (LD_PRELOAD): some calls fail for files whose paths contain BROKEN_PATH.
-// BROKEN_CALLS: which, a list of names; BROKEN_ERROR: the errno; BROKEN_AFTER: how many go well before.
+// LD_PRELOAD library that makes some calls fail for files whose paths contain BROKEN_PATH.
+// BROKEN_CALLS: names of the calls; BROKEN_ERROR: the errno; BROKEN_AFTER: how many calls succeed before.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>

@@ -179,11 +179,11 @@ def files(farm):
     def environment_renamed(folder):
         (folder / "env.hdr").rename(folder / "sky.hdr")
 
-    cases = (("scene edited", scene_edited, {}, ["the scene's files have changed"]),
+    cases = (("scene edited", scene_edited, {}, ["the scene's files changed"]),
              ("texture edited", lambda folder: (folder / "colors.png").write_bytes(png(4, 4, (200, 100, 51))), {},
-              ["the scene's files have changed"]),
-             ("buffer edited", points_edited, {}, ["the scene's files have changed"]),
-             ("environment edited", environment_edited, {}, ["the file of --env have changed"]),
+              ["the scene's files changed"]),
+             ("buffer edited", points_edited, {}, ["the scene's files changed"]),
+             ("environment edited", environment_edited, {}, ["the file of --env changed"]),
              ("scene moved", moved, {"scene": "elsewhere/other name.gltf"}, None),
              ("files touched", touched, {}, None),
              ("environment renamed", environment_renamed, {"env": "sky.hdr"}, None))
@@ -226,7 +226,7 @@ def environment_of_edits(farm):
     (folder / "env.hdr").write_bytes(data)
     before = contents(folder)
     run = farm.run(folder, [*SIZE, *FRAME, *base, *RESUME], scene="scene.gltf")
-    farm.check_refused(run, folder, before, case, {EXIT_INPUT}, ["the environment of --edits have changed"])
+    farm.check_refused(run, folder, before, case, {EXIT_INPUT}, ["the environment of --edits changed"])
 
 
 def many_light_groups(farm):
@@ -287,7 +287,7 @@ def own_checkpoints(farm):
 
 
 def main():
-    farm = Farm(__doc__, part=("", "settings, files or own: this one alone"))
+    farm = Farm(__doc__, part=("", "run only this part: settings, files or own"))
     for name, part in (("settings", settings), ("files", files), ("own", own_checkpoints)):
         if name.startswith(farm.options.part):
             part(farm)

@@ -43,7 +43,8 @@ class Checkpoints:
         if run.code == 0 and not run.hung:
             self.done += 1
             output = self.folder / "out.exr"
-            self.farm.check(output.exists() and pixels(output) == self.expected, case, f"other bits: {run}", replay)
+            self.farm.check(output.exists() and pixels(output) == self.expected, case,
+                            f"the picture's bits differ: {run}", replay)
             self.farm.check(set(contents(self.folder)) == {"out.exr"}, case, "stray files", replay)
         else:
             self.refused += 1
@@ -63,9 +64,11 @@ def lengths(data, stride):
 
 
 def main():
-    farm = Farm(__doc__, driver=("", "this one alone"), flips=(200, "bits turned over for each driver [200]"),
-                stride=(61, "between the lengths that a file is cut to [61]"), seed=(1, "of the bits' places [1]"),
-                length=(-1, "this length alone"), bit=(-1, "this bit alone"))
+    farm = Farm(__doc__, driver=("", "run only this driver"),
+                flips=(200, "number of bits to flip for each driver [200]"),
+                stride=(61, "step between the lengths to which a file is cut [61]"),
+                seed=(1, "seed of the positions of the bits [1]"), length=(-1, "cut only to this length"),
+                bit=(-1, "flip only this bit"))
     options = farm.options
     one = options.length >= 0 or options.bit >= 0
     for driver in [options.driver] if options.driver else DRIVERS:
@@ -73,7 +76,7 @@ def main():
         data = checkpoints.bytes
         if not one:
             checkpoints.resume_from(data, f"{driver} whole", f"--driver {driver}")
-            farm.check(checkpoints.done == 1, f"{driver} whole", "a whole checkpoint is refused")
+            farm.check(checkpoints.done == 1, f"{driver} whole", "an intact checkpoint is refused")
         cuts = [options.length] if options.length >= 0 else [] if one else lengths(data, options.stride)
         for length in cuts:
             checkpoints.resume_from(data[:length], f"{driver} length {length}", f"--driver {driver} --length {length}")

@@ -39,13 +39,13 @@ def check_warned(farm, run, folder, expected, case, file, stray=()):
     """Checks that the frame is done, with one warning that names the file."""
     farm.check_done(run, folder, expected, case, {"report.json", *stray})
     warning_lines = warnings(run)
-    farm.check(len(warning_lines) == 1 and file in warning_lines[0], case, f"should warn once, of {file}: {run}")
+    farm.check(len(warning_lines) == 1 and file in warning_lines[0], case, f"should warn once and name {file}: {run}")
 
 
 def check_resumes(farm, driver, folder, file, expected, case):
     """Checks that a run resumes what the failing run left, or starts from nothing."""
     run = farm.run(folder, [*settings_of(farm, driver), *resume(file)])
-    farm.check_done(run, folder, expected, case + ", gone on", {"report.json"})
+    farm.check_done(run, folder, expected, case + ", resumed", {"report.json"})
 
 
 def failing_calls(farm, drivers):
@@ -53,7 +53,7 @@ def failing_calls(farm, drivers):
     compiler = shutil.which("cc")
     source = pathlib.Path(__file__).with_name("broken_disk.c")
     if not compiler or subprocess.run([compiler, "-shared", "-fPIC", "-O1", "-o", library, source, "-ldl"]).returncode:
-        return farm.skip("failing calls", "there is no C compiler, cc")
+        return farm.skip("failing calls", "no C compiler (cc) was found")
     if farm.options.driver in ("", "paths"):
         failing_products(farm, library)
     for driver in drivers:
@@ -124,7 +124,7 @@ def failing_products(farm, library):
         run = Process(words, folder, broken("/out.exr.checkpoint.next", calls, after)).wait()
         farm.check(run.code == EXIT_RENDER_FAILED and len(warnings(run)) <= 1 and "out.exr.checkpoint.next" in run.err,
                    case, f"should fail: {run}")
-        farm.check(contents(folder).get("out.exr.checkpoint") == before, case, "the checkpoint that was there is not")
+        farm.check(contents(folder).get("out.exr.checkpoint") == before, case, "the existing checkpoint has changed")
         run = Process(words, folder).wait()
         farm.check_done(run, folder, expected, case, {"out.exr.checkpoint"})
 
@@ -145,8 +145,10 @@ def lost_picture(farm, driver):
     (folder / "pictures").mkdir()
     run = farm.run(folder, command, output="pictures/out.exr")
     total = report_of(folder)["samples"]["total"]
-    farm.check(run.code == EXIT_DONE and earlier_samples(folder) == total, case, f"should only write: {run}")
-    farm.check(pixels(folder / "pictures/out.exr") == farm.reference(settings_of(farm, driver))[0], case, "other bits")
+    farm.check(run.code == EXIT_DONE and earlier_samples(folder) == total, case,
+               f"should only write the picture, without rendering: {run}")
+    farm.check(pixels(folder / "pictures/out.exr") == farm.reference(settings_of(farm, driver))[0], case,
+               "the picture's bits differ")
 
 
 def full_disk(farm, driver):
@@ -162,7 +164,7 @@ def full_disk(farm, driver):
     try:
         run = farm.run(folder, [*settings_of(farm, driver), *resume(str(disk / "c"))])
         check_warned(farm, run, folder, expected, case, "c")
-        farm.check(not contents(disk), case, f"left on the full disk: {contents(disk)}")
+        farm.check(not contents(disk), case, f"files left on the full disk: {contents(disk)}")
         process = farm.start(folder, [*settings_of(farm, driver), *resume(str(disk / "c"))])
         process.work(1.0)
         process.signal(signal.SIGKILL)
@@ -171,7 +173,7 @@ def full_disk(farm, driver):
         (disk / "full").write_bytes(bytes(64 << 10))
         run = farm.run(folder, [*settings_of(farm, driver), *resume(str(disk / "c")), "--quiet"])
         farm.check(run.code == EXIT_RENDER_FAILED and len(run.err.splitlines()) == 1, case + " from the start",
-                   f"a checkpoint that cannot even be begun should be told before it renders: {run}")
+                   f"should fail before it renders if the checkpoint cannot be started: {run}")
     finally:
         subprocess.run(["umount", disk], check=True)
 
@@ -224,7 +226,7 @@ def lost_folders(farm, driver):
         run = process.wait()
         stray = {name for name in contents(folder) if name.startswith("moved/")}
         farm.check_done(run, folder, expected, case, {"report.json", "kept/other", *stray})
-        farm.check((folder / "kept/other").read_text() == "mine", case, "another's file is gone")
+        farm.check((folder / "kept/other").read_text() == "mine", case, "the other file has changed")
     case = f"replaced file of {driver}"
     if driver == "bucket" and farm.is_selected(case):
         expected, _ = farm.reference(settings_of(farm, driver))
@@ -236,9 +238,9 @@ def lost_folders(farm, driver):
         (folder / "kept/mine").rename(folder / "kept/c")
         run = process.wait()
         farm.check(run.code == EXIT_DONE and (folder / "kept/c").exists() and
-                   (folder / "kept/c").read_text() == "mine", case, f"another's file is gone: {run}")
+                   (folder / "kept/c").read_text() == "mine", case, f"the other file is gone or has changed: {run}")
     if os.geteuid() == 0:
-        return farm.skip(f"write-protected folder of {driver}", "the superuser may write everywhere")
+        return farm.skip(f"write-protected folder of {driver}", "root can write everywhere")
     lost_folder(farm, driver, "write-protected folder", lambda kept: kept.chmod(0o500), lambda kept: kept.chmod(0o700))
 
 
@@ -255,16 +257,16 @@ def concurrent_runs(farm, driver):
     first.wait_until((folder / "c").exists)
     first.work(2 * 0.2 * SECONDS)
     first.signal(signal.SIGSTOP)  # so that it cannot end meanwhile on a slow machine
-    farm.check(first.running(), case, "the first was too fast")
+    farm.check(first.running(), case, "the first run has already ended")
     for _ in range(3):
         second = farm.run(folder, [*command, "--quiet"])
         farm.check(second.code == EXIT_RENDER_FAILED and len(second.err.splitlines()) == 1 and
                    second.err.startswith("emberline: error: ") and "c: another run is using it" in second.err, case,
-                   f"the second should refuse: {second}")
+                   f"the second run should refuse: {second}")
     # Without --resume the second run would start a new file.
     second = farm.run(folder, [*settings_of(farm, driver), "--checkpoint", "c", "--quiet"])
     farm.check(second.code == EXIT_RENDER_FAILED and "another run is using it" in second.err, case,
-               f"the second should refuse without --resume, too: {second}")
+               f"the second run should refuse even without --resume: {second}")
     first.signal(signal.SIGCONT)
     farm.check_done(first.wait(), folder, expected, case, {"report.json"})
 
@@ -284,9 +286,9 @@ def simultaneous_starts(farm, driver):
         codes = sorted(run.code for run in runs)
         farm.check(codes in ([0, 0], [0, 1]), case, f"{runs[0]} | {runs[1]}")
         both += codes == [0, 0]
-        farm.check(pixels(folder / "out.exr") == expected, case, "other bits")
-        farm.check(set(contents(folder)) <= {"out.exr", "report.json"}, case, f"stray: {contents(folder).keys()}")
-    farm.check(both == 0, case, f"{both} of {times} times neither refused: each took the checkpoint for its own")
+        farm.check(pixels(folder / "out.exr") == expected, case, "the picture's bits differ")
+        farm.check(set(contents(folder)) <= {"out.exr", "report.json"}, case, f"stray files: {contents(folder).keys()}")
+    farm.check(both == 0, case, f"in {both} of {times} tries neither run refused: both used the checkpoint")
 
 
 def unusable_paths(farm):
@@ -304,7 +306,7 @@ def unusable_paths(farm):
             if not farm.is_selected(case):
                 continue
             if what == "write-protected" and os.geteuid() == 0:
-                farm.skip(case, "the superuser may write everywhere")
+                farm.skip(case, "root can write everywhere")
                 continue
             folder = farm.folder(case)
             (folder / "folder").mkdir()
@@ -326,7 +328,7 @@ def unusable_paths(farm):
 
 
 def main():
-    farm = Farm(__doc__, driver=("", "this one alone; `paths`: what no checkpoint can be named"))
+    farm = Farm(__doc__, driver=("", "run only this driver, or `paths`: names that a checkpoint cannot have"))
     drivers = [driver for driver in DRIVERS if driver.startswith(farm.options.driver)]
     if farm.options.driver in ("", "paths"):
         unusable_paths(farm)

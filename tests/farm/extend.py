@@ -42,7 +42,7 @@ def at_once(farm):
         first_frame(farm, folder, case, [*settings, "--spp", "3"])
         for spp in ("8", "20"):
             run = extend(farm, folder, "--spp", spp, "--quiet").wait()
-            farm.check(run.code == 0, case, f"should be done: {run}")
+            farm.check(run.code == 0, case, f"should finish: {run}")
         farm.check_done(run, folder, expected, case, FILES)
         if name != "bisection":
             continue
@@ -73,9 +73,11 @@ def interrupted(farm):
                 break
             landed += 1
             # A signal that arrives before the handlers are installed kills the process.
-            farm.check(run.code in (-signal.SIGKILL, -signal.SIGTERM, EXIT_STOPPED), case, f"another end: {run}")
-            farm.check(pixels(folder / "out.exr") == old, case, "the old picture is gone before the new one is there")
-        farm.check(landed >= 3, case, f"only {landed} of 6 signals found it at work")
+            farm.check(run.code in (-signal.SIGKILL, -signal.SIGTERM, EXIT_STOPPED), case,
+                       f"should be killed or stopped: {run}")
+            farm.check(pixels(folder / "out.exr") == old, case,
+                       "the old picture changed before the new one was complete")
+        farm.check(landed >= 3, case, f"only {landed} of 6 signals arrived before it finished")
         farm.check_done(run, folder, expected, case, FILES)
 
 
@@ -93,13 +95,14 @@ def adaptive(farm):
         first_frame(farm, folder, name, [*FRAME, *CHANNELS, *settings, "--report", "report.json"])
         before = report_of(folder)
         run = extend(farm, folder, *more, "--report", "report.json", "--quiet").wait()
-        if not farm.check(run.code == 0, name, f"should be done: {run}"):
+        if not farm.check(run.code == 0, name, f"should finish: {run}"):
             continue
         after = report_of(folder)
-        farm.check(after["samples"]["total"] > before["samples"]["total"], name, "it has no more samples")
-        farm.check(after["samples"]["min"] >= before["samples"]["min"], name, "a pixel has fewer")
-        farm.check(after["error"]["estimate"] < before["error"]["estimate"], name, "its error is not less")
-        farm.check(after["checkpoint"]["earlier_samples"] == before["samples"]["total"], name, "it began anew")
+        farm.check(after["samples"]["total"] > before["samples"]["total"], name, "it has no additional samples")
+        farm.check(after["samples"]["min"] >= before["samples"]["min"], name, "a pixel has fewer samples than before")
+        farm.check(after["error"]["estimate"] < before["error"]["estimate"], name, "its estimated error has not fallen")
+        farm.check(after["checkpoint"]["earlier_samples"] == before["samples"]["total"], name,
+                   "it did not start from the earlier samples")
 
 
 def refused(farm):
@@ -143,9 +146,9 @@ def refused(farm):
             run = Process([farm.program, "extend", *words, "--quiet"], folder).wait()
             farm.check_refused(run, folder, before, case, (code,), parts)
     run = Process([farm.program, "extend", "named", "--spp", "8", "-o", "picture.exr", "--quiet"], folder).wait()
-    farm.check(run.code == EXIT_DONE, "named checkpoint", f"should go on to the picture that is named: {run}")
+    farm.check(run.code == EXIT_DONE, "named checkpoint", f"should extend the picture that -o names: {run}")
     run = Process([farm.program, "extend", "moved.exr", "--spp", "8", "--scene", farm.scene(), "--quiet"], folder).wait()
-    farm.check(run.code == EXIT_DONE, "moved scene", f"should go on with the scene that is named: {run}")
+    farm.check(run.code == EXIT_DONE, "moved scene", f"should use the scene that --scene names: {run}")
 
 
 def damaged(farm):
@@ -181,7 +184,8 @@ def damaged(farm):
             if not by_tiles:
                 farm.check_refused(run, folder, before, case, {EXIT_INPUT}, ["out.exr.checkpoint: "])
                 continue
-            farm.check("out.exr.checkpoint: " in run.err and "rendered again" in run.err, case, f"says nothing: {run}")
+            farm.check("out.exr.checkpoint: " in run.err and "rendered again" in run.err, case,
+                       f"should say that tiles are rendered again: {run}")
             farm.check_done(run, folder, expected, case, FILES)
 
 

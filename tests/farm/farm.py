@@ -125,8 +125,8 @@ class Farm:
         parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawTextHelpFormatter)
         parser.add_argument("program", type=pathlib.Path)
         parser.add_argument("scenes", type=pathlib.Path)
-        parser.add_argument("--only", metavar="TEXT", default="", help="cases whose names contain it")
-        parser.add_argument("--keep", action="store_true", help="keep the folders of what has failed")
+        parser.add_argument("--only", metavar="TEXT", default="", help="run only cases whose names contain TEXT")
+        parser.add_argument("--keep", action="store_true", help="keep the folders of failed cases")
         for name, (default, text) in options.items():
             if default is False:
                 parser.add_argument(f"--{name}", action="store_true", help=text)
@@ -205,11 +205,11 @@ class Farm:
 
     def check_done(self, run, folder, expected, case, allowed=(), replay=""):
         """Checks for exit code 0, the right bits, and no files other than the output and those allowed."""
-        ok = self.check(run.code == EXIT_DONE, case, f"should be done: {run}", replay)
+        ok = self.check(run.code == EXIT_DONE, case, f"should finish: {run}", replay)
         if not ok:
             return False
         ok = self.check((folder / "out.exr").exists() and pixels(folder / "out.exr") == expected, case,
-                        "the picture has other bits", replay)
+                        "the picture's bits differ", replay)
         stray = set(contents(folder)) - {"out.exr", *allowed}
         return self.check(not stray, case, f"stray files: {stray}", replay) and ok
 
@@ -218,7 +218,7 @@ class Farm:
         lines = run.err.splitlines()
         ok = self.check(run.code in codes, case, f"should be refused with exit {codes}: {run}", replay)
         ok &= self.check(len(lines) == 1 and run.err.startswith("emberline: error: ") and not run.out, case,
-                         f"should say one line: {run}", replay)
+                         f"should print one line: {run}", replay)
         for name in names:
             ok &= self.check(name in run.err, case, f"should name '{name}': {run}", replay)
         after = contents(folder)

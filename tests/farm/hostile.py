@@ -202,17 +202,17 @@ class Hostile:
     def check_run(self, case, replay, before, largest, run, right):
         check = self.farm.check
         if not check(not run.hung and run.code in (EXIT_DONE, EXIT_RENDER_FAILED, EXIT_INPUT), case,
-                     f"should be refused or done: {run}", replay):
+                     f"should refuse or finish: {run}", replay):
             return
         now = largest_child()
-        check(now <= max(largest, MEMORY), case, f"took {now >> 20} MiB: {run}", replay)
+        check(now <= max(largest, MEMORY), case, f"used {now >> 20} MiB: {run}", replay)
         check(len(run.err) < LONGEST_LINE, case, f"{len(run.err)} characters on stderr", replay)
         if run.code == EXIT_DONE:
             output = self.folder / "out.exr"
             if not check(output.exists(), case, f"no picture: {run}", replay):
                 return
             same = pixels(output) == self.expected
-            check(same or not right, case, "other bits", replay)
+            check(same or not right, case, "the picture's bits differ", replay)
             self.counts["done, right bits" if same else "done, other bits"] += 1
         else:
             self.farm.check_refused(run, self.folder, before, case, {EXIT_INPUT}, [CHECKPOINT], replay)
@@ -220,13 +220,13 @@ class Hostile:
 
 
 def main():
-    farm = Farm(__doc__, driver=("", "of that name alone"), mutations=(60, "of each state [60]"),
-                seed=(1, "of the mutations [1]"), brief=(False, "mutations alone"),
-                file=("", "go on with this file alone"))
+    farm = Farm(__doc__, driver=("", "run only the checkpoints of this name"),
+                mutations=(60, "number of mutations of each state [60]"), seed=(1, "seed of the mutations [1]"),
+                brief=(False, "run only the mutations"), file=("", "only resume from this file"))
     options = farm.options
     zstd = records.zstd_of(farm.program)
     if not zstd:
-        farm.skip("all", "there is no libzstd to read a checkpoint with")
+        farm.skip("all", "libzstd, which reads checkpoints, was not found")
         farm.check(True, "", "")
         farm.done()
     chosen = {name: Hostile(farm, name, zstd) for name in SETTINGS if name.startswith(options.driver)}

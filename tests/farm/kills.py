@@ -71,10 +71,10 @@ def frame(farm, driver, number, most):
         tried += 1
         landed += run.code == -signal.SIGKILL
         in_middle += run.code == -signal.SIGKILL and moment != "start"
-        farm.check(run.code in (-signal.SIGKILL, EXIT_DONE), case, f"a run that was to be killed: {run}", replay)
+        farm.check(run.code in (-signal.SIGKILL, EXIT_DONE), case, f"should be killed or finish: {run}", replay)
         if (folder / "out.exr").exists():
-            farm.check(pixels(folder / "out.exr") == expected, case, f"a kill ({moment}) left an output of other bits",
-                       replay)
+            farm.check(pixels(folder / "out.exr") == expected, case,
+                       f"a kill ({moment}) left an output whose bits differ", replay)
         if run.code == EXIT_DONE:
             break
     # A run that finished before its kill leaves no checkpoint, so the next run starts from nothing.
@@ -88,9 +88,9 @@ def frame(farm, driver, number, most):
 
 
 def main():
-    farm = Farm(__doc__, kills=(100, "in total, shared by the drivers [100]"),
-                each=(7, "of one frame, at most [7]"), seed=(1, "of the moments [1]"),
-                driver=("", "this one alone"), frame=(-1, "this one alone"))
+    farm = Farm(__doc__, kills=(100, "total number of kills, shared by the drivers [100]"),
+                each=(7, "maximum number of kills of one frame [7]"), seed=(1, "seed of the random choices [1]"),
+                driver=("", "run only this driver"), frame=(-1, "run only the frame with this number"))
     options = farm.options
     drivers = [options.driver] if options.driver else DRIVERS
     if options.frame >= 0:
@@ -104,10 +104,11 @@ def main():
             more = frame(farm, driver, number, end - tried)
             tried, landed, number = tried + more[0], landed + more[1], number + 1
             carried += [more[2]] if more[2] is not None else []
-    print(f"{tried} kills, {landed} of a run under way; {sum(carried)} of {len(carried)} frames went on with samples "
-          "of the runs before")
-    farm.check(3 * landed >= 2 * tried, "kills", f"only {landed} of {tried} found a run under way", "")
-    farm.check(2 * sum(carried) > len(carried), "kills", f"only {sum(carried)} of {len(carried)} frames went on")
+    print(f"{tried} kills, {landed} hit a running process; {sum(carried)} of {len(carried)} frames resumed samples of "
+          "earlier runs")
+    farm.check(3 * landed >= 2 * tried, "kills", f"only {landed} of {tried} hit a running process", "")
+    farm.check(2 * sum(carried) > len(carried), "kills",
+               f"only {sum(carried)} of {len(carried)} frames resumed samples")
     farm.done()
 
 

@@ -52,13 +52,13 @@ def tiles(farm):
         count = 2 + number % 4
         order = random.Random(number).sample(range(1, count + 1), count)
         parts = parts_of(farm, folder, case, settings, count, order)
-        farm.check(set(contents(folder)) == set(parts), case, "a part leaves more than its checkpoint")
+        farm.check(set(contents(folder)) == set(parts), case, "a part left files other than its checkpoint")
         run = merge(farm, folder, parts, "--report", "report.json")
         farm.check_done(run, folder, expected, case, {"report.json", *parts})
         once = farm.folder(case + " once")
         farm.run(once, [*settings, "--quiet", "--report", "report.json"])
         for key in ("samples", "rays", "error", "numerics", "clamped"):
-            farm.check(report_of(folder)[key] == report_of(once)[key], case, f"the report has another '{key}'")
+            farm.check(report_of(folder)[key] == report_of(once)[key], case, f"'{key}' in the report differs")
 
 
 def ranges(farm):
@@ -77,12 +77,12 @@ def ranges(farm):
         run = merge(farm, folder, parts)
         whole = farm.folder(case + " whole")
         farm.run(whole, [*settings, "--spp", "24", "--quiet"])
-        if not farm.check(run.code == 0, case, f"should be done: {run}"):
+        if not farm.check(run.code == 0, case, f"should finish: {run}"):
             continue
         # Compares by the largest difference, as the program measures it.
         compared = Process([farm.program, "compare", "out.exr", whole / "out.exr", "--json"], folder).wait()
-        farm.check(json.loads(compared.out)["max_abs"] < 1e-6, case, f"it is another picture: {compared.out}")
-        print(f"{case}: {'the same bits' if pixels(folder / 'out.exr') == expected else 'other bits'}")
+        farm.check(json.loads(compared.out)["max_abs"] < 1e-6, case, f"the picture differs: {compared.out}")
+        print(f"{case}: {'the same bits' if pixels(folder / 'out.exr') == expected else 'different bits'}")
 
 
 def ranges_by_parts(farm):
@@ -97,7 +97,7 @@ def ranges_by_parts(farm):
         for k in (1, 2):
             rendered(farm, folder, case, [*settings, "--sample-range", span, "--part", f"{k}/2"])
     parts = sorted(contents(folder))
-    farm.check(len(parts) == 4, case, f"not four parts: {parts}")
+    farm.check(len(parts) == 4, case, f"should be four parts: {parts}")
     farm.check_done(merge(farm, folder, parts), folder, expected, case, set(parts))
 
 
@@ -116,14 +116,14 @@ def seeds(farm):
                                     "--report", f"{seed}.json", "--quiet"], output=f"{seed}.exr")
             farm.check(run.code == 0, case, f"the part failed: {run}")
         run = merge(farm, folder, ["1.exr.checkpoint", "2.exr.checkpoint"], "--report", "report.json")
-        if not farm.check(run.code == 0, case, f"should be done: {run}"):
+        if not farm.check(run.code == 0, case, f"should finish: {run}"):
             continue
         one, two, both = (report_of(folder, name) for name in ("1.json", "2.json", "report.json"))
         n = [report["samples"]["total"] for report in (one, two)]
         farm.check(both["samples"]["total"] == sum(n), case, "samples are lost")
         e = [report["error"]["estimate"] for report in (one, two)]
         expected = ((n[0] * e[0]) ** 2 + (n[1] * e[1]) ** 2) ** 0.5 / sum(n)
-        farm.check(abs(both["error"]["estimate"] - expected) < 1e-9, case, "another error estimate")
+        farm.check(abs(both["error"]["estimate"] - expected) < 1e-9, case, "the error estimate is wrong")
 
 
 def refused(farm):
@@ -239,16 +239,16 @@ def holes(farm):
     settings = [*FRAME, "--spp", "2", *CHANNELS]
     parts = parts_of(farm, folder, case, settings, 3, (1, 3))
     run = merge(farm, folder, parts, "--allow-holes", "--report", "report.json")
-    farm.check(run.code == 0, case, f"should be done: {run}")
+    farm.check(run.code == 0, case, f"should finish: {run}")
     report = report_of(folder)
     farm.check(report["samples"]["min"] == 0 and report["samples"]["total"] == 96 * 64 * 2 * 2 // 3, case,
-               f"other counts: {report['samples']}")
+               f"wrong sample counts: {report['samples']}")
     # A part that is rendered again replaces the old one. With the remaining parts, it forms the whole frame.
     rendered(farm, folder, case, [*settings, "--part", "3/3"])
     rendered(farm, folder, case, [*settings, "--part", "2/3"])
     expected, _ = farm.reference(settings)
     run = merge(farm, folder, [*parts, "out.exr.part-2-of-3.checkpoint"])
-    farm.check(run.code == 0 and pixels(folder / "out.exr") == expected, case, f"not the whole: {run}")
+    farm.check(run.code == 0 and pixels(folder / "out.exr") == expected, case, f"should be the whole frame: {run}")
 
 
 def main():

@@ -38,23 +38,23 @@ def check_exr(data):
 
 
 def check_png(data):
-    assert data[:8] == b"\x89PNG\r\n\x1a\n", "no PNG"
+    assert data[:8] == b"\x89PNG\r\n\x1a\n", "not a PNG"
     at, packed, kind = 8, b"", b""
     while at < len(data):
         size, kind = struct.unpack_from(">I4s", data, at)
         body = data[at + 8 : at + 8 + size]
         assert struct.unpack_from(">I", data, at + 8 + size)[0] == zlib.crc32(kind + body), "a wrong checksum"
         packed, at = packed + (body if kind == b"IDAT" else b""), at + 12 + size
-    assert kind == b"IEND", "no end"
+    assert kind == b"IEND", "the end is missing"
     zlib.decompress(packed)
 
 
 def check_jpeg(data):
-    assert data[:2] == b"\xff\xd8" and data[-2:] == b"\xff\xd9", "no beginning or no end"
+    assert data[:2] == b"\xff\xd8" and data[-2:] == b"\xff\xd9", "the start or the end is missing"
 
 
 def check_page(data):
-    assert data.rstrip().endswith(b"</html>"), "no end"
+    assert data.rstrip().endswith(b"</html>"), "the end is missing"
 
 
 CHECKS = {".exr": check_exr, ".png": check_png, ".jpg": check_jpeg, ".html": check_page, ".json": json.loads}
@@ -116,7 +116,7 @@ def disturbed(farm, kind, number):
     before = {}
     if dice.random() < 0.5:  # outputs of an earlier run
         run = farm.run(folder, [*FRAME, "--spp", "1", *OUTPUTS])
-        farm.check(run.code == EXIT_DONE, case, f"the earlier run: {run}", replay)
+        farm.check(run.code == EXIT_DONE, case, f"the earlier run failed: {run}", replay)
         before = contents(folder)
 
     command = [*settings, *OUTPUTS, *(["--resume", "--checkpoint-interval", "0.1"] if resume else [])]
@@ -131,27 +131,27 @@ def disturbed(farm, kind, number):
     farm.check(run.code in codes, case, outcome, replay)
     for name in RESULTS & contents(folder).keys():
         damage = find_damage(folder / name)
-        farm.check(not damage, case, f"{name} is not whole ({damage}). {outcome}", replay)
+        farm.check(not damage, case, f"{name} is incomplete ({damage}). {outcome}", replay)
     for name in before:
-        farm.check((folder / name).exists(), case, f"{name}, which was there, is gone. {outcome}", replay)
+        farm.check((folder / name).exists(), case, f"{name} of the earlier run is gone. {outcome}", replay)
     out = folder / "out.exr"
     if out.exists() and contents(folder)["out.exr"] != before.get("out.exr") and run.code != EXIT_STOPPED:
-        farm.check(pixels(out) == expected, case, f"the picture has other bits. {outcome}", replay)
+        farm.check(pixels(out) == expected, case, f"the picture's bits differ. {outcome}", replay)
     if run.code >= 0:  # a run that was not killed removes unfinished files
         stray = contents(folder).keys() - RESULTS - {CHECKPOINT}
-        farm.check(not stray, case, f"left behind: {stray}. {outcome}", replay)
+        farm.check(not stray, case, f"stray files: {stray}. {outcome}", replay)
 
     run = farm.run(folder, command)
     if farm.check_done(run, folder, expected, case, RESULTS, replay):
         for name in RESULTS:
             damage = find_damage(folder / name)
-            farm.check(not damage, case, f"{name} of the next run is not whole ({damage})", replay)
+            farm.check(not damage, case, f"{name} of the next run is incomplete ({damage})", replay)
     return stage, landed
 
 
 def main():
-    farm = Farm(__doc__, signals=(60, "at every stage [60]"), kills=(60, "while files are written [60]"),
-                seed=(1, "of the moments [1]"))
+    farm = Farm(__doc__, signals=(60, "number of signals, at every stage [60]"),
+                kills=(60, "number of kills while files are written [60]"), seed=(1, "seed of the random choices [1]"))
     print(f"seed {farm.options.seed}", flush=True)
     landed = {}
     for kind, count in (("signal", farm.options.signals), ("kill", farm.options.kills)):
@@ -161,9 +161,9 @@ def main():
             stage, found = disturbed(farm, kind, number)
             landed.setdefault(f"{kind}, {stage}", []).append(found)
     for stage, found in landed.items():
-        print(f"{stage}: {sum(found)} of {len(found)} found a run under way")
+        print(f"{stage}: {sum(found)} of {len(found)} signals hit a running process")
     farm.check(farm.options.only or sum(map(sum, landed.values())) * 3 >= sum(map(len, landed.values())) * 2, "all",
-               "too few signals found a run under way")
+               "too few signals hit a running process")
     farm.done()
 
 

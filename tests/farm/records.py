@@ -96,7 +96,7 @@ def parsed_file(data, zstd=None):
     assert data[:8] == b"EMBRECF\n"
     form, size, checksum = struct.unpack_from("<IIQ", data, 8)
     head = data[FILE_START : FILE_START + size]
-    assert form == 1 and fingerprint(head) == checksum, "the checksum is another function by now"
+    assert form == 1 and fingerprint(head) == checksum, "the checksum function has changed"
     records, at = [], FILE_START + size
     while at < len(data):
         kind, number, size, packed_size, checksum, own = struct.unpack_from("<IQQQQQ", data, at + 4)

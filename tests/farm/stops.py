@@ -27,7 +27,7 @@ def finish(farm, case, folder, settings, expected, carried=True):
     """Resumes a stopped frame and runs it to its end."""
     run = farm.run(folder, [*settings, *RESUME])
     if farm.check_done(run, folder, expected, case, {"report.json"}) and carried:
-        farm.check(earlier_samples(folder) > 0, case, "nothing was carried over")
+        farm.check(earlier_samples(folder) > 0, case, "no samples were carried over")
 
 
 def stopped(farm, driver, name, stop):
@@ -49,7 +49,8 @@ def stopped(farm, driver, name, stop):
         farm.check(run.code == EXIT_STOPPED, case, f"should end with exit 130, as there is more to do: {run}")
     farm.check((folder / CHECKPOINT).exists(), case, f"no checkpoint is left: {run}")
     if (folder / "out.exr").exists():
-        farm.check(pixels(folder / "out.exr") != expected, case, "the stop came too late to show anything")
+        farm.check(pixels(folder / "out.exr") != expected, case,
+                   "the stop came too late: the picture is already finished")
     finish(farm, case, folder, settings, expected)
 
 
@@ -134,8 +135,8 @@ def saved_on_request(farm, driver):
         now = file.stat()
         return now.st_mtime_ns != before.st_mtime_ns and now.st_size > before.st_size
 
-    farm.check(process.wait_until(is_rewritten), case, "the checkpoint is not written anew")
-    farm.check(process.running(), case, "it did not go on")
+    farm.check(process.wait_until(is_rewritten), case, "the checkpoint was not rewritten")
+    farm.check(process.running(), case, "the run did not continue")
     process.signal(signal.SIGKILL)
     process.wait()
     finish(farm, case, folder, settings, expected)
@@ -149,7 +150,7 @@ def saved_on_request(farm, driver):
     run = process.wait()
     if farm.check_done(run, folder, expected, case + " storm", {"report.json"}):
         written = report_of(folder)["checkpoint"]["written"]
-        farm.check(written > 1, case + " storm", f"only {written} were written")
+        farm.check(written > 1, case + " storm", f"only {written} checkpoints were written")
 
 
 def without_checkpoint(farm, driver):
@@ -188,7 +189,7 @@ def ignored_on_start(farm):
 
 
 def main():
-    farm = Farm(__doc__, driver=("", "this one alone"))
+    farm = Farm(__doc__, driver=("", "run only this driver"))
     for driver in [farm.options.driver] if farm.options.driver else DRIVERS:
         stopped(farm, driver, "SIGTERM", once(signal.SIGTERM))
         if LONG or driver == "bucket":  # one driver is enough: a driver does not know why it is stopped

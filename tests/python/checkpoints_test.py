@@ -121,7 +121,7 @@ class Checkpoints(Test):
         with self.assert_error(emberline.UsageError, "working_space"):
             emberline.study(BOX, folder, working_space="acescg")
         for name, value in (("light_groups", True), ("noise_threshold", 0.1), ("aov", "N"), ("edits", "a.json")):
-            with self.assert_error(emberline.UsageError, name + ": a study has no such setting"):
+            with self.assert_error(emberline.UsageError, name + ": study does not accept this setting"):
                 emberline.study(BOX, folder, **{name: value})
         with self.assert_error(emberline.UsageError, "reference_spp", "whole number"):
             emberline.study(BOX, folder, reference_spp="many")

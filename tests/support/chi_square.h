@@ -198,8 +198,7 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
     inside += 1;
   }
   if (double(zero_density) > settings.zero_density_fraction * n)
-    return failure() << zero_density << " draws have density 0 themselves, the first is draw "
-                     << first_zero;
+    return failure() << zero_density << " draws have density 0; the first is draw " << first_zero;
 
   double mass = 0;
   for (int by = 0; by < ny; ++by)
@@ -250,7 +249,7 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
       const double p = 1 - gamma_q(pooled_observed, pooled_expected + 1e-6 * n);
       if (p < settings.false_alarm / 2)
         return failure() << pooled_observed << " draws where " << pooled_expected
-                         << " are expected in all";
+                         << " are expected in total";
     }
     --degrees;  // the counts add up to n
   } else {

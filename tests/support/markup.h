@@ -78,13 +78,13 @@ inline ParsedMarkup read_markup(std::string_view html) {
   while (i < html.size()) {
     if (html[i] != '<') {
       const size_t end = std::min(html.find('<', i), html.size());
-      if (!unescape(html.substr(i, end - i), &read.text)) return fail("no entity", i);
+      if (!unescape(html.substr(i, end - i), &read.text)) return fail("unknown entity", i);
       if (html.substr(i, end - i).find('>') != std::string_view::npos) return fail("stray >", i);
       i = end;
       continue;
     }
     const size_t end = html.find('>', i);
-    if (end == std::string_view::npos) return fail("open tag", i);
+    if (end == std::string_view::npos) return fail("unterminated tag", i);
     std::string_view tag = html.substr(i + 1, end - i - 1);
     if (tag.find('<') != std::string_view::npos) return fail("< in a tag", i);
     if (tag.starts_with("!")) {
@@ -92,7 +92,8 @@ inline ParsedMarkup read_markup(std::string_view html) {
       continue;
     }
     if (tag.starts_with("/")) {
-      if (open.empty() || open.back() != tag.substr(1)) return fail("closes what is not open", i);
+      if (open.empty() || open.back() != tag.substr(1))
+        return fail("closing tag without opening tag", i);
       open.pop_back();
       i = end + 1;
       continue;

@@ -14,9 +14,10 @@ inline std::string find_scene_violation(const Image& image) {
                        : image.type == TexelType::kFloat ? 4
                                                          : 2;
   if (image.width < 1 || image.height < 1) return "an image without pixels";
-  if (image.channels < 1 || image.channels > 4) return "an image's channels";
+  if (image.channels < 1 || image.channels > 4)
+    return "an image whose number of channels is not 1 to 4";
   const size_t count = size_t(image.width) * size_t(image.height) * size_t(image.channels);
-  return image.texels.size() == count * texel ? "" : "an image's size";
+  return image.texels.size() == count * texel ? "" : "an image with the wrong number of bytes";
 }
 
 inline std::string find_scene_violation(const MeshDescription& mesh,
@@ -29,13 +30,13 @@ inline std::string find_scene_violation(const MeshDescription& mesh,
   if (mesh.triangles.empty()) return "a mesh without triangles";
   for (const auto& triangle : mesh.triangles) {
     for (const uint32_t v : triangle) {
-      if (v >= count) return "a triangle's index";
+      if (v >= count) return "a triangle index out of range";
     }
   }
   if (!is_per_vertex(mesh.normals) || !is_per_vertex(mesh.tangents) || !is_per_vertex(mesh.colors))
-    return "an attribute";
+    return "an attribute without one value per vertex";
   for (const auto& uv : mesh.uv_sets) {
-    if (!is_per_vertex(uv)) return "a UV set";
+    if (!is_per_vertex(uv)) return "a UV set without one value per vertex";
   }
   for (const Vec3f& p : mesh.positions) {
     if (!is_finite(p)) return "a position that is not finite";
@@ -46,20 +47,23 @@ inline std::string find_scene_violation(const MeshDescription& mesh,
   for (const Vec4f& t : mesh.tangents) {
     if (!is_finite(Vec3f(t.x, t.y, t.z))) return "a tangent that is not finite";
   }
-  if (mesh.material != -1 && !is_material(mesh.material)) return "a mesh's material";
+  if (mesh.material != -1 && !is_material(mesh.material))
+    return "a mesh's material index out of range";
   for (const VariantMaterial& variant_material : mesh.variant_materials) {
-    if (!is_material(variant_material.material)) return "a variant's material";
+    if (!is_material(variant_material.material)) return "a variant's material index out of range";
     if (variant_material.variant < 0 || size_t(variant_material.variant) >= scene.variants.size())
-      return "a variant";
+      return "a variant index out of range";
   }
   return "";
 }
 
 inline std::string find_scene_violation(const SceneDescription& scene) {
   for (const InstanceDescription& instance : scene.instances) {
-    if (instance.mesh < 0 || size_t(instance.mesh) >= scene.meshes.size()) return "an instance";
+    if (instance.mesh < 0 || size_t(instance.mesh) >= scene.meshes.size())
+      return "an instance's mesh index out of range";
     for (int i = 0; i < 16; ++i) {
-      if (!std::isfinite(instance.to_world[i / 4][i % 4])) return "an instance's transform";
+      if (!std::isfinite(instance.to_world[i / 4][i % 4]))
+        return "an instance's transform that is not finite";
     }
   }
   for (const MeshDescription& mesh : scene.meshes) {
@@ -72,7 +76,7 @@ inline std::string find_scene_violation(const SceneDescription& scene) {
   }
   for (const MaterialDescription& m : scene.materials) {
     for (const TextureRef* slot : texture_slots(m)) {
-      if (slot->image >= int(scene.images.size())) return "a material's image";
+      if (slot->image >= int(scene.images.size())) return "a material's image index out of range";
     }
   }
   return "";

@@ -90,7 +90,7 @@ inline void decode_update(TevPacketReader& packet, TevImages& images) {
   const int width = int(packet.integer(4)), height = int(packet.integer(4));
   const Rect rect{x, y, x + width, y + height};
   if (rect.empty() || rect.intersect({0, 0, image.width, image.height}) != rect) {
-    throw std::runtime_error("an update reaches out of its image");
+    throw std::runtime_error("an update extends beyond its image");
   }
   image.updates.push_back(rect);
   std::vector<int64_t> offsets(channels.size()), strides(channels.size());
@@ -105,7 +105,7 @@ inline void decode_update(TevPacketReader& packet, TevImages& images) {
     }
   }
   if (packet.remaining_bytes() != channels.size() * size_t(rect.area()) * 4) {
-    throw std::runtime_error("an update has another number of values than pixels");
+    throw std::runtime_error("an update does not have one value per pixel");
   }
 }
 
@@ -113,14 +113,15 @@ inline void decode_update(TevPacketReader& packet, TevImages& images) {
 // understand.
 inline void decode_tev_packet(const std::vector<unsigned char>& bytes, TevImages& images) {
   TevPacketReader packet(bytes);
-  if (uint64_t(packet.integer(4)) != bytes.size()) throw std::runtime_error("a wrong length");
+  if (uint64_t(packet.integer(4)) != bytes.size())
+    throw std::runtime_error("the length of a packet is wrong");
   switch (packet.byte()) {
     case 4:
       return decode_create(packet, images);
     case 6:
       return decode_update(packet, images);
     default:
-      throw std::runtime_error("an unknown type of packet");
+      throw std::runtime_error("unknown packet type");
   }
 }
 
@@ -206,7 +207,7 @@ class TevServer {
       pending.insert(pending.end(), bytes.begin(), bytes.begin() + n);
       decode(pending);
     }
-    if (!pending.empty() && fault_.empty()) fault_ = "the last packet is not whole";
+    if (!pending.empty() && fault_.empty()) fault_ = "the last packet is incomplete";
     ::close(socket);
   }
 

@@ -697,7 +697,7 @@ class WindowTest(unittest.TestCase):
                               str(folder / "window.png")], capture_output=True, text=True,
                              env=dict(self.display.environment, XDG_CONFIG_HOME=str(folder)), timeout=screens.TIMEOUT_S)
         self.assertEqual(run.returncode, 0, run.stderr)
-        self.assertEqual(run.stderr.count("the journal ends here: cannot write /dev/full"), 1, run.stderr)
+        self.assertEqual(run.stderr.count("stopped writing the journal: cannot write /dev/full"), 1, run.stderr)
         self.assertGreater(screens.read_png(folder / "window.png")[0], 0)
 
     def test_measures_a_script(self):

@@ -22,14 +22,14 @@ def find(preferred=""):
     if preferred:
         found = shutil.which(preferred)
         if not found:
-            raise EmberlineError(f"Emberline: {preferred} is not a program; change the path in Preferences > Add-ons > Emberline")
+            raise EmberlineError(f"Emberline: {preferred} is not an executable program; change the path in Preferences > Add-ons > Emberline")
         return found
     here = os.path.dirname(os.path.abspath(__file__))
     for folder in (None, here, os.path.join(here, "bin"), os.path.dirname(here)):
         found = shutil.which(name) if folder is None else shutil.which(os.path.join(folder, name))
         if found:
             return found
-    raise EmberlineError("Emberline: the program was not found on PATH or beside the add-on; set its path in Preferences > Add-ons > Emberline")
+    raise EmberlineError("Emberline: the program was not found on PATH or next to the add-on; set its path in Preferences > Add-ons > Emberline")
 
 
 def environment():

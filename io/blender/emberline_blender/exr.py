@@ -48,10 +48,10 @@ def read(path):
 def _read(data):
     magic, version = struct.unpack_from("<iI", data)
     if magic != 20000630 or version & 0xFF != 2 or not version & 0x200 or version & 0x1800:
-        raise ValueError("expected one part in tiles")
+        raise ValueError("expected a single tiled part")
     header, at = _attributes(data)
     if header["compression"] != b"\0":
-        raise ValueError("compressed")
+        raise ValueError("expected no compression")
     x0, y0, x1, y1 = struct.unpack("<4i", header["dataWindow"])
     width, height = x1 - x0 + 1, y1 - y0 + 1
     tile_width, tile_height, _ = struct.unpack("<2IB", header["tiles"])

@@ -23,7 +23,7 @@ class EMBERLINE_OT_heatmap(bpy.types.Operator):
             ("samples", "Samples", "Number of samples of each pixel"),
             ("error", "Error", "Estimated RMS error of each pixel in the displayed picture"),
             ("time", "Time", "Time spent on each pixel"),
-            ("stop", "Reasons", "Why each pixel stopped"),
+            ("stop", "Stop Reasons", "Why sampling stopped at each pixel"),
         ),
         default="samples",
     )

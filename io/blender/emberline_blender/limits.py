@@ -84,12 +84,12 @@ def of_world(data):
         elif environment.image.size[0]:
             warnings += images.differences(environment.image)
         if environment.projection != "EQUIRECTANGULAR":
-            warnings.append("the environment is projected as equirectangular")
+            warnings.append("the projection of the environment is ignored; it is rendered as equirectangular")
         if environment.inputs["Vector"].is_linked:
             node = environment.inputs["Vector"].links[0].from_node
             turned = node.inputs["Rotation"].default_value if node.type == "MAPPING" else (0, 0, 0)
             if node.type not in ("MAPPING", "TEX_COORD") or abs(turned[0]) + abs(turned[1]) > 1e-6:
-                warnings.append("the environment is rotated only about Z")
+                warnings.append("only the rotation of the environment about Z is used")
     return warnings
 
 
@@ -103,10 +103,10 @@ def of_object(scene, obj):
         warnings.append("hair is not rendered")
     layer = bpy.context.view_layer
     if obj.type != "LIGHT" and layer and obj.visible_camera and obj.indirect_only_get(view_layer=layer):
-        warnings.append("camera rays see it, although its collection is indirect only")
+        warnings.append("it is visible to camera rays, although its collection is indirect only")
     for kind in ("camera", "diffuse", "glossy", "transmission", "shadow"):
         if obj.type != "LIGHT" and not getattr(obj, f"visible_{kind}", True):
-            warnings.append(f"{kind} rays see it, although this is turned off")
+            warnings.append(f"it is visible to {kind} rays, although this is turned off")
     if obj.type != "LIGHT" and getattr(obj, "is_shadow_catcher", False):
         warnings.append("Shadow Catcher is ignored")
     linking = getattr(obj, "light_linking", None)

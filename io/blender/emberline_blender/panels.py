@@ -65,7 +65,7 @@ class EMBERLINE_PT_where(_Panel, bpy.types.Panel):
         column.prop(own, "use_maps")
         row = column.row(align=True)
         row.enabled = own.use_maps
-        for of, text in (("error", "Error"), ("time", "Time"), ("stop", "Reasons")):
+        for of, text in (("error", "Error"), ("time", "Time"), ("stop", "Stop Reasons")):
             row.operator("emberline.heatmap", text=text).of = of
 
 

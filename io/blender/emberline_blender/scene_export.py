@@ -130,7 +130,7 @@ def _export(scratch, path):
     try:
         known = set(operator.get_rna_type().properties.keys())
     except KeyError:
-        raise EmberlineError("Emberline: the glTF exporter is off; enable the add-on 'glTF 2.0 format' in Preferences > Add-ons") from None
+        raise EmberlineError("Emberline: the glTF exporter is disabled; enable the add-on 'glTF 2.0 format' in Preferences > Add-ons") from None
     override = {"scene": scratch.scene, "view_layer": scratch.scene.view_layers[0], "selected_objects": []}
     context = bpy.context
     with context.temp_override(**override, active_object=None, object=None):
@@ -304,7 +304,7 @@ class Export:
             shown = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
             read = Mesh(mesh, name)
             if not read.finite:
-                raise EmberlineError(f"Emberline: '{placed.name}' has vertices with coordinates that are not numbers")
+                raise EmberlineError(f"Emberline: '{placed.name}' has vertices with NaN or infinite coordinates")
             for slot in read.slots:
                 if slot < len(used_materials) and used_materials[slot]:
                     read.used_materials[slot] = scratch.triangle(used_materials[slot], uv_maps, shown, placed.name)
@@ -322,7 +322,7 @@ class Export:
             item.track[moment] = world
             mesh = meshes.get(item.key)
             if mesh and mesh.of == name and placed.original in changed:
-                line = f"{item.name}: the faces change while the shutter is open; the change of shape is not blurred"
+                line = f"{item.name}: the topology changes while the shutter is open, so the change of shape is not blurred"
                 if not mesh.add_pose(placed.to_mesh()) and line not in self.warnings:
                     self.warnings.append(line)
                 placed.to_mesh_clear()

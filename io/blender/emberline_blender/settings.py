@@ -11,11 +11,11 @@ _RADII = {"blackman-harris": 1.0, "gaussian": 0.75, "mitchell": 4 / 3}
 class EmberlineSettings(bpy.types.PropertyGroup):
     driver: EnumProperty(
         name="Driver",
-        description="Which pixels get their samples first",
+        description="Order in which pixels are sampled",
         items=(
-            ("adaptive", "Adaptive", "Render the whole frame at once and put samples where the noise is"),
+            ("adaptive", "Adaptive", "Render the whole frame at once and take more samples in noisy areas"),
             ("bisection", "Bisection", "Render the whole frame at once and refine it evenly"),
-            ("bucket", "Bucket", "Finish one bucket after another, with the least memory"),
+            ("bucket", "Bucket", "Finish one bucket at a time; needs the least memory"),
         ),
         default="adaptive",
     )
@@ -29,7 +29,7 @@ class EmberlineSettings(bpy.types.PropertyGroup):
     )
     viewport_samples: IntProperty(
         name="Viewport Samples",
-        description="Average number of samples per pixel in the viewport, while nothing changes",
+        description="Average number of samples per pixel that the viewport takes when nothing changes",
         default=1024,
         min=1,
         soft_max=4096,
@@ -37,12 +37,12 @@ class EmberlineSettings(bpy.types.PropertyGroup):
     )
     use_noise_threshold: BoolProperty(
         name="Use Noise Threshold",
-        description="Stop sampling a pixel when its noise is below the threshold; not with the Bisection driver",
+        description="Stop sampling a pixel when its noise is below the threshold; not available with the Bisection driver",
         default=False,
     )
     noise_threshold: FloatProperty(
         name="Noise Threshold",
-        description="Largest RMS error of a finished pixel in the displayed picture: 0.02 shows noise, 0.005 hardly any",
+        description="RMS error in the displayed picture at which a pixel is finished: 0.02 leaves visible noise, 0.005 hardly any",
         default=0.01,
         min=0.000001,
         max=1.0,
@@ -60,7 +60,7 @@ class EmberlineSettings(bpy.types.PropertyGroup):
     max_bounces: IntProperty(name="Max Bounces", description="Largest number of bounces; 0 means direct light only", default=12, min=0, max=1024)
     clamp_indirect: FloatProperty(
         name="Clamp Indirect",
-        description="Largest indirect light of a sample, against fireflies; 0 means no clamping",
+        description="Upper limit for the indirect light of a sample, to reduce fireflies; 0 means no clamping",
         default=0.0,
         min=0.0,
         max=1e9,
@@ -73,7 +73,7 @@ class EmberlineSettings(bpy.types.PropertyGroup):
         items=(
             ("blackman-harris", "Blackman-Harris", "Similar to the Gaussian and slightly sharper at the same width"),
             ("gaussian", "Gaussian", "Soft picture"),
-            ("box", "Box", "Square of the pixel, with the most aliasing"),
+            ("box", "Box", "Average over the pixel; most aliasing"),
             ("mitchell", "Mitchell", "Sharp picture with slight ringing and more noise"),
         ),
         default="blackman-harris",
@@ -95,7 +95,7 @@ class EmberlineSettings(bpy.types.PropertyGroup):
     )
     use_denoising: BoolProperty(
         name="Denoise",
-        description="Denoise the Combined pass; the pass 'Noisy Image' keeps the samples",
+        description="Denoise the Combined pass; the 'Noisy Image' pass keeps the picture before denoising",
         default=False,
     )
     use_maps: BoolProperty(
@@ -113,13 +113,13 @@ def _passes_changed(_settings, context):
 class EmberlineLayerSettings(bpy.types.PropertyGroup):
     use_pass_samples: BoolProperty(
         name="Sample Count",
-        description="Deliver a pass with the number of samples of each pixel",
+        description="Add a pass with the number of samples of each pixel",
         default=False,
         update=_passes_changed,
     )
     use_pass_error: BoolProperty(
         name="Error",
-        description="Deliver a pass with the standard error of each pixel's radiance",
+        description="Add a pass with the standard error of each pixel's radiance",
         default=False,
         update=_passes_changed,
     )
@@ -130,7 +130,7 @@ class EmberlinePreferences(bpy.types.AddonPreferences):
 
     command: StringProperty(
         name="Program",
-        description="Path of the emberline program; if empty, it is searched on PATH and beside the add-on",
+        description="Path of the emberline program; leave empty to search PATH and the add-on's folders",
         default="",
         subtype="FILE_PATH",
     )

@@ -257,9 +257,10 @@ void GltfAnimatedValues::reserve_times(uint64_t times, size_t bytes) {
   document_.reserve(MemoryPart::kLights, bytes_of(2 * times, bytes));
   times_ += times;
   if (times_ > max_curve_times(document_)) {
-    throw LimitError(document_.file,
-                     "its animations change lights, lenses and materials too often while the "
-                     "shutter is open for a file of this size");
+    throw LimitError(
+        document_.file,
+        "while the shutter is open, its animations change lights, lenses and materials "
+        "too often for a file of this size");
   }
 }
 

@@ -125,7 +125,7 @@ KeyFrames::Numbers AnimationReader::read_times(int accessor, const std::string& 
   }
   const auto fall = std::ranges::adjacent_find(times, [](float a, float b) { return !(a < b); });
   if (fall != times.end()) {
-    throw InputError(place, "times must grow: key frame {} is at {} s, the next at {} s",
+    throw InputError(place, "key times must increase: key frame {} is at {} s, the next at {} s",
                      fall - times.begin(), *fall, *(fall + 1));
   }
   return entry = std::make_shared<const std::vector<float>>(std::move(times));
@@ -207,9 +207,10 @@ std::vector<size_t> choose_animations(const GltfDocument& document, const GltfOp
 void log_if_outside(const GltfDocument& document, const GltfAnimation& animation) {
   const bool before = animation.time < 0.0;
   if (!before && float(animation.time) <= float(animation.duration)) return;
-  log_info(fmt::format(
-      "{}: the time {:.6g} s is outside the animation of {:.6g} s; it is held at its {}",
-      document.file, animation.time, animation.duration, before ? "beginning" : "end"));
+  log_info(
+      fmt::format("{}: the time {:.6g} s is outside the animation, which lasts {:.6g} s; the pose "
+                  "at its {} is used",
+                  document.file, animation.time, animation.duration, before ? "beginning" : "end"));
 }
 
 // ---- at a time

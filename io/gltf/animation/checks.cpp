@@ -49,7 +49,7 @@ void check_sampler(const GltfDocument& document, const json& sampler, const Gltf
   }
   if (target.has(NodeProperty::kVisible) && interpolation != Interpolation::kStep) {
     throw InputError(place + "/interpolation",
-                     "expected STEP for a property that is true or false");
+                     "expected STEP, the only interpolation for a boolean property");
   }
 }
 

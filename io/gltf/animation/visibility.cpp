@@ -81,7 +81,7 @@ GltfVisibility::TimesPtr GltfVisibility::share_times(VisibilityTimes times) {
   if (changes_ > max_curve_times(document_)) {
     throw InputError(
         document_.file,
-        "its nodes change visibility too often while the shutter is open for a file of this size");
+        "while the shutter is open, its nodes change visibility too often for a file of this size");
   }
   return std::make_shared<const VisibilityTimes>(std::move(times));
 }

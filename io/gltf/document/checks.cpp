@@ -66,7 +66,7 @@ GltfAccessor::Sparse check_sparse(const GltfDocument& document, const json& obje
     throw InputError(place + "/indices/componentType", "sparse indices must be unsigned integers");
   }
   if (sparse.count > accessor.count) {
-    throw InputError(place + "/count", "more sparse elements than the accessor has");
+    throw InputError(place + "/count", "there are more sparse elements than accessor elements");
   }
   const uint64_t element_size = uint64_t(accessor.component_size) * uint64_t(accessor.components);
   check_range(document.view(sparse.index_view), sparse.index_offset, sparse.count, index_size,

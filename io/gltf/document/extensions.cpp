@@ -43,7 +43,7 @@ constexpr std::string_view kSupported[] = {
 
 // Extensions that are known but ignored, and what the image lacks as a result.
 constexpr std::pair<std::string_view, std::string_view> kIgnored[] = {
-    {"AGI_articulations", "articulations are not moved"},
+    {"AGI_articulations", "articulations are not supported"},
     {"AGI_stk_metadata", "does not affect the picture"},
     {"CESIUM_primitive_outline", "outlines are not drawn"},
     {"EXT_instance_features", "does not affect the picture"},
@@ -53,7 +53,7 @@ constexpr std::pair<std::string_view, std::string_view> kIgnored[] = {
     {"EXT_mesh_manifold", "does not affect the triangles"},
     {"EXT_structural_metadata", "does not affect the picture"},
     {"EXT_texture_avif", "AVIF images are not supported; the texture's other image is used"},
-    {"KHR_audio_emitter", "sound"},
+    {"KHR_audio_emitter", "sound is not supported"},
     {"KHR_interactivity", "interaction is not supported"},
     {"KHR_node_hoverability", "interaction is not supported"},
     {"KHR_node_selectability", "interaction is not supported"},
@@ -64,15 +64,15 @@ constexpr std::pair<std::string_view, std::string_view> kIgnored[] = {
     {"KHR_implicit_shapes", "physics is not simulated"},
     {"KHR_xmp", "does not affect the picture"},
     {"KHR_xmp_json_ld", "does not affect the picture"},
-    {"MSFT_lod", "the finest level is rendered"},
+    {"MSFT_lod", "the finest level of detail is rendered"},
     {"MSFT_texture_dds", "DDS images are not supported; the texture's other image is used"},
     {"NV_materials_mdl", "the plain glTF material is used"},
     {"OMI_physics_body", "physics is not simulated"},
     {"OMI_physics_shape", "physics is not simulated"},
-    {"VRM", "avatar features are not supported; the plain glTF figure is used"},
+    {"VRM", "avatar features are not supported; the plain glTF model is used"},
     {"VRMC_materials_mtoon", "the plain glTF material is used"},
     {"VRMC_springBone", "physics is not simulated"},
-    {"VRMC_vrm", "avatar features are not supported; the plain glTF figure is used"},
+    {"VRMC_vrm", "avatar features are not supported; the plain glTF model is used"},
 };
 
 std::string with_reason(const std::string& extension) {

@@ -29,9 +29,9 @@ std::vector<uint8_t> decode_base64(std::string_view text, const std::string& pla
     text.remove_suffix(1);
     ++padding;
   }
-  if (text.size() % 4 == 1) throw InputError(place, "base64 data has an impossible length");
+  if (text.size() % 4 == 1) throw InputError(place, "the base64 data has an invalid length");
   if (padding > 0 && (text.size() + padding) % 4 != 0) {
-    throw InputError(place, "base64 data is wrongly padded");
+    throw InputError(place, "the base64 data has invalid padding");
   }
   std::vector<uint8_t> bytes;
   bytes.reserve(text.size() / 4 * 3 + 2);
@@ -40,7 +40,7 @@ std::vector<uint8_t> decode_base64(std::string_view text, const std::string& pla
   for (size_t i = 0; i < text.size(); ++i) {
     const int8_t value = kBase64[uint8_t(text[i])];
     if (value < 0) {
-      throw InputError(place, "base64 data has an illegal character at position {}", i);
+      throw InputError(place, "the base64 data has an invalid character at position {}", i);
     }
     bits = (bits << 6) | uint32_t(value);
     bit_count += 6;
@@ -113,7 +113,7 @@ std::filesystem::path file_in_root(const std::filesystem::path& relative, std::s
   if (in_root != root.end() && !ends_in_slash) {
     throw InputError(
         place, "the URI " + shortened(uri) + " points outside the scene's folder, to " +
-                   shortened(file.string()) + "; `resource-root` DIR allows the files in DIR");
+                   shortened(file.string()) + "; use `resource-root` DIR to allow files in DIR");
   }
   return file;
 }

@@ -102,8 +102,7 @@ std::unique_ptr<draco::Mesh> decode_mesh(ByteSpan encoded, MemoryReservation& me
   const draco::Status status = BudgetedDecoder<MeshDecoder>(memory, place)
                                    .Decode(draco::DecoderOptions(), &buffer, mesh.get());
   if (status.ok()) return mesh;
-  throw InputError(place,
-                   "the Draco data does not decode: " + shortened(status.error_msg_string()));
+  throw InputError(place, "cannot decode the Draco data: " + shortened(status.error_msg_string()));
 }
 
 constexpr std::pair<draco::DataType, int> kComponentTypes[] = {
@@ -158,7 +157,7 @@ DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& r
   if (faces > max_count || points > max_count || faces * 3 > declared_indices) {
     throw InputError(
         place,
-        "the Draco data declares {} faces and {} vertices, its accessor {} indices in {} bytes",
+        "the Draco data declares {} faces and {} vertices, too many for {} indices and {} bytes",
         faces, points, declared_indices, encoded.size());
   }
   // The approximate memory of the faces, the corner table and the traversal stacks.

@@ -260,7 +260,7 @@ std::optional<TextureRef> find_tangent_layout(const PrimitiveReader& reader, Mat
     }
     if (layout.uv_set == found->uv_set && layout.uv_transform == found->uv_transform) continue;
     loaded.approximated.push_back("normal maps of variants on " + loaded.mesh.name +
-                                  ", which use other texture coordinates than the first variant");
+                                  " that use different texture coordinates from the first variant");
     break;
   }
   if (!found && required) found = tangent_layout(*materials.front());

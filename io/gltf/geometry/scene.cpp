@@ -442,7 +442,7 @@ void SceneGraphReader::check_empty(const std::string& dropped) const {
   if (!hidden_nodes_.empty()) why = std::to_string(hidden_nodes_.size()) + " invisible nodes";
   if (collapsed_instances_ > 0) {
     why += (why.empty() ? "" : ", ") + std::to_string(collapsed_instances_) +
-           " objects scaled to nothing";
+           " objects scaled to zero";
   }
   log_warning(document_.file +
               (visible_later ? ": the animation hides everything" : ": nothing is visible") +

@@ -118,7 +118,7 @@ void check_transform(const Mat44d& m, const std::string& place) {
   for (int r = 0; r < 4; ++r) {
     for (int c = 0; c < 4; ++c) {
       if (!(std::abs(m[r][c]) <= kLargest)) {
-        throw InputError(place, "the node's world transform is not finite or larger than 1e18");
+        throw InputError(place, "the node's world transform is not finite or exceeds 1e18");
       }
     }
   }

@@ -77,7 +77,7 @@ MaterialDescription read_material(const MaterialFile& file, size_t i) {
   read_alpha(object, source, material);
   material.double_sided = source.doubleSided;
   if (object.has_texture("occlusionTexture"))
-    object.report_ignored("occlusionTexture (occlusion is traced)");
+    object.report_ignored("occlusionTexture (occlusion is computed by ray tracing)");
   return material;
 }
 

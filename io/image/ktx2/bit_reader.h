@@ -19,7 +19,7 @@ class BitReader {
   uint32_t take(int count) {  // 0 to 32 bits
     while (buffered_bit_count_ < count) {
       if (next_ == bytes_.size()) {
-        throw_damaged(place_, std::string("has ") + name_ + " that end early");
+        throw_damaged(place_, std::string("has truncated ") + name_);
       }
       buffered_bits_ |= uint64_t(bytes_[next_++]) << buffered_bit_count_;
       buffered_bit_count_ += 8;

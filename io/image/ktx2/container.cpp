@@ -96,14 +96,14 @@ class ContainerReader {
     } else {
       throw_unsupported("colour model " + std::to_string(model) + " and supercompression " +
                         std::to_string(supercompression_) +
-                        " (use ETC1S in BasisLZ, or UASTC plain or in Zstandard)");
+                        " (use ETC1S with BasisLZ, or UASTC uncompressed or with Zstandard)");
     }
     if (transfer != kTransferLinear && transfer != kTransferSrgb) {
       throw_unsupported("the transfer function " + std::to_string(transfer));
     }
     container_.is_srgb = transfer == kTransferSrgb;
     if ((byte(15) & kFlagPremultiplied) != 0) throw_unsupported("premultiplied alpha");
-    if (at(16) != 0x0303) throw_damaged(place_, "has blocks that are not of 4 x 4 pixels");
+    if (at(16) != 0x0303) throw_damaged(place_, "has blocks that are not 4 x 4 pixels");
     if (samples == 1) {
       read_channels(channel(0), -1);
     } else if (samples == 2) {
@@ -151,7 +151,7 @@ class ContainerReader {
     for (size_t offset = 0; data.size() - offset >= 4;) {
       const uint64_t length = little_endian(data, offset, 4);
       offset += 4;
-      if (length > data.size() - offset) throw_damaged(place_, "has a truncated text");
+      if (length > data.size() - offset) throw_damaged(place_, "has a truncated key/value entry");
       const std::string_view text(reinterpret_cast<const char*>(data.data() + offset),
                                   size_t(length));
       const size_t end = std::min(text.find('\0'), text.size());
@@ -160,7 +160,7 @@ class ContainerReader {
       value = value.substr(0, value.find('\0'));
       if (key == "KTXswizzle" && value != "rgba") throw_unsupported("swizzled channels");
       if (key == "KTXorientation" && value != "rd")
-        throw_unsupported("an orientation other than from the top left");
+        throw_unsupported("an orientation other than top-left");
       offset = std::min(offset + size_t(length + 3) / 4 * 4, data.size());
     }
   }
@@ -185,7 +185,7 @@ class ContainerReader {
       const bool is_plain = supercompression_ == kNone;
       if (level.empty() || long_word(entry + 16) != unpacked ||
           (is_plain && level.size() != unpacked)) {
-        throw_damaged(place_, "has a level " + std::to_string(i) + " of the wrong size");
+        throw_damaged(place_, "has the wrong size for level " + std::to_string(i));
       }
       container_.level_bytes[i] = level.size();
       if (i == 0) container_.level = level;

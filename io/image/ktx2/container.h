@@ -21,7 +21,7 @@ using BlockPixels = std::array<std::array<uint8_t, 4>, kBlockPixels>;
 
 // The error for a damaged file. `what` continues "the KTX 2 ...".
 [[noreturn]] inline void throw_damaged(const std::string& place, const std::string& what) {
-  throw InputError(place, "the image does not decode: the KTX 2 " + what);
+  throw InputError(place, "cannot decode the image: the KTX 2 " + what);
 }
 
 enum class Codec : uint8_t { kEtc1s, kUastc };

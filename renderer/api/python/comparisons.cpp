@@ -34,7 +34,7 @@ constexpr std::array kCounts = {
     Field<uint64_t>{"different_pixels", &api::Comparison::different_pixels,
                     "Pixels whose bits differ."},
     Field<uint64_t>{"non_finite", &api::Comparison::non_finite,
-                    "Pixels with a NaN or infinity, left out of the errors."},
+                    "Pixels with a NaN or infinity, which the errors exclude."},
 };
 
 py::dict as_dict(const api::Comparison& comparison) {

@@ -133,7 +133,7 @@ void add_frame_types(py::module_& module) {
   py::class_<Progress>(module, "Progress", "The progress of a render.")
       .def_readonly("samples", &Progress::samples)
       .def_readonly("error_estimate", &Progress::error_estimate,
-                    "Estimate for the current picture, or None.")
+                    "Estimated error of the current picture, or None.")
       .def_readonly(
           "rgba", &Progress::rgba,
           "The current picture, linear, float32 (height, width, 4); None with driver \"bucket\".");
@@ -161,25 +161,25 @@ void add_frames(py::module_& module) {
         return run_call_for_result([&](Call&) { return api::stored_frame(file); });
       },
       "checkpoint"_a, "Describes the frame in a checkpoint, or in a part for merge().");
-  module.def(
-      "render", &render, "scene"_a, "settings"_a = nullptr, py::kw_only(), "threads"_a = 0,
-      "progress"_a = py::none(), "checkpoint"_a = py::none(), "resume"_a = false,
-      "checkpoint_interval"_a = 300.0, "keep_checkpoint"_a = false,
-      "Renders with these settings, or with those of the scene; options override them: "
-      "render(scene, spp=64, driver=\"adaptive\"). progress(Progress) is called regularly on this "
-      "thread; if it returns False, the render stops and returns the unfinished picture. Other "
-      "Python threads keep running; Ctrl-C stops the render. The file `checkpoint` is saved every "
-      "checkpoint_interval seconds, and when the render is stopped or fails; resume=True, or the "
-      "command, continues from it to the same bits. It is removed when the frame is finished, "
-      "except with keep_checkpoint (for extend()), or with part or sample_range (for merge()).");
+  module.def("render", &render, "scene"_a, "settings"_a = nullptr, py::kw_only(), "threads"_a = 0,
+             "progress"_a = py::none(), "checkpoint"_a = py::none(), "resume"_a = false,
+             "checkpoint_interval"_a = 300.0, "keep_checkpoint"_a = false,
+             "Renders with these settings, or else the scene's; options override them: "
+             "render(scene, spp=64, driver=\"adaptive\"). progress(Progress) is called regularly "
+             "on this thread; if it returns False, the render stops and returns the unfinished "
+             "picture. Other Python threads keep running; Ctrl-C stops the render. The file "
+             "`checkpoint` is saved every checkpoint_interval seconds, and when the render is "
+             "stopped or fails; resume=True, or the command, continues from it and gives the same "
+             "bits. It is removed when the frame is finished, except with keep_checkpoint (for "
+             "extend()), or with part or sample_range (for merge()).");
   module.def(
       "extend", &extend, "checkpoint"_a, "scene"_a = nullptr, py::kw_only(), "threads"_a = 0,
       "progress"_a = py::none(),
       "Adds samples to a finished frame whose checkpoint was kept: extend(\"shot.checkpoint\", "
       "spp=256). Accepts spp, noise_threshold, max_spp and time_limit, and none of them may ask "
       "for less than before. A uniform frame gets the same bits as if it had been rendered at "
-      "once; an adaptive frame continues from its current state. Afterwards the checkpoint is that "
-      "of the extended frame. If no scene is given, it is loaded from its previous path.");
+      "once; an adaptive frame continues from its current state. Afterwards the checkpoint holds "
+      "the extended frame. If no scene is given, it is loaded from its previous path.");
   module.def(
       "merge", &merge, "checkpoints"_a, py::kw_only(), "allow_holes"_a = false, "strict"_a = false,
       "parts"_a = false, "threads"_a = 0, "memory_limit"_a = py::none(),
@@ -192,7 +192,7 @@ void add_frames(py::module_& module) {
              "32-bit whole number, and the channels store it as the bits of a float32: "
              "picture[\"CryptoObject00\"].view(\"uint32\")[..., 0] is the id with the largest "
              "share of each pixel, and picture[\"CryptoObject00\"][..., 1] is that share. Uses "
-             "these settings, or those of the scene; options override them.");
+             "these settings, or else the scene's; options override them.");
 }
 
 }  // namespace emberline::python

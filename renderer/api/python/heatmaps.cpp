@@ -36,8 +36,8 @@ void add_heatmaps(py::module_& module) {
       "Draws a heatmap of the sample counts, or of another quantity from heatmap_kinds(), as sRGB "
       "uint8 (rows, columns, 3). The picture's pixels are at the top left, one to one, with the "
       "legend below unless plain=True; write() saves it as `emberline heatmap` does. The colours "
-      "are grey, viridis, inferno, magma or turbo; range=(least, most) sets the values at their "
-      "ends.");
+      "are grey, viridis, inferno, magma or turbo; range=(min, max) sets the values of the first "
+      "and last colour.");
   module.def(
       "heatmap_values",
       [](const Pictures& picture, const std::string& of) {

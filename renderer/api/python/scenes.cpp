@@ -103,7 +103,7 @@ void add_scene(py::module_& module) {
   py::class_<Scene, std::shared_ptr<Scene>>(
       module, "Scene",
       "A loaded glTF scene. Settings about its files (env, backfaces, time ...) take effect here; "
-      "render() uses all settings by default.")
+      "By default, render() uses all settings of the scene.")
       .def(py::init(&load), "path"_a, "settings"_a = nullptr, py::kw_only(), "threads"_a = 0,
            "memory_limit"_a = py::none(), "load_timeout"_a = py::none(), "animated"_a = false)
       .def("pose", &pose,
@@ -117,10 +117,9 @@ void add_scene(py::module_& module) {
       .def_property_readonly(
           "settings", [](const Scene& scene) { return scene.settings; },
           "A copy of the settings that the scene was loaded and posed with.")
-      .def_property_readonly(
-          "lights", &names_of<&api::Scene::light_sources>,
-          "Names of everything that shines: the file's lights, then its emissive "
-          "materials, then \"environment\" if there is one.")
+      .def_property_readonly("lights", &names_of<&api::Scene::light_sources>,
+                             "Names of everything that emits light: the file's lights, then its "
+                             "emissive materials, then \"environment\" if there is one.")
       .def_property_readonly("materials", &names_of<&api::Scene::materials>,
                              "Names of the file's materials, emissive ones included.")
       .def_property_readonly(
@@ -132,8 +131,8 @@ void add_scene(py::module_& module) {
                              "The file's animations: dicts with name and duration_s, in seconds.")
       .def_property_readonly(
           "editable", &editable,
-          "All that can be edited: a dict of edits that names every light, every material and the "
-          "environment with the file's values. edit() with it changes nothing.")
+          "Everything that can be edited: a dict of edits with the file's values for every light, "
+          "every material and the environment. Passing it to edit() changes nothing.")
       .def_property_readonly("cameras", &names_of<&api::Scene::cameras>)
       .def_property_readonly("approximated", &names_of<&api::Scene::approximated>,
                              "Features of the file that are approximated.")

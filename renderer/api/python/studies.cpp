@@ -63,24 +63,26 @@ api::StudyTable study(const py::object& scene, const py::object& folder,
 
 void add_studies(py::module_& module) {
   py::class_<api::StudyTable>(module, "StudyTable", "The result of study().")
-      .def_property_readonly("rows", &study_rows,
-                             "A dict for each method, seed and budget, with the names of "
-                             "study.csv: method, seed, budget, mean_samples, wall_s, cpu_s, mse, "
-                             "relmse ... A failed run has one dict with the reason in \"failure\".")
+      .def_property_readonly(
+          "rows", &study_rows,
+          "A dict for each method, seed and budget, with the columns of study.csv as keys: method, "
+          "seed, budget, mean_samples, wall_s, cpu_s, mse, relmse ... A failed run has one dict "
+          "with the reason in \"failure\".")
       .def_readonly("complete", &api::StudyTable::complete,
                     "False if the study was stopped; the same call continues it.")
       .def_property_readonly(
           "text", [](const api::StudyTable& table) { return text(table.text); },
           "A readable table of each method's error, slope and speedup.");
-  module.def("study", &study, "scene"_a, "folder"_a, "settings"_a = nullptr, py::kw_only(),
-             "threads"_a = 0,
-             "Measures speed against error: renders a scene's file with every method, seed and "
-             "budget, and compares the pictures with a reference. drivers, estimators and samplers "
-             "are lists; budgets are spp (samples per pixel) or seconds; seeds is the number of "
-             "runs; denoise=True also measures each method with denoising; reference is a picture, "
-             "or else one with reference_spp is rendered and kept in cache. Writes study.csv, "
-             "study.json and study.html into the folder, where a stopped study continues; "
-             "restart=True starts over. Settings and other options apply to all frames.");
+  module.def(
+      "study", &study, "scene"_a, "folder"_a, "settings"_a = nullptr, py::kw_only(),
+      "threads"_a = 0,
+      "Measures speed against error: renders a scene's file with every method, seed and budget, "
+      "and compares the pictures with a reference. drivers, estimators and samplers are lists; "
+      "budgets are spp (samples per pixel) or seconds; seeds is the number of runs; denoise=True "
+      "also measures each method with denoising; reference is a picture; without one, a picture "
+      "with reference_spp is rendered and kept in cache. Writes study.csv, study.json and "
+      "study.html into the folder. The same call continues a stopped study; restart=True starts "
+      "over. Settings and other options apply to all frames.");
 }
 
 }  // namespace emberline::python

@@ -42,7 +42,7 @@ void check_request(const FarmOptions& o) {
   if (o.parts == 0) throw UsageError("farm needs --parts N: how many jobs share the frame");
   if (o.frame.time_limit_s) {
     throw UsageError(
-        "--time-limit: a part that stops early leaves a hole; use --time to limit the jobs");
+        "--time-limit: a part that stops early leaves a hole; use --minutes to limit the jobs");
   }
   if (o.frame.turntable && !o.frame.turntable->frame) {
     throw UsageError("--turntable: farm renders one frame; in a settings file, use K/N");

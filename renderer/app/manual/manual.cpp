@@ -85,7 +85,7 @@ std::string examples_section(const CommandHelp& command) {
 
 // Only the root's page has this section.
 std::string commands_section(const CommandHelp& root) {
-  std::string text = ".SH COMMANDS\nEach has a page of its own.\n";
+  std::string text = ".SH COMMANDS\nEach command has its own page.\n";
   for (const CommandHelp& command : root.commands) {
     text +=
         ".TP\n" + bold(hyphenated(command.name)) + "(1)\n" + escape_roff(command.summary) + "\n";

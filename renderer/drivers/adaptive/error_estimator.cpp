@@ -23,8 +23,8 @@ constexpr NamedValue<ErrorMetric> kMetrics[] = {
 constexpr EstimatorEntry kEstimators[] = {
     {.name = "nested",
      .summary =
-         "variance from the change at the last doubling of the samples, pooled over neighbours; "
-         "sample counts are powers of two and 1.5 times powers of two, which stratify well",
+         "variance from the change when the samples last doubled, pooled over neighbours; sample "
+         "counts are powers of two, or 1.5 times that, which stratify well",
      .estimate = estimate_two_stream,
      .first_samples = 16,
      .rms_error = true,

@@ -20,12 +20,14 @@ std::string describe_growth(const RoundRecord& round, float threshold, uint32_t 
   const bool met = threshold > 0.0f && round.error <= threshold;
   const bool doubled = round.target == 2 * round.samples && reached == round.target;
   if (met) {
-    return fmt::format(", which meets the threshold; samples for the whole frame {}",
-                       doubled ? "doubled its own" : fmt::format("raised it to {}", round.target));
+    return fmt::format(
+        ", which meets the threshold; extra samples for the whole frame {}",
+        doubled ? "doubled its count" : fmt::format("raised its count to {}", round.target));
   }
   if (threshold <= 0.0f) {
-    return fmt::format(", and its part of the frame's samples {}",
-                       doubled ? "doubled its own" : fmt::format("raised it to {}", round.target));
+    return fmt::format(
+        ", and its share of the frame's samples {}",
+        doubled ? "doubled its count" : fmt::format("raised its count to {}", round.target));
   }
   return doubled ? ", so its samples were doubled"
                  : fmt::format(", so its target was {} samples", round.target);
@@ -34,11 +36,11 @@ std::string describe_growth(const RoundRecord& round, float threshold, uint32_t 
 std::string describe_end(PixelStop stop) {
   switch (stop) {
     case PixelStop::kThreshold:
-      return " and the pixel was finished";
+      return ", so the pixel was finished";
     case PixelStop::kBudget:
       return spell_setting_names(" when all samples of the frame (`spp`) had been taken");
     case PixelStop::kMaximum:
-      return spell_setting_names(", and it had all samples that `max-spp` allows");
+      return spell_setting_names(", and it had reached `max-spp`");
     default:
       return fmt::format(" when {} ended the frame", pixel_stop_name(stop));
   }
@@ -86,10 +88,10 @@ std::string rounds_table(const PixelHistory& history) {
   return text + spell_setting_names(
                     "  round      number of the round in the frame\n"
                     "  samples    the pixel's samples when the round was planned\n"
-                    "  error      what `noise-threshold` is compared with\n"
+                    "  error      the error that is compared with `noise-threshold`\n"
                     "  deviation  standard deviation of one sample; more samples go where it is "
                     "high\n"
-                    "  cost       rays for one sample; 1 if it hits nothing\n"
+                    "  cost       rays per sample; 1 if it hits nothing\n"
                     "  target     the pixel's samples after the round\n");
 }
 
@@ -110,7 +112,7 @@ std::string tree_table(std::span<const RefinementNode> path) {
          "  v_int      variance, as displayed, of the two samples that the last cut separated\n"
          "  v_ext      variance, as displayed, of the rectangle and its neighbours\n"
          "  priority   area x (the higher variance + 0.001); the highest are cut first\n"
-         "  round      rounds that the tree had completed before the cut\n"
+         "  round      how many times the tree had been refined before the cut\n"
          "  phase      which rectangles were cut: coverage: large ones; features: those with\n"
          "             variance; pixel level: all others; finished: a single pixel\n";
 }

@@ -23,8 +23,8 @@ struct PixelHistory {
 };
 
 // Returns one sentence and a line break, or nothing if there was no decision yet. Example: "At 64
-// samples its error was 0.034 (threshold 0.02), so its target was 256 samples; at 256 it was 0.015
-// and the pixel was finished."
+// samples its error was 0.034 (threshold 0.02), so its target was 256 samples; at 256 it was 0.015,
+// so the pixel was finished."
 std::string describe_history(const PixelHistory& history);
 
 // Return tables, each followed by an explanation of its columns.

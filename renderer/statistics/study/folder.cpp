@@ -75,9 +75,10 @@ void StudyFolder::begin(const std::string& key, std::vector<std::string> files, 
                            std::string(error.what()) + "; use `restart` to start the study over");
     }
     if (!known) {
-      throw UsageError("-o " + folder_.path() +
-                       ": it has a study of another frame, other budgets or other settings; name "
-                       "another folder, or use `restart` to replace it");
+      throw UsageError(
+          "-o " + folder_.path() +
+          ": it contains a study with another frame, other budgets or other settings; name "
+          "another folder, or use `restart` to replace it");
     }
   }
   files.insert(files.end(), {kSettings, kPace});
@@ -93,7 +94,7 @@ void StudyFolder::begin(const std::string& key, std::vector<std::string> files, 
 }
 
 std::optional<StudyPace> StudyFolder::read_pace() const {
-  return read_own_file(path(kPace), "the pace is measured again", parse_pace, key_);
+  return read_own_file(path(kPace), "the sampling speed is measured again", parse_pace, key_);
 }
 
 void StudyFolder::write_pace(const StudyPace& pace) const {

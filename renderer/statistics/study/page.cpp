@@ -94,7 +94,7 @@ std::vector<std::string> budget_names(const StudySettings& settings) {
 }
 
 std::string seeds_text(const StudySettings& s) {
-  return s.seeds == 1 ? std::string("one seed, so no intervals")
+  return s.seeds == 1 ? std::string("a single seed, without confidence intervals")
                       : fmt::format("means over {} seeds with 95 % confidence intervals", s.seeds);
 }
 
@@ -181,14 +181,15 @@ void add_speedups(HtmlPage& page, const StudyResults& results) {
     page.paragraph("No run of the baseline has finished, so there is nothing to compare with.");
     return;
   }
-  page.paragraph(
-      fmt::format("The time that {} needs to reach a method's error, divided by that method's "
-                  "time: above 1 the method is faster. Values are paired by seed, {}, and coloured "
-                  "where the interval excludes 1. *: for some seeds the error is beyond the "
-                  "baseline's checkpoints, so its curve was extrapolated.",
-                  results.methods[*baseline].name, seeds_text(results.settings)));
+  page.paragraph(fmt::format(
+      "The time that {} needs to reach a method's error, divided by that method's "
+      "time: above 1 the method is faster. The tables show {}. Seeds are paired, and "
+      "values are coloured where the interval excludes 1. A * means that for some seeds "
+      "the error is beyond the baseline's checkpoints, so the baseline's curve was "
+      "extrapolated.",
+      results.methods[*baseline].name, seeds_text(results.settings)));
   if (results.methods.size() < 2) {
-    page.paragraph("There is no other method.");
+    page.paragraph("The baseline is the only method.");
     return;
   }
   const size_t last = results.settings.budgets.size() - 1;
@@ -215,8 +216,8 @@ void add_curves(HtmlPage& page, const StudyResults& results) {
     page.paragraph("No run has finished.");
     return;
   }
-  page.paragraph(
-      fmt::format("Both scales are logarithmic. The bands show {}.", seeds_text(results.settings)));
+  page.paragraph(fmt::format("Both scales are logarithmic. The curves show {}.",
+                             seeds_text(results.settings)));
   for (const StudyMetric metric : kChartMetrics) {
     const std::string summary(study_metric_entry(metric).summary);
     page.figures(
@@ -373,7 +374,7 @@ void add_settings(HtmlPage& page, const StudyResults& results) {
   const StudyReference& r = results.reference;
   page.section("Reference");
   if (!r.file.empty()) {
-    page.paragraph("Given: " + r.file + ". Any noise in it is part of every error.");
+    page.paragraph("Read from " + r.file + ". Any noise in it is part of every error.");
   } else {
     page.paragraph(fmt::format(
         "Rendered by {} with {}, {} samples per pixel in total, seeds {} and {}.{}", r.driver,

@@ -69,7 +69,7 @@ EstimatorChoice parse_estimator(const std::string& text) {
   if (!parts.empty()) parse_part("allocation");
   if (!parts.empty()) {
     throw UsageError("`estimators`: '" + shortened(text) +
-                     "' is not ESTIMATOR[/ALLOCATION][/unbiased]");
+                     "' does not have the form ESTIMATOR[/ALLOCATION][/unbiased]");
   }
   return choice;
 }
@@ -168,7 +168,7 @@ void check_settings(const FrameSettings& settings) {
     if (std::ranges::find(kStudySettings, row.group) != kStudySettings.end()) continue;
     if (row.text(settings) == row.text(none)) continue;
     throw UsageError(
-        "`{}`: a study has no such setting; the study's own options choose what it compares",
+        "`{}`: study does not accept this setting; its own options choose what it compares",
         row.name);
   }
 }
@@ -248,7 +248,8 @@ StudyPlan plan_study(const StudyOptions& options) {
     possible = possible || method.unsupported_reason.empty();
     names.push_back(method.method.name);
   }
-  if (!possible) throw UsageError("no method is possible: " + plan.methods[0].unsupported_reason);
+  if (!possible)
+    throw UsageError("no method can be rendered: " + plan.methods[0].unsupported_reason);
   plan.baseline = options.baseline.empty() ? std::string(names[0]) : options.baseline;
   if (std::ranges::find(names, plan.baseline) == names.end()) {
     throw UsageError("`baseline`: " + unknown_name_message("method", plan.baseline, names));

@@ -93,7 +93,8 @@ void check_cached_files(const ReferenceRequest& request) {
     const std::filesystem::file_status status = std::filesystem::symlink_status(file, unknown);
     if (!std::filesystem::exists(status)) continue;
     if (ours && std::filesystem::is_regular_file(status)) continue;
-    throw UsageError("`cache` " + file + ": it is not a study's reference and would be replaced; " +
+    throw UsageError("`cache` " + file +
+                     ": it is not a study's reference and would be overwritten; " +
                      "move it away or name another folder");
   }
 }
@@ -108,7 +109,7 @@ std::optional<ReferenceHalf> read_reference_half(const ReferenceRequest& request
     const std::string checksum = read_checksum(request);
     std::optional<ReferenceHalf> half = read_channels(path, crop);
     if (half && hexadecimal(fingerprint(*half)) == checksum) return half;
-    log_info(path + ": it is damaged or from another frame, and is rendered again");
+    log_info(path + ": it is damaged or belongs to another frame; it is rendered again");
   } catch (const InputError& error) {
     log_info(std::string(error.what()) + "; " + path + " is rendered again");
   }

@@ -44,7 +44,7 @@ constexpr std::array kShortcuts = {
 
     Shortcut{Action::kFrameAll, GLFW_KEY_F, 0, "Camera", "F",
              "Move the camera to show the whole scene"},
-    Shortcut{Action::kResetCamera, GLFW_KEY_R, 0, "Camera", "R", "Reset the camera to the file's"},
+    Shortcut{Action::kResetCamera, GLFW_KEY_R, 0, "Camera", "R", "Go back to the file's camera"},
     Shortcut{Action::kOrthographic, GLFW_KEY_P, 0, "Camera", "P",
              "Switch between orthographic and perspective"},
     Shortcut{Action::kRecallBookmark, GLFW_KEY_1, 0, "Camera", "1 to 9", "Go to a bookmark", 9},

@@ -38,7 +38,7 @@ void Journal::append(const std::string& lines) {
   } catch (const RenderError& error) {
     path_.clear();
     file_.reset();
-    log_warning(std::string("the journal ends here: ") + error.what());
+    log_warning(std::string("stopped writing the journal: ") + error.what());
   }
 }
 

@@ -25,8 +25,8 @@ void choose_file_camera(Workbench& bench) {
   const CameraEdit& now = bench.session.edits().camera;
   CameraEdit edit;
   edit.camera = now.camera;
-  if (choose_target({"File Camera", "A camera of the scene's file"}, edit.camera, cameras, "Camera",
-                    "Initial", now.look_from ? "Free" : "")) {
+  if (choose_target({"File Camera", "A camera defined in the scene's file"}, edit.camera, cameras,
+                    "Camera", "Initial", now.look_from ? "Free" : "")) {
     const auto index = edit.camera ? find_entry(*edit.camera, cameras) : std::nullopt;
     if (index && cameras[*index].fault) {
       return bench.messages.error(cameras[*index].fault->what());
@@ -39,12 +39,13 @@ void choose_projection(Workbench& bench, const CameraDescription& view_camera) {
   const std::array choices = {
       widgets::Choice{"perspective", "Perspective", "Distant objects look smaller"},
       widgets::Choice{"orthographic", "Orthographic",
-                      "The size does not depend on the distance; there is no depth of field"}};
+                      "Objects look the same size at any distance; there is no depth of field"}};
   int index = view_camera.orthographic ? 1 : 0;
-  if (widgets::choose_index({"Projection",
-                             "How the camera projects the scene. A change keeps the size of the "
-                             "object that the camera orbits."},
-                            index, choices)) {
+  if (widgets::choose_index(
+          {"Projection",
+           "How the camera projects the scene. After a change, the object that the "
+           "camera orbits keeps its size."},
+          index, choices)) {
     bench.navigator.set_orthographic(index == 1);
   }
 }

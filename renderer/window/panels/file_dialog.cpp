@@ -120,15 +120,14 @@ void FileDialog::draw(const std::function<void(const std::string&)>& chosen) {
   ImGui::SetNextItemWidth(-buttons);
   if (is_new || std::exchange(focus_requested_, false)) ImGui::SetKeyboardFocusHere();
   ImGui::PushID(open_count_);  // with a new id, ImGui selects the field's text
-  done |= widgets::input_line("##name", "Name of the file, or a path", name_);
+  done |= widgets::input_line("##name", "File name or path", name_);
   has_keyboard_ = ImGui::IsItemActive();
   ImGui::PopID();
   ImGui::SameLine();
-  done |= is_confirming
-              ? widgets::button("Replace", "Replace the existing file", 6.0f * em)
-              : widgets::button(verb_, "Use the named file, or enter the named folder", 6.0f * em);
+  done |= is_confirming ? widgets::button("Replace", "Replace the existing file", 6.0f * em)
+                        : widgets::button(verb_, "Use this file, or go to this folder", 6.0f * em);
   ImGui::SameLine();
-  if (widgets::button("Cancel", "Close without a choice (Esc)", 6.0f * em) || cancelled) {
+  if (widgets::button("Cancel", "Close without choosing a file (Esc)", 6.0f * em) || cancelled) {
     ImGui::CloseCurrentPopup();
   }
   if (is_confirming) ImGui::TextColored(warning_colour(), "This file already exists.");

@@ -71,7 +71,7 @@ bool choose_intensity_and_colour(LightEdit& edit) {
   }
   edit.intensity = std::max(edit.intensity, 0.0f);
   ImGui::SameLine(0.0f, ImGui::GetStyle().ItemInnerSpacing.x);
-  changed |= widgets::swatch("##colour", "Multiply the light's colour", edit.color);
+  changed |= widgets::swatch("##colour", "Tint, which multiplies the light's colour", edit.color);
   return changed;
 }
 
@@ -140,9 +140,9 @@ void choose_light_groups(Workbench& bench) {
   ViewSettings settings = bench.session.settings();
   ImGui::BeginDisabled(!can_relight(settings.render));
   if (widgets::check({"Instant Relighting",
-                      "Render each light separately, so that changes of intensity and colour, "
-                      "switches and solo need no new samples. The noise differs from a final "
-                      "frame's. Not available with the driver Bucket."},
+                      "Render each light separately. Then changing its intensity or colour, "
+                      "switching it or soloing it needs no new samples. The noise differs from a "
+                      "final frame's. Not available with the Bucket driver."},
                      settings.light_groups)) {
     bench.settings.change(settings);
   }

@@ -19,7 +19,7 @@ constexpr MaterialRow kBase[] = {
     {"roughness", "Roughness", "0 is a mirror, 1 is matt. Multiplies the texture."},
     {"metallic", "Metalness", "0 is a dielectric, 1 is a metal. Multiplies the texture."},
     {"transmission", "Transmission",
-     "Share of the light that passes the surface. Multiplies the texture."},
+     "Fraction of light that passes through the surface. Multiplies the texture."},
     {.parameter = "normal_scale",
      .label = "Normal Strength",
      .help = "Strength of the normal map",
@@ -62,7 +62,7 @@ constexpr MaterialRow kInterior[] = {
 };
 constexpr MaterialRow kDiffuseTransmission[] = {
     {"diffuse_transmission", "Amount",
-     "Share of the diffuse light that passes to the other side. Multiplies the texture."},
+     "Fraction of diffuse light that passes to the other side. Multiplies the texture."},
     {"diffuse_transmission_color", "Colour",
      "Colour of the light that passes to the other side, multiplied by the texture"},
 };
@@ -86,8 +86,8 @@ constexpr MaterialRow kIridescence[] = {
     {"iridescence", "Amount", "Strength of the film's colours. Multiplies the texture."},
     {"iridescence_ior", "IOR", "Index of refraction of the film", 1.0f, 3.0f},
     {"iridescence_thickness", "Thickness",
-     "Thickness of the film in nanometres. Where there is a texture, its largest value.", 0.0f,
-     2000.0f, "%.0f nm"},
+     "Thickness of the film in nanometres. With a texture, the maximum thickness.", 0.0f, 2000.0f,
+     "%.0f nm"},
 };
 constexpr MaterialRow kSheen[] = {
     {"sheen_color", "Colour", "Colour of the fibres. Black turns sheen off."},
@@ -102,11 +102,11 @@ constexpr MaterialGroup kGroups[] = {
     {"", "Properties of every material", kBase, [](const Material&) { return true; }},
     {"Clear Coat", "A clear layer over the material", kClearcoat,
      [](const Material& original) { return original.clearcoat > 0.0f; }},
-    {"Sheen", "Fine fibres, as of velvet", kSheen,
+    {"Sheen", "Fine fibres, as on velvet", kSheen,
      [](const Material& original) { return !is_black(original.sheen_color); }},
-    {"Anisotropy", "Stretched highlights, as of brushed metal", kAnisotropy,
+    {"Anisotropy", "Stretched highlights, as on brushed metal", kAnisotropy,
      [](const Material& original) { return original.anisotropy > 0.0f; }},
-    {"Iridescence", "A thin film, as of soap bubbles", kIridescence,
+    {"Iridescence", "A thin film, as on soap bubbles", kIridescence,
      [](const Material& original) { return original.iridescence > 0.0f; }},
     {"Diffuse Transmission", "Light that shines through, as through leaves or paper",
      kDiffuseTransmission,

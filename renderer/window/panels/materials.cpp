@@ -96,7 +96,7 @@ void choose_variant(Workbench& bench) {
   const auto& variants = bench.session.scene()->outline.variants;
   if (variants.empty()) return;
   SceneEdits edits = bench.session.edits();
-  if (choose_target({"Variant", "A set of materials that the file offers"}, edits.variant, variants,
+  if (choose_target({"Variant", "A set of materials defined in the file"}, edits.variant, variants,
                     "Variant", "Default")) {
     bench.edits.change(edits, "variant");
   }

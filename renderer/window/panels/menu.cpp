@@ -19,7 +19,7 @@ void choose_loading(Workbench& bench) {
   bool changed = widgets::menu_flag("Ignore Unreadable Images",
                                     "Open the scene even if images are missing or damaged",
                                     settings.render.lenient);
-  changed |= widgets::menu_flag("Show Backfaces", "Show one-sided surfaces from behind, too",
+  changed |= widgets::menu_flag("Show Backfaces", "Also show one-sided surfaces from behind",
                                 settings.render.show_backfaces);
   if (!changed) return;
   bench.settings.change(settings);

@@ -57,7 +57,7 @@ void reset_excluded_settings(RenderOptions& options) {
 bool choose_driver(RenderOptions& options) {
   std::vector<widgets::Choice> drivers = {
       {kLiveDriver, title_case(kLiveDriver),
-       "The whole picture at once by bisection, then samples where the error is"}};
+       "Fills the whole picture by bisection, then adds samples where the error is largest"}};
   std::ranges::copy(choices_of_setting("driver"), std::back_inserter(drivers));
   if (!widgets::choose({"Driver", "Which pixels get their samples first"}, options.driver, drivers))
     return false;
@@ -68,9 +68,9 @@ bool choose_driver(RenderOptions& options) {
 bool set_limits(RenderOptions& options) {
   bool changed = false;
   bool limited = options.spp.has_value();
-  if (widgets::check(
-          {"Limit Samples", "Stop at a number of samples. Otherwise the picture keeps improving."},
-          limited)) {
+  if (widgets::check({"Limit Samples",
+                      "Stop after a number of samples. Otherwise the picture keeps improving."},
+                     limited)) {
     options.spp = limited ? std::optional<uint32_t>(64) : std::nullopt;
     changed = true;
   }
@@ -191,8 +191,8 @@ bool choose_display(DisplaySettings& display, const DisplayNames& names) {
     changed = true;
   }
   if (!looks.empty())
-    changed |= widgets::choose({"Look", "Look that is applied before the view transform"},
-                               display.look, looks, "None");
+    changed |= widgets::choose({"Look", "Look applied before the view transform"}, display.look,
+                               looks, "None");
   return changed;
 }
 
@@ -215,10 +215,11 @@ void draw_sides(Workbench& bench) {
   const bool overlay = !stored.picture->overlay_legend.empty();
   ImGui::BeginDisabled(overlay);
   bool graded_as_a = bench.comparison.graded_as_a();
-  if (widgets::check({"Grade B Like A",
-                      "Show B with the display settings of A. Otherwise B keeps the exposure, view "
-                      "and look that it had."},
-                     graded_as_a)) {
+  if (widgets::check(
+          {"Grade B Like A",
+           "Show B with the display settings of A. Otherwise B keeps its own exposure, view "
+           "and look."},
+          graded_as_a)) {
     bench.comparison.set_graded_as_a(graded_as_a);
   }
   ImGui::EndDisabled();
@@ -319,7 +320,7 @@ void draw_display(Workbench& bench) {
           denoise)) {
     bench.act(Action::kDenoise);
   }
-  widgets::heading("Histogram of the Display");
+  widgets::heading("Display Histogram");
   draw_histogram(bench);
   widgets::heading("Compare");
   draw_comparison(bench);
@@ -330,7 +331,7 @@ void draw_display(Workbench& bench) {
     ImGui::SameLine();
     small_action_button(bench, "Remove", Action::kClearRegion);
   } else {
-    widgets::muted_paragraph("Ctrl+drag over the picture to sample a part of it first.");
+    widgets::muted_paragraph("Ctrl+drag over the picture to select a region to sample first.");
   }
 }
 

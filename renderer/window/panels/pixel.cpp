@@ -39,12 +39,12 @@ void draw_text(const Workbench& bench) {
   } else if (bench.pixels.explanation()->explanation.empty() &&
              is_live(bench.session.settings().render)) {
     widgets::muted_paragraph(
-        "Every pixel has one sample so far. After the first picture, the driver decides for each "
-        "pixel.");
+        "Every pixel has one sample so far. After the first picture, the driver chooses the number "
+        "for each pixel.");
   } else if (bench.pixels.explanation()->explanation.empty()) {
     widgets::muted_paragraph(
-        "This driver gives every pixel the same number of samples. The adaptive driver decides for "
-        "each pixel.");
+        "This driver gives every pixel the same number of samples. The adaptive driver chooses the "
+        "number for each pixel.");
   }
   ImGui::PushFont(fixed_font());
   ImGui::TextUnformatted(text.c_str(), text.c_str() + text.size());

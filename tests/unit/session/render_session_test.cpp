@@ -158,7 +158,7 @@ TEST_F(RenderSessionTest, KeepsToTheMemoryLimitWithFramesAndEnvironments) {
     return owner.wait(30, [&] {
       const std::string problem = owner.session.problem();
       return problem.find(text) != std::string::npos &&
-             problem.find("of the limit of 8 MiB are left") != std::string::npos;
+             problem.find("of the 8 MiB limit is left") != std::string::npos;
     });
   };
   for (const char* driver : {"bucket", "bisection", "adaptive", "live"}) {

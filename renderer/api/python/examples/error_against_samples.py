@@ -20,7 +20,7 @@ def main():
     parser.add_argument("--spp", type=int, nargs="+", default=[1, 4, 16, 64])
     parser.add_argument("--drivers", nargs="+", default=["bucket", "adaptive"])
     parser.add_argument("--samplers", nargs="+", default=["independent", "sobol"])
-    parser.add_argument("--seeds", type=int, default=3, help="pictures that an error is the mean of")
+    parser.add_argument("--seeds", type=int, default=3, help="number of pictures over which each error is averaged")
     options = parser.parse_args()
 
     scene = emberline.Scene(options.scene, size=options.size)

@@ -22,14 +22,14 @@ def lamp(scene, name, **change):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene")
-    parser.add_argument("--lamps", nargs="+", required=True, help="lights, or materials that shine")
-    parser.add_argument("--weights", type=float, nargs="+", required=True, help="one for each lamp")
+    parser.add_argument("--lamps", nargs="+", required=True, help="names of lights or emissive materials")
+    parser.add_argument("--weights", type=float, nargs="+", required=True, help="one weight for each lamp")
     parser.add_argument("--size", type=int, nargs=2, default=(320, 180))
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("-o", "--output", default="relit.png")
     options = parser.parse_args()
     if len(options.weights) != len(options.lamps):
-        parser.error("as many weights as lamps are needed")
+        parser.error("--weights needs one weight for each lamp")
 
     scene = emberline.Scene(options.scene, size=options.size, spp=options.spp)
     def lit_by(*lamps):

@@ -17,7 +17,7 @@ import emberline
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene")
-    parser.add_argument("--folder", type=Path, required=True, help="of the checkpoints; it has to exist")
+    parser.add_argument("--folder", type=Path, required=True, help="existing folder for the checkpoints")
     parser.add_argument("--size", type=int, nargs=2, default=(320, 180))
     parser.add_argument("--spp", type=int, default=32)
     options = parser.parse_args()
@@ -37,7 +37,7 @@ def main():
     for k, part in enumerate(parts, 1):
         emberline.render(scene, part=f"{k}/2", checkpoint=part)
     merged = emberline.merge(parts, parts=True)
-    print(f"merged: {(merged['part'] == 1).mean():.0%} of the pixels are of the first part")
+    print(f"merged: {(merged['part'] == 1).mean():.0%} of the pixels come from the first part")
 
     rendered_at_once = emberline.render(scene, spp=2 * options.spp)
     same = [np.array_equal(a.pixels, b.pixels) for a, b in ((resumed, reference), (extended, rendered_at_once))]

@@ -125,12 +125,12 @@ TEST_F(DisplayTest, AnythingInGivesSomethingFiniteOut) {
 TEST_F(DisplayTest, UnknownNamesListTheValidOnes) {
   expect_error<UsageError>(
       [] { DisplayTransform(with_view("Filmic")); },
-      "unknown view \"Filmic\" of display \"sRGB\"; valid names are: sRGB, ACES, Raw");
+      "unknown view \"Filmic\" in display \"sRGB\"; valid names are: sRGB, ACES, Raw");
   DisplaySettings settings;
   settings.display = "Rec.2020";
   expect_error<UsageError>(
       [&] { DisplayTransform{settings}; },
-      "unknown display \"Rec.2020\" of the built-in OpenColorIO config; valid names are: sRGB");
+      "unknown display \"Rec.2020\" in the built-in OpenColorIO config; valid names are: sRGB");
   settings = {};
   settings.look = "warm";
   expect_error<UsageError>([&] { DisplayTransform{settings}; }, "unknown look \"warm\"");

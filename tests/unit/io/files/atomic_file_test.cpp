@@ -168,7 +168,7 @@ TEST_F(AtomicFileTest, GrowingFilesWaitForNoReader) {
   char read[4];
   EXPECT_EQ(::read(reader, read, sizeof read), 4);
   const std::string more(size_t(1) << 22, 'x');  // more than any pipe buffers
-  expect_error<RenderError>([&] { log.append(more); }, "does not keep up");
+  expect_error<RenderError>([&] { log.append(more); }, "reads the pipe is too slow");
   ::close(reader);
 }
 

@@ -147,7 +147,7 @@ TEST_F(ImageColour, PartsAreSearchedToo) {
           "R, G, B of part night");
   const PartOfFile narrow = {"sky", {"R", "G", "B"}, {1, 2, 3}, 1, 1};
   EXPECT_NE(refused_sky({{"depth", {"Z"}, {50}}, narrow})
-                .find("part sky: the part differs from the first in size"),
+                .find("part sky: this part differs from the first in size"),
             std::string::npos);
   EXPECT_NE(refused_sky({{"depth", {"Z"}, {50}}, {"more", {"Z", "N.X"}, {1, 2}}})
                 .find("its channels are Z, Z of part more, N.X of part more"),
@@ -205,7 +205,7 @@ TEST(FindColour, ChannelsInBothCasesAreNamed) {
     find_colour({"R", "r", "G", "g", "B", "b"}, {}, "a.exr");
     FAIL() << "taken";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("in upper and in lower case"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("in both upper and lower case"), std::string::npos);
   }
 }
 

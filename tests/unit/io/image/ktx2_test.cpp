@@ -132,10 +132,10 @@ TEST(Ktx2, UnsupportedFeaturesAreNamed) {
   expect(descriptor + 8, "\xa7", "colour model 167 and supercompression 0");
   expect(descriptor + 10, "\x04", "transfer function 4");
   expect(descriptor + 11, "\x01", "premultiplied alpha");
-  expect(descriptor + 12, "\x07", "blocks that are not of 4 x 4 pixels");
+  expect(descriptor + 12, "\x07", "blocks that are not 4 x 4 pixels");
   expect(test::channel_of(plain, 0), "\x02", "the channels 2");
   expect(texts, std::string_view("KTXswizzle\0rrra\0", 16), "swizzled channels");
-  expect(texts, std::string_view("KTXorientation\0ru\0", 18), "other than from the top left");
+  expect(texts, std::string_view("KTXorientation\0ru\0", 18), "an orientation other than top-left");
   Ktx2Bytes harmless = plain;
   const std::string_view given("KTXorientation\0rd\0", 18);
   std::copy(given.begin(), given.end(), harmless.begin() + std::ptrdiff_t(texts));

@@ -81,8 +81,8 @@ TEST(JsonInput, LastOfDuplicateMembersWins) {
   const char* text = R"({"a": {"old": [1, 2]}, "b": 1, "a": {"new": 3}, "b": 2, "b": [3]})";
   EXPECT_EQ(parse_json(text, "twice.json", DuplicateMembers::kWarn), nlohmann::json::parse(text));
   EXPECT_EQ(warnings_so_far().back(),
-            "twice.json#/a: the member appears twice in one object; the last one is used, also for "
-            "2 more");
+            "twice.json#/a: the member appears twice in one object; the last one is used (and "
+            "2 more like it)");
 }
 
 // Takes seconds at most for several megabytes of members, the last of which is the duplicate.
@@ -157,7 +157,7 @@ TEST(JsonReader, ErrorsNameThePlaceAndTheExpectedValue) {
        "f.json#/number: expected a whole number from 0 to 9"},
       {[&] { root["whole"].whole_number(8, 9); },
        "f.json#/whole: expected a whole number from 8 to 9"},
-      {[&] { root["whole"].text(); }, "f.json#/whole: expected a text, found 7"},
+      {[&] { root["whole"].text(); }, "f.json#/whole: expected a string, found 7"},
       {[&] { root["whole"].boolean(); }, "f.json#/whole: expected true or false, found 7"},
       {[&] { root["list"].vector(0, 1); }, "f.json#/list: expected an array of 3 numbers"},
       {[&] {

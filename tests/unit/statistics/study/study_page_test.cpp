@@ -111,7 +111,7 @@ TEST_F(StudyPage, OneSeedHasNoIntervals) {
   EXPECT_EQ(read.count("polygon"), 0u);
   EXPECT_EQ(read.count("polyline"), 22u);
   EXPECT_EQ(of_class(read, "good") + of_class(read, "bad"), 0u);
-  expect_text(read, "one seed, so no intervals");
+  expect_text(read, "a single seed, without confidence intervals");
 }
 
 TEST_F(StudyPage, EmptyAndWithoutABaseline) {

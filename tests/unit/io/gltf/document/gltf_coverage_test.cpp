@@ -36,7 +36,7 @@ TEST(GltfCoverage, IgnoredExtensionsHaveAReason) {
   gltf.root["extensionsUsed"] = {"MSFT_lod", "KHR_xmp_json_ld"};
   const CoverageReport coverage = load(gltf).coverage;
   EXPECT_EQ(coverage.ignored,
-            (std::vector<std::string>{"MSFT_lod (the finest level is rendered)",
+            (std::vector<std::string>{"MSFT_lod (the finest level of detail is rendered)",
                                       "KHR_xmp_json_ld (does not affect the picture)"}));
 }
 
@@ -155,7 +155,8 @@ TEST(GltfCoverage, OcclusionIsIgnoredAndAnimationsAreNotPlayed) {
   gltf.primitive()["material"] = 0;
   const CoverageReport coverage = load(gltf).coverage;
   EXPECT_EQ(coverage.not_played, "1 animation; choose it with `animation`");
-  EXPECT_TRUE(contains(coverage.ignored, "occlusionTexture (occlusion is traced)"));
+  EXPECT_TRUE(
+      contains(coverage.ignored, "occlusionTexture (occlusion is computed by ray tracing)"));
 }
 
 }  // namespace
