@@ -18,7 +18,8 @@ from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, 
                   earlier_samples, pixels, report_of, signal)
 
 FRAME = ["--size", "96x72", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 0.7  # each of two threads works this long on any machine, for seven checkpoint intervals
+# Each of two threads works this long on any machine, for five or seven checkpoint intervals.
+SECONDS = 0.7 if LONG else 0.5
 REPORT = ["--report", "report.json"]
 
 
