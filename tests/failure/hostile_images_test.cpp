@@ -405,7 +405,7 @@ TEST(HostileImages, RepeatedScansAreBounded) {
              test::bytes_of("int") + ByteList{0, 4, 0, 0, 0, 1, 0, 0, 0};
   }
   exr.insert(exr.begin() + 8, values.begin(), values.end());
-  EXPECT_SAYS(decode_message(exr), "more than 4000 values");
+  EXPECT_SAYS(decode_message(exr), "more than 4000 attributes");
   // Each scan of a progressive JPEG visits all pixels.
   ImageSpec spec(16, 16, 3, TypeDesc::UINT8);
   spec.attribute("jpeg:progressive", 1);

@@ -35,10 +35,12 @@ TEST(RectangleLight, OverTheCorner) {
 TEST(RectangleLight, AcrossTheHorizon) {
   const auto wall = [](double bottom, double top, double lean) {
     Emitters lamp;
-    lamp.add({{1 + lean * top, top, -.5},
-              {1 + lean * top, top, .9},
+    lamp.add({{1 + lean * bottom, bottom, -.5},
               {1 + lean * bottom, bottom, .9},
-              {1 + lean * bottom, bottom, -.5}});
+              {1 + lean * top, top, .9},
+              {1 + lean * top, top, -.5}});
+    // It faces the receiver.
+    EXPECT_EQ(exact_irradiance(lamp, Vec3d(0.0), {0, 1, 0}) > 0, top > 0);
     return lamp;
   };
   expect_irradiance_of(wall(0, 1, 0), {}, {"6", "wall on the horizon"}, true);
