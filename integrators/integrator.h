@@ -31,23 +31,23 @@ struct IntegratorSettings {
   // If true, the environment lights the scene, but neither it nor shadow catchers are visible to
   // the camera, directly or straight through smooth panes.
   bool transparent = false;
-  // Limit for each contribution of indirect light to a sample, that is, of light that was scattered
-  // by more than the visible surface, which may be seen in mirrors or through smooth glass. If a
-  // channel exceeds the limit, the light is scaled down without changing its colour. 0 means no
-  // limit.
+  // Limit for each contribution of indirect light to a sample. Light is indirect if other surfaces
+  // scattered it before the visible surface did; the visible surface may be seen in mirrors or
+  // through smooth glass. If a channel exceeds the limit, the light is scaled down without changing
+  // its colour. 0 means no limit.
   float clamp_indirect = 0.0f;
   // Number of light samples at surfaces that are visible directly, in mirrors or through smooth
-  // glass; other surfaces take one. At most PixelSamples::kAuxiliarySlots + 1. With 0 there is only
-  // BSDF sampling, an independent estimator for the tests.
+  // glass; other surfaces take one. At most PixelSamples::kAuxiliarySlots + 1. With 0, lights are
+  // found by BSDF sampling only, which tests use as an independent estimator.
   int light_samples = 1;
 };
 
 // Statistics of paths in glass, summed over all samples.
 struct OpticsCounters {
-  uint64_t rays_ended_at_panes = 0;  // having passed kMaxWalls in a row
-  uint64_t dropped_solids = 0;       // faces entered inside Interior::kLimit solids
-  // Samples of lights that only light sampling finds, and how many of these are blocked only by
-  // smooth solid glass. One sample in 16 is examined.
+  uint64_t rays_ended_at_panes = 0;  // rays that met more than kMaxWalls in a row
+  uint64_t dropped_solids = 0;       // faces entered while already in Interior::kLimit solids
+  // Light samples of point-like lights, which only light sampling finds, and how many of these
+  // samples are blocked by smooth solid glass and nothing else. One sample in 16 is examined.
   uint64_t point_light_samples = 0, blocked_by_glass = 0;
 
   void merge(const OpticsCounters& o) {
@@ -66,15 +66,15 @@ struct SampleBatch {
   const Scene& scene;
   const Camera& camera;
   std::span<const Ray> rays;
-  bool all_rays_miss = false;    // it is known that no ray hits a surface
+  bool all_rays_miss = false;    // the caller knows that no ray hits a surface
   bool surface_aovs = false;     // fill SampleValue::first_hit
   bool hit_id = false;           // fill first_hit.id only
   const AovSet* aovs = nullptr;  // the requested AOVs; null if none
   // If not 0, also fill first_hit.velocity of surfaces, for a shutter that is open for this number
   // of frames. Requires surface_aovs.
   double velocity_frames = 0.0;
-  // Output of radiance by light group; set both pointers or neither. The values must arrive empty;
-  // the groups add up to SampleValue::radiance.
+  // Output of radiance by light group; set both pointers or neither. The caller must pass in empty
+  // values. The sum over the groups is SampleValue::radiance.
   const LightGroups* light_groups = nullptr;
   LightGroupValues* light_values = nullptr;
   // Output of radiance by light-path layer, indexed by PathLayers::index_of.
@@ -82,17 +82,17 @@ struct SampleBatch {
   LightGroupValues* layer_values = nullptr;
   // Guides light samples; null if there is none.
   const LightGuide* guide = nullptr;
-  // Output of denoiser features: one for each ray, which must arrive empty. If the span is empty,
-  // they are not recorded.
+  // Output of denoiser features: one entry per ray, which the caller must pass in empty. An empty
+  // span means that features are not recorded.
   std::span<DenoiserFeatures> features = {};
-  // Holdouts and catchers for camera rays, also straight through smooth panes; null if there are
-  // none. Only `path` and `direct` support them.
+  // Which surfaces are holdouts or catchers for camera rays, including those that have gone
+  // straight through smooth panes; null if there are none. Only `path` and `direct` support them.
   const SurfaceRoles* roles = nullptr;
-  // Output of the light on catchers: one for each ray, which must arrive empty. If the span is
-  // empty, it is not recorded.
+  // Output of the light on catchers: one entry per ray, which the caller must pass in empty. An
+  // empty span means that this light is not recorded.
   std::span<CatcherSample> catcher_samples = {};
-  // For catchers under an environment: samples the environment by all of its light. Catchers take
-  // no BSDF samples, which would find the light that MIS compensation leaves out.
+  // Guides light samples at catchers under an environment, so that they also cover the light that
+  // MIS compensation leaves to BSDF samples; catchers take none.
   const LightGuide* catcher_guide = nullptr;
   // The solids in which each ray starts, one entry per ray; null if all rays start outside.
   const Interior* interiors = nullptr;
@@ -121,7 +121,7 @@ struct IntegratorEntry {
 };
 std::span<const IntegratorEntry> integrator_table();
 
-// Both throw UsageError with the valid names.
+// Both throw UsageError for an unknown name and list the valid ones.
 const IntegratorEntry& find_integrator(std::string_view name);
 std::unique_ptr<Integrator> create_integrator(std::string_view name,
                                               const IntegratorSettings& settings);

@@ -45,7 +45,7 @@ class LaneList {
   int operator[](int i) const { return lanes_[i]; }
   const int* begin() const { return lanes_; }
   const int* end() const { return lanes_ + count_; }
-  // Removes the lanes for which `keep` returns false.
+  // Removes the lanes for which keep(lane) returns false.
   template <class Keep>
   void filter(const Keep& keep) {
     int kept = 0;

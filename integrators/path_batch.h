@@ -16,8 +16,8 @@
 
 namespace emberline {
 
-// Bounces between the camera and the light that a ray finds. Mirrors and smooth glass count only
-// after another surface.
+// How many bounces lie between the camera and light that the path's ray finds. A bounce at a mirror
+// or smooth glass counts only if the path has bounced at another kind of surface before.
 enum class Bounces : uint8_t { kNone, kOne, kMore };
 inline Bounces after_bounce(Bounces before, bool delta) {
   if (before == Bounces::kNone) return delta ? Bounces::kNone : Bounces::kOne;
@@ -38,7 +38,8 @@ struct Path {
   Rgb throughput = Rgb(1.0f);
   Rgb radiance = Rgb(0.0f);
   float eta_scale = 1.0f;  // radiance compression by refraction so far; only for roulette
-  // Roulette probabilities of this ray: of scattering where it hits, and of being traced.
+  // Roulette probabilities: that the path survives to scatter where this ray hits, and that the ray
+  // is traced.
   float survival = 1.0f, ray_survival = 1.0f;
   // Scattering events so far. Going straight through a smooth thin wall is not counted, so that
   // light samples, which see through walls, and scattered rays agree on which paths exist.
@@ -74,8 +75,8 @@ struct PathBatch {
   bool intersect(const Ray& ray, SurfaceHit* hit) {
     return scene.intersect(ray, coverage_key(scene, samples), hit);
   }
-  // Prefetches a hit's triangle while the next ray is traced, and its vertices one ray later.
-  // `*before` is the lane of the previous call, -1 at first.
+  // Prefetches the triangle that this lane has hit, and the vertices of the previous lane's
+  // triangle, which has arrived by now. `*before` is the lane of the previous call, or -1.
   void prefetch_hit(int lane, int* before) {
     scene.prefetch_triangle(paths[lane].hit);
     if (*before >= 0) scene.prefetch_vertices(paths[*before].hit);
@@ -86,8 +87,8 @@ struct PathBatch {
     path.radiance = fma(path.throughput, light, path.radiance);
   }
 
-  // Whether no surface blocks the lane's connection; multiplies its light by the transmittance of
-  // partial coverage.
+  // Returns whether the lane's connection is not blocked. Multiplies its light by the transmittance
+  // of the partly covered surfaces on the way.
   bool is_visible(int lane, CoverageKey key) {
     Connection& c = connections[lane];
     Path& path = paths[lane];

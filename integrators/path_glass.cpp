@@ -18,7 +18,7 @@ void PathGlass::skip_hidden_faces(LaneList* missed) {
   });
 }
 
-// Replaces the hit by another face.
+// Replaces the hit by a hit on another face.
 void PathGlass::replace_hit(const Ray& ray, const SurfaceHit& face, float offset, int lane) {
   SurfaceHit& hit = b_.paths[lane].hit;
   hit = {hit.t, face.u, face.v, face.instance, face.primitive};
@@ -44,20 +44,20 @@ bool PathGlass::find_visible_face(int lane) {
     }
     if (!next_face(&ray, lane)) return false;
   }
-  // A face of a solid may coincide with this surface.
+  // A solid's face may coincide with this surface, and the next ray must start beyond both.
   if (b_.scene.solids()->may_coincide(path.hit.instance, path.hit.primitive)) {
     point.surface.offset *= SolidCrossing::kReach;
   }
   return true;
 }
 
-// Whether the path sees the faces that it crosses, or a surface that lies in them. If so, the hit
-// becomes the face or surface that scatters.
+// Returns whether the path sees the faces that it crosses, or a surface that lies in them. If so,
+// replaces the hit by one on the face or surface that scatters.
 bool PathGlass::resolve_crossing(const SolidCrossing& crossing, const Ray& ray, int lane) {
   const SurfaceHit& hit = b_.paths[lane].hit;
   Interior& near = near_[lane];
   b_.points[lane].surface.offset = crossing.offset();
-  // A back face met outside of all solids means that the camera is inside an open one.
+  // If a path outside all solids meets a back face, the camera is inside an open solid.
   if (crossing.is_exit() && near.empty()) near.enter(b_.scene, hit.instance);
   if (const SurfaceHit* surface = crossing.surface()) {
     replace_hit(ray, *surface, crossing.offset(), lane);
@@ -71,7 +71,7 @@ bool PathGlass::resolve_crossing(const SolidCrossing& crossing, const Ray& ray, 
   return true;
 }
 
-// Moves the ray from a hidden face to its next hit. Returns false if there is none.
+// Continues the ray beyond a hidden face to its next hit. Returns false if there is none.
 bool PathGlass::next_face(Ray* ray, int lane) {
   Path& path = b_.paths[lane];
   ShadedPoint& point = b_.points[lane];
@@ -104,7 +104,7 @@ void PathGlass::update_ior(int lane) {
   }
 }
 
-// Tinted panes count by luminance, since alpha is a single value.
+// A tinted pane enters alpha by the luminance of what it transmits, since alpha is a single value.
 void PathGlass::hide_background(LaneList* missed) {
   if (b_.lights.environment() && !b_.settings.transparent) return;
   missed->filter([this](int lane) {
@@ -126,8 +126,9 @@ bool PathGlass::arrives(int lane, CoverageKey key) {
   return arrives;
 }
 
-// Whether walls or hidden faces may lie between the vertex and the light. trace_clear_faces()
-// decides coverage at random, while is_visible() uses its expected value.
+// Whether walls or hidden faces may lie between the vertex and the light. If not, is_visible() is
+// better than trace_clear_faces(), since it uses the expected value of coverage instead of deciding
+// at random.
 bool PathGlass::may_cross_clear_faces(int lane) {
   const Solids* solids = b_.scene.solids();
   const bool inside = !states_[lane].connection_interior->empty();
@@ -149,8 +150,9 @@ bool PathGlass::trace_clear_faces(int lane, CoverageKey key) {
   return true;
 }
 
-// Counts light that misses a surface because smooth solid glass bends it; only light samples find
-// such light. Whether a sample is examined depends only on the sample itself.
+// Counts samples of point-like lights that do not reach the surface because smooth solid glass
+// would bend their light; no other kind of sample can find these lights. Whether a sample is
+// examined depends only on the sample itself.
 void PathGlass::count_light_sample(int lane, CoverageKey key, bool arrives) {
   const Connection& c = b_.connections[lane];
   OpticsCounters* const optics = b_.batch.optics;

@@ -48,8 +48,8 @@ class PathGlass {
     if (b_.batch.interiors) near_[lane] = b_.batch.interiors[size_t(lane)];
   }
 
-  // Moves hits on hidden faces of solids on to the surfaces that the paths see. Paths that leave
-  // the scene move from b_.alive to `missed`.
+  // Replaces each hit on a hidden face of a solid by a hit on the surface that the path sees behind
+  // it. Paths that leave the scene move from b_.alive to `missed`.
   void skip_hidden_faces(LaneList* missed);
 
   // Sets the surface's index of refraction, or turns a face of a flat solid into a thin wall.
@@ -62,11 +62,12 @@ class PathGlass {
   }
 
   static bool transmits(const SurfaceBsdf& bsdf) { return bsdf.transmits_non_delta(); }
-  // Whether a path that may not scatter continues here.
+  // Whether a path that may not scatter any more continues straight through the surface.
   bool is_clear_wall(int lane) { return is_smooth_wall(b_.scene, b_.paths[lane].hit); }
 
-  // The vertex where the ray was scattered; its light samples may find the same light as the ray.
-  // The ray may have passed smooth thin walls since, which light samples also see through.
+  // The last vertex that scattered the path. Its light samples may find the same light as the
+  // current ray, even if the path has passed smooth thin walls since, because light samples see
+  // through these, too.
   const LastVertex& scattering_vertex(int lane) { return states_[lane].vertex; }
   // Distance from that vertex to the hit.
   float distance_from_vertex(int lane) {
@@ -75,7 +76,8 @@ class PathGlass {
   }
 
   // If the camera does not see the environment, handles the camera paths that leave the scene
-  // through panes: sets their alpha to what the panes block, and removes them from the list.
+  // through panes: sets their alpha to the fraction of light that the panes block, and removes them
+  // from the list.
   void hide_background(LaneList* missed);
 
   // Called when a light sample leaves the vertex along wi, in local space.
@@ -91,7 +93,7 @@ class PathGlass {
   // transmittance.
   bool arrives(int lane, CoverageKey key);
 
-  // Applies the effects of the BSDF sample.
+  // Updates the medium, wavelength and radiance compression of the path after a BSDF sample.
   void scatter(int lane, const BsdfSample& next) {
     Path& path = b_.paths[lane];
     path.eta_scale *= next.eta_scale;
@@ -103,7 +105,8 @@ class PathGlass {
   bool is_straight_passage(int lane, const BsdfSample& next) {
     return next.delta && next.transmitted && b_.points[lane].material.bsdf.thin_walled;
   }
-  // Called when the path goes straight through a wall. Returns false if it has passed too many.
+  // Called when the path goes straight through a wall. Returns false if the path has passed too
+  // many walls.
   bool count_wall(int lane) {
     states_[lane].absorbed_distance = 0.0f;
     if (++states_[lane].walls <= kMaxWalls) return true;
@@ -123,13 +126,14 @@ class PathGlass {
     LastVertex vertex;   // where the path was last scattered
     uint32_t walls = 0;  // passed since then
     PathWavelength wavelength;
-    // Ray distance of the last hidden face where the solid changed; absorption is applied up to it.
+    // Distance along the ray of the last hidden face at which the medium changed. Absorption has
+    // been applied up to this face.
     float absorbed_distance = 0.0f;
     const Interior* connection_interior = nullptr;  // the solids at the start of the connection
   };
 
-  // Measured between surface points, because hit.t starts at the offset origin, which matters in
-  // thin slabs.
+  // Measured between surface points. In contrast, hit.t is measured from the ray's offset origin;
+  // the difference matters in thin slabs.
   float distance_from_last_vertex(int lane) {
     if (b_.depth == 0) return b_.paths[lane].hit.t;
     return (b_.points[lane].surface.position - b_.paths[lane].last.query.point).length();

@@ -16,8 +16,8 @@ class PathIntegrator final : public Integrator {
  public:
   explicit PathIntegrator(const IntegratorSettings& settings) : settings_(settings) {}
 
-  // Picks one of four instances of the path loop: scenes without glass do not pay for glass, and
-  // batches without recorders do not pay for recorders.
+  // Picks one of four instances of the path loop, so that scenes without glass do not pay for
+  // glass, and batches without recorders do not pay for recorders.
   void estimate(const SampleBatch& batch, PixelSamples& samples,
                 std::span<SampleValue> values) const override {
     const bool glass = batch.scene.is_transmissive();

@@ -2,7 +2,7 @@
 //
 // The paths of a batch advance together. Each stage runs over all lanes before the next one begins,
 // so that one path's cache misses and divisions overlap with the arithmetic of others. This is 1.08
-// times as fast as one path at a time on FlightHelmet, and 1.05 times on a Cornell box.
+// times as fast as tracing one path at a time on FlightHelmet, and 1.05 times on a Cornell box.
 #pragma once
 
 #include <algorithm>
@@ -58,7 +58,7 @@ class PathLoop : private PathBatch {
   static float survival(float scale, float root) {
     return std::clamp(scale * root, kMinSurvival, 1.0f);
   }
-  // Balance heuristic. For n samples of a technique, pass n times its pdf.
+  // The balance heuristic. If a technique takes n samples, pass n times its pdf.
   static float balance_heuristic(float pdf, float other_pdf) { return pdf / (pdf + other_pdf); }
 
   // ---- intersect
@@ -161,7 +161,7 @@ class PathLoop : private PathBatch {
 
   // ---- emitted light
 
-  // Adds the light that surfaces emit, and ends the paths that may not scatter.
+  // Adds the light that surfaces emit, and ends the paths that may not scatter any more.
   void add_emission() {
     alive.filter([this](int lane) {
       Path& path = paths[lane];
@@ -222,7 +222,8 @@ class PathLoop : private PathBatch {
   // ---- sample a light
 
   // Surfaces that are visible directly, in mirrors or through smooth glass take several samples.
-  // Others take one, since the bounce before them adds more noise than the choice of a light.
+  // Other surfaces take one, since the bounce that led to them adds more noise than the choice of a
+  // light does.
   void sample_lights() {
     LaneList sampled;
     for (const int lane : alive) {
@@ -238,8 +239,9 @@ class PathLoop : private PathBatch {
     }
   }
 
-  // Takes the i-th light sample of each lane. For i > 0, a surface under a smooth coat and the
-  // surface reflected in that coat use the same random numbers.
+  // Takes the i-th light sample of each lane. For i > 0, all surfaces of a path share the same
+  // random numbers, for example a surface under a smooth coat and the surface reflected in the
+  // coat.
   void connect_lanes(LaneList lanes, int i) {
     LightRequest requests[kRayBatch];
     LightSample* out[kRayBatch] = {};
@@ -278,8 +280,8 @@ class PathLoop : private PathBatch {
     samples.resume_sample(lane);
     const CoverageKey key = coverage_key(scene, samples);
     if (!glass_.arrives(lane, key)) return;
-    // balance_heuristic / (n pdf) = 1 / (n pdf + other); only light sampling finds point-like
-    // lights.
+    // balance_heuristic / (n pdf) = 1 / (n pdf + other). For point-like lights, other = 0, since
+    // only light sampling finds them.
     const float light_pdf = float(paths[lane].last.light_samples) * c.light.pdf;
     const Rgb light =
         c.scattered * c.radiance / (c.light.delta ? light_pdf : light_pdf + c.bsdf_pdf);

@@ -26,7 +26,8 @@ void set_relative_ior(const Interior& near, const Interior& far, PixelSamples& s
   bsdf.ior = ior_of(*inner);
   // An index of 0 reflects everything, whatever surrounds it.
   if (!outer || !(bsdf.ior > 0.0f) || !(outer->ior() > 0.0f)) return;
-  // The lobe expects an index of at least 1, with `inside` meaning the denser side.
+  // The lobe expects an index of at least 1. `inside` then means that the path is on the denser
+  // side.
   bsdf.ior /= ior_of(*outer);
   if (bsdf.ior < 1.0f) {
     bsdf.ior = 1.0f / bsdf.ior;
@@ -46,8 +47,8 @@ void make_thin_walled(const Interior& around, ShadedPoint& point) {
 
 namespace {
 
-// The remaining ray towards a light. It is aimed anew from each origin. As in
-// Scene::transmittance(), t = 1 is exactly the target.
+// A shadow ray that continues behind each surface that it passes, and is aimed at the light anew
+// each time. As in Scene::transmittance(), t = 1 is exactly at the target.
 class ShadowRay {
  public:
   ShadowRay(const LightSample& light, const Vec3f& target, float time)
@@ -84,7 +85,7 @@ class HiddenFaceWalk {
       : scene_(scene), start_(from), interior_(interior), medium_start_(medium_start) {
     *medium_start = 0.0f;
   }
-  // Whether a face of a solid can be hidden.
+  // Whether the face of a solid that was hit can be a hidden face.
   bool may_be_hidden(const SurfaceHit& hit) const {
     return scene_.solids() &&
            (!interior_->empty() || scene_.solids()->transmits_straight(hit.instance));
@@ -133,7 +134,8 @@ Rgb clear_transmittance(const Scene& scene, Vec3f from, const LightSample& light
     if (shadow_ray.is_past_light(ray)) return transmittance;
     SurfaceHit hit;
     rays->shadow++;
-    // One coverage key for the whole connection, since no part of it is traced twice.
+    // The whole connection uses one coverage key, which is correct since no part of it is traced
+    // twice.
     if (!scene.intersect(ray, coverage_key, &hit)) {
       return scene.is_behind_flush_emitter(from, light, time, coverage_key) ? Rgb(0.0f)
                                                                             : transmittance;
@@ -154,7 +156,7 @@ Rgb clear_transmittance(const Scene& scene, Vec3f from, const LightSample& light
 
 bool is_blocked_only_by_glass(const Scene& scene, Vec3f from, const LightSample& light,
                               const Vec3f& target, float time, CoverageKey coverage_key) {
-  constexpr int kMaxFaces = 64;  // a light behind more faces counts as blocked by other things
+  constexpr int kMaxFaces = 64;  // a light behind more faces counts as blocked by something else
   const ShadowRay shadow_ray(light, target, time);
   bool met_solid = false;
   for (int faces = 0; faces < kMaxFaces; ++faces) {

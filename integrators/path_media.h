@@ -8,16 +8,17 @@
 
 namespace emberline {
 
-// The coverage key of one ray; opaque scenes need none.
+// The coverage key of one ray. Scenes without alpha need none.
 inline CoverageKey coverage_key(const Scene& scene, PixelSamples& samples) {
   return scene.has_coverage() ? samples.coverage_key() : CoverageKey();
 }
 
-// Dispersion of a path. The path gets one wavelength at the first face that disperses, and is
-// weighted by the colour of that wavelength once it has been refracted.
+// Dispersion of a path. The path gets one wavelength at the first face that disperses. Its
+// throughput is multiplied by the colour of this wavelength at the first dispersive face that
+// transmits it.
 struct PathWavelength {
   float nanometres = 0.0f;     // 0 if there is none yet
-  Rgb weight = Rgb(1.0f);      // not applied yet
+  Rgb weight = Rgb(1.0f);      // still to be applied
   bool is_dispersive = false;  // the current face disperses
 };
 
@@ -46,9 +47,9 @@ inline BsdfSample straight_sample(const SurfaceBsdf& bsdf) {
   return sample;
 }
 
-// Whether the path goes straight through a face without seeing it: the same solid fills both sides,
-// or both sides refract alike and the face shows nothing else. Emissive faces are always seen,
-// since light sampling does not know what surrounds them.
+// Whether the path goes straight through a face without seeing it. This is so if the same solid
+// fills both sides, or if both sides refract alike and the face does nothing but refract. Emissive
+// faces are always seen, since light sampling does not know what surrounds them.
 inline bool is_hidden(const Scene& scene, const SolidCrossing& crossing, const Interior& near,
                       const Interior& far, uint32_t instance) {
   const Material* const a = near.medium();
@@ -73,22 +74,22 @@ inline Rgb absorption(const Scene& scene, const Material* medium, float distance
 }
 
 // Maximum number of consecutive smooth thin walls or hidden faces that a sampled ray or a
-// connection passes. It is the same for both, since they find the same light. It guards against
-// scenes that consist of walls; the report counts the rays that end here (OpticsCounters).
+// connection passes. Both have the same maximum, since they must find the same light. The limit
+// guards against scenes made of walls; the report says how many rays it ended (OpticsCounters).
 inline constexpr uint32_t kMaxWalls = 10'000;
 
-// Transmittance towards a sampled light: that of the smooth thin walls in between, or 0 if there is
-// anything else in between except hidden faces of solids. `target` is the end of the connection; it
-// is unused for lights at infinity. `interior` is the interior at `from` and, on return, at the end
-// of the connection; `*medium_start` is the distance from `from` at which that last interior
-// begins. The caller must apply the absorption from there on.
+// Transmittance towards a sampled light. Smooth thin walls, and the solids behind hidden faces,
+// attenuate the light; if anything else lies in between, the transmittance is 0. `target` is the
+// end of the connection; it is unused for lights at infinity. `interior` is the interior at `from`
+// and, on return, at the end of the connection; `*medium_start` is the distance from `from` at
+// which that last interior begins. The caller must apply the absorption from there on.
 Rgb clear_transmittance(const Scene& scene, Vec3f from, const LightSample& light,
                         const Vec3f& target, float time, CoverageKey coverage_key,
                         Interior* interior, float* medium_start, PixelSamples& samples,
                         SampleRays* rays, OpticsCounters* counters);
 
-// Whether smooth glass of any shape, and nothing else, blocks a light that only light sampling
-// finds. Used for statistics.
+// Whether a point-like light, which only light sampling finds, is blocked by smooth glass of any
+// shape and by nothing else. Used for statistics.
 bool is_blocked_only_by_glass(const Scene& scene, Vec3f from, const LightSample& light,
                               const Vec3f& target, float time, CoverageKey coverage_key);
 

@@ -25,9 +25,10 @@ namespace emberline {
     radiance *= emission_through_coat(layers.parameters.clearcoat,
                                       dot(light.direction, light.emitter_normal));
   }
-  // A path sees only the covered part of the emitter, and the light sample must agree on average.
-  // As for rays, coverage is independent of emission: a card that is bright where it is transparent
-  // shows the product of the means.
+  // A path sees only the covered part of the emitter, so the light sample is multiplied by the
+  // coverage to agree on average. As for rays, the coverage's texel is chosen independently of the
+  // emission's: a card that is bright only where it is transparent shows the product of the two
+  // means.
   if (material.alpha_mode() != AlphaMode::kOpaque) {
     radiance *= material.coverage(attributes, samples.extra());
   }

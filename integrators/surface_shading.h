@@ -39,13 +39,13 @@ inline void find_surface(const Scene& scene, const Ray& ray, const SurfaceHit& h
   p->wo = -ray.direction;
 }
 
-// `u_texture` drives the one-texel texture lookups of this point.
+// `u_texture` chooses the texels of this point's texture lookups, which read one texel each.
 inline void find_texels(float u_texture, const ShadedPoint& p, TexelPositions* texels) {
   if (!p.surface.material->needs_uv()) return;
   p.surface.material->find_texels(p.surface.attributes, u_texture, texels);
 }
 
-// Computes the layers of a material that has some, with directions in local shading space.
+// Computes the layers of a material with layers. Their directions are in local shading space.
 void find_layers(const TexelPositions& texels, ShadedPoint* point);
 
 inline void find_material(const TexelPositions& texels, ShadedPoint* point) {

@@ -12,8 +12,8 @@
 // samples is a (0,m,2)-net; other pairs use a random shuffle, because otherwise strata of two pairs
 // would stay matched (sobol_sampler.h).
 //
-// All pixels within the next power of two share a sequence, so a crop has the same numbers as the
-// whole frame.
+// The sequence covers a square that holds the whole frame, with a power of two of pixels a side, so
+// a crop has the same numbers as the whole frame.
 #pragma once
 
 #include "samplers/sample_runs.h"

@@ -39,10 +39,10 @@ constexpr uint32_t permute(uint32_t x, uint32_t seed) {
   return x;
 }
 
-// Index of the second Sobol' dimension: multiplication by Pascal's triangle modulo 2 in log2(32)
-// steps (Ahmed 2024, "An Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact",
-// EGSR; mirrored here, because indices are bit-reversed). Linear over xor: pascal(a ^ b) =
-// pascal(a) ^ pascal(b).
+// Returns the index of a sample's number in the second Sobol' dimension: multiplies by Pascal's
+// triangle modulo 2 in log2(32) steps (Ahmed 2024, "An Implementation Algorithm of 2D Sobol
+// Sequence Fast, Elegant, and Compact", EGSR; mirrored here, because indices are bit-reversed).
+// Linear over xor: pascal(a ^ b) = pascal(a) ^ pascal(b).
 constexpr uint32_t pascal(uint32_t i) {
   i ^= i >> 16;
   i ^= (i & 0xff00ff00u) >> 8;
@@ -64,9 +64,9 @@ constexpr uint32_t pascal_below_8(uint32_t i) {
 // modulo 2 that multiplies the index's bits; each bit contributes to itself and to lower bits, so
 // that aligned blocks of 2^m stay together and each pair remains a (0,2)-sequence. The first
 // kSearchedColumns columns come from tests/bench/pair_orders.cpp: from 64 samples on, any two pairs
-// are also stratified jointly. With 16 samples or fewer, some numbers have the same leading digits
-// as others, chosen such that the two are rarely used together. The other columns, for samples from
-// 4096 on, are random.
+// are also stratified jointly. With 16 samples or fewer, some numbers of different pairs must share
+// their leading digits; the search chose numbers that are rarely used together. The other columns,
+// for samples from 4096 on, are random.
 enum class Order : uint8_t { kPixel, kFirst, kSecond, kChoice, kLens, kTime };
 inline constexpr int kOrders = 6;
 inline constexpr int kSearchedColumns = 12;
@@ -134,9 +134,9 @@ constexpr uint32_t random_order_of_8(uint32_t random_bits) {
   return order;
 }
 
-// Shuffles the indices of a pair of numbers, to make it independent of the samples' other pairs: an
-// Owen shuffle of blocks of 8 and a random permutation within each (sobol_sampler.h explains why
-// both).
+// Shuffles a sample index for one pair of dimensions, to make the pair independent of the other
+// pairs: an Owen shuffle of blocks of 8, and a random permutation within each block
+// (sobol_sampler.h explains why both are needed).
 constexpr uint32_t shuffle_in_blocks(uint32_t index, uint32_t seed) {
   const uint32_t block = index >> 3;
   const uint32_t order = random_order_of_8(hash32(hash32(seed) ^ hash32(block + 0x9e3779b9u)));

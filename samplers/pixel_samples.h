@@ -1,7 +1,7 @@
 // The numbers of a batch of up to 16 samples, filled slot by slot on first use. A batch holds
 // consecutive samples of one pixel, or, if each pixel needs only a few, samples of several pixels.
 //
-// Each worker thread has one and reuses it. It allocates nothing after construction.
+// Each worker thread has one PixelSamples and reuses it. It allocates nothing after construction.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,8 @@ namespace emberline {
 
 class PixelSamples {
  public:
-  // Number of slots in addition to the path's, for work that is repeated within one event.
+  // Number of slots in addition to the path's, for work that is repeated within one scattering
+  // event.
   static constexpr int kAuxiliarySlots = 15;
 
   // `camera_dimensions`: number of dimensions of slot 0 that the camera uses.
@@ -168,7 +169,7 @@ class PixelSamples {
   const Sampler& sampler_;
   int camera_dimensions_;
   bool scattered_ = false;
-  PixelKey pixel_;             // for a batch of one pixel; the seed is valid for both kinds
+  PixelKey pixel_;             // for a batch of one pixel; in a scattered batch only the seed
   uint32_t first_sample_ = 0;  // for a batch of one pixel
   std::array<SampleAddress, kSampleLanes> addresses_;  // for a scattered batch
   int first_lane_ = 0;

@@ -48,7 +48,8 @@ class CellGrid {
     first = point;
   }
 
-  // Whether all points are at least sqrt(squared) away, which must not exceed the cell width.
+  // Whether all points are at least sqrt(squared) away from (x, y). This distance must not exceed
+  // the cell width.
   bool keeps_distance(uint32_t x, uint32_t y, double squared) const {
     const uint32_t column = cell(x), row = cell(y);
     for (const uint32_t r : {row, before(row), after(row)}) {
@@ -73,8 +74,8 @@ class CellGrid {
   std::array<uint32_t, kTableSize> next_;  // next point in the same cell
 };
 
-// Appends the first dart that keeps the minimum distance. The loop ends because the radius leaves
-// room and the tables are deterministic.
+// Appends the first dart that keeps the minimum distance. The loop ends: the radius leaves room for
+// every point, and as the tables are deterministic, one successful run proves this.
 void throw_darts(Table& table, uint32_t n, const CellGrid& grid, uint64_t& state) {
   do {
     const uint64_t bits = hash64(state += 0x9e3779b97f4a7c15ull);

@@ -1,16 +1,16 @@
 // Poisson-disk samples (Dippe & Wold 1985, "Antialiasing Through Stochastic Sampling", section
 // 3.1): uniform points with a minimum distance, so that aliases become high-frequency noise.
 //
-// Each prefix of the point sequence keeps its minimum distance. Point n is a dart thrown on the
-// torus until its distance to all earlier points is at least kPoissonDiskRadius times the largest
-// possible distance of n + 1 points (after McCool & Fiume 1992, "Hierarchical Poisson Disk Sampling
-// Distributions", where radii shrink in steps). So a pixel may take any number of samples. Eight
-// such tables of 1024 points are built when the first sampler is created (22 ms). A pixel uses each
-// table with a random shift on the torus and one of its eight symmetries, both renewed every 1024
-// samples.
+// Each prefix of the point sequence keeps the minimum distance that suits its length. Point n is a
+// dart thrown on the torus until its distance to all earlier points is at least kPoissonDiskRadius
+// times the largest minimum distance that n + 1 points can have (after McCool & Fiume 1992,
+// "Hierarchical Poisson Disk Sampling Distributions", where radii shrink in steps). So a pixel may
+// take any number of samples. Eight such tables of 1024 points are built when the first sampler is
+// created (22 ms). A pixel uses each table with a random shift on the torus and one of its eight
+// symmetries, both renewed every 1024 samples.
 //
 // The pixel and lens pairs, and the BSDF and light pairs of the first three surfaces, use tables.
-// Each pair of a pixel uses a different one, since pairs with the same table would be copies of
+// Each pair of a pixel uses a different table, since pairs with the same table would be copies of
 // each other. All other dimensions come from `sobol`; single dimensions in particular gain nothing
 // from a distance in the plane.
 #pragma once

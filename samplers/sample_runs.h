@@ -25,7 +25,7 @@ constexpr uint32_t stream_length(StreamCount streams, uint32_t stream, uint32_t 
   return (count >> 4) * 8 + std::min(std::max(rest, before) - before, 8u);
 }
 
-// Consecutive samples that are consecutive indices of one block of one stream.
+// Consecutive samples of a pixel that also have consecutive indices in one block of one stream.
 struct SampleRun {
   uint32_t stream;
   uint32_t block;  // number of the block; each holds block_size[stream] indices
@@ -35,7 +35,7 @@ struct SampleRun {
 };
 
 // Cuts samples [first_sample, first_sample + count), at most one batch, into runs, in order. There
-// are at most kSampleLanes runs, and one per stream if blocks are not smaller than a batch.
+// are at most kSampleLanes runs, and only one per stream if no block ends inside the batch.
 template <typename Visit>
 void for_each_run(StreamCount streams, const uint32_t (&block_size)[2], uint32_t first_sample,
                   int count, Visit&& visit) {

@@ -83,14 +83,15 @@ class Sampler {
   // first_sample % 16 + count <= 16. Thread-safe.
   virtual void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count,
                     SlotBlock& out, int dimensions = kSlotDimensions) const = 0;
-  // The same numbers for up to 16 samples of any pixels: writes samples[i] to lane first_lane + i.
-  // The default calls fill() for each sample, which is correct but slow.
+  // Computes the same numbers for up to 16 samples of any pixels: writes those of samples[i] to
+  // lane first_lane + i. The default calls fill() for each sample, which is correct but slow.
   virtual void fill_scattered(std::span<const SampleAddress> samples, uint32_t seed, uint32_t slot,
                               int first_lane, SlotBlock& out,
                               int dimensions = kSlotDimensions) const;
 
-  // The stream of samples that `sample` is stratified with, and its index there, so that decisions
-  // outside the dimension plan can be stratified too. Thread-safe.
+  // Returns the stream of the samples with which `sample` is stratified, and the index of `sample`
+  // in that stream, so that decisions outside the dimension plan can be stratified too.
+  // Thread-safe.
   virtual StreamIndex stream_of(uint32_t sample) const = 0;
 
   // The weight of `sample` when a pixel takes exactly `count` samples (sample < count), for
@@ -99,10 +100,10 @@ class Sampler {
   virtual float integration_weight(uint32_t /*sample*/, uint32_t /*count*/) const { return 1.0f; }
 };
 
-// Sample counts that a sampler supports. kAny: any count, not known in advance. kFixed: exactly
-// SamplerSettings::samples_per_pixel. kPowerOfTwo: the same, and it must be a power of two. Samples
-// beyond a fixed count are valid too: each further samples_per_pixel of them are a new
-// randomisation.
+// Sample counts that a sampler supports. kAny: any count, which need not be known in advance.
+// kFixed: exactly SamplerSettings::samples_per_pixel. kPowerOfTwo: the same, and it must be a power
+// of two. Samples beyond a fixed count are valid too: each further samples_per_pixel of them are a
+// new randomisation.
 enum class SampleCounts : uint8_t { kAny, kFixed, kPowerOfTwo };
 
 // How fast a sampler's variance converges, where theory or long measurements have established it
@@ -112,7 +113,7 @@ enum class ConvergenceRate : uint8_t { kUnknown, kIndependent, kJittered, kSobol
 struct SamplerSettings {
   StreamCount streams = StreamCount::kOne;
   uint32_t samples_per_pixel = 64;  // at least 1; samplers with SampleCounts::kAny ignore it
-  int width = 1, height = 1;  // frame size in pixels, for samplers that distribute error over it
+  int width = 1, height = 1;        // frame size in pixels, for sampling across pixels
 };
 
 // The table of samplers: used by the factory, --help, the "valid names are" message and the tests.

@@ -52,14 +52,13 @@ constexpr std::array<uint32_t, kSlotDimensions / 2> kShuffleSalt =
 constexpr std::array<uint32_t, kSlotDimensions / 2> kOrderSalt = salts<kSlotDimensions / 2>(0x200);
 
 // Data shared by the eight samples of one block of a stream, for one or two blocks and the first
-// pairs of dimensions. Entries are [b * kDimensions + d] and [b * kPairs + p], so that the loops
-// over them vectorise.
+// kPairs pairs of dimensions. Entries are [b * kDimensions + d] and [b * kPairs + p], so that the
+// loops over them vectorise.
 template <int kBlocks, int kPairs>
 struct BlockPlan {
   static constexpr int kDimensions = 2 * kPairs;
   alignas(64) uint32_t scramble[kBlocks * kDimensions];  // Owen scramble of each dimension
-  // A sample's index in a pair's sequence is `base`, that of the block's first sample, xor a nibble
-  // of `order`.
+  // A sample's index in a pair's sequence is its block's `base` xor the sample's nibble of `order`.
   alignas(64) uint32_t base[kBlocks * kPairs];
   alignas(64) uint32_t order[kBlocks * kPairs];
 };

@@ -28,7 +28,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 SCENES = ["spheres", "teapot"]
 # The threshold is 1/100 of the display's range. Both figures have the same scale: 400 or more samples are white.
 OPTIONS = ["--driver", "adaptive", "--integrator", "direct", "--noise-threshold", "0.01", "--range", "0,400"]
-# Half the size, since there are three rows. Three times the mean number of samples, or more, is white.
+# Half the gallery's 800x450, since there are three rows. Pixels with at least three times the mean number of samples are white.
 BLUR = ["--driver", "adaptive", "--spp", "64", "--range", "0,192", "--size", "400x225"]
 SHUTTER = ["--time", "0", "--shutter", "0,0.5"]
 LENS = ["--f-stop", "0.5", "--focus-distance", "1.27"]  # focuses on the books
@@ -38,7 +38,7 @@ HEATMAPS = [["samples", "--colors", "viridis"], ["stop"], ["time", "--colors", "
             ["error", "--log", "--colors", "inferno"]]
 JPEG = ["--eraseattrib", ".*", "--nosoftwareattrib", "--attrib", "oiio:ColorSpace", "sRGB", "--compression", "jpeg:85",
         "-d", "uint8", "-o"]
-DEPTHS = ["0.5", "2"]  # depth of the nearest surface, and the depth range up to white, in metres
+DEPTHS = ["0.5", "2"]  # in metres: the depth shown as black, and the range of depths from there to white
 OBJECTS = "20"
 BACKGROUND = "0.118,0.118,0.118"  # the legend's colour
 
@@ -94,7 +94,7 @@ def make_clamped(emberline, threads, out):
 
 
 def make_guided(emberline, threads, out):
-    """Writes a room lit only by the sky through double glazing, with the environment sampled by its light, and guided."""
+    """Writes a room lit only by the sky through double glazing, with --env-sampling light and with guided."""
     with tempfile.TemporaryDirectory() as folder:
         edits = pathlib.Path(folder) / "edits.json"
         edits.write_text('{"emberline_edits": 1, "lights": [{"kind": "material", "name": "bulb", "on": false}]}')

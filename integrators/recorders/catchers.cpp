@@ -14,7 +14,7 @@ Ray make_shadow_ray(const LightSample& light, const Vec3f& from, const Vec3f& ta
                                      : Ray{from, target - from, 1.0f, time};
 }
 
-// Whether a surface of the plate blocks the light.
+// Whether a surface of the compositor's plate (SurfaceRole) blocks the light.
 bool is_blocked_by_plate(const Scene& scene, const SurfaceRoles& roles, Vec3f from,
                          const LightSample& light, const Vec3f& target, float time, CoverageKey key,
                          SampleRays* rays) {
@@ -35,6 +35,7 @@ bool is_blocked_by_plate(const Scene& scene, const SurfaceRoles& roles, Vec3f fr
 
 }  // namespace
 
+// Records a catcher's hit; returns false for camera paths that end at a holdout or hidden catcher.
 // If a camera ray passes several catchers that are panes, the last one counts.
 bool CatcherRecorder::continues_path(int lane) {
   const Path& path = b_.paths[lane];

@@ -40,7 +40,7 @@ class CatcherRecorder : public Recorder {
     Ray ray;
     SurfaceHit hit;
     uint32_t slot;  // slot of the surface's random numbers
-    float weight;   // transmittance of the panes in front of it
+    float weight;   // transmittance of the panes in front of the catcher
   };
   bool continues_path(int lane);
   void sample_catcher_light(int lane);

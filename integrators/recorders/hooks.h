@@ -21,9 +21,9 @@ struct NoRecorder {
   // The surface's material and BSDF are known.
   static void shaded(int /*lane*/) {}
 
-  // The next three hooks are called before `light`, with its MIS weight but without the throughput,
-  // is added to the path's radiance. They return the light to add instead. This one is for emission
-  // of the surface.
+  // The next three hooks are called before `light` is added to the path's radiance, and return the
+  // light to add instead. `light` includes the MIS weight but not the throughput. This one is for
+  // emission of the surface.
   static Rgb emitted(int /*lane*/, const Rgb& light) { return light; }
   // This one is for the environment; `radiance` is without the MIS weight.
   static Rgb environment(int /*lane*/, const Rgb& /*radiance*/, const Rgb& light) { return light; }

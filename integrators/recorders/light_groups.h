@@ -7,7 +7,8 @@
 
 namespace emberline {
 
-// Looks up the light groups of the light that paths find; 0 if the batch has no light groups.
+// Looks up the light groups of the light that paths find. Each function returns 0 if the batch has
+// no light groups.
 class BatchLightGroups {
  public:
   explicit BatchLightGroups(PathBatch& batch) : b_(batch), groups_(batch.batch.light_groups) {}

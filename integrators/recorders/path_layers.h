@@ -48,8 +48,8 @@ class PathLayerRecorder : public Recorder {
   enum class Kind : uint8_t { kNone, kReflected, kTransmitted };
   struct Event {
     Kind kind = Kind::kNone;
-    bool is_scattered_again = false;  // scattered once more since then
-    Rgb diffuse = Rgb(0.0f);          // diffuse share of the reflection
+    bool is_scattered_again = false;  // whether the path was scattered again
+    Rgb diffuse = Rgb(0.0f);          // diffuse fraction of the reflected light
   };
 
   // The event at the path's vertex if the path leaves along wi, in local space.

@@ -164,7 +164,7 @@ struct CurrentConfig {
 };
 
 CurrentConfig current_config() {
-  // OpenColorIO logs to our log. Its errors are exceptions.
+  // OpenColorIO writes to our log. It reports errors by exceptions.
   static std::once_flag logging;
   std::call_once(logging, [] {
     ocio::SetLoggingFunction([](const char* message) { log_verbose(one_line(message)); });
@@ -173,8 +173,9 @@ CurrentConfig current_config() {
   if (!variable || !*variable) {
     return {built_in_config(), "the built-in OpenColorIO config", true};
   }
-  // OpenColorIO's own reader would block on a pipe, read a device forever, and leak on a directory.
-  if (!std::string_view(variable).starts_with("ocio://")) {  // otherwise built into the library
+  // OpenColorIO's own reader would block on a pipe, read a device forever and leak memory on a
+  // directory.
+  if (!std::string_view(variable).starts_with("ocio://")) {  // others are built in
     const InputFile file(variable, "$OCIO");
     if (file.size() > kMaxConfigBytes) {
       throw InputError(variable, "is too large for an OpenColorIO config: {} (named by $OCIO)",
@@ -285,8 +286,8 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace
       pipeline->setLooksOverrideEnabled(true);
       pipeline->setLooksOverride(look.c_str());
     }
-    // "Lossless" avoids the fast approximations of log and power, whose last of 12 bits may be
-    // wrong and which differ between processors.
+    // "Lossless" avoids the fast approximations of log and power, which may be wrong in the last of
+    // 12 bits and differ between processors.
     impl->to_display = pipeline->getProcessor(config, config->getCurrentContext())
                            ->getOptimizedCPUProcessor(ocio::OPTIMIZATION_LOSSLESS);
 
@@ -308,7 +309,7 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace
     throw InputError(place, one_line(error.what()) + (built_in ? "" : " (named by $OCIO)"));
   } catch (const EmberlineError&) {
     throw;
-  } catch (const std::exception& error) {  // for example, an unchecked number
+  } catch (const std::exception& error) {  // from a number that OpenColorIO does not check
     throw InputError(
         place, "OpenColorIO rejects an environment variable (OCIO_...): " + one_line(error.what()));
   }

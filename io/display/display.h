@@ -44,11 +44,11 @@ std::vector<std::string> ocio_table_files();
 // "sRGB" with the views "sRGB" (default; the curve of IEC 61966-2-1, clamped), "ACES" (the ACES 1.0
 // SDR video output transform, shown on an sRGB display) and "Raw" (no curve).
 //
-// Otherwise uses the config of $OCIO. Pixels enter it, in order of preference, as
-//   1. its space of linear Rec. 709 primaries, if it has one under one of the usual names;
-//   2. its role aces_interchange, converted to ACES2065-1 by OpenColorIO's own matrices;
-//   3. its role scene_linear, unconverted and with a warning: colours are slightly off if that
-//      space has other primaries.
+// Otherwise uses the config that $OCIO names. Pixels enter it in the first space that it has of:
+//   1. linear Rec. 709, if a space has one of the usual names for it;
+//   2. its role aces_interchange, for which OpenColorIO's own matrices convert to ACES2065-1;
+//   3. its role scene_linear, without conversion and with a warning, since colours are slightly
+//      off if this space has other primaries.
 class DisplayTransform {
  public:
   // `from` is the input's working space. Throws UsageError, which lists the valid names, for an
@@ -68,7 +68,8 @@ class DisplayTransform {
   // Returns a text such as "built-in: sRGB / ACES", for headers and reports.
   std::string describe() const;
 
-  // Whether the result is, as far as we know, for an sRGB display. Files are tagged accordingly.
+  // Whether the result is meant for an sRGB display, judging by the display's name. Files are
+  // tagged accordingly.
   bool is_srgb() const;
 
  private:
@@ -80,10 +81,10 @@ class DisplayTransform {
 // Like ExrWriter, creates the file beside its target at once, so that an unusable path fails before
 // rendering, and renames it in finish(); without finish(), nothing is left behind. Takes 3 or 4
 // bytes per pixel. Pixels that are never written are black (and transparent). Does not dither:
-// equal radiance gives equal bytes.
+// identical radiance gives identical bytes.
 class DisplayImageWriter {
  public:
-  // If `alpha`, a PNG has four channels with unassociated alpha, as the format requires; a JPEG
+  // If `alpha`, a PNG has four channels with unassociated alpha, as the format requires, and a JPEG
   // shows the picture over black. Throws RenderError if the file cannot be created, UsageError for
   // a suffix other than .png, .jpg and .jpeg.
   DisplayImageWriter(const std::string& path, const Rect& data_window,

@@ -17,7 +17,7 @@ namespace {
 
 namespace ocio = OCIO_NAMESPACE;
 
-// A hundred times as many as real configs expand to.
+// This is a hundred times as many transforms as real configs expand to.
 constexpr double kMaxTransforms = 1e5;
 // Limits the recursion.
 constexpr int kMaxDepth = 200;
@@ -48,7 +48,7 @@ class ConfigChecker {
   }
 
  private:
-  // Returns the number of transforms that `name` expands to. Counts only once per name.
+  // Returns the number of transforms that `name` expands to. Calls `count` only once per name.
   double count_once(const std::string& name, const std::function<double()>& count) {
     const auto [entry, is_new] = counts_.try_emplace(name, -1.0);
     if (!is_new && entry->second < 0) throw InputError(place_, name + " refers back to itself");
@@ -171,9 +171,9 @@ class ConfigChecker {
     files_.push_back(path);
   }
 
-  // XML tables (CTF, CLF) can refer to further files, which OpenColorIO opens unchecked: devices,
-  // pipes, cycles. Configs can use a GroupTransform instead. DOCTYPE is refused too, since XML
-  // entities could hide such a reference.
+  // Rejects XML tables (CTF, CLF) that refer to further files, because OpenColorIO opens these
+  // unchecked, even devices, pipes and cycles. Configs can use a GroupTransform instead. DOCTYPE is
+  // rejected too, since XML entities could hide such a reference.
   void check_references(const InputFile& file, const std::string& path) {
     std::array<char, 64> begin;
     const int64_t read = file.try_read(0, begin.size(), begin.data());
@@ -182,7 +182,7 @@ class ConfigChecker {
         head.find_first_not_of(std::string_view("\0\xef\xbb\xbf\xff\xfe \t\r\n", 10));
     if (first == std::string_view::npos || head[first] != '<') return;
     std::string text = file.read_text();
-    std::erase(text, '\0');  // in case it is UTF-16
+    std::erase(text, '\0');  // in case the text is UTF-16
     for (const char* unsupported : {"<Reference", "<!DOCTYPE"}) {
       if (text.find(unsupported) == std::string::npos) continue;
       throw InputError(place_, "{}: \"{}\" is not supported; name the lookup tables in the config",
@@ -214,8 +214,8 @@ std::string strip_comments(const std::string& text) {
 }
 
 // Returns the names of anchors ('&') or aliases ('*'). Plain text may look like either, but only an
-// alias with a matching anchor counts. All non-ASCII characters are treated as equal, since a
-// parser maps all damaged ones to the same character.
+// alias with a matching anchor counts. Treats all non-ASCII characters as the same one, since a
+// parser replaces all damaged ones by one character.
 std::vector<std::string> yaml_names(const std::string& text, char indicator) {
   std::vector<std::string> names;
   for (size_t i = text.find(indicator); i != std::string::npos; i = text.find(indicator, i + 1)) {

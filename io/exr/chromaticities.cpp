@@ -9,7 +9,7 @@
 namespace emberline {
 namespace {
 
-constexpr float kTolerance = 1e-4f;  // headers hold four digits
+constexpr float kTolerance = 1e-4f;  // headers state four digits
 
 bool nearly_equal(const Chromaticities& a, const Chromaticities& b) {
   const auto near = [](float u, float v) { return std::abs(u - v) < kTolerance; };
@@ -22,8 +22,8 @@ Imath::V3d xyz(const Chromaticities& c, size_t i) {
   return {x, y, 1.0 - x - y};
 }
 
-// Returns the matrix from a row R, G, B to the cone responses of Bradford's transform, relative to
-// white.
+// Returns the matrix from a row vector (R, G, B) to the cone responses of Bradford's transform,
+// relative to white.
 Imath::M33d to_adapted_cones(const Chromaticities& c, const std::string& place) {
   // J. Lam, "Metamerism and colour constancy", 1985.
   const Imath::M33d cones(0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367,

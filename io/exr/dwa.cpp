@@ -1,6 +1,6 @@
 // Encodes DWAA and DWAB tiles. OpenEXR's C interface (3.1) cannot do this, and its C++ interface
 // only writes whole files. Therefore each tile is written to memory as a separate file, and its
-// chunk is extracted. This is a part of the image library.
+// chunk is extracted. This file belongs to the image library (image/library.h).
 #include "io/exr/dwa.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -52,7 +52,8 @@ void encode_dwa_tile(int width, int height, std::span<const EncodedPlane> planes
   MemoryStream stream;
   Imf::TiledOutputFile file(stream, header, 0);
   file.setFrameBuffer(buffer);
-  // The header and the offset table precede the tile's coordinates and level, its size and data.
+  // After the header and the offset table comes the chunk: the tile's coordinates and level, the
+  // size of the data, and the data.
   constexpr size_t kChunkHeaderBytes = 5 * sizeof(int32_t);
   const size_t begin = size_t(stream.tellp()) + kChunkHeaderBytes;
   file.writeTile(0, 0);

@@ -123,7 +123,7 @@ struct ExrWriter::Impl {
     std::vector<const PictureChannel*> channels;  // pointers into `header`
     ExrCompression compression = ExrCompression::kZip;
     std::vector<uint64_t> tiles;      // file offsets, row-major; 0: not written
-    exr_context_t encoder = nullptr;  // for a file of this part alone, which is discarded
+    exr_context_t encoder = nullptr;  // of a file with this part only, which is never written
   };
 
   Impl(const std::string& path, const ExrHeader& frame_header) : header(frame_header), file(path) {
@@ -141,8 +141,8 @@ struct ExrWriter::Impl {
     }
   }
 
-  // Called by OpenEXR with the header's bytes. Collects them in the string `user`, or discards them
-  // if it is null. The rest of the file is written by this class.
+  // Called by OpenEXR with the header's bytes. Collects the bytes in the string `user`, or discards
+  // them if `user` is null. This class itself writes the rest of the file.
   static int64_t write_bytes(exr_const_context_t, void* user, const void* bytes, uint64_t count,
                              uint64_t offset, exr_stream_error_func_ptr_t) {
     if (!user) return int64_t(count);
@@ -153,7 +153,7 @@ struct ExrWriter::Impl {
   }
 
   // The last step of encoding a tile. If a chunk is as long as the pixels, a reader assumes that
-  // they are raw; but OpenEXR (3.1) stores raw pixels only if the compressed ones are longer.
+  // they are raw. OpenEXR (3.1), however, stores raw pixels only if the compressed ones are longer.
   static exr_result_t store_chunk(exr_encode_pipeline_t* pipeline) {
     const bool shorter = pipeline->compressed_bytes < pipeline->packed_bytes;
     const auto* bytes = static_cast<const uint8_t*>(shorter ? pipeline->compressed_buffer
@@ -195,7 +195,7 @@ struct ExrWriter::Impl {
                               const float* pixels);
   std::vector<uint8_t> encode_lossless(int part, int tile_x, int tile_y, const Rect& rect,
                                        const std::vector<const uint8_t*>& planes);
-  // Reserves a place for the chunk in the file and appends the chunk to `bytes`.
+  // Reserves space for the chunk in the file and appends the chunk to `bytes`.
   uint64_t put_chunk(int part, int tile_x, int tile_y, const std::vector<uint8_t>& chunk,
                      std::vector<uint8_t>& bytes);
   void append(int part, int tile_x, int tile_y, const std::vector<uint8_t>& chunk);
@@ -297,7 +297,7 @@ void ExrWriter::Impl::add_part(exr_context_t context, const Part& layout, int pa
                                                xy[4], xy[5], xy[6], xy[7]};
   check(exr_attr_set_chromaticities(context, part, "chromaticities", &primaries));
   add_view(context, part);
-  // Readers of multi-part files look for these in the first part.
+  // Readers of multi-part files look for these attributes in the first part.
   for (const auto& [name, value] : header.attributes) {
     if (part == 0) check(exr_attr_set_string(context, part, name.c_str(), value.c_str()));
   }
@@ -393,9 +393,9 @@ std::vector<uint8_t> ExrWriter::Impl::encode_lossless(int part, int tile_x, int 
   return bytes;
 }
 
-// Appends the chunk's header and data (OpenEXR, "File Layout"), because OpenEXR's C interface
-// writes parts only one after another. The header has the part number (multi-part files only), the
-// tile's coordinates and level, and the size. Returns the chunk's offset, which is now reserved.
+// Appends the chunk's header and data (OpenEXR, "File Layout"), because OpenEXR's C interface would
+// write one part after another. The header has the part number (multi-part files only), the tile's
+// coordinates and level, and the data's size. Returns the chunk's offset, which is now reserved.
 uint64_t ExrWriter::Impl::put_chunk(int part, int tile_x, int tile_y,
                                     const std::vector<uint8_t>& chunk,
                                     std::vector<uint8_t>& bytes) {
@@ -422,7 +422,7 @@ void ExrWriter::Impl::append(int part, int tile_x, int tile_y, const std::vector
 
 void ExrWriter::Impl::fill_missing_tiles() {
   // A render that is cancelled early can leave tens of thousands of empty tiles, or millions if
-  // they are tiny. Tiles of equal size have equal bytes, so each of the at most four sizes (inner,
+  // they are tiny. Tiles of one size have identical bytes, so each of up to four sizes (inner,
   // right edge, lower edge, corner) is compressed once, and many tiles are written at a time.
   constexpr size_t kBlock = size_t(1) << 20;
   std::vector<uint8_t> block;

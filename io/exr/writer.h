@@ -3,9 +3,10 @@
 // The file is written under a temporary name beside its target, flushed to disk and renamed in
 // finish(). A writer that is destroyed without finish() leaves nothing behind.
 //
-// The file has one resolution level, and tiles in order of arrival (line order "random Y"). The
-// writer needs memory for the current tile of each calling thread, plus eight bytes per tile and
-// part. It starts no threads; the calling thread compresses its tile outside the lock.
+// The file has one resolution level; its tiles are stored in order of arrival (line order "random
+// Y"). The writer needs memory for the current tile of each calling thread, plus eight bytes for
+// each tile of each part. It starts no threads; the calling thread compresses its tile outside the
+// lock.
 #pragma once
 
 #include <cstdint>

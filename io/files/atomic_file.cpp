@@ -25,8 +25,9 @@
 namespace emberline {
 namespace {
 
-// Names of the live temporary files, readable by a signal handler: fixed memory, no lock. The
-// atomic exchange gives a slot to one thread at a time, so a readable name is never torn.
+// A slot with the name of a live temporary file. A signal handler can read the slots, since they
+// are in fixed memory and need no lock. Atomic exchange gives a slot to one thread at a time, so a
+// readable name is always complete.
 struct UnfinishedFile {
   enum State : int { kFree, kTaken, kReadable };
   std::atomic<int> state{kFree};
@@ -36,8 +37,8 @@ constexpr size_t kUnfinishedSlots = 64;  // more files than a frame writes at on
 UnfinishedFile g_unfinished[kUnfinishedSlots];
 static_assert(std::atomic<int>::is_always_lock_free);
 
-// Returns the slot, or -1 if none is free or the name is too long. Only the slot's owner and the
-// signal handler read its name.
+// Returns the index of the slot, or -1 if none is free or the name is too long. Only the slot's
+// owner and the signal handler read the name.
 int register_unfinished(const std::string& name) noexcept {
   if (name.size() >= PATH_MAX) return -1;
   for (size_t i = 0; i < kUnfinishedSlots; ++i) {
@@ -72,14 +73,14 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder;
 }
 
-// g_creation_count counts the threads that have created a temporary file without a slot yet. Once
-// g_is_terminating is set, no file may be created.
+// g_creation_count counts the threads that are creating a temporary file, which has no slot yet.
+// Once g_is_terminating is set, no file may be created.
 std::atomic<int> g_creation_count{0};
 std::atomic<bool> g_is_terminating{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-// Guards the creation of a file until it has its slot, so that a signal handler cannot end the
-// process in between and leave the file behind. Signals are blocked on this thread because the
+// Guards the creation of a file until the file has its slot, so that a signal handler cannot end
+// the process in between and leave the file behind. Signals are blocked on this thread because the
 // handler waits for it.
 class CreationGuard {
  public:
@@ -135,8 +136,9 @@ bool names_open_file(const std::string& path, int descriptor) {
          named.st_dev == opened.st_dev && named.st_ino == opened.st_ino;
 }
 
-// Creates and locks a file beside `target`. The lock tells other runs that the file is in use. Two
-// renders into one folder differ in their process id; a number is added if the name is taken.
+// Creates and locks a file beside `target`. The lock tells other runs that the file is in use.
+// Renders into the same folder have different process ids in their names; a number is added if the
+// name is taken.
 Descriptor create_temporary(const std::string& target, mode_t mode, std::string* temporary) {
   const std::string stem = temporary_stem(target) + std::to_string(getpid());
   for (int attempt = 0; attempt < 1000; ++attempt) {
@@ -145,7 +147,7 @@ Descriptor create_temporary(const std::string& target, mode_t mode, std::string*
         ::open(temporary->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
     if (descriptor < 0 && errno == EEXIST) continue;
     if (descriptor < 0) return descriptor;
-    // Another run may have removed the file as stale before it was locked. If flock is not
+    // Another run may have removed the file as stale before this run locked it. If flock is not
     // supported, other runs cannot lock it either, so they do not remove it.
     const bool taken = ::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
     struct stat status = {};
@@ -156,8 +158,8 @@ Descriptor create_temporary(const std::string& target, mode_t mode, std::string*
   return Descriptor();
 }
 
-// Removes the file if no run uses it and a killed run of this user could have left it, so it must
-// be a regular file with a single link. Files that cannot be locked stay.
+// Removes the file if no run uses it and if a killed run could have left it, that is, if it is a
+// regular file of this user with a single link. Files that cannot be locked stay.
 void remove_if_stale(const std::string& path) {
   const Descriptor descriptor(::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   if (descriptor < 0) return;
@@ -201,7 +203,8 @@ int parse_descriptor_path(const std::filesystem::path& folder, const std::string
 }
 
 // Finds the descriptor behind a name such as /dev/stdout. Returns its number in this process, or a
-// constant above. Such a file is never replaced, since other writers would go on with the old one.
+// constant above. Such a file is never replaced, since other programs would continue to write to
+// the old one.
 int find_descriptor(const std::string& path) {
   std::error_code error;
   std::filesystem::path at = std::filesystem::absolute(path, error);
@@ -297,7 +300,7 @@ Descriptor AtomicFile::commit_locked(bool must_be_new) {
   // EINVAL means that the file system cannot flush; no data is lost.
   int error = ::fsync(descriptor_) != 0 && errno != EINVAL ? errno : 0;
   // Some network file systems report a full disk only on close. The duplicate descriptor keeps the
-  // lock until the file has its name.
+  // lock until the file has its final name.
   Descriptor locked(::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0));
   if (::close(descriptor_.release()) != 0 && error == 0) error = errno;
   bool linked = false;
@@ -391,7 +394,7 @@ void LockedFile::truncate(uint64_t size) {
 void LockedFile::append(std::string_view bytes) {
   if (const int error = descriptor_.write_at(bytes.data(), bytes.size(), size_)) {
     if (::ftruncate(descriptor_, off_t(size_)) != 0) {
-    }  // if this fails, the next append overwrites the remains
+    }  // if truncating fails, the next append overwrites the remains
     fail(path_, "writing failed", error);
   }
   size_ += bytes.size();

@@ -17,9 +17,9 @@ namespace emberline {
 // replaces the target in commit(). If it is destroyed without commit(), it leaves nothing behind
 // and the existing target is untouched.
 //
-// The temporary file is locked (flock) while it is in use. If one is not locked, a killed run left
-// it; the next AtomicFile that the same user opens for that target removes it. On a file system
-// without locks, such files stay.
+// The temporary file is locked (flock) while it is in use. A temporary file without a lock was left
+// by a killed run; it is removed when the same user next creates an AtomicFile for the same target.
+// On a file system without locks, such files stay.
 //
 // If the target is a symbolic link, the link stays and the file that it points to is replaced or
 // created. A replaced file keeps its permissions. Every error is a RenderError, one line that names
@@ -34,10 +34,11 @@ class AtomicFile {
   // Thread-safe for disjoint ranges. Throws (disk full, I/O error).
   void write_at(const void* bytes, size_t count, uint64_t offset);
 
-  // Like write_at(), but returns 0 or the errno, for callers that must not throw.
+  // Like write_at(), but returns 0 or an errno value, for callers that must not throw.
   int try_write_at(const void* bytes, size_t count, uint64_t offset) noexcept;
 
-  // Flushes the file, renames it and flushes the folder. If it throws, the temporary file is gone.
+  // Flushes the file, renames it and flushes the folder. If this throws, it has removed the
+  // temporary file.
   void commit();
   // Like commit(), but keeps the lock until the returned descriptor is closed. With `must_be_new`,
   // throws if the target exists.
@@ -65,7 +66,7 @@ bool is_pipe_or_device(const std::filesystem::path& path);
 std::filesystem::path follow_links(std::filesystem::path path);
 
 // Throws if AtomicFile's constructor would throw for this path, and leaves nothing behind. Callers
-// use it to fail before hours of rendering rather than after them.
+// use this to fail before hours of rendering rather than after them.
 void check_writable(const std::string& path);
 
 // Unlinks the temporary file of every live AtomicFile. Async-signal-safe, for a signal handler that
@@ -79,7 +80,8 @@ void write_file_atomically(const std::string& path, std::string_view bytes);
 // Marks a folder as in use (flock) until this object is destroyed or the process ends.
 class FolderLock {
  public:
-  // Call once. False if another run holds the lock; always true on a file system without locks.
+  // Call once. Returns false if another run holds the lock; always true on a file system without
+  // locks.
   bool try_lock(const std::string& folder);
 
  private:
@@ -97,18 +99,18 @@ class LockedFile {
 
   // Truncates the file to `size` bytes.
   void truncate(uint64_t size);
-  // Appends at the end. If it fails, the file is unchanged.
+  // Appends at the end. If this fails, the file is unchanged.
   void append(std::string_view bytes);
   void sync();  // flushes to the disk
-  // Replaces the file with the one that `write` fills, and locks the new file. Throws if another
-  // file now has this file's name.
+  // Replaces the file with one that `write` fills, and locks the new file. Throws if another file
+  // now has this file's name.
   void replace(const std::function<void(AtomicFile& file)>& write);
   // Whether the path still names this file, which may have been removed or replaced.
   bool owns_path() const noexcept;
-  // Unlinks the file if the path still names it.
+  // Unlinks the file if the path still names this file.
   void remove() noexcept;
-  // Renames the file within its folder and replaces any file of the new name. Throws if this file
-  // was itself removed or replaced.
+  // Renames the file within its folder; replaces any file that has the new name. Throws if this
+  // file was itself removed or replaced.
   void rename_to(const std::string& path);
 
   const std::string& path() const { return path_; }
@@ -126,16 +128,18 @@ class LockedFile {
 // says where the file was and what it was for.
 class ScratchFile {
  public:
-  // Creates the file in the folder of `path`. The results go there, so it should have room.
+  // Creates the file in the folder of `path`, an output. This folder should have room, since it
+  // must hold the results.
   static ScratchFile beside(const std::string& path);
   // Creates the file in $TMPDIR, or else in /tmp. Messages begin with "cannot `purpose`".
   static ScratchFile temporary(const std::string& purpose);
 
-  // Both are thread-safe, but concurrent writes must not overlap. Unwritten ranges read as zeros.
+  // Reading and writing are thread-safe, but concurrent writes must not overlap. Unwritten ranges
+  // read as zeros.
   void write_at(const void* bytes, size_t count, uint64_t offset);
   void read_at(void* bytes, size_t count, uint64_t offset) const;
-  // Maps `count` bytes for reading, from `offset`, which must be a multiple of the page size. The
-  // map lives until the last copy of the pointer is gone and may outlive the file.
+  // Maps `count` bytes from `offset` (a multiple of the page size) for reading. The map lives until
+  // the last copy of the pointer is gone and may outlive the file.
   std::shared_ptr<const std::byte> map(uint64_t offset, uint64_t count) const;
 
  private:
@@ -147,8 +151,8 @@ class ScratchFile {
 };
 
 // A file that other programs read while it grows: it starts empty, and appended bytes are visible
-// at once. If the path is a pipe, its reader must be there and keep up; this class does not wait
-// for it. Every error is a RenderError, one line that names the file.
+// at once. If the path is a pipe, a program must already be reading from it and must keep up, since
+// this class does not wait. Every error is a RenderError, one line that names the file.
 class GrowingFile {
  public:
   explicit GrowingFile(const std::string& path);

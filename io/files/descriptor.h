@@ -24,9 +24,9 @@ class Descriptor {
   operator int() const { return number_; }
   int release() { return std::exchange(number_, -1); }
 
-  // Reads up to `count` bytes. Returns how many, or -1 on error, with errno set. Thread-safe.
+  // Reads up to `count` bytes. Returns their number, or -1 on error, with errno set. Thread-safe.
   int64_t read_at(void* bytes, uint64_t count, uint64_t offset) const noexcept;
-  // Writes all bytes and returns 0 or the errno. Thread-safe for disjoint ranges.
+  // Writes all bytes. Returns 0 or an errno value. Thread-safe for disjoint ranges.
   int write_at(const void* bytes, size_t count, uint64_t offset) const noexcept;
 
  private:

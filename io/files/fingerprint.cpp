@@ -27,7 +27,7 @@ uint64_t hash_words(uint64_t hash, const void* bytes, size_t size) {
   return hash;
 }
 
-// Returns the fingerprint() of the file's contents, but reads them in parts.
+// Returns the fingerprint() of the file's contents, which are read in parts.
 uint64_t hash_file(const InputFile& file, uint64_t seed, const LoadProgress& progress) {
   constexpr uint64_t kPartBytes = uint64_t(1) << 20;  // a multiple of the word size
   std::vector<uint8_t> part(std::min(kPartBytes, file.size()));

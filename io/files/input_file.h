@@ -27,14 +27,17 @@ class InputFile {
 
   uint64_t size() const { return state_.size; }  // in bytes, at the time of opening
   const std::string& place() const { return place_; }
-  // The file's identity and state at the time of opening; `name` is what the caller asked for.
+  // The file's identity and its state at the time of opening. `name` is the name that the caller
+  // asked for.
   NamedFile named_file(const std::string& name) const { return {name, identity_, name_, state_}; }
 
   // Reads `count` bytes from `offset`; the range must lie inside the file. Throws InputError, also
-  // if the file has shrunk since. Once cancelled, throws Cancelled after at most 8 MiB.
+  // if the file has shrunk since it was opened. Once cancelled, throws Cancelled after at most 8
+  // MiB.
   void read(uint64_t offset, uint64_t count, void* bytes,
             const LoadProgress& progress = LoadProgress::none()) const;
-  // Reads up to `count` bytes. Returns how many, or -1 on an I/O error. May start past the end.
+  // Reads up to `count` bytes and returns their number, or -1 on an I/O error. `offset` may be past
+  // the end.
   int64_t try_read(uint64_t offset, uint64_t count, void* bytes) const noexcept;
   // Reads the whole file.
   std::vector<uint8_t> read_all(const LoadProgress& progress = LoadProgress::none()) const;

@@ -1,8 +1,8 @@
 // An output folder with a marker file that lists the files that the command wrote there.
 //
-// Files that the marker does not list are neither overwritten nor removed. The folder may come from
-// someone else, so a listed name counts only if it is a regular file in the folder or in one of the
-// command's subfolders.
+// Files that the marker does not list are neither overwritten nor removed. Since the folder may
+// come from someone else, a listed name is used only if it is that of a regular file in the folder
+// or in one of the command's subfolders.
 #pragma once
 
 #include <set>

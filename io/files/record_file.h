@@ -7,8 +7,8 @@
 //                  the bytes, packed by zstd
 // clang-format on
 //
-// Numbers are little-endian; checksums are computed by io/files/fingerprint.h. A record is appended
-// in one piece, so a crash leaves at most one incomplete record, the last one.
+// Numbers are little-endian; checksums are computed with io/files/fingerprint.h. A record is
+// appended in one piece, so a crash leaves at most one incomplete record, the last one.
 #pragma once
 
 #include <cstddef>
@@ -48,7 +48,7 @@ class RecordFile {
   // The intact records before the first damaged or incomplete one.
   std::span<const RecordEntry> records() const { return records_; }
   uint64_t end() const { return end_; }                  // the end of the last intact record
-  bool has_more() const { return end_ < file_.size(); }  // whether bytes follow it
+  bool has_more() const { return end_ < file_.size(); }  // whether more bytes follow
   // Throws InputError if the record is damaged or unpacks to more than `most` bytes.
   std::vector<std::byte> read(const RecordEntry& record, uint64_t most) const;
   // Verifies the checksum of the packed bytes without unpacking them.

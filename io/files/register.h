@@ -15,7 +15,7 @@
 namespace emberline {
 
 // Existing files are compared by device and inode, so links and ".." make no difference. New files
-// are compared by folder and name, ignoring case, since some file systems do. Pipes and devices
+// are compared by folder and name. Case is ignored, as some file systems do. Pipes and devices
 // (/dev/stdout) are not replaced and not registered.
 //
 // Inputs and outputs may be registered in any order. The second of a conflicting pair throws
@@ -30,7 +30,8 @@ class FileRegister {
   void read(const std::vector<NamedFile>& files, const std::string& what);
   // `option` is the option that names the output, such as "-o".
   void write(const std::string& option, const std::filesystem::path& path);
-  // Reserves all files in `folder` whose names satisfy `names`. Allowed only once per folder.
+  // Reserves all files in `folder` for whose names `names` returns true. Allowed only once per
+  // folder.
   void write_in(const std::string& option, const std::filesystem::path& folder,
                 std::function<bool(const std::string& name)> names);
   // Reserves every file in `folder` and in the folders below it.
@@ -52,14 +53,15 @@ class FileRegister {
   struct Output {
     std::string option, given_path;
     ResolvedPath place;
-    std::function<bool(const std::string& name)> names;  // names of files in a folder
+    std::function<bool(const std::string& name)> names;  // which files of the folder
 
     bool names_file(const ResolvedPath& other) const {
       return names(other.path.filename().string());
     }
     bool is_ancestor_of(const ResolvedPath& other) const;
   };
-  // Cached lookup of a folder's name: an animation writes thousands of files into one folder.
+  // The cached result of resolving a folder's name, since an animation writes thousands of files
+  // into one folder.
   struct Folder {
     std::filesystem::path path;
     std::optional<FileIdentity> identity;

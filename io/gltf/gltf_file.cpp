@@ -29,14 +29,14 @@ void report_faults(const GltfDocument& document, CoverageReport& coverage) {
   }
 }
 
-// Converts internal exceptions to the InputError that the user sees.
+// Converts internal exceptions to an InputError, which the user sees.
 template <class Read>
 auto convert_exceptions(const std::string& path, const Read& read) try {
   return read();
 } catch (const std::bad_alloc&) {
   throw InputError(path, "not enough memory to load the file");
 } catch (const nlohmann::json::exception& error) {
-  // check_schema() should have prevented this. If it did not, the fault is still the file's.
+  // check_schema() should have found this fault. Even if it did not, the fault is the file's.
   throw InputError(path, std::string("unexpected structure: ") + error.what());
 }
 
@@ -84,7 +84,7 @@ struct GltfFile::State {
   std::optional<std::pair<std::string, bool>> selection;
   GltfAnimation animation;
   nlohmann::json original_members =
-      nlohmann::json::object();  // as in the file; only those that pointers write to
+      nlohmann::json::object();  // as in the file; only those that animation pointers overwrite
   MemoryReservation original_members_memory;
   GltfCache cache;
 };
@@ -96,7 +96,7 @@ GltfFile::State::State(const std::string& path, const GltfOptions& loading, Load
   faults = document.faults->count();
 }
 
-// If the choice changes, discards what was read for the previous one.
+// If the choice of animations changes, discards what was read for the previous choice.
 void GltfFile::State::select_animation(const GltfOptions& pose_options) {
   const std::pair wanted(pose_options.animation, pose_options.time.has_value());
   if (selection != wanted) {

@@ -37,21 +37,21 @@ struct GltfOptions {
     double open = 0.0, close = 0.0;
   };
   std::optional<Shutter> shutter = {};
-  // For motion vectors, if there is no shutter: also loads the positions this many seconds after
+  // For motion vectors: if there is no shutter, also loads the positions this many seconds after
   // `time` (NextFrameInstance).
   std::optional<double> next_frame = {};
 };
 
-// Reads `path`. Throws InputError (file, JSON pointer, what to do) if something that the image
-// needs is unusable: missing file, not a glTF, truncated, out-of-range indices, cyclic nodes, an
-// unsupported extension in extensionsRequired, or only points, lines and broken geometry. Faults in
-// unneeded parts are warnings; a faulty camera stores its error (CameraDescription::fault). If the
-// scene shows nothing at this time, it has no instances, and a warning says so. Throws UsageError,
-// which lists the file's animations, for an unknown animation, and Cancelled before any other error
-// once `progress` is cancelled.
+// Reads `path`. Throws InputError (with the file, the JSON pointer and what to do) if something
+// that the image needs is unusable: a file that is missing, truncated or not a glTF, out-of-range
+// indices, cyclic nodes, an unsupported extension in extensionsRequired, or only points, lines and
+// broken geometry. Faults in unneeded parts are warnings; a faulty camera stores its error
+// (CameraDescription::fault). If the scene shows nothing at this time, it has no instances, and a
+// warning says so. Throws UsageError, which lists the file's animations, for an unknown animation,
+// and Cancelled before any other error once `progress` is cancelled.
 //
 // Allocates no more than the file's size justifies, whatever counts it states. The result lists
-// repairs and ignored features, and each is warned about once. Decodes images in parallel (TBB).
+// repairs and ignored features; each causes one warning. Decodes images in parallel (TBB).
 // Thread-safe, but must not be called from a log hook.
 SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
                            LoadProgress& progress = LoadProgress::none());
@@ -68,17 +68,17 @@ class GltfFile {
   GltfFile(const GltfFile&) = delete;
   GltfFile& operator=(const GltfFile&) = delete;
 
-  // Like load_gltf(), at the animation, time and shutter of `pose_options`. In addition, meshes
+  // Like load_gltf(), with the animation, time and shutter of `pose_options`. In addition, meshes
   // that never deform have keys. If the caller still holds a mesh and lists its key in `held`
   // (ascending), the mesh comes without arrays. Keys are valid for one animation. Throws as
   // load_gltf() does; later poses still work.
   SceneDescription pose(const GltfOptions& pose_options, std::span<const uint64_t> held = {},
                         LoadProgress& progress = LoadProgress::none());
 
-  // Reserved bytes, which the caller must return to the budget.
+  // Numbers of reserved bytes, which the caller must return to the budget.
   uint64_t image_bytes() const;       // all images so far
   uint64_t static_bytes() const;      // meshes with keys in the latest pose
-  uint64_t new_static_bytes() const;  // those of them that were not held
+  uint64_t new_static_bytes() const;  // the part of static_bytes() that was not held
 
  private:
   struct State;

@@ -27,7 +27,7 @@ std::vector<fs::path> scene_files(const std::string& path, const std::string& re
         const fs::path file = (scene.parent_path() / name).lexically_normal();
         if (std::ranges::find(files, file) == files.end()) files.push_back(file);
       } catch (const InputError&) {
-        progress.check();  // loading the scene reports the error
+        progress.check();  // loading the scene will report the error
       }
     }
   }

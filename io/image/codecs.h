@@ -13,9 +13,9 @@
 
 namespace emberline {
 
-// Like ImageLibrary::open, but reads all channels and all rows, in order. Palettes, depths below 8
-// bits and a transparent colour (`tRNS`) are expanded; CMYK is converted to RGB. Returns null on
-// failure and sets `error`. `bytes` must outlive the decoder.
+// Like ImageLibrary::open, but each read must ask for all channels, and rows must be read in order.
+// Palettes, depths below 8 bits and a transparent colour (`tRNS`) are expanded; CMYK is converted
+// to RGB. Returns null on failure and sets `error`. `bytes` must outlive the decoder.
 std::unique_ptr<ImageDecoder> open_png(std::span<const uint8_t> bytes, std::string& error);
 std::unique_ptr<ImageDecoder> open_jpeg(std::span<const uint8_t> bytes, std::string& error);
 
@@ -26,8 +26,8 @@ std::unique_ptr<ImageDecoder> open_jpeg(std::span<const uint8_t> bytes, std::str
 // must outlive the decoder.
 std::unique_ptr<ImageDecoder> open_hdr(const ByteSource& source, const ImageHeader& header);
 
-// These encode a picture as the bytes of a file and return an empty string or the error. JPEG drops
-// alpha and uses quality 95 without chroma subsampling.
+// These encode a picture as a complete file in memory and return an empty string or the error. JPEG
+// drops alpha and uses quality 95 without chroma subsampling.
 std::string encode_png(const ByteImage& picture, std::vector<unsigned char>& encoded);
 std::string encode_jpeg(const ByteImage& picture, std::vector<unsigned char>& encoded);
 

@@ -20,9 +20,9 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-// Number of names listed in a message. An EXR may have thousands.
+// Number of names that a message lists. An EXR may have thousands of channels.
 constexpr size_t kMaxListed = 12;
-constexpr size_t kMaxListedLayers = 40;  // if the user has to choose one
+constexpr size_t kMaxListedLayers = 40;  // in a message that asks the user to choose one
 
 constexpr const char kUnreadPart[] =
     "{}: this part differs from the first in size or repeats channel names; save it as a "
@@ -136,7 +136,8 @@ bool is_luminance_chroma(const Names& channels) {
   });
 }
 
-// Finds Y, or R if it is the only channel. Returns -1 if X shows that Y is a coordinate.
+// Returns the index of Y, or of R if that is the only channel. Returns -1 if there is neither, or
+// if a channel X shows that Y is a coordinate.
 int find_grey(const Names& channels) {
   int y = -1;
   for (size_t c = 0; c < channels.size(); ++c) {
@@ -161,7 +162,7 @@ Names all_names(const std::vector<ImagePart>& parts) {
   return names;
 }
 
-// The names of the channels that form a layer. The first `required` of them must be present.
+// A kind of layer, with the names of its channels. The first `required` channels must be present.
 struct LayerKind {
   std::string_view letters;
   std::array<std::string_view, 4> names;
@@ -199,7 +200,7 @@ void append_layers(const std::string& prefix, const Names& names, std::vector<in
     break;
   }
   for (const int c : channels) {
-    // "depth.Z" becomes "depth" if the layer has no other channel.
+    // "depth.Z" is called "depth" if the layer has no other channel.
     const bool is_layer = is_single && !layer.empty() && leaf(c).size() == 1;
     layers.push_back({is_layer ? layer : names[size_t(c)], {c}});
   }

@@ -24,10 +24,10 @@ struct ColourChannels {
   int end() const { return first + count + (has_alpha ? 1 : 0); }
 };
 
-// Chooses R, G and B without a layer; otherwise the only layer that has them; otherwise Y. Throws
-// InputError, which lists the channels, if there is none or more than one candidate, or for
-// luminance-chroma images. `parts` may be empty. `remedy` tells the user what to do if there are
-// several.
+// Chooses R, G and B outside any layer; if there are none, the only layer that has R, G and B; if
+// there is none, Y. Throws InputError, which lists the channels, if there is no candidate or more
+// than one, or for luminance-chroma images. `parts` may be empty. `remedy` tells the user what to
+// do if there are several candidates.
 ColourChannels find_colour(const std::vector<std::string>& channels,
                            const std::vector<ImagePart>& parts, const std::string& place,
                            std::string_view remedy = "save one of them as a separate file");
@@ -35,15 +35,15 @@ ColourChannels find_colour(const std::vector<std::string>& channels,
 // Channels that belong together.
 struct ImageLayer {
   std::string name;           // "albedo"; "RGBA" for channels without a layer
-  std::vector<int> channels;  // indices of R, G, B; or X, Y and maybe Z; or U, V; or one number
+  std::vector<int> channels;  // indices of R, G, B; of X, Y and maybe Z; of U, V; or of one channel
   int alpha = -1;             // index; -1: none
   bool has_colour = false;    // whether `channels` are R, G and B
 
   bool is_number() const { return channels.size() == 1; }
 };
 
-// Returns all layers that can be read, in the file's order. Channels that are neither colours nor
-// coordinates are layers by themselves: "samples", "denoised.error".
+// Returns all layers that can be read, in the file's order. Each channel that is neither a colour
+// nor a coordinate is a layer by itself: "samples", "denoised.error".
 std::vector<ImageLayer> image_layers(const std::vector<std::string>& channels,
                                      const std::vector<ImagePart>& parts);
 

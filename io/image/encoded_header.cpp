@@ -10,7 +10,8 @@ namespace emberline {
 namespace {
 
 constexpr size_t kMaxExrHeaderBytes = size_t(16) << 20, kMaxHdrHeaderBytes = size_t(64) << 10;
-// Attributes are looked up linearly; the largest real headers have a few hundred.
+// Our limit, since decoders search attributes linearly. The largest real headers have a few
+// hundred.
 constexpr int kMaxExrAttributes = 4000;
 constexpr int64_t kMaxTileSide = 4096;
 
@@ -169,7 +170,8 @@ void check_tile(const ImageHeader& header, int64_t width, int64_t height,
 }
 
 // OpenEXR File Layout: magic number, version and flags, then attributes (name, type, size, value)
-// up to an empty name. A multi-part file has one header per part, up to an empty one.
+// up to an empty name. A multi-part file has one header per part and ends the list with an empty
+// one.
 ImageHeader read_exr_header(const ByteSource& source, const std::string& place) {
   constexpr uint32_t kDeep = 0x800, kMultiPart = 0x1000;
   HeaderReader reader(source, kMaxExrHeaderBytes, "EXR", place);
@@ -206,8 +208,8 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
       reader.seek(next);
     }
     if (attributes == 0 && (flags & kMultiPart)) break;
-    // Each tile, or block of at most 256 rows, takes eight bytes in the offset table and at least
-    // eight elsewhere.
+    // Each tile (or, in an image without tiles, each block of at most 256 rows) takes eight bytes
+    // in the offset table and at least eight elsewhere.
     const int64_t across = tile_width > 0 ? (width + tile_width - 1) / tile_width : 1;
     const int64_t down = (height + (tile_height > 0 ? tile_height : 256) - 1) /
                          (tile_height > 0 ? tile_height : 256);
@@ -217,7 +219,8 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
       part.height = height;
       check_pixels_fit(part, 16.0 * double(across) * double(down), source.size, place);
       check_tile(part, tile_width, tile_height, place);
-      // Counts the decoded and the encoded pixels. Decoders read all channels, wanted or not.
+      // The factor 2 counts both decoded and encoded pixels. Decoders read all channels, even
+      // unwanted ones.
       const uint64_t pixels = tile_width > 0 ? uint64_t(tile_width) * uint64_t(tile_height)
                                              : uint64_t(width) * rows_per_block(compression);
       part.tile_bytes = 2 * pixels * uint64_t(channels) * sizeof(float);
@@ -251,7 +254,8 @@ ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) 
   const bool mirrored = second->sign == '-', upwards = first->sign == '+';
   header.orientation = columns ? 5 : upwards ? (mirrored ? 3 : 4) : (mirrored ? 2 : 1);
   header.pixel_offset = reader.offset();
-  // A row is plain, or has four bytes and then, for each of four channels, runs of at most 127.
+  // A row has four bytes per pixel, or it has four bytes and then, for each of the four channels,
+  // runs of at most 127 pixels.
   const int64_t row = std::min(4 * header.width, 4 + 8 * ((header.width + 126) / 127));
   check_pixels_fit(header, double(row) * double(header.height), source.size, place);
   return header;

@@ -12,7 +12,8 @@ namespace {
 
 using Bytes = std::span<const uint8_t>;
 
-// DEFLATE's best ratio: 258 bytes from two bits (RFC 1951; zlib's technical notes).
+// DEFLATE's best compression ratio: two bits can encode 258 bytes (RFC 1951; zlib's technical
+// notes).
 constexpr int kDeflateRatio = 1032;
 // Every scan of a progressive JPEG visits all pixels. Encoders write about ten scans.
 constexpr int kMaxScans = 500, kUncheckedScans = 20;
@@ -29,7 +30,8 @@ void append(std::vector<uint8_t>& out, Bytes bytes) {
   std::memcpy(out.data() + end, bytes.data(), bytes.size());
 }
 
-// Keeps chunks that affect samples. A chunk is length, type, data, CRC (PNG specification, 5.3).
+// Keeps only chunks that affect the samples. A chunk has a length, a type, data and a CRC (PNG
+// specification, 5.3).
 CleanImage clean_png(Bytes bytes, const std::string& place) {
   constexpr std::array<std::string_view, 5> kKeptChunks = {"IHDR", "PLTE", "tRNS", "IDAT", "IEND"};
   constexpr std::array<int, 7> kSamples = {1, 0, 3, 1, 2, 0, 4};  // by colour type
@@ -51,8 +53,8 @@ CleanImage clean_png(Bytes bytes, const std::string& place) {
       clean.header.width = big_endian(chunk, 8, 4);
       clean.header.height = big_endian(chunk, 12, 4);
       row_bits = clean.header.width * depth * (colour < 7 ? kSamples[size_t(colour)] : 4);
-      // Interlaced images are decoded whole before they are copied to the result: at most 4 x 16
-      // bits per pixel.
+      // Interlaced images are decoded whole before they are copied to the result, which takes up to
+      // 4 x 16 bits per pixel.
       clean.header.decoder_bytes_per_pixel = interlaced ? 8 : 0;
     }
     if (is("IDAT")) compressed += int64_t(length);
@@ -65,7 +67,8 @@ CleanImage clean_png(Bytes bytes, const std::string& place) {
   throw_truncated("PNG", place);
 }
 
-// Returns the end of entropy-coded data: the next marker except restarts (ITU-T T.81, B.1.1.2).
+// Returns the end of entropy-coded data: the next marker that is not a restart (ITU-T T.81,
+// B.1.1.2).
 size_t end_of_scan(Bytes bytes, size_t offset) {
   while (offset + 1 < bytes.size()) {
     const void* found = std::memchr(&bytes[offset], 0xff, bytes.size() - 1 - offset);
@@ -78,20 +81,21 @@ size_t end_of_scan(Bytes bytes, size_t offset) {
   return bytes.size();
 }
 
-// Whether a frame begins: baseline, extended or progressive, Huffman or arithmetic (C0 to CF,
-// except the markers of tables and extensions).
+// Whether the marker begins a frame, be it baseline, extended or progressive, Huffman or
+// arithmetic: C0 to CF, except the markers of tables and extensions.
 bool is_frame_marker(uint8_t marker) {
   return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
 }
 
-// Reads a frame header: its size, its components, and the minimum number of bits in its blocks.
+// Reads a frame header: the frame's size, its number of components, and the minimum number of bits
+// that its blocks take.
 void read_frame_header(Bytes segment, ImageHeader* header, size_t* components_out,
                        int64_t* min_bits) {
   if (segment.size() < 10) return;
   const size_t components = *components_out = segment[9];
   header->height = big_endian(segment, 5, 2);
   header->width = big_endian(segment, 7, 2);
-  int64_t across = 8, down = 8;  // pixels of a minimum coded unit, which takes at least one bit
+  int64_t across = 8, down = 8;  // pixels of a minimum coded unit, which takes one or more bits
   for (size_t c = 0; c < components && 12 + 3 * c <= segment.size(); ++c) {
     across = std::max<int64_t>(across, 8 * (segment[11 + 3 * c] >> 4));
     down = std::max<int64_t>(down, 8 * (segment[11 + 3 * c] & 15));
@@ -114,7 +118,7 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
   clean.truncated = true;
   while (offset + 4 <= bytes.size() || (offset + 2 <= bytes.size() && bytes[offset + 1] == 0xd9)) {
     if (bytes[offset] != 0xff) {
-      ++offset;  // decoders skip bytes between segments
+      ++offset;  // decoders skip stray bytes between segments
       continue;
     }
     const uint8_t marker = bytes[offset + 1];
@@ -135,14 +139,14 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
     const bool kept =
         application ? (marker == 0xe0 && starts_with(segment, std::string_view("JFIF\0", 5), 4)) ||
                           (marker == 0xee && starts_with(segment, "Adobe", 4))
-                    : marker < 0xf0;  // from 0xf0: JPG extensions, comments
+                    : marker < 0xf0;  // from 0xf0 on: JPG extensions, comments
     if (!kept) continue;
     if (is_frame_marker(marker) && clean.header.width == 0) {
       read_frame_header(segment, &clean.header, &components, &min_bits);
     }
     append(clean.bytes, segment);
     if (marker != 0xda) continue;
-    // Decoders keep all coefficients for non-interleaved scans, too.
+    // Decoders also keep all coefficients if scans are not interleaved.
     if (segment.size() > 4 && segment[4] < components) {
       clean.header.decoder_bytes_per_pixel = 2 * int(components);
     }
@@ -161,14 +165,16 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
   return clean;
 }
 
-// RIFF chunks (RFC 9649, 2.3). A still image is VP8 or VP8L, after VP8X and ALPH if it has alpha.
+// RIFF chunks (RFC 9649, 2.3). A still image is a VP8 or VP8L chunk; with alpha, VP8X and ALPH come
+// before it.
 CleanImage clean_webp(Bytes bytes, const std::string& place) {
   constexpr std::array<std::string_view, 4> kKeptChunks = {"VP8X", "ALPH", "VP8 ", "VP8L"};
   constexpr uint8_t kAlphaFlag = 0x10, kAnimationFlag = 0x02;
   CleanImage clean;
   clean.bytes.reserve(bytes.size());
   append(clean.bytes, bytes.first(12));
-  // In addition to the result, the reader keeps the decoded picture and, for VP8L, a second copy.
+  // In addition to the result, the reader keeps the decoded picture and, for VP8L, another copy of
+  // it.
   clean.header.decoder_bytes_per_pixel = 8;
   const uint64_t stated_size = uint64_t(little_endian(bytes, 4, 4)) + 8;
   if (stated_size > bytes.size()) throw_truncated("WebP", place);
@@ -276,7 +282,7 @@ void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
   }
   check_pixels_plausible(header, bytes.size(), place);
   check_tile(header, tile_width, tile_height, place);
-  // End the list of directories here, since other pages are not read.
+  // Ends the list of directories after the first one, since other pages are not read.
   const size_t end = directory + 2 + kept * kEntry;
   std::memset(&bytes[end], 0, std::min<size_t>(4, bytes.size() - end));
   bytes[directory] = uint8_t(is_big_endian ? kept >> 8 : kept);

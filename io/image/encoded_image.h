@@ -1,8 +1,8 @@
 // Inspects encoded images before they are decoded: format, size, and a reduced stream for the
-// decoder. Decoders are large and the input is untrusted, so they get only what the pixels need: no
-// colour profiles (glTF 2.0 section 3.8.3 says to ignore them), EXIF, XMP, IPTC, comments or
-// thumbnails, nothing after the image, and no size that is too large for the number of bytes. All
-// functions throw InputError at `place`.
+// decoder. Decoders are large programs and the input is untrusted, so decoders get only what the
+// pixels need: no colour profiles (glTF 2.0 section 3.8.3 says to ignore them), EXIF, XMP, IPTC,
+// comments or thumbnails, nothing after the image, and no size that is too large for the number of
+// bytes. All functions throw InputError at `place`.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +37,7 @@ struct ImageHeader {
 struct CleanImage {
   ImageHeader header;
   std::vector<uint8_t> bytes;
-  bool truncated = false;  // for a JPEG without an end; other truncated formats are refused
+  bool truncated = false;  // whether a JPEG has no end; other truncated files are rejected
 };
 CleanImage clean_image(ImageFormat format, std::span<const uint8_t> bytes,
                        const std::string& place);
@@ -46,24 +46,25 @@ CleanImage clean_image(ImageFormat format, std::span<const uint8_t> bytes,
 void clean_tiff(std::span<uint8_t> bytes, const std::string& place);
 
 // EXR and HDR are decoded from the original bytes: their headers contain nothing that harms the
-// decoders, and these functions check their sizes. Deep EXR files are refused.
+// decoders, and these functions check their sizes. Deep EXR files are rejected.
 ImageHeader read_exr_header(const ByteSource& source, const std::string& place);
 ImageHeader read_hdr_header(const ByteSource& source, const std::string& place);
 
 // Shared checks, for these readers and io/image/ktx2 only.
 [[noreturn]] void throw_truncated(const char* format, const std::string& place);
 
-// Throws if the pixels need more than `bytes` bytes (at least `needed`). It costs a file nothing to
-// state a large size.
+// Throws if the encoded pixels need at least `needed` bytes but the file has only `bytes`. This
+// guards against headers that state a large size for little data.
 void check_pixels_fit(const ImageHeader& header, double needed, uint64_t bytes,
                       const std::string& place);
 
 // Like check_pixels_fit(), for formats without a maximum compression ratio (lossless WebP, TIFF,
-// KTX 2), in which an image of one colour is tiny at any size. Accepts up to 8192 x 8192 pixels at
-// any ratio; larger images need a plausible ratio.
+// KTX 2), in which an image of a single colour takes few bytes whatever its size. Accepts up to
+// 8192 x 8192 pixels at any ratio; larger images need a plausible ratio.
 void check_pixels_plausible(const ImageHeader& header, uint64_t bytes, const std::string& place);
 
-// Throws for tiles larger than both 4096 and the image, since a tile is always decoded whole.
+// Throws for tiles that are wider (or higher) than both 4096 pixels and the image, since a tile is
+// always decoded whole.
 void check_tile(const ImageHeader& header, int64_t width, int64_t height, const std::string& place);
 
 }  // namespace emberline

@@ -11,11 +11,12 @@
 namespace emberline {
 namespace {
 
-// Number of bytes that are searched before the pixels. Our writers use less.
+// Limit on the bytes before the pixels that are searched. Our writers use fewer.
 constexpr size_t kMaxHeaderBytes = size_t(1) << 20;
 
-// Calls `use` with the name and type of each attribute of the first header, the size of its value
-// and the cursor at it, until `use` returns false. Starts after the magic number.
+// Calls `use` for each attribute of the first header, with its name, its type and the size of its
+// value, until `use` returns false. During the call, the cursor is at the value. Starts after the
+// magic number.
 template <typename Use>
 void for_exr_attributes(ByteCursor& header, const Use& use) {
   header.skip(4);  // version
@@ -115,7 +116,7 @@ ExrPartList read_exr_parts(ByteCursor& cursor) {
   return parts;
 }
 
-// After a power loss a file can have the right length but end in zeros. Compressed pixels (zip,
+// After a power loss, a file can have the right length but end with zeros. Compressed pixels (zip,
 // piz, pxr24, dwa) end with a checksum or codes, never with this many zeros.
 constexpr uint64_t kMaxEndZeros = 8;
 
@@ -150,7 +151,7 @@ bool is_complete_exr(const ByteSource& file) {
   cursor.seek(last);
   const uint64_t part = parts.is_multipart ? cursor.little_endian(4) : 0;
   if (part >= parts.list.size()) return false;
-  cursor.skip(parts.list[part].tiled ? 16 : 4);  // its coordinates
+  cursor.skip(parts.list[part].tiled ? 16 : 4);  // the chunk's coordinates
   const uint64_t size = cursor.little_endian(4);
   cursor.skip(size);
   if (size == 0 || cursor.offset() != file.size) return false;

@@ -54,7 +54,8 @@ class HdrDecoder final : public ImageDecoder {
     return nullptr;
   }
 
-  // Reads one byte of each pixel; they are stored as runs of equal bytes and as literal bytes.
+  // Reads one byte of each pixel. These bytes are stored as runs of identical bytes and as literal
+  // bytes.
   const char* read_channel(size_t channel) {
     uint8_t values[128];
     for (size_t at = channel; at < row_.size();) {

@@ -22,7 +22,7 @@ namespace {
 
 // Our limit on the sizes that images state. The largest panoramas in use are 32k wide.
 constexpr int64_t kMaxSide = 65536;
-// Limit on the data window's position, which keeps sums far from overflow.
+// Limit on the data window's position. It keeps sums far from overflow.
 constexpr int64_t kMaxWindowOffset = int64_t(1) << 24;
 
 constexpr const char* kDecodeError = "cannot decode the image: ";
@@ -144,9 +144,9 @@ class OpenImage {
     if (!error.empty()) throw InputError(place_, kDecodeError + error);
   }
 
-  // Reads `channels` channels from `first` of the data window, interleaved, rows from the top.
-  // Memory grows with the rows: clearing gigabytes takes seconds, and the load must stay
-  // cancellable.
+  // Reads `channels` channels of the data window, starting with channel `first`; interleaved, rows
+  // from the top. `values` grows as rows are read, because clearing gigabytes at once would take
+  // seconds in which the load could not be cancelled.
   template <typename Value>
   void read(int first, int channels, SampleType type, std::vector<Value>& values) {
     constexpr size_t kPartBytes = size_t(4) << 20;  // cancellation is checked between parts
@@ -238,7 +238,8 @@ class OpenImage {
     if (layout_.chromaticities) layout_.view.space = working_space_of(*layout_.chromaticities);
     const ImageLayout& s = layout_;
     check_size(s.width, s.height, place_);
-    // The decoder must have found the checked size; it may parse an ambiguous header differently.
+    // The decoder must have found the size that was checked, since it may parse an ambiguous header
+    // differently.
     if (format != ImageFormat::kTiff && (s.width != header_.width || s.height != header_.height)) {
       throw InputError(place_, std::string(kDecodeError) + "its header is ambiguous");
     }
@@ -248,7 +249,7 @@ class OpenImage {
     }
     if (format == ImageFormat::kTiff) {
       header_.orientation = s.orientation;
-      // Strips and tiles may be as large as the image.
+      // A strip or tile, which the decoder keeps, may be as large as the image.
       const uint64_t tile =
           uint64_t(s.tile_width) * uint64_t(s.tile_height) * uint64_t(s.channels()) * sizeof(float);
       decoder_memory_.add(std::max(s.bytes, tile), place_);
@@ -280,13 +281,14 @@ class OpenImage {
   MemoryReservation decoder_memory_{progress_.budget(), MemoryPart::kTextures};
   ImageHeader header_;
   bool truncated_ = false;
-  std::vector<uint8_t> bytes_;  // the decoder's input, unless it reads the original bytes
+  std::vector<uint8_t> bytes_;  // the decoder's input, unless the decoder reads the original bytes
   ByteSource source_;
-  std::unique_ptr<ImageDecoder> decoder_;  // after its input: it must be destroyed first
+  std::unique_ptr<ImageDecoder> decoder_;  // after its input, so that it is destroyed first
   ImageLayout layout_;
 };
 
-// Decodes channels of an image that must fill its frame; crops the pixels outside the frame.
+// Decodes channels of an image whose pixels must cover its frame, and crops pixels outside the
+// frame.
 void read_frame(OpenImage& input, int first, Image& image) {
   const ImageLayout& layout = input.layout();
   const SampleType type = kSampleTypes[size_t(image.type)];
@@ -329,7 +331,8 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
                                     : find_colour(layout.channel_names, layout.parts, place);
   image->channels = colour.end() - colour.first;
   read_frame(input, colour.first, *image);
-  // The WebP reader (OpenImageIO 2.4) premultiplies despite the hint, and EXR files by convention.
+  // The WebP reader (OpenImageIO 2.4) premultiplies despite the hint, and EXR files are
+  // premultiplied by convention.
   const bool has_alpha =
       colour.has_alpha || (layout.alpha_channel == image->channels - 1 && image->channels % 2 == 0);
   if (has_alpha && layout.premultiplied) unpremultiply(*image);
@@ -404,7 +407,8 @@ FloatImage image_description(OpenImage& input) {
   return image;
 }
 
-// Restores counters and converts other integer channels, except alpha, to linear.
+// Restores the values of UINT channels, and converts other integer channels, except alpha, to
+// linear.
 void convert_stored(const ImageLayout& layout, std::vector<float>& values) {
   const size_t channels = size_t(layout.channels());
   for (size_t c = 0; c < channels; ++c) {

@@ -26,23 +26,23 @@ inline constexpr int kMaxChannels = 4096;
 struct DecodedImage {
   std::shared_ptr<const Image> image;
   uint64_t non_finite = 0;  // NaN and infinite texels, set to 0
-  bool truncated = false;   // for a truncated JPEG, whose missing part is grey
+  bool truncated = false;   // whether a JPEG is truncated; its missing part is grey
   std::string transfer;     // the transfer function that a KTX 2 states: "sRGB" or "linear"
 };
 
 // Decodes an encoded image in memory: PNG, JPEG, WebP, EXR, HDR or KTX 2, detected by its content.
-// Keeps the bit depth; alpha is not premultiplied. An EXR is read as in read_environment(), with
-// its alpha. Colour profiles and other metadata are ignored. Throws InputError at `place`, also for
-// a truncated JPEG unless `lenient`.
+// Keeps the bit depth; alpha is not premultiplied. An EXR's channels are chosen as in
+// read_environment(), but its alpha is kept. Colour profiles and other metadata are ignored. Throws
+// InputError at `place`, also for a truncated JPEG unless `lenient`.
 DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& place,
                           bool lenient = false,
                           const LoadProgress& progress = LoadProgress::none());
 
-// Reads a latitude-longitude environment map (.hdr or .exr) as linear Rec. 709: the channels of
-// find_colour(), as half if the file has half, else as float. Its pixels must fill its frame. An
-// EXR with other primaries is converted; colours outside Rec. 709 are then negative. NaN, infinite
-// and negative texels become 0, and finite ones beyond the type's range are clamped; all are
-// counted in `*repaired`. Throws InputError.
+// Reads a latitude-longitude environment map (.hdr or .exr) as linear Rec. 709: the channels that
+// find_colour() chooses, as half if they are stored as half, otherwise as float. The pixels must
+// cover the frame. An EXR with other primaries is converted; colours outside Rec. 709 are then
+// negative. NaN, infinite and negative texels become 0, and finite ones beyond the type's range are
+// clamped; `*repaired` counts them all. Throws InputError.
 std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t* repaired,
                                               const LoadProgress& progress = LoadProgress::none());
 
@@ -55,11 +55,12 @@ struct FloatImage {
   std::vector<std::string> channel_names;
   std::vector<ImagePart> parts;  // EXR only
   std::vector<float> values;     // interleaved
-  // Sample count at which the frame was stopped, if its header says that it is incomplete
-  // (renderer/output/outputs.h).
+  // The sample count at which the frame was stopped, if the header says that the frame is
+  // incomplete (renderer/output/outputs.h).
   std::optional<uint64_t> stopped_after;
   WorkingSpace space = WorkingSpace::kRec709;  // EXR only
-  // EXR only: as stated in its header. If `space` is not kRec709, they are those of `space`.
+  // EXR only: the primaries that its header states. If `space` is not kRec709, these are the
+  // primaries of `space`.
   std::optional<Chromaticities> chromaticities;
   int channels() const { return int(channel_names.size()); }
   // Returns the index of a channel ("R", "albedo.G"), or -1 if it is absent.
@@ -81,9 +82,9 @@ class FloatImageRows {
   // The header's text attributes that begin with "emberline" or "cryptomatte/".
   const std::vector<std::pair<std::string, std::string>>& text_attributes() const;
   const ExrView& view() const;
-  int tile_size() const;     // the tiles' height; 64 for an image in rows
-  int rows_at_once() const;  // read() needs a multiple of these rows, or all that remain
-  // Reads the next rows, interleaved. Throws InputError.
+  int tile_size() const;     // the tiles' height; 64 for an image stored in rows
+  int rows_at_once() const;  // `rows` must be a multiple of this, or all that remain
+  // Reads the next `rows` rows, interleaved. Throws InputError.
   void read(int rows, std::vector<float>& values);
 
  private:

@@ -15,8 +15,8 @@ namespace {
 using Bytes = std::span<const uint8_t>;
 
 // libjpeg reports errors by longjmp, so no object with a destructor may be created between setjmp
-// and a call that can fail. Warnings about damaged data are ignored: io/image/encoded_image.h has
-// already detected a missing end.
+// and a call that can fail. Warnings about damaged data are ignored: clean_image()
+// (io/image/encoded_image.h) has already detected a missing end.
 struct JpegFailure {
   jpeg_error_mgr manager = {};
   std::jmp_buf jump = {};

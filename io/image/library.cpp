@@ -29,7 +29,7 @@ constexpr const char* kLibraryName = "libemberline_images.so";
 std::atomic<uint64_t> g_bytes{0};
 
 // Rejects a truncated library file, which would crash the program when mapped. An intact file
-// contains its section headers, which come last (ELF-64).
+// contains all its section headers, which come last (ELF-64).
 void check_complete(const std::string& path) {
   const InputFile file(path);
   uint8_t header[64] = {};
@@ -61,9 +61,9 @@ void check_address_space() {
   ::munmap(room, kRequiredBytes);
 }
 
-// Looks beside the binary that contains this code, then in the program's ../lib. Returns an empty
-// string if the library is in neither. A library for one CPU architecture lies up to three folders
-// deeper (renderer/arches.cmake).
+// Looks beside the binary that contains this code and up to three folders above, since a renderer
+// library for one CPU architecture lies that much deeper (renderer/arches.cmake); then in the
+// program's ../lib. Returns an empty string if the image library is in none of them.
 std::string find_bundled_library() {
   namespace fs = std::filesystem;
   std::error_code error;

@@ -33,17 +33,17 @@ struct ImageLayout {
   bool deep = false;
   std::vector<std::string> channel_names;
   std::vector<SampleType> channel_types = {};
-  SampleType type = SampleType::kOther;  // of all channels, or one that can hold all of them
+  SampleType type = SampleType::kOther;  // the type of all channels, or one that can hold them all
   std::string type_name;
   int alpha_channel = -1;
-  bool premultiplied = false;  // can be true even if unassociated alpha was requested
+  bool premultiplied = false;  // can be true although we request unassociated alpha
   int orientation = 1;         // as in EXIF and TIFF
   uint64_t bytes = 0;          // size of the stored pixels
   std::vector<std::pair<std::string, std::string>> text_attributes =
       {};                                             // EXR: our text attributes
   std::vector<ImagePart> parts = {};                  // EXR: all parts, including unread ones
   ExrView view = {};                                  // EXR: all members but `space`
-  std::optional<Chromaticities> chromaticities = {};  // EXR: as stated in its header
+  std::optional<Chromaticities> chromaticities = {};  // EXR: stated in its header
 
   int channels() const { return int(channel_names.size()); }
 };
@@ -62,7 +62,7 @@ class ImageDecoder {
   virtual std::string attribute(const char* /*name*/) const { return ""; }  // its text, or empty
   // Reads channels [first, last) of `pixels` (relative to the data window's corner), converted and
   // interleaved, with `row` bytes between the rows of `out`. `pixels` must consist of whole tiles
-  // or, for an image in rows, of whole rows. Returns an empty string or the error.
+  // or, for an image stored in rows, of whole rows. Returns an empty string or the error.
   virtual std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
                            size_t row) = 0;
 
@@ -103,12 +103,12 @@ class ImageLibrary {
   // Encodes a tile as DWAA, or as DWAB if `wide`. Returns an empty string or the error.
   virtual std::string encode_dwa(int width, int height, std::span<const EncodedPlane> planes,
                                  bool wide, std::vector<uint8_t>& code) const = 0;
-  // Encodes equal-sized three-channel pictures as an animation. Returns "" or the error.
+  // Encodes three-channel pictures of one size as an animation. Returns "" or the error.
   virtual std::string encode_gif(std::span<const ByteImage> pictures, double frame_s,
                                  std::vector<unsigned char>& encoded) const = 0;
 };
 
-// Throws RenderError if the library is missing or of another version.
+// Throws RenderError if the library is missing or has another version than the program.
 const ImageLibrary& image_library();
 
 // Memory that the loaded library takes: a few hundred megabytes, or 0 before it is loaded.

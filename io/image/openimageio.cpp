@@ -1,4 +1,5 @@
-// The image library: OpenImageIO behind our interface. It may use only the program's headers.
+// The image library: OpenImageIO behind our interface. Of the program, it may use only headers,
+// since it is a separate library.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
@@ -60,8 +61,8 @@ oiio::TypeDesc oiio_type(SampleType type) {
   return oiio::TypeDesc::FLOAT;
 }
 
-// Reads the source in place. OpenImageIO's own memory proxy (2.4, 3.1) accepts an offset just below
-// zero; this one does not.
+// Reads the source without a copy. OpenImageIO's own memory proxy (2.4, 3.1) would accept an offset
+// just below zero.
 class SourceProxy final : public oiio::Filesystem::IOProxy {
  public:
   explicit SourceProxy(const ByteSource& source)
@@ -91,7 +92,7 @@ class Decoder final : public ImageDecoder {
     proxy_ = std::make_unique<SourceProxy>(source);
     input_ = oiio::ImageInput::create(format);
     if (!input_ || !input_->supports("ioproxy") || !input_->set_ioproxy(proxy_.get())) {
-      oiio::geterror();  // clears the error, which the next caller would get otherwise
+      oiio::geterror();  // clears the error, which the next caller would otherwise get
       return "this build of OpenImageIO cannot read " + format;
     }
     oiio::ImageSpec hints, opened;
@@ -159,7 +160,7 @@ class Decoder final : public ImageDecoder {
   struct Part {
     oiio::ImageSpec spec;
     int subimage = 0;
-    int first = 0;  // index of its first channel among all
+    int first = 0;  // index of its first channel among the image's
   };
 
   static ImagePart image_part(const oiio::ImageSpec& s, int first) {
@@ -169,10 +170,11 @@ class Decoder final : public ImageDecoder {
             s.get_string_attribute("textureformat") == "CubeFace Environment"};
   }
 
-  // Joins later parts with the first if they have the same pixels and tiles, and new channel names.
+  // Joins later parts with the first if they have the same windows and tiles as the first and no
+  // channel name occurs twice.
   std::string join_parts() {
     constexpr int kMaxParts = 4096;
-    const oiio::ImageSpec first = parts_.front().spec;  // a copy, since the vector may reallocate
+    const oiio::ImageSpec first = parts_.front().spec;  // a copy, since `parts_` may reallocate
     layout_.parts = {image_part(first, 0)};
     for (int i = 1; i < kMaxParts && input_->seek_subimage(i, 0); ++i) {
       const oiio::ImageSpec s = input_->spec();
@@ -247,7 +249,7 @@ class Decoder final : public ImageDecoder {
 
   std::vector<Part> parts_;
   std::unique_ptr<SourceProxy> proxy_;
-  std::unique_ptr<oiio::ImageInput> input_;  // after the proxy: it must be destroyed first
+  std::unique_ptr<oiio::ImageInput> input_;  // after the proxy, so that it is destroyed first
 };
 
 class OpenImageIo final : public ImageLibrary {

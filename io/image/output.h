@@ -20,14 +20,14 @@ inline uint8_t to_byte(float value) {
 // which lists the valid suffixes.
 std::string image_format_of(const std::string& path);
 
-// Encodes a file of that format. The result is deterministic. JPEG drops alpha and uses quality 95
+// Encodes a file in this format. The result is deterministic. JPEG drops alpha and uses quality 95
 // without chroma subsampling. Throws RenderError naming `path`.
 std::vector<unsigned char> encode_image(const ByteImage& image, const std::string& format,
                                         const std::string& path);
 
-// Encodes an endlessly repeated GIF from frames of equal size and three channels, each with its own
-// palette of 256 colours. `frame_s` is rounded to hundredths of a second. Throws RenderError naming
-// `path`.
+// Encodes an endlessly repeated GIF. The frames must have three channels and the same size; each
+// gets its own palette of 256 colours. `frame_s` is rounded to hundredths of a second. Throws
+// RenderError naming `path`.
 std::vector<unsigned char> encode_animation(std::span<const ByteImage> frames, double frame_s,
                                             const std::string& path);
 

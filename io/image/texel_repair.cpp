@@ -12,8 +12,8 @@
 namespace emberline {
 namespace {
 
-// Half has 1 sign, 5 exponent and 10 mantissa bits; float has 1, 8 and 23. This works on the bits,
-// so that no build flag can disable the NaN test.
+// Half has 1 sign, 5 exponent and 10 mantissa bits; float has 1, 8 and 23. This code works on the
+// bits, so that no build flag can disable the NaN test.
 template <class Bits>
 uint64_t repair_range(Bits* begin, Bits* end, TexelRange range) {
   constexpr Bits kExponent = sizeof(Bits) == 2 ? Bits(0x7C00u) : Bits(0x7F800000u);

@@ -15,14 +15,14 @@ enum class TexelRange {
 // number of changed components.
 uint64_t repair_texels(Image& image, TexelRange range);
 
-// Divides colour by alpha, the last of 2 or 4 channels, where alpha is not 0. Rounds integers.
+// Divides colour by alpha (the last of 2 or 4 channels) where alpha is not 0. Integers are rounded.
 void unpremultiply(Image& image);
 
 // Converts three channels of finite half or float texels to other primaries. Values that become
-// negative stay so, except for rounding errors, which become 0. The result is finite.
+// negative stay negative, except for rounding errors, which become 0. The result is finite.
 void convert_primaries(Image& image, const ColourMatrix& matrix);
 
-// Turns a one-channel image into one with three equal channels.
+// Turns a one-channel image into one with three identical channels.
 void expand_grey(Image& image);
 
 // Inverts the sRGB curve, IEC 61966-2-1.

@@ -3,8 +3,8 @@
 // scene within the limit has no extra cost.
 //
 // Resident pages belong to the kernel's page cache, which drops them when memory is short. A thread
-// releases the process's pages whenever they exceed the limit; a page that is used again comes from
-// the page cache or the disk.
+// of ours also releases this process's pages whenever they exceed the limit. If a released page is
+// used again, it comes from the page cache or the disk.
 #pragma once
 
 #include <memory>

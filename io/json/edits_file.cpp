@@ -21,9 +21,9 @@ using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 using namespace edit_limits;
-constexpr double kMaxFStop = 1e9;  // limit of f-numbers and of their inverses; scenes have any size
+constexpr double kMaxFStop = 1e9;  // limit on f-numbers and inverses; scenes can have any scale
 
-// Limit of times in seconds or frames and of frames per second, as on the command line.
+// Limit on times (in seconds or frames) and on frame rates, as on the command line.
 constexpr double kMaxTime = 1e6;
 
 struct Range {
@@ -40,8 +40,9 @@ constexpr KindName kKinds[] = {{"punctual", EditedLight::kPunctual},
                                {"material", EditedLight::kMaterial},
                                {"environment", EditedLight::kEnvironment}};
 
-// The members of each kind of edit, in file order: name, storage and, for numbers, the range.
-// Reading, writing and error messages all use these tables.
+// These list the members of each kind of edit in file order: the name, the variable that holds the
+// value and, for numbers, the valid range. Reading, writing and error messages all use these
+// tables.
 void members(EditTarget& edit, const auto& member) {
   member("name", edit.name);
   member("index", edit.index);
@@ -290,7 +291,7 @@ Json environment_json(const EnvironmentEdit& edit, const std::string& path) {
 SceneEdits convert_edits(const nlohmann::json& document, const std::string& path,
                          const LoadProgress* progress) {
   const JsonReader root(document, path);
-  check_version(root);  // first, since another version may have other members
+  check_version(root);  // comes first, since another version may have other members
   root.object(
       {"emberline_edits", "camera", "animation", "variant", "environment", "lights", "materials"});
   SceneEdits edits;

@@ -44,23 +44,24 @@ namespace emberline {
 
 inline constexpr int kEditsVersion = 1;
 
-// Throws InputError (file, JSON pointer, what was expected) for a missing file, invalid JSON,
-// another version, or a member that is unknown, duplicated or out of range. Also reads the
-// environment file; a relative path is resolved against the edits' folder.
+// Throws InputError (with the file, the JSON pointer and what was expected) if the file is missing,
+// is not valid JSON or has another version, or for a member that is unknown, duplicated or out of
+// range. Also reads the environment file; a relative path is resolved against the edits' folder.
 SceneEdits read_edits(const std::string& path, const LoadProgress& progress = LoadProgress::none());
 
-// Parses `text`, named `name` in messages. Relative environment files are in the current folder.
+// Parses `text`, named `name` in messages. A relative environment path is resolved against the
+// current folder.
 SceneEdits parse_edits(std::string_view text, const std::string& name,
                        const LoadProgress& progress = LoadProgress::none());
 
-// Like parse_edits(), but for a parsed document, and does not read the environment file: a session
-// reads it itself. A relative path is resolved against the current folder.
+// Like parse_edits(), but takes a parsed document and does not read the environment file, which a
+// session reads itself. A relative path is resolved against the current folder.
 SceneEdits edits_from_json(const nlohmann::json& document, const std::string& name);
 
-// Reading the file back gives the same edits, bit for bit. A relative environment path is written
-// relative to the folder of `path`. Throws RenderError.
+// Reading the file back gives bit-identical edits. A relative environment path is written relative
+// to the folder of `path`. Throws RenderError.
 void write_edits(const std::string& path, const SceneEdits& edits);
-// Returns the text of such a file, with the environment's path unchanged.
+// Returns the text of an edits file, with the environment's path unchanged.
 std::string format_edits(const SceneEdits& edits);
 
 }  // namespace emberline

@@ -20,15 +20,16 @@ constexpr size_t kMaxSidecarBytes = size_t(16) << 20;
 
 constexpr const char* kDuplicateMessage = "the member appears twice in one object";
 
-// Upper bounds on a document's memory with libstdc++ and a 64-bit malloc. A growing array holds its
-// elements in the old and in the doubled storage, and nlohmann's destructor copies them into a list
-// that grows the same way.
+// Upper bounds on a document's memory with libstdc++ and a 64-bit malloc. While an array grows, it
+// takes both its old storage and a new one of twice the size; later, nlohmann's destructor moves
+// the elements to a list that grows in the same way.
 constexpr uint64_t kElementBytes = 5 * sizeof(json);
 constexpr uint64_t kContainerBytes = 64;
 constexpr uint64_t kMemberBytes = 112;  // a map node: name and value
 constexpr uint64_t kStringBytes = 48;   // plus the text
 
-// Memory is reserved, and cancellation checked, after this many bytes: every few milliseconds.
+// Memory is reserved, and cancellation checked, whenever this many bytes have been added, which
+// takes a few milliseconds.
 constexpr uint64_t kBytesBetweenChecks = uint64_t(1) << 20;
 
 // Builds the document from the parser's events and tracks the JSON pointer for messages, since the
@@ -68,7 +69,8 @@ class DocumentBuilder final : public json::json_sax_t {
   }
   bool parse_error(std::size_t position, const std::string&,
                    const nlohmann::detail::exception& error) override {
-    // Error 406 is a number that overflows double; the parser's message contains its text.
+    // Error 406 means that a number overflows double. The parser's message for it would repeat the
+    // number's text, which may be long.
     throw InputError(place(), error.id == 406
                                   ? "a number is too large to be finite"
                                   : "not valid JSON near byte " + std::to_string(position) +
@@ -89,7 +91,8 @@ class DocumentBuilder final : public json::json_sax_t {
   }
 
  private:
-  // An open array or object. The pointers stay valid, since only an array's last element is open.
+  // An array or object that has not been closed yet. The pointers stay valid: nothing is appended
+  // to an array while one of its elements is open.
   struct Level {
     json* value;
     const std::string* name = nullptr;  // name of the latest member
@@ -113,7 +116,8 @@ class DocumentBuilder final : public json::json_sax_t {
     json::json_pointer pointer;
     for (const Level& level : levels_) {
       if (level.value->is_array()) {
-        // In the innermost array, the next element; in the others, the last one, which is open.
+        // The fault is in the element that would come next in the innermost array. Each outer array
+        // contains it in its last element, which is still open.
         pointer.push_back(std::to_string(level.value->size() - (&level != &levels_.back())));
       } else if (level.name) {
         pointer.push_back(*level.name);
@@ -166,7 +170,7 @@ class DocumentBuilder final : public json::json_sax_t {
   const DuplicateMembers duplicates_;
   const LoadProgress& progress_;
   MemoryReservation memory_;
-  uint64_t unreserved_bytes_ = 0;  // counted, but not reserved yet
+  uint64_t unreserved_bytes_ = 0;  // bytes counted, but not reserved yet
   json root_;
   std::vector<Level> levels_;
   size_t duplicates_found_ = 0;

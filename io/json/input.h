@@ -13,11 +13,11 @@ namespace emberline {
 // How to handle a duplicate member. (By itself, nlohmann silently keeps the last one.)
 enum class DuplicateMembers : uint8_t {
   kReject,
-  kWarn,  // warn and keep the last, as other glTF readers do; such files exist
+  kWarn,  // warn and keep the last, as other glTF readers do; some files have duplicates
 };
 
-// Parses all of `text` as one document (RFC 8259). Throws InputError, with the JSON pointer after
-// `file`, for invalid JSON or UTF-8, trailing text, nesting deeper than 256 levels (readers
+// Parses all of `text` as one document (RFC 8259). Throws InputError, with `file` and the JSON
+// pointer, for invalid JSON or UTF-8, trailing text, nesting deeper than 256 levels (since readers
 // recurse), numbers that overflow, and a document that exceeds the memory budget of `progress`.
 // Throws Cancelled. `*memory` receives the reservation for the document, which can be fifty times
 // as large as its text.
@@ -26,8 +26,8 @@ nlohmann::json parse_json(std::string_view text, const std::string& file,
                           const LoadProgress& progress = LoadProgress::none(),
                           MemoryReservation* memory = nullptr);
 
-// Reads a small file that a user or this program has written beside a scene. Throws InputError,
-// also above 16 MiB or the memory budget.
+// Reads a small JSON file that a user or this program has written beside a scene. Throws
+// InputError, also if the file is larger than 16 MiB or exceeds the memory budget.
 nlohmann::json read_json(const std::string& path,
                          const LoadProgress& progress = LoadProgress::none());
 

@@ -1,4 +1,4 @@
-// Reads a JSON document whose members are known and validates each value on access.
+// Reads a JSON document with known members, and validates each value on access.
 #pragma once
 
 #include <cstddef>

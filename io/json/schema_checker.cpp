@@ -35,7 +35,8 @@ class SchemaChecker {
   }
 
   void check(Schema schema) {
-    // This comes first, so that an index into a member that is not an array reports that cause.
+    // Members that should be arrays are checked first. An index into one that is not an array then
+    // reports this cause, and not that the index is out of range.
     for (const Property& property : schema) {
       if (property.on_fault != OnFault::kPerElement || property.essential || !root_.is_object())
         continue;
@@ -54,7 +55,7 @@ class SchemaChecker {
   }
 
  private:
-  // Appends a name to the JSON pointer while it exists.
+  // During its lifetime, appends a name to the JSON pointer.
   class PointerScope {
    public:
     PointerScope(json::json_pointer& pointer, std::string name) : pointer_(pointer) {

@@ -31,7 +31,7 @@ using Schema = std::span<const Property>;
 enum class OnFault : uint8_t {
   kInvalidatesParent,  // the object that has the member is unusable
   kDefaulted,          // the member is removed, or set to 1 if it is required
-  kPerElement,         // arrays and maps: only the faulty element is broken; it becomes null
+  kPerElement,         // arrays and maps: only the faulty element is broken and becomes null
 };
 
 struct Property {
@@ -44,9 +44,9 @@ struct Property {
   const char* target = nullptr;
   Schema schema;
   OnFault on_fault = OnFault::kInvalidatesParent;
-  bool propagates_fault = false;  // for an index: if its target is broken, so is this object
-  // An extension whose faults are errors even if the file does not require it; or a kPerElement
-  // array that must be an array (others count as empty if they are not).
+  bool propagates_fault = false;  // for an index: if its target is broken, this object is, too
+  // For an extension: its faults are errors even if the file does not require it. For kPerElement:
+  // a member that is not an array is an error; without this flag, it counts as an empty array.
   bool essential = false;
 };
 

@@ -101,8 +101,8 @@ bool TcpClient::connect_to(const void* address, double deadline) {
   return last_error_ == 0;
 }
 
-// Returns the poll events that arrived (of `events`, or an error), or 0 if the wait ended without
-// any.
+// Waits for `events` or an error. Returns the poll events that arrived, or 0 if the wait ended
+// without any.
 short TcpClient::wait_for(short events, double deadline) const {
   const double began = now();
   pollfd ready = {socket_, events, 0};

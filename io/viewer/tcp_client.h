@@ -18,13 +18,13 @@ class TcpClient {
   // returns false, the wait is cancelled.
   using KeepWaiting = std::function<bool(double)>;
 
-  // Connects to the first of the host's addresses that answers, within `timeout_s` for all of them.
-  // Throws RenderError with a short reason: "cannot connect: Connection refused".
+  // Connects to the first of the host's addresses that answers. All attempts together take at most
+  // `timeout_s`. Throws RenderError with a short reason: "cannot connect: Connection refused".
   TcpClient(const std::string& host, uint16_t port, double timeout_s, KeepWaiting keep_waiting);
 
-  // Returns once the system has accepted all bytes; the system goes on sending after this object is
-  // destroyed. Throws RenderError if the peer has closed the connection or the wait was cancelled;
-  // a part of the data may have been sent by then.
+  // Returns once the system has accepted all bytes. The system continues to send them after this
+  // object is destroyed. Throws RenderError if the peer has closed the connection or the wait was
+  // cancelled; a part of the data may have been sent by then.
   void send(std::span<const std::byte> bytes);
 
  private:

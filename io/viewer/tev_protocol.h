@@ -7,7 +7,7 @@
 //   packet        uint32 length of the whole packet, including itself; uint8 type; payload
 //   CreateImage   type 4: bool grab focus; string name; int32 width, height, channel count; a
 //                 string for each channel
-//   UpdateImage   type 6, its third version, with strides (tev from March 2021 on): bool grab focus;
+//   UpdateImage   type 6, third version, with strides (tev since March 2021): bool grab focus;
 //                 string name; int32 channel count; a string for each; int32 x, y, width, height;
 //                 an int64 offset for each channel; an int64 stride for each; floats
 // clang-format on
@@ -39,16 +39,16 @@ struct TevAddress {
   bool operator==(const TevAddress&) const = default;
 };
 
-// Whether an option's value is meant as a viewer's address, valid or not: whether it begins with
-// "tev:".
+// Whether an option's value begins with "tev:" and is thus meant as a viewer's address, even if it
+// is not a valid one.
 bool is_tev_url(std::string_view text);
 
 // Parses tev://HOST[:PORT]; HOST is a name, an IPv4 address or an IPv6 address in brackets. Throws
-// UsageError, which shows this form.
+// UsageError, whose message shows this form.
 TevAddress parse_tev_url(std::string_view url);
 
-// Returns the packet that creates a black image with the channels R G B A and shows it at once. It
-// replaces an image of the same name. `name` must not contain a zero byte.
+// Returns the packet that creates a black image with the channels R G B A and shows it at once. The
+// viewer replaces an image of the same name. `name` must not contain a zero byte.
 std::vector<std::byte> tev_create_image(std::string_view name, int width, int height);
 
 // Returns the packet that updates `rect` of such an image. `rgba` holds R G B A, interleaved, for

@@ -20,9 +20,10 @@
 
 namespace emberline {
 
-// Connects and sends on its own thread. Tiles wait in memory, with only the newest pixels of each
-// rectangle: at most one frame if the rectangles are disjoint, and a few tiles if the viewer keeps
-// up. If the viewer cannot be reached or is lost, logs one warning and drops all tiles.
+// Connects and sends on its own thread. Until they are sent, tiles wait in memory, and only the
+// newest pixels of each rectangle are kept. If rectangles do not overlap, this takes at most one
+// frame, and only a few tiles if the viewer keeps up. If the viewer cannot be reached or is lost,
+// logs one warning and drops all tiles.
 class TevStream {
  public:
   struct Image {

@@ -34,11 +34,11 @@ struct Scene::State {
   void edit(std::string_view json, const Environment& environment);
 
   Resources resources;
-  FrameSettings settings;  // with which the scene was opened, and those of its current pose
+  FrameSettings settings;  // used to open the scene, except that the pose is the current one
   LoadLimits limits;
   SceneBuildOptions build;
   WorldBounds bounds;
-  AnimationEdit animation;  // from the edits with which it was opened
+  AnimationEdit animation;  // from the edits with which the scene was opened
   std::vector<AnimationDescription> animations;
   LoadedFiles files;
   // Fingerprint of the edits that edit() set last; empty if there were none. Absent if edit() was

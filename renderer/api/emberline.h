@@ -8,10 +8,10 @@
 //   scene.edit(R"({"emberline_edits": 1, "environment": {"strength": 0.5}})");
 //   const Picture picture = render(scene, settings);
 //
-// The same scene, edits and settings always result in the same bits, which do not depend on the
-// number of threads and equal those of the command. An object may be used by one thread at a time;
-// different objects, such as two scenes or two frames of one scene, may be used concurrently.
-// Errors are thrown and leave nothing changed.
+// The same scene, edits and settings always give bit-identical pictures, whatever the number of
+// threads. They are also bit-identical to the command's pictures. An object may be used by one
+// thread at a time; different objects, such as two scenes or two frames of one scene, may be used
+// concurrently. Errors are thrown and leave nothing changed.
 #pragma once
 
 #include <cstddef>
@@ -59,8 +59,8 @@ struct EMBERLINE_API Stopped : Error {  // a load was stopped, or a frame was gi
   using Error::Error;
 };
 
-// All settings that determine a frame. They have the names of the command's options ("spp",
-// "look-from") and the same texts as values. `emberline render --help-all` lists them.
+// All settings that determine a frame. Their names are those of the command's options ("spp",
+// "look-from"), and their values are the same texts. `emberline render --help-all` lists them.
 class EMBERLINE_API Settings {
  public:
   Settings();
@@ -92,7 +92,7 @@ class EMBERLINE_API Settings {
   std::unique_ptr<State> state_;
 };
 
-// How much of the machine may be used. This does not affect a frame's bits.
+// How much of the machine may be used. This does not affect a frame's pixels.
 struct Resources {
   int threads = 0;                       // at most 4096; 0: one per core
   std::optional<uint64_t> memory_bytes;  // for a scene and its frame; absent: the command's default
@@ -122,23 +122,23 @@ class EMBERLINE_API Scene {
   // Since 1.1.0.
   void pose(const Settings& settings, const std::stop_token& stop = {});
 
-  // Replaces all edits by these, in the JSON format of --edits. Edits cannot change the pose: an
-  // "animation" that differs from it is rejected. Throws InputError, and then leaves the scene
-  // unchanged.
+  // Replaces all edits by those in `json`, which has the format of --edits. Edits cannot change the
+  // pose: an "animation" that differs from the one in the edits with which the scene was opened is
+  // rejected. Throws InputError, and then leaves the scene unchanged.
   void edit(std::string_view json);
   // Like edit() above, and also sets an environment with these texels, which are copied:
   // latitude-longitude, linear R G B, interleaved, top row first. Throws UsageError if a texel is
-  // negative or not finite, or if the edits name a file as well.
+  // negative or not finite, or if the edits also name an environment file.
   struct Environment {
     const float* rgb = nullptr;
     int width = 0, height = 0;
   };
   void edit(std::string_view json, const Environment& environment);
-  // The names in the file. lights() returns those of KHR_lights_punctual.
+  // Return the names in the file. lights() returns only the lights of KHR_lights_punctual.
   std::vector<std::string> lights() const;
   std::vector<std::string> materials() const;
   std::vector<std::string> cameras() const;
-  // The names of everything that emits light: lights(), then the emissive materials, then
+  // Returns the names of everything that emits light: lights(), then the emissive materials, then
   // "environment" if there is one. Since 1.1.0.
   std::vector<std::string> light_sources() const;
   // The file's nodes and animations, in the file's order. Since 1.1.0.
@@ -154,10 +154,11 @@ class EMBERLINE_API Scene {
     double duration = 0;  // seconds
   };
   std::vector<Animation> animations() const;
-  // Everything that can be edited, as edits that name every light, every material and the
-  // environment with the file's values. Calling edit() with them changes nothing. Since 1.1.0.
+  // Returns everything that can be edited, as edits that name every light, every material and the
+  // environment with the file's values. After edit() with this text, the scene is as in the file.
+  // Since 1.1.0.
   std::string editable() const;
-  // Features of the file that are approximated or ignored, one line each.
+  // Return the features of the file that are approximated or ignored, one line each.
   std::vector<std::string> approximated() const;
   std::vector<std::string> ignored() const;
 
@@ -181,10 +182,10 @@ struct Progress {
 struct Picture {
   int width = 0, height = 0;  // size of the rendered crop, or of the frame
   int x = 0, y = 0;           // top-left corner in the frame
-  // "R", "G", "B", "A", "samples" and the channels of "aov", followed by those of other settings.
-  // The names are those in the command's EXR: "light.NAME.R" (light-groups), "CryptoObject00.R"
-  // (cryptomatte; ids are stored as the bits of floats, see matte_names()), "denoised.R" and
-  // "denoised.error" (denoise).
+  // "R", "G", "B", "A", "samples" and the channels of "aov", followed by the channels of other
+  // settings. The names are those in the command's EXR: "light.NAME.R" (light-groups),
+  // "CryptoObject00.R" (cryptomatte; ids are stored as the bits of floats, see matte_names()),
+  // "denoised.R" and "denoised.error" (denoise).
   std::vector<std::string> channels;
   std::vector<float> values;  // interleaved, top row first; linear, in the working space
   uint64_t samples = 0, rays = 0;
@@ -216,18 +217,18 @@ class EMBERLINE_API RenderedPicture : public Picture {
   std::shared_ptr<const Record> record_;
 };
 
-// Renders a frame. All channels have the same bits as the command's EXR. Any thread may call
-// `watch`, but only one at a time: with the bucket driver after each tile, otherwise at every
-// pause, while nothing is rendered. After `stop` the unfinished picture is returned; `give_up` is
-// faster, but throws Stopped. "time-limit" starts with the call. Throws UsageError, InputError,
-// RenderError, and what `watch` throws.
+// Renders a frame. All channels are bit-identical to those of the command's EXR. Any thread may
+// call `watch`, but only one at a time: with the bucket driver after each tile, otherwise at every
+// pause, while nothing is rendered. After a request to `stop`, the unfinished picture is returned;
+// `give_up` ends the call faster, but throws Stopped. The time of "time-limit" starts with the
+// call. Throws UsageError, InputError, RenderError, and what `watch` throws.
 EMBERLINE_API Picture render(const Scene& scene, const Settings& settings,
                              const Resources& resources = {}, const std::stop_token& stop = {},
                              const std::function<void(const Progress&)>& watch = {},
                              const std::stop_token& give_up = {});
 
-// Where a frame's checkpoint is saved. Another run can resume from it, with the same bits as
-// result. The format is that of the command (`--checkpoint`). Since 1.1.0.
+// Where a frame's checkpoint is saved. Another run can resume from it and then gets a bit-identical
+// picture. The format is that of the command (`--checkpoint`). Since 1.1.0.
 struct RenderFiles {
   static RenderFiles none() { return {}; }
   // Throws UsageError for an empty name.
@@ -246,23 +247,24 @@ struct RenderFiles {
   bool keep = false;
 
  private:
-  RenderFiles() = default;  // private, so that render(scene, settings, {}) selects Resources
+  RenderFiles() = default;  // private, so that {} in render(scene, settings, {}) means Resources
 };
-// Like render() above, with a checkpoint. It is saved at intervals, when the frame is stopped or
-// given up, and when `watch` throws. `complete` is false for a frame that a time limit has ended,
-// since it can be resumed. The scene's files are read again for their fingerprints. Throws
-// InputError if they have changed since loading, or if the frame to resume does not match (with the
-// differences); UsageError if the file is no checkpoint or, without `resume`, if it is another
-// frame's; RenderError if the file cannot be created. A failed save is logged as an error; for a
-// part it throws RenderError. Only one call at a time may use the file. Since 1.1.0.
+// Like render() above, with a checkpoint. The checkpoint is saved at intervals, when the frame is
+// stopped or given up, and when `watch` throws. Picture::complete is false for a frame that a time
+// limit has ended, since that frame can be resumed. The scene's files are read again for their
+// fingerprints. Throws InputError if they have changed since loading, or if the frame to resume
+// does not match (the message lists the differences); UsageError if the file is no checkpoint or,
+// without `resume`, belongs to another frame; RenderError if the file cannot be created. A failed
+// save is logged as an error; for a part it throws RenderError. Only one call at a time may use the
+// file. Since 1.1.0.
 EMBERLINE_API RenderedPicture render(const RenderFiles& files, const Scene& scene,
                                      const Settings& settings, const Resources& resources = {},
                                      const std::stop_token& stop = {},
                                      const std::function<void(const Progress&)>& watch = {},
                                      const std::stop_token& give_up = {});
 
-// The names in the scene and their ids, for one of the kinds in "cryptomatte". Channels store the
-// ids as the bits of floats. Since 1.1.0.
+// The names in the scene and their ids, for one of the kinds that "cryptomatte" lists. Channels
+// store the ids as the bits of floats. Since 1.1.0.
 struct MatteNames {
   std::string layer;  // for example "CryptoObject" for "CryptoObject00.R"
   std::vector<std::pair<std::string, uint32_t>> ids;  // every id occurs once
@@ -282,12 +284,12 @@ struct StoredFrame {
 EMBERLINE_API StoredFrame stored_frame(const std::string& checkpoint);
 
 // Adds samples to a finished frame whose checkpoint was kept. `more` sets "spp", "noise-threshold"
-// or "max-spp", and optionally "time-limit". With equal samples per pixel the result has the bits
-// of a frame rendered at once; an adaptive frame continues from its state. Afterwards the
-// checkpoint contains the larger frame. If the extension is stopped, the next call resumes it from
-// CHECKPOINT.next. Throws UsageError if `more` asks for less than the frame has, or has other
-// settings; InputError if the checkpoint cannot be extended, is damaged or belongs to another
-// scene; and what render() throws. Since 1.1.0.
+// or "max-spp", and optionally "time-limit". If all pixels have the same number of samples, the
+// result is bit-identical to a frame that is rendered at once. An adaptive frame continues from its
+// state. Afterwards the checkpoint contains the larger frame. If the extension is stopped, the next
+// call resumes it from CHECKPOINT.next. Throws UsageError if `more` asks for less than the frame
+// has, or has other settings; InputError if the checkpoint cannot be extended, is damaged or
+// belongs to another scene; and what render() throws. Since 1.1.0.
 EMBERLINE_API RenderedPicture extend(const std::string& checkpoint, const Scene& scene,
                                      const Settings& more, const Resources& resources = {},
                                      const std::stop_token& stop = {},
@@ -334,7 +336,7 @@ struct Comparison {
   double flip = 0;
   double max_abs = 0;
   uint64_t different_pixels = 0;
-  uint64_t non_finite = 0;  // pixels with a NaN or infinity, excluded above
+  uint64_t non_finite = 0;  // pixels with a NaN or infinity, not part of the above
 };
 // Both pictures must be linear Rec. 709, interleaved R G B, top row first (see
 // RenderedPicture::rec709()). `exposure` is in stops. Throws UsageError if there are no pixels or
@@ -365,7 +367,7 @@ class EMBERLINE_API StudyRequest {
   struct State;
   std::unique_ptr<State> state_;
 };
-// One method's run with one seed and one budget, which is a row of study.csv.
+// The result of one method with one seed and one budget: a row of study.csv.
 struct StudyRow {
   std::string method, driver, sampler, estimator, allocation;
   bool unbiased = false, denoised = false;
@@ -384,9 +386,9 @@ struct StudyTable {
   bool complete = false;       // false if it was stopped; the same call resumes it
 };
 // Renders the scene with every method, seed and budget, and writes study.csv, study.json and
-// study.html into the folder. `settings` apply to all frames: samples, view, light, scene loading,
-// buckets, and the first seed. `on_samples` is called with the number of new samples, from any
-// thread, and possibly from several at once. Throws UsageError (also for other settings),
+// study.html into the folder. `settings` apply to all frames; they can set samples, view, light,
+// scene loading, buckets and the first seed. `on_samples` is called with the number of new samples,
+// from any thread, and possibly from several at once. Throws UsageError (also for other settings),
 // InputError, RenderError, and Stopped if it is stopped before the reference is finished. Since
 // 1.1.0.
 EMBERLINE_API StudyTable study(const std::string& scene, const Settings& settings,
@@ -420,7 +422,7 @@ struct HeatmapLook {
   bool log = false;    // whether the scale is logarithmic
   bool plain = false;  // whether to omit the legend below the pixels
 };
-// Draws a heatmap. write_picture() writes the result to the same file as the command. Throws what
+// Draws a heatmap. write_picture() then writes the same file as the command. Throws what
 // heatmap_values() throws. Since 1.1.0.
 EMBERLINE_API DisplayedPicture heatmap(const Picture& picture, const std::string& of = "samples",
                                        const HeatmapLook& look = {});

@@ -15,11 +15,12 @@ namespace emberline::api {
 // Whether the group's settings only affect how a scene is loaded.
 bool is_load_setting(SettingGroup group);
 
-// Returns the options with which the command writes an EXR with the picture's channels. Takes the
-// loading settings from the scene. Throws UsageError for settings that conflict with the scene's.
+// Returns options with which the command would write an EXR with the channels of the library's
+// picture. Takes the loading settings from the scene. Throws UsageError for settings that conflict
+// with the scene's.
 RenderOptions options_of(const Access::SceneState& scene, const FrameSettings& settings);
 // If the scene's pose differs from that of the options and their edits, returns a text that
-// identifies it; otherwise an empty text.
+// identifies the scene's pose; otherwise an empty text.
 std::string pose_override(const Access::SceneState& scene, const RenderOptions& options);
 
 struct FrameParts {
@@ -30,13 +31,14 @@ struct FrameParts {
   Camera camera;
   std::optional<LightGroups> lights;
   std::optional<CryptomatteIds> mattes;
-  SceneParts scene_parts;  // refers to the above; also has the scene's roles
+  SceneParts scene_parts;  // refers to `lights` and `mattes`; also has the scene's roles
   SceneLayers layers;
 };
 
 std::vector<MatteNames> names_of(const SceneLayers& layers);
 
-// Adds to the picture the other contents of the file, and the counts of a finished job or merge.
+// Combines the picture with everything else that its file contains, and with the counts of a
+// finished job or merge.
 RenderedPicture rendered_picture(Picture picture, const OutputSettings& output,
                                  const SceneLayers& layers, const RenderCounters& counters,
                                  std::optional<double> error_estimate, bool complete);

@@ -19,11 +19,12 @@ class PictureSink : public RenderSink {
   void tile_finished(const FilmTile& tile) override;
 
   // Call once, after the last tile. Sums samples shared between neighbouring pixels, and denoises
-  // the picture if the settings ask for it; a stop request leaves the rest unfiltered. Uses the
-  // calling thread's TBB arena.
+  // the picture if the settings ask for that. A stop request ends the denoising and leaves the rest
+  // of the picture unfiltered. Uses the calling thread's TBB arena.
   Picture finish(const std::stop_token& stop);
 
-  // Upper bound on the sink's memory for a frame with these settings, excluding denoise_bytes().
+  // Returns an upper bound on the sink's memory for a frame with these settings, excluding
+  // denoise_bytes().
   static uint64_t bytes(const OutputSettings& settings, const SceneLayers& layers);
 
  private:

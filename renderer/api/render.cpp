@@ -104,7 +104,8 @@ class ProgressSink final : public PictureSink {
 };
 
 // Reserves the memory that a frame needs until its picture is finished. Throws InputError if the
-// budget is exceeded, because the caller has set it.
+// frame exceeds the memory budget, which was set for the scene and is not one of the frame's
+// settings.
 MemoryReservation reserve_memory(const RenderOptions& options, const OutputSettings& output,
                                  const SceneLayers& layers, const RenderPlan& plan, int threads,
                                  const LoadLimits& limits) {

@@ -100,7 +100,7 @@ void CommandFrame::open_outputs() {
                    stop_);
   const std::string checkpoint = checkpoint_path(options_);
   if (checkpoint.empty()) return;
-  AtomicFile file(checkpoint);  // throws now if the first write would throw
+  AtomicFile file(checkpoint);  // throws now, before rendering, if the path is not writable
   check_checkpoint(checkpoint, options_.resume);
   if (options_.resume || is_default_checkpoint(options_)) return;
   nlohmann::json head = checkpoint_head(options_, plan_, {}, {});
@@ -108,7 +108,7 @@ void CommandFrame::open_outputs() {
   check_overwrite(checkpoint, head);
 }
 
-// The reference's memory is charged to the frame, not to the scene.
+// Counts the memory of the reference as the frame's, not the scene's.
 void CommandFrame::open_snapshots() {
   LoadLimits limits = run_.limits;
   limits.memory = run_.limits.memory->child_budget();
@@ -163,8 +163,8 @@ void CommandFrame::add_light_groups(const LightGroups& groups) {
 void CommandFrame::on_picture_changed(const JobProgress& now, const LivePicture& picture) {
   const double elapsed = clock_->seconds();
   std::vector<PassReport>& passes = report_.passes;
-  // A driver estimates the error when it plans the next pass, so this estimate belongs to the pass
-  // that has just ended.
+  // A driver estimates a pass's error when it plans the next pass, so `now` has the estimate for
+  // the previous pass.
   if (!passes.empty()) passes.back().error_estimate = now.error_estimate;
   if (now.pass_finished) passes.push_back({elapsed, now.samples, std::nullopt});
   if (snapshots_) clock_->exclude_time([&] { snapshots_->update(now, picture, elapsed); });
@@ -182,8 +182,9 @@ void CommandFrame::resume() {
   report_.resumed_samples = job_->counters().samples;
 }
 
-// Returns the time after which a frame with --resume stops, so that its checkpoint can be saved. It
-// then counts as unfinished, so that a scheduler does not take it for done.
+// Returns the time after which a frame with --resume stops, so that its checkpoint can be saved
+// before the job ends. Such a frame counts as unfinished, so that a scheduler does not take it for
+// done.
 std::optional<double> CommandFrame::allotted_seconds() const {
   if (!options_.resume) return std::nullopt;
   const std::optional<double> seconds = slurm_seconds_left();
@@ -223,8 +224,8 @@ void CommandFrame::render() {
   }
 }
 
-// The first stop signal during denoising ends it early. If a signal has already ended the
-// rendering, the partial picture is still denoised.
+// The first stop signal during denoising ends the denoising early. If a signal has already ended
+// rendering, the partial picture is denoised completely.
 void CommandFrame::denoise() {
   std::stop_source end;
   std::optional<std::jthread> watcher_thread;
@@ -248,7 +249,7 @@ void CommandFrame::write() {
   const Stopwatch write;
   outputs_->rendering_ended();
   FrameSink sink(*this, nullptr);
-  // `extend` must not replace a complete picture by an incomplete one.
+  // `extend` must not replace the complete picture with an incomplete one.
   const auto may_write = [&] { return options_.extended.empty() || !unfinished(); };
   if (may_write()) {
     try {
@@ -325,8 +326,8 @@ void CommandFrame::report_holes() const {
 int CommandFrame::exit_code() const {
   if (!report_.failed_outputs.empty()) return kExitRenderFailed;
   if (!unfinished()) return kExitDone;
-  // A caller that can resume the frame must learn that it is unfinished. Otherwise a frame that
-  // reaches its time limit counts as done.
+  // A caller that can resume the frame must learn that it is unfinished. Without such a caller, a
+  // frame that reaches its time limit counts as done.
   const bool is_resumable = options_.resume || is_part(options_) || denoising_stopped_;
   if (is_resumable || stop_.cause() == PixelStop::kUser) return kExitStopped;
   return options_.strict && has_holes() ? kExitRenderFailed : kExitDone;

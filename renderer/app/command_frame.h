@@ -1,5 +1,5 @@
-// Renders one frame, from options to files and report. The functions must be called in the order in
-// which they are declared.
+// Renders one frame: checks its options, renders it and writes its files and report. The functions
+// must be called in the order in which they are declared.
 #pragma once
 
 #include <memory>
@@ -22,8 +22,8 @@ namespace emberline {
 
 class CommandFrame {
  public:
-  // Checks names, ranges and paths, and opens the outputs, which leave no trace if a later step
-  // fails. `run` and `options` must outlive the frame.
+  // Checks names, ranges and paths, and opens the outputs. If a later step fails, no output file
+  // remains. `run` and `options` must outlive the frame.
   CommandFrame(RenderRun& run, const RenderOptions& options);
 
   void load();
@@ -50,7 +50,7 @@ class CommandFrame {
   bool unfinished() const { return report_.counters.stopped || denoising_stopped_; }
   void add_light_groups(const LightGroups& groups);
   void on_picture_changed(const JobProgress& now, const LivePicture& picture);
-  // Whether a bucket driver was stopped, so that the picture is written with black pixels.
+  // Whether a bucket driver was stopped early, so that pixels without samples are written as black.
   bool has_holes() const;
   void report_holes() const;
   int exit_code() const;
@@ -76,8 +76,8 @@ class CommandFrame {
   std::optional<ReportPictures> pictures_;
   Camera camera_;
   SceneLayers layers_;
-  std::optional<ReadPose> read_pose_;  // from load() to build()
-  std::unique_ptr<RenderJob> job_;     // from build() on
+  std::optional<ReadPose> read_pose_;  // set from load() to build()
+  std::unique_ptr<RenderJob> job_;     // set by build()
   RenderResult result_;
   std::optional<RemoteViewer> viewer_;
   FrameCheckpoint checkpoint_;
@@ -85,7 +85,7 @@ class CommandFrame {
   WriteAttempts attempts_, snapshot_attempts_;
 };
 
-// Renders one frame of the run. Returns nothing if a stop signal arrived before the frame began to
+// Renders one frame of the run. Returns nullopt if a stop signal arrived before the frame began to
 // render.
 std::optional<RenderReport> render_frame(RenderRun& run, const RenderOptions& options);
 

@@ -29,8 +29,8 @@
 namespace emberline {
 namespace {
 
-// An empty value (`--env "$UNSET"`) would later look like an absent option. Lists and named choices
-// are exempt: their own check reports the valid values.
+// Throws UsageError for an empty value (`--env "$UNSET"`), which would later look like an absent
+// option. Skips lists and named choices, because their own check reports the valid values.
 void reject_empty_values(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     const std::string type = option->get_type_name(), name = option->get_name(false, true);
@@ -116,7 +116,8 @@ void write_document(const std::filesystem::path& path, const std::string& text) 
   write_file_atomically(path.string(), text);
 }
 
-// Lays out `folder` like the share folder of an installation.
+// Writes man pages, completion and pages of the manual, laid out like the share folder of an
+// installation.
 void write_documents(const CommandHelp& root, const std::filesystem::path& folder) {
   write_document(folder / "man/man1" / manual_name(root), manual_page(root));
   for (const CommandHelp& command : root.commands) {

@@ -250,7 +250,7 @@ void add_window_options(CLI::App* app, ViewOptions& o) {
        .full = "Ignore the remembered size and panels of the window, and do not save new ones."});
 }
 
-// Adds the rules of the options to their help texts. Settings already have theirs.
+// Adds the rules of the options to their help texts. The help of settings already has their rules.
 void add_option_rules(CLI::App* app) {
   for (CLI::Option* option : app->get_options()) {
     const std::string name = option->get_single_name();

@@ -10,8 +10,8 @@ class App;
 
 namespace emberline {
 
-// Each function sets the command line's defaults and binds `options`, which must live until the
-// arguments are parsed.
+// Each function sets the defaults of `options` and adds the command-line options that fill it in.
+// `options` must live until the arguments are parsed.
 void add_render_options(CLI::App* app, RenderOptions& options);
 void add_view_options(CLI::App* app, ViewOptions& options);
 void add_session_options(CLI::App* app, SessionOptions& options);

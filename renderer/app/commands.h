@@ -31,12 +31,12 @@ int run_render(const RenderOptions& options);
 // Throws EmberlineError for errors that affect every frame: the command line or the scene.
 int run_range(const RenderOptions& options, const std::vector<int>& frames);
 
-// `emberline info`: lists what a scene contains, which features it needs and which are approximated
-// or ignored; or prints an edits file to start from; or describes a frame; or lists the channels
-// that pictures can have.
+// `emberline info`: lists what a scene contains, which features it needs and which of them are
+// approximated or ignored. Can also print an edits file to start from, describe a rendered frame,
+// or list the channels that pictures can have.
 struct InfoOptions {
-  std::string scene;      // or a frame (recognised as EXR by content); unused with `channels`
-  bool channels = false;  // list the channels instead of a scene
+  std::string scene;      // or a frame (its content is an EXR); unused with `channels`
+  bool channels = false;  // list the channels instead of describing a scene
   bool edits = false;     // print edits that change nothing (edits_template.h)
   bool json = false;
   FrameSettings settings;  // how to load the scene, and its environment
@@ -69,15 +69,15 @@ struct ShowOptions {
   LimitOptions limits;
 };
 
-// Writes the same .png and .jpg as `render -o` would, except that only the layer "denoised" is the
-// denoised picture, and that the file's precision counts (half, lossy compression). A layer of one
-// number that is not between 0 and 1 everywhere is shown in grey from its least to its greatest
-// value. Only the pictures to be written and a band of rows are in memory. Returns the exit code.
-// Throws InputError (unreadable, no picture), UsageError (layer, names), RenderError (cannot
-// write).
+// Writes the same .png and .jpg as `render -o` would, except that the denoised picture is shown
+// only as the layer "denoised", and that values have the file's precision (half floats, lossy
+// compression). A layer with a single channel whose values are not all between 0 and 1 is shown in
+// grey, from its least value to its greatest. Memory holds only the pictures to be written and a
+// band of rows. Returns the exit code. Throws InputError (unreadable, no picture), UsageError
+// (layer, names), RenderError (cannot write).
 int run_show(const ShowOptions& options);
 
-// `emberline explain`: says in words why a pixel of a finished frame got its samples.
+// `emberline explain`: says in words why a pixel of a finished frame got as many samples as it did.
 struct ExplainOptions {
   std::string image;            // an .exr that `emberline render` wrote
   std::string pixel = "worst";  // "X,Y" in the frame, or "worst"
@@ -104,8 +104,8 @@ struct CompareOptions {
 //
 // JSON: one object with the keys width, height, mse, rmse, relmse, relmse_epsilon, relmse_trimmed,
 // signed_bias, psnr, ssim, flip, max_abs, non_finite, different_pixels. A metric without a finite
-// value is null: the PSNR of equal pictures, the signed bias against black, and all of them when no
-// pixel is finite in both.
+// value is null: the PSNR of identical pictures, the signed bias against a black reference, and
+// every metric if no pixel is finite in both pictures.
 //
 // FLIP picture: see renderer/output/flip_picture.h. EXR: channels R, G, B, unclamped, and "flip".
 //
@@ -123,17 +123,16 @@ struct DenoiseOptions {
   LimitOptions limits;
 };
 
-// Writes the same bits as `render --denoise` would. Memory grows only with the frame's width; for
-// .png and .jpg, with the whole picture. Returns the exit code. Throws InputError
+// The result is bit-identical to that of `render --denoise`. Memory grows with the frame's width
+// or, for .png and .jpg, with the whole picture. Returns the exit code. Throws InputError
 // (unreadable, channels missing), UsageError (names), RenderError (cannot write).
 int run_denoise(const DenoiseOptions& options);
 
 // `emberline extend`: continues a finished frame to more samples or a lower noise threshold.
 struct ExtendOptions {
-  std::string frame;  // a picture that was rendered with --resumable, or its checkpoint
-  std::string scene;  // where the scene is now; empty: unchanged
-  RenderOptions
-      overrides;  // samples, threshold, outputs, threads and limits; the rest is from `frame`
+  std::string frame;        // a picture that was rendered with --resumable, or its checkpoint
+  std::string scene;        // current path of the scene; empty: unchanged
+  RenderOptions overrides;  // samples, threshold, outputs, threads and limits; `frame` has the rest
 };
 
 // Renders the missing samples, then replaces the picture and its checkpoint. Returns and throws
@@ -147,14 +146,14 @@ struct MergeOptions {
   RenderOptions frame;  // outputs, reports, threads and limits; the rest comes from the parts
 };
 
-// Writes what `render` would write for the whole frame: the same bits if the parts are tiles; if
-// they are sample ranges, sums are rounded differently. Returns kExitDone, or kExitRenderFailed if
-// a file could not be written. Throws UsageError, InputError (parts that do not belong together)
-// and RenderError.
+// Writes what `render` would write for the whole frame. The result is bit-identical if the parts
+// are tiles; if they are sample ranges, sums are rounded differently. Returns kExitDone, or
+// kExitRenderFailed if a file could not be written. Throws UsageError, InputError (parts that do
+// not belong together) and RenderError.
 int run_merge(const MergeOptions& options);
 
-// `emberline farm`: renders a frame in parts, as Slurm jobs. Only Slurm schedules, watches and
-// restarts them.
+// `emberline farm`: renders a frame in parts, as Slurm jobs. Leaves it to Slurm to schedule, watch
+// and restart the jobs.
 enum class FarmVerb : uint8_t { kSubmit, kStatus, kCancel, kRetry };
 
 struct FarmOptions {
@@ -169,7 +168,7 @@ struct FarmOptions {
 };
 
 // Submits the frame, or runs the verb on a submitted one. Returns kExitDone. Throws UsageError,
-// InputError (scene, job.json) and RenderError (no Slurm, a refusal by Slurm, files).
+// InputError (scene, job.json) and RenderError (no Slurm, a job that Slurm rejects, files).
 int run_farm(const FarmOptions& options);
 
 // `emberline study`: measures speed against error for several ways to render one frame. Writes
@@ -186,9 +185,9 @@ int run_study(const StudyOptions& options);
 // UsageError, RenderError.
 int run_convergence(const StudyOptions& options);
 
-// `emberline session`: lets a host program control a session like the window's over standard input
-// and output (renderer/session/PROTOCOL.md). Both the command line and the host can set these
-// options.
+// `emberline session`: lets a host program control, over standard input and output, a session like
+// that of the window (renderer/session/PROTOCOL.md). Both the command line and the host can set
+// these options.
 struct SessionOptions {
   SessionOptions() { render.driver = kLiveDriver; }
 

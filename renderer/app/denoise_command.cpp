@@ -108,7 +108,8 @@ void check_channels(const std::string& path, const std::vector<std::string>& cha
                    fmt::join(named, ", "), missing.size() > kMaxListed ? " and more" : "");
 }
 
-// The result has the channels of only one picture; those of other parts would be lost.
+// Throws InputError if a part of the file does not belong to the picture. The result has the
+// channels of only one picture, so those of such a part would be lost.
 void check_parts(const std::string& path, const std::vector<ImagePart>& parts) {
   const auto mismatched = std::ranges::find(parts, -1, &ImagePart::first);
   if (mismatched == parts.end()) return;

@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::string_view kCheckpointSuffix = ".checkpoint";
 
-// Names the command that would have kept the checkpoint. An EXR's header has the command that wrote
-// it.
+// The message names the command that would have kept the checkpoint: the one in the header of the
+// EXR, if it is there.
 [[noreturn]] void reject_missing(const std::string& frame, const std::string& checkpoint) {
   if (!InputFile::try_open(frame)) throw InputError(frame, "file not found");
   std::string command = "emberline render ... -o " + shell_quoted(frame);

@@ -19,7 +19,7 @@ namespace {
 
 struct FrameSpan {
   int first = 0, last = 0;
-  int64_t step = 1;  // from `first` towards `last`; > 0 even if `last` is smaller
+  int64_t step = 1;  // distance between frames; > 0 even if `last` < `first`
 
   int64_t count() const { return std::abs(int64_t(last) - first) / step + 1; }
 };
@@ -63,7 +63,8 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-// Visits the outputs that each frame writes under its own name, and the options that name them.
+// Visits the outputs that each frame writes under a name of its own, together with the options that
+// name them.
 template <typename Options, typename Visit>
 void visit_outputs(Options& o, const Visit& visit) {
   for (auto& path : o.outputs) visit("-o", path);
@@ -165,8 +166,8 @@ void check_output_folders(const RenderOptions& options, int first) {
   visit_outputs(options, [&](std::string_view option, const std::string& path) {
     const std::string folder = std::filesystem::path(path).parent_path().string();
     if (has_frame_number(folder)) return;  // each frame has its own folder
-    // A folder for snapshots may exist already, and with --skip-existing so may all files of the
-    // range; then nothing needs to be created here.
+    // A folder for snapshots may already exist, and with --skip-existing all files of the range may
+    // exist. In these cases nothing needs to be created in the parent folder.
     const bool may_exist = options.skip_existing || option == "--snapshots";
     const int mode = may_exist ? F_OK : W_OK | X_OK;
     if (::access(folder.empty() ? "." : folder.c_str(), mode) == 0) return;

@@ -21,8 +21,9 @@ std::vector<int> parse_frames(std::string_view text);
 // Returns a short text that parse_frames() turns into the same list.
 std::string format_frames(std::span<const int> frames);
 
-// Replaces every run of '#' by the frame's number, padded with zeros to the run's length: for frame
-// 7 "shot.####.exr" becomes "shot.0007.exr", for -7 "shot.-007.exr", for 12345 "shot.12345.exr".
+// A frame number in a name is a run of '#'. expand_frame_number() replaces each run by the number,
+// padded with zeros to the run's length: "shot.####.exr" becomes "shot.0007.exr" for frame 7,
+// "shot.-007.exr" for -7 and "shot.12345.exr" for 12345.
 bool has_frame_number(std::string_view name);
 std::string expand_frame_number(std::string_view name, int frame);
 

@@ -9,8 +9,8 @@
 
 namespace emberline {
 
-// Passes finished tiles to files and report. During the render it also updates progress, records
-// passes, takes snapshots and updates the viewer.
+// Passes finished tiles to the files and the report. During the render it also updates progress,
+// records passes, takes snapshots and updates the viewer.
 class CommandFrame::FrameSink final : public RenderSink {
  public:
   // `progress` is null when a frame that is already rendered is only delivered to the files.
@@ -18,8 +18,8 @@ class CommandFrame::FrameSink final : public RenderSink {
 
   void tile_finished(const FilmTile& tile) override {
     write(tile);
-    // Buckets finish one by one, so finished pixels measure the progress of a frame with a noise
-    // threshold.
+    // Buckets finish one by one, so the finished pixels show the progress of a frame whose number
+    // of samples is unknown because of a noise threshold.
     if (progress_ && frame_.job_->is_tiled()) progress_->add_fraction(tile_fraction(tile));
   }
   void tile_loaded(const FilmTile& tile, uint64_t samples) override {

@@ -20,7 +20,8 @@ const CommandHelp* find_subcommand(const CommandHelp& command, const std::string
 
 int run_help(const HelpOptions& options) {
   std::vector<std::string> words = options.words;
-  // CLI11 does not accept an option with its dashes as a value, so it is in remaining().
+  // CLI11 does not accept a word with dashes, such as `--env`, as a value. Such words are in
+  // remaining().
   for (const CLI::App* app : options.root->get_subcommands()) {
     for (const std::string& extra : app->remaining()) words.push_back(extra);
   }

@@ -118,7 +118,8 @@ Json describe_environment(const SceneDescription& scene) {
           {"rotation_degrees", scene.environment->rotation_degrees}};
 }
 
-// The JSON of nodes and materials is large compared with their descriptions.
+// Returns an estimate of the memory for the JSON of nodes and materials, which is large compared
+// with their descriptions.
 uint64_t list_bytes(const SceneDescription& scene) {
   constexpr uint64_t kEntryBytes = 1024;
   return bytes_of(scene.nodes.size() + scene.materials.size(), kEntryBytes);
@@ -280,7 +281,7 @@ SceneDescription read_scene(const InfoOptions& options, LoadProgress& progress) 
   return SceneFile(settings, progress, {.nodes = true}).pose(settings, {}, progress);
 }
 
-// What tells how to read a scene has no meaning for a frame.
+// Throws UsageError for options about reading a scene, because they have no meaning for a frame.
 void reject_scene_options(const InfoOptions& options) {
   const auto reject = [&](const std::string& option) {
     throw UsageError("`{}` needs a scene, but {} is a frame", option, options.scene);

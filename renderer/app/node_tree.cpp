@@ -39,11 +39,11 @@ class NodeTree {
   const std::vector<NodeDescription>& nodes_;
   std::vector<std::vector<size_t>> children_;
   std::vector<size_t> level_;  // from 1; 0: not listed
-  std::vector<size_t> more_;   // number of nodes below that are not listed
+  std::vector<size_t> more_;   // number of unlisted nodes below each node
   size_t more_roots_ = 0;
 };
 
-// Breadth first, so that a large branch leaves room for the others.
+// Chooses the nodes to list, breadth first, so that a large branch leaves room for the others.
 void NodeTree::list_nodes() {
   std::vector<size_t> listed = {nodes_.size()};
   for (size_t next = 0; next < listed.size(); ++next) {

@@ -8,9 +8,9 @@
 
 namespace emberline {
 
-// Returns an indented line for each node, such as "3 'wheel'  mesh". Lists at most 200 nodes and 24
-// levels, those nearest the roots first, and says how many more there are. Names are shortened and
-// made printable. No node may be its own ancestor.
+// Returns an indented line for each node, such as "3 'wheel'  mesh". Lists at most 200 nodes, those
+// nearest the roots, on at most 24 levels, and says how many more there are. Names are shortened
+// and made printable. No node may be its own ancestor.
 std::string node_tree(const std::vector<NodeDescription>& nodes);
 
 }  // namespace emberline

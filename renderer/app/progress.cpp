@@ -134,7 +134,7 @@ RenderProgress ProgressDisplay::now() const {
 std::string ProgressDisplay::line(const RenderProgress& now) const {
   const uint64_t earlier = std::min(now.samples, resumed_samples_.load(std::memory_order_relaxed));
   const double rate = now.elapsed_s > 0 ? double(now.samples - earlier) / now.elapsed_s : 0.0;
-  if (total_ == 0 && now.done == 0) {  // no known total: a noise threshold ends the frame
+  if (total_ == 0 && now.done == 0) {  // no known total: a noise threshold decides
     return fmt::format("{}{:.1f} M samples  {}  ({:.2f} M samples/s)", label_,
                        double(now.samples) * 1e-6, readable_seconds(now.elapsed_s), rate * 1e-6);
   }
@@ -152,7 +152,7 @@ void ProgressDisplay::draw() {
     return;
   }
   // Not a terminal: log a line for every tenth of the frame (every ten seconds if the total is not
-  // known), and at least one a minute.
+  // known), and at least one line a minute.
   const int tenth = now.done > 0 || total_ > 0 ? int(10 * now.done) : int(now.elapsed_s / 10.0);
   if (tenth > last_tenth_ || now.elapsed_s > last_line_s_ + 60.0) {
     last_tenth_ = tenth;

@@ -17,9 +17,10 @@
 namespace emberline {
 
 // Shows progress from a thread of its own, which also turns a stop signal or the end of a time
-// limit into a stop request. `time_limit_s` is the frame's time limit. `allotted_s` is the time
-// left to this process (process_usage.h); its end counts as a stop by the user. `label` precedes
-// every line. `file`, if not null, reports the same progress while this object lives.
+// limit into a stop request. `time_limit_s` is the frame's own limit. `allotted_s` is the time left
+// to this process (process_usage.h); when it ends, the frame counts as stopped by the user. `label`
+// precedes every line. `file`, if not null, reports the same progress during the lifetime of this
+// object.
 class ProgressDisplay {
  public:
   ProgressDisplay(uint64_t samples_total, StopRequest& stop,
@@ -32,7 +33,8 @@ class ProgressDisplay {
   void add(uint64_t samples) { done_.fetch_add(samples, std::memory_order_relaxed); }
   // For frames without a known number of samples: adds a finished fraction of the whole work.
   void add_fraction(double delta) { fraction_.fetch_add(delta, std::memory_order_relaxed); }
-  // Adds the work of an earlier run. It counts as done, but not for the rate or the time left.
+  // Adds the work of an earlier run. This work counts as done, but does not affect the rate or the
+  // time left.
   void add_resumed(uint64_t samples, double delta) {
     resumed_samples_.fetch_add(samples, std::memory_order_relaxed);
     resumed_fraction_.fetch_add(delta, std::memory_order_relaxed);

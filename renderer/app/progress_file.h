@@ -33,18 +33,18 @@ bool is_foreign_file(const std::string& path);
 // Writes a JSON file every two seconds, on its own thread so that a slow disk delays nothing else:
 // {"state", "done", "samples", "elapsed_s", "left_s", "host", "pid", "written"}. `state` is
 // running, done, stopped or failed; `written` is this machine's time in UTC. Only the first failed
-// write causes a warning. For a range the values cover the whole range, and "frame" has {"number",
-// "index", "count", "done"} of the current frame; skipped frames do not affect the time left.
+// write causes a warning. For a range, the values cover the whole range, and "frame" describes the
+// current frame: {"number", "index", "count", "done"}. Skipped frames do not affect the time left.
 class ProgressFile {
  public:
   explicit ProgressFile(const std::string& path);
   // Sets the state to "failed" if finish() was not called.
   ~ProgressFile();
 
-  // Makes this object's thread ask `source` for the progress from now on. Null keeps the last
-  // values.
+  // From now on, the object's thread asks `source` for the progress. If `source` is null, the last
+  // values remain.
   void set_source(std::function<RenderProgress()> source);
-  // From now on progress is reported for this frame of a range.
+  // From now on, reports the progress of this frame of a range.
   void begin_frame(const FramePosition& frame_position);
   // Writes the final state for an exit code of `emberline`.
   void finish(int exit_code);
@@ -64,7 +64,7 @@ class ProgressFile {
   std::optional<FramePosition> position_;
   const char* state_ = "running";
   bool is_finishing_ = false;
-  bool warned_ = false;  // used by the thread only
+  bool warned_ = false;  // used only by thread_
   std::thread thread_;
 };
 

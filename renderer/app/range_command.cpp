@@ -40,7 +40,7 @@ struct FrameOutcome {
 };
 
 struct RangeReport {
-  std::vector<FrameOutcome> frames;  // the frames that were reached, in order
+  std::vector<FrameOutcome> frames;  // the frames that were begun or skipped, in order
   std::vector<int> remaining;        // the others
   double wall_s = 0, cpu_s = 0;
   int exit_code = 0;
@@ -132,7 +132,7 @@ class RangeRun {
  public:
   RangeRun(const RenderOptions& options, const std::vector<int>& frames)
       : options_(options), frames_(frames), run_(options_) {
-    options_.frames.clear();  // would be copied into every frame's options
+    options_.frames.clear();  // otherwise the list would be copied for every frame
   }
 
   // Checks all frames before anything is written, because a frame could overwrite what another one
@@ -190,7 +190,7 @@ class RangeRun {
     return options_.stop_on_error && report_.frames.back().status == FrameStatus::kFailed;
   }
 
-  // Returns nothing if a stop signal arrived before the frame began.
+  // Returns nullopt if a stop signal arrived before the frame began to render.
   std::optional<FrameOutcome> render(const RenderOptions& options) {
     FrameOutcome outcome;
     outcome.outputs = options.outputs;
@@ -207,7 +207,7 @@ class RangeRun {
     } catch (const UnusableScene&) {
       throw;
     } catch (const std::exception& error) {
-      // A usage error before any frame has rendered affects all frames.
+      // A usage error before any frame has rendered is assumed to affect all frames.
       const Failure failure = failure_of(error);
       if (!rendered_ && failure.exit_code == kExitUsage) throw;
       record_failure(failure, outcome);

@@ -103,12 +103,13 @@ RenderRun::RenderRun(const RenderOptions& options)
 }
 
 void RenderRun::begin() {
-  // Do not overwrite an existing file before the scene is read: the scene may use it.
+  // Does not overwrite another program's file before the scene is read, because the scene may use
+  // that file.
   if (progress_file || !is_foreign_file(options_.progress_file)) begin_progress();
   if (workers) return;
   workers.emplace(options_.threads);
-  // Needs its own arena, because WorkerThreads only sets a limit and cannot provide more threads
-  // than the machine has cores.
+  // Uses an arena of its own. WorkerThreads only sets a limit, so without the arena there would be
+  // no more threads than cores.
   arena.emplace(workers->count());
 }
 

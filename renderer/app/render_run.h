@@ -26,7 +26,7 @@
 
 namespace emberline {
 
-// Thrown if the scene cannot be opened, so that every frame of the run would fail.
+// Thrown if the scene cannot be opened, which would make every frame of the run fail.
 struct UnusableScene : EmberlineError {
   using EmberlineError::EmberlineError;
 };
@@ -44,11 +44,11 @@ struct ReadPose {
   std::optional<ReadScene> read;  // absent: the run's scene is already in that pose
 };
 
-// The built scene. Keeps the pose of a frame until the next frame's is built.
+// The built scene. It keeps one frame's pose until the next frame's pose is built.
 struct PosedScene {
   std::unique_ptr<OpenScene> open;
   ScenePose pose;
-  size_t warnings = 0;  // number of warnings until it was built; they apply to every frame
+  size_t warnings = 0;  // number of warnings from before it was built, which apply to every frame
 
   CameraDescription camera_of(const FrameSettings& settings) const;
   void report(RenderReport& report) const;
@@ -86,16 +86,16 @@ class RunScene {
   std::vector<NamedFile> files_;
 };
 
-// Only one frame at a time may use it.
+// Only one frame at a time may use this object.
 class RenderRun {
  public:
   // Runs one frame or a range. `options` must outlive it.
   explicit RenderRun(const RenderOptions& options);
 
-  // Called by each frame once its options are checked, so that refused options leave no trace. The
+  // Called by each frame once its options are checked, so that invalid options leave no trace. The
   // first call starts the threads and the progress file.
   void begin();
-  // Call it once the scene's files are known and registered, so that the progress file cannot
+  // Call once the scene's files are known and registered, so that the progress file cannot
   // overwrite one.
   void on_scene_read();
   // Saves the settings once, when the first frame begins to render.
@@ -111,7 +111,7 @@ class RenderRun {
   Stopwatch wall;           // since the frame began
   double cpu_before_s = 0;  // processor time used before the frame; 0 for the first
   std::optional<FramePosition> frame_position;
-  // The file names of all frames of a range; empty once the scene has been read.
+  // The file names of all frames of a range. Absent once the scene has been read.
   std::optional<FileRegister> names;
   std::optional<ProgressFile> progress_file;
   std::optional<WorkerThreads> workers;

@@ -29,7 +29,7 @@ int CommandFrame::replay() {
   const int x = int(numbers[0]), y = int(numbers[1]);
   const auto sample = uint32_t(numbers[2]);
   const auto [value, ray, rays] = job_->replay(x, y, sample);
-  // %a prints every bit, so that two replays can be compared exactly.
+  // %a prints numbers exactly, so that two replays can be compared bit by bit.
   std::string text;
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "pixel {},{} sample {} seed {}\n", x, y, sample, frame.seed);

@@ -193,7 +193,7 @@ void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* required
     style.range = ValueRange{v[0], v[1]};
     return true;
   };
-  // --help shows these options for `heatmap`, which has few; for other commands it omits them.
+  // --help shows these options only for `heatmap`, which has few options.
   const auto brief = [&](const char* text) { return required_option ? "" : text; };
   const OptionText colours = {.section = H::kOutput,
                               .brief = brief("colours: grey, viridis, inferno, magma or turbo"),

@@ -38,7 +38,7 @@ CLI::Option* describe(CLI::Option* option, const OptionText& text, const std::st
 // Appends a sentence to the full help for each rule that rules_of() returns.
 void add_rules(CLI::Option* option, std::string_view rules);
 
-// Adds an option. `read` must parse its value, and return false if it is not `what`, such as "a
+// Adds an option. `read` parses its value and returns false if that is not `what`, such as "a
 // number above 0".
 CLI::Option* add_parsed(CLI::App* app, const std::string& name, const std::string& type,
                         const OptionText& text, const std::string& what,
@@ -93,8 +93,8 @@ CLI::Option* add_name(CLI::App* app, const std::string& option, std::string& tar
 void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>& bytes,
               const OptionText& help);
 
-// Adds the settings of these groups except those in `excluded`, whose names have a different
-// meaning in this command.
+// Adds the settings of these groups, except those named in `excluded`, which mean something else in
+// this command.
 void add_settings(CLI::App* app, FrameSettings& settings,
                   std::initializer_list<SettingGroup> groups,
                   std::initializer_list<std::string_view> excluded = {});

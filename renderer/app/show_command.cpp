@@ -26,7 +26,7 @@ namespace emberline {
 namespace {
 
 constexpr const char* kTransparentAttribute = "emberline:transparent";
-// The header attributes of a frame that are copied to an .exr of one layer.
+// The header attributes that an .exr of one layer copies from the frame.
 constexpr std::string_view kKeptAttributes[] = {kCompleteAttribute, "emberline:samples",
                                                 kTransparentAttribute};
 
@@ -75,8 +75,9 @@ bool is_transparent(const FloatImageRows& file, const ImageLayer& layer) {
   return std::ranges::none_of(attributes, is_ours) || std::ranges::any_of(attributes, is_marked);
 }
 
-// The side of written tiles; also how many rows are read at once: at least 64, since each tile has
-// its own entry in the file's table and is compressed by itself.
+// Returns the width and height of the tiles to be written, which is also the number of rows read at
+// once. It is at least 64, because each tile has an entry in the file's table and is compressed by
+// itself.
 int tile_side(const FloatImageRows& file) {
   constexpr int kLeast = 64;
   const int step = file.rows_at_once();
@@ -102,10 +103,10 @@ struct GreyRange {
   float black = 0.0f, white = 1.0f;
 };
 
-// Returns the least and the greatest value, or 0 and 1 if all values are between 0 and 1.
+// Returns the layer's least and greatest values, or 0 and 1 if all values are between 0 and 1.
 GreyRange grey_range(const ShowOptions& options, const LoadProgress& progress,
                      const ImageLayer& layer) {
-  constexpr float kBackground = 1e10f;  // depth where no surface is hit, in Blender as here
+  constexpr float kBackground = 1e10f;  // depth of the background, here as in Blender
   FloatImageRows file(options.image, progress);
   const size_t stride = file.image().channel_names.size(), channel = size_t(layer.channels[0]);
   float least = std::numeric_limits<float>::infinity(), greatest = -least;
@@ -293,7 +294,8 @@ int run_show(const ShowOptions& options) {
                     options.image, kDenoisedLayer));
   }
   ShownFiles shown(options, file, layer);
-  // Without --layer, a single number is the luminance, which is shown without a range.
+  // Without --layer, a single channel is the luminance, which is displayed like a picture, without
+  // a range.
   const bool needs_range = layer.is_number() && !options.layer.empty() && shown.has_images();
   const GreyRange range = needs_range ? grey_range(options, progress, layer) : GreyRange{};
   const LayerColours colours(image, layer, options.image);

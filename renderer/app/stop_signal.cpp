@@ -20,8 +20,8 @@ static_assert(std::atomic<int>::is_always_lock_free);
 
 void on_signal(int signal) {
   const int count = ++g_signal_count;
-  // SIGXCPU (ulimit -t) repeats every second, so a second one does not mean that the user is
-  // impatient.
+  // SIGXCPU (ulimit -t) repeats every second, so a second SIGXCPU does not mean that the user wants
+  // to end the process at once.
   if (g_is_graceful != 0 && (count == 1 || signal == SIGXCPU)) return;
   remove_unfinished_files();
   _exit(kExitStopped);

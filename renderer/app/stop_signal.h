@@ -1,19 +1,19 @@
 // Signals that ask the process to stop: Ctrl-C, Ctrl-\, SIGTERM, a closed terminal, the limit of
 // processor time. While a frame renders, the first signal lets the unfinished frame be written. A
-// second one, or one at any other time, removes unfinished files and ends the process at once with
-// exit code 130.
+// second signal, or any signal at another time, removes unfinished files and ends the process at
+// once with exit code 130.
 #pragma once
 
 namespace emberline {
 
-// Also makes writes that exceed the file size limit (ulimit -f) or go to a closed pipe fail with an
-// ordinary error, instead of a signal that kills the process.
+// Installs the signal handlers. Also makes writes that exceed the file size limit (ulimit -f) or go
+// to a closed pipe fail with an ordinary error, instead of a signal that kills the process.
 void install_stop_handlers();
 
 bool stop_signalled();
 
 // SIGUSR1 requests a checkpoint; it has no effect if the frame keeps none.
-bool take_checkpoint_request();  // true: a request came since the last call
+bool take_checkpoint_request();  // true: requested since the last call
 
 // While an instance exists, the first signal only requests a stop. At most one may exist at a time.
 class GracefulStop {

@@ -385,7 +385,7 @@ void add_merge_options(CLI::App* app, MergeOptions& o) {
 }
 
 void add_farm_options(CLI::App* app, FarmOptions& o) {
-  // Not required, because the subcommands take no scene.
+  // The scene is not required, because the subcommands take none.
   add_scene(app, o.frame.scene);
   add_settings_file(app, o.frame);
   add_outputs(app, o.frame,
@@ -424,7 +424,7 @@ void add_study_options(CLI::App* app, StudyOptions& o) {
 
 void add_help_options(CLI::App* app, HelpOptions& o) {
   app->add_option("command", o.words, "A command, and one of its options with or without dashes.");
-  app->allow_extras();  // for an option with its dashes
+  app->allow_extras();  // accepts an option typed with its dashes
   app->footer(
       "emberline help render\n"
       "emberline help render noise-threshold");

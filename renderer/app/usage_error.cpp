@@ -47,7 +47,7 @@ void throw_usage(const CLI::App& root, const CLI::ParseError& error) {
   const CLI::App* app = &root;
   while (!app->get_subcommands().empty()) app = app->get_subcommands().back();
   const std::string what = error.what();
-  // A mistyped option may also be the reason why an argument is missing.
+  // If a required argument is missing, the reason may be a mistyped option.
   const bool extras = dynamic_cast<const CLI::ExtrasError*>(&error) ||
                       dynamic_cast<const CLI::RequiredError*>(&error);
   if (extras && !app->remaining().empty()) {

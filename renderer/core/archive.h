@@ -1,4 +1,4 @@
-// Saves and loads state with one function for both directions:
+// Saves and loads an object's state; the object needs only one function for both:
 //
 //   void Planner::archive(Archive& archive) {
 //     archive.number(round_, 0, kMaxRounds);
@@ -10,8 +10,8 @@
 //   saving.end();                                loading.end();
 //
 // The bytes are in this machine's byte order. They may come from an untrusted file, so the caller
-// passes each function the values that it accepts. Loading throws InputError for anything else; the
-// object being loaded must then be discarded.
+// tells each function which values it accepts. Loading throws InputError for any other value, and
+// the object that was being loaded must then be discarded.
 #pragma once
 
 #include <cmath>
@@ -35,7 +35,7 @@ class Archive {
 
   bool loading() const { return to_ == nullptr; }
 
-  // An integer, an enum or a bool within [minimum, maximum].
+  // Saves or loads an integer, an enum or a bool within [minimum, maximum].
   template <typename T>
   requires std::is_integral_v<T> || std::is_enum_v<T>
   void number(T& value, T minimum, T maximum) {
@@ -45,17 +45,17 @@ class Archive {
     check(raw >= widen(minimum) && raw <= widen(maximum));
     value = T(raw);
   }
-  // A number within [minimum, maximum], or NaN if `may_be_nan`.
+  // Saves or loads a number within [minimum, maximum], or NaN if `may_be_nan`.
   void number(double& value, double minimum, double maximum, bool may_be_nan = false) {
     bytes(&value, sizeof value);
     check((value >= minimum && value <= maximum) || (may_be_nan && std::isnan(value)));
   }
-  // Exactly values.size() elements, without a stored count.
+  // Saves or loads exactly values.size() elements; the number of elements is not stored.
   template <typename T>
   requires std::is_trivially_copyable_v<T>
   void values(std::span<T> values) { bytes(values.data(), values.size_bytes()); }
-  // An array that is empty or has exactly `size` elements. Floating-point NaNs are rejected; the
-  // caller must check the values of structs.
+  // Saves or loads an array that is empty or has exactly `size` elements. Arrays of floating-point
+  // numbers must not contain NaN; elements that are structs must be checked by the caller.
   template <typename T>
   requires std::is_trivially_copyable_v<T>
   void array(std::vector<T>& values, size_t size) {
@@ -103,7 +103,7 @@ class Archive {
   [[noreturn]] static void throw_damaged() {
     throw InputError("saved frame state", "it is damaged or belongs to another frame");
   }
-  // Copies large arrays (such as a film) with all threads.
+  // Copies with all threads if the array is large, such as a film.
   static void copy(const void* from, std::byte* to, size_t size) {
     constexpr size_t kLarge = size_t(32) << 20, kGrain = size_t(1) << 20;
     if (size < kLarge) {

@@ -10,8 +10,8 @@ struct ByteImage {
   int width = 0, height = 0;
   int channels = 3;             // 1, 3, or 4 with unassociated alpha last
   std::vector<uint8_t> values;  // interleaved, row-major, display-encoded
-  bool srgb = true;             // tag the file as sRGB
-  bool incomplete = false;      // from a stopped frame; PNG and JPEG files record this
+  bool srgb = true;             // whether the encoded file is tagged as sRGB
+  bool incomplete = false;      // from a stopped frame; recorded in PNG and JPEG files
 };
 
 }  // namespace emberline

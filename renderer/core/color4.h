@@ -1,5 +1,5 @@
 // Four floats in a GCC or Clang vector: a colour, and a fourth lane in which a function may compute
-// something else at the same time.
+// another value at the same time.
 #pragma once
 
 #include "renderer/core/vector.h"

@@ -14,15 +14,16 @@ struct ColourMatrix {
   Rgb operator*(const Rgb& c) const { return {dot(red, c), dot(green, c), dot(blue, c)}; }
 };
 
-// Converts the linear Rec. 709 of scene descriptions to the working space; null if they are the
-// same.
+// Converts colours from linear Rec. 709, which scene descriptions use, to the working space; null
+// if the working space is Rec. 709.
 using ToWorkingSpace = std::shared_ptr<const ColourMatrix>;
 
 inline Rgb converted(const ToWorkingSpace& matrix, const Rgb& c) {
   return matrix ? *matrix * c : c;
 }
 
-// Converts per-channel factors on `colour` to factors on the converted colour.
+// Converts factors for each channel of `colour` to factors for each channel of the converted
+// colour.
 inline std::shared_ptr<const TimeCurve<Rgb>> converted(
     const ToWorkingSpace& matrix, const std::shared_ptr<const TimeCurve<Rgb>>& shares,
     const Rgb& colour) {

@@ -1,10 +1,10 @@
 // Errors that a user can cause, with one exception type per exit code. They are thrown only at load
 // and I/O boundaries and while options are read; hot code does not throw.
 //
-// Every message is one line that says what is wrong, where (file, JSON pointer), and what to do.
-// Setting names are in backticks (setting_names.h). Shorten names and values that come from outside
-// with shortened(); the constructor truncates an overlong message. A message without format
-// arguments is taken literally, braces included.
+// Every message is one line that says what is wrong, where it is wrong (file, JSON pointer), and
+// what the user can do. Write setting names in backticks (setting_names.h), and pass names and
+// values that come from outside through shortened(). The constructor truncates an overlong message.
+// A message without format arguments is taken literally, braces included.
 #pragma once
 
 #include <fmt/core.h>
@@ -45,7 +45,8 @@ struct UsageError : EmberlineError {
       : UsageError(fmt::format(message, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
-// An input file cannot be used (exit 3). `place`: the file, and "#/json/pointer" if it applies.
+// An input file cannot be used (exit 3). `place` is the file, followed by "#/json/pointer" if it
+// applies.
 struct InputError : EmberlineError {
   InputError(const std::string& place, const std::string& message)
       : EmberlineError(kExitInput, place + ": " + message) {}
@@ -56,7 +57,8 @@ struct InputError : EmberlineError {
                    fmt::format(message, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
-// The whole load exceeded its limits; code that skips a broken object must not catch this.
+// The load as a whole exceeded a limit. Code that skips a broken object and goes on must not catch
+// this.
 struct LimitError : InputError {
   using InputError::InputError;
 };

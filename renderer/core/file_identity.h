@@ -7,15 +7,15 @@
 
 namespace emberline {
 
-// Equal for hard links, symbolic links and every spelling of a path. Only valid while the file
-// exists.
+// The same for all hard links and symbolic links to a file and for every spelling of its path.
+// Valid only while the file exists.
 struct FileIdentity {
   uint64_t device = 0, inode = 0;
 
   auto operator<=>(const FileIdentity&) const = default;
 };
 
-// File metadata that usually changes when the contents do.
+// Metadata of a file that usually change when the contents do.
 struct FileState {
   uint64_t size = 0;
   int64_t modified_ns = 0;  // since 1970

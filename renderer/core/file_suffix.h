@@ -14,8 +14,8 @@ inline std::string lower_case(std::string text) {
   return text;
 }
 
-// The suffix from the last dot of the file name on, in lower case: ".exr" for "shots/A.010.EXR".
-// Empty if there is no dot, or only a leading one.
+// Returns the part of the file name from its last dot, in lower case: ".exr" for "shots/A.010.EXR".
+// Empty if the name has no dot, or only one at its beginning.
 inline std::string lower_suffix(std::string_view path) {
   return lower_case(std::filesystem::path(path).extension().string());
 }

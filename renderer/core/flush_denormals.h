@@ -1,6 +1,6 @@
 // Scope guard that makes the current thread flush denormals to zero, since arithmetic on them is
-// many times slower. All code that resolves pixels uses it, so that pixels do not depend on the
-// driver.
+// many times slower. Render workers and all code that resolves a film to pixels use it, so that
+// pixels do not depend on the driver.
 #pragma once
 
 #if defined(__x86_64__) || defined(_M_X64)

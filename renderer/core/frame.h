@@ -10,9 +10,9 @@ struct ShadingFrame {
   Vec3f bitangent;
   Vec3f normal;
 
-  // An arbitrary right-handed frame around unit n. Duff et al. 2017, "Building an Orthonormal
-  // Basis, Revisited", JCGT 6(1), listing 3. It is continuous except where n.z changes sign, and
-  // needs no square root.
+  // Returns an arbitrary right-handed frame whose normal is n, a unit vector. Duff et al. 2017,
+  // "Building an Orthonormal Basis, Revisited", JCGT 6(1), listing 3. The frame is continuous
+  // except where n.z changes sign, and takes no square root.
   static ShadingFrame from_normal(const Vec3f& n) {
     const float sign = std::copysign(1.0f, n.z);
     const float a = -1.0f / (sign + n.z);

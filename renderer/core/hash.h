@@ -1,5 +1,5 @@
-// Integer hashes, from which every seed is computed. All are bijective or mix well, so that
-// samplers never see raw indices, which are correlated.
+// Integer hashes, with which every seed is computed, so that samplers never see raw indices, which
+// are correlated. All are bijective or mix well.
 #pragma once
 
 #include <bit>
@@ -29,8 +29,8 @@ constexpr uint64_t hash64(uint64_t x) {
   return x;
 }
 
-// The result depends on the order of the words. The golden-ratio increment keeps 0 from being a
-// fixed point.
+// Adds a word to the hash h. The result depends on the order in which words are added. The
+// golden-ratio increment keeps 0 from being a fixed point.
 constexpr uint32_t hash_combine(uint32_t h, uint32_t word) {
   return hash32((h ^ hash32(word + 0x9e3779b9u)) * 0x85ebca6bu + 0x9e3779b9u);
 }
@@ -39,7 +39,7 @@ constexpr uint64_t hash_combine64(uint64_t h, uint64_t word) {
   return hash64(h ^ (hash64(word + 0x9e3779b97f4a7c15ull) + 0x9e3779b97f4a7c15ull));
 }
 
-// Uniform float in [0, 1) from 32 random bits; never 1.
+// Converts 32 random bits to a uniform float in [0, 1).
 constexpr float to_unit_float(uint32_t bits) { return float(bits >> 8) * 0x1p-24f; }
 
 }  // namespace emberline

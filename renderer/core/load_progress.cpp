@@ -13,12 +13,12 @@ namespace {
 
 struct StageInfo {
   const char* name;
-  bool counted;  // whether the user should see the number of items
+  bool counted;  // whether the text shows the number of items
   double end;    // fraction of the load that is complete when the stage ends
 };
 
-// We chose the fractions so that the bar moves evenly if images take most of the time, as in most
-// files.
+// We chose the fractions so that a progress bar moves evenly if images take most of the time, as in
+// most files.
 constexpr StageInfo kStages[] = {
     {"reading", false, 0.1},     {"meshes", true, 0.25}, {"images", true, 0.6},
     {"environment", false, 0.7}, {"BVH", false, 0.9},    {"lights", false, 1.0},
@@ -33,7 +33,7 @@ double start_of(LoadStage stage) {
   return stage == LoadStage::kReading ? 0.0 : kStages[size_t(stage) - 1].end;
 }
 
-// Timeouts beyond the range of the clock are ignored.
+// Timeouts from 1e9 s are ignored, since they might exceed the range of the clock.
 std::optional<std::chrono::steady_clock::time_point> deadline(std::optional<double> timeout_s) {
   using Clock = std::chrono::steady_clock;
   if (!timeout_s || !(*timeout_s < 1e9)) return std::nullopt;

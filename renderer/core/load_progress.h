@@ -1,8 +1,9 @@
 // Progress reports, cancellation, and memory and time limits of a load.
 //
 // The caller creates one LoadProgress per load and passes it to load_gltf, build_scene or
-// EditableScene. Loading code reports its progress to it; without a callback this costs one branch
-// per image or mesh and nothing per texel or vertex. The loaded scene does not depend on it.
+// EditableScene. Loading code reports to this object; without a callback, a report costs one branch
+// per image or mesh and nothing per texel or vertex. Progress reports do not affect the loaded
+// scene.
 #pragma once
 
 #include <chrono>
@@ -24,34 +25,35 @@ struct Cancelled : std::exception {
   const char* what() const noexcept override { return "cancelled"; }
 };
 
-// In the order of loading.
+// Stages of a load, in their order.
 enum class LoadStage : uint8_t { kReading, kMeshes, kImages, kEnvironment, kBvh, kLights };
 
-// Limits of a load. The message of a timeout names `scene`.
+// Limits of a load. `scene` is only for the message of a timeout.
 struct LoadLimits {
   std::shared_ptr<MemoryBudget> memory = MemoryBudget::unlimited();
   std::optional<double> timeout_s;
   std::string scene;
-  // If the textures exceed this size, they are kept in a file, with at most this much of it in
-  // memory. The environment map does not count, because all of its rows are read anyway.
+  // If the textures exceed this size, they are kept in a file, and at most this much of the file is
+  // in memory. The environment map does not count towards this, because all of its rows are read
+  // anyway.
   std::optional<uint64_t> texture_bytes = {};
 };
 
 class LoadProgress {
  public:
-  // Receives the current step as text ("images 12 of 15") and the completed fraction: in [0, 1],
-  // never decreasing, 1 once the scene is built. The loading threads call it at most a few hundred
-  // times, one call at a time. It must not throw.
+  // Receives the current step as text ("images 12 of 15") and the completed fraction. The fraction
+  // never decreases, and is 1 once the scene is built. The callback is called at most a few hundred
+  // times, by any of the loading threads but by one at a time. It must not throw.
   using Report = std::function<void(const std::string& stage, double fraction)>;
 
   // Any thread may request `stop`. The load then ends with Cancelled within 40 ms, or up to 250 ms
-  // at the beginning of a BVH of millions of triangles (tests/bench/results). The timeout starts
-  // here; a load that exceeds it ends with InputError after the same delay.
+  // at the beginning of a BVH of millions of triangles (tests/bench/results). The constructor
+  // starts the timeout; a load that exceeds it ends with LimitError after the same delay.
   explicit LoadProgress(Report report, std::stop_token stop = {}, LoadLimits limits = {});
   LoadProgress(const LoadProgress&) = delete;
   LoadProgress& operator=(const LoadProgress&) = delete;
 
-  // No callback, no cancellation, no limits.
+  // Returns an object without callback, cancellation and limits.
   static LoadProgress& none();
 
   // ---- for loading code; thread-safe -----------------------------------------------------------
@@ -59,16 +61,19 @@ class LoadProgress {
   bool watched() const { return watched_; }
   // Whether check() would throw.
   bool should_stop() const { return watched_ && (stop_.stop_requested() || timed_out()); }
-  // Throws Cancelled if cancelled, LimitError on timeout; begin() and advance() do so, too.
+  // Throws Cancelled if the load was cancelled, LimitError after a timeout. begin() and advance()
+  // also do this.
   void check() const {
     if (should_stop()) throw_stop_reason();
   }
   const std::shared_ptr<MemoryBudget>& budget() const { return limits_.memory; }
   const std::optional<uint64_t>& texture_bytes() const { return limits_.texture_bytes; }
-  // Enters a stage of `items` equal items. Repeating a stage does not reduce the fraction.
+  // Enters a stage that consists of `items` equal items. If a stage is repeated, the reported
+  // fraction does not fall.
   void begin(LoadStage stage, uint64_t items = 0);
   void advance(uint64_t items = 1);
-  // Reports that `share` of the next `items` is done. Does not throw, for use in callbacks.
+  // Reports that the fraction `share` of the next `items` items is done. Does not throw, so that
+  // callbacks can use it.
   void report_partial(uint64_t items, double share) noexcept;
   void finish();
 

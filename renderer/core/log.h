@@ -1,8 +1,8 @@
 // Messages to the user on stderr. Thread-safe. Each message is one line: control characters in
 // names are escaped (utf8.h).
 //
-// Results (info, compare --json) go to stdout instead, without these functions. A progress line on
-// the same terminal is cleared before a message and redrawn after it.
+// Results, as of `info` and `compare --json`, go to stdout instead and do not use these functions.
+// A progress line on the same terminal is cleared before a message and redrawn after it.
 #pragma once
 
 #include <cstddef>
@@ -19,20 +19,22 @@ void set_log_level(LogLevel level);
 LogLevel log_level();
 
 void log_error(std::string_view message);  // always shown: "emberline: error: ..."
-// Shown unless --quiet; each distinct text is shown once per process, and at most a hundred texts.
+// Not shown with --quiet. Each distinct text is shown once per process, up to a hundred texts.
 void log_warning(std::string_view message);
-void log_info(std::string_view message);     // unless --quiet
-void log_verbose(std::string_view message);  // with --verbose
+void log_info(std::string_view message);     // not shown with --quiet
+void log_verbose(std::string_view message);  // shown only with --verbose
 
-// Redirects messages from stderr to `sink`, without a prefix and including repeated warnings; null
-// restores stderr. The sink is called by one thread at a time.
+// Sends messages to `sink` instead of stderr, without a prefix and including repeated warnings;
+// null restores stderr. The sink is called by one thread at a time.
 enum class LogKind { kError, kWarning, kInfo };
 void set_log_sink(std::function<void(LogKind kind, std::string_view message)> sink);
 
-// Every distinct warning so far, in order, including those that --quiet suppressed.
+// Returns every distinct warning so far, in order, including those that --quiet suppressed, but not
+// those that went to a sink.
 std::vector<std::string> warnings_so_far();
 
-// Forgets all but the first `count` warnings, so that the next frame shows the others again.
+// Forgets all but the first `count` warnings, so that the others are shown again if they recur in
+// the next frame.
 void truncate_warnings(size_t count);
 
 // Sets functions that are called before and after each message, to clear and redraw a progress

@@ -10,7 +10,7 @@ MappedTexels::MappedTexels(std::shared_ptr<const std::byte> texels, size_t size)
       prefetched_(
           std::make_unique<std::atomic<bool>[]>((size + kPrefetchBytes - 1) / kPrefetchBytes)) {}
 
-// Errors are ignored: a page that is not prefetched is read on access.
+// Errors are ignored, since a page that was not prefetched is read when it is accessed.
 void MappedTexels::prefetch_part(size_t part) const {
   prefetched_[part].store(true, std::memory_order_relaxed);
   const size_t begin = part * kPrefetchBytes;

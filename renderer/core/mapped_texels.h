@@ -1,9 +1,9 @@
-// The texels of one image in a memory-mapped file (io/image/texture_store.h), and their order
-// there.
+// The texels of one image, which are in a memory-mapped file (io/image/texture_store.h), and the
+// order of texels in it.
 //
-// Texels are stored in tiles of kTileSide x kTileSide, row by row, so that a page of memory holds
-// texels that are used together. With 4-byte texels, a row of 4096 texels takes four pages; a tile
-// takes one.
+// The image is stored as tiles of kTileSide x kTileSide texels, row by row, so that a page of
+// memory holds texels that are used together. With 4-byte texels, a tile takes one page, whereas a
+// row of 4096 texels would take four.
 //
 // Reading a page that is not in memory blocks the thread until the disk delivers it. Code that
 // looks up many texels prefetches all of them first, so that the disk reads them concurrently.
@@ -18,9 +18,9 @@ namespace emberline {
 
 inline constexpr int kTileSide = 32;
 
-// Tiles at the right and bottom edges are cut off there, so there is no padding. In an image of 40
-// x 35, texel (33, 34) is in the last tile, which has 3 rows of 8 texels and starts at index 32 *
-// 40 + 3 * 32; its index within the tile is 2 * 8 + 1.
+// Returns the index of a texel in the file. Tiles are cut off at the right and bottom edges, so
+// there is no padding. In an image of 40 x 35, texel (33, 34) is in the last tile, which has 3 rows
+// of 8 texels and starts at index 32 * 40 + 3 * 32; its index within the tile is 2 * 8 + 1.
 inline size_t tiled_index(int width, int height, int x, int y) {
   const int left = x & ~(kTileSide - 1), top = y & ~(kTileSide - 1);
   const int columns = std::min(kTileSide, width - left), rows = std::min(kTileSide, height - top);
@@ -39,7 +39,7 @@ class MappedTexels {
     if (!prefetched_[byte / kPrefetchBytes].load(std::memory_order_relaxed))
       prefetch_part(byte / kPrefetchBytes);
   }
-  // Frees the memory of all pages; they are read again on access.
+  // Frees the memory of all pages. A page is read again when it is accessed.
   void release_pages() const;
 
  private:

@@ -1,9 +1,9 @@
-// The memory budget of a run. Before code allocates memory for a file or an option, it reserves the
-// size that the file's header or the option declares, so that a small file that expands to
-// gigabytes is rejected before anything is allocated.
+// The memory budget of a run. Code that allocates memory because of a file or an option first
+// reserves the size that the file's header or the option declares. Therefore a small file that
+// expands to gigabytes is rejected before anything is allocated.
 //
-// Loading code gets it from LoadProgress::budget(). Memory stays reserved until release() or until
-// the budget is destroyed.
+// Loading code gets the budget from LoadProgress::budget(). Memory stays reserved until release()
+// or until the budget is destroyed.
 #pragma once
 
 #include <array>
@@ -31,17 +31,19 @@ class MemoryBudget {
 
   static const std::shared_ptr<MemoryBudget>& unlimited();
 
-  // Throws InputError, naming `place`, if not enough is left; then nothing is reserved.
+  // Throws LimitError, which names `place`, and reserves nothing if not enough memory is left.
   void reserve(MemoryPart part, uint64_t bytes, const std::string& place);
-  // Returns false instead of throwing, for use in callbacks, and then sets `left` to what was left.
+  // For use in callbacks: if not enough memory is left, returns false instead of throwing, and sets
+  // `left` to the number of bytes left.
   bool try_reserve(MemoryPart part, uint64_t bytes, uint64_t* left = nullptr) noexcept;
   void release(MemoryPart part, uint64_t bytes) noexcept;
-  // The message of reserve() without the place. The caller passes the `left` of the failed
-  // try_reserve(), since other threads may have released memory since then.
+  // Returns the message of reserve() without the place. `left` is what the failed try_reserve()
+  // returned, since other threads may have released memory since then.
   std::string limit_message(MemoryPart part, uint64_t bytes, uint64_t left) const;
 
   // Returns a separate budget with the same limit that starts with this one's reservations. A load
-  // uses it and, if it succeeds, reserves its newly_reserved() in this budget.
+  // uses the separate budget and, if it succeeds, reserves the newly_reserved() bytes of that
+  // budget in this one.
   std::shared_ptr<MemoryBudget> child_budget() const;
   uint64_t newly_reserved() const { return reserved() - inherited_; }
 
@@ -50,7 +52,7 @@ class MemoryBudget {
   uint64_t reserved(MemoryPart part) const {
     return parts_[size_t(part)].load(std::memory_order_relaxed);
   }
-  uint64_t peak() const { return peak_.load(std::memory_order_relaxed); }  // of reserved()
+  uint64_t peak() const { return peak_.load(std::memory_order_relaxed); }  // largest reserved()
 
  private:
   const uint64_t limit_;
@@ -88,7 +90,8 @@ class MemoryReservation {
   uint64_t bytes_ = 0;
 };
 
-// count * size, clamped to UINT64_MAX on overflow, since counts come from files.
+// Returns count * size, or UINT64_MAX if this overflows, which is possible since counts come from
+// files.
 uint64_t bytes_of(uint64_t count, uint64_t size);
 
 }  // namespace emberline

@@ -1,5 +1,6 @@
 // Running mean and variance (Welford 1962, "Note on a Method for Calculating Corrected Sums of
-// Squares and Products", Technometrics 4). Two of them can be merged (Chan, Golub & LeVeque 1983).
+// Squares and Products", Technometrics 4). The moments of two sets of values can be merged (Chan,
+// Golub & LeVeque 1983).
 #pragma once
 
 #include <cmath>

@@ -15,7 +15,7 @@
 
 namespace emberline {
 
-// Parses an index below `end` that consists of digits only.
+// Parses an index, which must consist of digits only and be below `end`.
 inline std::optional<size_t> parse_index(std::string_view text, size_t end) {
   size_t index = 0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), index);
@@ -39,8 +39,8 @@ std::string list_names(const std::vector<Named>& list) {
   return list.empty() ? "the file has none" : "the file has " + numbered_names(list);
 }
 
-// The index in `list` of the entry with this name or index. Otherwise throws a UsageError that
-// names the setting `what` and lists the entries.
+// Returns the index of the entry in `list` that has this name or index. If there is none, throws a
+// UsageError that names the setting `what` and lists the entries.
 template <class Named>
 size_t find_name_or_index(const char* what, const std::string& name_or_index,
                           const std::vector<Named>& list) {

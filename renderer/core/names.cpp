@@ -10,7 +10,7 @@
 
 namespace emberline {
 
-// Dynamic programming that keeps one row of the table.
+// Uses dynamic programming and keeps only one row of its table.
 size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<size_t> row(b.size() + 1);
   for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -30,7 +30,7 @@ namespace {
 
 constexpr size_t kMaxComparedLength = 64;  // only the beginning of longer names is compared
 
-// The beginning of a name, without dashes.
+// Returns the beginning of a name, without leading dashes.
 std::string_view comparable_part(std::string_view name) {
   return name.substr(std::min(name.find_first_not_of('-'), name.size()), kMaxComparedLength);
 }
@@ -48,12 +48,13 @@ size_t longest_common_run(std::string_view a, std::string_view b) {
   return longest;
 }
 
-// 0 for equal words, 1 for words without a common letter.
+// Returns 0 for identical words, up to 1 for words without a common letter.
 double dissimilarity(std::string_view a, std::string_view b) {
   constexpr size_t kMinCommonRun = 3;  // letters; shorter runs match by chance
   const double longest = double(std::max<size_t>({a.size(), b.size(), 1}));
   const double edits = double(edit_distance(a, b));
-  // Our choice: edits weigh only a third if most of the shorter word occurs in the longer one.
+  // If most of the shorter word occurs in the longer one, edits weigh only a third as much. We
+  // chose this factor.
   const size_t run = longest_common_run(a, b), shorter = std::min(a.size(), b.size());
   if (run >= kMinCommonRun && 4 * run >= 3 * shorter) return edits / 3 / longest;
   return edits / longest;

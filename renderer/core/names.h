@@ -1,5 +1,5 @@
-// Looks up names that users choose from a table (samplers, filters, integrators, drivers), with the
-// same messages for all. Used only while options are read.
+// Looks up the names of table entries that users choose (samplers, filters, integrators, drivers),
+// with the same error messages for all tables. Used only while options are read.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ struct NamedValue {
   T value;
 };
 
-// The name of a value; empty if the table does not contain it.
+// Returns the name of a value; empty if the table does not contain the value.
 template <typename T>
 std::string_view name_of(std::span<const NamedValue<T>> table, T value) {
   for (const NamedValue<T>& entry : table) {
@@ -27,23 +27,23 @@ std::string_view name_of(std::span<const NamedValue<T>> table, T value) {
   return {};
 }
 
-// Smallest number of single-character insertions, deletions and substitutions that turns one word
-// into the other (Levenshtein 1966); O(|a| |b|).
+// Returns the smallest number of single-character insertions, deletions and substitutions that turn
+// one word into the other (Levenshtein 1966). Takes O(|a| |b|).
 size_t edit_distance(std::string_view a, std::string_view b);
 
-// Messages list all valid names only up to this many, and otherwise only the nearest ones.
+// If there are more valid names than this, messages list only the nearest ones instead of all.
 inline constexpr size_t kMaxListedNames = 12;
 
-// Indices into `valid` of the three names that are most similar to `name`, nearest first. A name
-// that contains most of `name`, or the reverse, also counts as similar.
+// Returns the indices in `valid` of the three names that are most similar to `name`, nearest first.
+// Names of which one contains most of the other also count as similar.
 std::vector<size_t> nearest_indices(std::string_view name, std::span<const std::string_view> valid);
 // The nearest names as text, like "'spp', 'min-spp' or 'max-spp'"; empty if `valid` is empty.
 std::string nearest_names(std::string_view name, std::span<const std::string_view> valid);
 
 // "unknown sampler 'sobel' (did you mean 'sobol'?); valid names are sobol, independent". A name is
-// suggested only if at most a third of its letters differ. With more than kMaxListedNames names,
-// the three nearest are suggested instead: "unknown setting 'sp' (did you mean 'spp', 'min-spp' or
-// 'max-spp'?)".
+// suggested only if the number of edits is at most a third of its length. With more than
+// kMaxListedNames names, the three nearest are suggested instead: "unknown setting 'sp' (did you
+// mean 'spp', 'min-spp' or 'max-spp'?)".
 std::string unknown_name_message(std::string_view kind, std::string_view name,
                                  std::span<const std::string_view> valid);
 
@@ -52,7 +52,7 @@ std::string unknown_name_message(std::string_view kind, std::string_view name,
                                      std::string_view name,
                                      std::span<const std::string_view> valid);
 
-// The entry of `table` with this `name`. Throws UsageError like throw_unknown_name().
+// Returns the entry of `table` with this `name`. Throws UsageError like throw_unknown_name().
 template <typename Table>
 const auto& find_named(const Table& table, std::string_view option, std::string_view kind,
                        std::string_view name) {

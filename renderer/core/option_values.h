@@ -37,10 +37,11 @@ std::optional<T> parse_number(std::string_view text) {
 // Parses a number or a percentage: "2%" is 0.02.
 std::optional<float> parse_share(std::string_view text);
 
-// Splits "a,b" into its non-empty parts, which are views into `text`.
+// Splits a list such as "a,b" at the commas and returns its non-empty parts, which are views into
+// `text`.
 std::vector<std::string_view> split_list(std::string_view text);
 
-// Parses "1,2,3" as exactly kCount numbers.
+// Parses a list such as "1,2,3", which must consist of exactly kCount numbers.
 template <typename T, size_t kCount>
 bool parse_numbers(std::string_view text, char separator, std::array<T, kCount>& out) {
   for (size_t i = 0; i < kCount; ++i) {

@@ -1,9 +1,9 @@
-// Makes TBB's loops known to ThreadSanitizer. Code before a loop happens before its body, and the
-// body before the code after it. TBB ensures this inside its library, which distributions do not
-// instrument, so ThreadSanitizer would report every loop as a race. Suppressions would hide real
-// races too, since all our threads are TBB's. Therefore only this file instantiates TBB's
-// templates; it is not instrumented (renderer/core/CMakeLists.txt) and declares the order
-// explicitly.
+// Tells ThreadSanitizer about the order that TBB's loops impose: code before a loop happens before
+// the loop's body, and the body happens before the code after the loop. TBB ensures this inside its
+// library, which distributions do not instrument, so ThreadSanitizer would report every loop as a
+// race. Suppressions would hide real races too, since all our threads are TBB's. Therefore only
+// this file instantiates TBB's templates; this file is not instrumented
+// (renderer/core/CMakeLists.txt) and declares the order explicitly.
 #include "renderer/core/parallel.h"
 
 #include <tbb/blocked_range.h>
@@ -18,8 +18,8 @@ namespace emberline::parallel_detail {
 namespace {
 
 #ifdef EMBERLINE_THREAD_SANITIZER
-// Uses separate addresses for the begin and the end of a loop, so that calls of the body are not
-// ordered with respect to each other.
+// Declares the order of a loop. It uses separate addresses for the begin and the end, so that calls
+// of the body are not ordered with respect to each other.
 class LoopOrder {
  public:
   LoopOrder() { __tsan_release(&begin_); }

@@ -1,9 +1,9 @@
 // Parallel loops over TBB. They return when every call of the body has returned; the first
-// exception ends the loop and is rethrown to the caller. They may be called from any thread, and
-// nested.
+// exception that the body throws ends the loop and is rethrown to the caller. The loops may be
+// called from any thread and may be nested.
 //
-// All code must use these instead of TBB, so that ThreadSanitizer sees the ordering (see
-// parallel.cpp). They cost one indirect call per range, not per index.
+// All code must use these instead of TBB, so that ThreadSanitizer sees which code happens before
+// which (see parallel.cpp). A loop costs one indirect call per range, not per index.
 #pragma once
 
 #include <cstddef>
@@ -41,7 +41,8 @@ void parallel_each(size_t count, const Body& body) {
   parallel_each(count, 1, body);
 }
 
-// Calls body(i) for each i < count as a separate task; for a small number of long calls.
+// Calls body(i) for each i < count, each in a task of its own. Use this for a small number of long
+// calls.
 template <typename Body>
 void parallel_tasks(size_t count, const Body& body) {
   const auto call = [](const void* erased, size_t begin, size_t) {

@@ -7,19 +7,19 @@
 
 namespace emberline {
 
-// Number of samples in a block; their camera rays and their environment lookups are computed
-// together.
+// Maximum number of samples in a block. The camera rays of a block are computed together, and so
+// are its environment lookups.
 inline constexpr int kRayBatch = 16;
 
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// The largest coordinate of an origin or an unnormalised direction. Embree accepts up to 1.84e18
-// (FLT_LARGE in kernels/common/ray.h, 3.13 and 4) and aborts on larger ones if it was built with
-// assertions, as in Debian. Squares overflow float beyond 1.8e19.
+// The largest coordinate that the origin or unnormalised direction of a ray may have. Embree
+// accepts up to 1.84e18 (FLT_LARGE in kernels/common/ray.h, 3.13 and 4) and aborts on larger ones
+// if it was built with assertions, as in Debian. Squares overflow float beyond 1.8e19.
 inline constexpr double kMaxOrigin = 1e18;
 
-// Points origin + t * direction for t in [0, t_max], in the scene's internal space (rebased, see
-// scene.h). Origins are already offset from their surface, so there is no t_min.
+// The points origin + t * direction for t in [0, t_max], in the scene's internal space, which is
+// rebased (see scene.h). Origins are already offset from their surface, so there is no t_min.
 struct Ray {
   Vec3f origin;
   Vec3f direction;

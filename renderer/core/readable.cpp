@@ -19,8 +19,8 @@ std::string with_separators(std::string number) {
 std::string readable_number(double value, int digits) {
   if (std::isnan(value)) return "none";
   if (std::isinf(value)) return value > 0 ? "infinite" : "-infinite";
-  // Numbers with more integer digits than `digits` keep all of them instead of an exponent: 12345
-  // to three digits is 12345.
+  // Numbers below 1e9 with more integer digits than `digits` keep them all instead of getting an
+  // exponent: 12345 to three digits is 12345.
   const double size = std::abs(value);
   if (size >= std::pow(10.0, digits) - 0.5 && size < 1e9) {
     return with_separators(fmt::format("{:.0f}", value));

@@ -9,11 +9,11 @@ namespace emberline {
 // "14,745,600".
 std::string readable_count(uint64_t count);
 
-// A plain decimal number with commas between thousands: "-14,745,600.25".
+// Adds commas between the thousands of a plain decimal number: "-14,745,600.25".
 std::string with_separators(std::string number);
 
-// `digits` significant digits (1 to 15) without trailing zeros: "0.0312", "1,234", "1.5e-07";
-// "none" for NaN, "infinite" for infinity.
+// Formats a number with `digits` significant digits (1 to 15), without trailing zeros: "0.0312",
+// "1,234", "1.5e-07". Returns "none" for NaN and "infinite" for infinity.
 std::string readable_number(double value, int digits = 3);
 
 // "640 B", "12.3 MiB".
@@ -22,7 +22,7 @@ std::string readable_bytes(uint64_t bytes);
 // "820 us", "59.3 ms", "12.3 s", "3 min 20 s", "2 h 05 min".
 std::string readable_seconds(double seconds);
 
-// "25.3 %" for a share in [0, 1].
+// "25.3 %", for a fraction in [0, 1].
 std::string readable_percent(double share);
 
 }  // namespace emberline

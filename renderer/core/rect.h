@@ -1,4 +1,5 @@
-// Half-open pixel rectangles: [x0, x1) x [y0, y1), y downwards, (0, 0) the top-left pixel.
+// Half-open pixel rectangles, [x0, x1) x [y0, y1). (0, 0) is the top-left pixel, and y grows
+// downwards.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Copies the values of a rectangle's pixels out of or into a frame. Pixels are in row order; each
-// has the same number of interleaved values.
+// Copies the values of a rectangle's pixels out of or into those of a frame. Pixels are in row
+// order, and each has the same number of values, which are interleaved.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ std::vector<typename Values::value_type> extract_rect(const Values& values, cons
   return extracted;
 }
 
-// Thread-safe for disjoint parts.
+// Thread-safe if the parts are disjoint.
 template <class Part, class Values>
 void put_rect(const Part& pixels, const Rect& part, const Rect& frame, Values& values) {
   const size_t count = pixels.size() / size_t(part.area());

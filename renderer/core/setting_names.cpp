@@ -29,7 +29,8 @@ std::string spell_setting_names(std::string_view text) {
     const std::string_view name = text.substr(begin + 1, end - begin - 1);
     const std::string spelling = may_be_setting(name) ? g_setting_formatter.load()(name) : "";
     result += text.substr(0, begin);
-    // Keep the second backtick of a non-setting in `text`, because it may open the next name.
+    // If the name is not a setting, leave its second backtick in `text`, because it may open the
+    // next name.
     result += spelling.empty() ? text.substr(begin, end - begin) : std::string_view(spelling);
     text.remove_prefix(spelling.empty() ? end : end + 1);
   }

@@ -8,8 +8,8 @@
 
 namespace emberline {
 
-// Returns the text that replaces a name and its backticks, or an empty string if the name is not a
-// setting; then both are kept.
+// Returns the text that replaces a name and its backticks. If the name is not a setting, returns an
+// empty string, and the name and its backticks stay.
 using SettingFormatter = std::string (*)(std::string_view name);
 
 // Sets the formatter for the whole process; call it before the first message. By default, names

@@ -24,8 +24,8 @@ bool is_shell_safe(unsigned char c) {
          std::string_view("-_=+,./:@%").find(char(c)) != std::string_view::npos;
 }
 
-// "$(...)" drops trailing newlines, so each is added as the last character of $IFS, which every
-// shell initialises to space, tab and newline.
+// "$(...)" drops trailing newlines, so each of them is appended as ${IFS#??}, the last character of
+// $IFS, which every shell initialises to space, tab and newline.
 std::string quoted_bytes(std::string_view argument) {
   size_t newlines = 0;
   while (argument.ends_with('\n')) {

@@ -7,8 +7,8 @@
 namespace emberline {
 
 // Returns `argument` as one word that a POSIX shell reads back unchanged. Printable UTF-8 is put in
-// quotes. Text with control characters or invalid UTF-8, which a user could not copy, becomes
-// "$(printf '...')" with octal escapes, on one line.
+// quotes if it needs them. Text with control characters or invalid UTF-8, which a user could not
+// copy, becomes "$(printf '...')" with octal escapes, on one line.
 std::string shell_quoted(std::string_view argument);
 
 // Returns "emberline" and the quoted arguments.

@@ -1,4 +1,4 @@
-// Limits the length, in messages, of texts that come from outside.
+// Limits the length of texts that come from outside when they appear in messages.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace emberline {
 
-// Truncates a text that is quoted in a message.
+// Truncates a long text for quoting it in a message.
 inline std::string shortened(std::string_view text) {
   constexpr size_t kMaxLength = 80;
   std::string cut(text.substr(0, kMaxLength));
@@ -14,8 +14,8 @@ inline std::string shortened(std::string_view text) {
   return cut;
 }
 
-// Cuts the middle out of an overlong message: its beginning says where the error is, its end what
-// to do.
+// Cuts the middle out of an overlong message, since the beginning says where the error is, and the
+// end what to do.
 inline std::string truncate_middle(std::string_view message) {
   constexpr size_t kHeadLength = 1500, kTailLength = 500;
   if (message.size() <= kHeadLength + kTailLength) return std::string(message);

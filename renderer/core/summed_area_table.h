@@ -1,5 +1,5 @@
-// Computes the sum over any rectangle of an image with four reads (Crow 1984, "Summed-Area Tables
-// for Texture Mapping"). The sums are exact, because the values are integers.
+// Returns the sum over any rectangle of an image with four memory reads (Crow 1984, "Summed-Area
+// Tables for Texture Mapping"). The sums are exact, because the values are integers.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,8 @@ namespace emberline {
 
 class SummedAreaTable {
  public:
-  // value(i) returns the value of pixel i, in row order; called in parallel.
+  // value(i) returns the value of pixel i, where pixels are numbered in row order. It is called in
+  // parallel.
   template <typename Value>
   SummedAreaTable(int width, int height, const Value& value)
       : pitch_(size_t(width) + 1), sums_(pitch_ * (size_t(height) + 1)) {

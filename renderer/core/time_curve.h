@@ -7,9 +7,9 @@
 
 namespace emberline {
 
-// A piecewise linear curve with at least one key, constant before the first and after the last.
-// Times are non-decreasing; where two keys have the same time, the value jumps, and the later key
-// applies from then on.
+// A piecewise linear curve with at least one key, which is constant before its first and after its
+// last key. Times are non-decreasing. Where two keys have the same time, the value jumps, and the
+// second of them applies from that time on.
 template <class Value>
 struct TimeCurve {
   std::vector<float> times;
@@ -26,7 +26,7 @@ struct TimeCurve {
   }
 };
 
-// Visibility over time; each change toggles it.
+// Visibility over time: each time in the list toggles it.
 struct VisibilityTimes {
   bool visible_at_open = true;
   std::vector<float> toggle_times;  // non-decreasing times

@@ -21,10 +21,10 @@ using Vec4f = Imath::V4f;
 using Mat44d = Imath::M44d;  // row vectors: p' = p * M, translation in the last row
 using Rgb = Imath::V3f;
 
-// a * b + c, rounded once. Implicit fusing is off (-ffp-contract=off), because an image's bits must
-// not depend on what the compiler inlines; hot code fuses explicitly with these functions and the
-// vector products below. Imath's own operators round every product. These functions are
-// always_inline, since GCC counts std::fma as a call when it decides what to inline.
+// a * b + c, rounded once. The compiler does not fuse by itself (-ffp-contract=off), because the
+// bits of an image must not depend on what it inlines. Hot code fuses explicitly with these
+// functions and the vector products below, whereas Imath's own operators round every product. The
+// functions are always_inline, since GCC counts std::fma as a call when it decides what to inline.
 [[gnu::always_inline]] inline float fma(float a, float b, float c) { return std::fma(a, b, c); }
 [[gnu::always_inline]] inline double fma(double a, double b, double c) { return std::fma(a, b, c); }
 [[gnu::always_inline]] inline Vec2f fma(const Vec2f& a, float b, const Vec2f& c) {
@@ -75,7 +75,8 @@ inline bool is_finite(const Vec3f& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// Unit vector along v, or `fallback` if v is not finite or its squared length underflows.
+// Returns the unit vector along v, or `fallback` if v is not finite or is too short (squared length
+// below 1e-60).
 inline Vec3f normalize_or(const Vec3f& v, const Vec3f& fallback) {
   const float short_length2 = dot(v, v);
   if (short_length2 > 1e-20f && short_length2 < 1e20f) {  // common case: no over- or underflow

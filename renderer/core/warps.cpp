@@ -19,7 +19,8 @@ Vec2f square_to_disk(const Vec2f& u) {
 
 Vec3f square_to_cosine_hemisphere(const Vec2f& u) {
   const Vec2f d = square_to_disk(u);
-  // On the rim 1 - |d|^2 rounds to 0; keep z positive, because the density at z = 0 is 0.
+  // On the rim of the disk, 1 - |d|^2 may round to 0. Keep z positive, because the density at z = 0
+  // is 0.
   return {d.x, d.y, std::sqrt(std::max(1e-12f, 1.0f - d.dot(d)))};
 }
 

@@ -1,8 +1,8 @@
 // Maps the unit square to the shapes that light transport samples. The inverse maps, and densities
 // that only tests need, are in tests/support/warp_inverses.h.
 //
-// u is in [0, 1)^2. Directions are unit vectors; densities are with respect to solid angle unless
-// the name says area. All functions are pure.
+// u is in [0, 1)^2. Directions are unit vectors. Densities are with respect to solid angle, unless
+// their name says area. All functions are pure.
 #pragma once
 
 #include "renderer/core/constants.h"

@@ -1,6 +1,6 @@
-// A zero-initialised array. The system allocates small pages on first use, so a small film costs
-// nothing until samples arrive. In a large array all threads touch the huge pages up front, since
-// the first few samples of a frame would touch every one of them.
+// A zero-initialised array. The pages of a small array are allocated by the system on first use, so
+// a small film costs nothing until samples arrive. The huge pages of a large array are touched in
+// advance by all threads, since the first few samples of a frame would touch every one of them.
 #pragma once
 
 #include <cassert>
@@ -12,12 +12,12 @@
 
 namespace emberline {
 
-// Requests pages of 2 MiB instead of 4 KiB for a large array. With small pages, the first pass of a
-// bisection frame of 1280 x 720 touches 16,000 of them and spends a sixth of its time on that.
+// Requests pages of 2 MiB instead of 4 KiB for a large array. The first pass of a bisection frame
+// of 1280 x 720 touches 16,000 pages of 4 KiB, which takes a sixth of its time.
 void advise_huge_pages(void* data, size_t bytes);
 
-// Requests huge pages for memory that is already zero, and touches all of them. Otherwise they are
-// cleared one by one as samples arrive, which delays a first pass of bisection
+// Requests huge pages for memory that is already zero, and touches all of them. Otherwise the
+// system would clear the pages one by one as samples arrive, which delays a first pass of bisection
 // (tests/bench/results, "Many threads").
 void commit_huge_pages(void* zeroes, size_t bytes);
 
@@ -29,7 +29,8 @@ class ZeroedArray {
   static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
 
  public:
-  // Resizes to `size` zeroes; reuses the memory if it is large enough. Throws std::bad_alloc.
+  // Makes this an array of `size` zeroes. Reuses the memory if it is large enough. Throws
+  // std::bad_alloc.
   void reset(size_t size) {
     if (size > capacity_) {
       data_.reset();  // free the old memory first

@@ -11,12 +11,13 @@ namespace {
 // A position between `key` and the next one.
 struct Segment {
   size_t key = 0;
-  double share = 0.0;     // fraction of the segment that has passed; 0: at the key, or held there
+  double share = 0.0;     // fraction of the segment that has passed; 0 also beyond both ends
   double duration = 0.0;  // seconds
 };
 
-// A time that rounds to a key's float is treated as that key. For example, frame 1 at 24 frames per
-// second lies slightly before its key's float, but a step must already have happened there.
+// Times are rounded to float, as keys are, before they are compared. Otherwise, frame 1 at 24
+// frames per second would be slightly before its key, whose time was rounded up, and a step at this
+// key would not have happened yet.
 Segment find_segment(const std::vector<float>& times, double time) {
   const auto next = std::upper_bound(times.begin(), times.end(), float(time));
   if (next == times.begin()) return {};
@@ -37,7 +38,8 @@ Quaternion quaternion_at(const float* numbers) {
   return {numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
-// Appendix C, "Cubic Spline Interpolation". `at` points to the first key's in-tangent.
+// Appendix C, "Cubic Spline Interpolation". `at` points to the in-tangent of the key before the
+// time.
 void sample_spline(const float* at, size_t width, const Segment& segment, std::span<double> value) {
   const double t = segment.share, t2 = t * t, t3 = t2 * t;
   const float *from = at + width, *out_tangent = at + 2 * width;
@@ -50,8 +52,8 @@ void sample_spline(const float* at, size_t width, const Segment& segment, std::s
   }
 }
 
-// Normalises a spline's value. Between opposite quaternions it may be zero; then the nearer key is
-// used.
+// Normalises a value of a spline of quaternions. Between opposite quaternions, the value may be
+// zero, and then the nearer key is used.
 void normalise(std::span<double> value, const float* from, const float* to, double share) {
   double length = length_of(value);
   if (!(length > 0.0)) {

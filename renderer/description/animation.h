@@ -23,19 +23,19 @@ struct KeyFrames {
   bool rotations = false;  // the values are non-zero quaternions
   size_t width = 1;        // numbers per value
   Numbers times;           // seconds, finite, increasing; at least one
-  Numbers values;  // finite, by key; each key of a cubic spline has in-tangent, value, out-tangent
+  Numbers values;  // finite; per key: the value, or in-tangent, value and out-tangent for splines
 
   double last() const { return times->back(); }
 };
 
-// Writes the value at `time` to `value`, which must have `width` numbers. Before the first key it
-// is the first value, after the last key the last one, and in between it is interpolated; at a key
-// it is exact. Interpolated rotations are unit quaternions. Takes logarithmic time in the number of
-// keys.
+// Writes the value at `time` to `value`, which must have `width` numbers. Before the first key,
+// this is the first key's value, and after the last key, the last key's value. Between keys, it is
+// interpolated; at a key, it is exact. Interpolated rotations are unit quaternions. Takes time
+// logarithmic in the number of keys.
 void sample_keys(const KeyFrames& keys, double time, std::span<double> value);
 
-// Spherical interpolation along the shorter arc between two non-zero quaternions; `share` is in [0,
-// 1]. The result has unit length.
+// Interpolates spherically along the shorter arc between two non-zero quaternions, with `share` in
+// [0, 1]. The result has unit length.
 Quaternion slerp(const Quaternion& from, const Quaternion& to, double share);
 
 }  // namespace emberline

@@ -19,8 +19,8 @@ constexpr std::array<double, kBands> kOzone = {0.0473, 0.2145, 0.6986, 1.949, 4.
                                                15.41,  24.47,  32.955, 44.69, 45.495, 46.62,
                                                34.775, 24.5,   16.625, 10.757};
 
-// Peak density in molecules/m^3: 300 Dobson units of 2.687e20 molecules/m^2, as much as in 15 km at
-// the peak density.
+// Peak density of ozone in molecules/m^3. The total is 300 Dobson units of 2.687e20 molecules/m^2,
+// which is as much as in a layer of 15 km at the peak density.
 constexpr double kOzoneMolecules = 300 * 2.687e20 / 15e3;
 
 // The colour matching functions of the CIE 1931 observer, by the multi-lobe fit of C. Wyman, P.-P.
@@ -44,7 +44,8 @@ Vec3d rec709_of_xyz(const Vec3d& xyz) {
           0.0557 * xyz.x - 0.2040 * xyz.y + 1.0570 * xyz.z};
 }
 
-// The colour contribution of each band.
+// Returns the colour in cd/m^2 that each band contributes, for the sun's full irradiance in the
+// band.
 std::array<Vec3d, kBands> make_colours() {
   constexpr double kLumensPerWatt = 683;
   std::array<Vec3d, kBands> colours;
@@ -59,9 +60,9 @@ std::array<Vec3d, kBands> make_colours() {
 
 }  // namespace
 
-// From E. Bruneton, F. Neyret, "Precomputed Atmospheric Scattering" (EGSR 2008), section 2.1: air
-// follows their table, haze the clear sky of their program. Ozone is as in E. Bruneton, "A
-// Qualitative and Quantitative Evaluation of 8 Clear Sky Models" (TVCG 2017).
+// From E. Bruneton, F. Neyret, "Precomputed Atmospheric Scattering" (EGSR 2008), section 2.1. Air
+// is as in their table, and haze is as in the clear sky of their program. Ozone is as in E.
+// Bruneton, "A Qualitative and Quantitative Evaluation of 8 Clear Sky Models" (TVCG 2017).
 const Coefficients& coefficients() {
   static const Coefficients kEarth = [] {
     Coefficients c{};

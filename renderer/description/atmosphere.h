@@ -10,11 +10,12 @@ namespace emberline::atmosphere {
 // Radii of the earth and of the top of its atmosphere, in metres.
 inline constexpr double kGroundRadius = 6360e3, kTopRadius = 6460e3;
 
-// Number of spectral bands. Each is a mean over 20 nm; the first starts at 380 nm.
+// Number of spectral bands. Each has a width of 20 nm; the first starts at 380 nm.
 inline constexpr size_t kBands = 16;
 using Spectrum = std::array<float, kBands>;
 
-// Coefficients per metre at the ground; for ozone, at the height of its peak density. Haze is grey.
+// Scattering and absorption coefficients per metre, at the ground or, for ozone, at the height of
+// its peak density. Haze is grey.
 struct Coefficients {
   Spectrum rayleigh, ozone;
   float haze_scattering, haze_extinction;
@@ -27,13 +28,13 @@ struct Density {
 };
 Density density(double height);
 
-// Phase functions, per steradian. `cosine` is that of the angle between the directions before and
-// after scattering.
+// Phase functions, per steradian. `cosine` is the cosine of the angle between the directions before
+// and after scattering.
 double rayleigh_phase(double cosine);
 double haze_phase(double cosine);
 
-// Converts radiance, as fractions of the sun's spectral irradiance outside the atmosphere, to
-// linear Rec. 709 in cd/m^2. Channels are negative outside the gamut.
+// Converts radiance, given as fractions of the sun's spectral irradiance outside the atmosphere, to
+// linear Rec. 709 in cd/m^2. Colours outside the gamut have negative channels.
 Vec3d to_rgb(const Spectrum& relative_to_sun);
 
 }  // namespace emberline::atmosphere

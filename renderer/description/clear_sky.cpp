@@ -19,7 +19,8 @@ using namespace atmosphere;
 constexpr double kRadian = kPiD / 180;
 constexpr double kSunRadius = 0.265 * kRadian;
 
-// Amounts of air, haze and ozone along a ray, in metres at the densities of Coefficients.
+// Amounts of air, haze and ozone along a ray. The unit is a metre at the density for which
+// Coefficients are given.
 struct Column {
   double rayleigh = 0, haze = 0, ozone = 0;
 
@@ -45,8 +46,8 @@ Spectrum transmittance(const Column& column) {
   return result;
 }
 
-// Distance to the top of the atmosphere, or to the ground, from a position at `radius` in a
-// direction with this cosine to the zenith.
+// Return the distance to the top of the atmosphere, or to the ground, from a position at `radius`.
+// `cosine` is that of the angle between the direction and the zenith.
 double distance_to_top(double radius, double cosine) {
   const double across = radius * cosine;
   return -across +
@@ -58,9 +59,9 @@ double distance_to_ground(double radius, double cosine) {  // negative: no hit
   return cosine < 0 && d >= 0 ? std::max(0.0, -across - std::sqrt(d)) : -1;
 }
 
-// Divides a ray into `steps` pieces, which grow with the distance, and calls visit(position,
-// radius, metres, density, column up to there) at the midpoint of each. Returns the column of the
-// whole ray.
+// Divides a ray into `steps` pieces, whose length grows with the distance. At the midpoint of each,
+// calls visit(position, radius, length of the piece in metres, density, column from the start of
+// the ray). Returns the column of the whole ray.
 template <typename Visit>
 Column march(const Vec3d& from, const Vec3d& direction, double length, int steps,
              const Visit& visit) {
@@ -79,8 +80,8 @@ Column march(const Vec3d& from, const Vec3d& direction, double length, int steps
   return column;
 }
 
-// A table of values over the height, with higher resolution near the ground, and over the angle
-// between zenith and sun, in a range of +-`reach` around `middle`.
+// A table of values over two variables: the height, with a higher resolution near the ground, and
+// the angle between zenith and sun, within `reach` of `middle`.
 template <typename Value>
 class SkyTable {
  public:
@@ -100,7 +101,7 @@ class SkyTable {
     });
   }
 
-  // Calls take(value, weight) for the four values around a position.
+  // Calls take(value, weight) for the four values that are interpolated at a position.
   template <typename Take>
   void around(double radius, double angle, const Take& take) const {
     const double height =
@@ -122,8 +123,9 @@ class SkyTable {
   std::vector<Value> values_;
 };
 
-// Angular ranges of the tables. A ray from the ground passes 10 degrees around the earth before it
-// leaves the atmosphere; a second ray from there that grazes the ground passes 20 more.
+// Angular ranges of the tables. Before it leaves the atmosphere, a ray from the ground passes at
+// most 10 degrees around the earth. A second ray that starts where the first one ends and grazes
+// the ground passes up to 20 more.
 constexpr double kViewReach = 10.6 * kRadian, kSecondOrderReach = 32 * kRadian;
 constexpr int kViewSteps = 64, kSecondOrderSteps = 24;
 
@@ -144,8 +146,8 @@ class Sky {
         [this](double radius, double angle) { return compute_multiple_scattering(radius, angle); });
   }
 
-  // Sunlight that reaches a position and then passes through `further`. The horizon may hide a part
-  // of the sun's disc.
+  // Returns the sunlight that reaches a position and then passes through the column `further`. The
+  // horizon may hide part of the sun's disc.
   Spectrum sunlight(double radius, double angle, const Column& further) const {
     const double horizon = kPiD / 2 + std::acos(std::min(1.0, kGroundRadius / radius));
     const double sun_visibility = std::clamp(0.5 + (horizon - angle) / (2 * kSunRadius), 0.0, 1.0);
@@ -158,11 +160,12 @@ class Sky {
     return light;
   }
 
-  // Light seen from the ground, without the phase functions of single scattering.
+  // Scattered light as seen from the ground, not yet multiplied by the phase functions of single
+  // scattering.
   struct ScatteredLight {
     Vec3d rayleigh = Vec3d(0.0), haze = Vec3d(0.0), multiple = Vec3d(0.0);
   };
-  // For a direction above the horizon. `azimuth` is relative to that of the sun.
+  // Returns the light from a direction above the horizon. `azimuth` is relative to the sun's.
   ScatteredLight scattered_light(double elevation, double azimuth) const {
     const Coefficients& c = coefficients();
     const Vec3d sun(std::cos(elevation_), std::sin(elevation_), 0);
@@ -195,11 +198,11 @@ class Sky {
   }
 
  private:
-  // Hillaire's equations 5 to 10: light of the second order of scattering at a position, and from
-  // it that of all higher orders as a geometric series. The sun's irradiance outside the atmosphere
-  // is 1.
+  // Hillaire's equations 5 to 10: computes the light of the second order of scattering at a
+  // position and, as a geometric series, adds the light of all higher orders. The sun's irradiance
+  // outside the atmosphere is 1.
   Spectrum compute_multiple_scattering(double radius, double angle) const {
-    constexpr int kZeniths = 16, kAzimuths = 4;  // half of the sphere, by symmetry
+    constexpr int kZeniths = 16, kAzimuths = 4;  // of half of the sphere, by symmetry
     const Coefficients& c = coefficients();
     const Vec3d from(0, radius, 0), sun(std::sin(angle), std::cos(angle), 0);
     Spectrum second{}, scattered_fraction{};
@@ -244,11 +247,11 @@ class Sky {
   SkySettings settings_;
   double elevation_;
   SkyTable<Column> sun_columns_;
-  SkyTable<Spectrum> multiple_table_;  // multiply scattered light, assumed to be isotropic
+  SkyTable<Spectrum> multiple_table_;  // for multiple scattering; treated as isotropic
 };
 
-// Computes the upper half of the map. It interpolates between rays, which are denser towards the
-// horizon, and evaluates the phase functions per texel.
+// Computes the upper half of the map. Scattered light is interpolated between rays, which are
+// denser towards the horizon, and the phase functions are evaluated for each texel.
 class SkyPainter {
  public:
   SkyPainter(const Sky& sky, const SkySettings& settings)
@@ -260,7 +263,7 @@ class SkyPainter {
     });
   }
 
-  // `azimuth` is relative to that of the sun and may exceed a turn. The elevation must not be
+  // `azimuth` is relative to the sun's and may be more than a full turn. The elevation must not be
   // negative.
   Vec3d radiance(double elevation, double azimuth) const {
     const double relative_azimuth = std::abs(std::remainder(azimuth, 2 * kPiD));
@@ -311,12 +314,11 @@ EnvironmentDescription clear_sky(const SkySettings& settings) {
                 sizeof value);
   };
 
-  std::vector<Vec3d> row_irradiance(size_t(above), Vec3d(0.0));  // on the ground, per row
+  std::vector<Vec3d> row_irradiance(size_t(above), Vec3d(0.0));  // of the ground, by each row
   parallel_each(size_t(above), [&](size_t row) {
     const double up = kPiD / 2 - kPiD * (double(row) + 0.5) / height;
     for (int x = 0; x < width; ++x) {
-      // The longitude starts at +X and grows towards +Z; the azimuth starts a quarter turn earlier,
-      // at -Z.
+      // Longitude is measured from +X towards +Z. Azimuth starts a quarter turn earlier, at -Z.
       const double longitude = (double(x) + 0.5) / width * 2 * kPiD - kPiD;
       const Vec3d radiance = painter.radiance(up, longitude + kPiD / 2 - azimuth);
       put(x, int(row), radiance);

@@ -1,23 +1,24 @@
 // A clear sky and its sun, as an environment for scenes without one.
 //
-// The sky is sunlight that is scattered towards the ground by air and haze, and absorbed by ozone
-// and haze, around a spherical earth (atmosphere.h). Single scattering is integrated along the view
-// ray. Multiple scattering follows S. Hillaire, "A Scalable and Production Ready Sky and Atmosphere
-// Rendering Technique" (EGSR 2020), section 5.5, which treats scattered light as isotropic. There
-// is no refraction: the sun sets when it is behind the horizon.
+// The light of the sky is sunlight that air and haze scatter towards the ground, and that ozone and
+// haze absorb, around a spherical earth (atmosphere.h). Single scattering is integrated along the
+// view ray. Multiple scattering follows S. Hillaire, "A Scalable and Production Ready Sky and
+// Atmosphere Rendering Technique" (EGSR 2020), section 5.5, which treats scattered light as
+// isotropic. There is no refraction, so the sun has set when it is geometrically behind the
+// horizon.
 #pragma once
 
 #include "renderer/description/scene_description.h"
 
 namespace emberline {
 
-// The luminance in cd/m^2 that becomes a radiance of 1: roughly that of a white surface under a
-// high sun.
+// The luminance in cd/m^2 that becomes a radiance of 1, which is roughly that of a white surface
+// under a high sun.
 inline constexpr double kUnitLuminance = 32768;
 
 struct SkySettings {
   // Position of the sun's centre in degrees: elevation above the horizon, from -90 to 90, and
-  // azimuth from -Z towards +X.
+  // azimuth, measured from -Z towards +X.
   double elevation = 45, azimuth = 0;
   // The ground is grey, fills the lower half of the map and illuminates the air.
   double ground_albedo = 0.3;

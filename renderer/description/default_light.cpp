@@ -8,7 +8,7 @@
 namespace emberline {
 namespace {
 
-// The material of a placed mesh, or null for the default one.
+// Returns the material of a placed mesh, or null if it is the default material.
 const MaterialDescription* material_of(const SceneDescription& scene,
                                        const InstanceDescription& placed) {
   const int material = scene.meshes[size_t(placed.mesh)].material;
@@ -34,8 +34,8 @@ void add_default_light(SceneDescription& scene) {
         const MaterialDescription* material = material_of(scene, placed);
         return !material || !material->unlit;
       });
-  // In an animation, a frame without instances gets the same light as other frames, unless some
-  // materials are emissive or unlit.
+  // A frame of an animation in which everything is hidden gets the default light, as other frames
+  // do, unless some materials are emissive or unlit.
   const bool hidden = scene.instances.empty() && scene.lights.empty() &&
                       std::ranges::none_of(scene.materials, [](const MaterialDescription& m) {
                         return m.unlit || emits(m);

@@ -1,13 +1,13 @@
-// A default light for scenes without one.
+// A default light for scenes that have none.
 #pragma once
 
 namespace emberline {
 
 struct SceneDescription;
 
-// Adds a plain white environment to a description without light, and warns. Does nothing if
-// `may_be_dark` is set or if all instances have unlit materials. Sets `may_be_dark`, so that later
-// calls do nothing.
+// If the description has no light, adds a plain white environment and warns. Does not add it if
+// `may_be_dark` is set or if the materials of all instances are unlit. Sets `may_be_dark`, so that
+// later calls do nothing.
 void add_default_light(SceneDescription& description);
 
 }  // namespace emberline

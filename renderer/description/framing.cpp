@@ -55,7 +55,7 @@ Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at, const Vec3d& upwards) 
   back.normalize();
   Vec3d right = upwards.normalized().cross(back);
   if (right.length2() < 1e-12) right = Vec3d(0, 1, 0).cross(back);
-  if (right.length2() < 1e-12) right = Vec3d(1, 0, 0);  // straight up or down
+  if (right.length2() < 1e-12) right = Vec3d(1, 0, 0);  // the view is vertical
   right.normalize();
   const Vec3d up = back.cross(right);
   Mat44d m;

@@ -6,9 +6,9 @@
 
 namespace emberline {
 
-// Bounds of all placed geometry at all its time steps.
+// Returns the bounds of all placed geometry at all of its time steps.
 WorldBounds world_bounds(const SceneDescription& description);
-// Bounds for a view of the whole scene; they are the same at any time of an animation.
+// Returns bounds for a view of the whole scene, which are the same at any time of an animation.
 inline WorldBounds framed_bounds(const SceneDescription& description) {
   return description.rest_bounds ? *description.rest_bounds : world_bounds(description);
 }
@@ -17,13 +17,14 @@ inline WorldBounds framed_bounds(const SceneDescription& description) {
 // slightly from the right and above, with a vertical field of view of 40 degrees.
 CameraDescription framing_camera(const WorldBounds& bounds, double aspect);
 
-// The radius in metres of a lens with this f-number. Its focal length is such that a film gate 24
-// mm high (36 x 24 mm, ISO 1007) has this field of view when focused at infinity.
+// Returns the radius in metres of a lens with this f-number. The lens has the focal length with
+// which a film gate 24 mm high (36 x 24 mm, ISO 1007) has this vertical field of view when focused
+// at infinity.
 double lens_radius(double f_stop, double fov_y_radians);
 
-// Camera-to-world matrix of a view from `from` towards `at`. If `up` is parallel to the view, +Y is
-// used instead; if the view is vertical as well, the image's right is +X. Throws UsageError if
-// `from` and `at` coincide.
+// Returns the camera-to-world matrix of a view from `from` towards `at`. If `up` is parallel to the
+// view, +Y replaces it; if the view is also vertical, the right of the image is +X. Throws
+// UsageError if `from` and `at` coincide.
 Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at, const Vec3d& up = Vec3d(0.0, 1.0, 0.0));
 
 }  // namespace emberline

@@ -17,7 +17,7 @@ struct Range {
 constexpr Range kUnitRange = {0.0, 1.0}, kLight = {0.0, edit_limits::kMaxRadiance},
                 kLength = {1.0 / edit_limits::kMaxDistance, edit_limits::kMaxDistance},
                 kDegrees = {-edit_limits::kMaxDegrees, edit_limits::kMaxDegrees};
-// These ranges extend far beyond real materials.
+// These ranges extend far beyond the values of real materials.
 constexpr Range kIndex = {1.0, 1e4}, kSpecular = {0.0, 1e4}, kNanometres = {0.0, 1e6},
                 kDispersion = {0.0, 1e3}, kNormalScale = {-1e3, 1e3};
 

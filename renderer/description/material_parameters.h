@@ -11,11 +11,11 @@
 
 namespace emberline {
 
-// One parameter, which is either a number or a colour. If an edit has no value for it, the file's
-// value stays.
+// One parameter, which is either a number or a colour. If an edit has no value for the parameter,
+// the file's value stays.
 struct MaterialParameter {
   std::string_view name;    // in an edits file
-  double minimum, maximum;  // range of an edit, per channel of a colour
+  double minimum, maximum;  // allowed range in an edit, for a colour per channel
   std::optional<float> MaterialEdit::*edited_number = nullptr;
   float MaterialDescription::*number = nullptr;
   std::optional<Rgb> MaterialEdit::*edited_color = nullptr;

@@ -1,4 +1,5 @@
-// The arrays of a triangle mesh, per vertex and per triangle, as they are loaded and traced.
+// The arrays of a triangle mesh, which have entries per vertex and per triangle, as they are loaded
+// and traced.
 #pragma once
 
 #include <array>
@@ -9,14 +10,14 @@
 
 namespace emberline {
 
-// Vertices of a deforming mesh at one time, as many as the mesh has.
+// The vertices of a deforming mesh at one time. Each step has as many vertices as the mesh.
 struct MeshStep {
   std::vector<Vec3f> positions;
   std::vector<Vec3f> normals;
   std::vector<Vec4f> tangents;
 };
 
-// Positions and each attribute that is present have one entry per vertex.
+// `positions` and each attribute that is present have one entry per vertex.
 struct MeshArrays {
   std::vector<Vec3f> positions;
   std::vector<std::array<uint32_t, 3>> triangles;  // indices < positions.size(); CCW is the front
@@ -26,8 +27,8 @@ struct MeshArrays {
   std::vector<Vec4f> colors;                // COLOR_0, linear rgba; empty: white
   std::vector<MeshStep> motion = {};        // see Motion in scene_description.h
   std::vector<Vec3f> next_frame = {};  // positions; see NextFrameInstance in scene_description.h
-  // Identifies a mesh that does not deform, in all poses of its file. 0: it deforms, or the file
-  // cannot be posed.
+  // Identifies the same mesh in all poses of its file, if it does not deform. 0: it deforms, or the
+  // file cannot be posed.
   uint64_t key = 0;
 };
 
@@ -47,7 +48,7 @@ void for_each_vertex_array(Mesh& mesh, const Use& use) {
   }
 }
 
-// Bytes used by the arrays.
+// Returns the number of bytes that the arrays have allocated.
 inline uint64_t allocated_bytes(const MeshArrays& mesh) {
   const auto bytes = [](const auto& array) { return array.capacity() * sizeof(array[0]); };
   uint64_t sum = bytes(mesh.triangles) + bytes(mesh.uv_sets) + bytes(mesh.motion);

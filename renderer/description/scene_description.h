@@ -1,8 +1,9 @@
 // The contents of a scene file as plain data, before anything is compiled for rendering.
 //
-// `io` fills it, `build_scene` reads it. Units are those of glTF: metres, radians, candela (point,
-// spot), lux (directional), radiance for emission. Y is up, right-handed. Indices are into the
-// vectors of SceneDescription and are valid once load_gltf returns; -1 means "none".
+// `io` fills in a SceneDescription, and `build_scene` reads it. Units are those of glTF: metres,
+// radians, candela (point, spot), lux (directional), radiance for emission. Y is up, right-handed.
+// Indices refer to the vectors of SceneDescription, and are valid once load_gltf has returned; -1
+// means "none".
 #pragma once
 
 #include <Imath/ImathBox.h>
@@ -33,8 +34,8 @@ enum class TexelType : uint8_t { kUint8, kUint16, kHalf, kFloat };
 
 // A decoded image in the bit depth of its file. Rows start at the top, channels are interleaved,
 // and alpha is not premultiplied. `texels` contains width * height * channels values of `type`. It
-// is empty if the texels are in a memory-mapped file instead (io/image/texture_store.h), in tiled
-// order (mapped_texels.h).
+// is empty if the texels are in a memory-mapped file instead (`mapped`; io/image/texture_store.h),
+// where they are in tiled order (mapped_texels.h).
 struct Image {
   std::string name;  // for messages: URI or "#/images/3"
   int width = 0;
@@ -52,7 +53,8 @@ struct Image {
 
 enum class WrapMode : uint8_t { kRepeat, kMirroredRepeat, kClampToEdge };
 
-// A material slot's use of an image. UV (0, 0) is the image's top-left corner, as in glTF.
+// How a texture slot of a material uses an image. UV (0, 0) is the image's top-left corner, as in
+// glTF.
 struct TextureRef {
   int image = -1;  // -1: no texture in this slot
   int uv_set = 0;  // TEXCOORD_n
@@ -67,10 +69,11 @@ struct TextureRef {
 
 enum class AlphaMode : uint8_t { kOpaque, kMask, kBlend };
 
-// glTF 2.0 metallic-roughness (specification section 3.9 and appendix B) and its extensions; the
-// default values of an extension have the same effect as its absence. Factors are linear and
-// multiply their texture. Colour textures are sRGB-encoded if their image is integer-valued; other
-// textures are linear data. Letters in the comments of textures name the channels that are read.
+// A glTF 2.0 metallic-roughness material (specification section 3.9 and appendix B) with its
+// extensions. The default values of an extension have the same effect as its absence. Factors are
+// linear and multiply their texture. Colour textures are sRGB-encoded if their image is
+// integer-valued; other textures are linear data. In the comments on textures, letters name the
+// channels that are read.
 struct MaterialDescription {
   std::string name;
   Rgb base_color = Rgb(1.0f);
@@ -79,10 +82,10 @@ struct MaterialDescription {
   float metallic = 1.0f;
   float roughness = 1.0f;
   TextureRef metallic_roughness_texture;  // g roughness, b metallic
-  TextureRef normal_texture;              // tangent space, rgb in [0, 1] -> [-1, 1]
+  TextureRef normal_texture;              // in tangent space; rgb in [0, 1] maps to [-1, 1]
   float normal_scale = 1.0f;
   Rgb emission = Rgb(0.0f);  // radiance: emissiveFactor x emissiveStrength
-  // A factor over time, see Motion; null: constant.
+  // A factor that varies over time, see Motion; null: constant.
   std::shared_ptr<const TimeCurve<Rgb>> emission_scale = {};
   TextureRef emission_texture;
   AlphaMode alpha_mode = AlphaMode::kOpaque;
@@ -91,21 +94,21 @@ struct MaterialDescription {
   bool unlit = false;  // KHR_materials_unlit: the base colour is shown as radiance
 
   float ior = 1.5f;  // of the dielectric (KHR_materials_ior): >= 1, or 0 to reflect everything
-  // KHR_materials_specular: weight of the dielectric's reflection, [0, 1] (0: bare Lambert), and
-  // its colour at normal incidence.
+  // KHR_materials_specular: weight of the dielectric's reflection in [0, 1], where 0 leaves only
+  // the Lambertian base, and the reflection's colour at normal incidence.
   float specular = 1.0f;
   TextureRef specular_texture;  // a
   Rgb specular_color = Rgb(1.0f);
   TextureRef specular_color_texture;  // rgb, sRGB
-  // KHR_materials_pbrSpecularGlossiness is represented by the members above with an ior of 0. This
-  // texture multiplies the glossiness, which is 1 - roughness.
+  // KHR_materials_pbrSpecularGlossiness is represented by an ior of 0 and the members above, plus
+  // this texture, which multiplies the glossiness, 1 - roughness.
   TextureRef glossiness_texture;  // a
 
   // KHR_materials_transmission, _volume and _dispersion.
   float transmission = 0.0f;          // fraction that the dielectric transmits clearly
   TextureRef transmission_texture;    // r
   bool thin_walled = true;            // thicknessFactor is 0, so there is no interior
-  Rgb attenuation_color = Rgb(1.0f);  // of white light after attenuation_distance in the interior
+  Rgb attenuation_color = Rgb(1.0f);  // of white light after attenuation_distance inside
   float attenuation_distance = std::numeric_limits<float>::infinity();  // metres
   float dispersion = 0.0f;                                              // 20 / Abbe number, >= 0
 
@@ -118,10 +121,10 @@ struct MaterialDescription {
   // KHR_materials_anisotropy: the highlight is stretched along a direction in the tangent plane.
   float anisotropy = 0.0f;           // strength, [0, 1]
   float anisotropy_rotation = 0.0f;  // radians counter-clockwise from the tangent
-  TextureRef anisotropy_texture;     // rg direction in [0, 1] -> [-1, 1], b strength
+  TextureRef anisotropy_texture;     // rg direction, [0, 1] maps to [-1, 1]; b strength
 
-  // KHR_materials_iridescence: a thin film on the base. Thickness in nanometres: the minimum at
-  // texture value 0, the maximum at 1 or without a texture.
+  // KHR_materials_iridescence: a thin film on the base. Its thickness in nanometres is the minimum
+  // where the texture is 0, and the maximum where it is 1 or if there is no texture.
   float iridescence = 0.0f;
   TextureRef iridescence_texture;  // r
   float iridescence_ior = 1.3f;    // >= 1
@@ -151,8 +154,8 @@ inline bool emits(const MaterialDescription& material) {
   return !material.unlit && (positive(e.x) || positive(e.y) || positive(e.z));
 }
 
-// Whether load_gltf computes tangents for meshes with this material: its textures or parameters use
-// tangent space, even if their factor is 0.
+// Whether the material's textures or parameters use tangent space, even if their factor is 0. If
+// so, load_gltf computes tangents for meshes with this material.
 inline bool has_tangent_space(const MaterialDescription& material) {
   return material.normal_texture.image >= 0 || material.clearcoat_normal_texture.image >= 0 ||
          material.anisotropy_texture.image >= 0 || material.anisotropy > 0.0f;
@@ -162,7 +165,7 @@ inline bool has_tangent_space(const MaterialDescription& material) {
 
 // Empty by default.
 struct WorldBounds : Imath::Box3d {
-  // Adds a box after transforming it to world space; an empty box adds nothing.
+  // Transforms a box to world space and adds it. An empty box adds nothing.
   void add(const WorldBounds& box, const Mat44d& to_world) {
     for (int corner = 0; corner < 8 && !box.isEmpty(); ++corner) {
       extendBy(transform_point(
@@ -181,17 +184,18 @@ struct VariantMaterial {
   bool operator==(const VariantMaterial&) const = default;
 };
 
-// A triangle mesh with one material (one glTF primitive; strips and fans are already converted).
+// A triangle mesh with one material. It is one glTF primitive, whose strips and fans are already
+// converted to triangles.
 struct MeshDescription : MeshArrays {
   std::string name;   // "mesh name/primitive index", for messages and the id AOV's manifest
   int material = -1;  // -1: glTF's default material
   // Sorted by variant; in variants that are not listed, the mesh uses `material`.
   std::vector<VariantMaterial> variant_materials;
-  // Whether the mesh may be in another place, or be visible more often, at another time of the
-  // animation.
+  // Whether the mesh may be in another position, or may have more visible instances, at another
+  // time of the animation.
   bool may_move = false;
-  // Set if the mesh has no arrays, because the receiver has them from an earlier pose: their
-  // bounds.
+  // Bounds of the arrays. Set if the arrays are empty because the receiver still has them from an
+  // earlier pose.
   std::optional<WorldBounds> reused_bounds = {};
 };
 
@@ -200,39 +204,40 @@ struct VariantDescription {
   std::string name;
 };
 
-// Motion while the shutter is open: the plain transform or vertices are those at shutter open, and
+// Motion while the shutter is open. The ordinary transforms and vertices are those at shutter open.
 // `motion` has those at later times, evenly spaced until shutter close; it is empty if nothing
-// moves. In between, vertices, positions and scales are interpolated linearly, and rotations about
-// an axis.
+// moves. Between these times, vertices, positions and scales are interpolated linearly, and
+// rotations about an axis.
 //
 // Other values change at their own times (time_curve.h), so that they can switch instantly. Emitted
-// light is described by its maximum per channel, with a factor in [0, 1] over time. Code that only
-// uses or edits the maximum does not need the time.
+// light is described by the maximum of each channel, and by a factor in [0, 1] over time. Code that
+// only uses or edits the maximum need not know the time.
 
-// A mesh placed in the world. Nodes are flattened at load; transforms keep double precision so that
-// a distant scene can be rebased before it is rounded to float.
+// A mesh placed in the world. The node hierarchy is flattened at load. Transforms stay in double,
+// so that a distant scene can be rebased before it is rounded to float.
 struct InstanceDescription {
   std::string name;  // node name
   int mesh = -1;
-  Mat44d to_world;  // for row vectors; finite; may mirror (negative determinant)
+  Mat44d to_world;  // for row vectors; finite; mirrors if its determinant is negative
   std::vector<Mat44d> motion = {};
   std::shared_ptr<const VisibilityTimes> visibility = {};  // null: always
-  int node = -1;  // index in the file and in SceneDescription::nodes
+  int node = -1;  // index of the node in the file and in SceneDescription::nodes
 };
 
-// A node of the file; SceneDescription::nodes has the same indices as the file.
+// A node of the file. It has the same index in SceneDescription::nodes as in the file.
 struct NodeDescription {
   std::string name;
   int root = 0;             // the topmost ancestor; itself if it has no parent
   bool has_mesh = false;    // whether visible or not
   int parent = -1;          // -1: none
-  bool has_camera = false;  // even one that cannot be used
+  bool has_camera = false;  // also if the camera cannot be used
   bool has_light = false;   // from KHR_lights_punctual
   bool in_scene = false;    // whether it is in the scene that is rendered
 };
 
-// A moving instance one frame after the rendered instant. With an instant shutter, its velocity is
-// computed from this; rays do not see it. Meshes and cameras have a `next_frame` of their own.
+// The transform of a moving instance one frame after the rendered instant. If the shutter is
+// instant, the velocity of the instance is computed from this transform. Rays do not see it. Meshes
+// and cameras have a `next_frame` of their own.
 struct NextFrameInstance {
   uint32_t instance = 0;  // into SceneDescription::instances
   Mat44d to_world;
@@ -247,22 +252,24 @@ struct PunctualLightDescription {
   std::string name;
   PunctualType type = PunctualType::kPoint;
   Rgb intensity = Rgb(1.0f);  // colour x intensity: candela, or lux for kDirectional
-  // Radians from the axis, 0 <= inner < outer <= pi/2; the maximum if the cones change.
+  // In radians from the axis, 0 <= inner < outer <= pi/2. If the cones change over time, these are
+  // the maxima.
   float inner_cone = 0.0f;
   float outer_cone = 0.785398163f;
-  // In metres; the light of a point light or spot does not reach farther. The maximum if it
-  // changes.
+  // Distance in metres beyond which the light of a point light or spot does not reach; the maximum
+  // if it changes over time.
   float range = std::numeric_limits<float>::infinity();
-  Mat44d to_world;  // it emits along -Z (spot, directional)
+  Mat44d to_world;  // spots and directional lights emit along -Z
   std::vector<Mat44d> motion = {};
-  // See Motion; null: constant.
+  // Values over time, see Motion; null: constant.
   std::shared_ptr<const TimeCurve<Rgb>> share = {};
   std::shared_ptr<const TimeCurve<Vec2f>> cones = {};  // inner and outer angle
   std::shared_ptr<const TimeCurve<float>> range_scale = {};
   std::shared_ptr<const VisibilityTimes> visibility = {};
 };
 
-// Whether the light becomes one of the Scene's point lights, which keep this order.
+// Whether the light becomes one of the Scene's point lights, which have the same order as the
+// description's lights.
 inline bool shines(const PunctualLightDescription& light) { return !is_black(light.intensity); }
 
 struct CameraDescription {
@@ -273,7 +280,7 @@ struct CameraDescription {
   double fov_y = 0.8;            // radians, perspective
   std::optional<double> aspect;  // width / height; absent: that of the frame
   double y_mag = 1.0;            // half the height, orthographic
-  // fov_y or y_mag (whichever applies) over time; null: constant.
+  // Over time, fov_y or, if orthographic, y_mag; null: constant.
   std::shared_ptr<const TimeCurve<double>> zoom = {};
   // A thin lens, perspective only; not in files.
   double lens_radius = 0.0;     // metres; 0: a pinhole
@@ -281,7 +288,7 @@ struct CameraDescription {
   Mat44d to_world;              // looks along -Z, +Y up; its scale is ignored
   std::vector<Mat44d> motion = {};
   std::optional<Mat44d> next_frame = {};  // see NextFrameInstance
-  // Set if the file's camera is invalid; selecting the camera throws this error.
+  // Set if the camera is invalid in the file. Selecting the camera then throws this error.
   std::shared_ptr<const InputError> fault = {};
 };
 
@@ -298,7 +305,7 @@ struct EnvironmentDescription {
   std::string file;                    // empty: constant colour
   Rgb constant = Rgb(1.0f);            // radiance if there is no image
   std::shared_ptr<const Image> image;  // kHalf or kFloat, 3 channels
-  // A sun in front of the image, which is scaled, tinted and rotated with it. May be null.
+  // A sun in front of the image; may be null. It is scaled, tinted and rotated with the image.
   std::shared_ptr<const SunDisc> sun;
   float strength = 1.0f;
   Rgb tint = Rgb(1.0f);  // multiplies the radiance, as does strength
@@ -311,11 +318,11 @@ struct EnvironmentDescription {
 struct AnimationDescription {
   std::string name;
   double duration = 0.0;      // seconds, from 0 to its last key frame
-  size_t nodes = 0;           // that it moves, rotates or scales
-  size_t morphs = 0;          // nodes whose meshes it morphs
-  size_t pointers = 0;        // other values that it changes
-  size_t without_effect = 0;  // channels without a valid target
-  std::string fault;          // why selecting it is an error; empty if its JSON is valid
+  size_t nodes = 0;           // number of nodes that it moves, rotates or scales
+  size_t morphs = 0;          // number of nodes whose meshes it morphs
+  size_t pointers = 0;        // number of other values that it changes
+  size_t without_effect = 0;  // number of channels without a valid target
+  std::string fault;          // error message of selecting it; empty if its JSON is valid
 };
 
 // The features that the file uses, and how they are treated. Entries are extension names, or short
@@ -324,30 +331,30 @@ struct CoverageReport {
   std::vector<std::string> used;          // supported extensions
   std::vector<std::string> approximated;  // rendered approximately; the entry says how
   std::vector<std::string> ignored;       // without effect on the image
-  // A text for files with animations of which none is chosen: how many there are, and which
-  // `setting` chooses one.
+  // If the file has animations but none is chosen, a text that says how many there are and which
+  // `setting` chooses one. Otherwise empty.
   std::string not_played;
 };
 
-// Counts of repairs and omissions during loading. Each kind is also reported in one warning.
+// Numbers of repairs and omissions during loading. One warning for each kind reports them.
 struct LoadRepairs {
   uint64_t degenerate_triangles = 0;  // zero area or repeated vertices, dropped
   uint64_t non_finite_triangles = 0;  // a NaN or infinite vertex, dropped
   // Vertices with a NaN or infinite colour, normal, tangent or texture coordinate, replaced.
   uint64_t non_finite_attributes = 0;
   uint64_t non_finite_texels = 0;   // NaN, infinite or negative; set to 0 or clamped
-  uint64_t singular_instances = 0;  // transform without inverse, dropped
-  uint64_t replaced_images = 0;     // --lenient: undecodable, replaced by a neutral colour
+  uint64_t singular_instances = 0;  // the transform has no inverse; dropped
+  uint64_t replaced_images = 0;     // --lenient: cannot be decoded; replaced by a neutral colour
 };
 
-// The lists to which edits refer. They are short and cheap to copy.
+// The lists of a scene whose entries edits refer to. They are short and cheap to copy.
 struct SceneLists {
   std::string file;
   std::vector<MaterialDescription> materials;
   std::vector<VariantDescription> variants;
   // Whether the meshes' variant_materials, and the data that those materials need, have been read.
   bool variants_read = false;
-  bool tangents_read = false;  // for all meshes, not only by has_tangent_space()
+  bool tangents_read = false;  // for all meshes, not only those for which has_tangent_space()
   std::vector<PunctualLightDescription> lights;
   std::vector<CameraDescription> cameras;
   std::optional<EnvironmentDescription> environment;
@@ -362,8 +369,8 @@ struct SceneDescription : SceneLists {
   std::vector<MeshDescription> meshes;
   std::vector<InstanceDescription> instances;
   std::vector<NodeDescription> nodes;                   // if requested (GltfOptions::nodes)
-  std::vector<NextFrameInstance> next_frame_instances;  // those that move, ascending by instance
-  // For a posed scene: the bounds of its rest pose, so that a view of the whole scene does not
+  std::vector<NextFrameInstance> next_frame_instances;  // of moving instances, in order
+  // If the scene is posed, the bounds of its rest pose, so that a view of the whole scene does not
   // depend on the pose.
   std::optional<WorldBounds> rest_bounds;
   CoverageReport coverage;

@@ -27,7 +27,8 @@ std::string list_all(const char* what, const std::vector<Named>& list) {
   throw InputError(place.empty() ? "edits" : place, message);
 }
 
-// The index of `target` in a list of entries of kind `what`.
+// Returns the index of `target` in `list`. If it is missing, throws InputError, which calls the
+// entries `what`.
 template <class Named>
 size_t find_target(const EditTarget& target, const char* what, const std::vector<Named>& list) {
   if (const std::optional<size_t> found = find_entry(target, list)) return *found;
@@ -44,7 +45,8 @@ size_t find_target(const EditTarget& target, const char* what, const std::vector
                                shortened(target.name), listed));
 }
 
-// Finds a camera by its name, or by its node's name if no camera has the name and one node does.
+// Finds a camera by its name or, if no camera has this name, by the name of its node, if only one
+// camera's node has it.
 size_t find_camera(const EditTarget& target, const std::vector<CameraDescription>& cameras) {
   const auto is_node = [&](const CameraDescription& camera) { return camera.node == target.name; };
   if (!target.name.empty() && !find_entry(target, cameras) &&
@@ -55,7 +57,7 @@ size_t find_camera(const EditTarget& target, const std::vector<CameraDescription
   return find_target(target, "camera", cameras);
 }
 
-// Multiplies, and clamps to the largest float, so that the product stays finite.
+// Multiplies two colours. Products are clamped to the largest float, so that they stay finite.
 Rgb scaled(const Rgb& value, const Rgb& factor) {
   const auto product = [](float a, float b) {
     return std::min(a * b, std::numeric_limits<float>::max());
@@ -152,7 +154,8 @@ void EditApplication::check_targets() {
 
 void EditApplication::check_material_edit(const MaterialEdit& edit,
                                           const MaterialDescription& material) const {
-  // The extension keeps materials with an index of 0 unchanged ("Backwards Compatibility Mode").
+  // In KHR_materials_ior, an index of 0 has a special meaning ("Backwards Compatibility Mode"), so
+  // it must not be replaced.
   if (edit.ior && material.ior == 0.0f) {
     throw_edit_error(edit.target.place,
                      fmt::format("material '{}' has no \"ior\" to edit: the file sets it to 0 or "
@@ -210,8 +213,7 @@ void EditApplication::edit_light(size_t i) {
   light = scaled(light, factor);
 }
 
-// The width of the view follows from its height and the frame, so the file's aspect ratio is
-// dropped.
+// Drops the file's aspect ratio, since the width of the view follows from its height and the frame.
 void make_orthographic(double height, CameraDescription& camera) {
   camera.orthographic = true;
   camera.aspect.reset();
@@ -223,7 +225,7 @@ void make_orthographic(double height, CameraDescription& camera) {
 Mat44d view_matrix(const CameraEdit& edit) {
   Mat44d m = look_at_matrix(*edit.look_from, *edit.look_at, edit.up);
   if (edit.mirrored) {
-    for (int c = 0; c < 3; ++c) m[0][c] = -m[0][c];  // the right edge of the image
+    for (int c = 0; c < 3; ++c) m[0][c] = -m[0][c];  // row 0 points to the right of the image
   }
   return m;
 }
@@ -289,7 +291,7 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
     camera.name = "edited view";
     if (camera.orthographic) camera.zoom.reset();
     camera.orthographic = false;
-    camera.aspect.reset();  // use that of the frame
+    camera.aspect.reset();  // the frame's ratio applies
     camera.to_world = view_matrix(edit);
     camera.motion.clear();
     camera.next_frame.reset();

@@ -1,9 +1,10 @@
-// An artist's changes to the view, lights, environment and materials of a loaded scene, which leave
-// its file unchanged. They are plain data. io/json/edits_file.h reads and writes them; apply()
-// applies them to a SceneDescription, and EditableScene (editable_scene.h) to a built scene.
+// An artist's changes to the view, lights, environment and materials of a loaded scene. The scene's
+// file stays unchanged. Edits are plain data. io/json/edits_file.h reads and writes them. apply()
+// applies them to a SceneDescription, EditableScene (editable_scene.h) to a built scene.
 //
-// Edits are the differences from the file: without edits, the scene is that of the file, and undo
-// applies the previous edits. Units are those of SceneDescription unless stated otherwise.
+// Edits are differences from the file: without edits, the scene is that of the file, and to undo an
+// edit, the previous edits are applied to the file's scene. Units are those of SceneDescription
+// unless stated otherwise.
 #pragma once
 
 #include <algorithm>
@@ -19,11 +20,11 @@
 namespace emberline {
 
 // Identifies one of the file's lights, materials, cameras or variants. A unique name suffices, even
-// if the index has changed; the index distinguishes entries of equal name and identifies unnamed
-// ones.
+// if the index has changed. The index distinguishes entries that have the same name, and identifies
+// unnamed ones.
 struct EditTarget {
   std::string name;
-  int index = -1;     // into the description's list; -1: by name only
+  int index = -1;     // into the description's list; -1: found by name only
   std::string place;  // for messages: "shot.json#/lights/0"; empty for edits without a file
 
   bool operator==(const EditTarget& other) const {
@@ -39,12 +40,12 @@ struct CameraEdit {
   std::optional<Vec3d> look_from, look_at;
   Vec3d up = Vec3d(0.0, 1.0, 0.0);      // with look_from; any length but 0
   bool mirrored = false;                // with look_from: swaps left and right
-  std::optional<double> fov_y_degrees;  // vertical; for a perspective view
+  std::optional<double> fov_y_degrees;  // vertical field of view, in perspective only
   // Makes the view orthographic with this height in metres. Not allowed with fov_y_degrees or
   // f_stop.
   std::optional<double> orthographic_height;
-  // Use a lens instead of a pinhole (see lens_radius()), with this focus distance in metres along
-  // the axis. If the distance is absent, the lens is focused on look_at.
+  // An f_stop replaces the pinhole by a lens (see lens_radius()). focus_distance is in metres along
+  // the axis; if it is absent, the lens is focused on look_at.
   std::optional<double> f_stop, focus_distance;
   std::string place;  // for messages
 
@@ -56,11 +57,12 @@ struct CameraEdit {
   }
 };
 
-// The time at which the scene is seen, and the shutter. Absent values stay as on the command line.
+// The time at which the scene is seen, and the shutter times. Absent values stay as on the command
+// line.
 struct AnimationEdit {
-  std::string name = {};            // name, index or "all"; empty: the first if `time` is set
+  std::string name = {};            // name, index or "all"; empty: the first one, if `time` is set
   std::optional<double> time = {};  // seconds
-  std::optional<double> fps = {};   // frames per second, for values in frames
+  std::optional<double> fps = {};   // frames per second; converts values in frames
   // In frames after `time`; set both or neither.
   std::optional<double> shutter_open = {}, shutter_close = {};
   std::string place = {};  // for messages
@@ -71,7 +73,7 @@ struct AnimationEdit {
   }
 };
 
-// kMaterial is all light that one material emits.
+// kMaterial stands for all the light that one material emits.
 enum class EditedLight : uint8_t { kPunctual, kMaterial, kEnvironment };
 
 // Factors on the radiance of a light. A material that does not emit stays black.
@@ -89,7 +91,7 @@ struct LightEdit {
 struct EnvironmentEdit {
   std::string file;                    // empty: keep the existing environment
   std::shared_ptr<const Image> image;  // contents of `file`; kHalf or kFloat, 3 channels
-  uint64_t repaired_texels = 0;        // repaired while reading it
+  uint64_t repaired_texels = 0;        // number of texels that were repaired while reading `file`
   std::optional<float> strength;
   std::optional<float> rotation_degrees;
   std::string place;  // for messages
@@ -100,8 +102,9 @@ struct EnvironmentEdit {
   }
 };
 
-// Factors that replace those of the file's MaterialDescription. The textures stay and are
-// multiplied by the new factors. material_parameters.h has the names and ranges.
+// Parameters that replace those of the file's MaterialDescription. Textures stay, and are
+// multiplied by the new values where they were multiplied by the old ones. material_parameters.h
+// has the names and ranges.
 struct MaterialEdit {
   EditTarget target;
   std::optional<Rgb> base_color;
@@ -110,14 +113,14 @@ struct MaterialEdit {
   std::optional<float> ior;     // an error for materials that reflect everything
   std::optional<float> specular;
   std::optional<Rgb> specular_color;
-  std::optional<Rgb> attenuation_color;       // affects only an interior, like the next two
+  std::optional<Rgb> attenuation_color;       // this and the next two affect only an interior
   std::optional<float> attenuation_distance;  // metres
   std::optional<float> dispersion;
   std::optional<float> diffuse_transmission;
   std::optional<Rgb> diffuse_transmission_color;
   std::optional<float> anisotropy, anisotropy_rotation_degrees;
   std::optional<float> iridescence, iridescence_ior;
-  std::optional<float> iridescence_thickness;  // nanometres: the maximum
+  std::optional<float> iridescence_thickness;  // the maximum, in nanometres
   std::optional<Rgb> sheen_color;
   std::optional<float> sheen_roughness;
   std::optional<float> clearcoat, clearcoat_roughness;
@@ -137,7 +140,7 @@ struct SceneEdits {
   CameraEdit camera;
   // Used by the code that loads or poses the scene (GltfOptions); apply() ignores it.
   AnimationEdit animation;
-  // In SceneDescription::variants; absent: the meshes use their own materials.
+  // One of SceneDescription::variants. If absent, the meshes use their own materials.
   std::optional<EditTarget> variant;
   std::vector<LightEdit> lights;
   EnvironmentEdit environment;
@@ -146,8 +149,8 @@ struct SceneEdits {
   bool operator==(const SceneEdits&) const = default;
 };
 
-// Returns the index of `target` in a list of the description; none if it is missing, or if several
-// entries have its name and its index is not one of theirs.
+// Returns the index of `target` in a list of the description. Returns nothing if the target is
+// missing, or if several entries have the target's name but none of them has its index.
 template <class Named>
 std::optional<size_t> find_entry(const EditTarget& target, const std::vector<Named>& list) {
   const bool listed = target.index >= 0 && size_t(target.index) < list.size();
@@ -159,20 +162,22 @@ std::optional<size_t> find_entry(const EditTarget& target, const std::vector<Nam
   return size_t(std::ranges::find_if(list, has_name) - list.begin());
 }
 
-// Applies the edits to a description, complete or from copy_without_geometry(). A scene without
-// light first gets the plain white environment that build_scene() would add; lights that the edits
-// switch off then stay dark. If a placed mesh uses glTF's default material, it is appended to
-// `description.materials` with the name kDefaultMaterialName.
+// Applies the edits to a description, which may be complete or come from copy_without_geometry(). A
+// scene without light first gets the plain white environment that build_scene() would add; a scene
+// whose lights are all switched off by edits therefore stays dark. If a placed mesh uses glTF's
+// default material, this material is appended to `description.materials` under the name
+// kDefaultMaterialName.
 //
 // The variant is applied first, so that material edits refer to the file's names. Whether a scene
-// has light depends on the file's own materials: a variant's light is added to the white
-// environment of a file without light.
+// has light is decided by the file's own materials. If these emit none and a variant's materials
+// do, the scene therefore has both the variant's light and the white environment.
 //
 // Throws InputError, which names the edit's place and the valid names, for a missing target, for
 // two edits of one target, for a variant if the scene was loaded without its materials, for an
 // environment edit without an environment, for anisotropy without tangents, and for the index of
-// refraction of a material that reflects everything. The description is then unchanged. apply()
-// does not check values; edits_file.h checks those of a file.
+// refraction of a material that reflects everything. No edit has then been applied; only the white
+// environment and the default material may have been added. apply() does not check values;
+// edits_file.h checks those of a file.
 void apply(const SceneEdits& edits, SceneDescription& description);
 inline constexpr const char* kDefaultMaterialName = "default material";
 
@@ -180,18 +185,18 @@ inline constexpr const char* kDefaultMaterialName = "default material";
 // GltfOptions::tangents.
 bool need_tangents(const SceneEdits& edits);
 
-// The index of the light or material that an edit refers to; 0 for the environment. Throws
-// InputError if it is missing.
+// Returns the index of the light or material that an edit refers to, or 0 for the environment.
+// Throws InputError if the light or material is missing.
 size_t edited_light_index(const LightEdit& edit, const SceneDescription& description);
 
-// Applies the edits of the view to `camera`. Throws InputError if the camera that they select is
-// missing, if they set a field of view or a lens for an orthographic view, if a lens has no focus
-// distance, or if look_from and look_at coincide.
+// Applies the edits of the view to `camera` and returns the result. Throws InputError if the camera
+// that the edits select is missing or invalid, if they set a field of view or a lens for an
+// orthographic view, if a lens has no focus distance, or if look_from and look_at coincide.
 CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription& description,
                                 CameraDescription camera);
 
-// Copies a description without its vertices and triangles, which apply() and EditableScene do not
-// need.
+// Copies the parts of a description that apply() and EditableScene need, but not vertices and
+// triangles.
 SceneDescription copy_without_geometry(const SceneDescription& description);
 
 }  // namespace emberline

@@ -1,4 +1,5 @@
-// Splits a transform into scale and skew, rotation and translation, for interpolation.
+// Splits a transform into scale and skew, rotation, and translation, so that it can be
+// interpolated.
 #pragma once
 
 #include <Imath/ImathQuat.h>
@@ -19,8 +20,8 @@ struct TransformParts {
   Mat44d matrix() const;
 };
 
-// Interpolates scales, skews and positions linearly, and the rotation about one axis, the shorter
-// way.
+// Interpolates scales, skews and translations linearly, and the rotation about a single axis, in
+// the shorter direction.
 TransformParts interpolate(const TransformParts& from, const TransformParts& to, double fraction);
 
 }  // namespace emberline

@@ -32,8 +32,8 @@ constexpr uint64_t kPartSamples = 4096;
 constexpr uint32_t kStepSamples = 4;
 
 // The tree places the first sample of one pixel in kPixelsPerTreePixel; the other pixels follow in
-// tiles. By then the tree has found the picture's features, and asking it for a pixel costs as much
-// as a sample of a simple scene.
+// tiles. By then the tree has found the picture's features, and asking it for a pixel takes as long
+// as rendering a sample of a simple scene.
 constexpr size_t kPixelsPerTreePixel = 16;
 constexpr size_t kTreePartPixels = 256;
 
@@ -174,8 +174,8 @@ class AdaptiveDriver final : public FrameDriver {
     return planner_.current_stop(i, sample_counts_[i]);
   }
 
-  // With a mix, an unbiased frame is shown as the mean of all samples, since the averages over
-  // rounds include neither light groups nor the shadows in alpha.
+  // With a light mix, an unbiased frame is shown as the mean of all samples, since the averages
+  // over rounds include neither light groups nor the shadows in alpha.
   void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override {
     FrameDriver::resolve(film, rgba, mix);
     if (!mix && !averages_.empty()) {
@@ -314,8 +314,8 @@ class AdaptiveDriver final : public FrameDriver {
                  : (sample_counts_.size() + kPixelsPerTreePixel - 1) / kPixelsPerTreePixel;
   }
 
-  // The tree is a function of its values, so only these are saved, and loading rebuilds the tree.
-  // The pixels that it requests are those of the current round.
+  // The tree is a function of its values, so only these are saved. Loading rebuilds the tree, and
+  // lets it request the pixels of the current round again.
   void archive_tree(Archive& archive) {
     std::vector<float> rgb;
     for (size_t leaf = 0; tree_ && leaf < tree_->sample_count(); ++leaf) {
@@ -361,7 +361,8 @@ class AdaptiveDriver final : public FrameDriver {
 
   size_t part_in_order(size_t part) const { return is_progressive_ ? part_order_[part] : part; }
 
-  // Between two rounds, all pixels count as needing more samples.
+  // If a stop request interrupted the planning of a round, all pixels count as needing more
+  // samples.
   PixelStop stop_of(size_t i, PixelStop unfinished_stop) const {
     if (sample_counts_[i] == 0) return PixelStop::kNone;
     const bool wants_more =
@@ -398,8 +399,8 @@ class AdaptiveDriver final : public FrameDriver {
     return fmt::format("unfinished: {} samples by the end of round {}", target, planner_.round());
   }
 
-  // Fills pixels without samples from the values in `rgba` of the pixels that the tree has sampled.
-  // The film may have samples of pixels that the tree has not sampled.
+  // Fills the pixels without samples. Their values come from those pixels in `rgba` that the tree
+  // has sampled. The film may also have samples of other pixels.
   void fill_from_tree(const FilmTile& film, std::span<float> rgba) const {
     const auto sampled_value = [&](uint32_t leaf) {
       const Vec2i pixel = tree_->sampled_pixel(leaf);

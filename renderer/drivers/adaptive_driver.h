@@ -4,8 +4,8 @@
 //
 // It starts with one sample for every pixel, in the order of the refinement tree. Then it takes the
 // estimator's pilot samples. Rounds follow: before each, the planner decides from the film how many
-// samples each pixel gets next. Drivers whose picture is shown only when finished start with the
-// pilot.
+// samples each pixel gets next. The driver of a tile, whose picture is shown only when finished,
+// starts with the pilot.
 #pragma once
 
 #include <memory>
@@ -23,7 +23,7 @@ std::unique_ptr<FrameDriver> adaptive_tile_driver(const Frame& frame, const Rect
 
 FilmExtras adaptive_film_extras(const DriverSettings& settings);
 
-// Upper bound of FrameDriver::bytes(), per pixel.
+// Upper bound on FrameDriver::bytes(), per pixel.
 uint64_t adaptive_bytes_per_pixel(const DriverSettings& settings);
 
 }  // namespace emberline

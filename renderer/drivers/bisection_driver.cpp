@@ -38,7 +38,7 @@ std::vector<BisectionStep> steps_of(const Rect& crop, const SampleRange& samples
   return bisection_steps(crop.width(), crop.height(), axis, square_cell(cell_pixels));
 }
 
-// The coverage of the first pass after `parts`, which must lie in one step.
+// Returns the coverage of the first pass once `parts` are rendered, which must lie in one step.
 BisectionCoverage coverage(const BisectionPass& pass, const RenderedParts& parts, size_t begin) {
   const size_t step = pass.step_of(begin), first = pass.first_part(step);
   if (parts.complete && parts.end == pass.first_part(step + 1)) return {step + 1, 0, 0};
@@ -188,7 +188,7 @@ class BisectionDriver final : public FrameDriver {
   size_t pass_ = 0;               // index of the current pass
   size_t begin_ = 0, end_ = 0;    // range of the pass's parts in the current round
   BisectionCoverage coverage_;    // coverage of the first pass
-  uint32_t min_samples_ = 0;      // minimum over the pixels of the requested samples
+  uint32_t min_samples_ = 0;      // fewest samples of any pixel, of those requested
   uint32_t initial_samples_ = 0;  // samples that every pixel has in the frame that is extended
 };
 

@@ -13,10 +13,10 @@ namespace emberline {
 std::unique_ptr<FrameDriver> bisection_driver(const Frame& frame, const Rect& crop,
                                               const DriverSettings& settings);
 
-// The end of the round that begins with part `first`. A round of the first pass stays within one
-// step and has at most a hundredth of the frame's pixels (or one part), so that the picture can be
-// shown often. Each later pass is one round, because at each pause between rounds a thread waits
-// for the time of half a part on average.
+// Returns the end of the round that begins with part `first`. A round of the first pass stays
+// within one step and has at most a hundredth of the frame's pixels (or one part), so that the
+// picture can be shown often. Each later pass is one round, because at each pause between rounds a
+// thread waits, on average for half the time that a part takes.
 size_t bisection_round_end(const BisectionPass& pass, size_t first, uint64_t frame_pixels);
 
 // The maximum number of pixels in a part of the pass, a power of two.

@@ -109,7 +109,7 @@ class RowReader {
   void row(const View& view, int y, float* out) {
     const LineBlend& rows = view.rows[size_t(y)];
     if (rows.lower == rows.upper) {
-      // In an early picture, many rows are equal to the row before.
+      // In an early picture, many rows are identical to the row before.
       if (view_ == &view && last_row_.line == rows.lower) {
         std::copy_n(last_row_.values, kChannels * width_, out);
       } else {
@@ -126,7 +126,7 @@ class RowReader {
     }
   }
 
-  // Must be called before the last row is changed, so that the row is not used as a copy's source.
+  // Must be called before the row that row() wrote last is changed, so that row() does not copy it.
   void invalidate() { view_ = nullptr; }
 
  private:
@@ -212,7 +212,7 @@ void BisectionPicture::resolve(std::span<float> rgba, const LightMix* mix) const
            sampled(film, columns.lower, rows.upper) && sampled(film, columns.upper, rows.upper);
   };
 
-  // Large enough that most rows can be copied from the row before, small enough to occupy all
+  // Rows per task: enough that most can be copied from the row before, few enough to occupy all
   // threads.
   constexpr size_t kGrain = 16;
   parallel_ranges(height, kGrain, [&](size_t begin, size_t end) {

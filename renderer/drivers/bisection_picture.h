@@ -19,7 +19,7 @@ std::span<const NamedValue<Reconstruction>> reconstruction_table();
 // Progress of the first pass.
 struct BisectionCoverage {
   size_t complete_steps = 0;
-  // Counts of parts in the next step: parts that are complete, and parts that may have begun.
+  // How many parts of the next step are complete, and how many may have begun.
   size_t complete_parts = 0, begun_parts = 0;
 };
 
@@ -42,9 +42,9 @@ struct BisectionPicture {
   Reconstruction reconstruction;
   BisectionCoverage coverage;
 
-  // Shows a pixel from the lattice of the current step if that lattice has all samples needed for
-  // it, otherwise from the lattice of the last complete step. The picture is black if there are no
-  // samples. Uses the calling thread's TBB arena.
+  // Computes each pixel from the lattice of the current step if all samples needed for the pixel
+  // exist, otherwise from the lattice of the last complete step. The picture is black if there are
+  // no samples. Uses the calling thread's TBB arena.
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const;
 };
 

@@ -20,8 +20,8 @@ std::span<const NamedValue<BisectionAxis>> bisection_axis_table();
 
 // Returns the lines [0, size) level by level. A queue starts with [0, size); each interval [a, b)
 // taken from it yields line m = (a + b) / 2 and adds [a, m) and [m + 1, b) if they are not empty.
-// The lines of a level are ascending, and a level has at most one line between two neighbouring
-// lines of all earlier levels. Example for size 7: {3}, {1, 5}, {0, 2, 4, 6}.
+// The lines of a level are ascending, and each level has at most one line between any two
+// neighbours among all lines of earlier levels. Example for size 7: {3}, {1, 5}, {0, 2, 4, 6}.
 std::vector<std::vector<int>> bisection_levels(int size);
 
 // The pixels at the crossings of columns and rows. Both lists are ascending.
@@ -31,13 +31,14 @@ struct PixelLattice {
   uint64_t pixels() const { return uint64_t(columns.size()) * rows.size(); }
 };
 
-// One level. The pixels of `added` are in no earlier step; after this step, all pixels of
-// `complete` have samples.
+// One step adds one level. The pixels of `added` are in no earlier step; after this step, all
+// pixels of `complete` have samples.
 struct BisectionStep {
   PixelLattice added, complete;
 };
 
-// The size of cells, whose pixels stay together for the caches. Levels then consist of cells.
+// The size of a cell in pixels. The pixels of a cell stay together, for the caches, and levels
+// consist of lines of cells.
 struct BisectionCell {
   int width = 1, height = 1;
 };

@@ -24,8 +24,8 @@ struct Cell {
 
 // The step at which Hilbert's curve over a 2^k x 2^k grid passes cell (x, y). From the highest bit
 // down, each pair of bits of the step selects a quadrant and rotates the curve inside it. Example
-// for k = 2: cell (3, 0) is in the last quadrant (3), at the upper right, and after the rotation
-// again in the last quadrant (3) of that: step 15.
+// for k = 2: cell (3, 0) is in the last quadrant (3), at the upper right, and within it, after the
+// rotation, again in the last quadrant (3), so its step is 4 x 3 + 3 = 15.
 uint64_t hilbert_step(int k, uint32_t x, uint32_t y) {
   uint64_t step = 0;
   for (int bit = k - 1; bit >= 0; --bit) {
@@ -146,8 +146,9 @@ uint64_t bucket_count(const Rect& crop, int bucket_size) {
   return uint64_t((crop.width() + size - 1) / size * ((crop.height() + size - 1) / size));
 }
 
-// For each bucket, computing the order takes a curve step and a cell, or a cell and a bucket. Later
-// there are two copies of the bucket, an error and a count; outputs also store where its tiles are.
+// While the order is computed, each bucket takes the memory of a curve step and a cell, or of a
+// cell and a rectangle. Later it takes two rectangles, an error and a count, and the outputs store
+// where the bucket's tiles are.
 uint64_t bucket_list_bytes(const Rect& crop, int bucket_size) {
   constexpr uint64_t kBytes = 48;
   return kBytes * bucket_count(crop, bucket_size);

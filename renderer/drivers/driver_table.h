@@ -27,7 +27,7 @@ struct DriverSettings {
   Reconstruction reconstruction = Reconstruction::kDuplicate;
   AdaptiveSettings adaptive = {};
   std::optional<Vec2i> explained = {};  // the pixel for FrameDriver::explain()
-  bool is_extension = false;  // extends a finished frame that had fewer samples; its pilot is done
+  bool is_extension = false;  // of a finished frame that had fewer samples and whose pilot is done
   bool keep_tree = false;     // for DriverFacts::tree
   int cryptomattes = 0, cryptomatte_levels = 0;  // as in FilmExtras
 };
@@ -51,7 +51,7 @@ std::span<const DriverEntry> driver_table();
 const DriverEntry& find_driver(std::string_view name);
 
 // Side of the delivered tiles, which are also the tiles of the EXR. A tile is one bucket, but
-// drivers of the whole frame join small buckets, since each tile costs the outputs some time.
+// drivers of the whole frame join small buckets, since each tile takes the outputs extra time.
 int tile_size(const DriverEntry& driver, int bucket_size);
 
 struct DriverFactory {
@@ -62,7 +62,7 @@ struct DriverFactory {
   BucketOrder tile_order = BucketOrder::kHilbert;
   FramePart part = {};  // which tiles are rendered
   FilmExtras film_extras = {};
-  uint64_t bytes_per_pixel = 0;  // upper bound of a driver's memory, without its film
+  uint64_t bytes_per_pixel = 0;  // upper bound on a driver's memory, without its film
   std::function<std::unique_ptr<FrameDriver>(const Frame& frame, const Rect& pixels)> create;
 };
 

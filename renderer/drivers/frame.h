@@ -49,7 +49,7 @@ struct RenderCounters {
   RayCounters rays;
   uint64_t samples = 0;
   uint64_t non_finite_samples = 0;
-  std::vector<NonFiniteSample> located;       // the first ones in (y, x, sample) order
+  std::vector<NonFiniteSample> located;       // the first non-finite samples, by (y, x, sample)
   uint32_t min_samples = 0, max_samples = 0;  // per pixel of the crop
   ClampedLight clamped;                       // light removed by --clamp-indirect
   OpticsCounters optics;
@@ -75,8 +75,8 @@ struct Frame {
   const PixelFilter& filter;
   int width = 0, height = 0;
   Rect crop;                       // the rendered pixels; the whole frame if not cropped
-  uint32_t first_sample = 0;       // index of every pixel's first sample; a film counts from here
-  uint32_t samples_per_pixel = 1;  // for every pixel; with adaptive sampling the average, or 0
+  uint32_t first_sample = 0;       // index of every pixel's first sample; film counts start at it
+  uint32_t samples_per_pixel = 1;  // for every pixel; adaptive: the average, 0: no limit
   uint32_t seed = 0;
   StreamCount streams = StreamCount::kOne;
   // Number of consecutive samples that go to the same half of the film; must be the size of the
@@ -89,7 +89,8 @@ struct Frame {
   // Light groups of the built scene that are recorded separately, if the integrator supports that
   // (IntegratorEntry). Null: none.
   const LightGroups* light_groups = nullptr;
-  // Cryptomatte ids of the built scene, recorded for each pixel (FilmExtras has room). Null: none.
+  // Cryptomatte ids of the built scene, recorded for each pixel (FilmExtras makes room for them).
+  // Null: none.
   const CryptomatteIds* cryptomattes = nullptr;
   // Surface roles of the built scene. Null: camera rays see the same surfaces as other rays.
   const SurfaceRoles* roles = nullptr;

@@ -1,7 +1,7 @@
 // A frame driver decides which pixels get the next samples, and returns its decisions as data.
 // RenderJob (renderer/engine) renders them, pauses and calls the sink. Drivers are interchangeable:
-// equal sample counts give equal bits (law 2), because every sample is a pure function of the frame
-// (law 1) and each pixel's samples are added in index order by one owner.
+// pixels with equal sample counts are bit-identical (law 2), because every sample is a pure
+// function of the frame (law 1) and each pixel's samples are added in index order by one owner.
 #pragma once
 
 #include <cstdint>
@@ -43,7 +43,8 @@ struct Round {
 struct RenderedParts {
   size_t begin = 0, end = 0;
   bool complete = true;  // false: a stop request ended the round. Parts after `end` were not
-                         // started; of those before, only the parts below may lack samples.
+                         // started; of those before it, only those in `interrupted` may lack
+                         // samples.
   std::span<const size_t> interrupted = {};
 };
 
@@ -62,9 +63,9 @@ class FrameDriver {
  public:
   virtual ~FrameDriver() = default;
 
-  // Decides about the next round from the film, which must have all samples of earlier rounds, and
-  // writes its estimates of sample variances into the film. Returns nothing if the frame is
-  // finished, or if a stop was requested meanwhile.
+  // Decides the next round from the film, which must have all samples of earlier rounds, and writes
+  // its estimates of sample variances into the film. Returns nothing if the frame is finished, or
+  // if a stop was requested meanwhile.
   virtual std::optional<Round> next(FilmTile& film, const std::stop_token& stop) = 0;
   // The current round, as next() returned it. Before the first round, it has no parts.
   virtual Round round() const = 0;
@@ -85,11 +86,11 @@ class FrameDriver {
   // Implements LivePicture::resolve(). By default shows the film; drivers that fill in pixels
   // override it.
   virtual void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const;
-  // Whether resolve() may show a pixel that has samples with a value other than the film's mean.
+  // Whether resolve() may show a sampled pixel with a value other than its mean in the film.
   virtual bool overrides_means() const { return false; }
   virtual DriverFacts facts() const { return {}; }
-  // A sentence on why the recorded pixel got its samples; empty if no pixel is recorded. Valid when
-  // facts() are.
+  // A sentence on why the recorded pixel got its samples; empty if no pixel is recorded. Valid at
+  // the same times as facts().
   virtual std::string history() const { return ""; }
   // A text for the user that explains the pixel's number of samples so far. Must be called at a
   // pause or at the end. Empty if the driver does not decide about single pixels.
@@ -104,7 +105,7 @@ class FrameDriver {
 
   // Saves or loads the state between two parts; rendered() must have been called for all samples in
   // the film. A new driver with the same frame, settings and pixels can load the state and
-  // continue, with the same resulting bits. The caller must store which parts of round() are done.
+  // continue, with a bit-identical result. The caller must store which parts of round() are done.
   // Loading throws InputError for an invalid state.
   virtual void archive(Archive& archive, const FilmTile& film) = 0;
   // For a new driver whose settings extend those of a finished frame: loads that frame's state and

@@ -22,7 +22,7 @@
 namespace emberline {
 namespace {
 
-// Throws if the chosen camera is invalid, and warns of other invalid cameras.
+// Throws InputError if the chosen camera is invalid; warns if others are.
 void check_cameras(const SceneDescription& scene, const CameraDescription* chosen) {
   if (chosen && chosen->fault) throw InputError(*chosen->fault);
   const auto broken = [](const CameraDescription& camera) { return camera.fault != nullptr; };
@@ -34,7 +34,7 @@ void check_cameras(const SceneDescription& scene, const CameraDescription* chose
                           more > 0 ? fmt::format(" (nor can {} more)", more) : ""));
 }
 
-// Returns the index of the first match, and warns if there are several.
+// Returns the index of the first camera that matches; warns if several do.
 size_t find_camera(const std::string& requested, const std::vector<CameraDescription>& cameras) {
   const std::vector<size_t> matching = matching_cameras(requested, cameras);
   std::string listed;
@@ -130,7 +130,7 @@ void apply_lens(const FrameSettings& settings, CameraDescription& camera) {
   camera.lens_radius = lens_radius(*settings.f_stop, camera.fov_y);
 }
 
-// Applies lens, panorama and turntable settings to a camera of the file or of the edits.
+// Applies lens, panorama and turntable settings to a camera from the file or the edits.
 CameraDescription apply_settings(const FrameSettings& settings, const SceneDescription& scene,
                                  CameraDescription camera) {
   apply_lens(settings, camera);
@@ -139,12 +139,13 @@ CameraDescription apply_settings(const FrameSettings& settings, const SceneDescr
   return apply_turntable(std::move(camera), settings, framed_bounds(scene));
 }
 
-// Whether positions one frame later are needed, for velocity without a shutter interval.
+// Whether positions one frame later are needed. The velocity channel needs them if there is no
+// shutter interval.
 bool needs_next_frame(const FrameSettings& settings) {
   return is_instant(settings) && AovSet::parse(settings.aovs).contains(Aov::kVelocity);
 }
 
-// Rotates the camera by `frames` frames, where a full turn has `count`.
+// Rotates the camera by `frames` frames of a turn that has `count` frames.
 Mat44d rotate_about_vertical(Mat44d m, int64_t frames, int64_t count, const Vec3d& center) {
   const int64_t place = (frames % count + count) % count;
   if (place == 0) return m;

@@ -15,7 +15,7 @@
 
 namespace emberline {
 
-// Loads the settings' edits, if any. Throws InputError.
+// Loads the edits file that the settings name, if any. Throws InputError.
 SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progress);
 
 // Returns the time at which the scene is posed, in seconds; nullopt if neither `time` nor `frame`
@@ -25,7 +25,7 @@ std::optional<double> pose_time(const FrameSettings& settings);
 // Whether the shutter interval is empty.
 bool is_instant(const FrameSettings& settings);
 
-// Takes animation, time and shutter from the edits if the settings do not have them.
+// Fills in the animation, time and shutter from the edits if the settings do not give them.
 void apply_animation(const AnimationEdit& edit, FrameSettings& settings);
 
 // If the shutter is open but the scene is at rest, logs why nothing is blurred.
@@ -34,7 +34,7 @@ void hint_at_rest(const FrameSettings& settings, const SceneDescription& scene);
 // Returns the options for reading the scene file, except those that edits need. Throws UsageError.
 GltfOptions load_options(const FrameSettings& settings);
 
-// Warns that texels of a picture had to be repaired, if there are any. Call once per file.
+// If texels of a picture had to be repaired, logs a warning. Call once per file.
 void warn_about_repaired(const std::string& file, uint64_t texels);
 
 // Replaces the variant of `edits` by the settings' variant, if any. Throws UsageError that lists
@@ -42,11 +42,11 @@ void warn_about_repaired(const std::string& file, uint64_t texels);
 void choose_variant(const FrameSettings& settings, const SceneDescription& scene,
                     SceneEdits& edits);
 
-// Returns the camera that the settings choose, with their lens. Throws UsageError that lists the
-// file's cameras.
+// Returns the camera that the settings choose, with their lens applied. Throws UsageError that
+// lists the file's cameras.
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene);
 // Returns the indices of the cameras that match --camera: first those with this name, then those
-// whose node has this name. If there are none, `requested` may be an index.
+// whose node has this name. If no name matches, `requested` may be an index.
 std::vector<size_t> matching_cameras(const std::string& requested,
                                      const std::vector<CameraDescription>& cameras);
 // Returns the camera of the edits, unless the settings choose a view. The settings' lens is applied
@@ -54,10 +54,10 @@ std::vector<size_t> matching_cameras(const std::string& requested,
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene,
                                 const SceneEdits& edits);
 
-// Moves the camera to the settings' frame of the turntable. It moves to its right on a circle
-// around a vertical axis through the centre of the bounds, or through the point that the settings
-// choose. choose_camera() calls this with the scene's bounds. Without a turntable the camera is
-// unchanged.
+// Moves the camera to the turntable frame that the settings give. Successive frames move it to its
+// right, on a circle around a vertical axis through the centre of the bounds or through the point
+// that the settings choose. choose_camera() calls this with the scene's bounds. Without a turntable
+// the camera is unchanged.
 CameraDescription apply_turntable(CameraDescription camera, const FrameSettings& settings,
                                   const WorldBounds& bounds);
 

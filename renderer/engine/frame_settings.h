@@ -30,8 +30,8 @@ struct Shutter {
   double open = 0, close = 0;
 };
 
-// Where the vertical axis of a turntable is: at the centre of the scene's bounds, or at the point
-// that the camera looks at.
+// What the vertical axis of a turntable passes through: the centre of the scene's bounds, or the
+// point that the camera looks at.
 enum class TurntableCenter { kBounds, kLookAt };
 
 // A turntable view: the camera orbits a vertical axis.
@@ -41,8 +41,8 @@ struct Turntable {
   bool operator==(const Turntable&) const = default;
 };
 
-// The sun of a clear sky, in degrees: elevation above the horizon, azimuth from -Z (north) to +X
-// (east).
+// The sun of a clear sky, in degrees: elevation above the horizon, and azimuth from -Z (north)
+// towards +X (east).
 struct SunPosition {
   double elevation = 0, azimuth = 0;
 };

@@ -22,7 +22,7 @@ const FilmTile& film_of(const LiveDenoiser::Source& source, int x, int y) {
 }
 
 // Writes the pixel's features to index `to` of the row. `rgba` is the pixel's displayed colour. If
-// lights were remixed, noise is assumed to have changed in proportion to luminance.
+// `mixed` (lights were remixed), assumes that noise has changed in proportion to luminance.
 void read_pixel(const FilmTile& film, int x, int y, const float* rgba, bool mixed,
                 const FeatureRow& row, size_t to) {
   const uint32_t samples = film.sample_count(x, y);
@@ -87,7 +87,7 @@ void LiveDenoiser::denoise_lattice(const Source& source, std::span<const float> 
   const std::vector<int>&columns = source.lattice->columns, &rows = source.lattice->rows;
   const size_t values = 4 * columns.size() * rows.size();
   lattice_rgba_.resize(
-      std::max(lattice_rgba_.size(), values));  // never shrinks, because growing clears memory
+      std::max(lattice_rgba_.size(), values));  // does not shrink: growing again would clear it
   lattice_denoised_.resize(lattice_rgba_.size());
   parallel_each(rows.size(), [&](size_t j) {
     for (size_t i = 0; i < columns.size(); ++i) {

@@ -26,21 +26,22 @@ class LivePicture {
   // groups, `mix` weights each group (renderer/film/light_mix.h).
   virtual void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const = 0;
   virtual const FilmTile& film() const = 0;
-  // Why the pixel gets no more samples, or kUnfinished if the driver has not decided that yet, even
-  // after a stop request.
+  // Says why the pixel gets no more samples. Returns kUnfinished as long as the driver may still
+  // give it samples, even after a stop request.
   virtual PixelStop current_stop(int x, int y) const = 0;
 
   const Rect& rect() const;
   uint32_t sample_count(int x, int y) const;
   // Number of samples that were NaN or infinite. They count as black.
   uint32_t non_finite(int x, int y) const;
-  // Variance of the pixel's mean, in squared linear radiance; absent if the film does not know it.
+  // Variance of the pixel's mean, in squared linear radiance; absent if the film does not record
+  // it.
   std::optional<Rgb> variance(int x, int y) const;
   // Returns all channels of the film in the order of film_channels(), interleaved, top row first.
   std::vector<float> channels() const;
 };
 
-// Collects the finished tiles of a driver that does not keep them, and draws them over another
+// Collects the finished tiles of a driver that does not keep its tiles, and draws them over another
 // picture. Not thread-safe.
 class TilePicture final : public LivePicture {
  public:
@@ -50,7 +51,7 @@ class TilePicture final : public LivePicture {
   ~TilePicture() override;
   static uint64_t bytes_per_pixel(const RenderPlan& plan);
 
-  // Returns the rectangle of the tile.
+  // Adds a tile. Returns its rectangle.
   Rect add(const FilmTile& tile);
   uint64_t samples() const { return samples_; }
   double completion() const { return double(pixels_) / double(rect().area()); }
@@ -59,7 +60,7 @@ class TilePicture final : public LivePicture {
   // Mixes on the calling thread.
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
   const FilmTile& film() const override { return *film_; }
-  // Returns kNone for a pixel of an added tile if the tiles have no `stop` channel.
+  // For a pixel of an added tile, returns kNone if the tiles have no `stop` channel.
   PixelStop current_stop(int x, int y) const override;
 
  private:

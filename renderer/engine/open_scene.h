@@ -1,5 +1,5 @@
-// An open scene that can be posed repeatedly. It is loaded, posed, edited, rebuilt and rolled back
-// only here. A step that throws leaves the scene unchanged.
+// An open scene that can be posed repeatedly. Only this file loads, poses, edits, rebuilds and
+// rolls back scenes. A step that throws leaves the scene unchanged.
 #pragma once
 
 #include <memory>
@@ -31,8 +31,8 @@ struct OpenOptions {
   bool nodes = false;  // lists all nodes of the file
 };
 
-// A scene that is read and posed but not built. Its memory reservations are released unless it is
-// built.
+// A scene that is read and posed but not built. If it is destroyed without being built, its memory
+// reservations are released.
 class ReadScene {
  public:
   // Reads the settings' file and environment, posed at the settings' time or, if they have none, at
@@ -44,7 +44,7 @@ class ReadScene {
   ReadScene& operator=(ReadScene&&) = delete;
   ~ReadScene();
 
-  // Includes the edits unless OpenOptions::edits is set.
+  // The description includes the edits unless OpenOptions::edits is set.
   const SceneDescription& description() const { return description_; }
   const SceneEdits& edits() const { return edits_; }
 
@@ -66,7 +66,7 @@ class ReadScene {
 
 class OpenScene {
  public:
-  // Thread-safe unless it is being posed or edited.
+  // Thread-safe, except while the scene is being posed or edited.
   const Scene& scene() const { return editable_ ? editable_->scene() : *scene_; }
   // Valid until the scene is posed.
   SceneParts parts() const { return parts_.pointers(); }
@@ -74,7 +74,7 @@ class OpenScene {
   const FrameSettings& settings() const { return settings_; }
   // Returns `settings` with the animation, time and shutter of the current pose.
   FrameSettings posed(FrameSettings settings) const;
-  // Reports about the current pose.
+  // Reports on the scene in its current pose.
   const CoverageReport& coverage() const { return coverage_; }
   const LoadRepairs& repairs() const { return repairs_; }
 
@@ -83,9 +83,9 @@ class OpenScene {
   // Reads the scene with other animation settings. The description omits meshes that the scene
   // already has in memory. Throws like the constructor of ReadScene.
   ReadScene read(const FrameSettings& settings, SceneEdits edits, LoadProgress& progress);
-  // Applies a pose from read(), including its edits. scene() must not be in use, and may be another
-  // object afterwards. Returns false if the whole scene was rebuilt because the pose needs another
-  // internal space. Throws like build().
+  // Applies a pose from read(), including its edits. scene() must not be in use, and may be a
+  // different object afterwards. Returns false if the pose needed another internal space, so that
+  // the whole scene was rebuilt. Throws like build().
   bool pose(ReadScene read, LoadProgress& progress);
 
   // These require OpenOptions::edits.
@@ -113,7 +113,7 @@ class OpenScene {
 
   OpenOptions options_;
   FrameSettings settings_;
-  std::shared_ptr<SceneSource> source_;  // destroyed after the scene
+  std::shared_ptr<SceneSource> source_;  // declared before the scene, so destroyed after it
   std::unique_ptr<Scene> scene_;
   std::optional<EditableScene> editable_;
   Parts parts_;

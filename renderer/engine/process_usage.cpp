@@ -26,8 +26,8 @@ std::optional<T> read_positive(const char* variable) {
 }  // namespace
 
 uint64_t peak_rss_bytes() {
-  // getrusage() is only the fallback: exec does not reset its peak, so a render started by a large
-  // program would report that program's memory.
+  // getrusage() is only the fallback. exec does not reset its peak, so a render that a large
+  // program has started would report that program's memory.
   std::istringstream status(read_kernel_text("/proc/self/status"));
   for (std::string line; std::getline(status, line);) {
     if (line.starts_with("VmHWM:")) return std::strtoull(line.c_str() + 6, nullptr, 10) * 1024;
@@ -46,8 +46,8 @@ double process_cpu_seconds() {
 
 std::optional<double> process_age_seconds() {
   const std::string text = read_kernel_text("/proc/self/stat");
-  // The second field, the name in parentheses, may contain any character. Field 22 is `starttime`,
-  // in clock ticks since boot (proc(5)).
+  // Searches backwards, because the second field, the name in parentheses, may contain any
+  // character. Field 22 is `starttime`, in clock ticks since boot (proc(5)).
   const size_t name_end = text.rfind(')');
   if (name_end == std::string::npos) return std::nullopt;
   std::istringstream fields(text.substr(name_end + 1));

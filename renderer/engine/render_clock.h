@@ -1,4 +1,4 @@
-// Measures render time, excluding the time that observers take.
+// Measures render time without the time that observers take.
 #pragma once
 
 #include <chrono>
@@ -17,7 +17,8 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// Measures wall time, and CPU time of all threads, except for calls passed to exclude_time().
+// Measures wall time and the CPU time of all threads, excluding calls that are passed to
+// exclude_time().
 class RenderClock {
  public:
   double seconds() const { return wall_.seconds() - excluded_s_; }

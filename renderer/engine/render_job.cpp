@@ -15,8 +15,8 @@
 namespace emberline {
 namespace {
 
-// Returns the contribution of each light group or light-path layer to each pixel of a picture in
-// which pixels are filled in. Ordered by pixel, then by group.
+// Returns what each light group or light-path layer contributes to each pixel, including pixels
+// that are filled in from their neighbours. Ordered by pixel, then by group.
 std::vector<Rgb> resolve_groups(const LivePicture& picture, LightMix::Source of, size_t groups) {
   const auto pixels = size_t(picture.film().rect().area());
   std::vector<Rgb> lights(groups * pixels);
@@ -31,8 +31,8 @@ std::vector<Rgb> resolve_groups(const LivePicture& picture, LightMix::Source of,
   return lights;
 }
 
-// Returns the end of the parts to render before the next pause: all parts, or fewer if a picture is
-// wanted after `samples_to_picture` samples.
+// Returns the index after the last part to render before the next pause: that of all parts, or less
+// if a picture is wanted after `samples_to_picture` samples.
 size_t end_before_pause(const FrameDriver& driver, const Round& round, size_t begin,
                         std::optional<uint64_t> samples_to_picture) {
   if (!samples_to_picture) return round.parts;
@@ -154,7 +154,7 @@ void RenderJob::render_crop(RenderLoop& loop) {
     driver_->rendered(parts, *film_);
     if (!parts.complete) break;
     const bool round_done = parts.end == round.parts;
-    // Asks again, because the driver may have released a round that it no longer needs.
+    // Asks the driver again, because it may have released the finished round.
     parts_done_ = round_done ? driver_->round().parts : parts.end;
     progress.pass = round.pass;
     progress.samples = counters_.samples;
@@ -194,16 +194,16 @@ void RenderJob::end(PixelStop interrupted) {
   store_driver_picture(*driver_, *film_);
 }
 
-// Delivers tiles of the same size and positions as the bucket driver does. Pixels without samples
-// get the values that the picture shows.
+// Delivers tiles with the same sizes and positions as those of the bucket driver. Pixels without
+// samples get the values that the picture shows.
 void RenderJob::deliver(RenderSink& sink) {
   if (!driver_) return;
   end(sink.stop_cause());
   const Rect& crop = film_->rect();
   const std::vector<Rect> tiles =
       bucket_schedule(crop, drivers_.tile_size, BucketOrder::kScanline, 0);
-  // Computed before the workers start, because it uses TBB: a worker that waited for it could start
-  // a tile that needs the result.
+  // Computed before the workers start, because the computation uses TBB. A worker that waited for
+  // it could meanwhile be given a tile that needs its result.
   std::vector<float> shown;
   if (film_->min_samples() == 0) {
     shown.resize(4 * size_t(crop.area()));
@@ -217,7 +217,7 @@ void RenderJob::deliver(RenderSink& sink) {
   if (!shown.empty() && layers > 0) paths = resolve_groups(*this, LightMix::Source::kPaths, layers);
   std::atomic<size_t> next{0};
   const auto work = [&](size_t /*worker*/) {
-    const FlushDenormals flush;                     // as in the render workers
+    const FlushDenormals flush;                     // the render workers do the same
     FilmTile tile(film_->aovs(), film_->extras());  // one per worker, to reuse its memory
     for (size_t i = next++; i < tiles.size(); i = next++) {
       const Rect& rect = tiles[i];

@@ -1,5 +1,5 @@
 // Renders one frame: gets rounds from a driver, shares them among workers, pauses when a picture is
-// due, and calls the sink. All clients use it for rendering.
+// due, and calls the sink. All clients render with it.
 #pragma once
 
 #include <cstddef>
@@ -43,11 +43,13 @@ class TileStore {
   virtual std::optional<std::vector<std::byte>> load(size_t tile, uint64_t max_bytes) = 0;
   // `state` consists of a TileResult, the film and the driver's state.
   virtual void save(size_t tile, std::span<const std::byte> state) = 0;
-  // Returns the tile's state in the finished frame with fewer samples that this frame extends.
+  // Returns the tile's state from the finished frame that this frame extends, which has fewer
+  // samples.
   virtual std::optional<std::vector<std::byte>> load_finished(size_t /*tile*/, uint64_t /*most*/) {
     return std::nullopt;
   }
-  // Reports that the state from load() or load_finished() is unusable; the tile is then rendered.
+  // Called if the state from load() or load_finished() (`finished`) is unusable; the tile is then
+  // rendered.
   virtual void report_unusable(bool /*finished*/) {}
 
   // The largest state that a job accepts from load() for a tile whose film has `film_bytes`.
@@ -56,10 +58,10 @@ class TileStore {
 
 struct RenderResult {
   RenderCounters counters;
-  // Whether all samples were rendered, or a time limit ended the frame of a driver with one film,
-  // in which pixels without samples are filled in from their neighbours.
+  // Whether all samples were rendered. Also true if a time limit ended a frame with one film,
+  // because pixels without samples are then filled in from their neighbours.
   bool complete = false;
-  uint64_t unsampled_pixels = 0;  // pixels to be rendered that got no sample
+  uint64_t unsampled_pixels = 0;  // number of pixels to render that got no sample
 };
 
 // A single sample, exactly as render() computes it.
@@ -69,9 +71,9 @@ struct SampleReplay {
   RayCounters rays;
 };
 
-// With a tiled driver, the job passes each finished tile to the sink and keeps nothing; otherwise
-// it keeps one film, which is the picture. RenderPlan::prepare() creates it. Everything that the
-// frame refers to must outlive the job.
+// Renders one frame. With a tiled driver, it passes each finished tile to the sink and keeps
+// nothing; otherwise it keeps one film, which is the picture. RenderPlan::prepare() creates jobs.
+// Everything that the frame refers to must outlive the job.
 class RenderJob final : public LivePicture {
  public:
   RenderJob(Frame frame, DriverFactory drivers);
@@ -85,23 +87,24 @@ class RenderJob final : public LivePicture {
   // Call before render() of a tiled job. Tiles in `store` are loaded; the others are rendered and
   // stored.
   void set_tile_store(TileStore* store) { store_ = store; }
-  // Call before render(), save(), load() and extend() of a job with one film. A stop request then
-  // lets the driver finish a decision, because it cannot be saved halfway.
+  // Call before render(), save(), load() and extend() of a job with one film. After a stop request,
+  // the driver then still finishes its current decision, because a decision cannot be saved
+  // halfway.
   void make_resumable();
-  // Resumes a frame with the same settings from a state that save() wrote. The result has the same
-  // bits as without the interruption. Throws InputError for an invalid state.
+  // Resumes a frame with the same settings from a state that save() wrote. The result is
+  // bit-identical to that of an uninterrupted render. Throws InputError for an invalid state.
   void load(std::span<const std::byte> state);
   // Starts from the state of a finished frame with fewer samples or a higher threshold.
   void extend(std::span<const std::byte> finished);
   // Call in picture_changed(), in interrupted() or after render(): saves a TileResult, whether the
-  // frame is finished, the film, the driver's state and the position in its round.
+  // frame is finished, the film, the driver's state and the number of finished parts in its round.
   void save(std::vector<std::byte>& state);
 
   // Renders on the calling thread's TBB arena. Call only once. Returns soon after a stop request.
   // Throws RenderError if the film does not fit into memory, and what the sink throws.
   RenderResult render(RenderSink& sink, std::stop_token stop);
-  // Call after render(). If the film is kept, records in it why each pixel stopped; the reason is
-  // `interrupted` for pixels that a stop request ended.
+  // Call after render(). If the film is kept, records in it why each pixel got no more samples. The
+  // reason is `interrupted` for pixels that a stop request ended.
   void end(PixelStop interrupted);
   // Call once after render(). Calls end() and, if the film is kept, passes it to the sink as
   // finished tiles.
@@ -118,11 +121,11 @@ class RenderJob final : public LivePicture {
   // The counts so far.
   const RenderCounters& counters() const { return counters_; }
   // Expected RMS error of the displayed frame, if the driver has estimated it. For a stopped frame,
-  // end() may do that.
+  // end() may make the estimate.
   std::optional<double> error_estimate() const;
   // The frame as it can be displayed, valid from the first pause on; null if no film is kept.
   const LivePicture* picture() const { return driver_ ? this : nullptr; }
-  // These ask the driver; picture() must not be null.
+  // These call the driver. picture() must not be null.
   DriverFacts facts() const { return driver_->facts(); }
   std::string history() const { return driver_->history(); }
   std::string explain(int x, int y) const { return driver_->explain(*film_, x, y); }
@@ -170,8 +173,8 @@ class RenderJob final : public LivePicture {
 // Returns how many pixels have no sample.
 uint64_t count_unsampled(const FilmTile& film);
 
-// Returns the RMS of the tiles' errors, weighted by their pixels and summed in this order; absent
-// if any error is unknown.
+// Returns the RMS of the tiles' errors, weighted by their pixel counts and summed in the given
+// order; absent if any error is unknown.
 std::optional<double> error_of_tiles(std::span<const Rect> tiles,
                                      std::span<const std::optional<double>> errors);
 

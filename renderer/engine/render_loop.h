@@ -1,5 +1,5 @@
-// A frame's workers, their counts, and how they share tiles. Private to render_job.cpp,
-// render_tiles.cpp and shared_tiles.cpp.
+// Runs a frame's workers, adds up their counters, and lets them share tiles. Private to
+// render_job.cpp, render_tiles.cpp and shared_tiles.cpp.
 #pragma once
 
 #include <tbb/task_arena.h>
@@ -32,8 +32,9 @@ class RenderLoop {
              RenderCounters& counters)
       : sink(the_sink), stop(std::move(the_stop)), frame_(frame), counters_(counters) {}
 
-  // Runs work(worker, should_continue) on all threads, but at most on `max_threads`.
-  // should_continue() returns false once one of them has thrown or a stop is requested. Rethrows.
+  // Runs work(worker, should_continue) on all threads, but on at most `max_threads`.
+  // should_continue() returns false once a worker has thrown or a stop is requested. Rethrows what
+  // a worker throws.
   template <typename Work>
   void run_workers(size_t max_threads, const Work& work) {
     std::atomic<bool> failed{false};
@@ -66,13 +67,13 @@ class RenderLoop {
   std::mutex mutex_;
 };
 
-// Writes the driver's own picture into the film if it differs from the film's means.
+// If the driver's picture is not made of the film's means, writes that picture into the film.
 void store_driver_picture(const FrameDriver& driver, FilmTile& film);
 
 // The parts of one round. Any number of workers take them in order.
 class RoundWork {
  public:
-  // Hands out parts [begin, end). If `film_is_ahead`, pixels may already have some of the samples.
+  // Hands out parts [begin, end). `film_is_ahead`: pixels may already have some of their samples.
   RoundWork(const FrameDriver& driver, FilmTile& film, size_t begin, size_t end, bool film_is_ahead)
       : driver_(driver),
         film_(film),
@@ -101,8 +102,8 @@ class RoundWork {
   void abandon() { next_.store(end_, std::memory_order_relaxed); }
 
   size_t parts_left() const { return end_ - std::min(end_, next_.load(std::memory_order_relaxed)); }
-  // Call after all workers have returned, but not after abandon(). `stopped` says that a stop
-  // request, not a pause, is the reason for any parts that are left.
+  // Call after all workers have returned, but not after abandon(). `stopped`: if parts are left,
+  // the reason is a stop request and not a pause.
   RenderedParts rendered(bool stopped) const;
 
  private:
@@ -125,7 +126,8 @@ class SharedTiles {
  public:
   SharedTiles(RenderSink& sink, const std::stop_token& stop) : sink_(sink), stop_(stop) {}
 
-  // Helps the owners until there are none or a stop is requested. Must not be called by an owner.
+  // Helps the owners of tiles until no owner is left or a stop is requested. Must not be called by
+  // an owner.
   void help(RenderWorker& worker);
 
  private:

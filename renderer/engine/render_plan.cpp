@@ -18,7 +18,8 @@ namespace emberline {
 namespace {
 
 constexpr uint32_t kDefaultSamples = 64;
-// The limit for pixels that never meet the threshold, if no other limit is given.
+// The maximum number of samples for a pixel that never meets the threshold, if no other limit is
+// given.
 constexpr uint32_t kDefaultMaxSamples = 4096;
 
 // Returns the shutter time in frames, or 1 if the shutter interval is empty.
@@ -32,7 +33,7 @@ StreamCount streams_of(const FrameSettings& o, StreamCount fallback) {
   return aovs_of(o).contains(Aov::kDenoising) ? StreamCount::kTwo : fallback;
 }
 
-// If pixels have few samples, shortens the blocks so that each half still gets one.
+// If pixels have few samples, shortens the blocks of samples, so that each half still gets a block.
 void shorten_half_blocks(uint32_t samples, RenderPlan& plan) {
   if (!plan.aovs.contains(Aov::kDenoising) || samples >= kMinStreamSamples) return;
   plan.half_block = (samples + 1) / 2;

@@ -26,42 +26,44 @@ class OpenScene;
 struct PrepareOptions {
   // Replaces the channels that the settings request.
   std::optional<AovSet> aovs = {};
-  // Takes one thread about 20 ms per 10^5 triangles before the frame begins (EmptyPixels). It does
-  // not change the bits, so clients that need the first picture soon turn it off.
+  // Finding empty pixels (EmptyPixels) takes one thread about 20 ms per 10^5 triangles before the
+  // frame begins. It does not change the bits, so clients that need the first picture soon turn it
+  // off.
   bool find_empty_pixels = true;
   std::optional<Vec2i> explained = {};  // the pixel for RenderJob::explain()
   bool keep_tree = false;               // RenderJob::facts() has the refinement tree
   bool is_extension = false;            // RenderJob::extend() will be called
 };
 
-// A preliminary or partial frame: it has only some pixels, fewer samples or another driver.
+// A stage is a preliminary or partial frame, with only some of the pixels, fewer samples or another
+// driver.
 struct StageOptions {
   std::string_view driver;
   Rect crop;
   uint32_t samples_per_pixel = 0;
   std::optional<Vec2i> explained = {};        // as in PrepareOptions
-  const LightGroups* light_groups = nullptr;  // the groups to record in its film
+  const LightGroups* light_groups = nullptr;  // the groups to record in the stage's film
 };
 
 struct RenderPlan {
-  // Resolves names and checks ranges and combinations. Throws UsageError that names the setting,
-  // the reason and the valid values.
+  // Looks up names and checks ranges and combinations of settings. Throws UsageError that names the
+  // setting, the reason and the valid values.
   explicit RenderPlan(const FrameSettings& settings, const PrepareOptions& options = {});
 
-  // The plan, scene and camera must outlive the job. May survey the lights first
+  // Creates the job. The plan, scene and camera must outlive it. May survey the lights first
   // (renderer/scene/light_survey.h). After a stop request the survey is incomplete, so the job must
   // not be rendered.
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
                                      const std::stop_token& stop) const;
-  // Like the above, but with `parts` instead of those of the open scene.
+  // Like the function above, but with `parts` instead of the open scene's parts.
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
                                      const SceneParts& parts, const std::stop_token& stop) const;
   // Prepares a stage, without roles and mattes. It computes the same samples as the frame, unless
   // the sampler's weights depend on the sample count.
   std::unique_ptr<RenderJob> prepare_stage(const OpenScene& scene, const Camera& camera,
                                            const StageOptions& stage) const;
-  // Returns only the frame. It ignores a shutter in the edits, because only prepare() gets that
-  // from the scene.
+  // Returns only the frame. Ignores a shutter that the edits set, because only prepare() takes it
+  // from the open scene.
   Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
               const std::stop_token& stop = {}) const;
   DriverFactory drivers() const { return driver_factory(driver->name, driver_settings); }
@@ -84,7 +86,7 @@ struct RenderPlan {
   double shutter_frames;
   float clamp_indirect;  // 0: no clamping
   bool find_empty_pixels;
-  bool guides_lights = false;  // guide light samples if the light survey finds it useful
+  bool guides_lights = false;  // guide light samples if the survey finds that useful
   SceneBuildOptions build;
   PixelFilter filter;
   std::unique_ptr<Integrator> integrator;
@@ -98,7 +100,7 @@ bool samples_uniformly(const FrameSettings& settings);
 bool is_tiled(const FrameSettings& settings);
 
 // Returns the error metric by which samples are allocated. Empty if every pixel gets the same
-// number, or if the estimator only decides which pixels are finished.
+// number of samples, or if the error estimate only decides which pixels are finished.
 std::string_view allocation_of(const FrameSettings& settings);
 
 // Whether the settings request a denoised picture, directly or for `allocation` denoised.
@@ -107,8 +109,8 @@ bool denoises(const FrameSettings& settings);
 // Returns the channels that the settings request or need.
 AovSet aovs_of(const FrameSettings& settings);
 
-// With fewer samples per pixel, there is no block of eight for each stream. The halves are then the
-// first and the second half of the samples.
+// Minimum samples per pixel for which each stream gets a block of eight. With fewer, the halves are
+// the first and the second half of the samples.
 inline constexpr uint32_t kMinStreamSamples = 16;
 
 // Returns the crop, which is the whole frame by default.

@@ -1,4 +1,4 @@
-// The interface through which window, progress bar, writers and checkpoints observe a job.
+// The interface through which the window, progress bar, file writers and checkpoints observe a job.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace emberline {
 class FilmTile;
 // Progress of a progressive render.
 struct JobProgress {
-  int pass = 0;             // passes begun; the first gives every pixel its first sample
+  int pass = 0;             // passes begun; pass 1 gives every pixel its first sample
   uint64_t samples = 0;     // number so far
   uint64_t rays = 0;        // number so far
   double completion = 0.0;  // completed fraction of the first pass, in [0, 1]
@@ -26,7 +26,7 @@ struct JobProgress {
 class RenderSink {
  public:
   virtual ~RenderSink() = default;
-  // A tiled driver is about to begin these pixels.
+  // A tiled driver is about to begin the tile with these pixels.
   virtual void tile_begun(const Rect& /*pixels*/) {}
   // All samples of the tile are done. The tile is reused after the call. If this throws, the frame
   // is abandoned and render() rethrows.
@@ -38,19 +38,20 @@ class RenderSink {
   // More samples are done; called about every millisecond of work.
   virtual void samples_finished(uint64_t /*count*/) {}
   // A progressive driver has paused. Called on the thread that called render(), while no worker
-  // renders: often in the first pass, then after each pass and when a picture is wanted. The
-  // picture is valid until the call returns; RenderJob::save() is allowed.
+  // renders. This happens often in the first pass, then after each pass and when a picture is
+  // wanted. The picture is valid until the call returns; RenderJob::save() is allowed.
   virtual void picture_changed(const JobProgress& /*progress*/, const LivePicture& /*picture*/) {}
-  // A stop request has cut a progressive driver's round short. Like picture_changed(), but only for
-  // saving the frame.
+  // A stop request has cut a progressive driver's round short. Called like picture_changed(), but
+  // only to save the frame.
   virtual void interrupted() {}
-  // Asked after each part. If true, a progressive driver does not finish the round, but pauses
-  // after the current parts (a few milliseconds). Does not change what is rendered.
+  // Asked after each part. If it returns true, a progressive driver does not finish the round, but
+  // pauses after the current parts (a few milliseconds). The pause does not change what is
+  // rendered.
   virtual bool needs_picture() const { return false; }
   // The sample count of the frame at which the next picture is wanted. A progressive driver pauses
-  // after the part that reaches it, for any number of threads. Asked at pauses.
+  // after the part that reaches this count, whatever the number of threads. Asked at pauses.
   virtual std::optional<uint64_t> next_picture_at() const { return std::nullopt; }
-  // Why a stop was requested. Recorded for the pixels that it cut short.
+  // Says why a stop was requested. The cause is recorded for the pixels that the stop cut short.
   virtual PixelStop stop_cause() const { return PixelStop::kUser; }
 };
 

@@ -29,7 +29,7 @@ constexpr uint64_t kSamplesPerReport = 2048;
 RenderWorker::RenderWorker(const Frame& frame)
     : frame_(frame),
       seed_(frame.seed),
-      // If the first point has weight 1, all points have.
+      // If the first point has weight 1, so have all others.
       has_sample_weights_(frame.exact_counts &&
                           frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
       samples_(frame.sampler, camera_dimensions(frame)),
@@ -51,7 +51,8 @@ void RenderWorker::begin_batch(int x, int y, uint32_t first_sample, int count) {
   samples_.start_batch({uint32_t(x), uint32_t(y), seed_}, first_sample, count);
 }
 
-// Restarts the samples to draw their lens dimensions, which only some frames need.
+// Restarts each sample to draw its lens dimensions. This is separate, because only some frames need
+// them.
 void RenderWorker::generate_lens_rays(std::span<const Vec2f> film) {
   Vec2f lens[kSampleLanes];
   for (int i = 0; i < count_; ++i) {
@@ -198,8 +199,8 @@ void RenderWorker::add(int lane, FilmTile& tile) {
   }
 }
 
-// Traces the batch and adds its samples and their cost to the film. If the samples belong to
-// several pixels, each sample gets the same share of the time.
+// Traces the batch and adds its samples and their cost to the film. Divides the time equally among
+// the samples, which may belong to several pixels.
 void RenderWorker::add_batch(FilmTile& tile) {
   using Clock = std::chrono::steady_clock;
   const bool timed = frame_.aovs.contains(Aov::kTime);
@@ -238,7 +239,7 @@ bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, Rende
     for (uint32_t sample = end - work.sample_count; sample < end && complete;) {
       const uint32_t in_block = sample % kSampleLanes;
       if (in_block == 0 && end - sample >= uint32_t(kSampleLanes)) {
-        flush_partial_batch(tile);  // it may contain earlier samples of this pixel
+        flush_partial_batch(tile);  // the partial batch may have earlier samples of this pixel
         begin_batch(work.x, work.y, sample, kSampleLanes);
         add_batch(tile);
         sample += uint32_t(kSampleLanes);

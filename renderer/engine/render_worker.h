@@ -1,4 +1,4 @@
-// Combines sampler, camera, filter, integrator and film. All drivers use it for rendering.
+// Combines sampler, camera, filter, integrator and film. All drivers render with it.
 #pragma once
 
 #include <span>
@@ -20,7 +20,8 @@ namespace emberline {
 // The state of a worker thread, reused between parts so that rendering allocates nothing.
 class RenderWorker {
  public:
-  // Also flushes denormals to zero on this thread, as Embree recommends, until destruction.
+  // From construction to destruction, denormals are flushed to zero on this thread, as Embree
+  // recommends.
   explicit RenderWorker(const Frame& frame);
   RenderWorker(const RenderWorker&) = delete;
   RenderWorker& operator=(const RenderWorker&) = delete;
@@ -30,7 +31,7 @@ class RenderWorker {
 
   // Renders the samples of a list of distinct pixels and adds them to `tile`, which must contain
   // these pixels. Each pixel's samples are added in index order; pixels with few samples share a
-  // batch of 16 samples. After a stop request, ends with the current batch and returns false.
+  // batch of 16 samples. After a stop request, returns false once the current batch is done.
   bool render(std::span<const PixelWork> list, FilmTile& tile, RenderSink& sink,
               const std::stop_token& stop);
 

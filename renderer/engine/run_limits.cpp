@@ -40,8 +40,9 @@ std::optional<uint64_t> cgroup_memory_limit(std::string_view groups, const fs::p
     if (!unified && controllers.find("memory") == std::string::npos) continue;
     const fs::path mount = unified ? root : root / "memory";
     const char* const name = unified ? "memory.max" : "memory.limit_in_bytes";
-    // Parent groups limit their children, so check each of them. In a container the path may be
-    // that of the host; then its folders are missing, and the root is the container's own group.
+    // Parent groups limit their children, so each of them is checked. In a container, the path may
+    // be that of the host. The folders of such a path are missing, and the root is the container's
+    // own group.
     for (fs::path group = fs::path(line.substr(second + 1)).relative_path();;
          group = group.parent_path()) {
       if (const auto limit = read_number_from(mount / group / name)) {
@@ -77,7 +78,7 @@ void raise_open_file_limit() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
   limit.rlim_cur = limit.rlim_max;
-  (void)setrlimit(RLIMIT_NOFILE, &limit);  // if this fails, opening too many files reports it
+  (void)setrlimit(RLIMIT_NOFILE, &limit);  // if this fails, opening too many files throws later
 }
 
 uint64_t default_memory_limit() {

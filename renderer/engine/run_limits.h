@@ -25,8 +25,8 @@ struct LimitOptions {
 // Creates a new budget. The timeout starts when a LoadProgress is created with these limits.
 LoadLimits limits_of(const LimitOptions& options, const std::string& scene);
 
-// Returns limits for reading back a picture of this many pixels, in case another file has replaced
-// it.
+// Returns limits for reading back a picture of this many pixels. Another file may have replaced the
+// picture, so its size is not trusted.
 LoadLimits read_back_limits(int64_t pixels);
 
 // Checks that the memory estimates were right: throws InputError if the peak memory of the process,

@@ -51,8 +51,8 @@ void SceneFile::read_environment(const FrameSettings& settings, LoadProgress& pr
 SceneDescription SceneFile::pose(const FrameSettings& settings, std::span<const uint64_t> held,
                                  LoadProgress& progress) {
   SceneDescription scene = gltf_->pose(load_options(settings), held, progress);
-  // Decoding a picture leaves threads idle, so meanwhile they build the tables that every first hit
-  // needs.
+  // Decoding the environment leaves threads idle. Meanwhile, they build the tables that every first
+  // hit needs.
   parallel_tasks(2, [&](size_t task) {
     if (task == 0) return read_environment(settings, progress);
     if (!scene.materials.empty()) SpecularAlbedo::prepare();
@@ -110,7 +110,7 @@ void SceneSource::commit() {
   const uint64_t read = file_ ? file_->gltf().new_static_bytes() : 0;
   const uint64_t reusable_bytes = file_ ? file_->gltf().static_bytes() : 0;
   now[kGeometryPart] -= read;
-  // Also release meshes that the file kept but this pose does not use.
+  // Also releases the memory of meshes that were kept for reuse but that this pose does not use.
   pose_reservations_[kGeometryPart] += reusable_bytes_ + read - reusable_bytes;
   release(pose_reservations_);
   pose_reservations_ = now;

@@ -1,5 +1,5 @@
-// The scene's file, which is read once and posed for many frames, and the memory that a scene
-// reserves.
+// Reads a scene's file once and poses it for many frames. Keeps account of the memory that the
+// scene reserves.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ class SceneFile {
   // Ignores animation, time and shutter of the settings. Throws InputError and Cancelled.
   SceneFile(const FrameSettings& settings, LoadProgress& progress, const AdditionalParts& parts);
 
-  // Returns the scene in the settings' pose. For `held` see GltfFile::pose(). Throws like that.
+  // Returns the scene in the settings' pose. For `held` and what it throws see GltfFile::pose().
   SceneDescription pose(const FrameSettings& settings, std::span<const uint64_t> held,
                         LoadProgress& progress);
   const GltfFile& gltf() const { return *gltf_; }
@@ -42,8 +42,8 @@ class SceneFile {
   uint64_t repaired_texels_ = 0, environment_bytes_ = 0;  // of the environment
 };
 
-// An open scene's file, and the memory reservations that this class must release. (Embree and the
-// file release their own.)
+// Holds an open scene's file and the memory reservations that this class must release. (Embree and
+// the file release their own reservations.)
 class SceneSource {
  public:
   explicit SceneSource(std::shared_ptr<MemoryBudget> budget) : budget_(std::move(budget)) {}
@@ -67,8 +67,8 @@ class SceneSource {
   using Reservations = std::array<uint64_t, 4>;
 
   Reservations reserved() const;
-  // Returns the reservations since begin(), except those that the file keeps: these are added to
-  // scene_reservations_.
+  // Returns the reservations made since begin(), except those that the file keeps. Adds the latter
+  // to scene_reservations_.
   Reservations take_reservations();
   void release(const Reservations& use);
 

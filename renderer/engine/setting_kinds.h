@@ -25,7 +25,7 @@ inline std::string text_of(const std::string& value) { return value; }
 inline std::string text_of(bool value) { return value ? "yes" : ""; }
 template <typename T>
 requires std::is_arithmetic_v<T> std::string text_of(T value) {
-  return fmt::format("{}", value);  // the shortest text that is read back to the same bits
+  return fmt::format("{}", value);  // the shortest text that is read back as the same number
 }
 inline std::string text_of(const Vec3d& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
 inline std::string text_of(const FramePart& p) { return fmt::format("{}/{}", p.index, p.count); }
@@ -149,7 +149,7 @@ Setting names(const std::string& name, const OptionText& help, const Table& tabl
           read, member_text<Member>,     choices_of(table)};
 }
 
-// Makes the setting have no text while its value is the default.
+// Gives the setting no text while its value is the default.
 inline Setting omit_default(Setting setting) {
   setting.text = [text = setting.text](const FrameSettings& s) {
     std::string value_text = text(s);

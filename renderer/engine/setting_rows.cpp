@@ -26,15 +26,15 @@ using enum SettingGroup;
 using H = HelpSection;
 using S = FrameSettings;
 
-// Metres. Larger than any scene, but squared distances are still finite in double, and only float
-// rounding in the rebased scene limits the picture.
+// Metres. This is larger than any scene, yet squared distances are still finite in double. Only
+// float rounding in the rebased scene limits the picture's precision.
 constexpr double kMaxDistance = 1e15;
 constexpr double kMaxLensScale =
     1e9;  // f-stops may be 1e-9 to 1e9, because scenes come at any scale
 constexpr float kMinClamp = 1e-6f, kMaxClamp = 1e9f;
 constexpr int kMaxLightSamples = PixelSamples::kAuxiliarySlots + 1;
 constexpr double kMinTimeLimit = 0.001, kMaxTimeLimit = 1e9;  // a millisecond to thirty years
-constexpr double kMaxTime = 1e6;  // seconds, also negative; double resolves 1e-10 s at ten days
+constexpr double kMaxTime = 1e6;  // seconds of either sign; at 1e6 s, double resolves 1e-10 s
 constexpr double kMaxShutterFrames = 1e6;
 constexpr double kMinFps = 1e-3, kMaxFps = 1e6;
 constexpr int kMaxPixels = 65536;  // per side

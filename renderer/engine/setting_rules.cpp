@@ -69,7 +69,7 @@ bool mentions(const AnyCondition& list, std::string_view name, std::string_view 
   });
 }
 
-// Returns the settings that exclude this one or that it excludes.
+// Returns the settings that exclude this one or that are excluded by it.
 AnyCondition find_exclusions(std::span<const SettingRule> rules, std::string_view name,
                              std::string_view value) {
   AnyCondition excluded;
@@ -78,7 +78,7 @@ AnyCondition find_exclusions(std::span<const SettingRule> rules, std::string_vie
     if (mentions(rule.about, name, value)) add(excluded, rule.excludes);
     if (mentions(rule.excludes, name, value)) add(excluded, rule.about);
   }
-  // Remove duplicates, and list the values of one setting together.
+  // Removes duplicates, and puts the values of one setting next to each other.
   AnyCondition sorted;
   for (const SettingCondition& condition : excluded) {
     const auto same_name = [&](const SettingCondition& other) {
@@ -110,7 +110,8 @@ std::string min_samples_violation(const FrameSettings& s) {
   return "";
 }
 
-// Returns conditions that the setting has one of the values in `table` for which `fits` is true.
+// Returns one condition for each value in `table` for which `fits` is true: that the setting has
+// this value.
 template <typename Table, typename Fits>
 AnyCondition values_of(std::string_view setting, const Table& table, const Fits& fits) {
   AnyCondition values;

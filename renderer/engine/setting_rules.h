@@ -49,15 +49,15 @@ bool setting_holds(const FrameSettings& settings, const SettingCondition& condit
 // Returns a one-line error; empty if the settings obey the rule.
 std::string find_violation(const SettingRule& rule, const FrameSettings& settings,
                            const SettingHolds& holds);
-// Throws UsageError for the first broken rule. It names the setting, what it requires or excludes,
-// and why.
+// Throws UsageError for the first broken rule. The message names the setting, what the setting
+// requires or excludes, and why.
 void check_rules(std::span<const SettingRule> rules, const FrameSettings& settings,
                  const SettingHolds& holds);
 void check_rules(const FrameSettings& settings);
 // Checks only the rules about this setting.
 void check_rules(const FrameSettings& settings, std::string_view about);
 
-// Whether the rules would allow this setting with the others. It need not be given.
+// Whether the rules allow this setting together with the others, whether or not it is given.
 bool setting_is_allowed(const FrameSettings& settings, std::string_view name);
 
 // Returns conditions for the drivers for which `fits` is true.

@@ -1,5 +1,5 @@
-// A table with a row for each setting of a frame, for command lines, settings files, picture
-// headers and study records.
+// A table with a row for each setting of a frame. Command lines, settings files, picture headers
+// and study records use it.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ enum class SettingGroup : uint8_t {
   kTurn,      // frame of a turntable
 };
 
-// Sections of help texts, in their order.
+// Sections of help texts, in the order in which they are shown.
 enum class HelpSection : uint8_t {
   kOutput,
   kSamples,
@@ -57,7 +57,7 @@ struct OptionText {
   // One line for --help, at most 70 characters. Empty: only --help-all lists the option.
   std::string brief = {};
   std::string full = {};      // sentences for --help-all, man pages and the options page
-  std::string fallback = {};  // the default in words, if the value has no text
+  std::string fallback = {};  // the default in words, if the default value has no text
   std::string example = {};   // options as typed
 };
 
@@ -72,7 +72,7 @@ struct Setting {
   OptionText help;
   // Throws UsageError that names the option, the text and the valid values.
   std::function<void(FrameSettings& settings, std::string_view text)> read;
-  // Returns the text from which read() gets the same value; empty if the setting is not given.
+  // Returns the value as a text that read() accepts; empty if the setting is not given.
   std::function<std::string(const FrameSettings& settings)> text;
   std::vector<SettingChoice> choices = {};  // valid names, if the value comes from a table
   bool file = false;                        // the value is a path
@@ -90,14 +90,14 @@ using SettingTexts = std::vector<std::pair<std::string, std::string>>;
 SettingTexts setting_texts(const FrameSettings& settings,
                            std::initializer_list<SettingGroup> groups = {}, bool files = true);
 
-// Converts a JSON value to the text that an option would have. Throws InputError with the place
-// from `reader`.
+// Converts a JSON value to the text that one would give to an option. Throws InputError that names
+// the place in the file, which `reader` knows.
 std::string text_of_json(const nlohmann::json& value, const JsonReader& reader);
 
 // Reads a settings file: a JSON object whose keys are names of settings and whose values are texts,
-// numbers, true or false. It describes how a frame is rendered, but not which scene. Relative paths
-// are relative to the file. Settings that the file does not name are unchanged. Throws InputError
-// with the place.
+// numbers, true or false. The file says how a frame is rendered, but not of which scene. Relative
+// paths in it are relative to its folder. Settings that it does not name are unchanged. Throws
+// InputError that names the place in the file.
 void read_settings(const std::string& path, FrameSettings& settings);
 // Returns all settings that differ from the defaults, in the format of read_settings().
 std::string settings_json(const FrameSettings& settings, const std::string& path);

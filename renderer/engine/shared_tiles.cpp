@@ -4,8 +4,8 @@
 
 namespace emberline {
 
-// Expands a part and leaves out samples that the film already has: since samples are added in index
-// order, a pixel's sample count tells which these are.
+// Expands a part and leaves out samples that the film already has. Because samples are added in
+// index order, a pixel's sample count tells which ones it has.
 void RoundWork::expand(size_t part, std::vector<PixelWork>& list) const {
   list.clear();
   driver_.expand(part, list);
@@ -66,7 +66,7 @@ void SharedTiles::help(RenderWorker& worker) {
     ++round->helpers;
     lock.unlock();
     const std::exception_ptr thrown = take_parts(round->work, worker);
-    lock.lock();  // the owner may continue once this is released
+    lock.lock();  // releasing this lock may let the owner continue
     if (--round->helpers == 0) changed_.notify_all();
     if (thrown) {
       round->thrown = thrown;

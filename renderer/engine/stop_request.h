@@ -15,7 +15,7 @@ class StopRequest {
   bool request(PixelStop cause) {
     PixelStop none = PixelStop::kNone;
     if (!cause_.compare_exchange_strong(none, cause)) return false;
-    source_.request_stop();  // only now, so that readers of the token find the cause
+    source_.request_stop();  // comes last, so that readers of the token find the cause
     return true;
   }
   // Returns kNone if no stop has been requested.

@@ -105,7 +105,8 @@ bool is_refused_thread(const std::exception& error) {
 }  // namespace
 
 int usable_processors() {
-  // A machine may have more processors than a cpu_set_t has bits; the call then fails with EINVAL.
+  // A machine may have more processors than a cpu_set_t has bits. In that case, the call fails with
+  // EINVAL and is repeated with a larger mask.
   for (size_t bits = CPU_SETSIZE; bits <= size_t(1) << 20; bits *= 2) {
     std::vector<cpu_set_t> mask(bits / CPU_SETSIZE);
     const size_t bytes = mask.size() * sizeof(cpu_set_t);

@@ -9,11 +9,12 @@
 namespace emberline {
 
 // Limits TBB to a number of threads while this object exists. TBB starts threads on demand and ends
-// the process if the system refuses one, so the constructor first tests whether they can start.
+// the process if one cannot be started, so the constructor first tests whether all of them can.
 class WorkerThreads {
  public:
-  // 0 requests one thread per usable processor, but not more than the Slurm job has or, with a
-  // warning, than the system can start. Throws RenderError if a requested number cannot be started.
+  // 0 requests one thread per usable processor, but not more than the Slurm job has or the system
+  // can start (with a warning). Throws RenderError if a number above 0 is requested and cannot be
+  // started.
   explicit WorkerThreads(int requested);
 
   int count() const { return count_; }
@@ -27,9 +28,9 @@ class WorkerThreads {
 // and batch systems set.
 int usable_processors();
 
-// Handles threads that the system refuses later, when other processes have started theirs. If TBB
-// throws on one of its own threads, the process must end; the handler then logs one line and
-// removes unfinished files.
+// Handles threads that the system refuses later, for example because other processes have started
+// threads. If TBB throws on one of its own threads, the process must end. The handler then logs one
+// line and removes unfinished files.
 void install_refused_thread_handler();
 
 // Returns a message about refused threads if that is the cause of `error`, otherwise error.what().

@@ -102,7 +102,7 @@ void count_rays(const FilmSample& sample, uint32_t* numbers) {
   numbers[1] += sample.value.rays.scatter;
   numbers[2] += sample.value.rays.shadow;
 }
-// Rounding errors of the sums are below the precision of depth, a float.
+// Rounding errors of the sums are below the precision of the depth itself, which is a float.
 void add_depth_and_square(const FilmSample& sample, double* sums) {
   const auto depth = double(sample.value.first_hit.depth);
   sums[0] += depth;
@@ -257,8 +257,8 @@ constexpr ChannelRow kRows[] = {
          "a fifth of the scene's radius; 1 where nothing is hit",
      .add = add_first_hit<&FirstHit::ambient_visibility>,
      .background = 1.0f},
-    // Rows outside film_channels(); their channels follow the film's. The scene names the channels
-    // of the first two.
+    // These rows are not in film_channels(); in a picture, their channels follow those of the film.
+    // The scene names the channels of the first two rows.
     {.name = "light",
      .components = kRgb,
      .kind = Kind::kMean,

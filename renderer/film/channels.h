@@ -76,12 +76,12 @@ enum class ChannelFeed : uint8_t {
 enum class ChannelUse : uint8_t {
   kColour,  // half floats and lossy compression allowed
   kNumber,  // half floats allowed
-  kExact,   // neither
+  kExact,   // neither allowed
   kWhole,   // 32-bit integers
 };
 
 // Groups of adjacent rows that share a block of sums: a film with one of the rows keeps the sums of
-// all. A row with kNone has its own block.
+// all rows in the group. A row with kNone has its own block.
 enum class SumGroup : uint8_t { kNone, kSurface, kPositionUv, kClamped, kShadow };
 
 std::string_view name_of(ChannelKind kind);  // "mean of hits"

@@ -26,7 +26,7 @@ ClampedLight::ClampedLight(float limit, int groups)
   assert(limit > 0.0f && std::isfinite(limit));
 }
 
-// A power of two, so only the added values are rounded.
+// Returns a power of two, so that only the added values are rounded.
 double ClampedLight::unit() const { return std::ldexp(1.0, std::ilogb(limit_) - 16); }
 
 void ClampedLight::add(Sum* sum, const Rgb& radiance) const {

@@ -34,13 +34,13 @@ class ClampedLight {
   // Loading accepts only the same limit and number of groups.
   void archive(Archive& archive);
 
-  // The mean radiance over `samples` samples that was removed from the picture.
+  // The radiance that was removed from the picture, as a mean over `samples` samples.
   Rgb removed(uint64_t samples) const { return mean(removed_, samples); }
   Rgb removed_of_group(size_t group, uint64_t samples) const {
     return mean(groups_[group], samples);
   }
   size_t groups() const { return groups_.size(); }
-  // The share of the luminance before clamping that was removed; 0 if there was no light.
+  // Which fraction of the luminance clamping has removed; 0 if there was no light.
   double fraction() const;
 
  private:

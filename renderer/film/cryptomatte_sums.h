@@ -49,8 +49,8 @@ class CryptomatteSums {
   };
   // Writes the ranks of one kind, largest coverage first; `ranks` must have room for all levels.
   // Returns the share of the pixel that was dropped. The coverages and this share add up to the
-  // alpha of `samples` samples, clamped to [0, 1] because filters with negative lobes may exceed
-  // that range.
+  // pixel's alpha over `samples` samples. That alpha is clamped to [0, 1], because filters with
+  // negative lobes may exceed this range.
   float resolve(size_t kind, double samples, std::span<Rank> ranks) const;
   // Whether all weights are in range, and all ids are valid as floats, which is how files store
   // them.

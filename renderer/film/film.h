@@ -1,8 +1,8 @@
 // A film: the running sums of a rectangle of pixels, and the code that turns them into channels.
 //
-// Each pixel has one owner at a time, which adds its samples in index order. So equal sets of
-// samples give equal bits, whatever the schedule (law 2). There are no locks. Sums are double: 2^25
-// samples of 0.1 stay exact to 1e-9.
+// Each pixel has one owner at a time, which adds its samples in index order. So pixels with the
+// same samples are bit-identical, whatever the schedule (law 2). There are no locks. Sums are
+// double: 2^25 samples of 0.1 stay exact to 1e-9.
 #pragma once
 
 #include <cassert>

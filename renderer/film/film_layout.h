@@ -123,7 +123,7 @@ template <class T>
 T* sums_at(const FilmLayout::Part& part, const FilmPixel& at) {
   return reinterpret_cast<T*>(at.planes[part.index] + part.bytes * at.index);
 }
-// The number of samples in a part with hits_only.
+// The number of samples that hit a surface, for a part with hits_only.
 inline uint32_t& hits_at(const FilmLayout::Part& part, const FilmPixel& at) {
   return *reinterpret_cast<uint32_t*>(sums_at<double>(part, at) + part.sums);
 }

@@ -25,8 +25,8 @@ struct FilmSample {
   std::span<const uint32_t> ids = {};        // Cryptomatte ids of the hit, one per kind
 };
 
-// False if the radiance, first hit, features or catcher values are NaN or infinite. Such a sample
-// counts as black in all channels.
+// Returns false if the radiance, first hit, features or catcher values are NaN or infinite. Such a
+// sample counts as black in all channels.
 bool is_finite(const FilmSample& sample);
 
 }  // namespace emberline

@@ -68,7 +68,8 @@ PixelFilter::PixelFilter(const FilterEntry& entry, float radius)
     const double f = entry.profile(double(i) / kBins);
     magnitude[i] = std::abs(f) < negligible ? 0.0 : std::abs(f);
   }
-  // Sums the areas of the trapezoids. The sign of a bin is that of the profile in its middle.
+  // Sums the areas of the trapezoids. A bin's sign is the sign of the profile in the middle of the
+  // bin.
   double cdf[kBins + 1] = {};
   double signed_sum = 0.0;
   for (int i = 0; i < kBins; ++i) {

@@ -1,7 +1,8 @@
-// Pixel reconstruction filters by importance sampling: the filter chooses the position, in or
-// around the pixel, of a sample's camera ray, and nothing is splatted into neighbours. So a pixel
-// has one owner, its estimate is unbiased (no ratio of sums), and the film needs no locks (Ernst,
-// Stamminger & Greiner 2006, "Filter Importance Sampling", Symposium on Interactive Ray Tracing).
+// Pixel reconstruction filters by importance sampling: the filter chooses the point, in or around
+// the pixel, through which a sample's camera ray passes, and nothing is splatted into neighbours.
+// So a pixel has one owner, its estimate is unbiased (no ratio of sums), and the film needs no
+// locks (Ernst, Stamminger & Greiner 2006, "Filter Importance Sampling", Symposium on Interactive
+// Ray Tracing).
 //
 // Lengths are in pixels; offsets are from the pixel's centre, x to the right, y downwards.
 #pragma once
@@ -43,14 +44,15 @@ class PixelFilter {
   static constexpr float kMaxRadius = 32.0f;
 
   // Maps u in [0, 1)^2 to an offset in [-radius, radius]^2, increasing in each coordinate so that
-  // stratified u stay stratified. The box of radius 0.5 gives exactly u - 0.5. The density of
-  // offsets along each axis equals |f| / integral |f| to within 4e-5 of its peak, because |f| is
+  // stratified u stay stratified. The box of radius 0.5 gives exactly u - 0.5. Along each axis, the
+  // density of offsets differs from |f| / integral |f| by at most 4e-5 of the peak, because |f| is
   // interpolated linearly between knots.
   FilterSample sample(const Vec2f& u) const;
-  // The weights of a sample at this offset for each of the 3 x 3 pixels around it. The receiving
+  // Returns a sample's weights (its shares) for each of the 3 x 3 pixels around it. The receiving
   // pixel combines the samples of the 3 x 3 pixels around itself by the balance heuristic (Veach &
-  // Guibas 1995): the expectation of the sum of radiance x share over these pixels is the receiving
-  // pixel's value, with less variance than from its own samples alone.
+  // Guibas 1995): it sums, over these pixels, each pixel's mean of radiance x share. The
+  // expectation of this sum is the receiving pixel's value, with less variance than from its own
+  // samples alone.
   SampleShares shares(const Vec2f& offset) const;
   float radius() const { return radius_; }
 

@@ -3,8 +3,8 @@
 // For the first half: half1.{R,G,B}; half1.albedo.{R,G,B}, half1.N.{X,Y,Z}, half1.nearness and
 // half1.visibility (see DenoiserFeatures); half1.samples; and half1.shared.K.{R,G,B,A}, the
 // contribution of these samples to the K-th of the 3 x 3 pixels around this one, and its weight
-// (PixelFilter::shares). The second half has the same. In a finished frame the shared values are
-// summed (shared_samples.h). With light groups there is also half1.light.NAME.{R,G,B}.
+// (PixelFilter::shares). The second half has the same channels. In a finished frame the shared
+// values are summed (shared_samples.h). With light groups there is also half1.light.NAME.{R,G,B}.
 //
 // The mean of both halves, weighted by their sample counts, is the picture. If a pixel's value is
 // overridden (FilmTile::set_override), both halves are shifted by the difference.

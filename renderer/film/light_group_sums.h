@@ -2,7 +2,7 @@
 //
 // A sum is stored as two floats: the sum rounded to float, and the remainder (the double-length
 // arithmetic of Dekker 1971, "A Floating-Point Technique for Extending the Available Precision").
-// One float alone would lose 1e-4 of a constant background after some thousand samples. Relighting
+// One float alone would lose 1e-4 of a constant background after a few thousand samples. Relighting
 // reads only the rounded floats, half as much memory as doubles.
 //
 // One more sum holds the pixel's sample count and alpha, so relighting needs nothing else from the

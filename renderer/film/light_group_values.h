@@ -32,7 +32,7 @@ class LightGroupValues {
   // Adds throughput x radiance to the group's value for the lane's sample.
   void add(int lane, uint32_t group, const Rgb& throughput, const Rgb& radiance);
 
-  // Calls body(group, radiance) for each group that reached the sample, in ascending order.
+  // Calls body(group, radiance) for each group whose light reached the sample, in ascending order.
   template <typename Body>
   void for_each(int lane, const Body& body) const {
     for (uint64_t left = lit_[lane]; left != 0; left &= left - 1) {

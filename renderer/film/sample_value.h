@@ -50,8 +50,8 @@ struct SampleValue {
 };
 
 // Denoiser features of a sample. Smooth mirrors and smooth clear glass are looked through: the
-// features are those of the first other surface, or of the background. The mean of each value is
-// linear in the share of the pixel that a surface covers.
+// features are those of the first other surface, or of the background. A pixel's mean of each value
+// is linear in the fraction of the pixel that a surface covers.
 struct DenoiserFeatures {
   // Directional albedo plus emission, tinted by the mirrors and glass in front of the surface; at
   // most 1. If no such surface is seen, the background's radiance.
@@ -74,7 +74,7 @@ struct CatcherSample {
   Rgb received = Rgb(0.0f);    // irradiance from the lights
   Rgb unshadowed = Rgb(0.0f);  // the same if only the plate's objects blocked light
   float catcher = 0.0f;        // visible share of a catcher: 1, or less behind panes
-  float hidden = 0.0f;         // the same, if the catcher itself is hidden
+  float hidden = 0.0f;         // the same, but 0 unless the catcher itself is hidden
   float background = 0.0f;     // visible share of the background
 };
 bool is_finite(const CatcherSample& sample);

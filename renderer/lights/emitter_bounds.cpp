@@ -10,7 +10,7 @@ namespace {
 
 using Corners = std::array<Vec3f, 3>;
 
-// Returns empty bounds if the triangle has no area, or none that floats can represent.
+// Returns bounds with intensity 0 if the triangle is not finite or has no area.
 EmitterBounds triangle_bounds(const EmissiveTriangle& t, const Corners& p) {
   EmitterBounds b;
   b.two_sided = t.two_sided;
@@ -31,9 +31,10 @@ double angle_between(const Vec3f& a, const Vec3f& b) {
   return std::acos(std::clamp(double(dot(a, b)), -1.0, 1.0));
 }
 
-// Bounds of all steps and of the motion between them. A line or an arc of less than an eighth of a
-// turn connects consecutive steps. Such an arc leaves the box around its ends by less than a
-// quarter of their distance, and the axis turns by no more than from one end to the other.
+// Returns bounds on all steps and on the motion between them. Between consecutive steps, points
+// move along a line or an arc of less than an eighth of a turn. Such an arc leaves the box around
+// its ends by less than a quarter of the distance between the ends, and along it, the axis turns by
+// no more than the angle between its directions at the ends.
 EmitterBounds swept_bounds(std::span<const EmitterBounds> steps) {
   EmitterBounds all;
   Vec3f axis(0.0f);
@@ -72,7 +73,7 @@ EmitterBounds swept_bounds(std::span<const EmitterBounds> steps) {
   return all;
 }
 
-// A segment turns by less than half a turn, so a step turns by less than an eighth.
+// The emitter turns by less than half a turn in a segment, so by less than an eighth in a step.
 constexpr int kStepsPerSegment = 4;
 
 EmitterBounds moving_bounds(const EmissiveTriangle& t, const EmitterMotion& motion) {
@@ -95,8 +96,8 @@ EmitterBounds point_bounds(const PointLight& light, const PointLightPlace& place
     return b;
   }
   b.axis = place.direction;
-  // If the inner and outer cone nearly coincide, the falloff formula widens the falloff between
-  // them; it stays within these bounds.
+  // If the inner and outer cone nearly coincide, the falloff formula makes the falloff between them
+  // wider, but it stays within these bounds.
   const double outer = std::acos(std::clamp(double(light.cos_outer), -1.0, 1.0));
   const double inner = std::acos(std::clamp(double(light.cos_inner), -1.0, 1.0));
   b.cos_theta_o = float(std::cos(std::min(inner, outer)));

@@ -19,19 +19,22 @@ using sky_tiles::kColumns;
 using sky_tiles::kCount;
 using sky_tiles::kRows;
 
-// Weight of unguided samples (by light alone) relative to guided ones: a constant, plus as much as
-// if kUnguidedPoints of the survey's points saw everything equally. Chosen by us.
+// Weight of unguided samples, which are chosen by light alone, relative to guided ones. It is
+// kUnguidedShare, plus as much as if kUnguidedPoints of the region's survey points saw everything
+// equally. Chosen by us.
 constexpr double kUnguidedShare = 0.3, kUnguidedPoints = 1.0;
-// If a region sees a smaller fraction of all light, its factors would overflow float.
+// A region that sees less than this fraction of all light is not guided, since its factors could
+// overflow float.
 constexpr double kMinVisibleLight = 1e-9;
-// Lower bound of the mean weight that the tables leave out of a tile, relative to the largest one.
+// Lower bound on the mean weight that the tables leave out of a tile, relative to the largest
+// possible one.
 constexpr double kMinResidual = 1e-3;
-// Number of texels (up to twice as many) along each side of a tile that are averaged for its
-// residual.
+// The residual of a tile is averaged over a grid of this many texels along each side of the tile,
+// or up to twice as many.
 constexpr int kTexelsPerSide = 16;
 
-// Returns the last entry that begins at or before `at`. `at` must be below the end of the last
-// entry.
+// Returns the last entry of the running sums [first, last] that begins at or before `at`, which
+// must be below the end of the last entry.
 template <class Number>
 const Number* entry_at(const Number* first, const Number* last, double at) {
   return std::upper_bound(first, last + 1, at, [](double a, Number b) { return a < double(b); }) -
@@ -44,11 +47,11 @@ float remainder(double at, double from, double to) {
   return std::min(float((at - from) / (to - from)), kOneMinusEpsilon);
 }
 
-// Writes running sums of probabilities; they are exactly 1 from the end of the last possible entry
-// on.
+// Writes the running sums of `count` probabilities. From the end of the last entry whose
+// probability is positive, they are exactly 1.
 void build_running_sums(const auto& share, int count, float* sums) {
   double sum = 0;
-  int end = 0;  // end of the entries that can be chosen
+  int end = 0;  // end of the last entry that can be chosen
   for (int i = 0; i < count; ++i) {
     sums[i] = float(sum);
     sum += share(i);
@@ -57,7 +60,8 @@ void build_running_sums(const auto& share, int count, float* sums) {
   std::fill(sums + end, sums + count + 1, 1.0f);
 }
 
-// The running sums within a row of tiles; they are stored after those of the rows.
+// Returns the running sums within a row of tiles, which are stored after the running sums of the
+// rows.
 auto* columns_of(auto* rows, int row) { return rows + kRows + 1 + row * (kColumns + 1); }
 
 }  // namespace
@@ -118,8 +122,8 @@ void EnvironmentGuide::assign_texels_to_tiles() {
   }
 }
 
-// Probability of the columns [first, end) within a row of the map, in steps of the fixed-point
-// sums.
+// Returns the probability of the columns [first, end) within a row of the map, as a number of steps
+// of the fixed-point sums.
 double EnvironmentGuide::column_mass(int row, int first, int end) const {
   const int width = light_.width_;
   const uint32_t* const sums = sums_of_row(row);
@@ -127,13 +131,13 @@ double EnvironmentGuide::column_mass(int row, int first, int end) const {
   return double(sums[width] - sums[first]) + double(sums[end - width]);
 }
 
-// Mean weight per texel that MIS compensation removes from the tables.
+// Returns the mean weight that MIS compensation removes from a texel of the tile.
 double EnvironmentGuide::mean_residual(const Tile& tile) const {
   double sum = 0;
   int count = 0;
   const int row_step = std::max(1, (tile.end_row - tile.first_row) / kTexelsPerSide);
   const int column_step = std::max(1, (tile.end_column - tile.first_column) / kTexelsPerSide);
-  // Random offsets, so that regular structures in the map are not missed.
+  // Offsets are random, so that no regular structure in the map is missed.
   const auto any = [](int first, int step, int end) {
     return std::min(first + int(hash32(uint32_t(first)) % uint32_t(step)), end - 1);
   };
@@ -151,7 +155,7 @@ double EnvironmentGuide::mean_residual(const Tile& tile) const {
 
 void EnvironmentGuide::measure_residual_light() {
   residual_density_.assign(kCount, 0.0f);
-  double density = 1;  // per solid angle, of a texel of weight 1
+  double density = 1;  // density per solid angle of a texel of weight 1
   if (light_.image_) {
     const int middle = light_.height_ / 2;
     density = double(light_.row_density_[size_t(middle)]) /
@@ -160,7 +164,8 @@ void EnvironmentGuide::measure_residual_light() {
   for (size_t t = 0; t < size_t(kCount); ++t) {
     Tile& tile = tiles_[t];
     if (!(tile.solid_angle > 0)) continue;
-    // Texels between the examined ones may be bright even if all examined ones are black.
+    // Use at least kMinResidual, since texels between the examined ones may be bright even if all
+    // examined ones are black.
     const double weight =
         light_.image_ ? std::max(mean_residual(tile), kMinResidual * double(light_.threshold_))
                       : 1 / (4 * kPiD);
@@ -182,7 +187,7 @@ void EnvironmentGuide::build_region(int region) {
   const std::span<const float> visibility = regions_.visibility(region);
   double visible = 0;
   for (int t = 0; t < kCount; ++t) visible += mass(t) * double(visibility[size_t(t)]);
-  // If the region saw hardly any light, all its samples are chosen by light alone.
+  // If the region saw hardly any light in the survey, all of its samples are chosen by light alone.
   const double doubt = kUnguidedShare + kUnguidedPoints / (1 + double(regions_.places(region)));
   const double unguided = visible > kMinVisibleLight * mass_ ? doubt * visible / mass_ : 1;
   const double total = visible + unguided * mass_;
@@ -200,8 +205,8 @@ void EnvironmentGuide::build_region(int region) {
   build_running_sums([&](int row) { return row_shares[row]; }, kRows, rows);
 }
 
-// Chooses the row by one number and the column by the other, which keeps their stratification. Both
-// numbers are rescaled to the position within the tile.
+// Chooses the row of tiles by u.y and the column by u.x, which keeps the stratification of both
+// numbers, and rescales both to the position within the tile.
 int EnvironmentGuide::choose_tile(int region, Vec2f* u) const {
   const float* const rows = &sums_[size_t(region) * kSums];
   const auto choose = [](const float* sums, int count, float* number) {
@@ -249,7 +254,7 @@ void EnvironmentGuide::choose_uniformly(int tile_index, const Vec2f& u, float* c
                                         float* row) const {
   const Tile& tile = tiles_[size_t(tile_index)];
   *column = float(tile.first_column) - 0.5f + u.x * float(tile.end_column - tile.first_column);
-  // 1 - y and 1 + y; one of them is small near a pole.
+  // These are 1 - y and 1 + y, of which one is small near a pole.
   const double down = (1 - tile.top) + double(u.y) * (tile.top - tile.bottom), up = 2 - down;
   const float theta = fast_atan2(float(std::sqrt(std::max(0.0, down * up))), float(1 - down));
   *row = theta * light_.row_scale_ - 0.5f;
@@ -269,7 +274,7 @@ Vec3f EnvironmentGuide::direction_in(int tile, float u_part, const Vec2f& u) con
   return sample.direction;
 }
 
-// `light_density` is the density of the light's own tables there.
+// `light_density` is the density of the light's own tables in this direction.
 float EnvironmentGuide::density(const EnvironmentLight::BilinearTaps& places, size_t i,
                                 float light_density, int region) const {
   const float* const factors = &factors_[size_t(region) * kCount];
@@ -323,7 +328,7 @@ void EnvironmentGuide::sample_map(std::span<const GuidedRequest> requests,
   }
 }
 
-// Requests without a region, and samples of the sun, use the light's own sampling.
+// Requests without a region and requests that choose the sun use the light's own sampling.
 void EnvironmentGuide::sample(std::span<const GuidedRequest> requests,
                               EnvironmentSample* out) const {
   assert(requests.size() <= size_t(kRayBatch));

@@ -1,14 +1,16 @@
-// Samples an environment that is mostly hidden, as seen from inside a room. It prefers the part
-// that each region of the scene sees (SkyRegions), so that few samples are occluded.
+// Samples an environment that is mostly hidden, such as the sky as seen from inside a room. In each
+// region of the scene (SkyRegions), it prefers the part of the environment that the region sees, so
+// that few samples are occluded.
 //
-// After Atanasov et al. 2018, "Adaptive Environment Sampling on CPU and GPU" (SIGGRAPH Talks). A
-// region samples each tile of the sphere in proportion to its light x the root mean square of
-// (visibility x cosine). Within a tile, the density is that of EnvironmentLight's tables after MIS
-// compensation, plus the part that compensation removed, distributed evenly. Some samples are
-// chosen by light alone, so that errors of the survey cause only noise.
+// The method follows Atanasov et al. 2018, "Adaptive Environment Sampling on CPU and GPU" (SIGGRAPH
+// Talks). A region samples each tile of the sphere in proportion to its light x the root mean
+// square of (visibility x cosine). Within a tile, the density is that of EnvironmentLight's tables,
+// which have MIS compensation, plus a constant for the light that the compensation removed. Some
+// samples are chosen by light alone, without regard to visibility, so that errors in the survey
+// cause only noise.
 //
-// It refers to the light, which must outlive it. All const functions are pure and thread-safe; they
-// accept up to kRayBatch directions at once.
+// The EnvironmentLight must outlive the guide, which refers to it. All const functions are pure and
+// thread-safe, and accept up to kRayBatch directions at once.
 #pragma once
 
 #include <cstdint>
@@ -23,30 +25,32 @@ namespace emberline {
 
 struct GuidedRequest {
   int region = SkyRegions::kNone;
-  // Chooses between the part of a tile's light that is in the tables and the part that they leave
-  // out.
+  // Chooses between the part of a tile's light that is in the tables and the part that MIS
+  // compensation removed from them.
   float u_part = 0.0f;
   Vec2f u;  // chooses the direction
 };
 
 class EnvironmentGuide {
  public:
-  // The light must not be black. Regions are set later.
+  // The light must not be black. Call set_regions() once the regions are known.
   explicit EnvironmentGuide(const EnvironmentLight& light);
   void set_regions(SkyRegions regions);
 
-  // For the survey: a tile's fraction of all light, and a direction in the tile, sampled in
-  // proportion to the light. u_part and u must be in [0, 1), and the tile must have some light. The
-  // sun is excluded.
+  // For the survey. light_fraction() returns a tile's fraction of all light; direction_in() samples
+  // a direction in a tile in proportion to the light. u_part and u must be in [0, 1), and the tile
+  // must have some light. Both exclude the sun.
   double light_fraction(int tile) const { return mass(tile) / mass_; }
   Vec3f direction_in(int tile, float u_part, const Vec2f& u) const;
 
-  // The region whose density applies at this point; kNone: EnvironmentLight's own density applies.
+  // Returns the region whose density applies at this point, or kNone if EnvironmentLight's own
+  // density applies.
   int region_of(const Vec3f& point, const Vec3f& normal) const {
     return regions_.find(point, normal);
   }
   void sample(std::span<const GuidedRequest> requests, EnvironmentSample* out) const;
-  // Like EnvironmentLight::radiance_and_pdf(), but with the densities of sample() for the regions.
+  // Like EnvironmentLight::radiance_and_pdf(), but with the density that sample() has in the region
+  // of each direction.
   void radiance_and_pdf(std::span<const Vec3f> directions, std::span<const int> regions,
                         Rgb* radiance, float* pdf) const;
 
@@ -54,17 +58,18 @@ class EnvironmentGuide {
   uint64_t bytes() const;
 
  private:
-  // For a map: the range of texels whose centres are in the tile. Columns beyond the width wrap
-  // around.
+  // For a map, has the range of texels whose centres are in the tile. Columns from the width on
+  // wrap around.
   struct Tile {
     int first_row = 0, end_row = 0;
     int first_column = 0, end_column = 0;
     double top = 0, bottom = 0;  // y of the upper and lower edge of these texels
     double solid_angle = sky_tiles::kSolidAngle;
-    double table_mass = 0;     // probability of the texels in the light's tables
-    double residual_mass = 0;  // light that the tables leave out, in the same unit
+    double table_mass = 0;     // probability of these texels in the light's tables
+    double residual_mass = 0;  // light that the tables leave out, in the unit of table_mass
   };
-  // A choice among some texels of a row: `along` is a position in their running sums [first, last].
+  // A choice among the texels of a row that are in a tile: a position `along` their running sums,
+  // which are [first, last].
   struct RowChoice {
     const uint32_t* first = nullptr;
     const uint32_t* last = nullptr;
@@ -95,11 +100,12 @@ class EnvironmentGuide {
   SkyRegions regions_;
   std::vector<Tile> tiles_;
   double mass_ = 0;                                // of all tiles
-  std::vector<int> tile_of_row_, tile_of_column_;  // add both for a texel's tile
+  std::vector<int> tile_of_row_, tile_of_column_;  // their sum is a texel's tile
   std::vector<double> row_sums_;         // per column of tiles: running sums over the map's rows
   std::vector<float> residual_density_;  // per tile: residual_mass / solid_angle
-  // Per region: factors_ has each tile's density relative to that of the light; sums_ has the
-  // running probabilities of the rows of tiles, then of the tiles within each row.
+  // For each region, factors_ has the density of each tile relative to the light's own density.
+  // sums_ has the running sums of the probabilities of the rows of tiles, then those of the tiles
+  // within each row.
   std::vector<float> factors_, sums_;
   static constexpr size_t kSums =
       sky_tiles::kRows + 1 + size_t(sky_tiles::kRows) * (sky_tiles::kColumns + 1);

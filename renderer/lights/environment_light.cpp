@@ -24,7 +24,7 @@ namespace emberline {
 namespace {
 
 // Lower limit of sin theta, which keeps the density finite at the poles, where a row of the map
-// shrinks to a point. It is below any angle from the pole that a float direction can represent.
+// shrinks to a point. No float direction has a smaller angle to the pole.
 constexpr float kMinSine = 1e-7f;
 
 // Angles are computed in groups of this size, because a loop of fixed length vectorises.
@@ -35,7 +35,7 @@ Color4 load(const float* texel) { return Color4{texel[0], texel[1], texel[2], 0.
 
 Color4 load(const half* texel) {
 #ifdef __F16C__
-  // Two loads, since copying six bytes through memory would stall on store forwarding.
+  // Use two loads, since a copy of six bytes through memory would stall on store forwarding.
   uint32_t red_green;
   uint16_t blue;
   std::memcpy(&red_green, texel, sizeof red_green);
@@ -52,25 +52,25 @@ Color4 load(const void* texels, size_t index) {
   return load(static_cast<const Texel*>(texels) + 3 * index);
 }
 
-// Applies a lower limit, which also replaces NaN, before conversion to an integer.
+// Applies a lower limit, which also replaces NaN, to a number before it is converted to an integer.
 float clamp_below(float x, float limit) { return x > limit ? x : limit; }
 
-// Inverse of the integral of a tent filter: maps r in [0, 1) to [-1, 1].
+// The inverse of the integral of a tent filter. Maps r in [0, 1) to [-1, 1].
 float sample_tent(float r) {
   return r < 0.5f ? std::sqrt(2.0f * r) - 1.0f : 1.0f - std::sqrt(2.0f * (1.0f - r));
 }
 
 // Samples a position around the centre of a row in proportion to the row's bilinear weight. Rows
-// clamp, so the weight of the first and last row is 1 from the map's edge to the row's centre,
-// which is half of its mass; the other half is half a tent.
+// are clamped, so the weight of the first and last row is 1 from the map's edge to the row's
+// centre, which is half of the row's mass. The other half is half a tent.
 float sample_row_shape(int row, int height, float r) {
   const bool first = row == 0, last = row == height - 1;
   if ((first && r < 0.5f) || (last && r >= 0.5f)) return r - 0.5f;
   return sample_tent(r);
 }
 
-// Integral of a row's bilinear weight times sin theta, in radians: the row's solid angle divided by
-// a column's width. Closed forms for the tent (interior) and for the clamped half tents.
+// Returns the integral of a row's bilinear weight times sin theta, which is the row's solid angle
+// divided by 2 pi, in closed form for tents (interior rows) and for clamped half tents.
 double row_weight(int row, int height) {
   const double step = kPiD / height;
   if (height == 1) return 2.0;
@@ -123,24 +123,24 @@ void EnvironmentLight::adjust(const EnvironmentAdjustment& adjustment) {
   const auto& [strength, tint, rotation_degrees] = adjustment;
   factor_ = color4(tint * strength);
   constant_ = to_working_space(map_constant_ * (tint * strength));
-  // The effect of the tint on a grey map; exactly 1 without a tint. It only affects how often this
-  // light is chosen, so the exact mean of a coloured map is not worth another pass.
+  // The tint's effect on a grey map; exactly 1 without a tint. It only affects how often this light
+  // is chosen, so the exact mean of a coloured map is not worth another pass.
   const double tinted = double(luminance(tint)) / double(luminance(Rgb(1.0f)));
   mean_luminance_ = std::min(map_mean_luminance_ * double(strength) * tinted,
                              double(std::numeric_limits<float>::max()));
   if (!(mean_luminance_ > 0)) mean_luminance_ = 0;
-  // Rotating the map by +90 degrees moves +X (phi = 0) to -Z (phi = -90): a direction looks up the
-  // angle phi + rotation. The offset is in [0, width), so columns are within one width of the map.
+  // Rotating the map by +90 degrees moves +X (phi = 0) to -Z (phi = -90), so lookups use phi +
+  // rotation. The offset is in [0, width), so columns are within one width of the map.
   double turns = 0.5 + double(rotation_degrees) / 360.0;
   turns -= std::floor(turns);
   column_offset_ = float(turns * width_ - 0.5);
   if (sun_.share > 0.0f) update_sun();
 }
 
-// The share is a power of two, so that (0, 2)-sequences are divided exactly.
+// The sun's share of the samples is a power of two, which divides (0, 2)-sequences exactly.
 void EnvironmentLight::choose_sun_share() {
   const double sun = double(luminance(sun_disc_->irradiance)), sky = kPiD * map_mean_luminance_;
-  if (!(sun > 0) || !(sky > 0)) return;  // a black map has no sun
+  if (!(sun > 0) || !(sky > 0)) return;  // in front of a black map, the sun is ignored
   double share = 0.5;
   while (share > 1e-3 && 0.5 * share * (sun + sky) > sun) share *= 0.5;
   sun_.share = float(share);
@@ -163,7 +163,7 @@ void EnvironmentLight::update_sun() {
 }
 
 Rgb EnvironmentLight::sun_radiance(const Vec3f& direction) const {
-  // Uses chords, since a cosine would be too imprecise for an angle this small.
+  // Use chords, since a cosine would be too imprecise for angles this small.
   const float out = (direction - sun_.direction).length2() / sun_.radius2;
   if (direction.y < 0.0f) return Rgb(0.0f);
   return sun_.center_radiance *
@@ -184,8 +184,8 @@ float EnvironmentLight::texel_luminance(size_t row, size_t column) const {
   return luminance(to_rgb(half_ ? load<half>(texels_, index) : load<float>(texels_, index)));
 }
 
-// Each row is summed in order by one thread, and the rows in order by the caller, so the tables do
-// not depend on the number of threads.
+// Each row is summed in order by one thread, and the sums are added in order by the caller, so the
+// tables do not depend on the number of threads.
 double EnvironmentLight::build_columns(std::vector<double>* row_totals) {
   const size_t width = size_t(width_);
   parallel_each(size_t(height_), kRowGrain, [&](size_t row) {
@@ -229,20 +229,20 @@ void EnvironmentLight::build_tables(float mis_compensation) {
   column_guides_.resize(height * column_guide_words_);
   row_sums_.resize(height + 1);
   row_guide_.resize(guide_words(height));
-  // Weights are scaled to about 1 by a power of two, so that densities stay within float's range.
+  // Scale weights by a power of two to about 1, so that densities stay within float's range.
   weight_scale_ = std::ldexp(1.0f, std::clamp(-std::ilogb(mean), -126, 126));
   threshold_ = float(double(mis_compensation) * mean * double(weight_scale_));
   double total = build_columns(&row_sum);
-  // If no texel is brighter than the mean (a constant map), sample it without compensation. An
-  // excess below a millionth is a rounding error of the mean.
+  // If no texel is brighter than the mean, the map is constant and is sampled without compensation.
+  // An excess below a millionth is only a rounding error of the mean.
   if (!(total > 1e-6 * sum * double(weight_scale_))) {
     threshold_ = 0.0f;
     total = build_columns(&row_sum);
   }
   build_fixed_cdf(row_sum, row_sums_.data(), row_guide_.data());
 
-  // In texel coordinates (s, t) the density is (row probability) x (column probability),
-  // interpolated; ds dt = width height / (2 pi^2 sin theta) d omega.
+  // In texel coordinates (s, t), the density is (row probability) x (column probability),
+  // interpolated. It is converted by ds dt = width height / (2 pi^2 sin theta) d omega.
   row_density_.resize(height);
   const double scale = double(width) * double(height) / (2.0 * kPiD * kPiD) / total;
   for (size_t row = 0; row < height; ++row)
@@ -297,7 +297,7 @@ struct EnvironmentLight::Corners {
   Color4 upper0, upper1, lower0, lower1;
 
   Color4 interpolate(float s, float t) const {
-    // Products, since differences could round to a weight of -1e-8: negative light next to a sun.
+    // Use products, since a weight from differences could round to -1e-8: negative light at a sun.
     const Color4 upper = fma(upper1, s * (1.0f - t), upper0 * ((1.0f - s) * (1.0f - t)));
     return fma(lower1, s * t, fma(lower0, (1.0f - s) * t, upper));
   }
@@ -377,7 +377,7 @@ void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Rgb* 
     add_sun(directions, radiance, pdf);
 }
 
-// The results exclude the sun.
+// Excludes the sun.
 void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, BilinearTaps* found,
                                         Rgb* radiance, float* pdf) const {
   if (!image_ || black()) {
@@ -467,8 +467,8 @@ void EnvironmentLight::sample_map(std::span<const Vec2f> u, EnvironmentSample* o
   }
   for (size_t i = 0; i < count; ++i) prefetch_sums(sums_of(i), guide_of(i), column_bits_, u[i].x);
 
-  // Radiance and density are evaluated at the sampled texel position, not from the direction: next
-  // to a sun, the rounding of a direction would change them by more than the allowed error.
+  // Evaluate radiance and density at the sampled texel position, not from the direction. Next to a
+  // sun, the rounding of a direction would change them by more than the allowed error.
   alignas(64) float column[kRayBatch] = {}, row[kRayBatch] = {};
   for (size_t i = 0; i < count; ++i) {
     const CdfChoice chosen = choose_entry(sums_of(i), guide_of(i), column_bits_, u[i].x);

@@ -3,11 +3,11 @@
 // u = 0.5 + atan2(z, x) / 2 pi, v = acos(y) / pi, top row +Y; u wraps, v clamps. Radiance is the
 // bilinear interpolation of texels. The sampling density is the bilinear interpolation of per-texel
 // weights (luminance x solid angle, MIS-compensated after Karlik et al. 2019, "MIS Compensation:
-// Optimizing Sampling Techniques in Multiple Importance Sampling"), so a one-texel sun is sampled
-// in proportion to its radiance.
+// Optimizing Sampling Techniques in Multiple Importance Sampling"), so even a sun that is one texel
+// large is sampled in proportion to its radiance.
 //
-// A sun (SunDisc) may be in front of the map: half of the samples go to it, or fewer if it is dim,
-// and its density is added to that of the map.
+// A sun (SunDisc) may be in front of the map. Half of the samples go to the sun, or fewer if it is
+// dim, and the densities of the sun and the map are added.
 //
 // All const functions are pure and thread-safe. Directions are unit vectors in world space.
 #pragma once
@@ -35,17 +35,18 @@ struct EnvironmentSample {
   float pdf = 0.0f;  // per solid angle; 0: nothing sampled
 };
 
-// Factor of MIS compensation: weight = max(0, radiance - factor x mean), so light up to this
-// multiple of the mean is left to BSDF sampling. Karlik et al. 2019 derive 1 for MIS with a uniform
-// technique, and pbrt-v4 uses it; the best equal mixture with a uniform technique would need 1/2.
-// For five HDRIs with Lambertian and glossy surfaces, 1/2, 3/4 and 1 reduced the variance to 0.87,
-// 0.86 and 0.86 (tests/bench/results). 1 is best for a sun in an even sky, because the sky is then
+// Factor of MIS compensation: the weight of a texel is max(0, radiance - factor x mean), so light
+// up to this multiple of the mean is left to BSDF sampling. For MIS with a uniform technique,
+// Karlik et al. 2019 derive a factor of 1, which pbrt-v4 uses. For a mixture of equal parts with a
+// uniform technique, 1/2 would be best. For five HDRIs with Lambertian and glossy surfaces, factors
+// of 1/2, 3/4 and 1 reduced the variance to 0.87, 0.86 and 0.86 of that without compensation
+// (tests/bench/results). A factor of 1 is best for a sun in an even sky, because the sky is then
 // left entirely to BSDF sampling, which has no variance there.
 inline constexpr float kMisCompensation = 1.0f;
 
 struct EnvironmentLightSettings {
-  // 0 disables compensation. Use 0 if light sampling is the only technique, since a compensated
-  // density is 0 in directions darker than the mean.
+  // The factor of MIS compensation; 0 disables it. Use 0 if light sampling is the only technique,
+  // since a compensated density is 0 in directions darker than the mean.
   float mis_compensation = kMisCompensation;
   const SunDisc* sun = nullptr;              // copied
   const ColourMatrix* to_working = nullptr;  // converts the radiance; copied
@@ -60,28 +61,30 @@ struct EnvironmentAdjustment {
 
 class EnvironmentLight {
  public:
-  // Constant radiance, which needs no tables and is sampled uniformly over the sphere.
+  // Creates a light of constant radiance, which needs no tables and is sampled uniformly over the
+  // sphere.
   explicit EnvironmentLight(const Rgb& constant, const EnvironmentLightSettings& settings = {});
   // `image` must be kHalf or kFloat with 3 channels, finite and non-negative (io guarantees this).
-  // It is shared, not copied. `rotation_degrees` is as in EnvironmentDescription.
+  // The image is shared, not copied. `rotation_degrees` is as in EnvironmentDescription.
   EnvironmentLight(std::shared_ptr<const Image> image, float strength, float rotation_degrees,
                    const EnvironmentLightSettings& settings = {});
   ~EnvironmentLight();
-  // Memory that sampling an image needs in addition to its texels: two numbers per texel.
+  // Returns the memory that sampling an image needs in addition to its texels, which is two numbers
+  // per texel.
   static uint64_t table_bytes(const Image& image);
 
-  // Changes strength, tint and rotation. The result is the same to the bit as that of a new light
-  // with these settings, but this is cheap, since the tables depend on none of the three. Not
-  // thread-safe.
+  // Changes strength, tint and rotation. The light is then bit-identical to a new one with these
+  // settings. This is cheap, since the tables depend on none of the three. Not thread-safe.
   void adjust(const EnvironmentAdjustment& adjustment);
   const EnvironmentAdjustment& adjustment() const { return adjustment_; }
 
-  // Computes the radiance of at most kRayBatch directions at once, so that the angles vectorise.
+  // Computes the radiance of up to kRayBatch directions at once, so that the arithmetic of their
+  // angles vectorises.
   void radiance(std::span<const Vec3f> directions, Rgb* out) const;
   EnvironmentSample sample(const Vec2f& u) const;
-  // Up to kRayBatch samples at once, so that cache misses in the large tables overlap.
+  // Takes up to kRayBatch samples at once, so that cache misses in the large tables overlap.
   void sample(std::span<const Vec2f> u, EnvironmentSample* out) const;
-  // Computes both for little more than the cost of one; for rays that leave the scene.
+  // For rays that leave the scene: computes both values for little more than the cost of one.
   void radiance_and_pdf(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const;
   Rgb radiance_and_pdf(const Vec3f& direction, float* pdf) const;
 
@@ -93,18 +96,20 @@ class EnvironmentLight {
  private:
   friend class EnvironmentGuide;
 
-  // For each direction: the columns and rows of the four texels around it, its fractional position
-  // from the first to the second of each, and the sine of its angle to the pole.
+  // For each direction, has the two columns and two rows of the four texels around it, its
+  // fractional position between the columns and between the rows, and the sine of its angle to the
+  // pole.
   struct BilinearTaps {
     alignas(64) int column0[kRayBatch], column1[kRayBatch], row0[kRayBatch], row1[kRayBatch];
     alignas(64) float to_column1[kRayBatch], to_row1[kRayBatch], sin_theta[kRayBatch];
   };
   // `column` and `row` are texel coordinates: (0, 0) is the centre of the first texel, and columns
-  // are in [-width, 2 width). The arrays must have kRayBatch elements; more than `count` are read.
+  // are in [-width, 2 width). The arrays must have kRayBatch elements, since more than `count`
+  // elements are read.
   void find_taps(size_t count, const float* column, const float* row, BilinearTaps* out) const;
   void find_taps(std::span<const Vec3f> directions, BilinearTaps* out) const;
   struct Corners;
-  // Weights of the four texels in the density.
+  // The weights of the four texels in the density of a direction.
   struct CornerWeights {
     float upper0, upper1, lower0, lower1;
   };
@@ -116,7 +121,7 @@ class EnvironmentLight {
   float density_of(const CornerWeights& weights, const BilinearTaps& p, size_t i) const;
   void radiance_and_pdf(std::span<const Vec3f> directions, BilinearTaps* taps, Rgb* radiance,
                         float* pdf) const;
-  // Texel coordinates of a sample around the chosen texel, for r in [0, 1).
+  // Return the texel coordinates of a sample near the centre of the chosen texel, for r in [0, 1).
   static float sample_column(int column, float r);
   float sample_row(int row, float r) const;
   // Converts texel coordinates to samples and their BilinearTaps.
@@ -124,13 +129,14 @@ class EnvironmentLight {
                    EnvironmentSample* out) const;
   void sample_map(std::span<const Vec2f> u, EnvironmentSample* out) const;
   void sample_sun_or_map(std::span<const Vec2f> u, EnvironmentSample* out) const;
-  // Radiance of the sun in a direction.
+  // Returns the radiance of the sun in a direction.
   Rgb sun_radiance(const Vec3f& direction) const;
   // Adds the sun to the map's values. `pdf` may be null.
   void add_sun(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const;
-  // Radiance and density of one direction, from the same texels.
+  // Returns radiance and density of direction i, both from the same texels.
   Rgb radiance_and_pdf_at(const BilinearTaps& p, size_t i, float* pdf) const;
-  // The sampling weight of a texel with this luminance (of the map, without strength).
+  // Returns the sampling weight of a texel. `luminance` is that of the map, without strength and
+  // tint.
   float weight(float luminance) const {
     return std::max(0.0f, luminance * weight_scale_ - threshold_);
   }
@@ -138,7 +144,8 @@ class EnvironmentLight {
   void build_tables(float mis_compensation);
   void choose_sun_share();
   void update_sun();
-  // Builds the tables of columns for the current threshold; returns the sum of the rows' totals.
+  // Builds the tables of columns for the current threshold. Sets the total weight of each row, and
+  // returns the sum of these totals.
   double build_columns(std::vector<double>* row_totals);
 
   // Converts the map's light, with strength and tint, to the working space.
@@ -161,10 +168,10 @@ class EnvironmentLight {
   double map_mean_luminance_ = 0.0;
   double mean_luminance_ = 0.0;  // with strength and tint
 
-  // Running sums over the columns of each row, width + 1 words per row, and their guide tables;
-  // then the running sums over the rows (see fixed_cdf.h). Densities are not read from these tables
-  // but computed from the same texels as the radiance: pdf = interpolated (row density x weight) /
-  // sin theta. This agrees with the sums up to their step of 2^-32.
+  // Running sums over the columns of each row, with width + 1 words per row, then the running sums
+  // over the rows, each with guide tables (see fixed_cdf.h). Densities are not read from these
+  // tables but computed from the same texels as the radiance: pdf = interpolated (row density x
+  // weight) / sin theta. The two agree to within the sums' step of 2^-32.
   std::vector<uint32_t> column_sums_, column_guides_, row_sums_, row_guide_;
   std::vector<float> row_density_;
   float weight_scale_ = 1.0f, threshold_ = 0.0f;

@@ -1,13 +1,14 @@
 // A discrete distribution, stored as running sums in 32-bit fixed point with a guide table.
 //
-// The probability of an entry is the exact difference of two integers, so sampled and reported
-// probabilities agree to the last bit, and an entry takes only one word. With floats, differences
-// of running sums would lose precision, and a sum of weights is inexact (off by a third for a 16k x
-// 8k map). An entry of positive weight, however small, has at least one step of 2^-32, so the
-// density is positive wherever the weight is.
+// The probability of an entry is the exact difference of two integers, so the probability of being
+// sampled and the reported probability agree to the last bit. An entry takes only one word. With
+// floats, differences of running sums would lose precision, and even the sum of weights would be
+// inexact (off by a third for a 16k x 8k map). An entry of positive weight, however small, has at
+// least one step of 2^-32, so the density is positive wherever the weight is.
 //
 // Guide table: Chen & Asau 1974, "On Generating Random Variates from an Empirical Distribution".
-// Unlike an alias table it is monotone in u and keeps stratified numbers stratified.
+// Unlike with an alias table, the chosen entry is monotone in u, so stratified numbers stay
+// stratified.
 #pragma once
 
 #include <cstddef>
@@ -21,11 +22,12 @@ inline constexpr uint32_t kCdfTotal = 0xffffffffu;
 
 struct CdfChoice {
   uint32_t index = 0;
-  float remainder = 0.0f;  // position of u within the entry, [0, 1)
+  float remainder = 0.0f;  // position of u within the entry, in [0, 1)
 };
 
-// Log2 of the number of guide cells for `count` entries; the table has one more word than cells.
-// There is one cell per 16 entries, so a search takes at most four steps if weights are even.
+// Returns log2 of the number of guide cells for `count` entries. The guide table has one more word
+// than cells. There is one cell per 16 entries, so a search takes at most four steps if the weights
+// are equal.
 inline int guide_bits(size_t count) {
   int bits = 0;
   while ((size_t(16) << bits) < count) ++bits;
@@ -34,15 +36,16 @@ inline int guide_bits(size_t count) {
 inline size_t guide_words(size_t count) { return (size_t(1) << guide_bits(count)) + 1; }
 
 // Fills `sums` (weights.size() + 1 words, first 0) and `guide` (guide_words). Weights must be
-// finite and not negative. If all are 0, every sum is 0, and choose_entry() must not be called.
+// finite and not negative. If all weights are 0, every sum is 0, and choose_entry() must not be
+// called.
 void build_fixed_cdf(std::span<const double> weights, uint32_t* sums, uint32_t* guide);
 
 inline uint32_t guide_cell(int bits, float u) {
   return uint32_t(uint64_t(uint32_t(double(u) * double(kCdfTotal))) >> (32 - bits));
 }
 
-// Prefetch the memory that choose_entry() reads, for choices from many large distributions at once.
-// Call prefetch_guide() for all of them first, since prefetch_sums() reads the guide.
+// For choices from many large distributions at once: these prefetch the memory that choose_entry()
+// reads. Call prefetch_guide() for all of them first, since prefetch_sums() reads the guide.
 inline void prefetch_guide(const uint32_t* guide, int bits, float u) {
   __builtin_prefetch(guide + guide_cell(bits, u));
 }
@@ -58,8 +61,8 @@ inline CdfChoice choose_entry(const uint32_t* sums, const uint32_t* guide, int b
   const double x = double(u) * double(kCdfTotal);
   const uint32_t whole = uint32_t(x);
   const uint32_t cell = guide_cell(bits, u);
-  // Binary search for the last entry that begins at or before x. It is branch-free, since branches
-  // on a random number cannot be predicted.
+  // Binary search for the last entry that begins at or before x. The search is branch-free, since
+  // branches on a random number cannot be predicted.
   uint32_t low = guide[cell];
   for (uint32_t left = guide[cell + 1] - low + 1; left > 1;) {
     const uint32_t half = left / 2;

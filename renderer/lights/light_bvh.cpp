@@ -1,4 +1,4 @@
-// Traversal; the construction is in light_bvh_build.cpp.
+// Traversal of the light BVH. Its construction is in light_bvh_build.cpp.
 #include "renderer/lights/light_bvh.h"
 
 #ifdef __SSE__
@@ -15,10 +15,11 @@
 namespace emberline {
 namespace {
 
-// Added to cosines before a test of whether any light arrives: ten times the rounding error of the
-// code below. Therefore directions slightly outside a cone get a small probability, too.
+// Added to cosines before the test whether any light arrives; ten times the rounding error of the
+// code below. As a result, directions slightly outside a cone also get a small probability.
 constexpr float kCosineSlack = 1e-5f;
-// Keeps importances finite at a point light, relative to the tree's size.
+// Lower limit on the squared distance, in the tree's scaled coordinates, which keeps importances
+// finite at a point light.
 constexpr float kMinSquaredDistance = 1e-30f;
 
 struct ScaledQuery {
@@ -26,7 +27,7 @@ struct ScaledQuery {
   bool both_sides;
 };
 
-// Both children of a pair in the lower two of four lanes.
+// Values for both children of a pair, in the lower two of four lanes.
 using Lanes = Color4;
 using LaneMask = int32_t __attribute__((vector_size(16)));
 
@@ -48,13 +49,13 @@ Lanes dot(Lanes ax, Lanes ay, Lanes az, Lanes bx, Lanes by, Lanes bz) {
   return fma(az, bz, fma(ay, by, ax * bx));
 }
 
-// cos(max(0, a - b)) from cosines and sines of angles in [0, pi].
+// Returns cos(max(0, a - b)) for angles in [0, pi] whose cosines and sines are given.
 Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
   return cos_a > cos_b ? all(1.0f) : fma(cos_a, cos_b, sin_a * sin_b);
 }
 
-// Bounds of the irradiance from the emitters below each child, up to a common factor. Forced
-// inline, because a call would cost 1.2 % of the time of caustics.glb.
+// Returns bounds on the irradiance from the emitters below each child, up to a common factor. It is
+// forced inline, because a call would cost 1.2 % of the rendering time of caustics.glb.
 [[gnu::always_inline]] inline Lanes importances(const LightBvhPair& pair,
                                                 const ScaledQuery& query) {
   const Lanes x = query.point.x - load(pair.center[0]), y = query.point.y - load(pair.center[1]),
@@ -64,14 +65,15 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
                      std::bit_cast<float>(uint32_t(pair.radius[1]) << 16), 1.0f, 1.0f};
   const Lanes radius2 = radius * radius, zero = all(0.0f);
   const Lanes reach = load(pair.intensity) / max(max(d2, radius2), all(kMinSquaredDistance));
-  // Sines come from differences of squares rather than from the cosines, so that all square roots
-  // can start once d2 is known: they dominate the latency of a step.
+  // Compute sines from differences of squares rather than from cosines, so that all square roots,
+  // which dominate the latency of a step, can start once d2 is known.
   const Lanes inverse_d = 1.0f / sqrt(max(d2, all(kMinSquaredDistance)));
   // The bounding sphere subtends the half angle u.
   const Lanes sin_u = radius * inverse_d;
   const Lanes cos_u = sqrt(max(zero, d2 - radius2)) * inverse_d;
 
-  // Minimum angle between the direction to the query and the cone of full intensity.
+  // The smallest angle between a direction from an emitter to the query and the cone of full
+  // intensity.
   const Lanes axis_x = load(pair.axis[0]), axis_y = load(pair.axis[1]), axis_z = load(pair.axis[2]);
   const Lanes length2 = dot(axis_x, axis_y, axis_z, axis_x, axis_y, axis_z);
   const Lanes scale = 1.0f / sqrt(length2) * inverse_d;
@@ -87,7 +89,7 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
   const Lanes cos_emitted = cos_difference(cos_x, sin_x, cos_u, sin_u) + kCosineSlack;
   const Lanes cos_e = load(pair.cos_theta_e) * (1.0f / 32767.0f);
 
-  // Minimum angle between the query's normal and the bounding sphere.
+  // The smallest angle between the query's normal and a direction to the bounding sphere.
   const Lanes below = dot(all(query.normal.x), all(query.normal.y), all(query.normal.z), x, y, z);
   const Lanes cos_i = (query.both_sides ? max(below, -below) : -below) * inverse_d;
   const Lanes sin_i = sqrt(max(zero, fma(-below, below, d2))) * inverse_d;
@@ -97,13 +99,14 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
       max(cos_emitted, all(kCosineSlack)) * max(cos_received, all(kMinReceiverCosine));
   const Lanes emitted = cos_emitted > cos_e ? cosines : zero;
   const Lanes received = cos_received > zero ? emitted : zero;
-  // Inside the sphere, the angles are unknown. A positive importance must not underflow to 0.
+  // Inside the bounding sphere, the angles are unknown, so assume full intensity. A positive
+  // importance must not underflow to 0.
   const Lanes value = reach * (d2 <= radius2 ? all(1.0f) : received);
   const Lanes tiny = all(std::numeric_limits<float>::min());
   return d2 <= radius2 ? max(value, tiny) : (received > zero ? max(value, tiny) : zero);
 }
 
-// The importances, with 0 for children that do not reach the query.
+// Like importances(), but returns 0 for a child whose light does not reach the query.
 Lanes importances_in_reach(const LightBvhPair& pair, const std::array<float, 2>& reach2,
                            const ScaledQuery& query) {
   const Lanes x = query.point.x - load(pair.center[0]), y = query.point.y - load(pair.center[1]),

@@ -1,14 +1,14 @@
-// A bounding hierarchy over finite emitters that picks one in proportion to a bound of its
+// A bounding hierarchy over finite emitters, which picks an emitter in proportion to a bound on its
 // contribution: Conty Estevez & Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree
 // Splitting", in the one-light-per-vertex form of pbrt-v4 (BVHLightSampler), with three changes:
-// - power is the peak radiant intensity, so that triangles, points and spots are compared by
-//   irradiance;
-// - the distance is clamped to the radius of the node's bounding sphere (pbrt compares a squared
-//   distance with a length, which depends on the unit of length);
-// - an importance is 0 only if no emitter of the node can reach the query or its hemisphere, with a
-//   margin for rounding: every contributing emitter has a positive probability.
+// - the power of an emitter is its peak radiant intensity, so that triangles, points and spots are
+//   compared by irradiance;
+// - the distance is clamped to at least the radius of the node's bounding sphere (pbrt clamps a
+//   squared distance to a length, so its result depends on the unit of length);
+// - the importance of a node is 0 only if none of its emitters can light the query's hemisphere,
+//   with a margin for rounding. So every contributing emitter has a positive probability.
 //
-// Immutable after construction; pick and probability are pure and thread-safe.
+// The tree is immutable after construction; pick() and probability() are pure and thread-safe.
 #pragma once
 
 #include <array>
@@ -21,13 +21,13 @@
 
 namespace emberline {
 
-// Lights above the horizon of the query's normal are weighted as if they were at most 87 degrees
-// from it, because the BSDF may use another normal (geometric, interpolated or mapped). Chosen by
+// A light above the query's horizon is weighted as if it were at most 87 degrees from the query's
+// normal, because the BSDF may use another normal (geometric, interpolated or mapped). Chosen by
 // us.
 constexpr float kMinReceiverCosine = 0.05f;
 
-// Position and directions of an emitter: within theta_o of the axis it may emit its full intensity,
-// and at more than theta_o + theta_e from the axis it emits nothing (figure 2 of the paper).
+// Bounds on the position and directions of an emitter. Within an angle of theta_o from the axis, it
+// may emit its full intensity; beyond theta_o + theta_e, it emits nothing (figure 2 of the paper).
 struct EmitterBounds {
   Vec3f lower, upper;
   Vec3f axis;                // unit
@@ -38,14 +38,14 @@ struct EmitterBounds {
   float reach = kInfinity;   // no light arrives farther than this from the box
 };
 
-// Bounds over the whole shutter. The intensity is 0 if the emitter is black or has no area that
-// floats can represent. `motion` is only used for a moving triangle.
+// Returns bounds over the whole shutter time. Their intensity is 0 if the emitter is black or has
+// no area that floats can represent. `motion` is used only for moving triangles.
 EmitterBounds bounds_of(const EmissiveTriangle& triangle, const EmitterMotion* motion);
 EmitterBounds bounds_of(const PointLight& light);
 
 // Bounds of the emitters below one child of a pair. Coordinates are scaled by a power of two to
 // about unit size, so that squares neither overflow nor underflow at any scene scale. Every value
-// is rounded towards the larger bound.
+// is rounded in the direction that makes the bounds larger.
 struct LightBvhChild {
   float center[3];
   float intensity;      // fraction of the total
@@ -53,13 +53,13 @@ struct LightBvhChild {
   int16_t cos_theta_o;  // scaled by 32767
   int16_t cos_theta_e;
   uint16_t radius;  // of the bounding sphere: upper 16 bits of a float
-  uint32_t link;    // kLeaf, kTwoSided, and the index of a pair or of an emitter
+  uint32_t link;    // flags kLeaf and kTwoSided; index of a pair, or of a leaf's emitter
 
   static constexpr uint32_t kLeaf = 1u << 31, kTwoSided = 1u << 30, kIndex = kTwoSided - 1;
 };
 
-// Two children in one cache line, interleaved by member, so that both importances are computed in
-// lanes of the same vector.
+// Two children in one cache line. Their members are interleaved, so that both importances are
+// computed in lanes of the same vector.
 struct alignas(64) LightBvhPair {
   float center[3][2];
   float intensity[2];
@@ -81,11 +81,12 @@ class LightBvh {
 
   struct Pick {
     uint32_t emitter = 0;
-    float probability = 0.0f;  // 0: no emitter on the path chosen by u reaches the query
+    float probability = 0.0f;  // 0: nothing picked, since no emitter on u's path reaches the query
   };
-  // u in [0, 1), in double because every level of the tree consumes some of its digits.
+  // Picks an emitter for u in [0, 1), which is a double because every level of the tree uses up
+  // some of its digits.
   Pick pick(const LightQuery& query, double u) const;
-  // Probability that pick() returns `emitter`; the same bits as Pick::probability.
+  // Returns the probability that pick() picks `emitter`; bit-identical to Pick::probability.
   float probability(const LightQuery& query, uint32_t emitter) const;
 
   int depth() const { return depth_; }
@@ -98,17 +99,17 @@ class LightBvh {
   float probability_among(const LightQuery& query, uint32_t emitter) const;
 
   std::vector<LightBvhPair> pairs_;
-  // Per pair and child: the squared distance from the child's centre beyond which none of its light
-  // arrives. Empty if no emitter has a finite reach.
+  // For each pair, the squared distance from each child's centre beyond which none of the child's
+  // light arrives. Empty if no emitter has a finite reach.
   std::vector<std::array<float, 2>> reaches2_;
-  std::vector<uint64_t> paths_;  // per emitter: bit k is the child taken at depth k
+  std::vector<uint64_t> paths_;  // per emitter: bit k is the child on the way to it at depth k
   uint32_t root_ = 0;            // a link
   float scale_ = 1.0f;
   int depth_ = 0;
 };
 
-// Ranges are split by cost down to this depth and by count below it, which adds at most 30 levels
-// for 2^30 emitters, so that no path is longer than 64 bits.
+// The builder splits ranges of emitters by cost down to this depth, and into halves below it. As
+// halving adds at most 30 levels for 2^30 emitters, no path is longer than 64 bits.
 inline constexpr int kLightBvhCostDepth = 32;
 
 }  // namespace emberline

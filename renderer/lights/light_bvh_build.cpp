@@ -1,5 +1,5 @@
-// Construction of the light BVH: top down, by the surface area orientation heuristic of Conty
-// Estevez & Kulla 2018, section 4.1, over 12 buckets along each axis.
+// Construction of the light BVH: top down, with 12 buckets along each axis and the surface area
+// orientation heuristic of Conty Estevez & Kulla 2018, section 4.1.
 #include <Imath/ImathBox.h>
 
 #include <algorithm>
@@ -16,13 +16,14 @@ namespace emberline {
 namespace {
 
 constexpr int kBuckets = 12;  // as in pbrt-v4
-// Added to theta_o for the rounding of a 16-bit axis (5e-5 rad) and of the cosines here.
+// Added to theta_o to cover the rounding of the 16-bit axis (5e-5 rad) and of the cosines in
+// bound().
 constexpr double kAxisMargin = 2e-4;
-// Emitters on a line have boxes without area; this fraction of the diagonal distinguishes their
-// costs.
+// Fraction of the squared diagonal that is added to the area of a box. It distinguishes the costs
+// of emitters on a line, whose boxes have no area.
 constexpr float kDiagonalShare = 0.01f;
-// A smaller relative difference in cost is a tie, and the more balanced split wins, so that a
-// symmetric arrangement of lights gets a symmetric tree in spite of rounding.
+// If the relative difference between two costs is smaller than this, the more balanced split wins.
+// A symmetric arrangement of lights therefore gets a symmetric tree in spite of rounding.
 constexpr float kTieTolerance = 1e-4f;
 
 float measure_of(const Imath::Box3f& box) {
@@ -40,14 +41,15 @@ struct BuildEmitter {
   Vec3f center() const { return (lower + upper) * 0.5f; }
 };
 
-// Chooses one of the two directions of a two-sided emitter, the same for all parallel emitters.
+// Returns one of the two directions of a two-sided emitter, which is the same for all parallel
+// emitters.
 Vec3f canonical(const Vec3f& axis) {
   const float side = axis.x * 0.267f + axis.y * 0.535f + axis.z * 0.802f;
   return side < 0 ? -axis : axis;
 }
 
-// M_Omega of the paper as a function of cos theta_o, for theta_e = pi / 2, which holds for all
-// emitters except spots.
+// The paper's M_Omega as a function of cos theta_o. It assumes theta_e = pi / 2, which is true of
+// all emitters except spots.
 class OrientationMeasure {
  public:
   OrientationMeasure() {
@@ -87,8 +89,9 @@ struct Bucket {
     intensity += b.intensity;
     count += b.count;
   }
-  // The heuristic needs only an estimate of cos theta_o, not a bound: directions spread evenly over
-  // a cap have a mean of length (1 + cos theta_o) / 2, and this is solved for cos theta_o.
+  // The heuristic needs only an estimate of cos theta_o, not a bound. If directions are spread
+  // evenly over a cap, their mean has the length (1 + cos theta_o) / 2, which is solved for cos
+  // theta_o.
   float cost(const OrientationMeasure& measure) const {
     const float resultant = std::sqrt(dot(axis_sum, axis_sum)) / float(count);
     return intensity * measure(2 * resultant - 1) * measure_of(box);
@@ -160,7 +163,8 @@ Split Builder::best_split(size_t begin, size_t end, const Imath::Box3f& centers)
   return best;
 }
 
-// Reorders the range and returns the beginning of its second part.
+// Splits the range into two parts: reorders its emitters and returns the beginning of the second
+// part.
 size_t Builder::split(size_t begin, size_t end, int level) {
   if (end - begin == 2) return begin + 1;
   Imath::Box3f centers;
@@ -180,8 +184,8 @@ size_t Builder::split(size_t begin, size_t end, int level) {
       return size_t(middle - emitters.begin());
     }
   }
-  // If all emitters are at one place or the range is too deep, halve it along the widest axis, by
-  // index if positions are equal.
+  // If all emitters are at the same position or the range is too deep in the tree, halve the range
+  // along its widest axis. Emitters at the same position are ordered by index.
   const Vec3f extent = centers.max - centers.min;
   const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
   const size_t middle = begin + (end - begin) / 2;
@@ -193,7 +197,8 @@ size_t Builder::split(size_t begin, size_t end, int level) {
   return middle;
 }
 
-// The bounds of a range of emitters for importances(); values are rounded towards larger bounds.
+// Returns the bounds of a range of emitters, for importances(). Rounding makes the bounds larger,
+// never smaller.
 LightBvhChild Builder::bound(size_t begin, size_t end) const {
   Imath::Box3f box;
   Vec3d sum(0.0), canonical_sum(0.0);
@@ -220,7 +225,7 @@ LightBvhChild Builder::bound(size_t begin, size_t end) const {
     radius2 += half * half;
   }
   const float radius = float(std::sqrt(radius2) * (1 + 1e-6));
-  // Upper 16 bits of the float, rounded up.
+  // Store the upper 16 bits of the float, rounded up.
   child.radius = uint16_t((std::bit_cast<uint32_t>(radius) + 0xffffu) >> 16);
   child.intensity = std::max(float(intensity), std::numeric_limits<float>::min());
 
@@ -253,7 +258,8 @@ LightBvhChild Builder::bound(size_t begin, size_t end) const {
   return child;
 }
 
-// Squared distance from the centre of `bounds` that the light of a range can reach, rounded up.
+// Returns the squared distance from the centre of `bounds` that the light of a range of emitters
+// can reach, rounded up.
 float Builder::reach2(size_t begin, size_t end, const LightBvhChild& bounds) const {
   double farthest = 0;
   for (size_t i = begin; i < end; ++i) {

@@ -1,4 +1,4 @@
-// The results of a view's light survey (renderer/scene/light_survey.h) for LightSampler:
+// The results of a view's light survey (renderer/scene/light_survey.h) for LightSampler: the
 // probabilities of the kinds of light, and the visible parts of the environment. They affect only
 // the noise of an image.
 #pragma once
@@ -10,14 +10,16 @@ namespace emberline {
 
 class EnvironmentGuide;  // environment_guide.h
 
-// Kinds of light are chosen by unoccluded irradiance times a factor (1 for finite lights).
+// A kind of light is chosen in proportion to its unoccluded irradiance times a factor, which is 1
+// for finite lights.
 struct KindFactors {
   float environment = 1.0f, directional = 1.0f;
-  // Minimum fraction of the samples for infinite lights, and for finite ones. Without a survey,
-  // neither irradiance is known well: walls may hide the sky from a room, or a lamp may face away.
-  // Chosen by us.
+  // Minimum fraction of the samples for infinite lights, and also for finite ones. Without a
+  // survey, neither kind's irradiance is known well: walls may hide the sky from a room, or a lamp
+  // may face away. Chosen by us.
   float min_share = 0.2f;
-  // Minimum for directional lights above the horizon, as a fraction of the environment's samples.
+  // Minimum number of samples for directional lights above the horizon, as a fraction of those for
+  // the environment.
   float min_directional = 0.0f;
 
   bool operator==(const KindFactors&) const = default;

@@ -20,16 +20,16 @@
 namespace emberline {
 namespace {
 
-// Maximum weight of an infinite light, so that the sum of the weights fits a float.
+// Maximum weight of an infinite light, so that the sum of all weights does not overflow float.
 constexpr float kMaxWeight = 1e30f;
 // KHR_lights_punctual: "lightAngleScale = 1.0f / max(0.001f, cos(innerConeAngle) - cos(outer...))".
 constexpr float kMinConeDifference = 0.001f;
 
 bool emits(const Rgb& value) { return is_finite(value) && luminance(value) > 0.0f; }
 
-// Extends u_pick beyond the 24 bits of a float. Otherwise, with thousands of lights, some could
-// fall between two floats and never be picked. The additional bits are hashed from the sample's own
-// numbers, so the function stays pure and the stratification intact.
+// Extends u_pick beyond the 24 bits of a float. Otherwise, with thousands of lights, the interval
+// of some light could lie between two floats, so that it would never be picked. The additional bits
+// are a hash of the sample's own numbers, so the function stays pure and the stratification intact.
 double refine(float u_pick, const Vec2f& u) {
   uint32_t h = hash_combine(hash32(std::bit_cast<uint32_t>(u.x)), std::bit_cast<uint32_t>(u.y));
   h = hash_combine(h, std::bit_cast<uint32_t>(u_pick));
@@ -47,7 +47,7 @@ float spot_attenuation(const PointLightState& light, const Vec3f& to_light) {
   return square(std::clamp((cosine - light.cos_outer) * scale, 0.0f, 1.0f));
 }
 
-// Luminance of the flux, for picking without a BVH.
+// Returns the luminance of the flux, for picking without a BVH.
 double point_power(const PointLight& light, double intensity) {
   if (light.type == PointLightType::kPoint) return 4 * kPiD * intensity;
   return 2 * kPiD * intensity * (1.0 - 0.5 * (double(light.cos_inner) + double(light.cos_outer)));
@@ -66,7 +66,7 @@ PointLightPlace PointLight::place_at(float time) const {
           normalize_or(lerp(a.direction, b.direction, part), a.direction)};
 }
 
-// Slow path for lights that change over time.
+// The slow path of at(), for lights that change over time.
 [[gnu::noinline, gnu::cold]] PointLightState PointLight::animated_at(float time) const {
   PointLightState state = *this;
   static_cast<PointLightPlace&>(state) = place_at(time);
@@ -113,7 +113,7 @@ LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<
     }
     const EmitterBounds b = bounds_of(light);
     const double power = point_power(light, b.intensity);
-    // A spot without a cone has no power.
+    // A spot whose cone is empty has no power.
     if (!finite || !(power > 0) || !(light.range > 0.0f)) continue;
     ranged_ = ranged_ || light.range < kInfinity;
     emitters_.push_back(uint32_t(i) | kPointEmitter);
@@ -192,10 +192,10 @@ LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& quer
     count += weight > 0.0f ? 1 : 0;
   }
   if (environment_) {
-    // Irradiance if the environment were uniform.
+    // The irradiance that the environment would cause if it were uniform.
     const float irradiance = kPi * environment_->mean_luminance() * factors.environment;
     choice.environment = std::min(irradiance, kMaxWeight);
-    // The survey may have missed a sun, which only light sampling can find.
+    // Keep a minimum: the survey may have missed a sun, which only light sampling can find.
     const float minimum = choice.environment * factors.min_directional;
     if (choice.total > 0.0f && choice.total < minimum) [[unlikely]] {
       choice.directional_factor *= minimum / choice.total;
@@ -235,7 +235,7 @@ LightSample LightSampler::sample_directional(const LightQuery& query, const Infi
   for (uint32_t index : directional_) {
     const float weight = directional_weight(query, points_[index], choice.directional_factor);
     if (weight <= 0.0f) continue;
-    picked = index;  // keep the last one in case rounding overruns
+    picked = index;  // the last one stays if rounding overruns
     picked_weight = weight;
     if (rest < double(weight)) break;
     rest -= double(weight);
@@ -292,7 +292,7 @@ LightSampler::FinitePick LightSampler::pick_in_reach(const LightQuery& query, do
   for (uint32_t i = 0; i < emitters_.size(); ++i) {
     if (!reaches(query, i)) continue;
     const double share = power_sums_[i + 1] - power_sums_[i];
-    pick = {i, float(share / total)};  // keep the last one in case rounding overruns
+    pick = {i, float(share / total)};  // the last one stays if rounding overruns
     if (rest < share) break;
     rest -= share;
   }
@@ -311,7 +311,7 @@ LightSample LightSampler::sample_point(const LightQuery& query, uint32_t index,
   const bool is_spot = points_[index].type == PointLightType::kSpot;
   const float attenuation = is_spot ? spot_attenuation(light, result.direction) : 1.0f;
   result.radiance = light.intensity * float(double(attenuation) / d2);
-  // Outside the cone, black, or so close that the radiance overflows float.
+  // The light is black, does not shine here, or is so close that the radiance overflows float.
   if (is_black(result.radiance) || !is_finite(result.radiance)) return {};
   result.kind = LightKind::kPoint;
   result.index = index;
@@ -461,7 +461,8 @@ float LightSampler::environment_probability(const LightQuery& query,
                                             const LightGuide* guide) const {
   if (!environment_) return 0.0f;
   const InfiniteChoice choice = weigh_infinite(query, guide);
-  // The total is 0 if the luminance of the environment underflows float; it is then never picked.
+  // The total is 0 if the luminance of the environment underflows float; the environment is then
+  // never picked.
   return choice.total > 0.0f ? choice.probability * (choice.environment / choice.total) : 0.0f;
 }
 

@@ -26,15 +26,15 @@ struct GuidedRequest;    // environment_guide.h
 struct LightGuide;       // light_guide.h
 class TriangleBatch;     // triangle_sampling.h
 
-// A triangle of an emissive mesh in world space, one for each instance of the mesh; if it moves,
-// its position is that at shutter open.
+// A triangle of one instance of an emissive mesh, in world space. If it moves, this is its position
+// at shutter open.
 struct EmissiveTriangle {
   Vec3f p0, p1, p2;   // counter-clockwise as seen from the emitting side
-  Rgb mean_radiance;  // mean over the area, with texture; maximum over time
+  Rgb mean_radiance;  // mean over the area, including textures; maximum over time
   bool two_sided = false;
   bool moves = false;                 // EmitterMotion provides its position
   bool has_visibility_times = false;  // EmitterMotion provides its visibility
-  uint32_t instance = 0;              // lets the integrator find material and attributes
+  uint32_t instance = 0;              // the integrator finds material and attributes by it
   uint32_t primitive = 0;
 };
 
@@ -43,12 +43,12 @@ struct EmissiveTriangle {
 class EmitterMotion {
  public:
   virtual ~EmitterMotion() = default;
-  // The vertices at a time in [0, 1], counter-clockwise as seen from the emitting side.
+  // Returns the vertices at a time in [0, 1], counter-clockwise as seen from the emitting side.
   virtual std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const = 0;
-  // Number of equal parts of the shutter time; in each part, the triangle must move along lines or
-  // along arcs of less than half a turn.
+  // Returns into how many equal segments the shutter time must be divided so that the vertices move
+  // along lines, or arcs of less than half a turn, in each.
   virtual int segments(const EmissiveTriangle& triangle) const = 0;
-  // Whether a triangle with `has_visibility_times` is visible.
+  // Whether a triangle whose `has_visibility_times` is set is visible at this time.
   virtual bool visibility(const EmissiveTriangle& triangle, float time) const = 0;
 };
 
@@ -64,19 +64,21 @@ struct PointLightPlace {
 // A point light at one time.
 struct PointLightState : PointLightPlace {
   Rgb intensity;                             // W/sr (candela), or irradiance (lux) for directional
-  float cos_inner = 1.0f, cos_outer = 0.0f;  // spot: glTF's falloff is between these
+  float cos_inner = 1.0f, cos_outer = 0.0f;  // spot: the light falls off between these, as in glTF
   float range = kInfinity;                   // point, spot: no light beyond
 
   bool operator==(const PointLightState&) const = default;
 };
 
-// The base class has the place at shutter open, and the maxima over time of intensity, cone angles
-// and range.
+// The base class has the position and direction at shutter open, and the maxima of intensity, cone
+// angles and range over time.
 struct PointLight : PointLightState {
   PointLightType type = PointLightType::kPoint;
-  // Later places, at equal steps of time until shutter close; linearly interpolated.
+  // Later positions and directions, at equal time steps until shutter close. They are interpolated
+  // linearly.
   std::vector<PointLightPlace> motion = {};
-  // Over time: factors on intensity and range, cone angles, and visibility; null: constant.
+  // Values over time; null: constant. `share` and `range_scale` are factors on intensity and range,
+  // `cones` has the inner and outer angle.
   std::shared_ptr<const TimeCurve<Rgb>> share = {};
   std::shared_ptr<const TimeCurve<Vec2f>> cones = {};
   std::shared_ptr<const TimeCurve<float>> range_scale = {};
@@ -96,18 +98,18 @@ struct PointLight : PointLightState {
   PointLightState animated_at(float time) const;
 };
 
-// The point where illumination is requested.
+// A point at which illumination is requested.
 struct LightQuery {
   Vec3f point;
   Vec3f normal;             // of the hemisphere that receives light; ignored if `both_sides`
-  bool both_sides = false;  // the surface transmits
+  bool both_sides = false;  // the surface transmits, so it also receives light from behind
   float time = 0.0f;        // as in Ray
 };
 
 struct LightRequest {
   LightQuery query;
-  float u_pick = 0.0f;  // chooses the light (its remainder is reused)
-  Vec2f u;              // chooses the point on it
+  float u_pick = 0.0f;  // chooses the light; the rest of it is used again
+  Vec2f u;              // chooses the point on the light
 };
 
 enum class LightKind : uint8_t { kNone, kTriangle, kPoint, kEnvironment };
@@ -124,20 +126,20 @@ struct LightSample {
   // triangle: 0, since the integrator evaluates the material's emission at the point.
   Rgb radiance = Rgb(0.0f);
   float pdf = 0.0f;    // per solid angle, includes the probability of picking this light
-  bool delta = false;  // no ray can hit it; pdf is only the probability of picking it
+  bool delta = false;  // no ray can hit the light; pdf is only the probability of picking it
 };
 
-// Kinds of light; sampling first chooses among these.
+// The kinds of light among which sampling first chooses.
 enum { kEnvironmentKind, kDirectionalKind, kFiniteKind, kLightKinds };
 
 class LightSampler {
  public:
-  // With at least this many finite emitters, a light BVH picks one; with fewer, they are picked by
-  // power.
+  // With at least this many finite emitters, a light BVH picks one of them; with fewer, one is
+  // picked in proportion to power.
   static constexpr uint32_t kBvhThreshold = 16;
 
-  // `environment` may be null; a black environment is treated as null. `motion` must outlive the
-  // sampler; it may be null if no triangle moves. Only tests set `bvh_threshold`.
+  // `environment` may be null, and a black one is treated as null. `motion` must outlive the
+  // sampler, and may be null if no triangle moves. Only tests set `bvh_threshold`.
   LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<PointLight> points,
                std::shared_ptr<const EnvironmentLight> environment,
                const EmitterMotion* motion = nullptr, uint32_t bvh_threshold = kBvhThreshold);
@@ -148,19 +150,22 @@ class LightSampler {
   bool empty() const;  // nothing to sample
 
   // Picks a light and a point on it for each of up to kRayBatch requests; the results do not depend
-  // on how requests are grouped. `out` must point to constructed samples. `guide` may be null;
-  // otherwise it must be for these lights, and the same for samples and densities.
+  // on how requests are grouped. `out` must point to constructed samples. `guide` may be null.
+  // Otherwise, it must come from a survey of these lights, and samples and densities must use the
+  // same guide.
   void sample(std::span<const LightRequest> requests, LightSample* const* out,
               const LightGuide* guide = nullptr) const;
 
-  // Density per solid angle, at query.point, with which sample() returns a point of triangle
-  // `index` at `distance`; 0 on the back of a one-sided triangle. Takes O(depth of the light BVH).
+  // Returns the density, per solid angle at query.point, with which sample() returns a point on
+  // triangle `index` that is `distance` away. It is 0 on the back of a one-sided triangle. Takes
+  // O(depth of the light BVH).
   float pdf_triangle(const LightQuery& query, uint32_t index, float distance,
                      const LightGuide* guide = nullptr) const;
-  // Probability of picking the environment: the factor of its density that does not depend on the
-  // direction. EnvironmentLight::radiance_and_pdf() gives the other factor.
+  // Returns the probability of picking the environment, which is the factor of the density that
+  // does not depend on the direction. EnvironmentLight::radiance_and_pdf() returns the other
+  // factor.
   float environment_probability(const LightQuery& query, const LightGuide* guide = nullptr) const;
-  // Probabilities of picking each kind of light; their sum is at most 1.
+  // Returns the probability of picking each kind of light. The sum is at most 1.
   std::array<float, kLightKinds> kind_probabilities(const LightQuery& query,
                                                     const LightGuide* guide = nullptr) const;
   int kinds() const { return (environment_ ? 1 : 0) + !directional_.empty() + !emitters_.empty(); }
@@ -169,8 +174,8 @@ class LightSampler {
   const std::vector<EmissiveTriangle>& triangles() const { return triangles_; }
   const std::vector<PointLight>& points() const { return points_; }
 
-  // For the report: how lights are picked, such as "light BVH (1204 emitters)" or "power (3
-  // emitters), environment", and the memory used (without that of the environment).
+  // For the report. describe() says how lights are picked, such as "light BVH (1204 emitters)" or
+  // "power (3 emitters), environment". bytes() is the memory used, without the environment's.
   std::string describe() const;
   uint64_t bytes() const;
 
@@ -190,15 +195,15 @@ class LightSampler {
   Vec3f finite_centre_ = Vec3f(0.0f);       // of the emitters' bounds
   float finite_radius2_ = 0.0f;             // squared half diagonal of the bounds
   float finite_intensity_ = 0.0f;           // luminance of all emitters together
-  float finite_reach2_ = kInfinity;         // squared distance from the centre without light
+  float finite_reach2_ = kInfinity;         // no light reaches farther from the centre, squared
   bool ranged_ = false;                     // some emitters have a range
   std::vector<uint32_t> directional_;       // indices into points_
   std::vector<double> power_sums_;          // without a BVH: running sums of relative power
 
   // The choice between infinite lights (directional, environment) and finite ones, in proportion to
   // irradiance times KindFactors, within limits. The irradiance of the finite lights is estimated
-  // as that of a lamp with their total intensity at their centre. That of the infinite ones is
-  // exact, except that the environment is assumed to be uniform.
+  // as if a single lamp with their total intensity were at their centre. The irradiance of the
+  // infinite lights is exact, except that the environment is assumed to be uniform.
   struct InfiniteChoice {
     float probability = 0.0f;  // of choosing any infinite light
     float environment = 0.0f;  // weight of the environment
@@ -215,16 +220,17 @@ class LightSampler {
   InfiniteChoice weigh_infinite(const LightQuery& query, const LightGuide* guide) const;
   FinitePick pick_finite(const LightQuery& query, double u) const;
   float finite_probability(const LightQuery& query, uint32_t emitter) const;
-  // Used without a BVH if emitters have ranges: picks by power among the emitters that reach the
-  // query.
+  // For the case that there is no BVH and whether some emitters have a range. An emitter is then
+  // picked by power among those that reach the query.
   bool reaches(const LightQuery& query, uint32_t emitter) const;
   double share_in_reach(const LightQuery& query) const;
   FinitePick pick_in_reach(const LightQuery& query, double u) const;
-  // Chooses among the directional lights; u_weight in [0, sum of their weights).
+  // Chooses a directional light by u_weight, which must be in [0, sum of the lights' weights).
   LightSample sample_directional(const LightQuery& query, const InfiniteChoice& choice,
                                  double u_weight) const;
   LightSample sample_point(const LightQuery& query, uint32_t index, float probability) const;
-  // The caller has set each result's pdf to the pick probability, and for triangles also its index.
+  // In each result, the caller must have set `pdf` to the probability of picking the light, and
+  // `index` to the triangle.
   void sample_triangles(TriangleBatch& batch, LightSample* const* out) const;
   void sample_environment(std::span<const GuidedRequest> requests, const EnvironmentGuide* guide,
                           LightSample* const* out) const;

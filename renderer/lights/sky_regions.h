@@ -1,7 +1,7 @@
 // Visibility of the environment from the parts of a scene. A grid divides the scene into cells, and
-// a cell has six regions for the directions that a surface may face. Each region stores how visible
-// every tile of the sphere is. renderer/scene/light_survey.h measures this with rays;
-// EnvironmentGuide reads it.
+// each cell has six regions, one for each main direction that a surface may face. For each region,
+// the visibility of every tile of the sphere is stored, which renderer/scene/light_survey.h
+// measures with rays and EnvironmentGuide reads.
 //
 // Points are in the scene's internal space; directions are unit vectors in world space. Once the
 // survey is complete, all const functions are thread-safe.
@@ -24,11 +24,11 @@ namespace sky_tiles {
 inline constexpr int kColumns = 24, kRows = 12, kCount = kColumns * kRows;
 inline constexpr double kSolidAngle = 4 * kPiD / kCount;
 
-// Height of a row along y.
+// The height of a row of tiles along y.
 inline constexpr double kRowHeight = 2.0 / kRows;
 
 int tile_of(const Vec3f& direction);
-// A uniform direction in the tile, for u in [0, 1)^2.
+// Returns a uniformly distributed direction in the tile, for u in [0, 1)^2.
 Vec3f direction_in(int tile, const Vec2f& u);
 
 }  // namespace sky_tiles
@@ -36,20 +36,21 @@ Vec3f direction_in(int tile, const Vec2f& u);
 class SkyRegions {
  public:
   static constexpr int kNone = -1;
-  static constexpr int kCells = 16;  // maximum along the longest side of the box
+  static constexpr int kCells = 16;  // number of cells along the longest side of the box
 
   SkyRegions() = default;  // no regions
   SkyRegions(const Vec3f& lower, const Vec3f& upper);
-  // Returns one region for all points, from which everything is equally visible.
+  // Returns a single region for all points, from which everything is equally visible.
   static SkyRegions single_region();
 
-  // The region of a surface point that faces `normal`, or kNone.
+  // Returns the region of a surface point that faces along `normal`, or kNone.
   int find(const Vec3f& point, const Vec3f& normal) const {
     if (is_single_region_) return 0;
     const int64_t place = slot_of(point, normal);
     return place < 0 ? kNone : int(numbers_[size_t(place)]) - 1;
   }
-  // Like find(), but adds a missing region; returns kNone outside the box or if there are too many.
+  // Like find(), but adds the region if it is missing. Returns kNone if the point is outside the
+  // box or there are too many regions.
   int find_or_add(const Vec3f& point, const Vec3f& normal);
   int count() const { return count_; }
   uint64_t bytes() const {
@@ -57,8 +58,8 @@ class SkyRegions {
            places_.size() * sizeof(uint32_t);
   }
 
-  // Per tile of a region: the root mean square of the visibility (0, 1, or the transmittance of a
-  // translucent surface) times the cosine at the surface.
+  // For each tile, the root mean square of visibility times the cosine at the surface. Visibility
+  // is 0, 1, or the transmittance of a translucent surface in between.
   std::span<float> visibility(int region) {
     return {&visibility_[first_tile(region)], sky_tiles::kCount};
   }
@@ -67,7 +68,7 @@ class SkyRegions {
   }
   // Frees `visibility` after it has been read.
   void release_visibility() { visibility_ = std::vector<float>(); }
-  // Number of points from which the region was surveyed.
+  // The number of points in the region from which the environment was surveyed.
   uint32_t& places(int region) { return places_[size_t(region)]; }
   uint32_t places(int region) const { return places_[size_t(region)]; }
 

@@ -13,16 +13,17 @@ namespace {
 
 [[gnu::always_inline]] inline double length(const Vec3d& v) { return std::sqrt(dot(v, v)); }
 
-// Returns 0 for 0.
+// Returns 1 / x, or 0 for 0.
 [[gnu::always_inline]] inline double reciprocal(double x) { return x > 0 ? 1.0 / x : 0.0; }
 
-// A vector along v with the given squared length, which rounding may make negative.
+// Returns a vector along v with this squared length, which rounding may have made slightly
+// negative.
 [[gnu::always_inline]] inline Vec3d of_length2(const Vec3d& v, double length2) {
   const double scale2 = length2 * reciprocal(dot(v, v));
   return v * std::sqrt(scale2 > 0 ? scale2 : 0.0);
 }
 
-// Horner's scheme, with the coefficient of the highest power first.
+// Evaluates a polynomial by Horner's scheme; the coefficient of the highest power comes first.
 template <class... Coefficients>
 [[gnu::always_inline]] inline double polynomial(double x, double first, Coefficients... others) {
   double sum = first;
@@ -30,8 +31,8 @@ template <class... Coefficients>
   return sum;
 }
 
-// std::atan2 for y >= 0 with a relative error of 1e-15, by our own Chebyshev fit of atan(z) / z
-// over |z| <= tan(pi / 8).
+// Computes std::atan2 for y >= 0 with a relative error of 1e-15. It uses our own Chebyshev fit of
+// atan(z) / z over |z| <= tan(pi / 8).
 [[gnu::always_inline]] inline double angle_of(double y, double x) {
   constexpr double kLargest = 0.41421356237309503;  // tan(pi / 8)
   const double ax = std::abs(x), smaller = y < ax ? y : ax, larger = y < ax ? ax : y;
@@ -48,8 +49,8 @@ template <class... Coefficients>
   return x < 0 ? kPiD - quarter : quarter;
 }
 
-// Sine and cosine of x in [0, pi], by Taylor series of the half angle. The relative error of the
-// sine is 1e-13.
+// Computes sine and cosine of x in [0, pi] from Taylor series of the half angle. The relative error
+// of the sine is 1e-13.
 [[gnu::always_inline]] inline void sincos_to_pi(double x, double* sine, double* cosine) {
   const double h = 0.5 * x, h2 = h * h;
   const double p = polynomial(h2, 1.0 / 355687428096000, -1.0 / 1307674368000, 1.0 / 6227020800,
@@ -61,8 +62,8 @@ template <class... Coefficients>
   *cosine = fma(-2.0 * s, s, 1.0);
 }
 
-// Solid angle of unit vectors a, b, c. `volume` is |a . (b x c)|; if the vectors are nearly equal,
-// the caller may know a more exact value than they would yield.
+// Returns the solid angle of the triangle between the unit vectors a, b, c. `volume` is |a . (b x
+// c)|. The caller passes it, as it may know a more exact value if the vectors are nearly equal.
 [[gnu::always_inline]] inline double solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c,
                                                  double volume) {
   return 2.0 * angle_of(volume, 1.0 + dot(a, b) + dot(a, c) + dot(b, c));
@@ -91,10 +92,11 @@ template <class... Coefficients>
   return t;
 }
 
-// A direction in the spherical triangle by Arvo's method. The sine and cosine of the vertex angle
-// come from the planes' normals, and 1 - cos and 1 + cos replace cos: 1 minus Arvo's quotient for
-// the cosine of the arc from a equals (1 - cos area) (1 + cos c) divided by a sum that cancels only
-// towards c. This is accurate even if a and b are opposite, as seen from the foot of a wall.
+// Samples a direction in the spherical triangle by Arvo's method, rearranged for precision. The
+// sine and cosine of the vertex angle come from the normals of planes, and 1 - cos and 1 + cos
+// replace cos. The cosine of the arc from a is Arvo's quotient; 1 minus it equals (1 - cos area) (1
+// + cos c) divided by a sum that cancels only towards c. This is accurate even if a and b are
+// opposite, which they are as seen from the foot of a wall.
 [[gnu::always_inline]] inline Vec3d sample_direction(const ProjectedTriangle& t, const Vec2f& u) {
   const Vec3d plane_ab = cross(t.a, t.b), plane_ac = cross(t.a, t.c);
   const double scale = reciprocal(std::sqrt(dot(plane_ab, plane_ab) * dot(plane_ac, plane_ac)));
@@ -106,8 +108,8 @@ template <class... Coefficients>
   const Vec3d opposite = t.b + t.a;
   const double one_plus_cos_c = 0.5 * dot(opposite, opposite);
 
-  // The arc from b to a point on the arc from a to c cuts off the fraction u.x of the area; h_c is
-  // 1 - the cosine of the arc from a to that point.
+  // Find the point `end` on the arc from a to c such that the arc from b to `end` cuts off the
+  // fraction u.x of the area. h_c is 1 minus the cosine of the arc from a to `end`.
   double sin_half, cos_half;
   sincos_to_pi(0.5 * double(u.x) * t.solid_angle, &sin_half, &cos_half);
   const double sin_area = 2.0 * sin_half * cos_half, one_minus_cos_area = 2.0 * sin_half * sin_half;
@@ -129,7 +131,8 @@ template <class... Coefficients>
   return of_length2(toward_end, h * (2.0 - h)) + t.b * (1.0 - h);
 }
 
-// Barycentric weights of p1 and p2 where the ray along w intersects the triangle's plane.
+// Returns the barycentric weights of p1 and p2 at which the ray along w intersects the triangle's
+// plane.
 [[gnu::always_inline]] inline Imath::Vec2<double> intersect_plane(const ProjectedTriangle& t,
                                                                   const Vec3d& w) {
   const Vec3d p = cross(w, t.edge2);
@@ -145,7 +148,7 @@ template <class... Coefficients>
 }
 
 [[gnu::always_inline]] inline float density(const ProjectedTriangle& t, float distance) {
-  // |cos| at the light is height / distance, whatever the direction of the ray.
+  // |cos| at the light is |height| / distance for any direction of the ray.
   const double d = double(distance);
   const bool spherical = t.spherical();
   const double numerator = spherical ? 1.0 : d * d * d;
@@ -159,8 +162,8 @@ template <class... Coefficients>
   const Imath::Vec2<double> by_direction = intersect_plane(t, sample_direction(t, u));
   const Vec2f by_area = square_to_triangle(u);
   const bool spherical = t.spherical();
-  // These stay in double: if the point is closer to the triangle than the resolution of floats
-  // along its edges, rounded weights would change the direction.
+  // Keep the weights in double. If the point is closer to the triangle than the resolution that
+  // floats have along its edges, rounded weights would change the direction.
   const double b1 = spherical ? by_direction.x : double(by_area.x);
   const double b2 = spherical ? by_direction.y : double(by_area.y);
   result.barycentric = {float(b1), float(b2)};
@@ -218,7 +221,8 @@ void TriangleBatch::add(const std::array<Vec3f, 3>& corners, const Vec3f& point,
 [[gnu::noinline]] void TriangleBatch::evaluate_single(int i) { evaluate(i); }
 
 void TriangleBatch::sample() {
-  // One or two remaining samples are faster one by one; three are faster as a group of four.
+  // Samples are computed in groups of four. If one or two remain, it is faster to compute them one
+  // by one; three are padded to a group.
   const int over = count_ % 4, lanes = over == 3 ? count_ + 1 : count_ - over;
   if (over == 3) {
     for (int c = 0; c < 3; ++c) {

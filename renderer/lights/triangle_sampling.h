@@ -1,15 +1,15 @@
 // Samples points on a triangle uniformly in solid angle as seen from a point.
 //
 // For solid angles between kMinSphericalAngle and kMaxSphericalAngle, this uses Arvo 1995,
-// "Stratified Sampling of Spherical Triangles". Below, where the spherical triangle is flat to
-// float accuracy and both methods agree, and above, where the point is almost on the triangle,
-// samples are uniform in area, with density d^2 / (A |cos|). The method depends only on the
-// triangle and the point, so a ray that hits the triangle by chance gets the same density as a
-// sample there.
+// "Stratified Sampling of Spherical Triangles". Outside this range, samples are uniform in area,
+// with density d^2 / (A |cos|). This is the case below it, where the spherical triangle is flat to
+// float accuracy and both methods agree, and above it, where the point is almost on the triangle.
+// The choice of method depends only on the triangle and the point, so a ray that hits the triangle
+// by chance gets the same density as a sample of the same position.
 //
 // The geometry is computed in double, since differences of positions cancel, and a spherical excess
-// of 3e-4 sr has no significant digits in float. It works at any scale with coordinates between
-// 1e-30 and 1e30.
+// of 3e-4 sr would have no significant digits in float. The code works at any scale with
+// coordinates between 1e-30 and 1e30.
 #pragma once
 
 #include <array>
@@ -20,10 +20,10 @@
 
 namespace emberline {
 
-// pbrt-v4's limits are 3e-4 and 6.22 (Triangle::MinSphericalSampleArea, MaxSphericalSampleArea).
-// Our upper limit is almost the hemisphere, which double allows. Sampling by area is bad there: for
-// a point 1e-3 edges above a triangle, 1e5 samples find a sixth of its light
-// (triangle_sampling_test, "a thousandth").
+// pbrt-v4's limits are 3e-4 and 6.22 (Triangle::MinSphericalSampleArea, MaxSphericalSampleArea). As
+// we use double, our upper limit can be almost a hemisphere. Sampling by area is bad at such large
+// solid angles: for a point at a height of 1e-3 edges above a triangle, 1e5 samples find only a
+// sixth of its light (triangle_sampling_test, "a thousandth").
 inline constexpr double kMinSphericalAngle = 3e-4;
 inline constexpr double kMaxSphericalAngle = 2 * kPiD - 1e-4;
 
@@ -52,15 +52,16 @@ struct TriangleSample {
   float pdf = 0.0f;  // per solid angle; 0: nothing sampled
 };
 
-// Computes up to kRayBatch samples at once with vector instructions, in a third of the time and
-// with the same bits as one by one. Call add() for each, then sample(), then read them by index.
+// Computes up to kRayBatch samples at once with vector instructions, in a third of the time that it
+// takes to compute them one by one, and bit-identical to these. Call add() for each sample, then
+// sample(), then read the samples by index.
 class TriangleBatch {
  public:
   int size() const { return count_; }
   void add(const std::array<Vec3f, 3>& corners, const Vec3f& point, const Vec2f& u);
   void sample();
 
-  bool in_front(int i) const { return height_[i] > 0; }  // whether the point is there
+  bool in_front(int i) const { return height_[i] > 0; }  // whether the query's point is in front
   Vec3f normal(int i) const { return {normal_[0][i], normal_[1][i], normal_[2][i]}; }
   TriangleSample operator[](int i) const {
     return {{barycentric_[0][i], barycentric_[1][i]},
@@ -81,7 +82,7 @@ class TriangleBatch {
   double height_[kRayBatch];
 };
 
-// Density of a sample at a point of the triangle at `distance`.
+// Returns the density of a sample on the triangle that is `distance` away from the point.
 float triangle_pdf(const ProjectedTriangle& triangle, float distance);
 
 }  // namespace emberline

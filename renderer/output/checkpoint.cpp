@@ -21,8 +21,8 @@ using Json = nlohmann::json;
 
 constexpr uint64_t kBlockBytes = uint64_t(4) << 20;
 
-// Throws InputError that lists all differences between `now` and the file's head, and warns of a
-// different machine.
+// Throws InputError that lists all differences between the head `now` and that of the file. Warns
+// if the processor maker or the Embree version differs.
 void check_frame(const RecordFile& file, const Json& now,
                  std::initializer_list<std::string_view> ignored = {}) {
   const Json then = parse_json(file.head(), file.path());
@@ -48,8 +48,8 @@ Tiles tiles_of(const RecordFile& file) {
   return tiles;
 }
 
-// Checks the last record of each kind and number, because only that one counts. Holds one record in
-// memory at a time.
+// Checks only the last record of each kind and number, because earlier ones are ignored. Holds one
+// record in memory at a time.
 bool all_records_intact(const RecordFile& file) {
   std::map<std::pair<uint32_t, uint64_t>, RecordEntry> records;
   for (const RecordEntry& record : file.records()) {
@@ -137,7 +137,7 @@ void check_overwrite(const std::string& path, const Json& head) {
   std::string why = "the checkpoint is damaged";
   try {
     const RecordFile file(path);
-    if (file.records().empty() && !file.has_more()) return;  // nothing is lost
+    if (file.records().empty() && !file.has_more()) return;  // replacing it loses nothing
     const Json then = parse_json(file.head(), path);
     Json now = head;
     if (!now.contains("inputs") && then.is_object()) now["inputs"] = then.value("inputs", Json());
@@ -214,7 +214,7 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
   thread_ = std::thread([this] { run(); });
 }
 
-// Acts only if finish() was not called, after an error: completes pending writes, and removes the
+// Acts only if an error kept finish() from being called. Completes pending writes, and removes the
 // file if this run created it and saved nothing.
 Checkpoint::~Checkpoint() {
   if (!thread_.joinable()) return;
@@ -308,10 +308,11 @@ void Checkpoint::save(RenderJob& job) {
 }
 
 // Sets the expected size of copies. Touching the memory of a large copy for the first time takes
-// longer than copying, so the thread does it before the first save, while workers render.
+// longer than copying, so the background thread touches it before the first save, while workers
+// render.
 void Checkpoint::set_copy_size(uint64_t film_bytes) {
   const std::lock_guard lock(mutex_);
-  copy_bytes_ = film_bytes + film_bytes / 8;  // the driver's state grows
+  copy_bytes_ = film_bytes + film_bytes / 8;  // leaves room for the driver's state, which grows
 }
 
 void Checkpoint::prefault_copy() {
@@ -321,7 +322,7 @@ void Checkpoint::prefault_copy() {
     advise_huge_pages(copy.data(), copy.capacity());
     copy.resize(copy_bytes_);
     copy_ = std::move(copy);
-  } catch (const std::bad_alloc&) {  // then the first pause allocates the memory
+  } catch (const std::bad_alloc&) {  // then the first save allocates the memory
     copy_bytes_ = 0;
   }
 }
@@ -397,7 +398,7 @@ void Checkpoint::run() {
 }
 
 // Reads the file back, because another program may have removed, replaced, truncated or overwritten
-// it. Appending after a truncation leaves a hole.
+// it. If it was truncated, the next append has left a hole.
 void Checkpoint::check_file() {
   try {
     if (file_->owns_path()) {

@@ -1,4 +1,5 @@
-// Saves an unfinished frame to a file, so that a later run can resume it to the same bits.
+// Saves an unfinished frame to a file, so that a later run can resume it with a bit-identical
+// result.
 //
 // A tiled frame appends each tile as it finishes; a frame with one film replaces the whole file at
 // intervals. The file (io/files/record_file.h) starts with a JSON head (checkpoint_head.h):
@@ -10,7 +11,7 @@
 // Records follow the head. A tiled frame has one record per tile with the bytes of a TileResult,
 // the film and the driver state; if a tile has two records, the later one counts. A frame with one
 // film stores RenderJob::save() in blocks of at most 4 MiB, followed by an empty end record. Each
-// class defines its own bytes in archive(); numbers are in native byte order (little-endian).
+// class defines its byte layout in archive(); numbers are in native byte order (little-endian).
 #pragma once
 
 #include <atomic>
@@ -38,12 +39,12 @@ namespace emberline {
 // and the end record has the next number.
 inline constexpr uint32_t kTileRecord = 1, kBlockRecord = 2, kEndRecord = 3;
 
-// Rejects the path of a file that is not a checkpoint, or of a dangling link, because writing would
-// replace the file or create the link's target. Throws UsageError, or InputError with `resume`.
+// Throws if the path names a file that is not a checkpoint, which would be replaced, or a dangling
+// link, whose target would be created. The error is a UsageError or, with `resume`, an InputError.
 void check_checkpoint(const std::string& path, bool resume);
 
-// Whether the path is OUTPUT.checkpoint and not a link, which could be another frame's file. A
-// default checkpoint may be replaced even if it has other settings.
+// Whether the checkpoint's path is the default, OUTPUT.checkpoint, and not a link, which could lead
+// to another frame's checkpoint. A default checkpoint may be replaced even if its settings differ.
 bool is_default_checkpoint(const RenderOptions& options);
 // Throws UsageError if starting over would replace the checkpoint of another frame. If `head` has
 // no "inputs", only the settings are compared.
@@ -55,7 +56,7 @@ std::optional<std::vector<std::byte>> read_film_state(const RecordFile& file, ui
 
 struct CheckpointReport {
   std::string file;                          // empty: no checkpoint was requested
-  int written = 0;                           // number of saves, or of syncs to disk if tiled
+  int written = 0;                           // number of saves; tiled frame: of syncs to disk
   uint64_t bytes = 0;                        // final file size
   double paused_s = 0, longest_pause_s = 0;  // time that rendering was paused
   bool kept = false;
@@ -67,9 +68,10 @@ struct CheckpointOptions {
   bool is_tiled = false;
   bool resume = false;      // resume from an existing file
   double interval_s = 300;  // between two saves
-  bool is_default = true;   // is_default_checkpoint()
-  // Checkpoint of the finished frame that this one extends: it has the same settings except for
-  // fewer samples or a higher threshold. This checkpoint replaces it when done. Empty: none.
+  bool is_default = true;   // result of is_default_checkpoint()
+  // Checkpoint of the finished frame that this frame extends. Its settings are the same except for
+  // fewer samples or a higher threshold. When this frame is done, its checkpoint replaces that one.
+  // Empty: none.
   std::string finished;
   // Whether a save was requested since the last call. Called from any thread. May be empty.
   std::function<bool()> save_now = {};
@@ -100,7 +102,7 @@ class Checkpoint final : public TileStore {
   void save(RenderJob& job);
 
   // Waits until everything is on disk. Removes the file unless `keep` is set. If the frame is done
-  // and the file is intact, moves it over the checkpoint of the frame that was extended.
+  // and the file is intact, moves it over the checkpoint of the extended frame, if there is one.
   CheckpointReport finish(bool done, bool keep);
 
  private:
@@ -129,12 +131,12 @@ class Checkpoint final : public TileStore {
   mutable std::atomic<bool> save_requested_{false};
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::vector<std::byte> copy_;  // state to be written; owned by the thread while busy_ is set
+  std::vector<std::byte> copy_;  // state to be written; used only by thread_ while busy_
   uint64_t copy_bytes_ = 0;
   bool writing_ = false, ending_ = false, warned_ = false, has_unsynced_tiles_ = false;
   bool created_ = false;           // the file was created by this run
   std::string error_;              // why the save is incomplete
-  std::atomic<bool> busy_{false};  // the thread is using copy_
+  std::atomic<bool> busy_{false};  // thread_ is using copy_
   std::thread thread_;
 };
 

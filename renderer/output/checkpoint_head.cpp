@@ -30,7 +30,7 @@ using Json = nlohmann::json;
 constexpr std::array<std::string_view, 6> kIgnoredSettings = {
     "time-limit", "bucket-order", "denoise", "half", "exr-compression", "exr-parts"};
 
-// Calls `found` for each member of `part` that only one head has or whose value differs.
+// Calls `found` for each member of `part` that only one of the heads has or whose values differ.
 void compare(
     const Json& now, const Json& then, const char* part,
     const std::function<void(const std::string& name, const Json* now, const Json* then)>& found) {
@@ -52,7 +52,7 @@ void compare(
   }
 }
 
-// A file that Emberline did not write may have thousands of differences.
+// Shortens the list, because a file that Emberline did not write may have thousands of differences.
 void truncate_list(std::vector<std::string>& list) {
   constexpr size_t kMaxListed = 16;
   if (list.size() <= kMaxListed) return;
@@ -67,7 +67,7 @@ std::string text_of(const Json* value) {
 }
 
 // Returns names and paths of the input files other than the scene's own. Checkpoints store these
-// names, so they must be the same for all clients.
+// names, so every client must use the same names.
 std::vector<std::pair<std::string, std::string>> named_inputs(const FrameSettings& settings,
                                                               const LoadProgress& progress) {
   std::vector<std::pair<std::string, std::string>> files;
@@ -129,7 +129,7 @@ Json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
   Json& settings = head["settings"] = Json::object();
   Json& schedule = head["schedule"] = Json::object();
   for (const auto& [name, text] : setting_texts(with_recorded_defaults(options), {}, false)) {
-    // The bucket order decides which buckets belong to a part.
+    // The bucket order decides which buckets belong to a part, so it affects the part's bits.
     const bool affects_bits = std::ranges::find(kIgnoredSettings, name) == kIgnoredSettings.end() ||
                               (options.part && name == "bucket-order");
     if (name != "aov") (affects_bits ? settings : schedule)[name] = text;
@@ -215,8 +215,8 @@ std::vector<std::string> machine_differences(const Json& now, const Json& then) 
   std::vector<std::string> list;
   compare(now, then, "machine",
           [&](const std::string& name, const Json* current, const Json* stored) {
-            // Embree's instruction set is compared as a setting, and Emberline's own code computes
-            // the same bits on all of them.
+            // Embree's instruction set is compared as a setting. Emberline's own code computes the
+            // same bits with every instruction set.
             if (name == "host" || name == "instruction sets") return;
             list.push_back(
                 fmt::format("{}: {} (now {})", shortened(name), text_of(stored), text_of(current)));

@@ -1,5 +1,5 @@
-// The JSON head of a checkpoint: everything that its bits depend on, for comparison, and the input
-// files' paths and the machine, for messages.
+// The JSON head of a checkpoint. For comparison, it has everything that the frame's bits depend on;
+// for messages, the machine and the paths of the input files.
 #pragma once
 
 #include <initializer_list>
@@ -31,7 +31,8 @@ class LoadedFiles {
   void add(const std::vector<NamedFile>& files);
 
   // Returns input_fingerprints() of the loaded files. Throws InputError if a file has been replaced
-  // or its size or time has changed. Files of the edits count only if the settings still name them.
+  // or its size or time has changed. The edits file and the files that it names are checked only if
+  // `settings` still has edits.
   nlohmann::json fingerprints(const FrameSettings& settings, LoadProgress& progress) const;
 
  private:
@@ -40,23 +41,23 @@ class LoadedFiles {
   std::vector<NamedFile> files_, edit_files_;
 };
 
-// `plan` determines the channels.
+// Returns the head for a frame. `plan` determines the channels.
 nlohmann::json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
                                const SceneLayers& layers, const nlohmann::json& inputs);
-// Returns all settings in a head, including those that do not affect the bits, but without the
-// scene's files. Throws InputError that names `place` if the head is invalid.
+// Returns all settings in a head, including those that do not affect the bits, but not the paths of
+// input files. Throws InputError that names `place` if the head is invalid.
 FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
 // Returns the text `name` from the head's `part`, which is "files" (paths by setting) or "machine".
 // Empty if absent.
 std::string find_text(const nlohmann::json& head, const char* part, const char* name);
 
 // Lists the differences that prevent the frame `now` from resuming the checkpoint `then`, in a few
-// words each; empty if the bits are the same. Settings in `ignored` may differ. `then` may be
+// words each; empty if the result is bit-identical. Settings in `ignored` may differ. `then` may be
 // arbitrary JSON.
 std::vector<std::string> differences(const nlohmann::json& now, const nlohmann::json& then,
                                      std::initializer_list<std::string_view> ignored = {});
-// Like differences(), for the machine and its libraries: the bits may differ by rounding between
-// processor makers.
+// Like differences(), but for the processor maker and the Embree version, because rounding may
+// depend on them.
 std::vector<std::string> machine_differences(const nlohmann::json& now, const nlohmann::json& then);
 
 }  // namespace emberline

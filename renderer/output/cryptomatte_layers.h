@@ -19,8 +19,9 @@ class FilmTile;
 // Returns "CryptoObject" and so on.
 const char* cryptomatte_layer_name(CryptomatteKind kind);
 
-// Returns for each kind CryptoObject00.{R,G,B,A} and so on, each with the ids and coverages of two
-// ranks (zero if unused), then dropped.CryptoObject, the coverage that did not fit.
+// Returns the channel names of each kind: first CryptoObject00.{R,G,B,A} and so on, each for the
+// ids and coverages of two ranks (zero if unused), then dropped.CryptoObject, for the coverage that
+// did not fit.
 std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKind> kinds,
                                                    int levels);
 
@@ -38,8 +39,8 @@ struct CryptomatteReport {
   }
 };
 
-// Writes the values of these channels for pixel i of the tile, using `ranks` as scratch space.
-// Updates the report of each kind.
+// Writes the values of cryptomatte_channel_names() for pixel i of the tile, using `ranks` as
+// scratch space. Updates the report of each kind.
 void put_cryptomattes(const FilmTile& tile, size_t i, float* values,
                       std::vector<CryptomatteSums::Rank>& ranks,
                       std::span<CryptomatteReport> reports);

@@ -33,8 +33,8 @@ bool has(Names channels, const std::string& name) {
   return std::ranges::find(channels, name) != channels.end();
 }
 
-// Returns "light.key" and so on, from the first half's channels. They are sorted because the layers
-// are summed, and the order in the file must not change the bits.
+// Returns the layers of the light groups, such as "light.key", found in the first half's channels.
+// Sorts them, because they are summed and their order in the file must not affect the bits.
 std::vector<std::string> light_layers(Names channels) {
   const std::string begin = std::string(kHalfNames[0]) + "." + kLightLayer;
   std::vector<std::string> layers;
@@ -51,7 +51,8 @@ int band_rows(int tile_size) { return (kDenoiseBandRows + tile_size - 1) / tile_
 int read_rows(int rows_at_once) {
   return (kReadRows + rows_at_once - 1) / rows_at_once * rows_at_once;
 }
-// Returns the number of rows in a band and its margins, plus those that a read may add at the end.
+// Returns the number of rows in a band and its margins, plus the extra rows that the last read may
+// add.
 int64_t window_rows(const Rect& crop, int tile_size, int rows_at_once) {
   return std::min(int64_t(crop.height()),
                   int64_t(band_rows(tile_size)) + 2 * kDenoiseMargin + rows_at_once);

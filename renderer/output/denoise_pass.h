@@ -1,5 +1,5 @@
-// Denoises a frame band by band. Only a band and its margin are in memory. The result has the same
-// bits as denoising the whole frame at once.
+// Denoises a frame band by band. Only a band and its margin are in memory. The result is
+// bit-identical to denoising the whole frame at once.
 #pragma once
 
 #include <cstdint>
@@ -31,12 +31,13 @@ std::vector<std::string> missing_denoise_channels(std::span<const std::string> c
 // group, denoised.light.NAME.{R,G,B}.
 std::vector<std::string> denoise_results(std::span<const std::string> channels);
 
-// Returns the denoised R G B A of pixels that consist of `channels` followed by the results.
+// Returns the denoised R G B A of `pixels`, each of which has the values of `channels` followed by
+// those of denoise_results().
 std::vector<float> denoised_rgba(std::span<const float> pixels,
                                  std::span<const std::string> channels);
 
-// Returns an upper bound on the job's memory. `channels` are those of a film, before shared samples
-// are summed.
+// Returns an upper bound on the memory of a DenoiseJob. `channels` are those of a film, before
+// shared samples are summed.
 uint64_t denoise_bytes(const Rect& crop, int tile_size, std::span<const std::string> channels,
                        int rows_at_once = 1);
 
@@ -44,8 +45,8 @@ struct DenoiseJob {
   Rect crop;
   std::vector<std::string> channels;  // of the input pixels; must have all that denoise() needs
   int tile_size = 64;                 // of the output tiles
-  // Reads these rows of the crop as interleaved values. Called for consecutive ranges from top to
-  // bottom; all but the last have a multiple of `rows_at_once` rows.
+  // `read` stores these rows of the crop as interleaved values. It is called for consecutive ranges
+  // from top to bottom; all but the last have a multiple of `rows_at_once` rows.
   int rows_at_once = 1;
   std::function<void(const Rect& rows, std::vector<float>& pixels)> read;
   // Receives a tile of the crop: for each pixel, `channels` followed by the results. Any thread.

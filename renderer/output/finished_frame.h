@@ -7,10 +7,10 @@
 
 namespace emberline {
 
-// True if all pictures, heatmaps, trees and reports of the options exist, are not truncated
-// (file_completeness.h) and are not from a stopped frame (JSON reports: "complete"). Existing
-// snapshots must be intact, and no checkpoint may be waiting to be resumed. Settings are not
-// compared.
+// True if all pictures, heatmaps, trees and reports that the options name exist, are not truncated
+// (file_completeness.h) and do not come from a stopped frame (a JSON report says so: "complete").
+// Snapshots that exist must be intact, and no checkpoint may be waiting to be resumed. Does not
+// compare settings.
 bool is_finished(const RenderOptions& options);
 
 // Says why a finished frame is skipped: "all its outputs exist". If one of them is an EXR that was

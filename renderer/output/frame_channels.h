@@ -31,19 +31,19 @@ class FrameChannels {
  public:
   explicit FrameChannels(const FrameContents& contents);
 
-  // Call once the scene is loaded, before the first tile.
+  // Adds the scene's layers. Call once the scene is loaded, before the first tile.
   void add_scene(const SceneLayers& layers);
 
   // The channels that tile_channels() returns.
   const std::vector<PictureChannel>& list() const { return list_; }
   // Writes the values of the tile's channels to `pixels`, interleaved, row by row. Any thread.
   void resolve(const FilmTile& tile, std::vector<float>& pixels);
-  // Returns a report for each kind about the tiles resolved so far.
+  // Returns a report on each kind of matte, for the tiles resolved so far.
   std::vector<CryptomatteReport> mattes() const;
 
  private:
   const FrameContents contents_;
-  const size_t film_channel_count_;  // number of film channels
+  const size_t film_channel_count_;  // number of channels from the film
   std::vector<PictureChannel> list_;
   mutable std::mutex mutex_;
   std::vector<CryptomatteReport> mattes_;

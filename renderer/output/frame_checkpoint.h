@@ -11,7 +11,7 @@
 
 namespace emberline {
 
-// All other functions do nothing until open() has been called.
+// Until open() is called, all other functions do nothing.
 class FrameCheckpoint {
  public:
   explicit FrameCheckpoint(const RenderOptions& options) : options_(options) {}

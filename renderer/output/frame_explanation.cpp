@@ -106,7 +106,7 @@ class FrameReader {
   const PixelQuantity samples, error;
 
  private:
-  // If no pixel is given, chooses the one with the largest error.
+  // Adds these rows to the summary. If no `pixel` is given, chooses the one with the largest error.
   void add(const Rect& rows, const std::vector<float>& values, std::optional<Vec2i> pixel,
            FrameSummary& summary) const {
     const size_t channels = image().channel_names.size();
@@ -165,7 +165,8 @@ std::string describe_stop(float stop, const StatedSettings& settings) {
   return fmt::format("The value {} of its channel stop is unknown.\n", number(double(stop)));
 }
 
-// Describes the error that `noise-threshold` is compared with. The file does not contain it.
+// Describes in words the error that is compared with `noise-threshold`. The file does not contain
+// that error.
 std::string threshold_error(const StatedSettings& s) {
   if (s.recorded.settings().allocation == ErrorMetric::kDenoised) {
     return "the error of the denoised picture";

@@ -15,10 +15,10 @@ inline constexpr const char* kExplanationAttribute = "emberline:explanation";
 inline constexpr size_t kMaxExplanation = 4096;
 std::string explanation_attribute(const Vec2i& pixel, std::string text);
 
-// Explains `pixel` of an EXR that `emberline render` wrote or, if there is none, the pixel with the
-// largest error in the heatmap `error`. States only what the file contains; for what is missing, it
-// names the option to render with. Throws InputError for an unusable file, and UsageError for a
-// pixel outside it.
+// Explains a pixel of an EXR that `emberline render` wrote: `pixel` or, if that is absent, the
+// pixel with the largest value of the heatmap quantity `error`. States only what the file contains;
+// if something is missing, names the option that makes a render store it. Throws InputError for an
+// unusable file, and UsageError for a pixel outside it.
 std::string explain_frame(const std::string& path, std::optional<Vec2i> pixel,
                           const LoadProgress& progress);
 

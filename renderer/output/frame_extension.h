@@ -14,7 +14,8 @@ namespace emberline {
 FrameSettings stored_settings(const nlohmann::json& head, const std::string& path);
 
 // Applies `spp`, `noise-threshold`, `max-spp` and `time-limit` of `more` to `settings`. Throws
-// InputError if the frame cannot be extended, and UsageError if `more` asks for less than it has.
+// InputError if the frame cannot be extended, and UsageError if `more` sets none of the first
+// three, a limit that the frame does not have, or a less strict one.
 void extend_settings(const FrameSettings& more, const std::string& path, FrameSettings& settings);
 
 // Returns the path of the checkpoint that --resumable keeps beside a picture.
@@ -23,8 +24,8 @@ std::string checkpoint_beside(const std::string& picture);
 // Throws InputError that names `path` if frames of these settings cannot be extended.
 void check_extensible(const FrameSettings& settings, const std::string& path);
 
-// Says why this checkpoint cannot extend the finished frame of a picture with these settings; empty
-// if it can, as far as the settings show.
+// Says why this checkpoint cannot be used to extend the frame of a finished picture that records
+// these settings. Empty if, judging by the settings alone, it can.
 std::string extension_obstacle(const std::string& checkpoint, const RecordedSettings& picture);
 
 }  // namespace emberline

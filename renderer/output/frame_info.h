@@ -7,16 +7,16 @@
 
 namespace emberline {
 
-// Whether the content of the file is an EXR. False if the file does not exist. Throws InputError if
-// it cannot be read.
+// Whether the file is an EXR by its content, whatever its name. False if the file does not exist.
+// Throws InputError if it cannot be read.
 bool is_exr_file(const std::string& path);
 
 // Returns text, or JSON: {"file", "width", "height", "window", "working_space", "layers": [{"name",
 // "channels": [{"name", "type"}]}], "unread_parts", "state", "command", "scene",
 // "instruction_sets", "explanation", "settings", "versions"}. "state" has "complete" (null for a
 // frame of another program), "samples" and "samples_per_pixel" (null if unknown), "checkpoint",
-// "extensible" and "obstacle", which says why it is not extensible. "settings" has those that
-// differ from the defaults.
+// "extensible" and "obstacle", which says why the frame is not extensible. "settings" has the
+// settings that differ from the defaults.
 //
 // Reads no pixels. Throws InputError.
 std::string frame_info(const std::string& path, const LoadProgress& progress, bool as_json);

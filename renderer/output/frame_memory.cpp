@@ -110,8 +110,8 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
     per_pixel += sizeof(float) + (is_exr(path) ? 0 : 2 * 3);
   }
   const uint64_t bytes = bytes_of(uint64_t(settings.crop.area()), per_pixel);
-  // The adaptive driver denoises during the render and the outputs at its end, never at the same
-  // time, so this memory counts once.
+  // The adaptive driver denoises while it renders, the outputs after the render. The two never
+  // overlap, so the memory counts once.
   const bool denoises_while_rendering = options.allocation == ErrorMetric::kDenoised;
   if (options.outputs.empty() && !denoises_while_rendering) return bytes;
   const std::vector<std::string> names = names_of(tile_channels(settings, layers));

@@ -27,7 +27,7 @@
 namespace emberline {
 namespace {
 
-// Reports invalid settings as an error of the file, since they are not this run's options.
+// Reports invalid settings as an error in the file, since they do not come from this run's options.
 template <typename Make>
 auto convert_usage_errors(const std::string& path, const Make& make) {
   try {
@@ -54,7 +54,7 @@ StoredFrame::StoredFrame(const std::string& path, MemoryBudget* budget)
       layers_(scene_layers_of(*head_, path)),
       extras_(extras_of(plan_, settings_, layers_)),
       is_tiled_(plan_.driver->tiles) {
-  // A head of a few kilobytes may imply millions of buckets.
+  // Counts the bucket lists, because a head of a few kilobytes may imply millions of buckets.
   if (budget) {
     budget->reserve(MemoryPart::kFilm, bucket_list_bytes(plan_.crop, tile_size()), path);
   }
@@ -164,7 +164,8 @@ FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, 
   }
   check_frames(strict);
   const FrameSettings& settings = first().settings();
-  // One list for the bucket schedule, and one for the parts, errors and counts of each group.
+  // One list for the bucket schedule and, for each group, one for its parts, errors and counts.
+  // There are at most as many groups as frames.
   const uint64_t lists = bucket_list_bytes(first().plan().crop, first().tile_size());
   for (size_t i = 0; i <= frames_.size(); ++i) {
     budget.reserve(MemoryPart::kFilm, lists, first().path());
@@ -189,7 +190,8 @@ void FrameMerge::reserve(const RenderOptions& options, const OutputSettings& set
                          MemoryBudget& budget) const {
   const std::vector<std::string>& lights = first().layers().lights;
   const uint64_t film = film_bytes_per_pixel(settings.aovs, first().film_extras());
-  // The tile's state and its packed record. The driver's part is there once more, as loaded.
+  // The tile's state and its packed record hold the film and the driver's state. The driver's state
+  // is in memory a third time, as it was loaded.
   const RenderPlan& plan = first().plan();
   const uint64_t saved =
       options.resumable ? 2 * film + 3 * plan.driver->bytes_per_pixel(plan.driver_settings) : 0;
@@ -301,7 +303,8 @@ FrameSettings FrameMerge::settings() const {
   return settings;
 }
 
-// Adds a pixel's samples seed by seed, and those of one seed in index order.
+// Adds up the tile's films. Each pixel's samples are added seed by seed, those of one seed by
+// index.
 void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
                             RenderCounters& counters, const SaveTile& save) {
   const size_t number = tile_index(tile);
@@ -334,8 +337,8 @@ void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
   }
   counters.max_samples = std::max(counters.max_samples, merged.counters.max_samples);
   if (!save || !has_samples) return;
-  // The last driver state is correct for the merged tile: a uniform driver's state does not depend
-  // on the number of samples, and other drivers cannot render ranges of samples.
+  // The driver state that was loaded last is correct for the merged tile: a uniform driver's state
+  // does not depend on the number of samples, and other drivers cannot render ranges of samples.
   std::vector<std::byte> state;
   state.reserve(film.bytes() + driver.size() + 4096);
   Archive saving(state);
@@ -358,7 +361,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& s
   std::mutex mutex;
   const auto threads = size_t(std::max(1, tbb::this_task_arena::max_concurrency()));
   parallel_tasks(std::min(tiles_.size(), threads), [&](size_t) {
-    const FlushDenormals flush;  // as in the render workers
+    const FlushDenormals flush;  // the render workers do the same
     FilmTile film(aovs, first().film_extras());
     FilmTile more(aovs, first().film_extras());
     RenderCounters counters;

@@ -38,7 +38,7 @@ class StoredFrame {
   const FilmExtras& film_extras() const { return extras_; }
   const SceneLayers& layers() const { return layers_; }
 
-  // Loads the whole film if the driver has only one.
+  // Loads the whole film if the driver has only one; does nothing for a tiled frame.
   void load_film(MemoryBudget& budget);
   // Tiles are numbered by bucket_index().
   bool has_tile(size_t tile) const;
@@ -46,9 +46,9 @@ class StoredFrame {
   // returns the tile's result and, if `driver` is not null, stores the driver's state in it. Any
   // thread. Throws InputError.
   TileResult load(size_t tile, FilmTile& film, std::vector<std::byte>* driver = nullptr) const;
-  // Reads all tiles of this part. Returns whether none is missing or damaged.
+  // Whether this is the given part, with no tile missing or damaged. Reads all of its tiles.
   bool is_complete_part(const FramePart& part) const;
-  // Returns the fraction of its part's tiles that are finished.
+  // Returns the fraction of this part's tiles that are finished.
   double completed_fraction() const;
   // The result of a frame with one film; absent for a tiled frame.
   const std::optional<TileResult>& film_result() const { return film_result_; }
@@ -63,7 +63,7 @@ class StoredFrame {
   bool is_tiled_;
   size_t tile_index(const Rect& tile) const { return bucket_index(plan_.crop, tile, tile_size()); }
   TileResult empty_result() const;
-  std::vector<Rect> part_tiles_;           // tiles of its part of the frame
+  std::vector<Rect> part_tiles_;           // tiles of this part of the frame
   std::vector<const RecordEntry*> tiles_;  // indexed by tile number; null if missing
   std::optional<FilmTile> film_;
   std::optional<TileResult> film_result_;
@@ -74,10 +74,10 @@ using SaveTile = std::function<void(size_t tile, std::span<const std::byte> stat
 
 class FrameMerge {
  public:
-  // Checks that the parts belong to one frame and share no samples; unless `allow_holes`, that no
-  // samples are missing; and with `strict`, that the parts come from one kind of machine. Throws
-  // InputError that names the part. The constructor and deliver() throw Cancelled soon after a stop
-  // request.
+  // Checks that the parts belong to one frame and share no samples. Unless `allow_holes` is set,
+  // also checks that no samples are missing; with `strict`, that all parts come from the same kind
+  // of machine. Throws InputError that names the part. The constructor and deliver() throw
+  // Cancelled soon after a stop request.
   FrameMerge(const std::vector<std::string>& paths, bool allow_holes, bool strict,
              MemoryBudget& budget, std::stop_token stop = {});
 
@@ -90,9 +90,10 @@ class FrameMerge {
   // until they are written and, with `resumable`, for the checkpoint. Throws InputError.
   void reserve(const RenderOptions& options, const OutputSettings& settings, int threads,
                MemoryBudget& budget) const;
-  // Passes every tile to the sink with the parts' channels and, if `aovs` has it, `part`. Runs on
-  // the calling thread's TBB arena with two films per thread. `save` may be null; otherwise the
-  // parts must be tiled and have one seed. Throws InputError and what the sink throws.
+  // Passes every tile to the sink with the parts' channels and, if `aovs` has it, the channel
+  // `part`. Runs on the calling thread's TBB arena with two films per thread. `save` may be null;
+  // otherwise the parts must be tiled and have one seed. Throws InputError and what the sink
+  // throws.
   void deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& save = nullptr);
   // Valid after deliver().
   const RenderCounters& counters() const { return counters_; }
@@ -100,7 +101,8 @@ class FrameMerge {
   std::optional<double> error_estimate() const { return error_; }
 
  private:
-  // Parts with the same samples per pixel. Together they have all tiles.
+  // Parts with the same seed and sample range. Unless there are holes, they cover all tiles
+  // together.
   struct Group {
     uint32_t seed = 0, first_sample = 0, end_sample = 0;
     std::vector<const StoredFrame*> frames_by_tile;  // by tile number; null if missing

@@ -14,7 +14,7 @@
 namespace emberline {
 namespace {
 
-// EXR names have at most 255 bytes, and the channel and a number must be appended.
+// EXR names have at most 255 bytes, and a channel name and a number may be appended to this one.
 constexpr size_t kMaxNameLength = 200;
 
 std::string safe_name(const std::string& name) {

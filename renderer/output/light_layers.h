@@ -22,8 +22,8 @@ std::vector<std::string> light_layer_names(std::span<const LightGroup> groups);
 std::vector<std::string> light_channel_names(const std::vector<std::string>& layers,
                                              const AovSet& aovs);
 
-// Writes the values of these channels for pixel i of the tile to `values`, and returns the position
-// after them.
+// Writes the values of light_channel_names() for pixel i of the tile to `values`, and returns the
+// position after them.
 float* put_light_layers(const FilmTile& tile, size_t i, float* values);
 
 // Returns text for the report, such as "light groups (2: key, environment)".

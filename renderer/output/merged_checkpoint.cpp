@@ -14,7 +14,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Extending continues after the last sample of a single seed, tile by tile.
+// Throws InputError unless the merged frame can be extended. Extending continues after the last
+// sample of a single seed, tile by tile.
 void check_mergeable(const FrameMerge& frame) {
   const StoredFrame& first = frame.first();
   if (!is_tiled(first.settings())) {

@@ -19,8 +19,8 @@ class MergedCheckpoint {
  public:
   // The path is checkpoint_path() of the merged frame's options. Locks the file there until
   // commit() replaces it. Throws InputError if a frame merged from these parts cannot be extended,
-  // RenderError if the path is not writable or another run has locked it, and UsageError if another
-  // kind of file or, behind a link, another frame's checkpoint would be replaced.
+  // RenderError if the path is not writable or another run has locked it, and UsageError if it
+  // would replace a file of another kind or, through a link, another frame's checkpoint.
   MergedCheckpoint(const RenderOptions& options, const FrameMerge& frame);
 
   const std::string& path() const { return file_->path(); }

@@ -11,7 +11,7 @@ namespace emberline {
 
 std::span<const SettingRule> option_rules();
 
-// Why the pixel cannot be explained; empty if it is in the crop.
+// Says why the pixel cannot be explained; empty if it is in the crop.
 std::string outside_message(const Vec2i& pixel, const Rect& crop);
 
 bool option_holds(const RenderOptions& options, const SettingCondition& condition);

@@ -47,8 +47,8 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop);
 
 // State recorded in the EXR header: "emberline:complete" ("true " or "false"), "emberline:samples",
 // with --clamp-indirect "emberline:clamped" (the fraction of light removed), and with --explain
-// kExplanationAttribute. The values are padded with blanks, because they are set long after the
-// header is written.
+// kExplanationAttribute. The header reserves room for these values with blanks, because they are
+// set long after it is written.
 struct FrameState {
   bool complete = false;
   uint64_t samples = 0;
@@ -56,8 +56,8 @@ struct FrameState {
   std::string history = {};  // DriverFacts::history
 };
 
-// Header of a whole frame's EXR; set_state() must be called before it is finished. Channels named
-// by `--half` become half floats.
+// Returns the header of a whole frame's EXR. Call set_state() before the file is finished. Channels
+// named by `--half` become half floats.
 ExrHeader frame_header(const OutputSettings& settings, std::vector<PictureChannel> channels,
                        const SceneLayers& layers);
 void set_state(const OutputSettings& settings, const FrameState& state, ExrWriter& writer);
@@ -68,7 +68,8 @@ void write_film_exr(const std::string& path, const AovSet& aovs, int width, int 
                     std::vector<float> values);
 
 // Passes finished tiles on to every file, including heatmaps. If the frame has `denoising`
-// channels, tiles wait in a scratch file until finish_spooled(), which needs the rows around them.
+// channels, tiles wait in a scratch file until finish_spooled(), because resolving a tile needs the
+// rows around it.
 class FrameOutputs final : public RenderSink {
  public:
   // Opens the files at once, so that an unwritable path fails before rendering. `stop` tells why
@@ -100,7 +101,7 @@ class FrameOutputs final : public RenderSink {
   // pictures (.png, .jpg) and heatmaps that are kept until the end.
   uint64_t film_bytes() const;
   std::string display_description() const;
-  // Returns a report for each kind of --cryptomatte about the tiles so far.
+  // Returns a report on each kind of --cryptomatte, for the tiles finished so far.
   std::vector<CryptomatteReport> cryptomattes() const { return channels_.mattes(); }
 
  private:

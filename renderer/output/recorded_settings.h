@@ -14,22 +14,23 @@ namespace emberline {
 
 class RecordedSettings {
  public:
-  // The texts of the header's attributes by name; names that do not begin with "emberline:" are
-  // ignored, and so are the blanks at the end of a text (outputs.h).
+  // Reads the header's attributes. Ignores those whose names do not begin with "emberline:", and
+  // the blanks that pad a text (outputs.h).
   explicit RecordedSettings(std::span<const std::pair<std::string, std::string>> attributes);
 
   // Whether `emberline render` or `merge` wrote the file.
   bool is_ours() const { return texts_.contains("command"); }
   // The text of an attribute, such as "spp" or "complete"; empty if there is none.
   std::string text(const std::string& name) const;
-  // The settings that can be read; the others, and input files, have their defaults.
+  // The recorded settings. Those that cannot be read, and input files, have their defaults.
   const FrameSettings& settings() const { return settings_; }
   // Names and texts of the settings that differ from the defaults, input files included, in table
   // order. The instruction set, which every frame records, is left out.
   std::vector<std::pair<std::string, std::string>> given() const;
-  // The settings in which a frame of `now` would differ, each as "`spp` 64 (now 256)". Leaves out
-  // input files, whose names depend on the folder that a command runs in, and what changes no
-  // pixel: `time-limit`, `bucket-order`, the instruction set unless it is given.
+  // Lists the settings in which a frame rendered with `now` would differ, each as "`spp` 64 (now
+  // 256)". Leaves out input files, whose names depend on the folder in which a command runs, and
+  // settings that change no pixel: `time-limit`, `bucket-order` and, unless `now` sets it, the
+  // instruction set.
   std::vector<std::string> changes(const FrameSettings& now) const;
 
  private:

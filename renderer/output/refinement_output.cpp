@@ -15,7 +15,7 @@
 namespace emberline {
 namespace {
 
-// Rows per task, which take about 0.1 ms.
+// Rows per task; one task takes about 0.1 ms.
 constexpr size_t kRowGrain = 16;
 
 const Rgb kBorder(1.0f, 0.25f, 0.02f);  // orange: rare in pictures, visible on bright and dark

@@ -21,7 +21,7 @@ void draw_leaf_borders(const RefinementTree& tree, std::span<float> rgba, int wi
 // One JSON object:
 //   window           [x0, y0, x1, y1], half-open, in pixels
 //   phase, rounds    refinement_phase_name(), rounds inserted
-//   samples, pixels  number of inserted samples, and of all pixels
+//   samples, pixels  number of inserted samples, number of pixels
 //   settings         the tree's settings
 //   leaves_by_area   [n0, n1, ...]: leaves of 2^k .. 2^(k+1) - 1 pixels
 //   open             leaves that can still be split

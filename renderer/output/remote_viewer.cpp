@@ -11,13 +11,13 @@
 namespace emberline {
 namespace {
 
-// Seconds between whole pictures. A higher rate is hardly visible.
+// Minimum seconds between whole pictures. A higher rate is hardly visible.
 constexpr double kMinInterval = 0.1;
 
-// Fraction of the render time that whole pictures may cost: pauses for copying, in which workers
-// are idle, plus the sending thread's share of the machine. It is half of the 2 % that a viewer may
-// cost; the other half covers costs that are not measured here (kernel, caches, a viewer on the
-// same machine).
+// Fraction of the render time that whole pictures may cost. The cost is the pauses for copying, in
+// which workers are idle, plus the sending thread's CPU time divided by the thread count. The limit
+// is half of the 2 % that a viewer may cost; the other half covers costs that are not measured here
+// (kernel, caches, a viewer on the same machine).
 constexpr double kMaxCostFraction = 0.01;
 
 // Buckets smaller than this are combined into larger tiles for sending.

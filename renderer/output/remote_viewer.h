@@ -8,8 +8,8 @@
 
 namespace emberline {
 
-// Sends each tile when it is finished. For progressive drivers it sends whole pictures, so rarely
-// that they cost almost no render time.
+// Sends each tile when it is finished. With a progressive driver, sends whole pictures instead, so
+// rarely that they cost almost no render time.
 class RemoteViewer {
  public:
   // options.viewer must be set. The image is named after the output and the scene.

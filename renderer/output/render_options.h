@@ -55,8 +55,8 @@ struct RenderOptions : FrameSettings {
 bool is_part(const FrameSettings& settings);
 // Whether the checkpoint is kept when the frame is done.
 bool retains_checkpoint(const RenderOptions& options);
-// Returns the path of the checkpoint: beside the first output, unless the options name it. Empty if
-// there is none.
+// Returns the path of the checkpoint, which is beside the first output unless the options name
+// another. Empty if there is no checkpoint.
 std::string checkpoint_path(const RenderOptions& options);
 
 }  // namespace emberline

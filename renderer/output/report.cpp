@@ -165,7 +165,7 @@ OrderedJson clamped_json(const RenderReport& r) {
           {"groups", groups}};
 }
 
-// Null if none were requested.
+// Null if no mattes were requested.
 OrderedJson cryptomattes_json(const RenderReport& r) {
   OrderedJson kinds;
   for (const CryptomatteReport& kind : r.cryptomattes) {

@@ -17,16 +17,18 @@
 namespace emberline {
 
 struct RenderTimes {
-  // Wall time from the start of the command until it writes its reports, and the parts of it, which
-  // add up to more than 98 %. Setup is reading options and --reference, and opening the outputs.
+  // Wall time from the start of the command until it writes its reports, and its phases, which add
+  // up to more than 98 % of it. The setup phase reads options and --reference and opens the
+  // outputs.
   double wall_s = 0, setup_s = 0, load_s = 0, build_s = 0, render_s = 0, write_s = 0;
   double snapshots_s = 0;  // copying (not in render_s), encoding and measuring snapshots
-  // Time before wall_s, in which the process and its libraries were loaded.
+  // Time before wall_s begins, in which the process and its libraries are loaded.
   std::optional<double> start_s;
   double cpu_s = 0;         // CPU time of the process
   double render_cpu_s = 0;  // CPU time during render_s
-  // Time from the start of the process (including the loading of libraries) until a worker has its
-  // first 2048 samples, which take about a millisecond. Absent if no samples were taken.
+  // Time from the start of the process (including the loading of libraries) until a worker has
+  // finished its first 2048 samples, which take about a millisecond. Absent if no samples were
+  // taken.
   std::optional<double> first_sample_s, first_sample_cpu_s;
 };
 
@@ -79,11 +81,11 @@ std::string report_json(const RenderOptions& options, const RenderReport& report
 std::string replay_arguments(const NonFiniteSample& sample, uint32_t seed);
 
 // Warns unless all samples were finite, and says how to replay the first one that was not. `how` is
-// "with" followed by further options that are needed for that.
+// "with", followed by any further options that the replay needs.
 void warn_about_non_finite(const RenderCounters& counters, uint32_t seed,
                            const std::string& how = "with");
 
-// Fills in the defaults that a frame uses, for its reports and headers.
+// Fills in the defaults that a frame uses, so that its reports and headers record them.
 FrameSettings with_recorded_defaults(FrameSettings settings);
 // Returns settings, versions and seed as strings, for EXR header attributes.
 std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& options);

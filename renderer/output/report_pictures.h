@@ -24,8 +24,8 @@ struct RenderOptions;
 
 class ReportPictures {
  public:
-  // Upper limit on the page's pixels per side. Larger frames are averaged over squares of pixels as
-  // tiles arrive, so memory does not grow with the frame.
+  // Upper limit on the width and height of a picture. Larger frames are averaged over squares of
+  // pixels as tiles arrive, so memory does not grow with the frame.
   static constexpr int kMaxPixels = 1280;
 
   // `aovs` are the channels of the film. Throws UsageError for an unknown display or view.
@@ -43,7 +43,7 @@ class ReportPictures {
   struct Map {
     const HeatmapQuantity* quantity;
     // Each value is the mean over the pixels that have one; for errors it is the root mean square,
-    // and for reasons the value of one pixel.
+    // and for stop reasons the value of a single pixel.
     Plane plane;
   };
   std::vector<Map> maps() const;

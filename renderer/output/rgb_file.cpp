@@ -32,7 +32,8 @@ ImageLayer find_picture(const FloatImage& file, const std::string& path,
   return {"", {colour.first, colour.first + 1, colour.first + 2}, -1, true};
 }
 
-// Returns the name of the reference's layer to compare with this one; empty means its picture.
+// Returns the name of the reference's layer with which `layer` is compared; empty: the reference's
+// picture.
 std::string reference_layer(const FloatImage& file, const std::string& path,
                             const std::string& layer) {
   const auto has = [&](const std::string& name) {

@@ -27,7 +27,7 @@ struct RgbFile {
   RgbImage pixels;
   Rect crop;
   int frame_width = 0, frame_height = 0;
-  // The file also has a denoised picture, which these pixels are not.
+  // The file also has a denoised picture, but these pixels are not from it.
   bool has_denoised = false;
 
   bool is_whole_frame() const { return crop == Rect{0, 0, frame_width, frame_height}; }
@@ -36,21 +36,23 @@ struct RgbFile {
 // How read_rgb() chooses a picture's channels.
 struct LayerChoice {
   std::string layer;  // see find_layer(); empty: find_colour()
-  // If set, a missing denoised layer is replaced by the raw one, and any other missing layer by the
-  // picture if the file has only one layer.
+  // If set, a missing denoised layer is replaced by its raw counterpart. Any other missing layer is
+  // replaced by the picture if the file has only one layer.
   bool is_reference = false;
   std::string_view remedy = "save one of them as a separate file";  // see find_colour()
 };
 
 // Returns the pixels of the data window in linear Rec. 709. X, Y and Z of a layer count as R, G and
-// B; a layer's only number is used for all three. Throws InputError if the file is unreadable or
-// find_colour() finds no R, G and B, and UsageError if the layer is unknown or has two numbers.
+// B; a layer with a single channel uses it for all three. Throws InputError if the file is
+// unreadable or find_colour() finds no R, G and B, and UsageError if the layer is unknown or has
+// two channels.
 RgbFile read_rgb(const std::string& path, const LoadProgress& progress,
                  const LayerChoice& choice = {});
 
-// Returns the reference pixels with which `crop` is compared: those at the same position in a frame
-// of the same size or, if one of the pictures stores no position and the sizes match, all of them.
-// Otherwise throws InputError that calls the compared picture `what`.
+// Returns the reference pixels with which `crop` is compared. If the reference's frame has the same
+// size, these are the pixels at the same position. If the frames differ, one of the pictures stores
+// no position and the sizes match, they are all pixels. Otherwise throws InputError that calls the
+// compared picture `what`.
 RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect& crop,
                           int frame_width, int frame_height);
 

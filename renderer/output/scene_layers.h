@@ -21,7 +21,7 @@ struct SceneLayers {
   std::vector<CryptomatteNames> cryptomattes;
 };
 
-// Returns the layers of a frame with these parts and this camera. `origin` is that of the scene.
+// Returns the layers of a frame with these parts and this camera. `origin` is the scene's origin.
 SceneLayers scene_layers(const SceneParts& parts, const Camera& camera, const Vec3d& origin);
 
 void put_scene_layers(const SceneLayers& layers, nlohmann::json& head);

@@ -132,7 +132,7 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& cro
     reference_ = reference_pixels(read_rgb(options.reference, progress), "the frame to measure",
                                   crop, options.width, options.height);
   }
-  image_library();  // needed for the animation; if it is missing, fails before rendering
+  image_library();  // the animation needs it; fails here, before rendering, if it is missing
   folder_.emplace(options.snapshots, OwnedFolderKind{"`snapshots`", kMarker});
   for (const std::string& name : folder_->entries()) {
     if (matches_pending(name)) folder_->check(std::array{name});

@@ -21,7 +21,7 @@
 namespace emberline {
 
 // A moment is due at the first pause at which its value has been reached. The driver pauses for it
-// after the next part.
+// at the end of the current part.
 struct SnapshotMoment {
   enum class Unit : uint8_t { kFirstPause, kPercentCovered, kSeconds, kSamplesPerPixel };
   Unit unit = Unit::kFirstPause;
@@ -46,8 +46,8 @@ struct SnapshotReport {
   double completion = 0.0;  // fraction of the first pass, in [0, 1]
   uint64_t samples = 0;     // number in the frame so far
   double elapsed_s = 0.0;   // render time, excluding earlier snapshots
-  // Error against the reference, if there is one. rmse is that of display values (sRGB, 0 to 1,
-  // after --exposure); the others are of radiance, as in error_metrics.h.
+  // Error against the reference, if there is one. rmse is computed from display values (sRGB, 0 to
+  // 1, after --exposure), the others from radiance, as in error_metrics.h.
   std::optional<double> rmse, mse, rel_mse;
 };
 
@@ -55,15 +55,15 @@ class SnapshotRecorder {
  public:
   // Checks all options and creates the folder if needed; removes it at the end if it is still
   // empty. Throws UsageError (also if a file of another program has the name of a snapshot),
-  // RenderError for an unwritable folder, InputError for a reference that cannot be read or has
-  // another size than the crop.
+  // RenderError for an unwritable folder, InputError for a reference that cannot be read or does
+  // not cover the crop.
   SnapshotRecorder(const RenderOptions& options, const Rect& crop, const LoadProgress& progress);
 
   // Copies the picture if a snapshot is due `elapsed_s` after the start of rendering.
   void update(const JobProgress& progress, const LivePicture& picture, double elapsed_s);
 
-  // For RenderSink: whether a moment has come, and the sample count of the next moment given in
-  // samples. Any thread, but not during update().
+  // For RenderSink: whether a moment given in seconds is due, and at how many samples the next of
+  // the other moments is. Any thread, but not during update().
   bool is_due(double elapsed_s) const;
   std::optional<uint64_t> next_sample_count() const;
 

@@ -23,11 +23,11 @@ struct Terms {
 };
 
 // Errors are relative, so that a bright pixel does not dominate its dark neighbours. Below this
-// squared radiance, which is almost black on a display, they are absolute.
+// squared radiance, which is almost black on a display, errors are absolute.
 constexpr float kMinSquaredRadiance = 1e-5f;
 // Pixels in noisy neighbourhoods count less. Otherwise the terms of rare light would drown those of
 // the dark pixels around it. The value was chosen on the lamps' reflections in `thin_wires`, whose
-// dark pixels get worse with a smaller one (tests/bench/results/denoising.md).
+// dark pixels get worse with a smaller value (tests/bench/results/denoising.md).
 constexpr float kNoiseWeight = 80.0f;
 
 void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& own) {
@@ -83,7 +83,7 @@ Terms measure(const Halves& h, const Candidates& candidates) {
 // right to brighten them. Next to a lamp, dark pixels may really be dark. The half that saw a pixel
 // dark cannot tell these cases apart, but the other half can, since it is independent. Pixels that
 // one half saw darker than this fraction of their filtered value are pooled separately, and the
-// other half measures how far they should change.
+// other half measures how far these pixels should change.
 constexpr float kDarkRatio = 0.25f;
 // Noisy pixels count less in these pools, although they matter most, so the pooled fraction is
 // multiplied by this. With this value, uniform noise is filtered as if dark pixels were not treated
@@ -227,7 +227,8 @@ Choice choose_shares(const Halves& h, const Terms& own, const Terms& own_dark) {
   return choice;
 }
 
-// Applies dark_fraction gradually: not at all at a ratio of kDarkRatio, fully at half of that.
+// Applies dark_fraction gradually: not at all where raw / filtered is kDarkRatio, fully at half
+// that ratio.
 void limit_dark_pixels(const Halves& h, const Candidates& candidates, Choice& choice) {
   for_each_pixel(h.width, h.height, [&](int x, int y) {
     float raw = 0.0f, filtered = 0.0f;
@@ -270,18 +271,18 @@ void fill_unknown(const Halves& h, std::array<BorderedPlane, kBandwidths>& share
   }
 }
 
-// Upper bound of the squared error of a displayed value in [0, 1].
+// Upper bound on the squared error of a displayed value in [0, 1].
 constexpr float kMaxSquaredError = 0.25f;
 
-// Sums over a neighbourhood. Two small boxes in sequence reach as far as one of kPoolRadius,
-// without its visible edges around a bright pixel.
+// Sums over a neighbourhood. Two small boxes in sequence reach as far as one box of kPoolRadius,
+// but leave no visible edges around a bright pixel.
 constexpr int kFirstPool = (kPoolRadius + 1) / 2, kSecondPool = kPoolRadius - kFirstPool;
 BorderedPlane pool_smoothly(const BorderedPlane& own) {
   return box_sum(box_sum(own, kFirstPool), kSecondPool);
 }
 
-// The mean of the weights in pool_smoothly(), weighted by the weights themselves: 36 for boxes of 9
-// and 9 pixels.
+// The mean weight of a pixel in pool_smoothly(), itself weighted by these weights: 36 for two boxes
+// of 9 x 9 pixels.
 constexpr float pixel_weight() {
   float sum = 0.0f, squares = 0.0f;
   for (int i = -kPoolRadius; i <= kPoolRadius; ++i) {
@@ -309,8 +310,8 @@ BorderedPlane rarity(const Halves& h) {
 }
 
 // Adds the error of unseen rare light. Where few pixels have most of the error, both halves may
-// have missed the light of another such pixel. The added error is that of one pixel: the mean of
-// the seen errors, weighted by error and rarity.
+// have missed the light of another such pixel. Adds the error that one such pixel would have: the
+// mean of the seen errors, weighted by error and rarity.
 void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPlane& pool) {
   constexpr float kMaxPixelError = 1.0f;  // squared error of a displayed pixel
   BorderedPlane errors = own, squares = own;

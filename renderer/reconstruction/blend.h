@@ -2,7 +2,7 @@
 // expected squared error of r + sum_k a_k (F_k - r) is, for any bias of F_k,
 //   V - 2 sum_k a_k (V - C_k) + sum_kl a_k a_l D_kl,
 // where V is the variance of r, C_k the covariance of r and F_k, and D_kl the mean product of F_k -
-// r and F_l - r. All of them can be measured (Stein, "Estimation of the Mean of a Multivariate
+// r and F_l - r. All these terms can be measured (Stein, "Estimation of the Mean of a Multivariate
 // Normal Distribution", 1981) and are pooled over neighbours. The weights a_k that minimise the
 // error go to 0 where the filter's bias exceeds the noise, so the image converges.
 #pragma once
@@ -26,7 +26,7 @@ using Candidates = std::array<Candidate, kBandwidths>;
 struct Blend {
   std::array<BorderedPlane, kBandwidths> shares;  // weight of each candidate; the rest is raw
   ColourPlanes colour;
-  std::optional<OutlierEnergy> outlier_energy;  // already returned to `colour`
+  std::optional<OutlierEnergy> outlier_energy;  // its light is already in `colour`
   // Expected squared error of the displayed pixel, in the raw and in the blended image.
   BorderedPlane error_before, error;
 };

@@ -9,7 +9,7 @@
 
 namespace emberline {
 
-// Loops that treat all pixels of a row equally process runs of this constant length, so that the
+// Loops that treat all pixels of a row alike process runs of this constant length, so that the
 // compiler unrolls and vectorises them.
 inline constexpr int kRun = 64;
 inline constexpr int kPad = 32;  // columns on either side, enough for every window

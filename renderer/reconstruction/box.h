@@ -1,5 +1,5 @@
 // Means over squares of pixels. Each square is summed separately, not as a running sum, so that a
-// pixel has the same bits wherever a band begins.
+// pixel's bits do not depend on where a band begins.
 #pragma once
 
 #include "renderer/reconstruction/bordered_plane.h"

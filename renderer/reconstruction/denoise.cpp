@@ -192,8 +192,8 @@ Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& s
   return factors;
 }
 
-// Replaces the filtered fraction of a part's raw image by the pixels' own contributions; the fits'
-// contributions are added later.
+// In the filtered fraction of each pixel of a part, replaces the raw value by the value's own
+// contribution to the filtered pixel. The contributions of the fits are added later.
 void add_unfiltered(const Halves& h, const Factors& factors, const Blend& shares, Part& part) {
   for_each_row(h.height, [&](int y) {
     for (size_t c = 0; c < 3; ++c) {
@@ -215,7 +215,7 @@ void add_unfiltered(const Halves& h, const Factors& factors, const Blend& shares
 constexpr int kSplitRadius = 2;
 static_assert(kSplitRadius <= kPoolRadius);  // rows that far outside [begin, end) must be filtered
 
-// Distributes the difference between the whole and the sum of the parts over the parts, for rows
+// Distributes the difference between the whole and the sum of the parts among the parts, for rows
 // [begin, end).
 void distribute_remainder(const ColourPlanes& whole, int begin, int end, std::vector<Part>& parts) {
   const int width = whole[0].width(), height = whole[0].height();

@@ -4,10 +4,9 @@
 // weighted by the similarity of their colours (Bitterli et al. 2016, "Nonlinearly Weighted
 // First-order Regression for Denoising Monte Carlo Renderings"). A frame's samples come as two
 // independent halves, and each half is filtered with the other's weights, so that noise does not
-// influence its own weights. The error of each candidate is measured by the difference of the two
-// filtered halves and by the difference between the filtered and the raw image (Rousselle et al.
-// 2012, 2013). For each pixel the best combination is chosen; the raw image is one of the
-// candidates.
+// influence its own weights. The error of each filtered image is measured by the difference of its
+// two halves and by its difference from the raw image (Rousselle et al. 2012, 2013). For each pixel
+// the best combination of the filtered images and the raw image is chosen.
 #pragma once
 
 #include <array>
@@ -24,7 +23,7 @@ struct HalfPlanes {
 using HalfColour = std::array<HalfPlanes, 3>;  // linear Rec. 709
 
 // All planes have width * height values. NaN and infinities count as 0. A pixel without samples in
-// a half is unknown there.
+// a half is unknown in that half.
 
 struct DenoiseInput {
   int width = 0, height = 0;
@@ -44,20 +43,21 @@ struct DenoiseInput {
 struct DenoisedPicture {
   std::array<std::vector<float>, 3> colour;
   std::vector<float> error;  // expected RMS error of the displayed pixel (display_error.h)
-  std::vector<std::array<std::vector<float>, 3>> parts;  // same weights; they add up to `colour`
+  std::vector<std::array<std::vector<float>, 3>> parts;  // with `colour`'s weights; add up to it
   double squared_error_before = 0.0;  // of the displayed raw image, summed over pixels
   double squared_error_after = 0.0;
   size_t unchanged_pixels = 0;  // number of pixels that look unchanged
 };
 
 // A row depends on this many rows above and below. If the input of a band of a large frame includes
-// this margin (less at the frame's border), the band has the same bits as in the whole frame.
+// this margin (less at the frame's border), the band is bit-identical to the same rows of the whole
+// frame.
 inline constexpr int kDenoiseMargin = 46;
 // Rows per band; a small frame has fewer. The margins are filtered again for each band.
 inline constexpr int kDenoiseBandRows = 384;
 
-// Denoises rows [begin, end) of the input, or all rows. The bits depend neither on the threads
-// (TBB's current arena) nor on the bands. Returns an empty picture after a stop request.
+// Denoises rows [begin, end) of the input, or all rows. The result's bits depend neither on the
+// threads (TBB's current arena) nor on the bands. Returns an empty picture after a stop request.
 DenoisedPicture denoise(const DenoiseInput& input, int begin, int end,
                         const std::stop_token& stop = {});
 DenoisedPicture denoise(const DenoiseInput& input, const std::stop_token& stop = {});

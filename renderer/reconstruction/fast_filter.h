@@ -25,8 +25,8 @@ struct FeatureRow {
   float* variance;  // variance of the mean's luminance; negative: unknown
 };
 
-// Keeps its memory between images. Filters one image at a time, on TBB's current arena; the bits do
-// not depend on the number of threads.
+// Keeps its memory between images. Filters one image at a time, on TBB's current arena; the
+// result's bits do not depend on the number of threads.
 class FastFilter {
  public:
   FastFilter();

@@ -32,7 +32,7 @@ float sample_variance(float d, float n_a, float n_b) {
 }
 
 // The mean of difference(x, y, n_a, n_b) over neighbours with both halves known. `both_known` is
-// the number of these.
+// the number of such neighbours.
 template <typename Difference>
 BorderedPlane pooled_variance(const Halves& h, const BorderedPlane& both_known,
                               const Difference& difference) {
@@ -70,7 +70,7 @@ void read_counts(const DenoiseInput& input, Halves& h) {
 
 // A pixel of a half is an outlier if it is this many times as bright as all other nearby pixels in
 // either half. Neighbours say nothing about such rare excess light, so it stays in place,
-// unfiltered. A pixel that is as far below black is not light, and stays in place entirely.
+// unfiltered. A value that far below black is not light, so its pixel stays in place entirely.
 constexpr float kOutlierRatio = 20.0f;
 
 // For each pixel, the largest value of its channels, and how far the smallest is below black.

@@ -35,7 +35,8 @@ struct Halves {
   // The pixel's variance estimated only from the difference of its own two halves (one degree of
   // freedom), summed over channels. 0 if a half is unknown.
   BorderedPlane own_noise;
-  // The same for each channel of the input, before samples are shared and outliers limited.
+  // The variance estimated in the same way for each channel of the input, before samples are shared
+  // and outliers limited.
   ColourPlanes raw_noise;
   std::vector<Feature> features;
 };

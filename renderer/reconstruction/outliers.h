@@ -1,7 +1,8 @@
-// Returns the light of rare bright samples. The neighbours of such a pixel reject its light while
-// the pixel itself is filtered, so the light would be lost. If a neighbourhood loses more light
-// than its usual noise explains, the loss is returned to its noisiest pixels, where the light came
-// from. This is linear in the images, so light groups still add up to the whole.
+// Gives back the light of rare bright samples, which filtering would lose: the pixel with such a
+// sample becomes as dark as its neighbours, which reject its light. If a neighbourhood loses more
+// light than its usual noise explains, the loss is returned to the neighbourhood's noisiest pixels,
+// where the light came from. This is linear in the images, so light groups still add up to the
+// whole.
 #pragma once
 
 #include "renderer/reconstruction/halves.h"
@@ -17,7 +18,7 @@ class OutlierEnergy {
   // away.
   void restore(const BorderedPlane& raw, BorderedPlane& filtered) const;
 
-  // Fraction of a single pixel's change that is returned to the pixel.
+  // If filtering changes only one pixel, the fraction of the change that is returned to this pixel.
   const BorderedPlane& own_fraction() const { return own_fraction_; }
 
  private:

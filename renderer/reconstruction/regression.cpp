@@ -14,8 +14,8 @@ constexpr int term(int row, int column) { return row * (row + 1) / 2 + column; }
 // A ridge relative to the feature's variance in the window; avoids extreme slopes if features are
 // collinear.
 constexpr float kRidge = 1e-3f;
-// A ridge relative to the feature's mean squared difference from the pixel's; covers the rounding
-// error of a variance of 0.
+// A ridge relative to the feature's mean squared difference from its value at the pixel; covers the
+// rounding error where the variance is 0.
 constexpr float kRoundingRidge = 1e-5f;
 // A ridge relative to the feature's noise; limits the influence of features that vary by no more
 // than their noise.
@@ -23,8 +23,8 @@ constexpr float kNoiseRidge = 4.0f;
 // Minimum independent part of a feature's variance, relative to the variance; less is rounding
 // error.
 constexpr float kMinPivot = 1e-5f;
-// A feature is ignored in windows where its spread(), or that of its difference from a feature
-// already chosen, is smaller.
+// A feature is ignored in windows where its spread(), or the spread() of its difference from a
+// feature already chosen, is not above this.
 constexpr float kMinSpread = 4e-6f;
 constexpr float kMinDivisor = 1e-30f;
 constexpr float kMaxWeight = 1e6f;  // of a pixel in its own fit; a full window's mean needs less
@@ -75,8 +75,8 @@ void WindowFit::set_position(const Tile& tile, int column, int row) {
   for (int k = 0; k < features(); ++k) load(feature(k, y_), center_[k]);
 }
 
-// Chooses the features that vary. On a plane, only depth varies in most windows, and the cost of
-// each additional feature grows with the number of features.
+// Chooses the features that vary. On a plane, only depth varies in most windows, and each
+// additional feature costs more than the one before.
 void WindowFit::choose_features() {
   feature_count_ = 0;
   for (size_t k = 0; k < std::min(halves_.features.size(), size_t(kMaxFeatures)); ++k) {

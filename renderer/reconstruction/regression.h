@@ -50,7 +50,7 @@ class WindowFit {
 
   // apply() fits an image of the same half. add_to() adds the predictions for the window's pixels
   // to `sums`, multiplied by the pixels' weights in the fit and by `factor` unless it is null;
-  // add_weights_to() adds these weights.
+  // add_weights_to() adds the weights alone.
   using Picture = std::array<const BorderedPlane*, 3>;
   void apply(const Picture& picture);
   void add_to(ColourPlanes& sums, const BorderedPlane* factor) const;

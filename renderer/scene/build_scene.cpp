@@ -42,8 +42,8 @@ double largest_entry(const std::array<Vec3d, 3>& rows) {
   return largest;
 }
 
-// Inverse transpose of the linear part up to a positive factor: the cofactor matrix, times the
-// determinant's sign, so that mirroring keeps the front side in front.
+// Returns the inverse transpose of the linear part, up to a positive factor. This is the cofactor
+// matrix times the determinant's sign, which keeps the front side in front under mirroring.
 std::array<Vec3d, 3> normal_rows(const Mat44d& m) {
   std::array<Vec3d, 3> rows = cofactors(m);
   // The rows are scaled to a largest entry of 1, since the cofactors of a 1e-6 transform are 1e-12.
@@ -52,7 +52,7 @@ std::array<Vec3d, 3> normal_rows(const Mat44d& m) {
   return rows;
 }
 
-// Upper bound of the factor by which the inverse enlarges a vector's largest coordinate.
+// Upper bound on the factor by which the inverse enlarges a vector's largest coordinate.
 double inverse_growth(const Mat44d& m) {
   return 3.0 * largest_entry(cofactors(m)) / std::abs(determinant3(m));
 }
@@ -67,10 +67,11 @@ Space space_of(const WorldBounds& bounds) {
   Space space;
   const double radius = bounds.radius();
   const Vec3d center = bounds.isEmpty() ? Vec3d(0.0) : bounds.center();
-  // If the centre is at most two radii from the origin, this costs at most one bit of precision, so
-  // ordinary scenes keep their exact coordinates.
+  // Keeping an origin that is at most two radii from the centre costs at most one bit of precision,
+  // so ordinary scenes keep it and thus their exact coordinates.
   if (center.length() > 2.0 * radius && !bounds.isEmpty()) space.origin = center;
-  // Squared lengths of extreme scenes would underflow or overflow. A power of two is exact.
+  // Scales extreme scenes, whose squared lengths would underflow or overflow. A power of two is
+  // exact.
   if (radius > 0 && (radius < 1e-3 || radius > 1e5)) {
     space.scale = std::exp2(-std::round(std::log2(radius)));
   }
@@ -156,7 +157,7 @@ void SceneBuilder::begin() {
   scene_->instances_.resize(description_.instances.size());
 }
 
-// Runs the steps that follow place_meshes(); they may fail.
+// Runs the steps that follow place_meshes(). They may throw.
 void SceneBuilder::finish_build(SceneUpdater& updater, const Scene* before) {
   updater.assign_materials();
   if (!options_.editable) drop_unread_attributes();
@@ -235,7 +236,8 @@ void SceneBuilder::choose_space() {
     throw InputError(description_.file, "the scene's extent is not finite");
   }
   Space space = space_of(bounds);
-  // A pose uses the space of the rest pose while that is precise enough, so that poses share it.
+  // A pose uses the rest pose's space while that is precise enough, so that all poses share one
+  // space.
   if (const auto& rest = description_.rest_bounds;
       rest && is_precise_for(space_of(*rest), bounds)) {
     space = space_of(*rest);
@@ -256,7 +258,8 @@ Mat44d SceneBuilder::to_internal(const Mat44d& to_world) const {
 
 void SceneBuilder::move_arrays(MeshDescription& source, Mesh& mesh) {
   const auto pad = [](std::vector<Vec3f>& positions) {
-    // Embree reads 16 bytes at the last vertex. reserve() avoids doubling the capacity.
+    // Embree reads 16 bytes at the last vertex, so one more is added. reserve() avoids doubling the
+    // capacity.
     positions.reserve(positions.size() + 1);
     positions.emplace_back(0.0f);
   };
@@ -270,7 +273,7 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
   mesh.is_baked = true;
   const Mat44d& m = placed.to_world;
   const bool mirrored = determinant3(m) < 0;
-  constexpr size_t kGrain = size_t(1) << 14;  // about 100 microseconds
+  constexpr size_t kGrain = size_t(1) << 14;  // about 100 microseconds of work
   const auto for_each = [&](size_t count, const auto& change) {
     parallel_each(count, kGrain, [&](size_t i) {
       if (i % 65536 == 0) progress_.check();
@@ -380,7 +383,7 @@ void SceneBuilder::add_next_frame_placements() {
     if (!next_frame && !deforms) continue;
     const Mat44d now = to_internal(description_.instances[i].to_world);
     Mat44d place = next_frame ? to_internal(*next_frame) : now;
-    // The mesh is already in internal space, so the transform must start there.
+    // The mesh is already in internal space, so the transform must map from internal space.
     if (!instance.transformed && !deforms) place = now.inverse() * place;
     progress_.budget()->reserve(MemoryPart::kGeometry, sizeof(scene_detail::NextFramePlacement),
                                 description_.file);

@@ -1,4 +1,4 @@
-// Builds a Scene from a SceneDescription, with only what the frame uses.
+// Builds a Scene from a SceneDescription. The Scene contains only what the frame uses.
 #pragma once
 
 #include <memory>
@@ -18,8 +18,8 @@ struct SceneBuildOptions {
   bool bvh = true;
   // If true, keeps texture coordinates that no material reads, for the integrator that shows them.
   bool unread_uv = false;
-  // If true, update_scene() may be called: keeps unread vertex attributes and the tables of an
-  // environment that is off, and lets the BVH's filter decide about culling at each hit.
+  // If true, update_scene() may be called. The scene then keeps unread vertex attributes and the
+  // tables of an environment that is off, and the BVH's filter decides about culling at each hit.
   bool editable = false;
   // If true (for editable scenes only), repose_scene() may be called. Geometry that no pose moves
   // gets a separate BVH, so rays enter one more instance.
@@ -33,9 +33,9 @@ struct SceneBuildOptions {
 std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuildOptions& options,
                                    LoadProgress& progress = LoadProgress::none());
 
-// Replaces a scene's materials, lights and environment. The scene then renders the same bits as one
-// built from `description`; the BVH is kept. The description may differ from the scene's only by
-// SceneEdits; its geometry is not read, so an outline is enough. `options` must be those of the
+// Replaces a scene's materials, lights and environment. The scene then renders bit-identically to
+// one built from `description`, but keeps its BVH. The description may differ from the scene's only
+// by SceneEdits; its geometry is not read, so an outline is enough. `options` must be those of the
 // build, with `editable` set. The scene must not be used during the call. Uses TBB. Throws
 // InputError for an invalid texture, leaving the scene unchanged.
 //
@@ -46,15 +46,16 @@ std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuil
 void update_scene(Scene& scene, const SceneDescription& description,
                   const SceneBuildOptions& options);
 
-// Changes the scene to another pose of its file. It then renders the same bits as one built from
-// the complete `posed` description. Meshes that `posed` omits (MeshDescription::reused_bounds) are
-// taken from the scene, with their BVHs. Deforming meshes, the top level, and static meshes whose
-// instance index changed are rebuilt. If nothing has moved, this is update_scene().
+// Changes the scene to another pose of its file. The scene then renders bit-identically to one
+// built from the complete `posed` description. Meshes that `posed` omits
+// (MeshDescription::reused_bounds) are taken from the scene, with their BVHs. Deforming meshes, the
+// top level, and static meshes whose instance index changed are rebuilt. If nothing has moved, this
+// does the same as update_scene().
 //
-// Returns false if the pose needs another internal space or a mesh that the scene lacks; it must
-// then be built from a complete description. The scene must not be used during the call and may be
-// another object afterwards. Throws like build_scene(). On an exception or false, the scene is
-// unchanged.
+// Returns false if the pose needs another internal space or a mesh that the scene lacks; the caller
+// must then build the scene from a complete description. The scene must not be used during the
+// call; `scene` may point to another object afterwards. Throws like build_scene(). On an exception
+// or false, the scene is unchanged.
 bool repose_scene(std::unique_ptr<Scene>& scene, SceneDescription posed,
                   const SceneBuildOptions& options, LoadProgress& progress = LoadProgress::none());
 

@@ -227,9 +227,10 @@ Vec2f Camera::velocity(const Vec3d& direction, double frames) const {
                        frames);
 }
 
-// Film velocity between two points in view space.
+// Film velocity of a point that moves from `from` to `to`, each in the view space at its time.
 Vec2f Camera::film_velocity(const Vec3d& from, const Vec3d& to, double frames) const {
-  // Chosen by us. At this depth, a point is seen a hundred times as far off the axis.
+  // Chosen by us. At this depth, a point appears a hundred times as far from the axis as at the
+  // greater depth.
   constexpr double kMinDepthRatio = 0.01;
   const double min_depth = kMinDepthRatio * std::max(from.z, to.z);
   const auto project_to_film = [&](const Vec3d& p, const Vec3d& other) {
@@ -243,7 +244,7 @@ Vec2f Camera::film_velocity(const Vec3d& from, const Vec3d& to, double frames) c
           pixels_per_frame(displacement.y / -shape_.per_row, frames)};
 }
 
-// Velocity between two directions, each relative to the camera's position at that time.
+// Film velocity of a point that moves from `from` to `to`, each relative to the camera at its time.
 Vec2f Camera::panorama_velocity(const Vec3d& from, const Vec3d& to, double frames) const {
   const auto longitude = [](const Vec3d& v) { return std::atan2(v.z, v.x) / (2 * kPiD); };
   const auto latitude = [](const Vec3d& v) { return std::atan2(v.y, std::hypot(v.x, v.z)) / kPiD; };

@@ -5,8 +5,8 @@
 // The lens follows R. Cook, T. Porter, L. Carpenter, "Distributed Ray Tracing" (SIGGRAPH 1984): all
 // light that comes from a point in the plane of focus and passes through the lens meets in one
 // point of the film. Terms follow C. Kolb, D. Mitchell, P. Hanrahan, "A Realistic Camera Model for
-// Computer Graphics" (SIGGRAPH 1995), section 3. The frame is that of a pinhole at the lens's
-// centre: it does not change with the focus distance, and there is no vignetting.
+// Computer Graphics" (SIGGRAPH 1995), section 3. The picture is framed as by a pinhole at the
+// lens's centre, so the framing does not change with the focus distance. There is no vignetting.
 #pragma once
 
 #include <Imath/ImathBox.h>
@@ -37,8 +37,8 @@ class Camera {
          double scale, double max_origin = kMaxOrigin);
 
   // film: continuous pixel coordinates, (0, 0) at the frame's top-left corner, y downwards. Takes
-  // at most kRayBatch points, so that the arithmetic vectorises; a ray does not depend on its
-  // neighbours.
+  // at most kRayBatch points, so that the arithmetic vectorises. No ray depends on the other
+  // points.
   void rays(std::span<const Vec2f> film, Ray* out) const { generate_rays(view_, film, out); }
   // Whether there is a lens, so that rays need lens samples.
   bool has_lens() const { return shape_.lens; }
@@ -56,11 +56,11 @@ class Camera {
   // Whether the camera moves or zooms during the shutter. The functions above use its state at
   // shutter open.
   bool moves() const { return zoom_ || !steps_.empty(); }
-  // A ray at a time in [0, 1]; `lens` as above, ignored without a lens.
+  // The ray at a shutter time in [0, 1]. `lens` is as above, and ignored if the camera has no lens.
   Ray ray(const Vec2f& film, const Vec2f& lens, float time) const;
 
-  // Bounds of ray origins in internal space while the shutter is open, for film up to twice as wide
-  // and high as the frame.
+  // Bounds of ray origins in internal space while the shutter is open, for film points in an area
+  // twice as wide and high as the frame.
   Imath::Box3f origin_bounds() const;
 
   // Whether the camera is a perspective pinhole that does not move while the shutter is open.
@@ -70,40 +70,39 @@ class Camera {
   }
   bool is_panorama() const { return shape_.panorama; }
   const Vec3d& position() const { return pose_.position; }
-  // Size of a pixel at distance 1.
+  // Width and height of a pixel at distance 1.
   Imath::V2d pixel_size() const { return {shape_.per_column, -shape_.per_row}; }
   // Returns (x * depth, y * depth, depth) of a point in internal space, with x and y in pixels.
   Vec3d project_to_film(const Vec3d& point) const;
 
-  // Matrices from world space at shutter open, as OpenEXR's header defines them; `origin` is the
-  // scene's. to_camera maps to right, up and ahead. to_ndc maps, after division by w, to the frame:
-  // (0, 0) is its upper left and (1, 1) its lower right corner, z is 1 / depth (orthographic: the
-  // depth). Not for panoramas, whose projection is not a matrix.
+  // The matrices from world space at shutter open that OpenEXR defines for its header; `origin` is
+  // Scene::origin(). to_camera maps to the axes right, up and ahead. to_ndc maps, after division by
+  // w, to the frame, whose upper left corner is (0, 0) and lower right (1, 1); z is 1 / depth
+  // (orthographic: the depth). Not for panoramas, whose projection is not a matrix.
   struct WorldMatrices {
     Mat44d to_camera, to_ndc;
   };
   WorldMatrices world_matrices(const Vec3d& origin) const;
 
-  // Distance from the lens plane along the viewing axis; for a panorama, distance from its
-  // position.
+  // Distance from the lens plane along the viewing axis; for a panorama, distance from the camera.
   float axial_depth(const Vec3f& point, float time) const {
     if (moves()) [[unlikely]]
       return axial_depth(view_at(time), point);
     return axial_depth(view_, point);
   }
 
-  // Film velocity in pixels per frame, to the right and up, of a point that moves from `from` at
-  // shutter open to `to` at shutter close, `frames` later; with an instant shutter, from the
-  // rendered instant to one frame later (CameraDescription::next_frame). The point is seen through
-  // the lens's centre. Its path is clipped where its depth falls below a hundredth of the greater
-  // depth of its two ends; the result fits a half float. In a panorama the motion takes the shorter
-  // way round.
+  // Film velocity in pixels per frame, to the right and up, of a point that is at `from` at shutter
+  // open and at `to` at shutter close, `frames` frames later. With an instant shutter, these times
+  // are the rendered instant and one frame later (CameraDescription::next_frame). The point is seen
+  // through the lens's centre. Its path is clipped to depths of at least a hundredth of its farther
+  // end's depth. The result fits a half float. In a panorama, the motion takes the shorter way
+  // round.
   Vec2f velocity(const Vec3d& from, const Vec3d& to, double frames) const;
   // Film velocity of a point at infinity, due to the camera's rotation.
   Vec2f velocity(const Vec3d& direction, double frames) const;
 
  private:
-  // Position and orientation in internal space; a right-handed frame.
+  // Position and orientation in internal space; right, up and -axis form a right-handed frame.
   struct Pose {
     Vec3d position, right, up, axis;
   };
@@ -115,7 +114,7 @@ class Camera {
   // step between pixels, `handed` (-1 for a mirrored image, otherwise 1), and the lens radius.
   struct Shape {
     bool orthographic = false, panorama = false;
-    double width = 1.0, height = 1.0;  // frame size in pixels, for a panorama
+    double width = 1.0, height = 1.0;  // frame size in pixels; only panoramas use it
     Vec2f turns_per_pixel = Vec2f(0.0f);
     double half_width = 1.0, half_height = 1.0, per_column = 1.0, per_row = -1.0, handed = 1.0;
     bool lens = false;
@@ -126,14 +125,14 @@ class Camera {
   struct View {
     Vec3f position = Vec3f(0.0f);
     Vec3f axis = Vec3f(0.0f, 0.0f, -1.0f);
-    // Direction (perspective) or offset (orthographic) of film (0, 0), and the step per pixel right
-    // and down.
+    // Direction (perspective) or offset (orthographic) of the film point (0, 0), and its change per
+    // pixel to the right and down.
     Vec3f corner = Vec3f(0.0f);
     Vec3f per_x = Vec3f(0.0f), per_y = Vec3f(0.0f);
-    Vec3f lens_x = Vec3f(0.0f), lens_y = Vec3f(0.0f);  // lens radius to the right and up
+    Vec3f lens_x = Vec3f(0.0f), lens_y = Vec3f(0.0f);  // lens radius, as vectors
   };
 
-  // Half the image height for a field of view or a magnification.
+  // Half the image height for `size`, the vertical field of view or (orthographic) magnification.
   double half_height_of(double size, double scale) const;
   Pose pose_of(const Mat44d& to_world, const std::string& name, const Vec3d& origin, double scale,
                double max_origin) const;

@@ -74,7 +74,7 @@ std::shared_ptr<const CameraSolids> CameraSolids::find(const Scene& scene, const
 
   std::shared_ptr<CameraSolids> found(new CameraSolids(scene));
   found->differs_per_ray_ = differs_per_ray;
-  // A ray that meets an edge may be counted wrongly, so two of three rays decide.
+  // A ray that meets an edge may give a wrong count, so two of the three rays must agree.
   std::map<uint32_t, int> votes;
   for (const Vec3f& direction : kDirections) {
     for (const auto& [instance, winding] :

@@ -16,8 +16,8 @@ class CameraSolids {
   // camera and ignores it. The scene must outlive the result.
   static std::shared_ptr<const CameraSolids> find(const Scene& scene, const Camera& camera);
 
-  // Stores the interior in which each ray starts in `out`. It depends only on the ray's origin and
-  // time. Thread-safe.
+  // Stores in `out` the interior in which each ray starts. A ray's interior depends only on its
+  // origin and time. Thread-safe.
   void interiors(std::span<const Ray> rays, std::span<Interior> out) const;
 
  private:

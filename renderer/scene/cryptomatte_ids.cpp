@@ -15,12 +15,12 @@ struct NamedId {
   uint32_t id = 0;
 };
 
-// Makes all names and ids distinct. The first occurrence of a name keeps it unless its id is taken;
-// the others get a number.
+// Makes all names and ids distinct. The first entity with a name keeps the name, unless its id is
+// already taken. The others get a number appended.
 std::vector<NamedId> make_names_unique(const std::vector<std::string>& requested) {
   std::vector<NamedId> named;
   std::unordered_set<uint32_t> taken;
-  std::map<std::string, uint64_t> numbers;  // last number of each name
+  std::map<std::string, uint64_t> numbers;  // last number appended to each name
   std::vector<size_t> numbered;
   for (size_t i = 0; i < requested.size(); ++i) {
     named.push_back({requested[i], cryptomatte_id(requested[i])});
@@ -54,7 +54,7 @@ Entities entities_by_name(const SceneDescription& scene) {
   return entities;
 }
 
-// Returns the objects or the assets (whole hierarchies).
+// Returns the assets (whole hierarchies) or, if `assets` is false, the objects.
 Entities entities_by_node(const SceneDescription& scene, bool assets) {
   Entities entities;
   const auto entity_of_node = [&](size_t node) {

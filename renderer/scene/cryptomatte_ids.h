@@ -1,10 +1,10 @@
 // Cryptomatte ids and names of a scene's objects, materials and assets.
 //
-// An object is a node with a mesh, regardless of the mesh's primitives and of its
-// EXT_mesh_gpu_instancing copies; an asset is a node without a parent. Names come from the file. If
-// two names are equal, the later one in the file gets a number ("leg", "leg_2"), and so does a name
-// whose hash is already taken. Numbering counts all nodes with a mesh, so that names stay the same
-// while an animation hides nodes.
+// An object is a node with a mesh; it includes all primitives of the mesh and all its
+// EXT_mesh_gpu_instancing copies. An asset is a node without a parent. Names come from the file. If
+// two names are identical, the later one in the file gets a number ("leg", "leg_2"), and so does a
+// name whose hash is already taken. Numbering counts all nodes with a mesh, so that names stay the
+// same while an animation hides nodes.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ uint32_t cryptomatte_id(std::string_view name);
 // The names and ids of one kind of entity.
 struct CryptomatteNames {
   CryptomatteKind kind = CryptomatteKind::kObject;
-  std::vector<std::pair<std::string, uint32_t>> ids;  // sorted by name; each id once
+  std::vector<std::pair<std::string, uint32_t>> ids;  // each id once, in no particular order
 
   bool operator==(const CryptomatteNames&) const = default;
 };
@@ -37,7 +37,7 @@ class CryptomatteIds {
   // nodes, instances with the same name are one object.
   CryptomatteIds(const SceneDescription& scene, std::span<const CryptomatteKind> kinds);
 
-  // Returns the ids of a FirstHit::id (0: the environment), one per kind.
+  // Returns the ids for a FirstHit::id (0: the environment), one per kind of entity.
   std::span<const uint32_t> ids_of_hit(uint32_t hit_id) const {
     return std::span(ids_).subspan(size_t(hit_id) * names_.size(), names_.size());
   }

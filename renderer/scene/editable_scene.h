@@ -1,6 +1,6 @@
 // A built scene that follows edits without rebuilding its BVH, for interactive rendering.
 //
-// An edited scene renders the same bits as one built from the edited description. The BVH depends
+// An edited scene renders bit-identically to one built from the edited description. The BVH depends
 // on materials only through its filter (geometry.h): back-face culling, which transmission turns
 // off, and coverage, which variants may change. In an editable scene the filter reads these from
 // the mesh at every candidate hit wherever they may change: culling if any of the mesh's possible
@@ -18,14 +18,14 @@ namespace emberline {
 
 class EditableScene {
  public:
-  // Builds the description without edits; throws like build_scene(). Load it with
-  // GltfOptions::variants if variants may be selected. Vertex attributes that no material reads yet
-  // are kept for later edits.
+  // Builds the scene without edits; throws like build_scene(). If variants may be selected, load
+  // the description with GltfOptions::variants. Vertex attributes that no material reads yet are
+  // kept for later edits.
   explicit EditableScene(SceneDescription description, SceneBuildOptions options = {},
                          LoadProgress& progress = LoadProgress::none());
 
-  // Replaces all edits; pass the previous ones to undo. Camera and animation edits have no effect
-  // here (see repose()). scene() must not be used during the call. Throws like apply(), and
+  // Replaces all current edits; to undo, pass the previous ones. Camera and animation edits have no
+  // effect here (see repose()). scene() must not be used during the call. Throws like apply(), and
   // InputError for an invalid texture that an edit starts to use; the scene is then unchanged.
   void set(const SceneEdits& edits);
   // Changes to another pose of the file, with these edits (see repose_scene()). scene() may be
@@ -35,7 +35,7 @@ class EditableScene {
 
   const Scene& scene() const { return *scene_; }
   const SceneEdits& edits() const { return edits_; }
-  // The file's lists in this pose; EditTarget indices refer to them.
+  // The file in this pose, without edits and geometry. EditTarget indices refer to its lists.
   const SceneDescription& original() const { return original_; }
 
  private:

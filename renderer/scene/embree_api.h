@@ -27,7 +27,8 @@ using QueryContext = RTCIntersectContext;
 
 // Bytes per object that Embree takes from malloc without telling the memory monitor, including the
 // scene's table entries. Measured with Embree 3.13.5 and 4.4.1 as the growth of mallinfo2() over
-// 200,000 objects each; only scenes with very many small meshes or instances are affected.
+// 200,000 objects of each kind. These bytes matter only in scenes with very many small meshes or
+// instances.
 #if EMBERLINE_EMBREE_MAJOR >= 4
 inline constexpr uint64_t kTriangleObjectBytes = 502;
 inline constexpr uint64_t kInstanceObjectBytes = 54;  // the transform is monitored
@@ -43,8 +44,8 @@ inline constexpr uint64_t kSceneObjectBytes = 2700;
 //
 // Below a transmittance of 1/16, Russian roulette decides, so that a ray need not visit a hundred
 // nearly transparent surfaces: the ray ends at a thickness chosen in advance, 4 plus a random
-// number with an exponential distribution of base 2. A thickness S > 4 is passed with probability
-// 2^(4-S), and 1/16 times that is 2^-S.
+// number with an exponential distribution of base 2. The ray passes a thickness S > 4 with
+// probability 2^(4-S). Its transmittance is then 1/16, so the expected value is 2^-S.
 class Thickness {
  public:
   explicit Thickness(CoverageKey key) : key_(key) {}
@@ -55,7 +56,7 @@ class Thickness {
     sum_ += to_fixed_point(1.0f - coverage);
     return sum_ <= kRouletteThickness || sum_ < end_thickness();
   }
-  // Only for a ray that has not ended.
+  // Call this only for a ray that has not ended.
   float transmittance() const {
     return sum_ == 0 ? 1.0f : std::exp2(float(std::min(sum_, kRouletteThickness)) / -kUnit);
   }
@@ -73,11 +74,11 @@ class Thickness {
   int64_t sum_ = 0;
 };
 
-// Ray data for filter callbacks in addition to Embree's.
+// Ray data that filter callbacks need in addition to Embree's.
 struct RayContext {
   QueryContext base;               // must be first, so that the callback can cast back
   CoverageKey coverage_key;        // decides stochastic coverage; see Scene::intersect
-  Thickness* thickness = nullptr;  // for shadow rays: accumulates coverage instead of deciding it
+  Thickness* thickness = nullptr;  // set for shadow rays, which accumulate coverage here
 };
 
 inline void init_context(RayContext& context, CoverageKey coverage_key) {

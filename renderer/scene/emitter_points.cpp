@@ -20,7 +20,7 @@ uint32_t EmitterPoints::build(uint32_t begin, uint32_t end) {
   node.lower = node.upper = to_float(points_[begin].position);
   for (uint32_t i = begin; i < end; ++i) {
     const EmitterPoint& p = points_[i];
-    const Vec3f at = to_float(p.position);  // its rounding is far below the error
+    const Vec3f at = to_float(p.position);  // rounding changes it by far less than p.error
     for (int c = 0; c < 3; ++c) {
       node.lower[c] = std::min(node.lower[c], at[c] - 2.0f * p.error);
       node.upper[c] = std::max(node.upper[c], at[c] + 2.0f * p.error);

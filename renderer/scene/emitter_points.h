@@ -38,7 +38,7 @@ class EmitterPoints {
   struct Node {
     Vec3f lower, upper;  // bounds of the points, widened by twice their errors
     uint32_t begin, end;
-    uint32_t right = 0;  // the left child follows directly; 0: a leaf
+    uint32_t right = 0;  // 0 for a leaf; the left child is the next node
   };
   uint32_t build(uint32_t begin, uint32_t end);
   static bool may_contain(const Node& node, const PointSearch& s) {

@@ -21,16 +21,16 @@ constexpr int64_t kMaxCells = int64_t(1) << 20;
 // Maximum number of triangles; chosen by us. Each takes about 200 ns of one thread
 // (tests/bench/results).
 constexpr uint64_t kMaxTriangles = uint64_t(1) << 20;
-// Maximum mean number of marks per cell.
+// Limit on the work: the number of marks per cell, on average.
 constexpr int64_t kMaxMarksPerCell = 64;
 // A map with a smaller fraction of empty cells is not worth its cost.
 constexpr double kMinEmptyFraction = 1.0 / 64;
-// Safety margin in pixels around the filter's reach. Rounding of ray directions is covered by the
-// error of the camera position.
+// Safety margin in pixels around the filter's reach. The error of the camera's position already
+// covers the rounding of ray directions.
 constexpr double kMargin = 1.0 / 16;
-// Bound of the distance between a triangle and a ray's hit, relative to a surface point's error
-// bound (README.md, "Ray offsets") times the transform's condition number. Rays are rounded when
-// they are transformed into an instance; the rest is a safety margin.
+// Bound on the distance between a triangle and a ray's hit on it, as a multiple of the surface
+// point's error bound (README.md, "Ray offsets") times the transform's condition number. It covers
+// the rounding of rays that are transformed into an instance, and a safety margin.
 constexpr double kErrorScale = 16;
 
 double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
@@ -67,11 +67,12 @@ class EmptyPixels::Projection {
     pixels_per_error_ = 1 / std::min(pixel.x, pixel.y) + 2.0 * (width + height) + 4.0 * reach;
   }
 
-  // Marks the cells in which a triangle may be visible and adds their number to `marks`. Returns
-  // false if this cannot be bounded.
+  // Marks the cells in which a triangle may be visible, and adds their number plus the number of
+  // rows, as a measure of the work, to `*marks`. Returns false if no bound on these cells can be
+  // given.
   bool mark(const std::array<Vec3d, 3>& corners, double error, int64_t* marks) const;
-  // Bound of the distance between a triangle's points and where they may be seen;
-  // `plane_error_bound` is their plane_error().
+  // Bound on the distance between a triangle's points and where rays may hit them;
+  // `plane_error_bound` is the triangle's plane_error().
   double error(float plane_error_bound, double condition) const {
     return kErrorScale * condition * (double(plane_error_bound) + camera_error_);
   }
@@ -89,11 +90,11 @@ class EmptyPixels::Projection {
   const double cell_, pixel_margin_;
   double camera_error_;        // error of the camera's position, like plane_error()
   double max_distance_ratio_;  // twice the largest ratio of distance to depth in view
-  double pixels_per_error_;    // largest shift on the film for an error of 1 at depth 1
+  double pixels_per_error_;    // largest shift on the film, in pixels, for an error of 1 at depth 1
 };
 
-// Lower bound of the depth of the triangle's visible points, derived from the distance of its
-// plane.
+// Lower bound on the depth of the triangle's visible points, derived from the camera's distance to
+// the triangle's plane.
 double EmptyPixels::Projection::min_visible_depth(const std::array<Vec3d, 3>& p) const {
   const Vec3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
   const double length = normal.length();
@@ -129,14 +130,14 @@ bool EmptyPixels::Projection::mark(const std::array<Vec3d, 3>& corners, double e
   return true;
 }
 
-// Marks the extent of a convex outline in each row.
+// Marks, in each row, the cells between the left and right ends of a convex outline.
 void EmptyPixels::Projection::mark_outline(std::span<const Vec2d> outline, double slack,
                                            int64_t* marks) const {
   Imath::Box2d box;
   for (const Vec2d& p : outline) box.extendBy(p);
   const int first = std::max(0, cell_at(box.min.y - slack, map_.rows_));
   const int last = std::min(cell_at(box.max.y + slack, map_.rows_), map_.rows_ - 1);
-  const bool small = last - first < 2;  // as most are; then the box is exact enough
+  const bool small = last - first < 2;  // for most triangles; the box is then exact enough
   for (int row = first; row <= last; ++row) {
     if (small) {
       mark_cells(box.min.x - slack, box.max.x + slack, row, marks);
@@ -178,8 +179,8 @@ EmptyPixels::EmptyPixels(int width, int height) {
   used_.assign(size_t(columns_) * size_t(rows_), 0);
 }
 
-// Returns false if marks cannot be bounded or take too much work. The result is deterministic:
-// either all marks are counted, or more than the limit.
+// Returns false if the marked cells cannot be bounded or take too much work. The result is
+// deterministic: either all marks are counted, or more than the limit.
 bool EmptyPixels::mark_all(const Scene& scene, const Projection& projection) {
   const int64_t limit = kMaxMarksPerCell * int64_t(used_.size());
   std::atomic<int64_t> marks{0};

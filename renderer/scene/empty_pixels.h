@@ -1,9 +1,9 @@
 // Pixels near which there is no surface: their camera rays hit nothing and need not be traced.
 //
 // Every triangle is projected onto the film and widened by the pixel filter's reach and by a bound
-// of the rounding errors. The remaining pixels are certainly empty; a pixel with a near miss counts
-// as used. The map is a pure function of scene, camera and frame, so all drivers, crops and replays
-// skip the same rays.
+// on the rounding errors. The remaining pixels are certainly empty; a pixel that a triangle
+// narrowly misses counts as used. The map is a pure function of scene, camera and frame, so all
+// drivers, crops and replays skip the same rays.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,8 @@ class EmptyPixels {
   // `reach`: maximum distance of a pixel's samples from its centre, in pixels
   // (PixelFilter::radius). Returns null if the map gains nothing (hardly any empty pixels, or
   // triangles so many or large that projecting them takes longer than tracing the rays), and if one
-  // projection is not enough (motion, lenses, orthographic cameras). Uses all threads.
+  // perspective projection is not enough (motion, lenses, orthographic cameras, panoramas). Uses
+  // all threads.
   static std::shared_ptr<const EmptyPixels> find(const Scene& scene, const Camera& camera,
                                                  int width, int height, float reach);
 

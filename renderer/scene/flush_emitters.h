@@ -1,8 +1,8 @@
 // Emitters that lie in another surface, such as a lamp's quad flush with its ceiling, or a lamp
 // that the file contains twice. Rounding would decide for each ray which surface is in front: the
-// lamp would show spots of the ceiling and lose light, and two coincident lamps would emit like
-// two. Instead, such an emitter is always in front of the surface that it lies in, on every side on
-// which it emits; among emitters, the one with the lowest index is in front.
+// lamp would show spots of the ceiling and lose light, and two coincident lamps would emit twice as
+// much as one. Instead, such an emitter is always in front of the surface that it lies in, on every
+// side on which it emits; among emitters, the one with the lowest index is in front.
 //
 // A scene without such emitters has no object of this class and one untaken branch per hit.
 // Immutable and thread-safe once built. Private to this folder.
@@ -28,10 +28,11 @@ struct PlacedEmitters {
 // Emitters that lie in surfaces, with the largest distance that rounding may put between an emitter
 // and its surface.
 struct FlushSurfaces {
-  // For each emitter, a bound of the distance between it and its surface as Embree sees them; 0 if
-  // it lies in no surface.
+  // For each emitter, a bound on its distance from the surface that it lies in, as Embree computes
+  // both; 0 if it lies in no surface.
   std::vector<float> reach;
-  // The same bound by surface_key(), for each flush emitter and each surface in which one lies.
+  // The same bound for each flush emitter and each surface in which one lies. The key is
+  // surface_key().
   std::unordered_map<uint64_t, float> offsets;
 };
 
@@ -40,8 +41,8 @@ inline uint64_t surface_key(uint32_t instance, uint32_t primitive) {
 }
 
 // Searches static geometry. It tests four points of each emitting triangle (one if there are many),
-// so it misses overlaps elsewhere, and some of the surfaces if more than about a hundred coincide.
-// O(n log n). Throws Cancelled.
+// so it misses overlaps that contain none of these points. It also misses some of the surfaces if
+// more than about a hundred coincide. O(n log n). Throws Cancelled.
 FlushSurfaces find_flush_surfaces(const PlacedEmitters& placed, LoadProgress& progress);
 
 class FlushEmitters {
@@ -61,11 +62,11 @@ class FlushEmitters {
 
   struct Candidate {
     uint32_t emitter;  // only lower indices are searched
-    float t, u, v;     // u, v in the mesh's order
+    float t, u, v;     // u, v for the order of the mesh's vertices
   };
   // Whether an emitter with an index below candidate->emitter lies in the surface that the ray hits
   // at `t`. `cosine` is the absolute dot product of that surface's normal and the unnormalised
-  // direction. The lowest emitter replaces *candidate.
+  // direction. If so, the one with the lowest index replaces *candidate.
   bool find_lowest_emitter(const Ray& ray, float t, float cosine, CoverageKey coverage_key,
                            Candidate* candidate) const;
 

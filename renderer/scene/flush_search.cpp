@@ -2,8 +2,8 @@
 //
 // Each triangle has its own plane_error(), which grows with its coordinates: the error of a distant
 // triangle may exceed the size of a hundred near ones. So each surface triangle searches a tree of
-// emitter points for those within its own reach, and each point adds its own error. With one radius
-// for all, every emitter would meet every other.
+// emitter points for those within its own reach, and each point adds its own error. If all
+// triangles used one radius, that of the largest error, every emitter would meet every other.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -19,15 +19,17 @@
 namespace emberline::scene_detail {
 namespace {
 
-// Above this number, triangles are small compared with the surfaces that they lie in, and only
-// their centres are tested. Chosen by us.
+// If there are more emitters than this, they are small compared with the surfaces that they lie in,
+// and only their centres are tested. Chosen by us.
 constexpr size_t kManyEmitters = 1 << 16;
 
-// Maximum number of triangles examined, in total (some seconds) and per range. Chosen by us.
+// Maximum number of triangles examined, in total (a few seconds of work) and per range. Chosen by
+// us.
 constexpr uint64_t kMaxTriangles = uint64_t(1) << 26;
 constexpr size_t kRangeSize = 4096;
-// Maximum number of points examined: a base, an allowance per triangle, and a limit per range.
-// Chosen by us: an ordinary triangle meets about ten points, a wall meets all the lamps on it.
+// Maximum number of points examined: in total a base plus an allowance per triangle, and a limit
+// per range. Chosen by us. An ordinary triangle meets about ten points, whereas a wall meets those
+// of all the lamps on it.
 constexpr uint64_t kMaxVisits = uint64_t(1) << 24, kVisitsPerTriangle = 32,
                    kMaxVisitsPerRange = 1 << 22;
 
@@ -72,7 +74,8 @@ class Surface {
   // Whether `emitter` lies in the surface at its point `point`; `error` is the sum of both plane
   // errors.
   bool contains(const EmissiveTriangle& emitter, const Vec3d& point, double error) const {
-    // Triangles smaller than the error would lie in every plane through them.
+    // Without this test, a triangle smaller than the error would count as lying in every plane
+    // through it.
     if (!(plane_.distance(point) <= 2.0 * error) || !covers(point)) return false;
     // It is enough if one triangle lies in the other's plane, since the smaller one's plane is
     // inaccurate at the far end of the larger one.
@@ -133,8 +136,8 @@ class FlushSearch {
   EmitterPoints emitter_points() const;
   std::vector<TriangleRange> ranges_near_emitters() const;
   uint64_t max_visits_per_range(const std::vector<TriangleRange>& ranges) const;
-  // Calls visit(triangle, surface, error, point) for points that may lie in the range's triangles,
-  // until it returns false.
+  // Calls visit(triangle, surface, error, point) for each point that may lie in one of the range's
+  // triangles, until visit returns false.
   template <typename Visit>
   void visit_points(const TriangleRange& range, const Visit& visit) const;
   void search_range(const TriangleRange& range, uint64_t visits_left);
@@ -249,8 +252,8 @@ void FlushSearch::search_range(const TriangleRange& range, uint64_t visits_left)
         const EmissiveTriangle& e = placed_.emitters[point.emitter];
         const bool is_same_triangle = e.instance == range.instance && e.primitive == t;
         if (!is_same_triangle && surface.contains(e, point.position, double(error + point.error))) {
-          // The planes may be this far apart, and Embree may see each of them this far
-          // from its true position.
+          // The planes may be error + point.error apart, and Embree may see them farther apart by
+          // as much again.
           const float reach = 2.0f * (error + point.error);
           float& max_reach = surfaces[t];
           max_reach = std::max(max_reach, reach);

@@ -61,8 +61,9 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
   for (unsigned i = 0; i < n; ++i) {
     if (valid[i] != -1) continue;
     if (culls) {
-      // Normal and direction are in object space, where counter-clockwise is the front even under a
-      // mirroring instance (glTF 2.0, section 3.7.4: a negative determinant flips the winding).
+      // Normal and direction are in object space, where the counter-clockwise side is the front
+      // even in a mirroring instance (glTF 2.0, section 3.7.4: a negative determinant flips the
+      // winding).
       const Vec3f normal(RTCHitN_Ng_x(arguments->hit, n, i), RTCHitN_Ng_y(arguments->hit, n, i),
                          RTCHitN_Ng_z(arguments->hit, n, i));
       const Vec3f direction(RTCRayN_dir_x(arguments->ray, n, i),
@@ -112,8 +113,8 @@ RTCFilterFunctionN choose_filter(FilterRule culls, FilterRule covers) {
 }
 
 // Decomposes transforms so that Embree interpolates their rotation spherically: each becomes a
-// triangular matrix (scale and skew), a rotation and a translation. Consecutive rotations take the
-// shorter way.
+// triangular matrix (scale and skew), a rotation and a translation. The interpolation between two
+// rotations takes the shorter way.
 std::vector<RTCQuaternionDecomposition> decompose(std::span<const Mat44d> steps) {
   std::vector<RTCQuaternionDecomposition> result;
   Imath::Quatd before;
@@ -148,8 +149,8 @@ struct BuildMonitor {
 
 }  // namespace
 
-// ThreadSanitizer sees what Embree's threads allocate and free but not how Embree orders them, so
-// under it the calling thread builds alone. Tracing is not affected.
+// ThreadSanitizer sees that Embree's threads allocate and free memory, but not how Embree
+// synchronises them, so in its builds the calling thread works alone. Tracing is not affected.
 void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items) {
 #ifdef EMBERLINE_THREAD_SANITIZER
   const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
@@ -398,7 +399,8 @@ Affine Geometry::transform_at(uint32_t moving_index, float time) const {
   return {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}, {m[9], m[10], m[11]}};
 }
 
-// The static group becomes an instance with an index beyond the scene's (see Scene::intersect()).
+// The static group becomes one more instance, whose index is the number of the scene's instances
+// (see Scene::intersect()).
 void Geometry::commit(uint32_t instances, LoadProgress& progress) {
   constexpr Affine kIdentity = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
   if (static_scene_) add_instance(*static_scene_, kIdentity, instances);

@@ -95,7 +95,7 @@ class Geometry {
  public:
   explicit Geometry(std::shared_ptr<EmbreeDevice> device);
 
-  // Builds a BVH over one mesh, for instances.
+  // Builds a BVH over one mesh, which its instances share.
   void build_mesh_scene(Mesh& mesh, LoadProgress& progress);
   // Adds a mesh to the top level; the geometry's id is the instance's index.
   void add_mesh(Mesh& mesh, uint32_t instance) { add_mesh(top_, mesh, instance); }
@@ -105,7 +105,7 @@ class Geometry {
   uint32_t add_moving_instance(const EmbreeScene& mesh_scene, std::span<const Mat44d> steps,
                                uint32_t instance);
   // Adds meshes that no pose moves to a separate BVH below the top level, keeping their ids. Reuses
-  // the BVH of `before` if that has exactly the same list.
+  // the BVH of `before` if that was built for the same list.
   struct StaticInstance {
     uint32_t mesh, instance;
     uint64_t key;
@@ -115,7 +115,7 @@ class Geometry {
   };
   void add_static_group(std::vector<StaticInstance> list, std::vector<Mesh>& meshes,
                         const Geometry* before, LoadProgress& progress);
-  // The transform of a moving instance, in the same floats that Embree uses.
+  // The transform of a moving instance, in exactly the floats that Embree uses.
   Affine transform_at(uint32_t moving_index, float time) const;
   size_t steps(uint32_t moving_index) const { return moving_instances_[moving_index].steps; }
   // `instances`: total number of instances.
@@ -150,7 +150,7 @@ template <class Values>
 // Texture coordinates and colour at barycentric (u, v) of a triangle.
 SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, float u, float v);
 
-// Whether coverage makes a ray with this key hit the surface.
+// Whether a ray with this key hits the surface, rather than passing through because of coverage.
 bool is_covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
                 CoverageKey coverage_key);
 
@@ -164,7 +164,7 @@ Imath::Box3f transformed(const Imath::Box3f& box, const Affine& m);
 Imath::Box3f bounds_of(const std::vector<Vec3f>& positions);
 
 // The time segment that contains `time`, given `count` evenly spaced steps over [0, 1]. Computed in
-// the same floats as in Embree.
+// float exactly as Embree does.
 struct TimeSegment {
   size_t step = 0;
   float fraction = 0.0f;  // weight of step + 1
@@ -206,9 +206,9 @@ inline bool moves(const Mesh& mesh, const Instance& instance) {
   return instance.moving_index != Instance::kStatic || !mesh.motion.empty();
 }
 
-// Upper bound, in internal space, of the distance between a triangle's plane and where Embree or
-// Scene::interaction() sees it; `instance` must have its transform at `time`. The second form is
-// for triangles whose coordinates are at most `largest` in magnitude.
+// Upper bound, in internal space, on the distance between a triangle's plane and the points that
+// Embree or Scene::interaction() computes for hits on it; `instance` must have its transform at
+// `time`. The second form is for triangles whose coordinates are at most `largest` in magnitude.
 float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive,
                   float time = 0.0f);
 float plane_error(float largest, const Instance& instance);

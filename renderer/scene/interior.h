@@ -11,18 +11,19 @@ namespace emberline {
 // The list of solids that contain a point on a path. Does not allocate.
 class Interior {
  public:
-  // Maximum number of solids. Beyond it, the oldest that is not the current medium is dropped.
+  // Maximum number of solids. If another is entered, the oldest one that is not the medium is
+  // dropped.
   static constexpr int kLimit = 16;
   static constexpr uint32_t kNone = ~0u;
 
   Interior() {}  // leaves the array uninitialised
 
   bool empty() const { return count_ == 0; }
-  // The material of the current medium: that of the enclosing solid with priority
-  // (Solids::has_priority). Open solids have no priority; among them, the last one entered counts.
-  // Null outside all solids.
+  // The material of the solid that counts as the medium; null outside all solids. Of two closed
+  // solids, the one with priority counts (Solids::has_priority). If one of the two is open, the one
+  // that was entered later counts.
   const Material* medium() const { return medium_; }
-  // That solid's instance, or kNone.
+  // The instance of the solid that counts as the medium, or kNone.
   uint32_t instance() const { return instance_; }
 
   // Returns false if the list was full.
@@ -32,9 +33,10 @@ class Interior {
     medium_ = &scene.material_of(instance);
     return true;
   }
-  // A solid may consist of several open meshes, so a face of another instance with the same
-  // material also leaves it. Leaving an open solid that was never entered also leaves the current
-  // one; leaving a closed solid that was never entered has no effect.
+  // Leaves a solid. If this instance was never entered and is closed, leaves a part of the same
+  // body, if one was entered. If it was never entered and is open, leaves the last entered solid
+  // with the same material, because a solid may consist of several open meshes; if there is none,
+  // leaves the solid that counts as the medium.
   void leave(const Scene& scene, uint32_t instance) {
     if (count_ != 1 || instance_ != instance) return leave_nested(scene, instance);
     count_ = 0;
@@ -60,7 +62,7 @@ class Interior {
 // coincide. A surface that lies in the face, such as the table under a glass, is hit instead of it.
 class SolidCrossing {
  public:
-  // Faces coincide if they lie within this multiple of either error bound.
+  // Faces coincide with the hit face if they lie within this multiple of its error bound.
   static constexpr float kReach = 4.0f;
 
   SolidCrossing(const Scene& scene, const SurfaceInteraction& surface, const SurfaceHit& hit,
@@ -90,7 +92,7 @@ class SolidCrossing {
                                  const Interior& far) const {
     return count_ == 1 ? faces_[0].hit : priority_face(scene, near, far);
   }
-  // The ray offset from the surface that clears all of the faces.
+  // The offset from the surface that takes a ray's origin beyond all of the faces.
   float offset() const { return offset_; }
   // Whether the ray leaves the solid that was hit.
   bool is_exit() const { return faces_[0].is_exit && !is_flat_; }
@@ -111,7 +113,7 @@ class SolidCrossing {
     CrossedFace faces_[kLimit];  // the face that was hit comes first; only the first count_ are set
   };
   size_t count_ = 1;
-  bool is_flat_ = false;  // if true, the ray leaves the hit solid where it enters it
+  bool is_flat_ = false;  // if true, the ray leaves the solid at the point where it enters
   bool has_surface_ = false;
   SurfaceHit surface_;
   float offset_;

@@ -1,11 +1,11 @@
-// Groups the lights of a frame: which groups can be edited separately, how much each contributes to
-// the image (renderer/film/light_group_sums.h), and whether other light settings can be shown from
-// these sums alone.
+// Groups the lights of a frame. The film sums each group's part of the image separately
+// (renderer/film/light_group_sums.h). This class says which groups can be edited separately, and
+// whether other light settings can be shown from these sums alone.
 //
 // A group is the target of one LightEdit: a punctual light, everything that one material emits, or
-// the environment. Black lights have no group. Beyond kMaxLightGroups, the last group is "all
-// others" and cannot be edited separately. It also contains unlit materials, which show their base
-// colour and which no LightEdit affects.
+// the environment. Black lights have no group. If there would be more than kMaxLightGroups groups,
+// the last one is "all others" and cannot be edited separately. It also contains unlit materials,
+// which show their base colour and which no LightEdit affects.
 #pragma once
 
 #include <cstdint>
@@ -45,11 +45,11 @@ class LightGroups {
   uint32_t of_environment() const { return of_environment_; }
 
   // Returns the weights that mix a frame rendered with the baseline into one with `edits` (with
-  // different noise), or nullopt if new rays are needed: if anything has changed but the intensity,
-  // colour or switch of lights or the environment's strength, or if a channel that is black in the
-  // baseline must shine (see neutral_baseline()). A light raised far above its baseline is noisy,
-  // because it got few samples; a light that is flush with another surface still hides that surface
-  // when it is off. Throws like apply().
+  // different noise), or nullopt if new rays are needed. They are needed if anything has changed
+  // but the intensity, colour or on/off state of lights or the environment's strength, or if a
+  // channel that is black in the baseline must shine (see neutral_baseline()). A light raised far
+  // above its baseline is noisy, because it got few samples. A light that is flush with another
+  // surface still hides that surface when it is off. Throws like apply().
   std::optional<LightMix> mix(const SceneEdits& edits) const;
 
  private:
@@ -69,8 +69,9 @@ class LightGroups {
 };
 
 // Returns edits to render with, so that every light that `edits` switch off, or set to 0 in a
-// channel, can come back without new rays: the light is on, and zeros in its intensity and colour
-// are replaced. mix(edits) then shows `edits`. Some rays go to lights that are not visible.
+// channel, can come back without new rays: the returned edits switch the light on and replace zeros
+// in its intensity and colour. mix(edits) then shows `edits`. Some rays are spent on lights that
+// `edits` switch off.
 SceneEdits neutral_baseline(const SceneEdits& edits);
 
 }  // namespace emberline

@@ -21,18 +21,20 @@ namespace emberline {
 namespace {
 
 // The following constants were chosen by us; tests/bench/results has results for other values.
-// Number of camera paths (log2) and of surfaces per path: "pilot" to decide whether a guide pays,
-// "survey" to build one. The guide uses at most as many paths as the frame has pixels.
+// Number of camera paths (log2) and of surfaces per path: "pilot" to decide whether a guide is
+// worthwhile, "survey" to build one. The guide uses at most as many paths as the frame has pixels.
 constexpr int kPilotBits = 9, kPilotSurfaces = 2;
 constexpr int kSurveyBits = 14, kSurveySurfaces = 4;
-// A guide pays if the relative variance of samples at one place is at least kMinRelativeVariance,
-// and the environment contributes at least kMinEnvironmentFraction of the light.
+// A guide is worthwhile if the relative variance of samples at one surface point is at least
+// kMinRelativeVariance, and the environment contributes at least kMinEnvironmentFraction of the
+// light.
 constexpr double kMinRelativeVariance = 3, kMinEnvironmentFraction = 0.3;
 constexpr int kPilotSamples = 8;
-// For the kinds of light, factors of up to 2^kMaxDoublings are tried with kKindSamples light
-// samples per place. They use more surfaces per path, because a sunlit patch may light a room that
-// does not see the sun. A factor must reduce the noise by kDoublingPenalty per doubling. If the
-// best factors do not reduce the noise to kMaxNoiseRatio in total, none is used.
+// To choose the factors of the kinds of light, values of up to 2^kMaxDoublings are tried, with
+// kKindSamples light samples per surface point. The paths for this have more surfaces, because a
+// sunlit patch may light a room that does not see the sun. A factor must reduce the noise by
+// kDoublingPenalty per doubling. If the best factors do not reduce the noise to kMaxNoiseRatio in
+// total, none is used.
 constexpr int kKindSurfaces = 4, kKindSamples = 16, kMaxDoublings = 8;
 // Number of cells of the frame over which samples are pooled. A path's low bits give its cell.
 constexpr uint32_t kCells = 32;
@@ -41,17 +43,17 @@ constexpr double kDoublingPenalty = 0.01, kMaxNoiseRatio = 0.95;
 // Shadow rays stop at this fraction of the distance, so that they do not hit the lamp itself.
 constexpr float kShadowRayFraction = 0.999f;
 constexpr size_t kMinPlaces = 64;
-// Fraction of places trimmed at each end of each axis; outliers get no region.
+// Fraction of the surface points trimmed at each end of each axis; outliers get no region.
 constexpr double kTrimFraction = 0.01;
 // Number of rays from a region into each tile: kBaseRays, up to kMaxLightRays more in proportion to
-// the tile's share of the light, and kExtraRays more if the tile or a neighbour was visible. The
+// the tile's fraction of the light, and kExtraRays more if the tile or a neighbour was visible. The
 // mean of the neighbours counts as kNeighbourRays rays.
 constexpr int kBaseRays = 2, kRaysOfAllLight = 256, kMaxLightRays = 32, kExtraRays = 8;
 constexpr float kNeighbourRays = 4;
 // Maximum number of smooth thin walls, such as window panes, that a ray passes through.
 constexpr int kMaxPanes = 8;
 
-// A sequence of random numbers from a seed.
+// A sequence of random numbers that depends only on the seed.
 class Rng {
  public:
   explicit Rng(uint32_t seed) : state_(hash32(seed + 0x5eed5eedu)) {}
@@ -79,8 +81,8 @@ LightQuery query_of(const SurfacePoint& place) {
   return {place.position, place.shading_normal, false, place.time};
 }
 
-// Moments of the light samples at a place: the mean and, for each kind of light, the mean square
-// that would result if all samples were of this kind.
+// Moments of the light samples at a surface point: the mean and, for each kind of light, the mean
+// square that would result if all samples were of this kind.
 struct KindSecondMoments {
   std::array<double, kLightKinds> squares{};
   double mean = 0;
@@ -122,7 +124,7 @@ class LightSurvey {
   const std::stop_token& stop_;  // after a stop request the result is not used
 };
 
-// However many of the first paths are used, they are spread evenly over the frame.
+// For any n, the first n paths are spread evenly over the frame.
 Ray LightSurvey::camera_ray(uint32_t path, int bits, Rng& rng) const {
   uint32_t x = 0, y = 0;
   for (int bit = 0; bit < bits; ++bit) {
@@ -224,7 +226,8 @@ double LightSurvey::incident_light(const SurfacePoint& place, const LightSample&
          double(luminance(radiance)) / density;
 }
 
-// Estimates the light of the lamps from one sample; 0 if the sample chose the environment.
+// Estimates the light of the lamps, that is, of all lights except the environment, from one light
+// sample. Returns 0 if the sample chose the environment.
 double LightSurvey::lamp_light(const SurfacePoint& place, Rng& rng) const {
   const LightSample s = light_sample(place, nullptr, rng);
   if (s.kind == LightKind::kEnvironment) return 0;
@@ -251,9 +254,9 @@ double LightSurvey::environment_light(const SurfacePoint& place, Rng& rng) const
   return sum;
 }
 
-// Whether the environment contributes enough of the light, and only few samples of a place receive
-// light from it. With a sun, either all samples of a place receive it or none do, so guiding is
-// useless.
+// Whether the environment contributes enough of the light, and only few samples at a surface point
+// receive light from it. With a sun, either all samples at a point receive its light or none do, so
+// guiding is useless.
 bool LightSurvey::is_guide_useful(std::span<const SurfacePoint> places) const {
   std::vector<double> lamps(places.size());
   std::vector<Moments> environment(places.size());
@@ -298,8 +301,8 @@ KindSecondMoments LightSurvey::kind_squares(const SurfacePoint& place, const Lig
   return result;
 }
 
-// Returns the sum of the cells' relative deviations. The frame's mean light is added to each cell's
-// light, because a cell may be dark.
+// Returns the sum of the cells' relative standard deviations. The frame's mean light is added to
+// each cell's light, because a cell may be dark.
 double LightSurvey::noise(std::span<const SurfacePoint> places,
                           std::span<const KindSecondMoments> squares,
                           const KindFactors& factors) const {

@@ -11,7 +11,7 @@
 namespace emberline::scene_detail {
 
 // Moves mesh arrays from one pose to the next. Unless commit() is called, the destructor moves them
-// back and restores the environment, which the next pose has adjusted.
+// back and restores the environment's settings, which the next pose may have changed.
 class PoseHandover {
  public:
   // `light` may be null.

@@ -17,8 +17,8 @@ using scene_detail::Mesh;
 namespace {
 
 // Relative error bound of a computed surface point and of Embree's plane test: 4 ulp of the largest
-// coordinate. In tests with 1e-6 to 1e6 units and far from the origin, it causes no leaks or
-// self-intersections where fixed epsilons fail; see README.md, "Ray offsets".
+// coordinate. In tests with scenes of 1e-6 to 1e6 units, also far from the origin, it avoids leaks
+// and self-intersections where fixed epsilons fail; see README.md, "Ray offsets".
 constexpr float kOffsetUlps = 4.0f * 0x1p-23f;
 
 [[gnu::always_inline]] inline Vec3f transform_vector(const Affine& m, const Vec3f& v) {
@@ -343,7 +343,7 @@ void Scene::interaction(const SurfaceHit& hit, float time, SurfaceInteraction* o
   const auto [v0, v1, v2] = corners_at(mesh, hit.primitive, time);
 
   SurfaceInteraction& s = *out;
-  // Computed in double and rounded once at the end: about a tenth of the error of origin + t * d.
+  // Computed in double and rounded once: this has about a tenth of the error of origin + t * d.
   const Vec3d e1 = v1 - v0;
   const Vec3d e2 = v2 - v0;
   Vec3d position = fma(e2, double(hit.v), fma(e1, double(hit.u), v0));
@@ -469,8 +469,8 @@ float Scene::surface_offset(uint32_t index, uint32_t primitive, float time) cons
   return offset_of(instance_at(index, time, &moved), index, primitive, time);
 }
 
-// Rounding decided which of several coincident surfaces was hit; this applies the rule of
-// flush_emitters.h instead.
+// Rounding chose the hit among coincident surfaces. Replaces it by the one that flush_emitters.h
+// defines to be in front.
 void Scene::resolve_flush_emitter(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const {
   Instance moved;
   const Instance& instance = instance_at(hit->instance, ray.time, &moved);

@@ -36,11 +36,11 @@ struct SurfaceHit {
 // The hit point with all data for shading.
 struct SurfaceInteraction {
   Vec3f position;
-  // Upper bound of the position's distance from the plane that Embree tests. Outgoing rays start at
+  // Upper bound on the position's distance from the plane that Embree tests. Outgoing rays start at
   // position +- offset * geometric_normal, see offset_ray_origin().
   float offset = 0.0f;
   Vec3f geometric_normal;  // unit length, on the triangle's front side
-  Vec3f shading_normal;    // interpolated, unit length, front side; geometric_normal if unusable
+  Vec3f shading_normal;    // unit length, front side; geometric_normal if there is none
   // The tangent (xyz, in internal space) and its handedness (w); all 0 if the mesh has no tangents.
   // Tangent and colour are set only if the material reads them (Material::reads_attributes).
   Vec4f tangent;
@@ -66,8 +66,8 @@ struct CrossedFace {
   bool is_exit = false;  // the ray hits it from behind, leaving a solid
 };
 
-// Memory use of a built scene. Only the materials of placed meshes count; only their images are
-// kept.
+// Memory use of a built scene. Only the images of materials that placed meshes use are kept and
+// counted.
 struct SceneMemory {
   uint64_t geometry_bytes = 0;  // vertices, indices, attributes, instances, emitters, light BVH
   uint64_t bvh_bytes = 0;       // Embree: what its monitor reports, plus the sizes in embree_api.h
@@ -79,8 +79,8 @@ class Solids;
 
 namespace scene_detail {
 
-// For each instance, the times at which it is visible; null means always. Empty if all instances
-// are always visible.
+// For each instance, the times at which it is visible; null means always. The vector is empty if
+// all instances are always visible.
 using InstanceVisibility = std::vector<std::shared_ptr<const VisibilityTimes>>;
 
 // A mesh as the boundary of a solid, in object space; see solids.h.
@@ -154,8 +154,8 @@ class Scene : private EmitterMotion {
   Scene& operator=(const Scene&) = delete;
 
   // Finds the closest surface along the ray; returns false if there is none. Back faces of
-  // single-sided materials and holes of alpha coverage are skipped; stochastic coverage is decided
-  // by (coverage_key, instance, primitive), so the result does not depend on Embree's traversal
+  // single-sided materials and holes of alpha coverage are skipped; whether a partly covered
+  // surface is hit depends only on (coverage_key, instance, primitive), not on Embree's traversal
   // order.
   bool intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const;
 
@@ -212,7 +212,7 @@ class Scene : private EmitterMotion {
   Motion motion_of(const SurfaceHit& hit) const;
 
   static constexpr uint32_t kNoEmitter = 0xffffffffu;
-  // The light sampler's index of a hit triangle, or kNoEmitter.
+  // The light sampler's index for a hit triangle, or kNoEmitter if the triangle is no emitter.
   uint32_t emitter_index(uint32_t instance, uint32_t primitive) const {
     const uint32_t first = instances_[instance].first_emitter;
     return first == kNoEmitter ? kNoEmitter : first + primitive;

@@ -11,8 +11,8 @@ namespace emberline {
 
 class SceneUpdater {
  public:
-  // The description's geometry is not read: an outline (scene_edits.h) is enough. All four
-  // arguments must outlive the updater.
+  // An outline (scene_edits.h) is enough as the description, since its geometry is not read. All
+  // four arguments must outlive the updater.
   SceneUpdater(Scene& scene, const SceneDescription& description, const SceneBuildOptions& options,
                LoadProgress& progress)
       : scene_(scene), description_(description), options_(options), progress_(progress) {}
@@ -54,7 +54,7 @@ class SceneUpdater {
   std::vector<bool> emission_changed_;               // per mesh: whether its emission has changed
   const Scene* previous_scene_ = nullptr;            // see reuse_from()
   std::vector<uint32_t> previous_mesh_indices_;      // per mesh: its index in previous_scene_
-  std::vector<uint32_t> previous_first_emitters_;    // per mesh: first emitter of an instance of it
+  std::vector<uint32_t> previous_first_emitters_;    // per mesh: first emitter of one instance
 };
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// Solids made of several meshes: parts of a node's mesh that are closed together.
+// Solids made of several meshes: parts of a node's mesh that only together form a closed surface.
 #include <algorithm>
 #include <map>
 
@@ -14,8 +14,8 @@ using scene_detail::SolidShape;
 
 namespace {
 
-// Whether light refracts and is absorbed equally in both materials. Their faces may look different,
-// for example on a partly frosted bottle.
+// Whether both materials refract and absorb light alike. Their faces may look different, for
+// example on a partly frosted bottle.
 bool have_same_medium(const Material& a, const Material& b) {
   return a.ior() == b.ior() && a.dispersion() == b.dispersion() &&
          a.attenuation() == b.attenuation();
@@ -38,8 +38,8 @@ std::vector<uint32_t> Solids::parts_of(uint32_t body) const {
   return found == parts_.end() ? std::vector<uint32_t>{body} : found->second;
 }
 
-// Parts of different media stay open, because no wall between them tells what fills them. Opaque
-// parts may close a solid of one medium.
+// Parts with different media stay open, because no wall between them tells which medium is where.
+// Opaque parts may close a solid of one medium.
 void Solids::join_parts(const Scene& scene, const SceneDescription& description,
                         LoadProgress& progress) {
   using Parts = std::vector<uint32_t>;  // instances
@@ -61,7 +61,7 @@ void Solids::join_parts(const Scene& scene, const SceneDescription& description,
     }
     return entry->second;
   };
-  // Joins the parts into one body. Returns false if they are not closed together.
+  // Joins the parts into one body. Returns false if they do not form a closed surface together.
   const auto join = [&](const Parts& solid, const Parts& opaque) {
     Parts parts = solid;
     parts.insert(parts.end(), opaque.begin(), opaque.end());

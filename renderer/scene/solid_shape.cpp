@@ -17,7 +17,7 @@ namespace {
 // Represents the boundary of a mesh as a sum over its directed edges. Each edge contributes a hash
 // of its corners, with a sign for its direction, so that the edges of a closed mesh cancel. The sum
 // of an open mesh is 0 by chance once in 2^64. Corners in the same grid cell count as one; the
-// edges of a closed mesh still cancel then.
+// edges of a closed mesh then still cancel.
 class Boundary {
  public:
   Boundary(const Imath::Box3f& bounds, float shift)
@@ -56,7 +56,8 @@ std::array<Vec3f, 3> corners_of(const Mesh& mesh, size_t triangle) {
   return {mesh.positions[index[0]], mesh.positions[index[1]], mesh.positions[index[2]]};
 }
 
-// Equal corners may round to different cells of one grid, so several shifted grids are tried.
+// Nearly identical corners may fall into different cells of one grid, so several shifted grids are
+// tried.
 bool is_closed(std::span<const Mesh* const> meshes, const Imath::Box3f& bounds,
                LoadProgress& progress) {
   for (const float shift : {0.5f, 0.25f, 0.75f, 0.1f}) {

@@ -99,14 +99,15 @@ Imath::Box3f Solids::bounds_over_shutter(const Scene& scene, uint32_t i) const {
     const Affine m = scene.geometry_->transform_at(instance.moving_index, float(k) / kTimes);
     box.extendBy(scene_detail::transformed(solids_[i].mesh_bounds, m));
   }
-  // The margin is larger than a corner's deviation between these times.
+  // The margin is larger than a corner can stray from the box between two of these times.
   const Vec3f margin(0.05f * box.size().length());
   box.min -= margin;
   box.max += margin;
   return box;
 }
 
-// Sweeps along x. Beyond a limit of neighbours per solid, solids count as near each other.
+// Marks solids that are near each other, by a sweep along x. Solids with too many neighbours along
+// x count as near without a test.
 void Solids::find_near() {
   constexpr size_t kMaxNeighbours = 256;
   std::vector<uint32_t> order = instances_;
@@ -129,7 +130,8 @@ void Solids::find_near() {
   }
 }
 
-// Faces count as coincident up to this multiple of the sum of their error bounds.
+// Faces count as coincident if their distance is at most this multiple of the sum of their error
+// bounds.
 static constexpr float kReach = 8.0f;
 
 // A face at shutter open. This one time is enough, because solids whose faces stay coincident must
@@ -206,7 +208,7 @@ void Solids::find_flat(const Scene& scene) {
   for (const uint32_t body : instances_) {
     if (!solids_[body].closed || solids_[body].body != body) continue;
     const std::vector<uint32_t> parts = parts_of(body);
-    // Calls use(instance, primitive) until it returns false.
+    // Calls use(instance, primitive) for each face until `use` returns false.
     const auto all_faces = [&](const auto& use) {
       return std::ranges::all_of(parts, [&](uint32_t i) {
         const size_t count = scene.meshes_[scene.instances_[i].mesh].triangles.size();
@@ -224,7 +226,8 @@ void Solids::find_flat(const Scene& scene) {
       normal = here;
       plane_point = c[0];
       const Instance& placed = scene.instances_[i];
-      // The faces of a thicker solid are hit one after another, even if others coincide with them.
+      // A ray hits the faces of a thicker solid one after another, even if other faces coincide
+      // with them.
       reach = 2 * SolidCrossing::kReach *
               scene_detail::plane_error(scene.meshes_[placed.mesh], placed, p);
       return true;
@@ -244,8 +247,9 @@ void Solids::find_flat(const Scene& scene) {
   }
 }
 
-// Adds the faces of other surfaces near solids, and the faces of those solids. Emissive surfaces
-// are skipped, because flush_emitters.h handles them. Returns false if that takes too many tests.
+// Adds the faces that are near solids and belong to surfaces without an interior. Also adds the
+// faces of these solids, unless they are listed already. Skips emissive surfaces, because
+// flush_emitters.h handles them. Returns false if finding the faces takes too many tests.
 bool Solids::add_surfaces(const Scene& scene, LoadProgress& progress, FaceList* faces) const {
   constexpr uint64_t kMaxTests = 50'000'000;  // about a second
   std::vector<Imath::Box3f> boxes;
@@ -339,7 +343,8 @@ std::vector<Solids::StripFace> Solids::sort_into_strips(const std::vector<Face>&
   return order;
 }
 
-// Sweeps along x in each strip. If the work reaches a limit, all remaining faces count as touching.
+// Marks the faces that coincide with one of another body, by a sweep along x in each strip. If the
+// work reaches a limit, all remaining faces count as touching.
 void Solids::find_touching(const Scene& scene, const std::string& file, LoadProgress& progress) {
   constexpr uint64_t kMaxPairs = 100'000'000;  // less than a second
   FaceList list(progress.budget(), file);

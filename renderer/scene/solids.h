@@ -1,5 +1,6 @@
 // The scene's solids: instances whose material transmits light into an interior
-// (Material::is_solid). Found when the scene is built; immutable and thread-safe afterwards.
+// (Material::is_solid). They are found when the scene is built; the object is immutable and
+// thread-safe afterwards.
 #pragma once
 
 #include <Imath/ImathBox.h>
@@ -39,12 +40,12 @@ class Solids {
                                             LoadProgress& progress);
 
   const std::vector<uint32_t>& instances() const { return instances_; }
-  // Whether the solid has an inside: each edge of its mesh, or of all meshes of a node that are
-  // closed together, is used equally often in both directions. Corners at the same place count as
+  // Whether the solid has an inside. This is so if each edge of its mesh, or of several meshes of a
+  // node together, is used equally often in both directions. Corners at the same position count as
   // one.
   bool closed(uint32_t instance) const { return solids_[instance].closed; }
   // The body of an instance: the first of the instances that are closed together, or the instance
-  // itself. All parts of a closed body are closed and contain one medium.
+  // itself. All parts of a closed body count as closed and contain the same medium.
   uint32_t body(uint32_t instance) const {
     return parts_.empty() ? instance : solids_[instance].body;
   }
@@ -52,18 +53,19 @@ class Solids {
   // Maps the instances of opaque surfaces that close a solid, such as a label on a bottle, to its
   // body.
   const std::map<uint32_t, uint32_t>& opaque_parts() const { return opaque_parts_; }
-  // Whether solid `a` owns a point that both closed solids enclose. The smaller one does, so that a
-  // solid inside another always takes effect. The rule depends only on the point, not on the path
-  // to it. It is a priority as in C. Schmidt & B. Budge, "Simple Nested Dielectrics in Ray Traced
-  // Images" (JGT 7(2), 2002), derived from the geometry.
+  // Whether `a` rather than `b` fills a point that both closed solids enclose. The smaller solid
+  // fills it, so that a solid inside another always takes effect. The rule depends only on the
+  // point, not on the path that reaches it. The rule is a priority as in C. Schmidt & B. Budge,
+  // "Simple Nested Dielectrics in Ray Traced Images" (JGT 7(2), 2002), derived from the geometry.
   bool has_priority(uint32_t a, uint32_t b) const { return solids_[a].rank < solids_[b].rank; }
-  // Whether a face may coincide with a face of another solid, of the same solid if it is flat, or,
-  // for a surface without an interior, of any solid.
+  // Whether a face may coincide with another one. For a face of a solid, this is one of another
+  // solid, of a surface without an interior or, if the solid is flat, of the same solid. For a face
+  // of a surface without an interior, it is one of any solid.
   bool may_coincide(uint32_t instance, uint32_t primitive) const {
     const std::vector<bool>& faces = solids_[instance].touching;
     return !faces.empty() && faces[primitive];
   }
-  // Whether the solid is closed and its faces, in all its parts, lie in one plane. Such a solid has
+  // Whether the solid is closed and the faces of all its parts lie in one plane. Such a solid has
   // no inside for a path and acts as a thin wall.
   bool is_flat(uint32_t instance) const { return solids_[instance].is_flat; }
   // Whether the solid's faces only refract light (Material::is_clear_solid).
@@ -88,7 +90,7 @@ class Solids {
     double volume = 0.0;
     // Bounds of the whole body, in object space and (at shutter open) in internal space.
     Imath::Box3f mesh_bounds, bounds;
-    std::vector<bool> touching;  // by face; empty if none touches
+    std::vector<bool> touching;  // by face: whether it touches another; empty if none does
   };
   struct Face;
   struct FaceList;
@@ -114,7 +116,7 @@ class Solids {
 
   std::vector<Solid> solids_;  // by instance
   std::vector<uint32_t> instances_;
-  std::map<uint32_t, std::vector<uint32_t>> parts_;  // by body, if it has several; with opaque ones
+  std::map<uint32_t, std::vector<uint32_t>> parts_;  // for bodies of several parts, opaque too
   std::map<uint32_t, uint32_t> opaque_parts_;
   std::map<uint32_t, std::string> open_names_;
   std::vector<uint32_t> near_;  // solids that have another one near

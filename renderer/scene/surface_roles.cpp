@@ -97,7 +97,7 @@ void assign_role(const char* option, SurfaceRole role, std::string_view list, co
   }
 }
 
-// Each node without a role of its own takes that of its nearest ancestor.
+// Each node without a role of its own takes the role of its nearest ancestor that has one.
 void inherit_roles(const Nodes& nodes, std::vector<std::optional<SurfaceRole>>& roles) {
   std::vector<size_t> path;
   for (size_t i = 0; i < nodes.size(); ++i) {

@@ -12,7 +12,7 @@
 
 namespace emberline {
 
-// Several threads add buckets, so the caller of every other function must hold lock().
+// Several threads add buckets, so callers of all other functions must hold lock().
 class BucketPicture {
  public:
   BucketPicture(const RenderPlan& plan, std::vector<float> before)
@@ -35,11 +35,11 @@ class BucketPicture {
 
   const std::vector<Rect>& in_progress() const { return in_progress_; }
   const TilePicture& picture() const { return picture_; }
-  // The display values. A bucket is graded when it is finished; everything is graded again only if
-  // the grading changes.
+  // Returns the display values. Each bucket is graded when it is finished, and the whole picture
+  // only when the grading has changed.
   std::span<const uint8_t> rgba8(const std::shared_ptr<const Grading>& grading) {
     if (grading != grading_) {
-      // Uses this thread alone. A thread that waits for TBB could start another bucket.
+      // Uses this thread alone, because a thread that waits for TBB could start another bucket.
       grading->grade_run(picture_.rgba(), rgba8_);
       grading_ = grading;
     }

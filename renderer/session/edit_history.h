@@ -1,5 +1,5 @@
-// Undo and redo. A step stores the complete edits, which are differences from the file
-// (scene_edits.h); undo sets them again.
+// Undo and redo. Each step stores the complete edits, which are all differences from the file
+// (scene_edits.h). Undo returns to the edits of the previous step.
 #pragma once
 
 #include <cstddef>
@@ -13,12 +13,12 @@ namespace emberline {
 
 class EditHistory {
  public:
-  // `edits` are those that the scene was opened with. Undo goes back to them at most.
+  // The scene was opened with `edits`, and undo cannot go back beyond them.
   explicit EditHistory(SceneEdits edits = {}) { steps_.push_back(std::move(edits)); }
 
   // Adds a step and discards undone ones. Edits that equal the current ones add no step.
-  // Consecutive steps with the same non-empty `gesture` are merged, such as those of a drag or of a
-  // slider that is moved again.
+  // Consecutive steps with the same non-empty `gesture` are merged, for example the steps of one
+  // drag, or those of a slider that is moved repeatedly.
   void record(const SceneEdits& edits, const std::string& gesture = {}) {
     if (edits == current()) return;
     const bool continues_gesture = !gesture.empty() && gesture == gesture_;

@@ -14,7 +14,7 @@ class Session:
         self.process.stdin.flush()
 
     def receive(self, wanted):
-        """Returns the first `wanted` message and skips pictures before it."""
+        """Returns the first message that is `wanted`, and skips the pictures that arrive before it."""
         while True:
             message = json.loads(self.process.stdout.readline() or '{"event": "error", "text": "emberline has ended"}')
             if message.get("event") == "picture":
@@ -29,7 +29,7 @@ class Session:
         return self.receive(lambda m: m.get("id") == self.commands)
 
     def picture(self, good):
-        """Returns a `good` picture and its bytes, which stay valid until two more pictures are announced."""
+        """Returns the next `good` picture and its bytes, which stay valid until two more pictures are announced."""
         p = self.receive(lambda m: m.get("event") == "picture" and good(m))
         if p["segment"] != self.segment:
             with open(p["memory"], "rb") as file:

@@ -49,10 +49,10 @@ float middle(float low, float high) {
 
 }  // namespace
 
-// Tabulates a display transform that treats channels independently. byte(c, x) returns to_byte() of
-// channel c for the linear value x, which equals the number of thresholds that x has reached. A
-// table indexed by the upper 16 bits of x contains that number for the smallest value with these
-// bits; x is then compared with the few thresholds above that value.
+// Tabulates a display transform that treats channels independently. byte(c, x) returns the display
+// byte of channel c for the linear value x, which is the number of thresholds that x has reached. A
+// table that is indexed by the upper 16 bits of x contains the byte of the smallest value with
+// these bits. From there on, x is compared with the next few thresholds.
 //
 // The curve must be increasing except for rounding. Near a threshold the table may differ from the
 // transform by a few units in the last place of x.
@@ -73,8 +73,8 @@ class DisplayTable {
       const bool dark_below = ends[0][c] == curve.cells[0] && ends[1][c] == curve.cells[0];
       if (!dark_below || !std::ranges::is_sorted(curve.cells)) return nullptr;
     }
-    // Finds all thresholds of a channel at once by bisection over the floats. All thresholds lie
-    // above 0 and not above the largest value.
+    // Finds all thresholds of a channel at once, by bisection over the bit patterns of floats. All
+    // thresholds lie above 0 and do not exceed kMaxValue.
     for (size_t c = 0; c < 3; ++c) {
       Curve& curve = table->curves_[c];
       curve.thresholds.fill(std::numeric_limits<float>::infinity());
@@ -110,7 +110,8 @@ class DisplayTable {
   struct Curve {
     // thresholds[k] is the smallest x whose byte is at least k + 1; infinity if there is none.
     std::array<float, 256> thresholds;
-    std::vector<uint8_t> cells;  // byte of the smallest value with these upper bits
+    // Indexed by the upper 16 bits of x: the byte of the smallest x with these bits.
+    std::vector<uint8_t> cells;
   };
 
   DisplayTable() = default;

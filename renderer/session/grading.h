@@ -11,7 +11,8 @@ namespace emberline {
 
 class DisplayTable;
 
-// Immutable and thread-safe. Computes the same bytes as DisplayTransform and to_byte().
+// Immutable and thread-safe. Computes the same bytes as DisplayTransform and to_byte(), except
+// perhaps for values within a few units in the last place of the threshold between two bytes.
 class Grading {
  public:
   // Throws what DisplayTransform throws.
@@ -22,9 +23,9 @@ class Grading {
   const DisplaySettings& settings() const { return settings_; }
 
   // Converts linear, premultiplied RGBA to opaque 8-bit RGBA, composited over black. Both spans are
-  // interleaved, have `width` pixels per row, and must be equally long. Equal neighbours and equal
-  // rows are converted once, so that the large uniform areas of a frame's first pictures cost
-  // almost nothing. Uses the calling thread's TBB arena.
+  // interleaved, have `width` pixels per row, and must be equally long. Identical neighbouring
+  // pixels and rows are converted only once, so that the large uniform areas of a frame's first
+  // pictures cost almost nothing. Uses the calling thread's TBB arena.
   void grade(std::span<const float> rgba, int width, std::span<uint8_t> rgba8) const;
   // Like grade(), for a row or any other run of pixels, on the calling thread alone.
   void grade_run(std::span<const float> rgba, std::span<uint8_t> rgba8) const;

@@ -10,10 +10,10 @@
 
 namespace emberline {
 
-// Applies a JSON object of edits (without a version) to `before`. Null resets a part to the file's.
-// A material or light replaces the entry for the same item of `lists`; any other part replaces the
-// whole part of `before`. A camera may have a `matrix`. Throws InputError, which begins with
-// `name`.
+// Applies a JSON object of edits (without a version) to `before`. A null resets a part to the
+// file's values. An entry for a material or light replaces the entry in `before` for the same item
+// of `lists`; every other part is replaced as a whole. A camera may have a `matrix`. Throws
+// InputError, whose message begins with `name`.
 SceneEdits merge_json_edits(const nlohmann::json& changes, const std::string& name,
                             const SceneEdits& before, const SceneDescription& lists);
 

@@ -67,7 +67,7 @@ void LineStream::wait(std::optional<int> milliseconds) {
   pollfd ends[] = {{ended_ ? -1 : in_, short(congested() ? POLLRDHUP : POLLIN), 0},
                    {out_, short(out_text_.empty() ? 0 : POLLOUT), 0},
                    {wake_[0], POLLIN, 0}};
-  if (::poll(ends, 3, milliseconds.value_or(-1)) < 0) return;  // a signal
+  if (::poll(ends, 3, milliseconds.value_or(-1)) < 0) return;  // interrupted by a signal
   if (ends[1].revents & (POLLERR | POLLHUP | POLLNVAL)) throw_unwritable(EPIPE);
   if (ends[1].revents & POLLOUT) write_some();
   if (ends[2].revents) {
@@ -75,8 +75,8 @@ void LineStream::wait(std::optional<int> milliseconds) {
     while (::read(wake_[0], bytes, sizeof bytes) > 0) {
     }
   }
-  // If the writer is gone, this reads even while output is congested: only a finite amount is left
-  // in the pipe.
+  // If the writer of the input is gone, reads even while the output is congested, because only a
+  // finite amount is left in the pipe.
   if (ends[0].revents) read_some();
 }
 

@@ -25,7 +25,7 @@ class LineStream {
   std::optional<std::string> next_line();
   // Whether the input has ended.
   bool ended() const { return ended_; }
-  // Whether there is text after the last line end.
+  // Whether there is input after the last line end.
   bool has_partial_line() const { return !in_text_.empty(); }
 
   // Queues a line; wait() and flush() write it.
@@ -46,9 +46,9 @@ class LineStream {
   void write_some();
 
   const int in_, out_;
-  int wake_[2] = {-1, -1};  // a pipe
+  int wake_[2] = {-1, -1};  // a pipe that ends wait()
   std::string in_text_, out_text_;
-  size_t searched_ = 0;  // length of the prefix of in_text_ known to have no line end
+  size_t searched_ = 0;  // in_text_ has no line end before this index
   bool ended_ = false;
 };
 

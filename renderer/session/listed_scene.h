@@ -21,7 +21,7 @@ struct LoadStatus {
   std::string error;    // for kFailed; the previous scene is kept
 };
 
-// Immutable. Indices in edits refer to these lists.
+// Immutable. Indices in edits refer to the lists of `outline`.
 struct ListedScene {
   // The file's names, lights, materials, cameras and instances, without vertices, in the pose in
   // which it was opened. Includes the default light and material if the file relies on them.

@@ -17,8 +17,9 @@ namespace {
 // The field of view that choose_camera() uses by default for `look-from`, in degrees.
 constexpr double kLookFromFov = 40.0;
 
-// Copies the lists to which indices in edits refer. The default light and material are already
-// added, so instances and meshes, of which there may be hundreds of thousands, are not needed.
+// Copies only the lists to which indices in edits refer. Instances and meshes, of which there may
+// be hundreds of thousands, are not needed, because the default light and material have already
+// been added.
 SceneDescription copy_edit_lists(const SceneDescription& outline) {
   SceneDescription lists;
   static_cast<SceneLists&>(lists) = outline;
@@ -26,7 +27,8 @@ SceneDescription copy_edit_lists(const SceneDescription& outline) {
   return lists;
 }
 
-// Finds or adds the edit of the light, whether it refers to it by name or index.
+// Returns the edit of the light, whether that edit refers to the light by name or by index. If
+// there is none, adds one.
 LightEdit& edit_of(std::vector<LightEdit>& edits, EditedLight kind, size_t index,
                    const SceneDescription& lists) {
   for (LightEdit& edit : edits) {
@@ -38,8 +40,8 @@ LightEdit& edit_of(std::vector<LightEdit>& edits, EditedLight kind, size_t index
   return fresh;
 }
 
-// Applies the edits to lists alone. An environment's file is read only for rendering, so an empty
-// image replaces it here.
+// Applies the edits only to the scene's lists. An environment's file is not read before it is
+// rendered, so an empty image replaces it here.
 SceneDescription apply_to_lists(SceneEdits edits, const LoadedScene& scene) {
   if (!edits.environment.file.empty() && !edits.environment.image) {
     edits.environment.image = std::make_shared<const Image>();
@@ -49,8 +51,8 @@ SceneDescription apply_to_lists(SceneEdits edits, const LoadedScene& scene) {
   return lists;
 }
 
-// Moves the options' lens into the edits, so that the artist can change it, that it keeps its
-// f-number when the angle of view changes, and that it is saved.
+// Moves the options' lens into the edits, so that the artist can change the lens, it keeps its
+// f-number when the angle of view changes, and it is saved.
 void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
   const bool has_lens = options.f_stop || options.focus_distance;
   if (has_lens && edit.place.empty()) edit.place = "`f-stop`";
@@ -60,7 +62,8 @@ void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
   }
 }
 
-// Moves the options' time and animation into the edits, for similar reasons.
+// Moves the options' time and animation into the edits, so that the artist can change them and they
+// are saved.
 void move_time_to_edits(RenderOptions& options, AnimationEdit& edit) {
   const AnimationEdit before = edit;
   if (const std::optional<double> time = pose_time(options); time || !options.animation.empty()) {

@@ -1,4 +1,4 @@
-// A session's built scene, with the lists for the window.
+// A session's built scene, with the lists that a window shows.
 #pragma once
 
 #include <memory>
@@ -17,12 +17,12 @@ struct LoadedScene {
   std::unique_ptr<OpenScene> scene;  // this and all below are used by the rendering thread alone
   RenderOptions options;             // without animation, time and variant, which are in `edits`
   AnimationEdit current_animation;   // the current pose
-  CameraDescription view;            // the file's view in that pose
+  CameraDescription view;            // the camera without edits, in that pose
   std::shared_ptr<MemoryBudget> budget;
-  MemoryReservation memory = {};  // this scene's share of the session's budget
+  MemoryReservation memory = {};  // the part of the session's budget that this scene uses
 
-  // Returns the camera without edits for a frame of this size. If it frames the scene, it is fitted
-  // to the frame, as on the command line.
+  // Returns the camera without edits for a frame of this size. If neither the file nor the user
+  // chose a camera, the returned one shows the whole scene in such a frame, as on the command line.
   CameraDescription camera(int width, int height) const;
   // needs_repose() returns whether the edits need another pose; pose() applies that pose and the
   // edits. pose() throws what loading throws, and then leaves the scene unchanged.

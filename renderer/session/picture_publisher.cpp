@@ -8,7 +8,8 @@
 namespace emberline {
 namespace {
 
-// One picture is published, one is being drawn, one is on the screen, and one is between them.
+// One picture is published, one is being drawn, one is on the screen, and one is on its way from
+// one to the next.
 constexpr size_t kMaxPooledPictures = 4;
 
 }  // namespace
@@ -107,7 +108,7 @@ void PicturePublisher::regrade_comparison() {
       overlay ? comparison : grade_copy(*comparison, *grading);
   {
     const std::lock_guard lock(mutex_);
-    if (comparison_ != comparison) return;  // the newer picture has its own task
+    if (comparison_ != comparison) return;  // the newer comparison has its own task
     graded_comparison_.swap(fresh);         // the old picture is released outside the lock
     comparison_grading_ = std::move(grading);
   }

@@ -14,7 +14,7 @@
 namespace emberline {
 
 // Thread-safe. When the last pointer to a picture is released, its memory is kept for reuse, since
-// a picture of 1280 x 720 has 18 MB, and touching new memory for it takes 2 ms.
+// a picture of 1280 x 720 takes 18 MB, and touching new memory for it takes 2 ms.
 class PicturePublisher {
  public:
   PicturePublisher();
@@ -26,7 +26,7 @@ class PicturePublisher {
   // Waits for the first set_display(). Returns null if no grading could be created.
   std::shared_ptr<const Grading> grading();
 
-  // Returns a picture to fill in. It may reuse the memory of a released one and its old values.
+  // Returns a picture to fill in. It may be a released picture that still has its old values.
   std::shared_ptr<SessionPicture> acquire_picture();
   // Publishes a picture that was graded with `grading`: assigns its serial number and wakes the
   // session's owner.
@@ -34,11 +34,11 @@ class PicturePublisher {
   std::shared_ptr<const SessionPicture> picture() const;
 
   // Grades an older picture in the background with the current display settings, and again after
-  // each change of them. Does not change a picture with an overlay. Null: no comparison.
+  // each change of these settings. Does not change a picture with an overlay. Null: no comparison.
   void compare_with(std::shared_ptr<const SessionPicture> comparison);
   std::shared_ptr<const SessionPicture> graded_comparison() const;  // null until graded
 
-  // Sets the problem that rendering has; an empty text clears it.
+  // Sets the problem that rendering reports; an empty text clears it.
   void set_problem(const std::string& text);
   std::string problem() const;
 
@@ -66,7 +66,7 @@ class PicturePublisher {
   std::string render_problem_, display_problem_;
   DisplaySettings newest_settings_;  // older settings that are still pending are skipped
 
-  std::mutex wake_mutex_;  // held during the callback, so that on_change({}) is final
+  std::mutex wake_mutex_;  // held during the callback, so that none follows on_change({})
   std::function<void()> wake_;
 
   TaskThread grader_;  // last: its tasks use all of the above

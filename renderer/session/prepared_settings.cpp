@@ -22,8 +22,8 @@ bool same_samples(const RenderOptions& a, const RenderOptions& b) {
   return a.threads == b.threads && texts(a) == texts(b);
 }
 
-// Plans the frame without options for layers: the window writes none, so rules about layers must
-// not reject its settings.
+// Plans the frame without the options for layers. The session writes no layers, so the rules about
+// them must not reject its settings.
 RenderPlan plan_of(RenderOptions options, const ViewSettings& settings) {
   options.light_groups = false;
   options.half.clear();
@@ -58,9 +58,9 @@ RenderOptions main_options(const ViewSettings& settings) {
   options.catchers.clear();
   options.holdouts.clear();
   options.cryptomatte_levels = FrameSettings().cryptomatte_levels;
-  // With other values every change of view would wait for a survey.
+  // With any other value, every change of view would wait for a survey.
   options.environment_sampling = EnvironmentSampling::kByLight;
-  options.denoise = false;  // from --settings; the window shows the raw frame
+  options.denoise = false;  // may come from --settings; ViewSettings::denoise replaces it
   if (options.allocation == ErrorMetric::kDenoised) options.allocation.reset();
   const bool is_limited = options.noise_threshold || options.max_spp || driver.tiles;
   if (!options.spp && !is_limited) options.spp = kViewSamples;
@@ -69,7 +69,8 @@ RenderOptions main_options(const ViewSettings& settings) {
 
 AovSet required_aovs(const ViewSettings& settings) {
   AovSet aovs = AovSet::parse(settings.render.aovs);
-  // Drivers of the whole frame report stop reasons while rendering. Bucket frames need the channel.
+  // Drivers that render the whole frame at once report stop reasons while rendering; bucket frames
+  // need the channel for them.
   const bool reports_stops =
       settings.overlay == ViewOverlay::kStop && !is_main_driver_tiled(settings.render);
   const std::optional<Aov> aov = overlay_aov(settings.overlay);

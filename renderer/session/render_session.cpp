@@ -167,7 +167,7 @@ void RenderSession::on_change(std::function<void()> wake) {
   publisher_->on_change(std::move(wake));
 }
 
-// Merges the pixel's values in the newest picture with its latest inspection.
+// Merges the pixel's values in the newest picture with the latest inspection of this pixel.
 std::optional<PixelInspection> RenderSession::inspection_at(const Vec2i& at, bool picked) const {
   const std::shared_ptr<const SessionPicture> picture = publisher_->picture();
   if (!picture || !picture->rect().contains(at.x, at.y)) {

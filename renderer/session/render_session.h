@@ -5,8 +5,8 @@
 // blocks for more than about a millisecond. README.md describes the session's threads and how an
 // edit is processed.
 //
-// User errors are not fatal: load_status() reports those in loading a scene, problem() all others,
-// and the previous picture stays.
+// User errors are not fatal. load_status() reports errors in loading a scene, and problem() all
+// others; the previous picture stays.
 #pragma once
 
 #include <cstdint>
@@ -41,25 +41,25 @@ class RenderSession {
   // Meanwhile the previous scene stays. Cancels an earlier load.
   void open(const std::string& scene, const std::string& edits_file = {});
   void cancel_load();
-  // Call whenever the callback of on_change() was called. A loaded scene is adopted only here, so
-  // that edits of one scene are never applied to another: nowhere else do scene(), edits() and
-  // edit() change by themselves.
+  // Call whenever the callback of on_change() was called. Only this function adopts a loaded scene,
+  // so that edits of one scene are never applied to another. Between its calls, scene(), edits()
+  // and edit() never change by themselves.
   LoadStatus load_status();
   std::shared_ptr<const ListedScene> scene() const;  // null before the first
   std::shared_ptr<MemoryBudget> memory()
       const;  // the session's budget for all scenes; null before the first
 
   const ViewSettings& settings() const { return settings_; }
-  // Accepts any combination. If it is invalid, such as a fixed-count sampler with an adaptive
-  // driver, problem() says why, and nothing is rendered until it is corrected. Only settings that
-  // affect samples restart the frame. The display, an overlay whose channel exists, and `paused` do
-  // not.
+  // Accepts any combination of settings. If it is invalid, such as a fixed-count sampler with an
+  // adaptive driver, problem() says why, and nothing is rendered until it is corrected. Only
+  // settings that affect samples restart the frame. The display, an overlay whose channel exists,
+  // and `paused` do not.
   void set_settings(const ViewSettings& settings);
 
-  // The number of the newest edit. Changes of settings and new scenes count as edits; see
+  // Returns the number of the newest edit. Changes of settings and new scenes count as edits; see
   // SessionPicture::edit.
   uint64_t edit() const { return edit_; }
-  // All differences from the file, as they were last set or opened.
+  // All differences from the file, as set last, or as read when the scene was opened.
   const SceneEdits& edits() const { return edits_; }
   // Throws InputError and changes nothing if the edits do not fit the scene. `solo` switches all
   // other lights off, but is not part of saved edits. An environment file whose image is not given
@@ -71,7 +71,7 @@ class RenderSession {
   // Grades an older picture for comparison, in the background and with the current display
   // settings, unless it has an overlay. Null: no comparison.
   void compare_with(std::shared_ptr<const SessionPicture> comparison);
-  // Null until graded; on_change() is called then.
+  // Null until the picture has been graded; the callback of on_change() is called then.
   std::shared_ptr<const SessionPicture> graded_comparison() const;
   // Says why the newest edit has no picture, worded as on the command line. Empty if nothing is
   // wrong.
@@ -93,8 +93,8 @@ class RenderSession {
   std::optional<PixelInspection> picked() const;
 
   // Saves the current picture in the background as .exr with its channels, .png or .jpg. The future
-  // may be discarded. It throws RenderError, or UsageError, for example if `path` is an input file
-  // of the scene.
+  // may be discarded. Its get() throws RenderError, or UsageError, for example if `path` is an
+  // input file of the scene.
   std::future<void> save(const std::string& path);
   // Throws UsageError immediately for an overlay that is not a heatmap.
   std::future<void> save_heatmap(const std::string& path, ViewOverlay quantity);
@@ -109,7 +109,7 @@ class RenderSession {
   std::future<void> save_in_background(const std::string& path, const std::function<void()>& write);
   std::optional<PixelInspection> inspection_at(const Vec2i& at, bool picked) const;
 
-  // The newest request. All other state belongs to the threads of the last members.
+  // The newest request. All other state belongs to the threads that the last members own.
   ViewSettings settings_;
   ViewSettings rendered_settings_;  // the settings in the newest request
   uint64_t edit_ = 0;
@@ -118,7 +118,8 @@ class RenderSession {
   std::optional<LightEdit> solo_;
   std::optional<Vec2i> inspected_, picked_;
 
-  // Destroyed in reverse order, since each may call those declared before it until it ends.
+  // Destroyed in reverse order, since each member may call those declared before it until its
+  // thread has ended.
   const std::unique_ptr<PicturePublisher> publisher_;
   const std::unique_ptr<TaskThread> writer_;
   const std::unique_ptr<SceneLoader> loader_;

@@ -41,7 +41,8 @@ constexpr int kSessionProtocol = 1;
 // Limits on queued warnings and files waiting to be written.
 constexpr size_t kMaxWarnings = 100, kMaxPendingSaves = 16;
 constexpr size_t kMaxIdLength = 1000;
-// Polling interval while files are being saved; smallest load progress that is sent as an event.
+// Polling interval while files are being saved, and the smallest step of load progress that is sent
+// as an event.
 constexpr int kSavePollInterval_ms = 20;
 constexpr double kLoadStep = 0.01;
 
@@ -116,8 +117,8 @@ class SessionHost {
 
   void process_commands() {
     while (true) {
-      // Commands that precede the end of input are carried out even if the host does not read;
-      // there are only a few.
+      // After the end of input, the remaining commands are carried out even if the host does not
+      // read the answers; there are only a few.
       while (!quit_ && (lines_.ended() || !lines_.congested())) {
         const std::optional<std::string> line = lines_.next_line();
         if (!line) break;
@@ -418,7 +419,7 @@ class SessionHost {
   double sent_fraction_ = 0.0;
 
   SharedFrames frames_;
-  uint64_t min_edit_ = 0;      // earlier pictures show another scene
+  uint64_t min_edit_ = 0;      // pictures of earlier edits show another scene
   uint64_t sent_serial_ = 0;   // SessionPicture::serial of the picture sent last
   uint64_t number_ = 0;        // number of the last picture event
   bool host_is_ready_ = true;  // the host has consumed the previous picture

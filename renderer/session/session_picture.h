@@ -46,11 +46,12 @@ struct SessionPicture {
 struct PixelInspection {
   int x = 0, y = 0;
   uint64_t edit = 0;  // SessionPicture::edit of the inspected picture
-  Rgb radiance;       // as in the newest picture, like `alpha`
+  Rgb radiance;       // as in the newest picture; so is `alpha`
   float alpha = 0.0f;
   std::optional<Rgb> denoised;  // if the picture is denoised
-  // The following members describe the frame's last pause, shortly before or after that picture.
-  // They are invalid while `known` is false, before the first pause after the request.
+  // The following members describe the state at the frame's last pause, which is shortly before or
+  // after the newest picture. They are invalid while `known` is false, before the first pause after
+  // the request.
   bool known = false;
   uint32_t samples = 0;
   std::optional<Rgb>

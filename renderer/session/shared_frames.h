@@ -31,8 +31,8 @@ class SharedFrames {
   SharedFrames(const SharedFrames&) = delete;
   SharedFrames& operator=(const SharedFrames&) = delete;
 
-  // Creates a new file if the size has changed. Throws InputError with `place` if the budget is
-  // exceeded, and RenderError; after an error there is no file.
+  // Creates a new file if the size has changed. Throws InputError, which names `place`, if the
+  // budget is exceeded, and RenderError. After an error there is no file.
   Location write(std::span<const std::byte> picture, const std::shared_ptr<MemoryBudget>& budget,
                  const std::string& place);
 

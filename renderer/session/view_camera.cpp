@@ -15,10 +15,11 @@ constexpr double kMinDistance = 1e-5, kMaxDistance = 1e5;
 // Below this cosine of the elevation, the azimuth is undefined.
 constexpr double kPole = 1e-9;
 
-// The direction to the picture's right if there is no roll.
+// Returns the direction to the picture's right for a view without roll.
 Vec3d horizontal_right(double azimuth) { return {std::cos(azimuth), 0.0, -std::sin(azimuth)}; }
 
-// `back` must be a unit vector, and `right` perpendicular to it and not mirrored.
+// Sets azimuth, elevation and roll. `back` must be a unit vector, and `right` perpendicular to it
+// and not mirrored.
 void set_angles(const Vec3d& back, const Vec3d& right, ViewCamera& view) {
   const double level = std::hypot(back.x, back.z);
   view.elevation = std::atan2(back.y, level);
@@ -169,10 +170,11 @@ ViewCamera look_towards(ViewCamera view, const Vec3d& point) {
 
 ViewCamera frame_all(ViewCamera view, const Vec3d& center, double radius, double aspect) {
   view.pivot = center;
-  // Like framing_camera(), fits the sphere between the closer pair of edges, with a margin of 5 %.
+  // Like framing_camera(), fits the sphere between the closer pair of opposite edges, with a margin
+  // of 5 %.
   if (view.orthographic) {
     view.half_height = 1.05 * radius / std::min(1.0, aspect);
-    return with_distance(view, view.move_scale());  // the whole sphere is in front of the eye
+    return with_distance(view, view.move_scale());  // with the whole sphere in front of the eye
   }
   const double half = std::atan(std::tan(view.fov_y / 2) * std::min(1.0, aspect));
   return with_distance(view, 1.05 * radius / std::sin(half));

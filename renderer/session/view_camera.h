@@ -5,8 +5,9 @@
 // described by angles around a pivot on its axis, so that many small moves never tilt the horizon.
 // A rolled camera keeps its roll, and a mirrored one stays mirrored. An orthographic view is scaled
 // instead of moving closer; its eye only determines the near limit of visibility. A view straight
-// up or down is valid; its azimuth is that of the picture's right edge. All values are doubles, and
-// moves are proportional to the distance or the frame, so that scenes of any size feel the same.
+// up or down is valid; its azimuth follows from the direction to the picture's right. All values
+// are doubles, and moves are proportional to the distance or the frame, so that scenes of any size
+// feel the same.
 #pragma once
 
 #include "renderer/core/constants.h"
@@ -45,7 +46,7 @@ struct ViewCamera {
 };
 
 inline constexpr double kMinFov = 1e-3, kMaxFov = 3.0;  // 0.06 and 172 degrees
-// Field of view with which an orthographic view becomes a perspective one.
+// Default field of view when an orthographic view is turned into a perspective one.
 inline constexpr double kDefaultFov = kPiD / 6;
 
 // Returns the view of a camera. The pivot lies on the camera's axis, at the depth of the scene's
@@ -54,7 +55,7 @@ inline constexpr double kDefaultFov = kPiD / 6;
 ViewCamera view_of(const CameraDescription& camera, const Vec3d& center, double radius);
 
 // Returns the edit that gives any camera this view. Keeps the other members of `before`, such as
-// the camera of the file that it names.
+// the file's camera that `before` names.
 CameraEdit edit_of(const ViewCamera& view, const CameraEdit& before = {});
 
 // Moves the eye around the pivot, to the picture's right and up. Stops when the view is straight up

@@ -21,8 +21,8 @@ constexpr double kFirstCoverage = 1.0 / 64;
 constexpr double kFirstPictureTimeout_s = 0.012;
 
 // Later pictures come no faster than the eye can follow, and take at most a fraction of the render
-// time: a larger one in the first second, while the artist waits for the effect of an edit, and a
-// negligible one after that.
+// time: kInteractiveCostFraction in the first second, while the artist waits for the effect of an
+// edit, and kIdleCostFraction after that.
 constexpr double kMinInterval_s = 1.0 / 30;
 constexpr double kInteractive_s = 1.0;
 constexpr double kInteractiveCostFraction = 0.1;
@@ -31,9 +31,9 @@ constexpr double kIdleCostFraction = 0.01;
 // The region gets this number of samples per pixel before the rest of the frame is rendered.
 constexpr uint32_t kRegionSamples = 16;
 
-// The first picture of a bucket frame may take this fraction of the frame's samples; its own are
-// not part of them. If the number of samples per pixel is smaller than kMinJudgedSamples or
-// unknown, kMinJudgedSamples is used, the fewest that an estimator needs.
+// The first picture of a bucket frame may take additional samples, up to this fraction of the
+// frame's samples. If their number per pixel is unknown or smaller than kMinJudgedSamples, which is
+// the fewest that an estimator needs, kMinJudgedSamples is used instead.
 constexpr double kFirstPictureFraction = 0.005;
 constexpr uint32_t kMinJudgedSamples = 16;
 
@@ -107,7 +107,8 @@ void ViewFrame::reserve(const Rect& pixels, uint64_t bytes_per_pixel) {
               fmt::format("a frame of {}x{} pixels", crop_.width(), crop_.height()));
 }
 
-// Renders the region as a separate job, so that each pixel gets the same samples as in the frame.
+// Renders the region as a separate job, so that each pixel gets the same samples as in the whole
+// frame.
 void ViewFrame::render_region() {
   const Rect region = request_.settings.region->intersect(crop_);
   if (region.empty()) return;
@@ -143,7 +144,7 @@ void ViewFrame::begin_buckets() {
   progress_ = {};
   bucket_picture_.emplace(prepared_.plan, std::move(rgba));
   live_picture_ = &bucket_picture_->picture();
-  // Forces a new picture, since the next one may not come before a bucket is finished.
+  // Forces a new picture now, since otherwise none may come before a bucket is finished.
   published_at_s_ = -std::numeric_limits<double>::infinity();
 }
 
@@ -193,7 +194,7 @@ void ViewFrame::picture_changed(const JobProgress& progress, const LivePicture& 
   if (is_first_picture_sufficient()) stage_stop_.request_stop();
 }
 
-// The answer changes only at pauses.
+// Apart from the time and `pause_requested_`, all that this reads changes only at pauses.
 bool ViewFrame::needs_picture() const {
   if (pause_requested_.load(std::memory_order_relaxed)) return true;
   const double now = seconds();
@@ -379,8 +380,8 @@ void ViewFrame::resolve_frame(std::span<float> rgba) const {
   }
 }
 
-// Filters an incomplete frame on the lattice of bisection. Does not filter it if it has a region,
-// which is sampled more finely than the lattice.
+// Filters an incomplete frame on the lattice of bisection. Does not filter an incomplete frame with
+// a region, because the region is sampled more finely than the lattice.
 void ViewFrame::denoise(SessionPicture& picture) {
   const bool possible = LiveDenoiser::has_channels(prepared_.plan.aovs) && stage_ != Stage::kRegion;
   const PixelLattice* lattice = nullptr;

@@ -2,8 +2,8 @@
 //
 // A frame is rendered in stages. Each is a job with its own driver and film: the region, if any;
 // for `live` and `bucket` a first picture by bisection; then the main driver. The displayed picture
-// switches to the next film once that is at least as good everywhere; buckets replace the first
-// picture one by one.
+// switches to the next stage's film once that film is at least as good everywhere. Buckets instead
+// replace the first picture one by one.
 #pragma once
 
 #include <atomic>
@@ -48,7 +48,7 @@ struct RelightRequest {
 struct FilmCopy {
   Rect crop;  // in the frame described by `options`
   AovSet aovs;
-  std::vector<float> channels;  // interleaved film_channels(); unsampled pixels have RGBA as shown
+  std::vector<float> channels;  // interleaved film_channels(); RGBA of unsampled pixels is as shown
   std::vector<float> stops;     // PixelStop; empty if unknown
   RenderOptions options;        // used for rendering
 };
@@ -59,7 +59,7 @@ class ViewFrame final : private RenderSink {
   // newest picture shows the present state.
   using Pause = std::function<void(bool is_published)>;
 
-  // All arguments must outlive the frame. The request's edits must have been applied to the scene,
+  // All references must outlive the frame. The request's edits must have been applied to the scene,
   // which must not change. `display_mode` and `pause_requested`, which says that another thread
   // waits for a pause, may change during rendering. Throws UsageError and InputError if the view is
   // invalid.
@@ -67,8 +67,8 @@ class ViewFrame final : private RenderSink {
             LiveDenoiser& denoiser, std::shared_ptr<StopRequest> stop,
             const std::atomic<DisplayMode>& display_mode, const std::atomic<bool>& pause_requested,
             Pause pause);
-  // Call before render(). Records these light groups, and shows them mixed or, without a mix, as
-  // they are.
+  // Call before render(). Makes the frame record these light groups, and show their mix or, without
+  // `mix`, the light as rendered.
   void set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix);
   ~ViewFrame() override;
 
@@ -85,7 +85,7 @@ class ViewFrame final : private RenderSink {
   FilmCopy copy() const;
   // `explained`: adds the driver's explanation.
   PixelInspection inspect_pixel(int x, int y, bool explained) const;
-  // Does not count the time spent waiting at a pause as the frame's.
+  // Excludes the time that was spent waiting at a pause from the frame's time.
   void exclude_time(ViewClock::duration waited) { paused_time_ += waited; }
 
   bool has_published() const { return published_; }

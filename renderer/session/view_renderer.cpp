@@ -19,9 +19,9 @@
 namespace emberline {
 namespace {
 
-// After relighting, the frame waits briefly. The next change of a light then takes effect at once
-// instead of at the driver's next pause, which is some milliseconds away, or more while it plans a
-// round.
+// After relighting, the frame waits for this time, so that the next change of a light takes effect
+// at once. Otherwise that change would wait for the driver's next pause, which is a few
+// milliseconds away, or more while the driver plans a round.
 constexpr auto kRelightPause = std::chrono::milliseconds(150);
 
 std::exception_ptr no_picture_error() {
@@ -31,8 +31,8 @@ std::exception_ptr no_picture_error() {
 
 }  // namespace
 
-// During its lifetime, threads that start working in the arena lower their own priority, so that
-// the window's thread and software OpenGL get the processor immediately. An idle machine still
+// While this object exists, threads that start working in the arena lower their own priority, so
+// that the window's thread and software OpenGL get the processor immediately. An idle machine still
 // renders at full speed. Uses Linux's nice value per thread; does nothing on other systems. The
 // change is permanent, since only a privileged process could undo it.
 class ViewRenderer::LowPriorityWorkers final : public tbb::task_scheduler_observer {
@@ -44,8 +44,8 @@ class ViewRenderer::LowPriorityWorkers final : public tbb::task_scheduler_observ
 
   void on_scheduler_entry(bool /*worker*/) override {
 #if defined(__linux__)
-    // A thread with this value gets about a third of a processor that it shares with a thread of
-    // normal priority, and all of an idle one. With a nice value of 10 it would get only a tenth
+    // A thread with this nice value gets about a third of a processor that it shares with a thread
+    // of normal priority, and all of an idle one. With a nice value of 10 it would get only a tenth
     // next to another busy program.
     constexpr int kNice = 5;
     const auto thread = id_t(gettid());
@@ -234,7 +234,7 @@ void ViewRenderer::pause(bool is_published) {
   if (is_published) request_inspections();
   if (requested()) serve(lock);
   if (!frame_published_ &&
-      frame_->has_published()) {  // at its time, or because another thread asked for it
+      frame_->has_published()) {  // when it was due, or because another thread asked for it
     frame_published_ = true;
     if (request_) stop_->request(PixelStop::kUser);
   }
@@ -303,8 +303,8 @@ void ViewRenderer::read_environment(RenderRequest& request) {
   edit.repaired_texels = environment_.repaired_texels;
 }
 
-// Applies the edits to the scene and returns null. With light groups, instead applies neutral edits
-// from which the request's can be mixed, and returns the groups.
+// Applies the edits to the scene and returns null. With light groups, instead applies neutral
+// edits, from whose light groups the request's light can be mixed, and returns these groups.
 std::shared_ptr<const LightGroups> ViewRenderer::apply_edits(const RenderRequest& request,
                                                              const PreparedSettings& prepared) {
   EditableScene& scene = request.scene->scene->editable();
@@ -318,7 +318,7 @@ std::shared_ptr<const LightGroups> ViewRenderer::apply_edits(const RenderRequest
   return nullptr;
 }
 
-// Keeps the previous frame, for inspection and saving, until nothing can fail any more.
+// Keeps the previous frame, for inspection and saving, until nothing can fail any longer.
 void ViewRenderer::render(RenderRequest request) {
   std::unique_ptr<PreparedSettings> prepared = prepare(request.settings);
   set_threads(request.settings.render.threads);

@@ -1,5 +1,5 @@
 // The rendering thread of a session. Renders the newest request until a newer one arrives. When the
-// driver pauses, it serves other threads' requests to copy or inspect the film.
+// driver pauses, this thread serves other threads' requests to copy or inspect the film.
 #pragma once
 
 #include <tbb/task_arena.h>
@@ -23,14 +23,14 @@ namespace emberline {
 class ViewRenderer {
  public:
   explicit ViewRenderer(PicturePublisher& publisher);
-  // Stops the frame and waits for it. Pending copies throw RenderError.
+  // Stops the frame and waits for it. The futures of pending copies throw RenderError.
   ~ViewRenderer();
 
   // All functions below are thread-safe and wait for nothing but a lock.
 
-  // Replaces a request that has not begun. With `only_edits`, which says that only edits differ
-  // from the previous request, the current frame shows its first picture before it ends. It does
-  // not end if its light groups can show the edits.
+  // Replaces a request that has not begun. `only_edits` says that only the edits differ from the
+  // previous request. The current frame then shows its first picture before it ends; it does not
+  // end at all if its light groups can show the new edits.
   void post(RenderRequest request, bool only_edits);
   void set_paused(bool paused);
   // Changes how the current film is shown.

@@ -1,5 +1,5 @@
-// Settings for how a RenderSession renders and shows. They are plain values; the window changes a
-// copy and sets it.
+// Settings for how a RenderSession renders and shows a scene. They are plain values: the window
+// changes a copy and passes it to the session.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,9 @@ namespace emberline {
 // pixels.
 enum class ViewOverlay : uint8_t { kNone, kSamples, kError, kStop, kTime, kNonFinite, kTree };
 
-// Samples per pixel if the options do not limit them: so many that an open picture keeps improving.
-// Bucket frames use the default of `render` instead, since they finish one bucket after another.
+// Number of samples per pixel if the options do not limit it: so large that a picture that stays
+// open keeps improving. Bucket frames use the default of `render` instead, since they finish one
+// bucket after another.
 inline constexpr uint32_t kViewSamples = 4096;
 
 // How a frame's film is shown as a picture.

@@ -85,8 +85,8 @@ BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
     result.valid = !below_surface(result.wi);
     return result;
   }
-  // Computes both lobes' directions and selects one: the choice cannot be predicted, and a
-  // misprediction costs more than the other map.
+  // Computes both lobes' directions and selects one. A branch would be mispredicted often, and a
+  // misprediction costs more than the second direction.
   float sine, cosine;
   sincos_turns(u.x, &sine, &cosine);
   const Vec3f a = ggx_.sample(sine, cosine, v);

@@ -52,7 +52,7 @@ struct BsdfParameters {
   // fields below matter only if it is above 0.
   float transmission = 0.0f;
   bool thin_walled = true;  // no refraction, no interior; false with KHR_materials_volume
-  bool inside = false;      // wo is inside the solid: the back of the face was hit
+  bool inside = false;      // wo is inside the solid; see also LayerParameters::behind
 };
 
 class SurfaceBsdf {
@@ -79,7 +79,7 @@ class SurfaceBsdf {
   bool has_non_delta() const {
     return has_cosine_ || specular_ >= SpecularKind::kGgx || (list_ && list_->non_delta);
   }
-  // Whether light from below the surface can contribute (LightQuery::both_sides).
+  // Whether light samples from below the surface can contribute (LightQuery::both_sides).
   bool transmits_non_delta() const { return list_ && list_->transmits_non_delta; }
   // Directional albedo at wo, for the `albedo` AOV.
   Rgb albedo() const { return to_rgb(albedo_); }  // including transmitted light
@@ -91,8 +91,8 @@ class SurfaceBsdf {
   enum class SpecularKind : uint8_t { kNone, kMirror, kGgx, kAnisotropic };
   // Inputs of the base: F0 and F90 of its reflection, and the lobe's albedo at wo.
   struct Reflection {
-    Color4 metal;       // F0; the fourth lane is the dielectric's largest
-    Color4 dielectric;  // F0; the fourth lane is the largest of the three
+    Color4 metal;       // F0; fourth lane: the dielectric's largest channel
+    Color4 dielectric;  // F0; fourth lane: its largest channel
     float dielectric_f90;
     bool coloured;  // the dielectric's channels may differ
     SpecularAlbedo::Value at_wo;
@@ -145,8 +145,8 @@ class SurfaceBsdf {
   struct LobeList {
     float pick[kLobes] = {};                        // probabilities with sum 1; 0 if absent
     int last = 0;                                   // last lobe that is present
-    float base_weight = 0.0f, clear_weight = 0.0f;  // shares of the material
-    bool solid = false, behind = false;             // has an interior; wo is in it
+    float base_weight = 0.0f, clear_weight = 0.0f;  // fractions of the material
+    bool solid = false, behind = false;             // solid: has an interior; behind: wo is in it
     bool only_clear = false;  // clear is the only lobe, with weight 1 and no layers
     bool non_delta = false, transmits_non_delta = false;
     float transmittance_o = 1.0f;  // T(wo)

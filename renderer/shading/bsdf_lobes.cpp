@@ -16,7 +16,7 @@ namespace emberline {
 namespace {
 
 constexpr float kCoatF0 = 0.04f;  // index 1.5 (KHR_materials_clearcoat)
-// Like kPickBoost in bsdf_base.h, but the same for every lobe. Chosen by us.
+// Like kSpecularPickFloor in bsdf_base.h, but the same for every lobe. Chosen by us.
 constexpr float kLobePickFloor = 0.1f;
 
 // Returns w in axes rotated about Z, with x along the unit vector `axis`.
@@ -25,9 +25,9 @@ Vec3f rotate(const Vec3f& w, const Vec2f& axis) {
 }
 Vec3f rotate_back(const Vec3f& w, const Vec2f& axis) { return rotate(w, Vec2f(axis.x, -axis.y)); }
 
-// A film's reflectance in Schlick's form with F90 = 1: `f0` has the same hemispherical mean;
-// `max_f0` is the smallest F0 whose curve is nowhere below the film's largest channel, so that the
-// layer below the film never returns more than it gets.
+// Approximates a film's reflectance in Schlick's form with F90 = 1. The curve of `f0` has the
+// film's hemispherical mean. `max_f0` is the smallest F0 whose curve is nowhere below the film's
+// largest channel, so that the layer below the film never returns more than it gets.
 struct SchlickFit {
   Rgb f0;
   float max_f0;
@@ -91,8 +91,8 @@ const LayerParameters SurfaceBsdf::kNoLayers;
       !parameters.thin_walled && (parameters.transmission > 0 || layers.diffuse_transmission > 0);
   list.behind = list.solid && layers.behind;
   list.film = {layers.iridescence, layers.iridescence_ior, layers.iridescence_thickness};
-  // The material is metal m, clear dielectric (1 - m) t and diffuse dielectric (1 - m)(1 - t). The
-  // base consists of the two opaque parts, with their relative metalness.
+  // The material is metal (weight m), clear dielectric ((1 - m) t) and diffuse dielectric ((1 -
+  // m)(1 - t)). The base is the two opaque parts; its metalness is the metal's fraction of them.
   const float clear = parameters.transmission * (1.0f - parameters.metallic);
   list.clear_weight = clear;
   list.base_weight = 1.0f - clear;
@@ -262,7 +262,7 @@ void SurfaceBsdf::attenuate_base() {
       list.solid ? list.transmittance_o : covered(diffuse, transmitted_diffuse_sum);
 }
 
-// Picks each lobe in proportion to its albedo for white light, with a minimum probability.
+// Picks each lobe in proportion to its albedo for white light, but weak lobes more often.
 void SurfaceBsdf::set_picks() {
   LobeList& list = *list_;
   Color4 albedo[kLobes] = {};

@@ -12,7 +12,8 @@ namespace emberline {
 // the extension is absent. Weights, roughnesses and colours are in [0, 1].
 struct LayerParameters {
   // Whether wo is behind the face; the coat and sheen of a solid are then on the other side. This
-  // differs from BsdfParameters::inside, which between touching solids means the denser one.
+  // differs from BsdfParameters::inside, which between touching solids says whether wo is in the
+  // denser one.
   bool behind = false;
   // KHR_materials_anisotropy, for the base's reflection.
   float anisotropy = 0.0f;
@@ -33,7 +34,8 @@ struct LayerParameters {
   Vec3f clearcoat_normal = Vec3f(0.0f, 0.0f, 1.0f);  // unit, local shading space
 };
 
-// The layers as given by a material: directions are in tangent space, x along the mesh's tangent.
+// The layers as a material gives them. Directions are in tangent space, with x along the mesh's
+// tangent.
 struct MaterialLayers {
   LayerParameters parameters;
   bool has_clearcoat_normal_map = false;  // if false, use the vertex normal, not clearcoat_normal

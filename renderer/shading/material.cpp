@@ -30,8 +30,8 @@ float usable_ior(float ior, float otherwise) {
 
 float usable_scale(float scale) { return std::isfinite(scale) ? scale : 1.0f; }
 
-// Clamps a film thickness (in nanometres) to a millimetre, which shows no colours but whose phases
-// are still precise.
+// Clamps a film thickness (in nanometres) to a millimetre. Such a film shows no colours, but its
+// phases can still be computed precisely.
 float usable_thickness(float thickness) { return std::min(non_negative(thickness), 1e6f); }
 
 // Returns the unit direction in a texel's red and green; if there is none, the tangent's direction.
@@ -228,7 +228,7 @@ void Material::compile_interior(const MaterialDescription& d) {
   thin_walled_ = false;
   attenuation_ = attenuation_coefficient(saturate(to_working_space(saturate(d.attenuation_color))),
                                          d.attenuation_distance);
-  // An infinite index has no dispersion.
+  // An index of 0, which reflects everything, has no dispersion.
   if (has_transmission() && ior_ > 0.0f) dispersion_ = non_negative(d.dispersion);
 }
 
@@ -386,7 +386,8 @@ float Material::coverage(const SurfaceAttributes& a, float u_texture) const {
   if (alpha_mode_ == AlphaMode::kOpaque) return 1.0f;
   float alpha = alpha_ * a.color.w;
   if (alpha_mode_ == AlphaMode::kMask) {
-    // The cutoff needs exact filtering: a step of the mean is not the mean of steps.
+    // The cutoff must apply to the filtered alpha, because a step of the mean is not the mean of
+    // steps.
     if (base_color_texture_) {
       alpha *= base_color_texture_->bilinear_alpha(uv_of(*base_color_texture_, a));
     }

@@ -40,14 +40,14 @@ struct SurfaceAttributes {
 // A material's values at a point.
 struct MaterialPoint {
   BsdfParameters bsdf;            // clamped to the ranges that SurfaceBsdf requires
-  Rgb emission = Rgb(0.0f);       // radiance, equal in all directions
+  Rgb emission = Rgb(0.0f);       // radiance, the same in all directions
   Vec3f normal = Vec3f(0, 0, 1);  // unit, in tangent space; see mapped_normal()
   bool has_normal_map = false;
 };
 
 // Texel positions of a material's textures for a point, one per parametrisation.
 struct TexelPositions {
-  static constexpr size_t kMaxPositions = 18;  // one parametrisation per slot
+  static constexpr size_t kMaxPositions = 18;  // if every slot has its own parametrisation
   size_t place[kMaxPositions];
   TexelCorners normal, clearcoat_normal;
   TexelPositions() {}  // runs at every hit, so it initialises nothing
@@ -55,9 +55,9 @@ struct TexelPositions {
 
 class Material {
  public:
-  // `textures` owns the textures of the slots. The material keeps pointers into it, so it must
-  // outlive the material and not move its elements (a deque does not, on growth). Equal uses of an
-  // image share one Texture. Throws InputError for a UV set beyond kMaxUvSets.
+  // `textures` owns the textures of the slots. The material keeps pointers to its elements, so
+  // `textures` must outlive the material and must not move elements (a growing deque does not).
+  // Identical uses of an image share one Texture. Throws InputError for a UV set beyond kMaxUvSets.
   Material(const MaterialDescription& description, const SceneDescription& scene,
            std::deque<Texture>* textures);
 
@@ -75,17 +75,17 @@ class Material {
     out = layers_;
     if (layers_vary_) apply_layer_textures(texels, out);
   }
-  bool has_layers() const { return has_layers_; }  // whether any can have an effect
-  // The layers without textures; for a textured value, this is the factor.
+  bool has_layers() const { return has_layers_; }  // whether any layer has an effect
+  // The layers' values without textures; a textured value is multiplied by its texel.
   const LayerParameters& layers() const { return layers_.parameters; }
 
   // The radiance emitted below any clear coat (emission_through_coat); if unlit(), the base colour.
   Rgb emission(const SurfaceAttributes& attributes, float u_texture) const {
     return emission_varies_ ? varying_emission(attributes, u_texture) : emission();
   }
-  const Rgb& emission() const { return constant_.emission; }  // only if it is constant
-  // If the emission is animated, emission() is its maximum and emission_scale() the factor at a
-  // time.
+  const Rgb& emission() const { return constant_.emission; }  // call only if constant
+  // If the emission is animated, emission() is its maximum, and emission_scale() is the factor at a
+  // given time.
   bool is_emission_animated() const { return emission_scale_ != nullptr; }
   Rgb emission_scale(float time) const { return emission_scale_->at(time); }
   // Mean emission over a triangle with these corners, for light power. 0 for unlit materials.
@@ -106,13 +106,13 @@ class Material {
   bool has_uniform_emission() const {
     return !emission_varies_ && !(layers().clearcoat > 0.0f) && alpha_mode() == AlphaMode::kOpaque;
   }
-  // Whether shading or coverage reads attributes of a mesh with or without colours.
+  // Whether shading or coverage reads vertex attributes. `vertex_colors`: the mesh has colours.
   bool reads_attributes(bool vertex_colors) const {
     return needs_uv() || vertex_colors || needs_tangents() || alpha_mode() != AlphaMode::kOpaque;
   }
   bool is_emissive() const { return is_emissive_; }  // whether it is a light; never if unlit
-  // Whether triangles with either material are equal lights: mean_emission() and the emitting sides
-  // are the same.
+  // Whether a triangle is the same light with either material: mean_emission() and the emitting
+  // sides do not differ.
   bool has_same_emission(const Material& other) const;
   bool has_normal_map() const { return bool(normal_map_); }
   // Whether shading uses the mesh's tangent space.
@@ -126,17 +126,17 @@ class Material {
   bool is_transmissive() const { return has_transmission() || has_diffuse_transmission(); }
   // Whether transmitted light enters an interior rather than crossing a thin wall.
   bool is_solid() const { return !thin_walled_; }
-  // Whether the material is a solid that is smooth and clear at least in places, where only
-  // refracted rays pass.
+  // Whether the material is a solid that is smooth and clear, at least in places. Light passes
+  // through these only along refracted rays.
   bool is_smooth_solid() const {
     return has_transmission() && is_solid() &&
            (square(roughness_) < kMirrorAlpha || metallic_roughness_texture_);
   }
-  // Whether the solid shows only by its index of refraction and its interior. Where it does not
-  // refract, its face is invisible.
+  // Whether the solid is seen only through refraction and absorption. Where it does not refract,
+  // its faces are invisible.
   bool is_clear_solid() const;
   float ior() const { return ior_; }                              // 0: reflects everything
-  bool has_transmission() const { return transmission_ > 0.0f; }  // clear only
+  bool has_transmission() const { return transmission_ > 0.0f; }  // clear, not diffuse
   bool has_diffuse_transmission() const { return layers().diffuse_transmission > 0.0f; }
   // Whether the material is, at least in places, a smooth thin wall through which light goes
   // straight.
@@ -229,7 +229,7 @@ class Material {
   bool emission_varies_ = false;
   MaterialPoint constant_;
   bool has_layers_ = false;
-  bool layers_vary_ = false;  // whether a texture varies them
+  bool layers_vary_ = false;  // whether textures vary the layers
   MaterialLayers layers_;
   float iridescence_thickness_minimum_ = 0.0f;
   Slot anisotropy_texture_;
@@ -245,7 +245,7 @@ class Material {
   bool double_sided_;
   bool unlit_;
   uint32_t uv_mask_ = 0;
-  std::vector<const Texture*> parametrisations_;  // one texture for each
+  std::vector<const Texture*> parametrisations_;  // one texture for each parametrisation
   std::vector<Slot> slots_;                       // each texture once
   ToWorkingSpace to_working_;
 };
@@ -253,9 +253,9 @@ class Material {
 // All materials of a scene, followed by glTF's default material.
 class MaterialSet {
  public:
-  // `used_materials`, if not empty, tells for each material whether a placed mesh uses it. Unused
-  // materials are not compiled, keep no textures and name no features. Throws InputError like
-  // Material.
+  // If `used_materials` is not empty, it tells for each material whether a placed mesh uses it.
+  // Unused materials are not compiled, keep no textures and name no features. Throws InputError
+  // like Material.
   explicit MaterialSet(const SceneDescription& scene, const std::vector<bool>& used_materials = {});
   MaterialSet(MaterialSet&&) = default;
   MaterialSet& operator=(MaterialSet&&) = default;

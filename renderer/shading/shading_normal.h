@@ -44,8 +44,8 @@ SurfaceFrame make_surface_frame(const Vec3f& face_normal, const Vec3f& vertex_no
 // Shadow-terminator softening for cosine lobes: GGX masking by unseen microgeometry, whose
 // roughness follows from the angle delta between the normals, alpha^2 = tan^2(delta) / 8. Estevez,
 // Lecocq & Zeltner 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator
-// Problem", Ray Tracing Gems, chapter 12. It is a factor of f itself, so light sampling and BSDF
-// sampling both include it.
+// Problem", Ray Tracing Gems, chapter 12. The softening is a factor of f itself, so light sampling
+// and BSDF sampling both include it.
 inline float terminator_alpha2(float cos_delta) {
   const float cos2 = square(cos_delta);
   // At a right angle the roughness is the maximum (the chapter clamps to [0, 1]).

@@ -3,14 +3,14 @@
 //
 // A lookup fetches ONE texel: the bilinear filter is an expectation, which is estimated by choosing
 // a neighbour with u_texture (Pharr, Wronski, Salvi & Fajardo 2024, "Filtering After Shading With
-// Stochastic Texture Filtering"). It adds noise only where a texture is magnified, and costs a
-// third of reading four texels and a tenth or less of using a texture system with a cache (figures
+// Stochastic Texture Filtering"). This adds noise only where a texture is magnified. It costs a
+// third of reading four texels, and a tenth or less of using a texture system with a cache (figures
 // in tests/bench/results). Normal maps are filtered before shading, with all four texels: otherwise
 // a polished surface under a magnified map would show four reflections at once.
 //
 // uv may be huge, negative, NaN or infinite. NaN and infinite coordinates count as 0 (before
-// wrapping); values beyond float's resolution of one texel read an arbitrary texel. All functions
-// are const, pure and thread-safe.
+// wrapping); coordinates so large that float cannot resolve a texel read an arbitrary one. All
+// functions are const, pure and thread-safe.
 #pragma once
 
 #include <array>
@@ -64,14 +64,14 @@ class Texture {
   // Only the alpha of bilinear(); 1 for an image without alpha.
   float bilinear_alpha(const Vec2f& uv) const;
 
-  // Mean colour over a triangle in uv, from the texels whose centres are inside (all texels up to 4
-  // Mi, a regular subset beyond), or from 16 filtered points if the triangle covers only a few.
-  // Deterministic; used for light power.
+  // Mean colour over a triangle in uv, from the texels whose centres are inside (all of them up to
+  // 4 Mi texels, a regular subset beyond), or from 16 filtered points if the triangle covers only a
+  // few texels. Deterministic; used for light power.
   Rgb mean_over_triangle(const Vec2f& uv0, const Vec2f& uv1, const Vec2f& uv2) const;
 
   // Whether both use the same image in the same way.
   bool same_use(const Texture& other) const;
-  // Whether the images have the same size and order, and the same parametrisation.
+  // Whether the images have the same size and order of texels, and the same parametrisation.
   bool same_parametrisation(const Texture& other) const;
 
   const Image& image() const { return *image_; }

@@ -13,7 +13,7 @@ namespace {
 // Beyond this number of texels, or of texels in a row, a regular subset is used (chosen by us: 15
 // ms for a triangle, about 40 ms for a sliver).
 constexpr double kMaxTexels = double(1 << 22);
-// With fewer texels inside, filtered points are used instead.
+// If fewer texels are inside the triangle, filtered points are used instead.
 constexpr int kMinTexels = 16;
 
 int wrap_index(int64_t i, int size, WrapMode wrap) {
@@ -56,7 +56,8 @@ Rgb Texture::mean_over_triangle(const Vec2f& uv0, const Vec2f& uv1, const Vec2f&
   if (usable && area >= kMinTexels) {
     const auto stride = int64_t(std::ceil(std::sqrt(std::max(1.0, area / kMaxTexels))));
     const auto [y_min, y_max] = std::minmax({y[0], y[1], y[2]});
-    // A sliver can be long despite a small area: in many rows of few texels, or in one row of many.
+    // A sliver can be long despite a small area: it has many rows of few texels, or one row of
+    // many.
     const auto first_row = int64_t(std::ceil(y_min)), last_row = int64_t(std::floor(y_max));
     const int64_t row_stride =
         std::max(stride, int64_t(std::ceil(double(last_row - first_row + 1) / kMaxTexels)));

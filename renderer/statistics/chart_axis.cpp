@@ -13,7 +13,7 @@ namespace {
 constexpr double kMaxDrawable = 1e100;
 // Margin at both ends of a logarithmic axis, as a fraction of its length.
 constexpr double kMargin = 0.04;
-// Tolerance, as a fraction of a step: rounding may put a tick slightly outside the range.
+// Tolerance, as a fraction of a step, for ticks that rounding puts slightly outside the range.
 constexpr double kRounding = 1e-9;
 
 std::string superscript(int number) {
@@ -75,7 +75,8 @@ AxisRange::AxisRange(AxisScale scale, std::span<const double> values, bool from_
   }
   if (!found) min_ = 0, max_ = 1;
   if (from_zero) min_ = std::min(min_, 0.0), max_ = std::max(max_, 0.0);
-  // If the values are (nearly) equal, their magnitude sets the scale.
+  // If the values are nearly equal, their magnitude instead of their difference determines the
+  // length of the axis.
   const double size = std::max(std::abs(min_), std::abs(max_));
   if (!(max_ - min_ > 1e-6 * size)) {
     const double around = size > 0 ? 0.5 * size : 0.5;
@@ -94,7 +95,7 @@ double AxisRange::position(double value) const {
 
 std::vector<AxisTick> AxisRange::linear_ticks(int target_count) const {
   std::vector<AxisTick> ticks;
-  // A scale needs at least two ticks, so use smaller steps while there are fewer.
+  // An axis needs at least two ticks, so use smaller steps until there are two.
   for (; ticks.size() < 2; ++target_count) {
     ticks.clear();
     const double step = nice_step(max_ - min_, target_count);
@@ -107,10 +108,10 @@ std::vector<AxisTick> AxisRange::linear_ticks(int target_count) const {
 std::vector<AxisTick> AxisRange::log_ticks(int target_count) const {
   const int first = int(std::floor(std::log10(min_))), last = int(std::ceil(std::log10(max_)));
   const double decades = std::log10(max_ / min_);
-  // A range of less than about a factor of three may contain no power of ten.
+  // If the range is narrower than about a factor of three, it may contain no power of ten.
   if (decades < 0.5) return linear_ticks(target_count);
   const int every = std::max(1, int(std::ceil(decades / target_count)));
-  const int numbers = decades * 3 <= target_count + 1 ? 3 : 1;  // digits: 1, 2 and 5, or only 1
+  const int numbers = decades * 3 <= target_count + 1 ? 3 : 1;  // labels: 1, 2 and 5, or only 1
   std::vector<AxisTick> ticks;
   for (int exponent = first; exponent <= last; ++exponent) {
     const double power = std::pow(10.0, exponent);

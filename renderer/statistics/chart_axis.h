@@ -18,24 +18,24 @@ struct AxisTick {
 // Maps values to [0, 1] along an axis.
 class AxisRange {
  public:
-  // Covers all drawable values, with a margin; if there are none, [0, 1], or [1, 10] before the
-  // margin on a logarithmic axis. A linear axis begins and ends at a tick, and includes 0 if
-  // `from_zero`.
+  // Covers all drawable values. If there are none, the axis covers [0, 1], or [1, 10] if it is
+  // logarithmic. A logarithmic axis has a margin at both ends; a linear axis begins and ends at a
+  // tick, and includes 0 if `from_zero`.
   AxisRange(AxisScale scale, std::span<const double> values, bool from_zero = false);
 
   // NaN, infinity and magnitudes above 1e100 are not drawable; on a logarithmic axis, values below
   // 1e-100 are not drawable either.
   static bool drawable(AxisScale scale, double value);
 
-  // 0 at the start of the axis, 1 at its end, and outside [0, 1] for values beyond. `value` must be
-  // drawable.
+  // 0 at the start of the axis, 1 at its end, and outside [0, 1] for values beyond the ends.
+  // `value` must be drawable.
   double position(double value) const;
   double min() const { return min_; }
   double max() const { return max_; }
-  // Returns round numbers inside the range, ascending, of which about `target_count` have a label:
-  // multiples of 1, 2 or 5 times a power of ten (Heckbert 1990, "Nice Numbers for Graph Labels",
-  // Graphics Gems). On a logarithmic axis they are powers of ten and, if these are few, 2 and 5
-  // times those.
+  // Returns round numbers inside the range, ascending; about `target_count` of them have a label.
+  // They are multiples of 1, 2 or 5 times a power of ten (Heckbert 1990, "Nice Numbers for Graph
+  // Labels", Graphics Gems). On a logarithmic axis, they are powers of ten and, if there are few of
+  // these, also 2 and 5 times each power.
   std::vector<AxisTick> ticks(int target_count = 6) const;
 
  private:
@@ -46,15 +46,15 @@ class AxisRange {
   double min_ = 0, max_ = 1;
 };
 
-// The smallest of 1, 2 or 5 times a power of ten that divides `range` (> 0) into at most
-// `max_parts` parts.
+// Returns the smallest step of 1, 2 or 5 times a power of ten that divides `range` (> 0) into at
+// most `max_parts` parts.
 double nice_step(double range, int max_parts);
 
 // Returns "2×10⁻⁵", or only "10⁻⁵" if the mantissa is 1.
 std::string power_of_ten_text(const std::string& mantissa, int exponent);
 
-// Formats the number of a tick: "0.25", "1,500", "2×10⁻⁵". It has enough decimals to distinguish
-// multiples of `step`.
+// Formats the number of a tick, such as "0.25", "1,500" or "2×10⁻⁵", with enough decimals to
+// distinguish multiples of `step`.
 std::string tick_label(double value, double step);
 
 }  // namespace emberline

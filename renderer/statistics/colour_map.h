@@ -1,10 +1,10 @@
 // Colour maps, which convert a number in [0, 1] to a display colour in 8-bit sRGB.
 //
 // viridis, inferno and magma are from S. van der Walt and N. Smith 2015, "mpl colormaps", CC0.
-// Their steps are perceptually even (CAM02-UCS) and their lightness rises, so colour-blind readers
-// can read them, and so can readers of a grey print. turbo is from A. Mikhailov 2019, "Turbo, an
-// improved rainbow colormap for visualization", Google AI Blog; Apache-2.0. It distinguishes more
-// values, but brighter does not mean more.
+// Their steps are perceptually even (CAM02-UCS) and their lightness rises, so they can be read by
+// colour-blind readers and in a grey print. turbo is from A. Mikhailov 2019, "Turbo, an improved
+// rainbow colormap for visualization", Google AI Blog; Apache-2.0. turbo distinguishes more values,
+// but a brighter colour does not mean a larger value.
 #pragma once
 
 #include <array>
@@ -28,8 +28,8 @@ struct ColourMapEntry {
 std::span<const ColourMapEntry> colour_map_table();
 ColourMap parse_colour_map(std::string_view name);  // throws UsageError
 
-// The colour of `value`, which is clamped to [0, 1]; for NaN, the map's no_value. Interpolates 33
-// samples of the published tables with an error of at most 2 of 255.
+// The colour of `value`, which is clamped to [0, 1]; for NaN, the map's no_value. Interpolates
+// between 33 samples of each published table; the error is at most 2 of 255.
 Rgb8 colour_of(ColourMap map, double value);
 
 }  // namespace emberline

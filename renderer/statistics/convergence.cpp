@@ -36,8 +36,8 @@ struct Errors {
   }
 };
 
-// Adds the squared errors of one pixel's means of N samples for each N in counts()[first .. last),
-// with the sampler's weights.
+// Computes one pixel's mean of N samples, with the sampler's weights, and adds its squared error to
+// `errors`, for each N in counts()[first .. last).
 void add_errors(const Sampler& sampler, const PixelKey& pixel, size_t first, size_t last,
                 Errors& errors) {
   const std::vector<uint32_t> all = counts();
@@ -69,7 +69,7 @@ Errors measure(const SamplerEntry& entry, uint32_t pixels, uint32_t seed) {
     for (const uint32_t n : all)
       samplers.push_back(create_sampler(entry.name, {.samples_per_pixel = n}));
   }
-  // Groups of kRow pixels keep the number of partial sums small.
+  // Pixels are summed in groups of kRow, which keeps the number of partial sums small.
   constexpr uint32_t kRow = 64;
   return sum_rows<Errors>(int((pixels + kRow - 1) / kRow), [&](int y) {
     Errors errors;

@@ -1,5 +1,5 @@
-// Measures how the mean of N samples converges: the variance as a function of N, for a sampler
-// without a scene, on integrands with known means.
+// Measures how a sampler converges: computes the variance of the mean of N samples as a function of
+// N. Uses integrands with known means instead of a scene.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,9 @@
 namespace emberline {
 
 // An integrand, and the convergence order of jittered samples on it. An edge cuts about sqrt(N) of
-// N cells, so the variance is ~ N^-1.5; a smooth function varies within a cell in proportion to the
-// cell's side, so it is ~ N^-2 (Mitchell 1996, "Consequences of Stratified Sampling in Graphics").
+// N cells, so the variance is ~ N^-1.5. A smooth function varies within a cell in proportion to the
+// cell's side, so its variance is ~ N^-2 (Mitchell 1996, "Consequences of Stratified Sampling in
+// Graphics").
 struct ConvergenceIntegrand {
   Integrand integrand;
   double stratified_order;
@@ -29,9 +30,9 @@ struct ConvergenceCurve {
   std::optional<double> expected;  // order from theory or long measurements, if known
 };
 
-// Computes a curve for every integrand, over `pixels` pixels with `seed`. Samplers that must know N
-// in advance are created for each N. Throws UsageError for an unknown name. Runs in parallel; the
-// result is the same to the bit for any number of threads.
+// Computes a curve for every integrand, from the errors of `pixels` pixels that are sampled with
+// `seed`. Samplers that must know N in advance are created for each N. Throws UsageError for an
+// unknown name. Runs in parallel; the result is bit-identical for any number of threads.
 std::vector<ConvergenceCurve> convergence_curves(const std::string& sampler, uint32_t pixels,
                                                  uint32_t seed);
 

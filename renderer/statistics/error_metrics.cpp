@@ -65,7 +65,7 @@ PlainSums plain_sums_of_row(const Pictures& p, int y) {
   return sums;
 }
 
-// Returns (x - r)^2 / (r^2 + eps), averaged over channels, for all finite pixels in order.
+// Returns (x - r)^2 / (r^2 + eps), averaged over channels, for each finite pixel in row order.
 std::vector<double> relative_errors(const Pictures& p, double epsilon) {
   std::vector<double> errors(p.masked.size());
   parallel_each(errors.size(), [&](size_t i) {
@@ -87,15 +87,16 @@ double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
-// The mean without the largest kTrimmedFraction of the values; which of equal values are dropped
-// does not matter.
+// Returns the mean without the largest kTrimmedFraction of the values. If values at the limit are
+// equal, it does not matter which of them are dropped.
 double trimmed_mean(std::vector<double> values) {
   const size_t dropped = size_t(kTrimmedFraction * double(values.size()));
   const size_t kept = values.size() - dropped;
   if (dropped > 0) {
     std::nth_element(values.begin(), values.begin() + ptrdiff_t(kept), values.end());
     values.resize(kept);
-    // nth_element leaves an unspecified order; sorting makes the sum well-defined.
+    // The order after nth_element is unspecified, so sort, which makes the rounding of the sum
+    // well-defined.
     std::sort(values.begin(), values.end());
   }
   return mean(values);

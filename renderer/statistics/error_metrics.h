@@ -1,13 +1,13 @@
-// Error metrics of an image against a reference. Images are linear RGB, interleaved, row-major, of
-// the same size.
+// Error metrics of an image against a reference. Both images are linear RGB, interleaved and
+// row-major, and have the same size.
 //
 // Pixels with a NaN or infinity in either image are counted in `non_finite` and excluded from every
-// mean. Metrics of neighbourhoods treat them as follows: in FLIP they are black in both images (and
-// their own FLIP value is excluded); SSIM excludes every window that contains one. If no pixel
-// remains (for SSIM, no window), a metric is NaN.
+// mean. The two metrics that look at neighbourhoods treat these pixels as follows: FLIP makes them
+// black in both images and excludes their own FLIP values; SSIM excludes every window that contains
+// one of them. If no pixel remains (for SSIM, no window), a metric is NaN.
 //
-// Runs in parallel; the result is the same to the bit for any number of threads, since one thread
-// sums a row in double and the rows are added in order.
+// Runs in parallel; the result is bit-identical for any number of threads, since each row is summed
+// in double by one thread, and the sums of the rows are added in order.
 #pragma once
 
 #include <cstdint>
@@ -30,14 +30,14 @@ struct CompareSettings {
 struct ErrorMetrics {
   double mse = kNone;  // mean((x - r)^2) over pixels and channels
   double rmse = kNone;
-  // mean((x - r)^2 / (r^2 + eps)), averaged over channels, as in Rousselle et al. 2011. eps = 0.01
-  // (mean r)^2, so that the metric does not depend on the scale of radiance; 0.01 if the reference
-  // is black on average.
+  // mean((x - r)^2 / (r^2 + eps)), averaged over channels, as in Rousselle et al. 2011. eps is 0.01
+  // (mean r)^2, so that the metric does not depend on the scale of radiance; if mean r is 0, eps is
+  // 0.01.
   double rel_mse = kNone;
   double rel_mse_epsilon = kNone;
   double rel_mse_trimmed = kNone;  // without the worst 0.1 % of pixels (rounded down)
   double signed_bias = kNone;      // sum(x - r) / sum(r); infinite if r is black and x is not
-  double psnr = kNone;             // dB, display values, peak 1; infinite for equal images
+  double psnr = kNone;             // dB, display values, peak 1; infinite if there is no difference
   double ssim = kNone;             // ssim.h, on the luma of display values
   double flip = kNone;             // mean of flip_map() (flip.h)
   double max_absolute = kNone;     // largest |x - r|
@@ -47,12 +47,12 @@ struct ErrorMetrics {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 };
 
-// Upper bound of the additional memory for comparing two pictures (measured: 50): display-encoded
-// copies, and maps of FLIP and SSIM.
+// Upper bound on the additional memory per pixel that comparing two pictures takes, for
+// display-encoded copies and for the maps of FLIP and SSIM. We measured 50 bytes.
 inline constexpr uint64_t kComparisonBytesPerPixel = 64;
 
-// The fraction of pixels that rel_mse_trimmed excludes, and epsilon for a black reference. Chosen
-// by us.
+// The fraction of pixels that rel_mse_trimmed excludes, and epsilon for a black reference. We chose
+// both.
 inline constexpr double kTrimmedFraction = 0.001, kBlackEpsilon = 0.01;
 
 // The images must not be empty and must have equal size (asserted).
@@ -62,8 +62,8 @@ ErrorMetrics compare_images(const RgbImage& image, const RgbImage& reference,
 // Returns 1 for each pixel that has a NaN or infinity in either image, else 0.
 std::vector<uint8_t> non_finite_pixels(const RgbImage& image, const RgbImage& reference);
 
-// Returns sRGB-encoded values (IEC 61966-2-1) in [0, 1], after multiplying by 2^exposure; black
-// where `masked` is nonzero.
+// Multiplies the image by 2^exposure and returns it as sRGB-encoded values (IEC 61966-2-1), clamped
+// to [0, 1]. Pixels whose `masked` is nonzero are black.
 RgbImage to_display(const RgbImage& image, float exposure, const std::vector<uint8_t>& masked);
 
 }  // namespace emberline

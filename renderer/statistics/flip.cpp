@@ -19,7 +19,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Sections 4.1.3 and 4.3: exponent and knee of the colour error, and exponent of the feature error.
+// Sections 4.1.3 and 4.3: exponent qc and knee (pc, pt) of the colour error, and exponent qf of the
+// feature error.
 constexpr double kQc = 0.7;
 constexpr double kPc = 0.4;
 constexpr double kPt = 0.95;
@@ -75,7 +76,8 @@ Vec3d ycxcz_to_xyz(const Vec3d& c) {
   return Vec3d(y + c.y / 500, y, y - c.z / 200) * kWhite;
 }
 
-// CIE L*a*b* with Hunt-adjusted a* and b*: colour differences look smaller in the dark.
+// CIE L*a*b* with Hunt-adjusted a* and b*: a* and b* are multiplied by lightness / 100, since
+// colour differences look smaller in the dark.
 Vec3d linear_rgb_to_hunt_lab(const Vec3d& rgb) {
   constexpr double kDelta = 6.0 / 29.0;
   const auto f = [](double t) {
@@ -107,7 +109,8 @@ double redistribute(double distance) {
 
 // ---- filters -----------------------------------------------------------------------------------
 
-// Filter weights from -r to r. All kernels here are separable, or sums of two separable ones.
+// The weights of a filter at the offsets -r to r. All kernels here are separable, or sums of two
+// separable kernels.
 using Taps = std::vector<double>;
 
 template <typename Function>
@@ -137,8 +140,8 @@ Taps balanced(Taps taps) {
 struct Kernels {
   int spatial_radius = 0, feature_radius = 0;
   Taps achromatic, red_green;       // sum 1 each
-  std::array<Taps, 2> blue_yellow;  // the squares of their sums add up to 1
-  Taps smooth, edge, point;         // Gaussian, sum 1; its normalised derivatives
+  std::array<Taps, 2> blue_yellow;  // one per Gaussian; the squares of their sums add up to 1
+  Taps smooth, edge, point;         // Gaussian with sum 1; its derivatives, balanced()
 };
 
 Kernels make_kernels(double pixels_per_degree) {
@@ -155,8 +158,8 @@ Kernels make_kernels(double pixels_per_degree) {
   };
   k.achromatic = normalized(spatial(kAchromatic));
   k.red_green = normalized(spatial(kRedGreen));
-  // The two Gaussians of blue-yellow keep their ratio, and together they sum to 1 over the plane.
-  // Each factor is split evenly between the taps along x and y.
+  // The two Gaussians of blue-yellow keep their ratio, and together sum to 1 over the plane. The
+  // factor of each is split evenly between its taps along x and its taps along y.
   double total = 0;
   for (size_t i = 0; i < 2; ++i) {
     const Gaussian& g = kBlueYellow[i];
@@ -165,7 +168,8 @@ Kernels make_kernels(double pixels_per_degree) {
   }
   for (Taps& taps : k.blue_yellow) taps = scaled(taps, 1 / std::sqrt(total));
 
-  // Section 4.2: first and second derivative of a Gaussian with the width of the features.
+  // Section 4.2: first and second derivative of a Gaussian whose width is that of the features to
+  // detect.
   const double sigma = 0.5 * kFeatureWidth * pixels_per_degree;
   k.feature_radius = int(std::ceil(3 * sigma));
   const auto gaussian = [&](double i) { return std::exp(-i * i / (2 * sigma * sigma)); };
@@ -176,8 +180,8 @@ Kernels make_kernels(double pixels_per_degree) {
   return k;
 }
 
-// Filters a row of the channel, along columns with `down` and along the row with `along`. Beyond
-// the border, the values of the border are repeated.
+// Returns row `y` of the filtered channel, which is filtered vertically with `down` and
+// horizontally with `along`. Beyond the border, the values at the border are repeated.
 std::vector<double> filter(const Plane& plane, int y, const Taps& down, const Taps& along) {
   const size_t width = size_t(plane.width), margin = along.size() / 2;
   const int radius = int(down.size() / 2);
@@ -241,7 +245,7 @@ std::vector<Features> feature_row(const Plane& luminance, int y, const Kernels& 
   const std::vector<double> point_y = filter(luminance, y, k.point, k.smooth);
   std::vector<Features> row(edge_x.size());
   for (size_t x = 0; x < row.size(); ++x) {
-    // Y of YCxCz is 116 Y/Yn - 16. Derivatives remove the offset, but not the factor.
+    // Y of YCxCz is 116 Y/Yn - 16. The derivatives remove the offset -16, but not the factor 116.
     row[x] = {std::hypot(edge_x[x], edge_y[x]) / 116, std::hypot(point_x[x], point_y[x]) / 116};
   }
   return row;

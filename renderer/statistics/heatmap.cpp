@@ -22,7 +22,8 @@ std::string pixels_text(uint64_t count) {
   return readable_count(count) + (count == 1 ? " pixel" : " pixels");
 }
 
-// Formats a percentage, as "12.3 %"; never "0 %" for a nonzero part, or "100 %" for less than all.
+// Formats a percentage such as "12.3 %". Never returns "0 %" for a nonzero part or "100 %" for less
+// than the total.
 std::string share_text(uint64_t part, uint64_t total) {
   const double percent = 100 * double(part) / double(total);
   if (part > 0 && percent < 0.05) return "< 0.1 %";
@@ -48,7 +49,7 @@ std::string title_text(const HeatmapSettings& settings, const DisplayUnit& unit)
   return title;
 }
 
-// Reports how many values are outside the scale, since their colours do not show this.
+// Adds what percentage of the values is outside the scale, which the clamped colours do not show.
 void add_out_of_range(const Plane& plane, const ValueScale& scale, uint64_t values,
                       std::vector<LegendItem>* items) {
   uint64_t below = 0, above = 0;

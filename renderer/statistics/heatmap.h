@@ -2,8 +2,8 @@
 // many samples, as in figure 1 of Painter & Sloan 1989), error, time, or stop reason.
 //
 // The frame's pixels are in the upper left corner, at their original size; the legend is below them
-// and covers none. The picture is only for viewing; the numbers are channels of the EXR. Equal
-// planes and settings result in equal bytes.
+// and covers none of them. The picture is only for viewing; the numbers are channels of the EXR.
+// Identical planes and settings result in identical bytes.
 #pragma once
 
 #include <optional>
@@ -28,13 +28,13 @@ struct Category {
 // The appearance of a heatmap. Range and logarithmic scale do not apply to categories.
 struct HeatmapStyle {
   ColourMap colours = ColourMap::kGrey;
-  std::optional<ValueRange> range;  // of the colour scale; min < max; if `logarithmic`, min > 0
+  std::optional<ValueRange> range;  // of the colour scale; min < max, and min > 0 if `logarithmic`
   bool logarithmic = false;
   bool plain = false;  // no legend
 };
 
 struct HeatmapSettings : HeatmapStyle {
-  std::string title;  // such as "samples per pixel"; same characters as Category::name
+  std::string title;  // such as "samples per pixel"; only characters that TextFont has
   std::string unit;   // shown after the title; "s" becomes s, ms, µs or ns; may be empty
   double bright = kBrightQuantile;  // for automatic_range()
   bool rms = false;                 // the legend also shows the RMS
@@ -44,13 +44,14 @@ struct HeatmapSettings : HeatmapStyle {
 // The plane must not be empty (asserted).
 BytePicture draw_heatmap(const Plane& plane, const HeatmapSettings& settings);
 
-// Like draw_heatmap(), for categories: the legend shows a swatch, the name and the share of pixels
-// of each category that occurs. Values of no category count as missing. Uses only the title and
-// `plain` of the settings.
+// Like draw_heatmap(), for categories: for each category that occurs, the legend shows a swatch,
+// the name and the percentage of pixels. A value that belongs to no category counts as missing. Of
+// the settings, only `title` and `plain` are used.
 BytePicture draw_category_map(const Plane& plane, std::span<const Category> categories,
                               const HeatmapSettings& settings);
 
-// The legends that the functions above draw, unless the settings are `plain`.
+// Return the layout of the legend that draw_heatmap() or draw_category_map() draws unless the
+// settings are `plain`.
 LegendLayout heatmap_layout(const Plane& plane, const HeatmapSettings& settings);
 LegendLayout category_layout(const Plane& plane, std::span<const Category> categories,
                              const HeatmapSettings& settings);

@@ -12,9 +12,9 @@ namespace {
 constexpr Rgb8 kBackground = {30, 30, 30}, kEdge = {140, 140, 140}, kTitle = {255, 255, 255},
                kText = {205, 205, 205}, kHistogram = {150, 150, 150};
 
-// An em is 18 pixels at 1280x720 and 54 at 3840x2160. At 11 pixels, the x-height is 6 pixels and
-// the height of capitals is 8, so that letters are sharp without hinting; smaller letters are hard
-// to read.
+// An em is 18 pixels at 1280x720 and 54 at 3840x2160. At the minimum of 11 pixels, the x-height is
+// 6 pixels and the height of capitals is 8, so that letters are sharp without hinting. Smaller
+// letters are hard to read.
 constexpr double kLetterFraction = 18.0 / 960;
 constexpr int kMinLetter = 11;
 
@@ -66,8 +66,8 @@ class LegendBuilder {
     return item.swatch ? px(kSwatch) + px(kSwatchGap) : 0;
   }
 
-  // Breaks an item that is wider than the legend between words. Nothing follows on its last line,
-  // so that the next item does not read as its continuation.
+  // Splits an item that is wider than the legend into lines, between words. Nothing follows on the
+  // last of these lines, so that the next item does not read as a continuation.
   void add_pieces(const LegendItem& item, const Rgb8& colour,
                   std::vector<LegendPiece>* pieces) const {
     LegendItem rest = item;
@@ -139,7 +139,7 @@ class LegendBuilder {
 
   TextFont font_;
   LegendLayout layout_;
-  int content_width_ = 0;  // width between the paddings
+  int content_width_ = 0;  // width between the left and right padding
 };
 
 bool whole_numbers(const Plane& plane) {
@@ -147,8 +147,8 @@ bool whole_numbers(const Plane& plane) {
                              [](float v) { return !std::isfinite(v) || v == std::round(v); });
 }
 
-// Bins of equal width over the scale. If all values are whole numbers, each bin covers equally many
-// of them, and the first bin begins half a number below the scale.
+// Bins of equal width over the scale. If all values are whole numbers and the scale is linear, each
+// bin covers the same number of whole numbers, and the first bin begins 0.5 below the scale.
 struct Bins {
   std::vector<uint64_t> counts;
   double first = 0,
@@ -184,7 +184,7 @@ void draw_histogram(BytePicture& picture, const LegendLayout& layout, const Lege
     const double middle = area.x0 + (h.first + (double(i) + 0.5) * h.bin) * area.width();
     const int x0 = std::clamp(int(std::lround(middle - 0.5 * width)), area.x0, area.x1 - 1);
     const int x1 = std::clamp(int(std::lround(middle + 0.5 * width)), x0 + 1, area.x1);
-    // A bin that is not empty is at least one line high.
+    // The column of a bin that is not empty is at least as high as a border is thick.
     const double share = double(h.counts[i]) / double(max);
     const int height = std::max(layout.line, int(std::lround(share * area.height())));
     picture.fill({x0, area.y1 - height, x1, area.y1}, kHistogram);

@@ -1,5 +1,5 @@
-// The legend below a heatmap, in two steps: the first computes the place of each text, swatch and
-// tick, the second draws them. Tests check the first without reading pixels.
+// The legend below a heatmap, in two steps: lay_out_legend() computes the position of each text,
+// swatch and tick, and draw_legend() draws them. Tests check the layout without reading pixels.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@
 
 namespace emberline {
 
-// A text; if it is about a colour, it follows a swatch of that colour.
+// A text. If it explains a colour, a swatch of this colour precedes it.
 struct LegendItem {
   std::string text;
   std::optional<Rgb8> swatch = std::nullopt;
@@ -43,16 +43,16 @@ struct LegendLayout {
   int letter = 0;  // pixels per em
   int line = 1;    // thickness of borders and ticks
   Rect picture, frame;
-  std::vector<Text> texts;  // the items; a long item has several
+  std::vector<Text> texts;  // one per item; a long item is broken into several
   std::vector<Swatch> swatches;
   Rect histogram, bar;            // empty without a bar
   std::vector<Rect> ticks;        // below the bar
   std::vector<Text> tick_labels;  // fewer than ticks if labels would overlap
 };
 
-// The size of letters is proportional to that of the frame, but not below a readable size; the
-// legend of a very small frame is wider than the frame. Items are placed side by side in lines; the
-// first item is the title. `bar` may be null.
+// The size of letters is proportional to the size of the frame, but not below a readable size, so
+// the legend of a very small frame is wider than the frame. Items are placed side by side in lines;
+// the first item is the title. `bar` may be null.
 LegendLayout lay_out_legend(int width, int height, std::span<const LegendItem> items,
                             const LegendBar* bar);
 

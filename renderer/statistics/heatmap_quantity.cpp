@@ -13,7 +13,7 @@
 namespace emberline {
 namespace {
 
-// The channels are samples, R, G, B, and the variances of R, G, B.
+// `channels` has samples, R, G, B, and the variances of R, G, B.
 float display_error(const float* channels) {
   const float samples = channels[0], *mean = channels + 1, *variance = channels + 4;
   if (!(samples >= 2.0f)) return NAN;
@@ -33,8 +33,8 @@ HeatmapQuantity ray_quantity(std::string_view name, std::string_view summary,
 }  // namespace
 
 std::span<const HeatmapQuantity> heatmap_quantity_table() {
-  // If a thread is interrupted, the pause adds to the time of a pixel. On a busy machine, this
-  // happens in more than one of a hundred pixels.
+  // If a thread is interrupted, the pause adds to the time of the pixel that it samples. On a busy
+  // machine, this affects more than one pixel in a hundred.
   constexpr double kTimeBright = 0.95;
   static const std::vector<HeatmapQuantity> table = {
       {.name = "samples",

@@ -18,39 +18,40 @@
 namespace emberline {
 
 struct HeatmapQuantity {
-  std::string_view name;  // "samples"; also the channel name of a file of raw values
+  std::string_view name;  // such as "samples"; also the channel's name in a file of raw values
   std::string_view summary;
   std::string_view title;  // in the picture
   std::string_view unit = {};
   std::optional<Aov> aov = {};             // the AOV that must be rendered for it
   std::vector<std::string_view> channels;  // the channels that it is computed from
-  // A pixel's value from `channels`, in that order; by default the only channel. NaN: no value.
+  // Computes a pixel's value from the values of `channels`, in that order. By default, returns that
+  // of the first channel. NaN: no value.
   float (*value)(const float* channels) = [](const float* all) { return all[0]; };
   std::string_view note = {};       // the last text of the legend
-  bool is_categorical = false;      // PixelStop values instead of amounts
+  bool is_categorical = false;      // the values are PixelStop values instead of amounts
   bool needs_denoised = false;      // uses the result of `denoise` for a finished frame
   double bright = kBrightQuantile;  // for automatic_range() (value_scale.h)
   bool rms = false;                 // the legend also shows the RMS
 };
 // The table behind --heatmap-of, its --help and its error message. The first row is the default.
 //
-// `error` is the expected RMS error of the pixel in the displayed picture (sRGB, [0, 1]), root mean
-// square over R, G and B: sqrt(mean(w v)) with v the variance of the channel's mean and w the
-// squared slope of the display curve at the pixel's value (display_error.h). With the estimators
-// nested and two-stream, and with --streams 2, v comes from a single difference per pixel, between
-// two halves or two streams (one degree of freedom), so pixels scatter. The RMS of all pixels,
-// shown in the legend, is the adaptive driver's estimate for the whole frame
-// (drivers/adaptive/frame_error.h; `error.estimate` of the report), except that only the report
-// includes light that pixels have missed. Otherwise, as in uniform frames, samples are assumed to
-// be independent, which is an upper estimate. The display curve is linearised, so a pixel's error
-// may exceed 1. Pixels with fewer than two samples have no value.
+// `error` is the expected RMS error of the pixel in the displayed picture (sRGB, [0, 1]). It is the
+// root mean square over R, G and B, sqrt(mean(w v)), where v is the variance of the channel's mean
+// and w is the squared slope of the display curve at the pixel's value (display_error.h). With the
+// estimators nested and two-stream, and with --streams 2, v is estimated from a single difference
+// per pixel, between two halves or two streams (one degree of freedom), so the values of pixels
+// scatter. The RMS over all pixels, which the legend shows, is then the adaptive driver's estimate
+// for the whole frame (drivers/adaptive/frame_error.h; `error.estimate` in the report), except that
+// only the report includes light that pixels have missed. In all other frames, such as uniform
+// ones, v assumes independent samples, which overestimates the error. The display curve is
+// linearised, so a pixel's error may exceed 1. Pixels with fewer than two samples have no value.
 std::span<const HeatmapQuantity> heatmap_quantity_table();
 // Throws UsageError for an unknown name; the message calls the option `option`.
 const HeatmapQuantity& find_heatmap_quantity(std::string_view name,
                                              std::string_view option = "`heatmap-of`");
 
-// The reasons why pixels got no more samples. The colours are from Okabe & Ito 2008, "Color
-// Universal Design"; no two have the same lightness.
+// The reasons why pixels got no more samples, for draw_category_map(). The colours are from Okabe &
+// Ito 2008, "Color Universal Design"; no two have the same lightness.
 std::span<const Category> stop_categories();
 
 BytePicture draw_quantity(const HeatmapQuantity& quantity, const Plane& plane,
@@ -61,13 +62,13 @@ class QuantityPlane {
  public:
   static constexpr size_t kMaxChannels = 8;  // per quantity
 
-  // `channels` are the names of the channels that write_tile() receives; missing_channel() must
-  // return an empty name for them. Pixels that are never written are treated as pixels without
-  // samples, whose channels are all 0.
+  // `channels` are the names of the channels that write_tile() receives. They must include all that
+  // the quantity needs (see missing_channel()). Pixels that are never written are treated as pixels
+  // without samples, whose channels are all 0.
   QuantityPlane(const HeatmapQuantity& quantity, std::span<const std::string> channels,
                 const Rect& crop);
 
-  // The first channel that the quantity needs and `channels` lacks; empty if there is none.
+  // Returns the first channel that the quantity needs but `channels` lacks; empty if there is none.
   static std::string missing_channel(const HeatmapQuantity& quantity,
                                      std::span<const std::string> channels);
 

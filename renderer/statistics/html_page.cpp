@@ -122,8 +122,8 @@ std::string base64(std::span<const unsigned char> bytes) {
   std::string text;
   text.reserve((bytes.size() + 2) / 3 * 4);
   for (size_t i = 0; i < bytes.size(); i += 3) {
-    // Three bytes become four letters of six bits each: "Man" = 4d 61 6e = 010011 010110 000101
-    // 101110.
+    // Every three bytes become four letters of six bits each: "Man" = 4d 61 6e = 010011 010110
+    // 000101 101110.
     const size_t byte_count = std::min<size_t>(3, bytes.size() - i);
     uint32_t bits = 0;
     for (size_t k = 0; k < 3; ++k) bits = bits << 8 | (k < byte_count ? bytes[i + k] : 0u);

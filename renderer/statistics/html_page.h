@@ -1,9 +1,9 @@
-// Self-contained HTML pages: one file without external resources or scripts. Pages support light
-// and dark mode (by the reader's setting), phones and print.
+// Self-contained HTML pages: one file without external resources or scripts. Pages follow the
+// reader's setting of light or dark mode, and suit phones and print.
 //
-// Strings are text, and are escaped, so that a file called "<b>&.glb" is shown correctly. Markup
-// has the type Markup and comes from the functions below or from svg_chart.h. Pages share no state,
-// so separate pages may be built on separate threads.
+// All strings are treated as text and escaped, so that a file called "<b>&.glb" is shown correctly.
+// Markup has a type of its own, Markup, and comes from the functions below or from svg_chart.h.
+// Pages share no state, so separate pages may be built on separate threads.
 #pragma once
 
 #include <cstdint>
@@ -18,15 +18,16 @@ struct Markup {
   std::string html;
 };
 
-// The result is safe between tags and in double-quoted attributes. Invalid UTF-8 and control
+// Escapes text for use between tags and in double-quoted attributes. Invalid UTF-8 and control
 // characters that HTML forbids become U+FFFD.
 std::string escape_html(std::string_view text);
 
-// RFC 4648, section 4, with padding.
+// Encodes bytes in base64 (RFC 4648, section 4), with padding.
 std::string base64(std::span<const unsigned char> bytes);
 
-// Embeds an encoded picture of width x height pixels, of a type such as "image/png". `text` is its
-// alternative text. If `magnified`, it is shown as wide as possible, without smoothing.
+// Embeds an encoded picture of width x height pixels. `media_type` is a type such as "image/png",
+// and `text` is the alternative text. If `magnified`, the picture is shown as wide as possible,
+// without smoothing.
 Markup picture_markup(std::span<const unsigned char> encoded, std::string_view media_type,
                       int width, int height, std::string_view text, bool magnified = false);
 
@@ -64,8 +65,8 @@ class HtmlPage {
   void paragraph(std::string_view text) { add("<p>{}</p>\n", text); }
   void warning(std::string_view text) {
     add("<p class=\"warning\">{}</p>\n", text);
-  }  // shown highlighted
-  // Adds text to copy; long lines wrap.
+  }  // highlighted
+  // Adds text that the reader may copy, in a fixed-width font; long lines wrap.
   void code(std::string_view text) { add("<pre><code>{}</code></pre>\n", text); }
   void list(std::span<const std::string> items);
   void table(const PageTable& table);  // scrolls if wider than the page

@@ -1,5 +1,6 @@
-// Integrands with exactly known means for comparing samplers, as functions of the random numbers of
-// the camera's slot. Examples are an edge, a disc and a gradient, as they occur in a pixel.
+// Integrands whose means are known exactly, for comparing samplers. They are functions of the
+// random numbers of the camera's slot, such as an edge, a disc and a gradient, as they occur in a
+// pixel.
 #pragma once
 
 #include <cmath>
@@ -22,8 +23,8 @@ struct Integrand {
 inline double smooth(const SlotNumbers& n) {
   return double(n.u[0]) * n.u[0] * std::exp(double(n.u[1]));
 }
-// An edge at 1/3 cuts one of N = 2^m strata, always at 1/3 or 2/3 of its width, so the variance is
-// exactly 2/9 / N^2.
+// An edge at 1/3 cuts one of N = 2^m strata, always at 1/3 or 2/3 of the stratum's width, so the
+// variance is exactly 2/9 / N^2.
 inline constexpr float kThird = 1.0f / 3.0f;
 inline double axis_edge(const SlotNumbers& n) { return n.u[0] < kThird ? 1.0 : 0.0; }
 inline double tilted_edge(const SlotNumbers& n) {
@@ -33,13 +34,13 @@ inline double disc(const SlotNumbers& n) {
   const double x = n.u[0] - 0.5, y = n.u[1] - 0.5;
   return x * x + y * y < 0.16 ? 1.0 : 0.0;
 }
-// Couples the numbers of the pixel with those of the lens.
+// Couples the random numbers for the position in the pixel with those for the lens.
 inline double coupled(const SlotNumbers& n) {
   const double x = n.u[0] - n.u[2], y = n.u[1] - n.u[3];
   return std::exp(-4.0 * (x * x + y * y));
 }
 
-// Integral over the unit square of exp(-c (a - b)^2).
+// Returns the integral of exp(-c (a - b)^2) over the unit square.
 inline double gauss_pair(double c) {
   return std::sqrt(kPiDouble / c) * std::erf(std::sqrt(c)) - (1.0 - std::exp(-c)) / c;
 }

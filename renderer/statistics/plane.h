@@ -7,8 +7,8 @@
 
 namespace emberline {
 
-// Rows start at the top. A non-finite entry means that the pixel has no value; it is counted and
-// otherwise ignored.
+// Rows start at the top. A non-finite entry means that the pixel has no value; statistics only
+// count such pixels.
 struct Plane {
   int width = 0, height = 0;
   std::vector<float> values;

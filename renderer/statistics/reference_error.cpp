@@ -25,10 +25,10 @@ double percentile(std::vector<double> values) {
 }
 
 struct PixelError {
-  double square, product;  // relative errors; means over channels
+  double square, product;  // relative errors, averaged over channels; `product` uses both halves
 };
 
-// The mean product, without the pixels that have the largest squares.
+// Returns the mean product, without the kTrimmedFraction of the pixels whose squares are largest.
 double trimmed_mean(std::vector<PixelError> errors) {
   const size_t kept = errors.size() - size_t(kTrimmedFraction * double(errors.size()));
   std::ranges::stable_sort(errors, {}, &PixelError::square);
@@ -116,7 +116,8 @@ void ReferencePicture::set_noise(StudyReference* out) const {
   out->noise_mse = squares / values;
   out->noise_rel_mse = relative / values;
   out->noise_display_mse = displayed / values;
-  // This assumes independent pixels whose channels are fully correlated, so it is an upper bound.
+  // This assumes that pixels are independent and that the channels of a pixel are fully correlated,
+  // which makes it an upper bound.
   out->noise_bias = std::sqrt(3 * squares) / std::abs(sum_);
   out->rel_mse_epsilon = epsilon_;
 }

@@ -1,15 +1,15 @@
 // Errors of a picture against a reference that is itself rendered and therefore noisy.
 //
-// The reference is two pictures A and B with independent noise. If x is independent of both, the
-// expectation of (x - A)(x - B) is the squared error of x against the truth: the variance of A or B
-// adds to (x - A)^2 or (x - B)^2, but not to the product. In return, a mean of products may be
-// negative if x is closer to the truth than A and B. mse, relmse, trimmed relmse and display_mse
-// are computed in this way.
+// The reference consists of two pictures A and B with independent noise. If x is independent of
+// both, the expectation of (x - A)(x - B) is the squared error of x against the truth: the variance
+// of A or B adds to (x - A)^2 or (x - B)^2, but not to the product. The price is that a mean of
+// products may be negative if x is closer to the truth than A and B are. mse, relmse, trimmed
+// relmse and display_mse are computed in this way.
 //
-// Metrics that are not means of squares (FLIP, percentiles) compare with the mean of A and B and
-// include its noise. The choice of trimmed pixels (by squares against the mean) and the weights of
-// relmse also depend on that noise. The signed bias includes the noise of the reference's sum,
-// which `noise_bias` estimates.
+// Metrics that are not means of squares (FLIP, percentiles) compare x with the mean of A and B, and
+// so include the noise of this mean. The noise also affects the weights of relmse and the choice of
+// trimmed pixels, which are those with the largest squared differences from the mean. The signed
+// bias includes the noise of the reference's sum, which `noise_bias` estimates.
 #pragma once
 
 #include <vector>
@@ -27,15 +27,16 @@ class ReferencePicture {
   // Treats a single picture as the truth, so that errors are plain squares.
   explicit ReferencePicture(const RgbImage& picture);
 
-  // `picture` must have the size of the reference (asserted) and must be finite. The result is the
-  // same to the bit for any number of threads.
+  // `picture` must have the size of the reference (asserted) and must be finite. The result is
+  // bit-identical for any number of threads.
   StudyError measure(const RgbImage& picture) const;
-  // FLIP per pixel against the mean; see flip.h.
+  // Returns the FLIP error of each pixel against the mean of the halves; see flip.h.
   std::vector<float> flip(const RgbImage& picture) const;
 
   const RgbImage& mean() const { return mean_; }
   double epsilon() const { return epsilon_; }  // of relmse: 0.01 (mean r)^2, or 0.01 if that is 0
-  // Sets the noise of the mean, and epsilon. The noise is 0 if the reference is a single picture.
+  // Sets the members of `out` that describe the noise of the mean, and epsilon. The noise is 0 if
+  // the reference is a single picture.
   void set_noise(StudyReference* out) const;
 
  private:

@@ -9,9 +9,9 @@ namespace emberline {
 
 // Mean SSIM of two planes of width x height values in [0, 1], row-major. The window is Gaussian, 11
 // x 11 with sigma 1.5, K1 = 0.01 and K2 = 0.03 (section III.C); where a side of the image is
-// shorter than 11, the window has the length of that side. Only windows that are inside the image
-// and contain no pixel whose `masked` is nonzero count; NaN if there are none. Symmetric in a and b
-// up to rounding. Parallel and deterministic.
+// shorter than 11, the window has the length of that side. Windows that extend beyond the image or
+// contain a pixel whose `masked` is nonzero are excluded; if none remain, the result is NaN.
+// Symmetric in a and b up to rounding. Parallel and deterministic.
 double mean_ssim(const std::vector<float>& a, const std::vector<float>& b,
                  const std::vector<uint8_t>& masked, int width, int height);
 

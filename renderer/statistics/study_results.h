@@ -1,9 +1,9 @@
-// Results of a study of speed against error, as plain data. `emberline study` writes them; other
+// Results of a study of speed against error, as plain data. `emberline study` produces them; other
 // code summarizes (study_summary.h), draws or saves them.
 //
 // A study renders one view of one scene by several methods, each with several seeds. At several
-// checkpoints of each run it measures the picture against a reference. Times include rendering and
-// denoising, but not loading, building, or copying and measuring pictures.
+// checkpoints of each run, it compares the picture with a reference. Times include rendering and
+// denoising, but not loading and building the scene or copying and measuring pictures.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ struct StudyError {
   double p95_display = 0;      // like p95_absolute, for display values
 };
 
-// The errors that decrease with more samples, for tables, axes and options.
+// The errors in StudyError that decrease with more samples; tables, axes and options refer to them.
 enum class StudyMetric : uint8_t {
   kMse,
   kRelMse,
@@ -55,18 +55,18 @@ const StudyMetricEntry& study_metric_entry(StudyMetric metric);
 
 // A way to render the frame.
 struct StudyMethod {
-  std::string name;  // "bucket", "adaptive/two-stream"; "bucket/sobol" with several samplers
+  std::string name;  // as "adaptive/two-stream"; with several samplers, as "bucket/sobol"
   std::string driver, sampler;
   std::string estimator, allocation;  // for adaptive drivers, otherwise empty
   bool unbiased = false;
   bool denoised = false;  // whether its pictures are denoised
-  // File names of the pictures of the first seed at the largest budget, in the study's folder;
-  // empty if there is no picture. The EXR has R G B A and `samples`; the FLIP picture compares with
-  // the reference.
+  // Names of the picture files, relative to the study's folder; empty if there is no picture. The
+  // pictures are those of the first seed at the largest budget. The EXR has the channels R, G, B, A
+  // and `samples`; the FLIP picture shows the difference from the reference.
   struct Pictures {
     std::string exr, png, flip_png;
     uint32_t seed = 0;
-    double mean_samples = 0, wall_s = 0;  // of that frame
+    double mean_samples = 0, wall_s = 0;  // of the frame shown
   } pictures;
 };
 
@@ -76,26 +76,27 @@ struct StudyFilter {
   double unchanged_fraction = 0;  // of the pixels
 };
 
-// A checkpoint of a run is the first moment at which a picture is available and the budget is
-// spent.
+// A checkpoint of a run is the first moment after its budget is spent at which a picture is
+// available.
 struct StudyCheckpoint {
   double budget = 0;        // one of StudySettings::budgets
   uint64_t samples = 0;     // of the whole frame
   double mean_samples = 0;  // per pixel
   double wall_s = 0;        // of rendering
-  double cpu_s = 0;         // of all threads, in that time
+  double cpu_s = 0;         // of all threads, during wall_s
   StudyError error;
-  // The expected RMS error of the displayed picture, as the driver or the filter estimates it for
-  // this picture.
+  // The RMS error of the displayed picture as estimated by the driver or, for a denoised picture,
+  // by the filter.
   std::optional<double> estimate;
   std::optional<StudyFilter> filter;  // for a denoised picture; wall_s and cpu_s include it
 };
 
-// The error that a driver estimated between two rounds, and the true error.
+// The error of a picture as the driver estimated it, after a round or at the end, and its true
+// error.
 struct CalibrationPoint {
   double mean_samples = 0;  // per pixel
   double estimate = 0;      // RMS error of the displayed picture
-  double true_rms = 0;      // square root of StudyError::display_mse; NaN unless that is > 0
+  double true_rms = 0;      // square root of StudyError::display_mse; NaN if that is not positive
 };
 
 enum class StudyRunStatus : uint8_t { kDone, kFailed };
@@ -115,16 +116,17 @@ struct StudyReference {
   std::string driver, sampler;     // if rendered by the study
   uint32_t samples_per_pixel = 0;  // of both halves together; 0 if unknown
   std::array<uint32_t, 2> seeds = {};
-  bool two_halves = false;  // if so, mean squares exclude its noise
-  // Noise of the mean of the halves, estimated from their difference.
+  bool two_halves = false;  // if so, mean squares exclude the reference's noise
+  // Noise in the mean of the halves, estimated from the difference between them.
   double noise_mse = 0, noise_rel_mse = 0, noise_display_mse = 0, noise_bias = 0;
   double rel_mse_epsilon = 0;
   std::string exr, png;  // of the mean of the halves, in the study's folder
 };
 
-// The largest possible speedup over equal numbers of samples for all pixels, at the same error and
-// if samples are independent: mean(v) mean(c) / mean(sqrt(v c))^2, where v is the variance of a
-// pixel's sample in the metric and c its cost (Neyman 1934; neyman_limit.h). At least 1.
+// The largest possible speedup, at the same error, over giving every pixel the same number of
+// samples. It assumes independent samples: mean(v) mean(c) / mean(sqrt(v c))^2, where v is the
+// variance of one sample of a pixel in the metric and c is the cost of the sample (Neyman 1934;
+// neyman_limit.h). At least 1.
 struct NeymanLimits {
   double mse = 0, rel_mse = 0, display = 0;
 };
@@ -133,7 +135,7 @@ struct StudySettings {
   std::string scene;
   std::string command_line;   // repeats the study
   int width = 0, height = 0;  // of the picture
-  // View, light, depth and other settings by option name, for display.
+  // Settings of the view, light, path depth and so on, by option name, for display.
   std::vector<std::pair<std::string, std::string>> frame;
   bool by_time = false;         // budgets are seconds of rendering; false: samples per pixel
   std::vector<double> budgets;  // ascending
@@ -146,7 +148,7 @@ struct StudySettings {
 struct StudyResults {
   StudySettings settings;
   StudyReference reference;
-  std::optional<NeymanLimits> limits;  // absent if the reference was given
+  std::optional<NeymanLimits> limits;  // absent if the user gave the reference
   std::vector<StudyMethod> methods;
   std::vector<StudyRun> runs;  // by seed, then method; without runs that were not started
   bool complete = true;        // false: stopped before all runs had finished

@@ -46,8 +46,9 @@ struct LogPoint {
 };
 using LogCurve = std::vector<LogPoint>;
 
-// Converts a run to a curve of logarithms, by ascending position. Points without a logarithm are
-// dropped; of several checkpoints at the same position, the last one counts.
+// Converts a run to a curve of log error against log position, by ascending position. Points
+// without a logarithm are dropped; of several checkpoints at the same position, the last one
+// counts.
 LogCurve log_curve(const StudyRun& run, const StudyMetricEntry& metric, StudyAxis axis) {
   LogCurve curve;
   for (const StudyCheckpoint& checkpoint : run.checkpoints) {
@@ -68,9 +69,10 @@ struct Crossing {
   bool extrapolated = false;
 };
 
-// Interpolates the coordinate `to` of a curve at the place where the coordinate `from` reaches
-// `at`. Along the curve, `from` must rise (`direction` 1) or fall (-1); otherwise the result is
-// empty. A curve of one point is extended with `slope` (of `to` over `from`).
+// Finds where the coordinate `from` of the curve first reaches the value `at`, and interpolates the
+// coordinate `to` there. Along the curve, `from` should rise (`direction` 1) or fall (-1); if it
+// does not where it is needed, the result is empty. A curve that has only one point is extended as
+// a line with this `slope`, d(to) / d(from).
 std::optional<Crossing> interpolate(const LogCurve& curve, double LogPoint::*from,
                                     double LogPoint::*to, double direction, double slope,
                                     double at) {
@@ -88,7 +90,8 @@ std::optional<Crossing> interpolate(const LogCurve& curve, double LogPoint::*fro
                   beyond(a.*from, at) || beyond(at, b.*from)};
 }
 
-// Slope for a curve of one point: that of independent samples.
+// The slope of log error over log position for a curve that has only one point: as with independent
+// samples.
 double expected_slope(const StudyMetricEntry& metric) { return metric.squared ? -1.0 : -0.5; }
 
 // The position at which the curve first reaches the error.
@@ -118,8 +121,8 @@ void for_each_checkpoint(const StudyResults& results, size_t method, double budg
   }
 }
 
-// Like for_each_checkpoint(), but passes the baseline's run of the same seed, and skips seeds
-// without it.
+// Like for_each_checkpoint(), but passes the baseline's run with the same seed to `visit`, and
+// skips seeds that the baseline has not finished.
 void for_each_pair(const StudyResults& results, size_t method, size_t budget,
                    const VisitCheckpoint& visit) {
   const std::optional<size_t> baseline = baseline_method(results);
@@ -131,7 +134,8 @@ void for_each_pair(const StudyResults& results, size_t method, size_t budget,
                       });
 }
 
-// `to_result` is applied to the mean and the interval of the values.
+// Returns the mean of the values and its Student-t interval, after applying `to_result` to each of
+// these numbers.
 std::optional<Estimate> student_interval(std::span<const double> values,
                                          double (*to_result)(double)) {
   if (values.empty()) return std::nullopt;
@@ -154,8 +158,8 @@ std::optional<Estimate> geometric_estimate(std::span<const double> logarithms) {
   return student_interval(logarithms, [](double x) { return std::exp(x); });
 }
 
-// The geometric mean over seeds of a ratio between a method's checkpoint and the baseline's curve.
-// `ratio` receives logarithms and returns the logarithm of the ratio.
+// Computes a ratio between a method's checkpoint and the baseline's curve for each seed, and
+// returns the geometric mean. `ratio` receives logarithms and returns the logarithm of the ratio.
 std::optional<Speedup> mean_ratio(
     const StudyResults& results, size_t method, const StudyMetricEntry& metric, StudyAxis axis,
     size_t budget,
@@ -307,7 +311,7 @@ std::vector<CalibrationGroup> calibration(const StudyResults& results, size_t me
   struct Values {
     std::vector<double> samples, ratios;
   };
-  std::map<long, Values> groups;  // by the exponent of the nearest power of two
+  std::map<long, Values> groups;  // key: log2 of the mean samples, rounded
   for (const StudyRun& run : results.runs) {
     if (run.method != method || run.status != StudyRunStatus::kDone) continue;
     for (const CalibrationPoint& point : run.calibration) {

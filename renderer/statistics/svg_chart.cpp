@@ -24,7 +24,7 @@ constexpr double kLine = 1.45 * kTextSize;
 constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73",      "#cc79a7",
                                     "#e69f00", "#56b4e9", "currentColor", "#f0e442"};
 constexpr const char* kDashes[] = {"", "7 3", "2 3", "9 3 2 3", "12 4"};
-// Paths relative to the point; the first marker is a circle.
+// SVG paths that start at the point; the empty one stands for a circle.
 constexpr const char* kMarkers[] = {"",
                                     "m-3.2 -3.2h6.4v6.4h-6.4z",
                                     "m0 -4.2l4.2 7.2h-8.4z",
@@ -40,8 +40,8 @@ int style_of(const LineChart& chart, size_t series) {
 const char* colour(int style) { return kColours[size_t(style) % std::size(kColours)]; }
 const char* dash(int style) { return kDashes[size_t(style) % std::size(kDashes)]; }
 
-// Formats a coordinate with at most two decimals and without trailing zeros, so that its text is
-// unique.
+// Formats a coordinate with at most two decimals, without trailing zeros and without "-0", so that
+// the same coordinate always has the same text.
 std::string number(double value) {
   std::string text = fmt::format("{:.2f}", value);
   while (text.back() == '0') text.pop_back();
@@ -58,7 +58,7 @@ auto written(const T& value) {
   }
 }
 
-// Formats SVG; numbers are written as coordinates.
+// Formats SVG; floating-point numbers are written by number().
 std::string svg(const char* format, const auto&... values) {
   return fmt::format(fmt::runtime(format), written(values)...);
 }
@@ -69,7 +69,8 @@ double text_width(std::string_view text) {
   return kLetter * double(letters);
 }
 
-// Returns a marker without the end of its first tag, so that the caller can add to the tag.
+// Returns the marker's tag without its closing bracket, so that the caller can add attributes or
+// contents.
 std::string marker(int style, double x, double y) {
   const std::string path = kMarkers[size_t(style) % std::size(kMarkers)];
   if (path.empty()) return svg(R"(<circle cx="{}" cy="{}" r="3.5" fill="{}")", x, y, colour(style));
@@ -84,7 +85,7 @@ struct LegendEntry {
   std::string name;
   int style;
   bool marker;
-  double x = 0, y = 0;  // left end of the sample line
+  double x = 0, y = 0;  // left end of the line next to the name
 };
 
 // The position of the plot within the picture.
@@ -97,7 +98,7 @@ struct Frame {
 
 constexpr double kSampleLength = 26;  // length of the line in a legend entry
 
-// Places entries side by side and wraps lines; returns the number of lines.
+// Places entries side by side, in as many lines as they need; returns the number of lines.
 int place_legend(std::vector<LegendEntry>& entries, double left, double right) {
   double x = left;
   int line = entries.empty() ? 0 : 1;
@@ -118,7 +119,7 @@ double widest_label(const std::vector<AxisTick>& ticks) {
 }
 
 Frame make_frame(int width, int height, const AxisRange& x, const AxisRange& y, int legend_lines) {
-  const double last = widest_label(x.ticks());  // half of it may be outside the plot
+  const double last = widest_label(x.ticks());  // half of the last label may be outside the plot
   return {kLine + widest_label(y.ticks()) + 14,
           width - std::max(14.0, last / 2 + 2),
           kLine + 12,
@@ -127,7 +128,7 @@ Frame make_frame(int width, int height, const AxisRange& x, const AxisRange& y, 
           y};
 }
 
-// The number of labels that fit side by side.
+// The number of tick labels that fit side by side below the plot.
 int tick_count(const Frame& frame) {
   const double widest = widest_label(frame.x_range.ticks());
   return std::clamp(int((frame.right - frame.left) / (widest + 18)), 2, 8);
@@ -240,7 +241,7 @@ class SeriesWriter {
   }
 
   std::string markers(const std::vector<ChartPoint>& run) const {
-    // A point without neighbours would be invisible otherwise.
+    // A point without neighbours gets a marker in any case, since it would be invisible otherwise.
     if (!series_.markers && run.size() > 1) return "";
     std::string text;
     for (const ChartPoint& p : run) {
@@ -250,7 +251,7 @@ class SeriesWriter {
     return text;
   }
 
-  // The tooltip of the marker.
+  // The text of a marker's tooltip.
   std::string tooltip(const ChartPoint& p) const {
     std::string text = series_.name + ": " + number_text(p.x) + ", " + number_text(p.y);
     if (has_interval(p)) text += " (" + number_text(p.low) + " to " + number_text(p.high) + ")";
@@ -283,7 +284,7 @@ class SeriesWriter {
                points, colour(style_));
   }
 
-  // A point in a list of points, followed by a blank.
+  // Formats a point of an SVG list of points, with a blank after it. `y` is already a coordinate.
   std::string point_text(double x, double y) const { return svg("{},{} ", frame_.x(x), y); }
 
   const Frame& frame_;
@@ -303,7 +304,8 @@ Markup line_chart(const LineChart& chart) {
       if (!drawable(chart, p)) continue;
       xs.push_back(p.x);
       ys.push_back(p.y);
-      // An interval that almost reaches 0 must not compress the points of a logarithmic plot.
+      // On a logarithmic axis, ignore the end of an interval that almost reaches 0, since it would
+      // compress the points; likewise, a very high end.
       const bool log = chart.y.scale == AxisScale::kLog;
       if (!log || p.low > 0.1 * p.y) ys.push_back(p.low);
       if (!log || p.high < 10 * p.y) ys.push_back(p.high);
@@ -345,7 +347,7 @@ Markup histogram_chart(const Histogram& histogram) {
   for (const Histogram::Bar& bar : bars) {
     const double left = frame.x(std::min(bar.from, bar.to));
     const double right = frame.x(std::max(bar.from, bar.to)), top = frame.y(bar.count);
-    // Leaves a gap between bars that are wide enough.
+    // Bars that are wide enough are separated by a gap.
     const double gap = right - left > 4 ? 1 : 0;
     text += svg(R"(<rect x="{}" y="{}" width="{}" height="{}" fill="{}">)", left, top,
                 std::max(right - left - gap, 0.5), std::max(frame.bottom - top, 0.0), kColours[0]) +

@@ -1,6 +1,6 @@
 // Charts as SVG text, for use inline in pages or as separate files. Lines and text have the colour
-// of the surrounding text, so charts suit light and dark pages. Equal charts result in equal text
-// in any locale.
+// of the surrounding text, so charts suit light and dark pages. Identical charts result in
+// identical text in any locale.
 //
 // Series differ in colour (Okabe & Ito 2008, "Color Universal Design", for colour-blind readers),
 // and also in marker and dash, for print without colour.
@@ -18,7 +18,7 @@ namespace emberline {
 
 struct ChartPoint {
   double x = 0, y = 0;
-  // Interval of y; NaN if there is none.
+  // Confidence interval of y; both ends are NaN if there is none.
   double low = std::numeric_limits<double>::quiet_NaN();
   double high = std::numeric_limits<double>::quiet_NaN();
 };
@@ -45,7 +45,7 @@ struct LineChart {
   std::string title;
   ChartAxis x, y;
   std::vector<ChartSeries> series;
-  int width = 560, height = 360;  // proportions; the text size is 13
+  int width = 560, height = 360;  // of the view box, so only proportions; the text size is 13
 };
 
 // If no point can be drawn, the chart shows axes and the words "no data".

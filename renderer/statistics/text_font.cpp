@@ -42,7 +42,7 @@ char32_t pop_character(std::string_view* text) {
   return character;
 }
 
-// Coverage 0 leaves the pixel unchanged; 255 replaces it.
+// Blends `colour` into a pixel. A coverage of 0 leaves the pixel unchanged; 255 replaces it.
 void blend(BytePicture& picture, int x, int y, const Rgb8& colour, int coverage) {
   uint8_t* pixel = picture.at(x, y);
   for (size_t c = 0; c < 3; ++c) {
@@ -77,7 +77,7 @@ struct TextFont::State {
     return found != 0 ? found : FT_Get_Char_Index(face.get(), U'?');
   }
 
-  // In pixels, as fixed point with 16 fractional bits.
+  // Returns the advance of a glyph in pixels, in fixed point with 16 fractional bits.
   FT_Fixed advance_of(FT_UInt glyph) const {
     FT_Fixed advance = 0;
     check(FT_Get_Advance(face.get(), glyph, FT_LOAD_NO_HINTING, &advance));
@@ -112,8 +112,8 @@ void TextFont::draw(BytePicture& picture, int x, int y, std::string_view text,
   while (!text.empty()) {
     const FT_UInt glyph = state_->glyph_of(pop_character(&text));
     check(FT_Load_Glyph(state_->face.get(), glyph, FT_LOAD_NO_HINTING));
-    // Glyphs may begin between pixels, since whole pixels would space small letters unevenly.
-    // FreeType counts in 64ths of a pixel.
+    // Glyphs may begin between pixels, since rounding to whole pixels would space small letters
+    // unevenly. FreeType's unit here is 1/64 of a pixel.
     FT_Outline_Translate(&slot->outline, FT_Pos((pen & 0xffff) >> 10), 0);
     check(FT_Render_Glyph(slot, FT_RENDER_MODE_NORMAL));
     blend(picture, x + int(pen >> 16) + slot->bitmap_left, y + ascent() - slot->bitmap_top,

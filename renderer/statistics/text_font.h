@@ -1,7 +1,7 @@
 // Draws text into a picture, in DejaVu Sans (font/), anti-aliased, in any size.
 //
-// Glyphs are not hinted, so FreeType's settings in the environment have no effect, and equal texts
-// result in equal bytes.
+// Glyphs are not hinted, so FreeType's environment variables have no effect, and identical texts
+// result in identical bytes.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,8 @@
 
 namespace emberline {
 
-// The font in one size. Use an object in one thread at a time; different objects share nothing.
+// The font in one size. Use an object from only one thread at a time; different objects share
+// nothing.
 class TextFont {
  public:
   explicit TextFont(int size);  // pixels per em, at least 1; a capital letter is 0.73 em high
@@ -20,7 +21,8 @@ class TextFont {
   TextFont(const TextFont&) = delete;
   TextFont& operator=(const TextFont&) = delete;
 
-  // Distance from the top of a line to its baseline, and to its lowest descender, in pixels.
+  // Distances in pixels from the top of a line: ascent() to its baseline, height() to its lowest
+  // descender.
   int ascent() const;
   int height() const;
   // Width of the line in pixels, rounded up. The text is UTF-8; a character that is not in the

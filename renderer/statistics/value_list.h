@@ -10,8 +10,9 @@
 
 namespace emberline {
 
-// The smallest value that at least a `fraction` of the values do not exceed. For 1000 values and
-// 0.995, this is the 995th in ascending order. The list must not be empty.
+// Returns the smallest value v in the list such that at least this fraction of the values are <= v.
+// For 1000 values and a fraction of 0.995, this is the 995th in ascending order. The list must not
+// be empty.
 template <typename T>
 double nearest_rank_quantile(std::vector<T> values, double fraction) {
   assert(!values.empty());

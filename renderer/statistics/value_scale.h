@@ -14,14 +14,14 @@ struct ValueRange {
 };
 
 // The bright end of an automatic range is this quantile of the nonzero values, so that outliers do
-// not darken everything else. We chose it for density maps of frames with a noise threshold; with
-// 0.995 they are black.
+// not darken everything else. We chose it for density maps of frames with a noise threshold, which
+// are black with 0.995.
 inline constexpr double kBrightQuantile = 0.98;
 
 // The default range of a plane. Linear: from 0 (or the minimum, if negative) to the `bright`
 // quantile of the nonzero values. Logarithmic: from the 0.5 % quantile of the positive values to
-// the maximum. The value of a constant plane is in the middle of the range. The range is never
-// empty, and is positive if `logarithmic`.
+// the maximum. If the plane is constant, its value is in the middle of the range. The range is
+// never empty, and is positive if `logarithmic`.
 ValueRange automatic_range(const Plane& plane, bool logarithmic, double bright = kBrightQuantile);
 
 class ValueScale {
@@ -31,18 +31,20 @@ class ValueScale {
 
   const ValueRange& range() const { return range_; }
   bool logarithmic() const { return logarithmic_; }
-  // 0 at the smallest value of the range, 1 at the largest, and outside [0, 1] for values beyond;
-  // NaN for non-finite values. On a logarithmic scale, it is minus infinity for values up to 0.
+  // 0 at the smallest value of the range, 1 at the largest, and outside [0, 1] for values beyond
+  // the range; NaN for non-finite values. On a logarithmic scale, the position of 0 and of negative
+  // values is minus infinity.
   double position(double value) const;
 
-  // Returns at most `max` (>= 2) ticks inside the range, ascending: multiples of 1, 2 or 5 times a
-  // power of ten; on a logarithmic scale, powers of ten and, if these are few, 2 and 5 times those.
-  // Labels show value x `factor`.
+  // Returns at most `max` (>= 2) ticks inside the range, ascending. Labels show value x `factor`,
+  // which is a multiple of 1, 2 or 5 times a power of ten. On a logarithmic scale, it is a power of
+  // ten or, if there are few of these, also 2 or 5 times one.
   std::vector<AxisTick> ticks(int max, double factor = 1.0) const;
 
  private:
   std::vector<AxisTick> linear_ticks(int max, double factor) const;
-  // Returns nothing if there are fewer than two such numbers.
+  // Returns the labels' numbers on a logarithmic scale; empty if fewer than two of them are in the
+  // range.
   std::vector<double> decade_ticks(int max, double factor) const;
 
   ValueRange range_;
@@ -50,11 +52,11 @@ class ValueScale {
 };
 
 // Formats a number with four significant digits, without trailing zeros: "64", "0.0312",
-// "1.5×10⁻⁷". From a thousand to a million, it is a whole number: "123,456".
+// "1.5×10⁻⁷". Numbers from a thousand to a million are rounded to whole numbers: "123,456".
 std::string number_text(double value);
 
-// Chooses the unit and factor for displaying values of this size: "s" may become "ms", "µs" or
-// "ns"; other units do not change.
+// The unit in which values of a certain size are displayed, and the factor that converts them to
+// it: "s" may become "ms", "µs" or "ns"; other units do not change.
 struct DisplayUnit {
   double factor = 1;
   std::string name;

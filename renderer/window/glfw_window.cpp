@@ -26,7 +26,8 @@ RenderError no_window() {
 Glfw::Glfw() {
   glfwSetErrorCallback([](int, const char* description) { last_glfw_error = description; });
 #if defined(GLFW_PLATFORM_X11) && defined(__linux__)
-  // GLFW 3.4 and later try Wayland first, and its library prints an error if there is no Wayland.
+  // GLFW 3.4 and later try Wayland first, and the Wayland library prints an error if no Wayland
+  // server runs.
   if (!std::getenv("WAYLAND_DISPLAY") && !std::getenv("WAYLAND_SOCKET")) {
     glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
   }
@@ -41,7 +42,7 @@ void DestroyWindow::operator()(GLFWwindow* window) const { glfwDestroyWindow(win
 WindowHandle open_window(const ViewOptions& options, const WindowState& state, float scale) {
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 0);
-  // The interface needs no depth buffer, and the window is opaque.
+  // The interface needs no depth or stencil buffer, and an opaque window needs no alpha.
   for (const int bits : {GLFW_DEPTH_BITS, GLFW_STENCIL_BITS, GLFW_ALPHA_BITS}) {
     glfwWindowHint(bits, 0);
   }
@@ -64,7 +65,8 @@ WindowHandle open_window(const ViewOptions& options, const WindowState& state, f
   WindowHandle window(glfwCreateWindow(width, height, "Emberline", nullptr, nullptr));
   if (!window) throw no_window();
   glfwMakeContextCurrent(window.get());
-  // Waiting for vertical sync would block this thread; the loop limits its own rate.
+  // Waiting for vertical sync would block this thread. The event loop limits the redraw rate
+  // itself.
   glfwSwapInterval(0);
   return window;
 }

@@ -36,7 +36,7 @@ struct ImGuiContextOwner {
   ImGuiContextOwner& operator=(const ImGuiContextOwner&) = delete;
 };
 
-// The screen's scale for text; 1 on an ordinary screen.
+// Returns the screen's scale for text, which is 1 on an ordinary screen.
 float screen_scale();
 
 }  // namespace emberline

@@ -1,5 +1,5 @@
 // `emberline view`: GLFW, OpenGL and Dear ImGui around a Workbench, and an event loop that wakes up
-// on demand. Only this file includes all their headers.
+// on demand. Only this file includes the headers of all three.
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
@@ -33,10 +33,11 @@ namespace {
 // Minimum time between redraws: 1/60 s after input, 1/30 s while the picture only gains samples.
 // With software OpenGL, redraws take time from the render.
 constexpr double kInputPause_s = 1.0 / 60.0, kPicturePause_s = 1.0 / 30.0;
-// Maximum time between redraws: while rendering, to update the time in the status line; when idle.
+// Maximum time between redraws: while rendering, so that the status line shows the current time;
+// and when idle.
 constexpr double kStatusPause_s = 0.5, kIdlePause_s = 5.0;
-// Frames to draw after input: the first handles it, but ImGui may show its effect (hover, popups,
-// fields) only in the following ones.
+// Number of frames to draw after input. The first frame handles the input, but ImGui may show its
+// effect (hover, popups, fields) only in the next frames.
 constexpr int kFramesAfterInput = 3;
 
 class Window {
@@ -104,7 +105,8 @@ class Window {
   // Forwards GLFW's events to the picture's input and to ImGui's back end.
   void install_input_callbacks() {
     GLFWwindow* const window = window_.get();
-    // These replace the callbacks of ImGui's back end, and call them.
+    // These replace the callbacks that ImGui's back end has installed, and forward the events to
+    // those.
     glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
       Window& self = of(w);
       ImGui_ImplGlfw_MouseButtonCallback(w, button, action, modifiers);
@@ -332,7 +334,7 @@ class Window {
   PictureInput input_;
   std::optional<Measurement> measurement_;
 
-  GLFWcursorposfun imgui_moved_ = nullptr;  // null before ImGui 1.87, which polls the cursor
+  GLFWcursorposfun imgui_moved_ = nullptr;  // null for ImGui < 1.87, which polls the cursor
   ImGuiInput imgui_input_;
   bool needs_redraw_ = true, needs_redraw_now_ = false;
   int frames_to_draw_ = kFramesAfterInput;

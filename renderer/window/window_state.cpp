@@ -86,8 +86,8 @@ WindowState read_window_state(const std::string& path) {
 
 namespace {
 
-// Users may have linked the path to another file, which must not be replaced. Follows a link only
-// if its target looks like our own state file.
+// Whether the state file may be overwritten. Users may have linked its path to another file, which
+// must not be replaced, so a link is followed only if its target looks like our own state file.
 bool may_overwrite(const std::string& path) {
   std::error_code unknown;
   if (!std::filesystem::exists(path, unknown)) return true;
@@ -130,7 +130,7 @@ void write_window_state(const std::string& path, const WindowState& state) {
 
 std::string unused_file_name(const std::string& stem, const std::string& suffix) {
   std::string name = stem + suffix;
-  std::error_code unknown;  // ignored: writing reports the error
+  std::error_code unknown;  // ignored here: writing the file will report the error
   for (int i = 2; std::filesystem::exists(std::filesystem::symlink_status(name, unknown)); ++i) {
     name = stem + "-" + std::to_string(i) + suffix;
   }

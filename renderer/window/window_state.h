@@ -21,7 +21,7 @@ struct WindowState {
 };
 
 // Returns $XDG_CONFIG_HOME/emberline/view.json, or else ~/.config/emberline/view.json. Empty if
-// neither variable is set.
+// neither XDG_CONFIG_HOME nor HOME is set.
 std::string window_state_file();
 
 // Returns the defaults if the file is missing or unusable; warns if it is unusable. Members out of

@@ -70,7 +70,7 @@ def emission(scale):
 
 
 def _faces(*corners):
-    """Quads. The corners of each must be counter-clockwise, seen from its front."""
+    """Returns a mesh of quads. The corners of each must be counter-clockwise as seen from its front."""
     mesh = Mesh()
     for a, b, c, d in corners:
         n = normalize(cross(sub(b, a), sub(d, a)))
@@ -83,7 +83,8 @@ def _faces(*corners):
 
 
 def _block(top):
-    """A block from the published top face (counter-clockwise from above) down to the floor; no bottom, as published."""
+    """Returns a block from the published top face (counter-clockwise from above) down to the floor. As published, it
+    has no bottom."""
     foot = [(x, 0, z) for x, _, z in top]
     sides = [(foot[k], foot[(k + 1) % 4], top[(k + 1) % 4], top[k]) for k in range(4)]
     return _faces(tuple(top), *sides)
@@ -101,7 +102,7 @@ def build():
     g.add_object("back wall", _faces(((549.6, 0, 559.2), (0, 0, 559.2), (0, 548.8, 559.2), (556, 548.8, 559.2))), white)
     g.add_object("right wall", _faces(((0, 0, 559.2), (0, 0, 0), (0, 548.8, 0), (0, 548.8, 559.2))), green)
     g.add_object("left wall", _faces(((552.8, 0, 0), (549.6, 0, 559.2), (556, 548.8, 559.2), (556, 548.8, 0))), red)
-    # The published lamp lies in the plane of the ceiling. We move it down by 0.5 mm, so that they do not coincide.
+    # The published lamp lies in the plane of the ceiling. We move it down by 0.5 mm, so that the two do not coincide.
     g.add_object("light", _faces(((343, 548.3, 227), (343, 548.3, 332), (213, 548.3, 332), (213, 548.3, 227))), lamp)
     g.add_object("short block", _block([(130, 165, 65), (82, 165, 225), (240, 165, 272), (290, 165, 114)]), white)
     g.add_object("tall block", _block([(423, 330, 247), (265, 330, 296), (314, 330, 456), (472, 330, 406)]), white)

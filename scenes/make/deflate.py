@@ -1,6 +1,6 @@
 """Deflate (RFC 1951) in a zlib frame (RFC 1950). Implemented here because the scene files must have the same
 bytes everywhere, but zlib guarantees only the decoded data: zlib-ng, zlib 1.3 and Debian's zlib differ.
-Uses greedy LZ77 with short hash chains, and dynamic Huffman codes. The output is a few per cent larger than zlib -9."""
+Uses greedy LZ77 with short hash chains, and dynamic Huffman codes. Its output is a few per cent larger than zlib -9's."""
 
 import heapq
 import zlib
@@ -32,7 +32,7 @@ _DISTANCE_SYMBOL = _symbol_table(_DISTANCE_BASE, _WINDOW)
 
 
 class _Bits:
-    """Packs bits into bytes, lowest first."""
+    """Packs bits into bytes, the lowest bit first."""
 
     def __init__(self):
         self.out = bytearray()
@@ -111,7 +111,7 @@ def _code_lengths(frequencies, limit):
 
 
 def _codes(lengths):
-    """Canonical codes (RFC 1951, 3.2.2), bit-reversed for `put`."""
+    """Returns the canonical codes (RFC 1951, 3.2.2), bit-reversed for `put`."""
     codes = [0] * len(lengths)
     code = 0
     for n in range(1, 16):

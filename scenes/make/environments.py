@@ -1,5 +1,5 @@
-"""The two environment maps. u = 0.5 + atan2(z, x) / 2 pi: the image centre is +X, the left quarter -Z, the
-top row +Y. The scenes' cameras are at +Z and look towards -Z."""
+"""The two environment maps. u = 0.5 + atan2(z, x) / 2 pi: the image's centre shows the direction +X,
+u = 0.25 shows -Z, and the top row +Y. The scenes' cameras are at +Z and look towards -Z."""
 
 import math
 
@@ -35,11 +35,11 @@ def _axes(azimuth, elevation):
 
 # azimuth, elevation, half width and half height (tangents), softness of the edge, radiance
 _PANELS = [
-    (-122, 38, 0.62, 0.46, 0.16, (10.5, 8.6, 6.4)),   # key: a large warm box, left and in front
+    (-122, 38, 0.62, 0.46, 0.16, (10.5, 8.6, 6.4)),   # key: a large warm box, in front on the left
     (104, 20, 0.16, 0.62, 0.10, (4.2, 5.8, 8.0)),     # rim: a tall cool strip, right
-    (-64, 16, 0.07, 0.55, 0.05, (3.4, 4.0, 4.8)),     # a thin strip, left behind
+    (-64, 16, 0.07, 0.55, 0.05, (3.4, 4.0, 4.8)),     # a thin strip, behind on the left
     (20, 78, 0.75, 0.22, 0.12, (5.6, 5.5, 5.3)),      # overhead bank
-    (150, 30, 0.30, 0.30, 0.20, (1.6, 1.5, 1.5)),     # weak fill, right in front
+    (150, 30, 0.30, 0.30, 0.20, (1.6, 1.5, 1.5)),     # weak fill, in front on the right
     (-150, 62, 0.030, 0.030, 0.015, (60, 52, 42)),    # a small bare lamp, for glints
 ]
 

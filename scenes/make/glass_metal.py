@@ -1,5 +1,5 @@
 """A still life in glass and metal on marble. The glass uses KHR_materials_transmission, _ior and _volume;
-renderers without these show porcelain."""
+renderers without these extensions show porcelain."""
 
 from . import textures
 from .gltf import Gltf, srgb

@@ -99,8 +99,8 @@ class Gltf:
                  normal_scale=1.0, roughness_texture=None, emission=None, emission_texture=None, two_sided=False,
                  transmission=0.0, ior=None, attenuation=None, repeat=None, layers=None):
         """`colour` is linear; `emission` is linear radiance; `attenuation` is (colour, distance) for solid glass;
-        `repeat` tiles all textures of the material; `layers` has further extensions in glTF's form, with the part of
-        their names after KHR_materials_ as keys."""
+        `repeat` tiles all textures of the material; `layers` maps the names of further
+        extensions, without KHR_materials_, to their contents in glTF's form."""
         pbr = {"baseColorFactor": _numbers(tuple(colour) + (1.0,)), "metallicFactor": _number(metallic),
                "roughnessFactor": _number(roughness)}
         if texture is not None:

@@ -49,7 +49,7 @@ def _blade():
 
 
 def _turned(mesh):
-    """Rotates the axis of lathe(), y, to the fan's axis, z."""
+    """Rotates a mesh so that the axis of lathe(), y, becomes the fan's axis, z."""
     return Mesh().append(mesh, rotation=axis_angle((1, 0, 0), 90))
 
 
@@ -81,7 +81,7 @@ def build():
     g.add_object("dial", cylinder(0.011, 0.010, 40, 0.002), brass, translation=(0, 0.0215, 0.058),
           rotation=axis_angle((1, 0, 0), 24))
 
-    # The head is tilted up slightly and turned to the light; all its parts are below one node, in its own axes.
+    # The head is tilted up slightly and turned to the light; all its parts are below one node, in that node's axes.
     head = []
 
     def part(name, mesh, **placement):

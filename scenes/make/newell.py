@@ -26,8 +26,8 @@ def _blend(points, row_weights, column_weights):
 
 
 def _normal(points, u, v):
-    """Returns the surface normal. If a side of the patch is collapsed to a point (lid knob, bottom), the cross product
-    vanishes there; then uses the normal at a small distance along v or, on the axis, the direction of the axis."""
+    """Returns the surface normal. Where a side of the patch is collapsed to a point (lid knob, bottom), the cross
+    product vanishes. There, uses the normal at a small distance along v or, on the axis, the direction of the axis."""
     du = _blend(points, _bernstein(v), _bernstein_slope(u))
     dv = _blend(points, _bernstein_slope(v), _bernstein(u))
     n = cross(du, dv)
@@ -50,8 +50,8 @@ def _mirrored(points, x, y):
     return out
 
 
-# As published, the lid's rim, with a radius of 1.3, does not touch the pot's, 1.4. The surface has no thickness, and its
-# back faces are visible inside, so its material should be two-sided.
+# As published, the lid's rim has a radius of 1.3 and does not touch the pot's rim with a radius of 1.4. The surface has
+# no thickness, and its back faces are visible inside the pot, so its material should be two-sided.
 def teapot(cells, parts=None):
     """All 32 patches, or those of `parts`, each with cells x cells quads. Stands on y = 0, y is up, and the spout points
     towards +x."""

@@ -5,7 +5,7 @@ spout of two halves. This file has one piece of each, in the published units. z 
 height is the one that Blinn reduced to 3/4 of the real pot's.
 """
 
-# (name, whether it is mirrored in x as well as in y, sixteen indices into POINTS by rows along v)
+# (name, whether it is mirrored in x as well as in y, sixteen indices into POINTS, row by row along v)
 PATCHES = [
     ("rim", True, (102, 103, 104, 105, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)),
     ("body", True, (12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27)),

@@ -83,7 +83,7 @@ def stripes(colours, size=512):
 
 
 def planet(size=512, seed=23):
-    """The bands of a gas giant, for a sphere, with an aspect ratio of 2 : 1."""
+    """The bands of a gas giant, as a texture of 2 : 1 for a sphere."""
     width, height = size, size // 2
     dx = noise.fractal(width, height, 4, 4, 4, seed)
     bands = noise.fractal(width, height, 1, 16, 2, seed + 1, 0.6)
@@ -135,7 +135,7 @@ def normal_map(height_field, strength, levels=32):
 
 
 def _coarse(c, levels):
-    """Converts a number in [-1, 1] to a byte on a grid that keeps 0 at 128; fewer values compress better."""
+    """Converts a number in [-1, 1] to a byte on a grid of `levels` steps each way from 128. Fewer steps compress better."""
     return min(255, max(0, 128 + int(round(c * levels)) * 127 // levels))
 
 

@@ -89,7 +89,7 @@ def build():
         g.add_object(name, quad(RIGHT - LEFT, HIGH - LOW), pane, translation=((LEFT + RIGHT) / 2, (LOW + HIGH) / 2, z))
 
     g.add_object("table", _table(), oak, translation=(0.35, 0.72, -0.45))
-    top = 0.7377  # 0.2 mm over the table
+    top = 0.7377  # 0.2 mm above the table
     tumbler = g.mesh("tumbler", _tumbler(), glass)
     for number, (x, z) in enumerate(((0.12, -0.36), (0.62, -0.28), (0.47, -0.58))):
         g.node(f"tumbler {number}", tumbler, translation=(x, top, z))

@@ -11,14 +11,14 @@ class View:
     """A frame of `width` x `height`, of which `crop` (x0, y0, x1, y1 from the top) is visible."""
 
     def __init__(self, width, height, crop, edit, placed=None, left=0, bottom=0):
-        """`placed` is the camera's matrix with unit axes. `left` and `bottom` are the crop's position in a 3D
+        """`placed` is the camera's matrix with axes of length 1. `left` and `bottom` are the crop's position in a 3D
         viewport's region, in pixels."""
         self.width, self.height, self.crop, self.edit, self.placed = width, height, crop, edit, placed
         self.left, self.bottom = left, bottom
 
     def animate(self, glb, animation, views):
-        """`views` has one view per moment. If one of them differs from this view, turns it into a moving camera in
-        the file. Returns the new nodes."""
+        """Writes a moving camera to the file if one of `views`, which has one view per moment, differs from this view.
+        `edit` then refers to that camera. Returns the new nodes."""
         angles = [view.edit.get("fov_y") for view in views]
         if all(view.placed == self.placed for view in views) and angles.count(angles[0]) == len(angles):
             return []
@@ -32,13 +32,13 @@ class View:
         glb.add("cameras", lens)
         self.edit = {name: self.edit[name] for name in ("f_stop", "focus_distance") if name in self.edit}
         self.edit["file_camera"] = {"index": 0}
-        # glTF cameras look along their node's -Z, and so do Blender's; the rotation converts the axes.
+        # Cameras look along their node's -Z in glTF and in Blender. axes() would turn that axis; this undoes the turn.
         places = [view.placed @ Matrix.Rotation(-math.pi / 2, 4, "X") for view in views]
         return [animation.node(places, camera=0)]
 
 
 def pixels(render):
-    """Returns the size of the whole frame and the border in it (x0, y0, x1, y1 from the top), rounded as in Blender."""
+    """Returns the whole frame's size and the render border (x0, y0, x1, y1 from the top), rounded as in Blender."""
     width = render.resolution_x * render.resolution_percentage // 100
     height = render.resolution_y * render.resolution_percentage // 100
     if width < 1 or height < 1:
@@ -59,7 +59,7 @@ def _add_lens(edit, slope, placed, depsgraph):
     dof, focus = camera.dof, camera.dof.focus_object
     if not dof.use_dof or dof.aperture_fstop <= 0:
         return
-    # Our f-number assumes film that is 24 mm high, so the same aperture has a different number.
+    # Emberline's f-number assumes film that is 24 mm high, so the same aperture has another f-number than in Blender.
     opening = 1e-3 * camera.lens / dof.aperture_fstop
     edit["f_stop"] = 0.012 / slope / opening
     distance = dof.focus_distance
@@ -123,7 +123,7 @@ def view(depsgraph):
 
 
 def _region_border(context, depsgraph, width, height):
-    """Returns left, bottom, right and top of the rendered part of the region."""
+    """Returns the left, bottom, right and top edge of the rendered part of the region, in pixels."""
     space, region_data, scene = context.space_data, context.region_data, depsgraph.scene
     if region_data.view_perspective == "CAMERA":
         camera, render = scene.camera, scene.render
@@ -169,7 +169,7 @@ def region_view(context, depsgraph):
     eye = world.translation
     through_camera = region_data.view_perspective == "CAMERA"
     if flat and not through_camera:
-        eye = eye + back * space.clip_end  # a user view has no near plane
+        eye = eye + back * space.clip_end  # steps back, since nothing is clipped behind the eye in such a view
     edit = {"look_from": point(eye), "look_at": point(eye - back), "up": _up(top)}
     slope = whole[1] / height / projection[1][1]
     if flat:

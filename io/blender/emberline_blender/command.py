@@ -39,7 +39,7 @@ def environment():
 
 
 class Viewer:
-    """Receives the unfinished picture through `--display tev://`, as RGBA with rows from the top.
+    """Receives the unfinished picture, for which the command gets `--display tev://`: RGBA with rows from the top.
 
     The protocol is that of the image viewer tev (io/viewer/tev_protocol.h). Only our own child process knows the port.
     """
@@ -72,7 +72,7 @@ class Viewer:
                     if packet[0] == self._UPDATE:
                         self._update(packet)
         except (OSError, ValueError, struct.error):
-            pass  # the final image is read from the file anyway
+            pass  # the final image is read from the file in any case
 
     def _update(self, packet):
         at = packet.index(b"\0", 2) + 1  # after the name

@@ -42,7 +42,7 @@ def _on_main_thread(engine, function):
             return
         try:
             future.set_result(function())
-        except BaseException as error:  # passed on to the waiting thread
+        except BaseException as error:  # passes it on to the waiting thread
             future.set_exception(error)
 
     _main_thread_jobs.put(job)
@@ -77,7 +77,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             if self._viewport:
                 self._viewport.close()
         except ReferenceError:
-            pass  # newer Blender versions have freed the engine already; viewport.py notices that
+            pass  # newer Blender versions have already freed the engine, which viewport.py notices
 
     def update_render_passes(self, scene, renderlayer):
         self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
@@ -92,7 +92,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             pass
         except (EmberlineError, exr.ExrError, OSError) as fault:
             self._fail(str(fault))
-        except Exception as fault:  # a bug here, or an image without a layer; explain the empty frame
+        except Exception as fault:  # a bug in the add-on, or an EXR that lacks a layer; tells why the frame is empty
             traceback.print_exc()
             self._fail(f"Emberline: the add-on failed: {type(fault).__name__}: {fault}")
         finally:
@@ -147,7 +147,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         return self.begin_result(0, 0, crop[2] - crop[0], crop[3] - crop[1], layer=layer.name)
 
     def _wait_for_frame(self, process, viewer, crop, layer):
-        """Waits for the end of the frame. Esc kills the process; its files are removed with our folder."""
+        """Waits until the frame ends. Esc kills the process, whose files are later removed with our folder."""
         shown = time.monotonic()
         result = self._result(layer, crop)
         code = None
@@ -195,7 +195,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         try:
             shutil.move(frame, guard.last_frame())
         except OSError:
-            pass  # heatmaps are then not available
+            pass  # then there are no heatmaps
 
 
 def register():

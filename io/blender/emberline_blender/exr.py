@@ -1,6 +1,7 @@
 """Reads and writes EXR files with nothing but NumPy, since Blender's Python may have no other library.
 
-Reads the files of `emberline render --exr-compression none`, which have one tiled part. Writes environment maps.
+Reads the files that `emberline render --exr-compression none` writes, which have one tiled part. Writes environment
+maps.
 """
 import struct
 
@@ -69,7 +70,7 @@ def _read(data):
             end = start + kind.itemsize * w
             planes[name][top : top + h, left : left + w] = numpy.ascontiguousarray(rows[:, start:end]).view(kind)
             start = end
-    # The types of attributes are not known here, so every value that decodes counts as text.
+    # The attributes' types are no longer known here, so every value that decodes counts as text.
     texts = {}
     for name, value in header.items():
         try:

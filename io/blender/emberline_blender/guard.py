@@ -17,7 +17,7 @@ _folder = None
 
 
 def folder():
-    """Returns a new private folder, which is removed when Blender ends, if not before."""
+    """Returns a new private folder, which is removed no later than when Blender ends."""
     global _helper, _folder
     with _lock:
         if not _folder or not os.path.isdir(_folder):
@@ -25,7 +25,7 @@ def folder():
             _folder = tempfile.mkdtemp(prefix="emberline-blender-")
             arguments = [sys.executable, "-I", "-S", os.path.abspath(__file__), _folder]
             try:
-                # It runs in a new session, so that Ctrl-C in Blender's terminal does not reach it.
+                # The helper runs in a new session, so that Ctrl-C in Blender's terminal does not reach it.
                 _helper = subprocess.Popen(
                     arguments,
                     bufsize=0,
@@ -62,7 +62,7 @@ def forget(child):
 
 
 def stop():
-    """Cleans up as when Blender ends."""
+    """Cleans up now, as the helper would when Blender ends."""
     global _helper, _folder
     if _helper:
         ended, _helper = _helper, None

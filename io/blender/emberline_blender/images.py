@@ -1,6 +1,7 @@
-"""Reads image values as Cycles does, and replaces images that Blender's glTF exporter would write with other values.
+"""Reads image values as Cycles does. If Blender's glTF exporter would write other values, replaces the image.
 
-The exporter writes the stored values. In glTF, colours are sRGB, other values are linear, and alpha is unassociated.
+The exporter writes values as they are stored. In glTF, colours are sRGB, other values are linear, and alpha is
+unassociated.
 """
 import os
 import re
@@ -24,7 +25,7 @@ def space(image):
 
 
 def _pixels(image):
-    """Returns RGBA as stored, with rows from the bottom; for a tiled image, those of the first tile."""
+    """Returns RGBA as stored, with rows from the bottom; for a tiled image, that of the first tile."""
     width, height = image.size
     pixels = numpy.empty(width * height * image.channels, numpy.float32)
     image.pixels.foreach_get(pixels)
@@ -50,7 +51,7 @@ def is_opaque(image):
 
 
 def _is_associated(image):
-    """Whether Cycles multiplies the node's colour by alpha. If the node's alpha is used, it divides again."""
+    """Whether Cycles multiplies the node's colour by alpha. If the node's alpha is used, Cycles divides by it again."""
     return image.alpha_mode in ("STRAIGHT", "PREMUL") and space(image) != "data"
 
 
@@ -71,11 +72,11 @@ def linear(image, uses_alpha=False):
 
 
 def is_exported(image, is_colour, uses_alpha):
-    """Whether the values in the file that the exporter writes mean what Cycles reads."""
+    """Whether the exported file, read as glTF says, has the values that Cycles reads from the image."""
     if image.source == "TILED":
         return False
     kind, settings = space(image), image.colorspace_settings
-    if image.is_float:  # the exporter encodes it as sRGB if the image counts as linear
+    if image.is_float:  # the exporter encodes it as sRGB if its colour space is linear
         return (settings.name in _LINEAR if is_colour else settings.is_data) and is_opaque(image)
     if uses_alpha and image.alpha_mode == "NONE" and not is_opaque(image):
         return False
@@ -85,7 +86,7 @@ def is_exported(image, is_colour, uses_alpha):
 
 
 def _encoded(image, is_colour, uses_alpha):
-    """Creates an image whose stored bytes mean in glTF what Cycles reads."""
+    """Creates an image whose stored bytes, read as glTF says, are the values that Cycles reads from `image`."""
     pixels = linear(image, uses_alpha).clip(0, 1)
     if is_colour or space(image) is None:
         rgb = pixels[:, :, :3]
@@ -114,7 +115,7 @@ def _is_colour(link, seen):
 
 
 def _path(node, frame):
-    """Returns the file of an image sequence that a node shows at `frame`, numbered as in Blender."""
+    """Returns the file that a node with an image sequence shows at `frame`, numbered as in Blender."""
     user, number = node.image_user, node.image_user.frame_current
     if user.use_auto_refresh:
         at, count = frame - user.frame_start + 1, max(user.frame_duration, 1)
@@ -132,7 +133,7 @@ def is_missing(node, frame):
 
 
 def differences(image):
-    """Returns what differs from Blender for an image that exists."""
+    """Returns lines that say how Emberline shows the image, which must exist, differently from Blender."""
     warnings = []
     if image.source == "TILED" and len(image.tiles) > 1:
         warnings.append(f"the image '{image.name}' has {len(image.tiles)} tiles (UDIM); only the first one is used")
@@ -157,7 +158,7 @@ class SubstituteImages:
         image = self._loaded(node) if node.image.source == "SEQUENCE" else node.image
         found = {}
         for is_colour in [True] * bool(colours) + [False] * bool(values or not colours):
-            # If only alpha is used, the encoding of the rest does not matter.
+            # If only alpha is used, the encoding of the colour does not matter.
             encoded = is_colour or not values and space(image) == "sRGB"
             wanted = image
             if image.size[0] and not is_exported(image, encoded, uses_alpha):

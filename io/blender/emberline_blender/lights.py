@@ -30,7 +30,7 @@ def colour(light):
 
 
 def _unnormalized(light):
-    """Returns the factor on the power if "Normalize" is off, as measured in Cycles 5.2; add() handles area lights."""
+    """Returns a factor for the power if "Normalize" is off, as measured in Cycles 5.2. add() handles area lights."""
     if getattr(light, "normalize", True) or light.type == "AREA":
         return 1.0
     if light.type == "SUN":
@@ -124,8 +124,8 @@ def add(glb, animation, name, light, track, centre, radius, hidden_from_camera):
     """Adds a light that moves along `track` (its matrix_world at each moment). Returns the node's index, or None if the
     light emits nothing. `centre` and `radius` are those of the scene.
 
-    The name becomes that of the light-group layer. If `hidden_from_camera`, the light is in the camera's view but must
-    be invisible; a point light or sun then gets no size.
+    `name` is also the name of the light-group layer. If `hidden_from_camera`, the light is in the camera's view but
+    must be invisible; a point light or sun is then exported without a size.
     """
     rgb = _scaled(colour(light), light.energy * _unnormalized(light))
     if max(rgb) <= 0:
@@ -143,13 +143,13 @@ def add(glb, animation, name, light, track, centre, radius, hidden_from_camera):
         if area <= 0:
             return None
         size = area if getattr(light, "normalize", True) else 1.0
-        # Cycles uses the area of the exact shape here, not that of its polygon.
+        # Cycles divides by the area of the exact shape. We divide by the polygon's area, which keeps the emitted power.
         return emitter(outline, _fan(outline), _scaled(rgb, versions.AREA_RADIANCE / size), track)
     if light.type == "SUN" and light.angle > 1e-4 and not hidden_from_camera:
         half = min(light.angle, math.radians(170)) / 2
         distance = _SUN_RADII * radius
         outline = _circle(distance * math.tan(half), distance * math.tan(half))
-        # The mean cosine over Cycles' disc, for a surface that faces the disc's centre.
+        # The mean over Cycles' disc of the cosine at a surface that faces the disc's centre.
         mean = 2 * (1 / math.cos(half) - 1) / math.tan(half) ** 2
         radiance = _scaled(rgb, mean / (math.pi * math.sin(half) ** 2))
         far = [Matrix.Translation(centre) @ r @ Matrix.Translation((0, 0, distance)) for r in rotations]
@@ -159,7 +159,7 @@ def add(glb, animation, name, light, track, centre, radius, hidden_from_camera):
         area = sum(_triangle_area(points, f) for f in faces)
         return emitter(points, faces, _scaled(rgb, 1 / (math.pi * area)), at)
     intensity = 1.0 if light.type == "SUN" else 1 / (4 * math.pi)
-    # glTF lights shine along their node's -Z, and so do Blender's; the rotation converts the axes.
+    # Lights shine along their node's -Z in glTF and in Blender. axes() would turn that axis; this undoes the turn.
     places = [a @ r @ Matrix.Rotation(-math.pi / 2, 4, "X") for a, r in zip(at, rotations)]
     shining = {"light": _punctual(glb, name, light, _scaled(rgb, intensity))}
     return animation.node(places, name=name, extensions={"KHR_lights_punctual": shining})
@@ -175,7 +175,8 @@ def _punctual(glb, name, light, rgb):
     entry["type"] = {"SUN": "directional", "POINT": "point", "SPOT": "spot"}[light.type]
     if light.type == "SPOT":
         outer = min(light.spot_size / 2, math.pi / 2 - 1e-4)
-        # Cycles fades as t^2 (3 - 2 t), glTF as t^2. If glTF fades over 3/4 of the range, it emits as much light.
+        # Cycles fades as t^2 (3 - 2 t), glTF as t^2. If the glTF light fades over 3/4 of the range, it emits as much
+        # light.
         inner = math.acos(min(math.cos(outer) + 0.75 * light.spot_blend * (1 - math.cos(outer)), 1.0))
         entry["spot"] = {"outerConeAngle": outer, "innerConeAngle": min(inner, outer - 1e-5)}
     glb.use("KHR_lights_punctual")

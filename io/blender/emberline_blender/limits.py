@@ -16,7 +16,7 @@ _SUPPORTED_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META", "LIGHT", "CAMERA
 _KINDS = {"VOLUME": "volume", "CURVES": "hair curves", "POINTCLOUD": "point cloud", "GPENCIL": "grease pencil", "GREASEPENCIL": "grease pencil"}
 _MAX_OBJECTS = 2000  # largest scene that is examined while a panel is drawn
 
-_from_renders = {}  # lines of the last frame's report, by scene
+_from_renders = {}  # lines from the last frame's report, by scene
 _cache = {}  # lines, by scene
 _dirty = True
 

@@ -1,7 +1,7 @@
 """Finds changes of materials and lights that a session accepts as edits, without a new scene (session/PROTOCOL.md)."""
 from . import lights, materials
 
-# By node type, the sockets whose values the exporter or materials.py copies directly to factors in the file.
+# For each node type, the sockets whose values the exporter or materials.py copies unchanged to factors in the file.
 _FACTORS = {
     "BSDF_PRINCIPLED": {"Base Color": "base_color", "Metallic": "metallic", "Roughness": "roughness"},
     "BSDF_DIFFUSE": {"Color": "base_color"},
@@ -15,7 +15,7 @@ def _plain(value):
 
 
 def material_state(material):
-    """Returns (fixed part, editable factors) of a material, or None if other nodes contribute to it."""
+    """Returns (what edits cannot change, editable factors) of a material, or None if other nodes contribute to it."""
     surface = materials.surface_node(material)
     if not surface or surface.type not in _FACTORS or any(entry.is_linked for entry in surface.inputs):
         return None
@@ -33,13 +33,13 @@ def material_state(material):
 
 
 def light_state(light):
-    """Returns (fixed part, colour times power) of a light."""
+    """Returns (what edits cannot change, colour times power) of a light."""
     rest = [_plain(getattr(light, name, None)) for name in _LIGHT]
     return rest, [c * light.energy for c in lights.colour(light)]
 
 
 def light_edit(before, now):
-    """Returns the edit that changes the colour `before` to `now`, or None if no edit can do that."""
+    """Returns the edit that changes a light's colour from `before` to `now`, or None if no edit can do that."""
     if any(b <= 0 < n for b, n in zip(before, now)):
         return None
     factors = [n / b if b > 0 else 0.0 for b, n in zip(before, now)]

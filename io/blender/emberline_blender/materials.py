@@ -25,10 +25,10 @@ def image_nodes(material):
 
 class Copies:
     """Provides original materials, which the exporter requires, or copies of them. Animated materials are copied with
-    this frame's values; if the exporter would write other image values than Cycles reads, the copy has substitutes."""
+    this frame's values. If the exporter would write other image values than Cycles reads, a copy has other images."""
 
     def __init__(self, depsgraph, ids, names):
-        """`names` receives the name of each copy, mapped to the name of its original."""
+        """Adds to `names` the name of each copy, mapped to the name of its original."""
         self._depsgraph, self._ids, self._copies = depsgraph, ids, {}
         self._substitutes = images.SubstituteImages(ids, depsgraph.scene.frame_current)
         self.names = names
@@ -91,8 +91,8 @@ def _plain(glb, material, colour, metallic, roughness, specular=1):
 
 
 def _blend(material, node):
-    """Sets alpha blending as in Cycles: wherever alpha is below 1. Before Blender 4.2, the exporter follows EEVEE's
-    settings instead."""
+    """Turns on alpha blending wherever alpha is below 1, as in Cycles. Before Blender 4.2, the exporter itself follows
+    EEVEE's settings instead."""
     alpha = node.inputs["Alpha"]
     source = alpha.links[0].from_node if alpha.is_linked else None
     plain = not source or source.type == "TEX_IMAGE"
@@ -106,7 +106,7 @@ def _blend(material, node):
 
 
 def complete(glb):
-    """Adds what the exporter does not write."""
+    """Adds to the file's materials what the exporter does not write."""
     import bpy
 
     for material in glb.json.get("materials", []):
@@ -142,7 +142,7 @@ class LightGroups:
             if any(c > 0 for c in m.get("emissiveFactor", (0, 0, 0)))
         }
         self._materials, self._meshes = {}, {}
-        self.layers = {}  # light groups, by layer name
+        self.layers = {}  # the light group of each layer name
 
     def mesh(self, index, group):
         mesh = self._glb.json["meshes"][index]

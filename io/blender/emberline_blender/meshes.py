@@ -16,16 +16,16 @@ def _axes(vectors):
 
 
 class Mesh:
-    """A mesh, with triangles by material slot. Its vertices are face corners; equal corners of a Blender vertex are
-    merged."""
+    """A mesh with its triangles sorted by material slot. Its vertices are face corners; where corners at a Blender
+    vertex are identical, they become one."""
 
     def __init__(self, mesh, of):
-        """`mesh` must be a Blender mesh with faces; `of` is its owner."""
+        """`mesh` must be a Blender mesh with faces; `of` is the name of the instance from which it comes."""
         mesh.calc_loop_triangles()
         vertices = _read(mesh.loops, "vertex_index", numpy.int32, 1)[:, 0]
         uvs = [_read(layer.data, "uv", numpy.float32, 2) for layer in mesh.uv_layers]
         normals = versions.corner_normals(mesh)
-        # The first corner of each vertex represents all corners equal to it.
+        # The first corner of each vertex represents all corners of that vertex that are identical to it.
         first = numpy.zeros(len(mesh.vertices), numpy.int64)
         first[vertices[::-1]] = numpy.arange(len(vertices))[::-1]
         like = first[vertices]
@@ -42,7 +42,7 @@ class Mesh:
         self._positions = _read(mesh.vertices, "co", numpy.float32, 3)[vertices]
         self._normals, self._uvs = normals, uvs
         self.finite = bool(numpy.isfinite(self._positions).all())
-        self.slots = {}  # by slot: the corners used as vertices, and the triangles that index them
+        self.slots = {}  # for each slot: the corners that are its vertices, and triangles of indices into them
         for slot in numpy.unique(slots):
             triangles = corners[slots == slot]
             used = numpy.zeros(len(vertices), bool)

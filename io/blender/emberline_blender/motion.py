@@ -11,7 +11,7 @@ OPTIONS = ["--time", "0", "--fps", "1", "--shutter", "0,1"]
 
 
 class Shutter:
-    """The shutter of an F12 render by `engine`. Moving to another frame updates the engine's depsgraph."""
+    """The shutter of an F12 render by `engine`. Going to another time updates the engine's depsgraph."""
 
     def __init__(self, engine, scene):
         self._engine = engine
@@ -19,12 +19,12 @@ class Shutter:
         length = scene.render.motion_blur_shutter
         start = {"START": 0.0, "CENTER": -0.5, "END": -1.0}[versions.shutter_owner(scene).motion_blur_position]
         intervals = 2**scene.emberline.motion_steps
-        self.times = [i / intervals for i in range(intervals + 1)]  # as shares of the shutter interval
+        self.times = [i / intervals for i in range(intervals + 1)]  # as fractions of the shutter interval
         self._frames = [self._frame + length * (start + t) for t in self.times]
         self.middle = intervals // 2
 
     def moments(self):
-        """Sets the scene to each time, the middle first, and yields the time's index. Restores the scene at the end."""
+        """Sets the scene to each of `times`, the middle one first, and yields its index. Finally restores the frame."""
         order = [self.middle] + [i for i in range(len(self.times)) if i != self.middle]
         try:
             for i in order:
@@ -39,7 +39,7 @@ class Shutter:
 
 
 class Animation:
-    """Adds static and moving nodes to a file. `times` are those of a track's matrices; empty without a shutter."""
+    """Adds static and moving nodes to a file. `times` are those of the matrices in a track; empty without a shutter."""
 
     def __init__(self, glb, times=()):
         self._glb, self._times = glb, times
@@ -51,7 +51,7 @@ class Animation:
 
     def node(self, track, morphs=0, **members):
         """Adds a node that moves along `track` (Blender matrices). Returns its index, or None if a matrix is not
-        finite. `morphs` is the number of its mesh's morph targets, one for each time except the middle."""
+        finite. `morphs` is the number of morph targets of its mesh: one for each time except the middle, or none."""
         placed = [axes(m) for m in track]
         if not all(math.isfinite(x) for m in placed for row in m for x in row):
             return None
@@ -69,7 +69,8 @@ class Animation:
         parts = [m.decompose() for m in placed]
         leaf = None
         if any(_differ(Matrix.LocRotScale(*part), m) for part, m in zip(parts, placed)):
-            # There is shear: the leaf keeps the middle's matrix, and a parent rotates and scales it about its origin.
+            # There is shear. The leaf keeps the middle moment's matrix, and a parent rotates and scales the leaf about
+            # its origin.
             middle_matrix = middle.to_3x3()
             leaf = self._glb.add("nodes", {**members, "matrix": flat(middle_matrix.to_4x4())})
             members = {"children": [leaf]}

@@ -6,7 +6,7 @@ import bpy
 from . import limits, versions
 
 ENGINE = "EMBERLINE"
-# Panels that Blender shows for all engines but we exclude, and panels of other engines that we include.
+# Panels that Blender shows for all engines but that we exclude, and panels of other engines that we include.
 _EXCLUDED_PANELS = {
     "VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_simplify", "DATA_PT_light", "NODE_DATA_PT_light",
     "RENDER_PT_freestyle",
@@ -189,12 +189,12 @@ def _compatible_panels():
             yield panel
 
 
-_previous_engines = {}  # previous engines, by built-in panel
+_previous_engines = {}  # the engines that each built-in panel had before
 
 
 def register():
     _register_classes()
-    # Each panel gets a new set, since panels may share one.
+    # Each panel gets a new set of engines, since several panels may share one set.
     for panel in list(_compatible_panels()):
         _previous_engines[panel] = panel.__dict__.get("COMPAT_ENGINES")
         panel.COMPAT_ENGINES = panel.COMPAT_ENGINES | {ENGINE}

@@ -68,7 +68,7 @@ def _plane(planes, channel):
 
 
 def fill(result_layer, name, channels):
-    """Writes planes, whose rows start at the top, to a pass, whose rows start at the bottom."""
+    """Writes one plane per channel to a pass. The planes' rows start at the top, the pass's at the bottom."""
     for rendered in result_layer.passes:
         if rendered.name == name:
             pixels = numpy.stack([c[::-1] for c in channels], axis=-1).astype(numpy.float32)
@@ -113,7 +113,7 @@ def put(result_layer, scene, layer, planes, groups):
 
 
 def store_cryptomatte_names(result, layer, texts):
-    """Stores the manifests where Blender's Cryptomatte node expects them."""
+    """Stores the Cryptomatte manifests where Blender's Cryptomatte node expects them."""
     for key, name in texts.items():
         if not key.startswith("cryptomatte/") or not key.endswith("/name"):
             continue

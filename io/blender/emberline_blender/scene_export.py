@@ -27,7 +27,7 @@ class _MaterialScene:
         self.scene = bpy.data.scenes.new("Emberline export")
         self.ids, self.original_names, self.warnings = [], {}, []
         self._copies = materials.Copies(depsgraph, self.ids, self.original_names)
-        self._triangles, self._users = {}, {}  # names of triangles; names of material and user by triangle
+        self._triangles, self._users = {}, {}  # triangles' names; by triangle, its material's and a user's name
 
     def __enter__(self):
         return self
@@ -57,7 +57,7 @@ class _MaterialScene:
         return self._triangles[used_materials]
 
     def export(self, folder):
-        """Returns the file that the exporter has written, and the material index of each triangle."""
+        """Runs the exporter. Returns the file that it wrote, and the material index of each triangle."""
         if not self._triangles:
             return Glb(), {}
         path = os.path.join(folder, "materials.glb")
@@ -75,7 +75,7 @@ class _MaterialScene:
 
 
     def _find_failing_material(self, path):
-        """Finds the material at which the exporter fails. Returns text that names it and an object that uses it."""
+        """Finds the material at which the exporter fails. Returns text that names the material and one of its users."""
         placed = list(self._users)
         for one in placed:
             self.scene.collection.objects.unlink(one)
@@ -95,8 +95,8 @@ class _ExporterFailed(Exception):
 
 
 class _Context:
-    """Blender's context without its window. Otherwise the exporter would switch the window to the exported scene, which
-    the user would see and which makes Blender evaluate the user's scene twice more."""
+    """Blender's context without its window. Otherwise the exporter would switch the window to the exported scene. The
+    user would see this, and it would make Blender evaluate the user's scene twice more."""
 
     def __init__(self, context):
         self._context = context
@@ -174,7 +174,8 @@ def _one_line(error):
 
 
 class Parts:
-    """The meshes and materials of an exported file, for reuse: each mesh's index in the file, and where they end."""
+    """The meshes and materials of an exported file, for reuse. `meshes` has the index of each mesh in the file; `end`
+    says where these parts end."""
 
     def __init__(self):
         self.path, self.meshes, self.end = "", {}, None
@@ -185,20 +186,20 @@ def material_names(placed):
     return tuple(slot.material.name_full if slot.material else "" for slot in placed.material_slots)
 
 
-# A mesh or a light. `track` has a matrix per moment, `key` is the mesh's, and a `holdout` is a hole to the camera.
+# A mesh or a light. `track` has a matrix per moment, `key` identifies a mesh, and a `holdout` looks like a hole.
 _ExportItem = collections.namedtuple("_ExportItem", "name data track group key hidden_from_camera holdout", defaults=(None, False, False))
 
 
 class Export:
     """Writes scene.glb to `folder` from the depsgraph.
 
-    The attribute `groups` then maps light layers to Blender's light groups, for those in `light_groups`. `holdout` is
-    the name of the parent node of all holdouts, or None.
+    The attribute `groups` then maps light layers to Blender's light groups, but only to those in `light_groups`.
+    `holdout` is the name of the parent node of all holdouts, or None.
 
-    `parts` are those of an earlier export whose meshes and materials are still valid; only nodes are then written,
-    unless a mesh is missing. With a `shutter` (motion.py), the scene is evaluated at each of its moments; `view` is
-    then that of the middle, and `moves` says whether anything moves. `only` has the names of the objects to export,
-    with their instances."""
+    `parts` come from an earlier export whose meshes and materials are still valid; unless a mesh is missing, only nodes
+    are then written. With a `shutter` (motion.py), the scene is evaluated at each of its moments; `view` is then the
+    view at the middle one, and `moves` says whether anything moves. `only`, if given, names the objects to export,
+    which include their instances."""
 
     def __init__(self, depsgraph, folder, light_groups=(), parts=None, shutter=None, only=None):
         self._depsgraph = depsgraph
@@ -254,7 +255,7 @@ class Export:
                 yield name, placed, owner, instance.matrix_world.copy()
 
     def _collect(self, meshes, scratch=None):
-        """Lists the objects to export and reads new meshes into `meshes`. Returns False if there are new ones but no
+        """Lists the objects to export and reads new meshes into `meshes`. Returns False if there is a new mesh but no
         `scratch`."""
         self._items, self.used_materials = {}, {}
         self._low, self._high = Vector((1e30,) * 3), Vector((-1e30,) * 3)
@@ -270,7 +271,8 @@ class Export:
                 self._items[name] = _ExportItem(placed.name, placed.data, track, group, hidden_from_camera=hidden_from_camera)
                 continue
             used_materials = self.used_materials[placed.name_full] = material_names(placed)
-            # Objects without modifiers share their data; the evaluated data of others have separate addresses.
+            # Objects without modifiers share their data. The evaluated data of an object with modifiers has an address
+            # of its own.
             key = (placed.data.as_pointer(), placed.type, used_materials)
             if placed.type != "MESH":
                 key = (placed.original.as_pointer(), placed.type, used_materials)
@@ -349,7 +351,7 @@ class Export:
                 node = animation.node(item.track, morphs, name=item.name, mesh=split.mesh(mesh, item.group))
                 (holdout_nodes if item.holdout else placed).append(node)
                 continue
-            # Light groups are found by the name of the layer, which two lights might share otherwise.
+            # Light groups are found by the layer's name. Without the index, two lights might have the same one.
             layer = f"group{index}-{item.name}" if item.group else item.name
             if item.group:
                 light_layers[layer] = item.group

@@ -37,7 +37,7 @@ class Session:
         self._commands.put({"do": do, **members})
 
     def take_picture(self):
-        """Returns the newest picture, once."""
+        """Returns the newest picture, or None if it has been taken already."""
         with self._lock:
             picture, self._picture = self._picture, None
         return picture
@@ -57,8 +57,8 @@ class Session:
                 self._child.stdin.write(json.dumps(command).encode() + b"\n")
                 self._child.stdin.flush()
         except (OSError, ValueError):
-            return  # the reading thread notices the end
-        self._child.kill()  # nothing in its memory is still needed
+            return  # the reading thread notices that the session has ended
+        self._child.kill()  # the session has no data that is still needed
 
     def _read(self):
         memory, segment = None, None

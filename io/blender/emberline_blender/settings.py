@@ -2,9 +2,9 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-# The --filter-radius for a filter width of 1 in Cycles. Blackman-Harris ends at the width; the Gaussian's sigma is a
-# quarter of the width in Cycles and a third of the radius here. Cycles has no Mitchell; with this factor, it has its
-# usual radius of 2 at the default width.
+# The --filter-radius for a filter width of 1 in Cycles. Blackman-Harris ends at a radius that equals the width. The
+# Gaussian's sigma is a quarter of the width in Cycles and a third of the radius in Emberline. Cycles has no Mitchell;
+# this factor gives it the usual radius of 2 at the default width.
 _RADII = {"blackman-harris": 1.0, "gaussian": 0.75, "mitchell": 4 / 3}
 
 

@@ -28,13 +28,13 @@ def shutter_owner(scene):
 
 
 def update_after_export(depsgraph):
-    """Must be called after a render's export. Blender 5.2 crashes, with any engine, if relations have not been rebuilt
-    before the next frame of an animation."""
+    """Must be called after a render's export: Blender 5.2 crashes, with any engine, if the depsgraph's relations have
+    not been rebuilt before the next frame of an animation."""
     if bpy.app.version >= (5, 0):
         depsgraph.update()
 
 
 def casts_shadows(light):
-    if bpy.app.version < (4, 2):  # in these versions, light.use_shadow is a setting of EEVEE
+    if bpy.app.version < (4, 2):  # in these versions, only EEVEE uses light.use_shadow
         return getattr(getattr(light, "cycles", None), "cast_shadow", True)
     return light.use_shadow

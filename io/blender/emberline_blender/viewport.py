@@ -28,7 +28,7 @@ _exporting = False
 
 
 class _Changes:
-    """Pending changes. `extent` says what must be exported again. If it is nothing, edits of the world and of the named
+    """Pending changes. `extent` says what must be exported again. If it is _NOTHING, edits of the world and the named
     materials and lights are enough."""
 
     def __init__(self, extent):
@@ -41,7 +41,7 @@ class _Changes:
         data = update.id
         kind = data.bl_rna.identifier
         if kind in ("Scene", "Camera", "Screen", "WindowManager", "Collection", "ViewLayer") or data.is_embedded_data:
-            return  # objects are counted, views are checked on drawing, and owners are reported with embedded trees
+            return  # other code counts objects and compares views, and an embedded tree's owner is listed too
         if kind == "Material":
             self.materials.add(data.name_full)
         elif isinstance(data, bpy.types.Light):
@@ -77,13 +77,13 @@ class Viewport:
         self._folder = guard.folder()
         self._session = None
         self._changes, self._objects = _Changes(_ALL), -1
-        self._materials, self._lights = {}, {}  # states when they were exported, see live_edits.py
-        self._edits = {"materials": {}, "lights": {}}  # edits since the export, by name
+        self._materials, self._lights = {}, {}  # states at the last export, see live_edits.py
+        self._edits = {"materials": {}, "lights": {}}  # edits since the last export, by name
         self._scene_names = {}  # names in the open scene
         self._parts = None  # parts of the last export, for reuse
         self._material_names = {}  # material names by object
         self._worlds = 0  # number of worlds sent
-        self._visible_names = None  # names of the objects visible in local view
+        self._visible_names = None  # the objects visible in local view, or None
         self._view, self._settings = None, {}
         self._requested_id = self._open_id = 0  # ids of `open` commands
         self._picture, self._texture = None, None
@@ -128,7 +128,7 @@ class Viewport:
         engine = self._engine()
         if not engine:
             raise ReferenceError
-        engine.is_preview  # raises if Blender has freed the engine; its Python object may outlive it
+        engine.is_preview  # raises if Blender has freed the engine, since the Python object may outlive it
         if not self._session:
             return
         if self._session.fault:
@@ -144,7 +144,7 @@ class Viewport:
             if self._changes.extent and time.monotonic() >= self._next_export_time:
                 began = time.monotonic()
                 self._export()
-                # During continuous changes, this leaves half of the time to Blender.
+                # If changes are continuous, this leaves half of the time to Blender.
                 self._next_export_time = 2 * time.monotonic() - began
                 if not self._session:
                     engine.tag_redraw()
@@ -199,8 +199,8 @@ class Viewport:
         return True
 
     def _send_world(self):
-        """Sends the world for the open scene and for later ones."""
-        # Two folders are used in turn, since the session may still be reading from the other one.
+        """Sends the world as an edit for the open scene and as settings for later scenes."""
+        # Two folders are used in turn, since the session may still be reading from the previous one.
         folder = os.path.join(self._folder, f"world {self._worlds % 2}")
         self._worlds += 1
         os.makedirs(folder, exist_ok=True)
@@ -241,7 +241,7 @@ class Viewport:
             self._record_states(exported, exported.parts is not parts)
             self._parts, self._material_names = exported.parts, exported.used_materials
             light = world.options(depsgraph.scene_eval.world, folder)
-            layer.update()  # so that the updates that the export's scene causes do not count as changes
+            layer.update()  # handles the updates that the temporary scene causes while _exporting ignores them
         except (EmberlineError, OSError) as fault:
             self._status = str(fault)
             return
@@ -257,7 +257,7 @@ class Viewport:
         self._remove_old_files()
 
     def _remove_old_files(self):
-        """Removes the files of scenes before the open one, except for meshes that are still in use."""
+        """Removes the folders of scenes before the open one, except the one whose meshes are still in use."""
         kept = {str(n) for n in range(self._open_id, self._requested_id + 1)}
         if self._parts:
             kept.add(os.path.basename(os.path.dirname(self._parts.path)))
@@ -337,7 +337,7 @@ def _step_all():
     for viewport in list(_viewports):
         try:
             viewport.step()
-        except ReferenceError:  # its engine has been freed
+        except ReferenceError:  # Blender has freed the viewport's engine
             viewport.close()
         except Exception as fault:
             viewport._fail(fault)

@@ -31,13 +31,13 @@ def rotation(environment):
     mapping = environment.inputs["Vector"].links[0].from_node
     if mapping.type != "MAPPING":
         return 0.0
-    # A Mapping node rotates the lookup direction; a texture mapping does the opposite.
+    # A Mapping node rotates the lookup direction, but one of type Texture applies the inverse rotation.
     angle = math.degrees(mapping.inputs["Rotation"].default_value[2])
     return angle if mapping.vector_type == "TEXTURE" else -angle
 
 
 def directly_readable_path(image):
-    """Returns the path of an image that the command can read itself, including EXR layers, or else None."""
+    """Returns the path of an image that the command itself can read, including EXR layers, or else None."""
     path = bpy.path.abspath(image.filepath_raw, library=image.library)
     linear = image.colorspace_settings.name in _LINEAR
     kept = image.source == "FILE" and not image.packed_file and not image.is_dirty

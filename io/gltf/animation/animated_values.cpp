@@ -21,7 +21,7 @@ constexpr std::string_view kMaterials = "/materials/", kCameras = "/cameras/",
 constexpr const char* kFactor = "/emissiveFactor";
 constexpr const char* kStrength = "/extensions/KHR_materials_emissive_strength/emissiveStrength";
 
-// Tolerance of curves, relative to the largest value nearby.
+// Tolerance of curves, relative to the largest of the values that are compared.
 constexpr double kTolerance = 1e-3;
 // An interval between key frames has at most 2^kMaxHalvings pieces, or fewer if the whole curve
 // would exceed kMaxPieces. Shorter pieces would not be visible.
@@ -44,7 +44,7 @@ class CurveBuilder {
     const size_t n = values.size();
     if (n > 0 && times.back() == time && values.back() == value) return;
     if (n > 1 && values[n - 2] == value && values.back() == value) {
-      times.back() = time;  // still constant
+      times.back() = time;  // the value is still constant
       return;
     }
     times.push_back(time);
@@ -55,7 +55,7 @@ class CurveBuilder {
   template <class At>
   void subdivide(const At& at, double from, const Value& first, double to, const Value& last,
                  int halvings) {
-    // Test two points, since a cubic may cross its chord at one of them.
+    // Tests two points, since a cubic may cross its chord at one of them.
     for (const double share : {0.25, 0.6}) {
       if (halvings == 0) break;
       const Value found = at(from + (to - from) * share);
@@ -85,7 +85,7 @@ bool is_constant(const TimeCurve<Value>& curve) {
                              [&](const Value& value) { return value == curve.values.front(); });
 }
 
-// Whether the value changes while the shutter is open.
+// Whether the track's value changes while the shutter is open.
 bool changes(const GltfAnimation& animation, const PointerTrack& track) {
   const KeyFrames* const keys[] = {&track.keys};
   const std::vector<double> times = shutter_key_times(animation, keys);
@@ -97,7 +97,8 @@ bool changes(const GltfAnimation& animation, const PointerTrack& track) {
   });
 }
 
-// Ranges are capped at a value that acts as infinite, so that the relative curve is finite.
+// Caps ranges at a value that acts as infinite, so that the curve relative to the largest range is
+// finite.
 void apply_range(const TimeCurve<float>& ranges, PunctualLightDescription& light) {
   constexpr float kPracticallyInfinite = 1e18f;
   light.range = *std::ranges::max_element(ranges.values);
@@ -226,7 +227,8 @@ GltfAnimatedValues::Curve<Value> GltfAnimatedValues::curve(const std::vector<Val
   size_t reserved_count = 0;
   for (size_t i = 0; i + 1 < times.size(); ++i) {
     const double from = times[i], to = times[i + 1], inside = 0.5 * (from + to);
-    // Step tracks are sampled inside the interval, so that the curve has both sides of a jump.
+    // Step tracks are sampled in the middle between key frames, so that the curve has both values
+    // of a jump.
     const auto at = [&](double seconds) {
       std::array<double, 6> numbers = {};
       size_t n = 0;

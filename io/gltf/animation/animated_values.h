@@ -14,12 +14,12 @@
 
 namespace emberline {
 
-// Upper limit on the times of all curves and visibility tracks together: since key frames can be
-// shared, a small file could ask for any number. The value is our choice.
+// Upper limit on the number of times in all curves and visibility tracks together. Without it, a
+// small file could ask for any number, since key frames can be shared. The value is our choice.
 uint64_t max_curve_times(const GltfDocument& document);
 
-// Curves with step interpolation become jumps. Other curves are within 0.1 % of the exact value if
-// they have up to a thousand key frames; with many more, straight lines connect the key frames.
+// Curves with step interpolation become jumps. Other curves of up to a thousand key frames are
+// within 0.1 % of the exact value; with many more key frames, straight lines connect them.
 class GltfAnimatedValues {
  public:
   // Both arguments must outlive this object; values that are not animated come from the JSON.
@@ -35,7 +35,7 @@ class GltfAnimatedValues {
   void apply(size_t camera, CameraDescription& description) const;
 
  private:
-  // Brightest emission and curve relative to it, as in scene_description.h.
+  // The brightest emission, and the curve relative to it, as in scene_description.h.
   struct EmissionCurve {
     Rgb peak = Rgb(0.0f);
     std::shared_ptr<const TimeCurve<Rgb>> share;
@@ -62,7 +62,7 @@ class GltfAnimatedValues {
 
   const GltfDocument& document_;
   const GltfAnimation& animation_;
-  std::map<std::string, const PointerTrack*> tracks_;  // by pointer; the later track wins
+  std::map<std::string, const PointerTrack*> tracks_;  // by pointer; the last track is used
   std::map<size_t, EmissionCurve> materials_, lights_;
   std::map<size_t, Curve<Vec2f>> cones_;
   std::map<size_t, Curve<float>> ranges_;

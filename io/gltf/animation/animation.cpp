@@ -67,7 +67,7 @@ void AnimationReader::read(size_t index) {
 }
 
 void AnimationReader::add_track(const GltfTarget& target, KeyFrames keys) {
-  // Covers the track, three poses of its node, and three copies of the pointer's text.
+  // Reserves memory for the track, three poses of its node, and three copies of the pointer's text.
   animation_.memory.add(sizeof(NodeTrack) + sizeof(PointerTrack) + 3 * sizeof(NodePose) +
                             bytes_of(3 * keys.width, sizeof(double)) + 3 * target.pointer.size(),
                         document_.place(target.pointer));
@@ -144,7 +144,7 @@ KeyFrames::Numbers AnimationReader::read_values(int accessor, const KeyFrames& k
 // Checks each key frame, but not the tangents of splines, which are not rotations.
 void AnimationReader::check_rotations(const std::vector<float>& values, bool splines,
                                       const std::string& place) {
-  // More than the error of a unit quaternion that is stored as signed bytes.
+  // This exceeds the error of a unit quaternion that is stored as signed bytes.
   constexpr double kTolerance = 0.02;
   const size_t stride = splines ? 12 : 4;
   for (size_t at = splines ? 4 : 0; at < values.size(); at += stride) {
@@ -167,7 +167,8 @@ void AnimationReader::warn_about_repairs() const {
 
 // ---- selection
 
-// If the name is not found, reports any broken animation: its name is unknown and may be this one.
+// If the name is not found, throws the fault of a broken animation without a known name, since it
+// may be the one that is wanted.
 size_t choose_animation(const GltfDocument& document, const std::string& wanted,
                         const std::vector<AnimationDescription>& list) {
   try {
@@ -203,7 +204,8 @@ std::vector<size_t> choose_animations(const GltfDocument& document, const GltfOp
   return indices;
 }
 
-// Compares floats, the type of key times: a frame at the last key may round to a later time.
+// Compares as float, the type of key times. In double, a frame at the last key could seem to be
+// later than that key, because key times are rounded.
 void log_if_outside(const GltfDocument& document, const GltfAnimation& animation) {
   const bool before = animation.time < 0.0;
   if (!before && float(animation.time) <= float(animation.duration)) return;
@@ -218,7 +220,7 @@ void log_if_outside(const GltfDocument& document, const GltfAnimation& animation
 void apply_track(const NodeTrack& track, double time, NodePose& pose) {
   const NodeTarget& target = track.target;
   if (target.property == NodeProperty::kWeights) return sample_keys(track.keys, time, pose.weights);
-  Quaternion value{};  // all other properties have at most four numbers
+  Quaternion value{};  // properties other than weights have at most four numbers
   sample_keys(track.keys, time, std::span(value).first(track.keys.width));
   switch (target.property) {
     case NodeProperty::kTranslation:
@@ -290,7 +292,8 @@ GltfPose pose_at(const GltfAnimation& animation, double time) {
   return pose;
 }
 
-// Compares floats, the type of key times: a time that rounds to a key time counts as that key.
+// Compares as float, the type of key times. In double, a key at shutter opening or closing could be
+// listed twice, because key times are rounded.
 std::vector<double> shutter_key_times(const GltfAnimation& animation,
                                       std::span<const KeyFrames* const> keys) {
   if (!(animation.open < animation.close)) return {animation.open};

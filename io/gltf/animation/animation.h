@@ -1,9 +1,9 @@
 // Reads the animations of a file: what they change, and to which values at a given time.
 //
-// Nodes are posed by separate values (GltfPose), which are cheap to evaluate at any number of
-// times. All other targets of KHR_animation_pointer are written into the document's JSON, from
-// which materials, lights and cameras are then read as usual. gltf/animation/animated_values.h
-// follows some of these values while the shutter is open.
+// Nodes are posed by separate values (GltfPose), which are cheap to evaluate at many times. All
+// other targets of KHR_animation_pointer are written into the document's JSON, from which
+// materials, lights and cameras are then read as usual. gltf/animation/animated_values.h follows
+// some of these values while the shutter is open.
 #pragma once
 
 #include <map>
@@ -39,10 +39,10 @@ struct PointerTrack {
 struct GltfAnimation {
   bool at_rest = true;
   double time = 0.0;                 // requested time in seconds
-  double open = 0.0, close = 0.0;    // shutter interval in seconds; equal for an instant
+  double open = 0.0, close = 0.0;    // shutter interval in seconds; identical for an instant
   std::optional<double> next_frame;  // GltfOptions::next_frame, for an instant
   double duration = 0.0;             // of the longest animation
-  // Tracks in file order; if two have the same target, the later one wins.
+  // Tracks in file order; if two have the same target, the later one is used.
   std::vector<NodeTrack> nodes;            // all but visibility
   std::map<size_t, KeyFrames> visibility;  // by node
   std::vector<PointerTrack> pointers;
@@ -78,19 +78,21 @@ GltfAnimation read_animation(const GltfDocument& document, const GltfOptions& op
 // Sets time and shutter from the options. Logs if the time is outside the animation.
 void set_time(const GltfDocument& document, const GltfOptions& options, GltfAnimation& animation);
 
-// Returns for each node whether its or an ancestor's transform, or its visibility, depends on time.
+// Returns, for each node, whether its visibility, its transform or the transform of an ancestor
+// depends on time.
 std::vector<char> nodes_that_may_move(const GltfDocument& document, const GltfAnimation& animation);
 
 // Returns the nodes' poses without visibility, which is in gltf/animation/visibility.h. Takes
 // logarithmic time in the number of keys per track.
 GltfPose pose_at(const GltfAnimation& animation, double time);
 // Returns the times of shutter opening, of the key frames in between, and of shutter closing, in
-// ascending order. For an instant, returns that single time.
+// ascending order. If the shutter interval is an instant, returns only its time.
 std::vector<double> shutter_key_times(const GltfAnimation& animation,
                                       std::span<const KeyFrames* const> keys);
 // Samples the track, and clamps to the range of the specification, since splines may overshoot.
 void sample_value(const PointerTrack& track, double time, std::span<double> value);
-// Writes the pointers' values at this time to `document`, overwriting those of an earlier time.
+// Writes the values that the pointers' targets have at `time` to `document`, over those of an
+// earlier call.
 void write_values_at(const GltfAnimation& animation, double time, nlohmann::json& document);
 // Warns about values that sample_value() has clamped.
 void report_clamped_values(const GltfDocument& document, const GltfAnimation& animation);

@@ -17,11 +17,11 @@ struct StaticMesh {
   LoadedMesh loaded;  // without arrays, which the pose's receiver owns
   WorldBounds bounds;
   double radius = 0.0;                 // of a ball around the origin that contains the mesh
-  std::vector<TangentLayout> layouts;  // those for which the mesh was read
+  std::vector<TangentLayout> layouts;  // the tangent layouts for which the mesh was read
 };
 
 struct GltfCache {
-  // Mesh, primitive, skin, node or -1, and whether the node flattens it.
+  // Mesh, primitive, skin, node (or -1), and whether the node flattens the mesh.
   using MeshId = std::tuple<size_t, size_t, int, int, bool>;
   std::map<MeshId, StaticMesh> meshes;
   uint64_t last_key = 0;
@@ -30,8 +30,9 @@ struct GltfCache {
   uint64_t image_bytes = 0;         // reserved for images; the owner returns it to the budget
   std::map<size_t, std::vector<Mat44d>> instancing;  // by node
   MemoryReservation memory;                          // for `instancing`
-  // State of the latest pose: whether any mesh deforms, so that later poses need the buffers; and
-  // the bytes reserved for all undeformed meshes and for those that this pose read.
+  // State of the latest pose: whether any mesh deforms, so that later poses need the buffers; the
+  // bytes reserved for all undeformed meshes; and the bytes of the undeformed meshes that this pose
+  // read.
   bool deforms = false;
   uint64_t static_bytes = 0, new_static_bytes = 0;
 };

@@ -84,7 +84,7 @@ void check_animation(const GltfDocument& document, const json& animation, size_t
       check_sampler(document, samplers[sampler], target,
                     document.place(sampler_pointer(index, channels[c])));
     } catch (const NoTarget&) {
-      // This is reported when the animation is read.
+      // A target that does not exist is reported when the animation is read.
     }
   }
 }
@@ -101,7 +101,7 @@ class DurationReader {
     document_.progress->check();
     const GltfAccessor& times = document_.accessor(accessor);
     check_zero_count(document_, accessor, place);
-    // All sparse indices are searched for the last element, so their number is limited.
+    // To find the last element, all sparse indices are searched, so their number is limited.
     sparse_elements_ += times.sparse.count;
     if (times.count > UINT32_MAX || sparse_elements_ > max_sparse_elements_) {
       throw InputError(place, "too many key frames for a file of this size");

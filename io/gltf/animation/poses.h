@@ -9,8 +9,8 @@
 
 namespace emberline {
 
-// `origin` is the first joint's position at shutter opening, in double for scenes far from the
-// origin; the joint matrices are relative to it.
+// The joint matrices are relative to `origin`, the first joint's position at shutter opening. It is
+// in double, for scenes far from the world's origin.
 struct SkinPose {
   Vec3d origin;
   std::vector<std::vector<Mat44d>> joints;  // per step; only the first if no joint moves

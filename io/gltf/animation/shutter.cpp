@@ -19,17 +19,18 @@ constexpr size_t kMaxSegments = 64;
 constexpr size_t kMaxTransforms = size_t(1) << 22;  // nodes times steps: 512 MiB
 // Largest visible deviation from the path, relative to the object's radius.
 constexpr double kTolerance = 1e-3;
-// Limit where vertices move linearly between steps: the chord of an arc of this angle deviates from
-// it by kTolerance. Angles are in radians.
+// Largest rotation between two steps, in radians, if vertices move linearly between them: the chord
+// of an arc of this angle deviates from the arc by kTolerance.
 constexpr double kMaxJointRotation = 0.09;
-constexpr double kMaxRotation = 0.8;      // limit where Embree interpolates the rotation
-constexpr double kMaxKeptRotation = 1.6;  // limit between the steps that are kept
+constexpr double kMaxRotation = 0.8;      // limit if Embree interpolates the rotation
+constexpr double kMaxKeptRotation = 1.6;  // limit between two steps that are kept
 
 double angle_between(const Imath::Quatd& a, const Imath::Quatd& b) {
   return 2.0 * std::acos(std::min(1.0, std::abs(a ^ b)));
 }
 
-// Upper bound on the distance between the two images of any point of a ball around the origin.
+// Upper bound on the distance between the positions to which `a` and `b` move any point of a ball
+// around the origin.
 double distance_between(const Mat44d& a, const Mat44d& b, double radius) {
   double shift = 0.0, turn = 0.0;
   for (int c = 0; c < 3; ++c) {
@@ -69,7 +70,8 @@ WorldBounds position_bounds(const GltfDocument& document, const json& mesh) {
   return bounds;
 }
 
-// Largest number of key frames that a track has in the interval. Motion is smooth between them.
+// Largest number of key frames that a track has in the interval. Motion is smooth between key
+// frames.
 size_t max_keys_within(const GltfAnimation& animation, double open, double close) {
   size_t most = 0;
   for (const NodeTrack& track : animation.nodes) {
@@ -155,8 +157,9 @@ void GltfShutter::sample_poses(size_t segments) {
   }
 }
 
-// Radius of the node's mesh in world space at shutter opening or, if it is 0 then, the largest one
-// later; 0 without a mesh. If the mesh's bounds are unknown, returns the length of its path.
+// Returns the radius of the node's mesh in world space at shutter opening or, if that is 0, the
+// largest radius later; 0 without a mesh. If the mesh's bounds are unknown, returns the length of
+// the node's path.
 double GltfShutter::node_radius(size_t i) const {
   const size_t node = order_[i];
   const int mesh = document_.model->nodes[node].mesh;
@@ -191,7 +194,7 @@ bool GltfShutter::flips_handedness(size_t i) const {
   return false;
 }
 
-// Whether interpolation between the even steps predicts every odd step.
+// Whether interpolation between the even-numbered steps predicts every odd-numbered step.
 bool GltfShutter::is_fine_enough() const {
   for (size_t i = 0; i < order_.size(); ++i) {
     const double radius = node_radius(i);
@@ -202,7 +205,7 @@ bool GltfShutter::is_fine_enough() const {
     const double own = std::isfinite(of_mesh) ? of_mesh : 1.0;
     for (size_t step = 0; step + 2 < steps(); step += 2) {
       const Mat44d& middle = motion_[step + 1][i];
-      // An object scaled to zero has no rotation, but may suddenly appear or vanish.
+      // An object scaled to zero has no rotation to compare, but it may suddenly appear or vanish.
       if (is_singular(motion_[step][i]) || is_singular(motion_[step + 2][i])) {
         const Mat44d mean = (motion_[step][i] + motion_[step + 2][i]) * 0.5;
         if (is_seen && distance_between(mean, middle, own) > kTolerance * radius) {
@@ -234,8 +237,8 @@ double GltfShutter::radius(size_t mesh) const {
 
 namespace {
 
-// Thickens flattened steps and mirrors them like the last invertible step before them or, at the
-// start, like the first invertible one.
+// Thickens flattened steps. Mirrors each like the last invertible step before it or, if there is
+// none, like the first invertible one.
 void thicken(std::vector<Mat44d>& steps, const Vec3d& center) {
   const auto first = std::ranges::find_if_not(steps, is_singular);
   bool mirrored = first != steps.end() && first->determinant() < 0.0;
@@ -308,7 +311,7 @@ std::vector<MeshPose> reduce_poses(std::vector<MeshPose> steps, double radius) {
       largest = std::max(
           largest, distance_between(blend(a.joints[j], b.joints[j], share), at.joints[j], radius));
     }
-    // This assumes that a morph target moves no vertex further than about the mesh's radius.
+    // We assume that a morph target moves no vertex further than about the mesh's radius.
     double morphed = 0.0;
     for (size_t t = 0; t < at.weights.size(); ++t) {
       morphed += std::abs(blend(a.weights[t], b.weights[t], share) - at.weights[t]);

@@ -1,5 +1,6 @@
-// Node transforms while the shutter is open, at as many even time steps as the motion needs. For an
-// instant with motion vectors, there are two steps: the instant and the later time.
+// Node transforms while the shutter is open, at as many evenly spaced times (steps) as the motion
+// needs. For an instant with motion vectors, there are two steps: the instant and the time of the
+// next frame.
 #pragma once
 
 #include <vector>
@@ -18,8 +19,8 @@ class GltfShutter {
   const std::vector<Mat44d>& world() const { return world_; }
   const GltfPose& pose(size_t step = 0) const { return poses_[step]; }
 
-  // Bounds of the undeformed mesh as its accessors state them; empty if they do not. The scene must
-  // not be at rest.
+  // Bounds of the undeformed mesh, as stated by its accessors; empty if they state none. The scene
+  // must not be at rest.
   const WorldBounds& bounds(size_t mesh) const { return bounds_[mesh]; }
   // Radius of a ball around the origin that contains the mesh; infinite if unknown.
   double radius(size_t mesh) const;
@@ -52,8 +53,8 @@ class GltfShutter {
   MemoryReservation memory_;
 };
 
-// Thickness of a flattened object, relative to its size in the plane. It keeps the front in front
-// of the back and is too small to see. The value is our choice.
+// Thickness of a flattened object, relative to its size in the plane. The thickness keeps the front
+// in front of the back, but is too small to see. The value is our choice.
 inline constexpr double kThickness = 4e-6;
 
 // Makes all steps invertible. A flattened object gets thickness kThickness around `center`. An
@@ -61,11 +62,12 @@ inline constexpr double kThickness = 4e-6;
 // size. Returns an empty list if no step is invertible.
 std::vector<Mat44d> make_invertible(std::vector<Mat44d> steps, const Vec3d& center);
 
-// Keeps only as many even steps as are needed for linear motion between them to move each vertex of
-// a mesh of this radius within 1/1000 of the radius of its original path.
+// Keeps only as many evenly spaced steps as are needed: if vertices move linearly between the kept
+// steps, each stays within 1/1000 of the mesh's radius of its original path. `radius` is the
+// mesh's.
 std::vector<MeshPose> reduce_poses(std::vector<MeshPose> steps, double radius);
-// Like reduce_poses(), for transforms, between which Embree interpolates rotations; `radius` is the
-// mesh's. Returns an empty list if nothing moves.
+// Like reduce_poses(), but for transforms, between which Embree interpolates rotations. Returns an
+// empty list if nothing moves.
 std::vector<Mat44d> reduce_transforms(std::vector<Mat44d> steps, double radius);
 
 }  // namespace emberline

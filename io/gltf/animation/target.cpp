@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 struct NodePropertyEntry {
-  std::string_view path;  // as in a channel, or in a pointer after the node
+  std::string_view path;  // as in a channel's target, or after the node in a pointer
   NodeProperty property;
   size_t width;
 };
@@ -87,8 +87,8 @@ GltfTarget TargetFinder::node_target(size_t node, std::string_view path, bool by
   target.width = entry->width;
   target.node = {node, entry->property, 0};
   target.by_pointer = by_pointer;
-  // If the node has a matrix, the specification allows no animated rotation or scale; a translation
-  // can be applied.
+  // The specification allows no animation of a node that has a matrix. We reject rotations and
+  // scales only, since a translation can simply replace the matrix's.
   const bool turns = target.has(NodeProperty::kRotation) || target.has(NodeProperty::kScale);
   if (turns && object.contains("matrix")) {
     const InputError fault(document_.place(pointer_ + member),
@@ -150,7 +150,8 @@ GltfTarget TargetFinder::number_target(const std::string& text) const {
   return target;
 }
 
-// Whether the member exists, or its object exists and the member has a default.
+// Whether the member exists, or can be added because its object exists and the member has a
+// default.
 bool TargetFinder::is_defined(const std::string& text) const {
   constexpr std::string_view kWithoutDefault[] = {"/aspectRatio", "/zfar", "/range"};
   try {
@@ -162,7 +163,7 @@ bool TargetFinder::is_defined(const std::string& text) const {
     const json::json_pointer object = pointer.parent_pointer();
     return document_.json->contains(object) && document_.json->at(object).is_object();
   } catch (const json::exception&) {
-    return false;  // e.g. an index with leading zeros
+    return false;  // for example, an index with leading zeros
   }
 }
 

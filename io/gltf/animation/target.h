@@ -24,15 +24,15 @@ enum class NodeProperty : uint8_t {
 struct NodeTarget {
   size_t node = 0;
   NodeProperty property = NodeProperty::kTranslation;
-  size_t weight = 0;  // its index, for kWeight
+  size_t weight = 0;  // the weight's index, for kWeight
 };
 
 struct GltfTarget {
   std::string pointer;             // JSON pointer, such as "/nodes/3/rotation"
   size_t width = 1;                // numbers per value
   std::optional<NodeTarget> node;  // absent: the target is one or more numbers of the document
-  const schema::Property* property = nullptr;  // for those numbers
-  bool by_pointer = false;                     // whether KHR_animation_pointer is used
+  const schema::Property* property = nullptr;  // describes those numbers
+  bool by_pointer = false;                     // whether it uses KHR_animation_pointer
 
   bool has(NodeProperty which) const { return node && node->property == which; }
   // Whether the values are an array of scalars and not a vector.
@@ -44,7 +44,7 @@ struct NoTarget : InputError {
   explicit NoTarget(const InputError& reason) : InputError(reason) {}
 };
 
-// JSON pointers to an animation, to its channel, and to a channel's sampler.
+// Return the JSON pointers to an animation, to one of its channels, and to a channel's sampler.
 std::string animation_pointer(size_t animation);
 std::string channel_pointer(size_t animation, size_t channel);
 std::string sampler_pointer(size_t animation, const nlohmann::json& channel);

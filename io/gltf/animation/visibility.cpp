@@ -77,7 +77,7 @@ GltfVisibility::TimesPtr GltfVisibility::share_times(VisibilityTimes times) {
   if (times.toggle_times.empty()) return times.visible_at_open ? nullptr : never_visible_;
   document_.reserve(MemoryPart::kGeometry, bytes_of(times.toggle_times.capacity(), sizeof(float)));
   changes_ += times.toggle_times.size();
-  // A hierarchy can turn a few key frames into many changes.
+  // In a hierarchy, a few key frames can cause many changes.
   if (changes_ > max_curve_times(document_)) {
     throw InputError(
         document_.file,

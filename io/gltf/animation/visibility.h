@@ -1,5 +1,5 @@
-// Finds when nodes are visible while the shutter is open (KHR_node_visibility). Times are exact:
-// visibility changes at once, and time steps would blur that.
+// Finds when nodes are visible while the shutter is open (KHR_node_visibility). Times are exact,
+// because visibility changes abruptly, which time steps would blur.
 #pragma once
 
 #include <map>

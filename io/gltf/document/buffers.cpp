@@ -20,13 +20,14 @@ using nlohmann::json;
 
 constexpr const char* kMeshopt[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
-// The meshopt extension that the view has; the second one if it has neither.
+// Returns the meshopt extension that the view has, or the second one if it has neither.
 const char* meshopt_name(const json& view) {
   return find_extension(view, kMeshopt[0]) ? kMeshopt[0] : kMeshopt[1];
 }
 
-// Returns null for a buffer without bytes: a placeholder, marked or not, for views that are
-// meshopt-compressed. If any other view uses it, checked_range() reports that.
+// Returns null for a buffer without bytes. Such a buffer is a placeholder for views that are
+// compressed by meshopt, whether it is marked as a fallback or not. If any other view uses the
+// buffer, checked_range() reports that.
 std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, const json& buffer,
                                         const std::string& place, size_t i) {
   const uint64_t byte_length = buffer.at("byteLength").get<uint64_t>();
@@ -56,7 +57,7 @@ std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, const json& buff
   return result;
 }
 
-// Returns the range of a buffer that a view, or its compressed form, refers to.
+// Returns the range of a buffer to which a view, or the compressed form of a view, refers.
 GltfView checked_range(const GltfDocument& document, const json& reference,
                        const std::string& place) {
   GltfView view;
@@ -111,7 +112,7 @@ GltfView read_view(const GltfDocument& document, const json& object, const std::
   } catch (const InputError& error) {
     GltfFaults::rethrow_limit_error(error);
     if (fault) throw InputError(*fault);
-    // If check_schema removed the extension, that fault is the reason to report.
+    // If check_schema() removed the extension, the fault to report is the extension's.
     for (const char* extension : kMeshopt) {
       document.faults->require(pointer + "/extensions/" + extension);
     }

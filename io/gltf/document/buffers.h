@@ -1,4 +1,4 @@
-// Reads the buffers of a glTF file on demand: a scene may use little of a buffer of gigabytes.
+// Reads the buffers of a glTF file on demand: a scene may use only a little of a large buffer.
 #pragma once
 
 #include <cstdint>

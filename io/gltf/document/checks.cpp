@@ -120,7 +120,7 @@ class NodeGraph {
 
   void check() {
     find_scene();
-    // Links of the scene's nodes take precedence over others.
+    // The children of the scene's nodes are linked first, so that these links take precedence.
     document_.parents.assign(nodes_.size(), -1);
     for (size_t i = 0; i < nodes_.size(); ++i) {
       for (size_t k = 0; in_scene_[i] && k < child_count(i); ++k) link(i, k);
@@ -220,7 +220,7 @@ void NodeGraph::order() {
 void NodeGraph::find_cycles() const {
   std::optional<InputError> first;
   const auto fault_of = [&](size_t node) {
-    // Walking up the parents for as many steps as there are nodes ends on the cycle itself.
+    // After as many steps to the parent as there are nodes, we are on the cycle itself.
     for (size_t step = 0; step < nodes_.size(); ++step) node = size_t(document_.parents[node]);
     return InputError(document_.place(pointer(node)),
                       "the node is its own ancestor (a cycle of nodes)");
@@ -274,7 +274,8 @@ void check_gltf_skins(GltfDocument& document) {
 }
 
 void check_gltf_cameras_and_lights(GltfDocument& document) {
-  // The type must be one of `types`; if its flag is set, a member of that name is required.
+  // The object's type must be one of `types`. If the flag of that type is set, the object must have
+  // a member with the type's name.
   using Types = std::initializer_list<std::pair<const char*, bool>>;
   const auto check = [](const json& object, const std::string& place, Types types) {
     const std::string type = object.at("type").get<std::string>();

@@ -58,8 +58,8 @@ struct GltfDocument {
   LoadProgress* progress = &LoadProgress::none();  // of the current load
   std::string file;                                // as given by the user
   ResourceFolder resources;
-  // check_schema() has passed this: members that the loader reads have the right type, indices are
-  // in range, and integers are stored as integers. Broken objects are null.
+  // check_schema() has accepted this JSON, so members that the loader reads have the right type,
+  // indices are in range, and integers are stored as integers. Broken objects are null.
   JsonValue json;
   std::unique_ptr<GltfFaults> faults;  // query these before using an object that may be broken
   MemoryReservation json_memory;
@@ -67,7 +67,7 @@ struct GltfDocument {
     uint64_t offset = 0, size = 0;
   };
   std::set<std::string, std::less<>> required_extensions;
-  std::optional<BinaryChunk> binary_chunk;  // its range in a .glb
+  std::optional<BinaryChunk> binary_chunk;  // the chunk's range in a .glb file
   std::vector<std::unique_ptr<GltfBuffer>> buffers;
   std::vector<GltfView> views;  // one per bufferView, decompressed and range-checked
   std::vector<GltfAccessor> accessors;
@@ -75,10 +75,10 @@ struct GltfDocument {
   std::vector<int> node_order;  // parents before children, without nodes on or below a cycle
   std::shared_ptr<const tinygltf::Model> model;  // see parse_gltf_model
   MemoryReservation model_memory;
-  uint64_t total_bytes = 0;  // size of the file and its buffers; limits the counts
+  uint64_t total_bytes = 0;  // size of the file and its buffers, which limits counts
   uint64_t max_zeros = 0;    // limit on the count of an accessor without data
 
-  // "file#/json/pointer", for InputError.
+  // Returns "file#/json/pointer", for InputError.
   std::string place(const std::string& pointer) const { return file + "#" + pointer; }
   // Returns the array `name`, or an empty array.
   const nlohmann::json& array(const char* name) const;

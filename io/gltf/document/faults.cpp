@@ -85,7 +85,8 @@ std::optional<std::string> GltfFaults::first_fault_below(
 }
 
 std::vector<std::string> GltfFaults::lines() const {
-  // More than the schema tables have. Any further kinds are counted with the last one.
+  // The schema tables have fewer kinds. If there should be more, they are counted with the last
+  // one.
   constexpr size_t kMaxKinds = 60;
   struct Line {
     std::string kind, text;

@@ -1,8 +1,8 @@
 // Collects the faults in a glTF file until it is known whether the image needs the faulty objects.
 //
 // A fault in a needed object aborts the load; a fault in an unneeded one or in an optional
-// extension is a warning. A check that finds a broken object calls note_broken(), a user of the
-// object calls require(), and faults that were never required are warned about at the end.
+// extension is a warning. A check that finds a broken object calls note_broken(), and code that
+// uses the object calls require(). At the end, faults that no code required become warnings.
 #pragma once
 
 #include <deque>
@@ -26,7 +26,7 @@ class GltfFaults {
   explicit GltfFaults(std::shared_ptr<MemoryBudget> budget)
       : memory_(std::move(budget), MemoryPart::kFile) {}
 
-  // A fault whose cause has been noted already, so that no second warning is needed.
+  // A fault that follows from one that has been noted already, so that no second warning is needed.
   struct KnownFault : InputError {
     explicit KnownFault(const InputError& fault) : InputError(fault) {}
   };
@@ -54,8 +54,8 @@ class GltfFaults {
   size_t count() const;
   void forget(size_t count);
 
-  // Returns one line per kind of location, in order of discovery, with its first fault and the
-  // number of others.
+  // Returns one line for each kind of location, in order of discovery, with the first fault of this
+  // kind and the number of others.
   std::vector<std::string> lines() const;
   // Returns the first fault of lines() whose pointer begins with one of `parts` ("/meshes/"). Skips
   // faults in extensions, which have defaults.

@@ -56,7 +56,7 @@ void check_description(const Description& d, ByteSpan encoded, uint64_t byte_len
 void check_filter(const Description& d, const std::string& place) {
   struct Filter {
     std::string_view name;
-    bool any_stride, stride_4;  // otherwise only stride 8
+    bool any_stride, stride_4;  // strides that are valid besides 8
   };
   constexpr Filter kFilters[] = {{"NONE", true, true},
                                  {"OCTAHEDRAL", false, true},

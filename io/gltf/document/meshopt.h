@@ -6,7 +6,7 @@
 namespace emberline {
 
 // Decodes the view at `place`, described by `extension`, from `encoded` to `byte_length` bytes.
-// Before allocating, checks that `encoded` can hold so much data and reserves the memory from the
+// Before allocating, checks that `encoded` can hold that much data and reserves the memory from the
 // budget of `progress`. Throws InputError.
 std::vector<uint8_t> decode_meshopt_view(const nlohmann::json& extension, ByteSpan encoded,
                                          uint64_t byte_length, const std::string& place,

@@ -39,7 +39,8 @@ class Stream {
   size_t at_ = 0;
 };
 
-// Reads sixteen deltas of `bits` each. A delta of all ones means that the value follows as a byte.
+// Reads sixteen deltas of `bits` each. A delta whose bits are all ones means that the value follows
+// as a byte.
 bool read_group(Stream& stream, int bits, uint8_t* deltas) {
   if (bits == 0) {
     std::fill_n(deltas, kGroupSize, uint8_t(0));
@@ -159,7 +160,8 @@ uint64_t min_meshopt_v1_size(uint64_t count, uint64_t stride) {
 bool decode_meshopt_v1(std::span<const uint8_t> encoded, size_t count, size_t stride,
                        uint8_t* decoded) {
   if (stride == 0 || stride % 4 != 0 || stride > kMaxStride) return false;
-  // The stream ends with padding, the initial `last`, and a mode for each four bytes of an element.
+  // The stream ends with padding, the initial value of `last`, and one mode for every four bytes of
+  // an element.
   const size_t tail_data_bytes = stride + stride / 4;
   const size_t tail = std::max(tail_data_bytes, kMinTail);
   if (!is_meshopt_v1(encoded) || encoded.size() < 1 + tail) return false;

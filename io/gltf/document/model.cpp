@@ -25,7 +25,8 @@ json copy_members(const GltfDocument& document, const char* name,
   return result;
 }
 
-// Replaces broken objects by a placeholder, which is never used, because tinygltf requires a type.
+// Replaces broken objects by a placeholder, because tinygltf requires a type. The placeholder is
+// never used.
 void replace_broken(json& list, const json& placeholder) {
   for (json& object : list) {
     if (object.empty()) object = placeholder;
@@ -42,7 +43,7 @@ void drop_extensions(json& value) {
   for (json& member : value) drop_extensions(member);
 }
 
-// Approximate memory of the model and its construction.
+// Approximate memory that the model and its construction take.
 uint64_t model_bytes(const GltfDocument& document) {
   constexpr std::pair<const char*, size_t> kArrays[] = {
       {"scenes", sizeof(tinygltf::Scene)},       {"nodes", sizeof(tinygltf::Node)},

@@ -62,7 +62,7 @@ constexpr Property kTexture[] = {propagating(index("sampler", "/samplers")),
 constexpr Property kTextureTransform[] = {numbers("offset", 2), number("rotation"),
                                           numbers("scale", 2), integer("texCoord", 0, 15)};
 constexpr Property kTextureInfoExtensions[] = {object("KHR_texture_transform", kTextureTransform)};
-// The code that resolves the texture checks the index and may be lenient.
+// The code that finds the texture checks the index, and may be lenient about it.
 constexpr Property kTextureInfo[] = {required(integer("index")), integer("texCoord", 0, 15),
                                      number("scale"), defaultable(number("strength")),
                                      object("extensions", kTextureInfoExtensions)};
@@ -242,7 +242,8 @@ std::string_view take_step(std::string_view& pointer) {
   return step;
 }
 
-// Collects members that the table does not list, once per kind of place, up to a report's limit.
+// Collects members that the table does not list: each once per kind of object, and no more than a
+// report shows.
 void find_unknown(const nlohmann::json& value, Schema schema, const std::string& kind,
                   std::vector<std::string>& found) {
   if (value.is_array()) {

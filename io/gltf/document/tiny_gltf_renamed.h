@@ -1,9 +1,9 @@
 // Includes tinygltf in a namespace of our own.
 //
 // Debian's libdraco.so exports an older tinygltf under the same names with other class layouts. In
-// a program linked with both, the loader mixes them and destroys objects that were never
-// constructed. tinygltf is therefore compiled into this library (gltf/document/tiny_gltf_build.cpp)
-// under another name, without its image and file functions.
+// a program linked with both, the dynamic loader mixes them, and objects that were never
+// constructed are destroyed. tinygltf is therefore compiled into this library
+// (gltf/document/tiny_gltf_build.cpp) under another name, without its image and file functions.
 #pragma once
 
 #define TINYGLTF_NO_STB_IMAGE

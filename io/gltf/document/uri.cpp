@@ -118,7 +118,8 @@ std::filesystem::path file_in_root(const std::filesystem::path& relative, std::s
   return file;
 }
 
-// File names that a URI may mean, likeliest first. Query and fragment count as part of the name.
+// Returns the file names that a URI may mean, likeliest first. A query and a fragment count as
+// parts of the name.
 std::vector<std::string> candidate_names(std::string_view uri) {
   const std::string decoded = unescape(uri, 1).text;
   std::vector<std::string> names = {decoded};
@@ -208,7 +209,7 @@ ResolvedUri resolve_uri(std::string_view uri, const ResourceFolder& folder,
     }
   }
   if (fault) throw InputError(*fault);
-  return *first_missing;  // opening it reports that it is missing
+  return *first_missing;  // opening this file reports that it is missing
 }
 
 }  // namespace emberline

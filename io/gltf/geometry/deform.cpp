@@ -21,9 +21,9 @@ void add_scaled(const std::vector<float>& delta, int components, float weight,
   }
 }
 
-// Returns the cofactors of the upper 3x3: the inverse transpose times the determinant, which exists
-// for singular matrices too. Row vectors: n' = n * result. The sign keeps normals on their side of
-// the surface.
+// Returns the matrix for normals (row vectors, n' = n * result): the cofactors of the upper 3x3,
+// which exist for singular matrices too. They are the inverse transpose times the determinant;
+// multiplying by the determinant's sign keeps normals on their side of the surface.
 Mat44d normal_matrix(const Mat44d& m) {
   const Vec3d r0 = row(m, 0), r1 = row(m, 1), r2 = row(m, 2);
   const Vec3d c0 = cross(r1, r2), c1 = cross(r2, r0), c2 = cross(r0, r1);
@@ -103,7 +103,8 @@ void apply_skin(const PrimitiveReader& reader, const GltfDocument& document,
     }
   }
   for (size_t v = 0; v < mesh.positions.size(); ++v) {
-    // Quantised weights may not add up to 1; a vertex without weights follows the first joint.
+    // Quantised weights may not add up to 1, so divide by their sum. A vertex without weights
+    // follows the first joint.
     const Mat44d matrix = sums[v] != 0.0 ? blended[v] * (1.0 / sums[v]) : joints[0];
     Vec3d position;
     matrix.multVecMatrix(Vec3d(mesh.positions[v]), position);

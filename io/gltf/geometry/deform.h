@@ -14,8 +14,8 @@ void apply_morph_targets(const PrimitiveReader& reader, const GltfDocument& docu
                          const nlohmann::json& primitive, const std::string& pointer,
                          std::span<const double> weights, MeshDescription& mesh);
 
-// Applies linear blend skinning (section 3.7.3.3) with bind-to-instance matrices, if there are any.
-// Throws InputError for a joint index out of range.
+// Applies linear blend skinning (section 3.7.3.3). `joints` holds one bind-to-instance matrix per
+// joint; if it is empty, does nothing. Throws InputError for a joint index out of range.
 void apply_skin(const PrimitiveReader& reader, const GltfDocument& document,
                 const std::string& pointer, std::span<const Mat44d> joints, MeshDescription& mesh);
 

@@ -17,13 +17,15 @@
 namespace emberline {
 namespace {
 
-// Our limit on faces and on vertices per byte allows 1/32 bit for each. Draco has no minimum (its
-// entropy coder approaches zero for regular meshes), but real meshes need at least a bit per face.
+// Our limit on the number of faces, and of vertices, per byte of the stream: each may take as
+// little as 1/32 bit. Draco has no minimum (its entropy coder approaches zero for regular meshes),
+// but real meshes need at least one bit per face.
 constexpr uint64_t kMaxPerByte = 256;
 
-// Reads the counts in the header, because Draco allocates by them before it reads the data. Layout:
-// Draco bitstream specification 2.2, "Decode header", "Decode metadata", "Decode connectivity
-// data". Returns nothing if the stream ends before its counts.
+// Reads the counts in the header, because Draco allocates memory for that many elements before it
+// reads the data. The layout is that of the Draco bitstream specification 2.2, "Decode header",
+// "Decode metadata", "Decode connectivity data". Returns nothing if the stream ends before the
+// counts.
 struct DracoCounts {
   uint8_t method = 0;
   uint64_t faces = 0, points = 0;
@@ -80,7 +82,8 @@ class BudgetedDecoder final : public MeshDecoder {
     uint64_t bytes_per_point = 0;
     for (int i = 0; i < this->point_cloud()->num_attributes(); ++i) {
       const draco::PointAttribute& attribute = *this->point_cloud()->attribute(i);
-      // Each is stored as quantised int32, as values, and as indices.
+      // Each component is stored as a quantised int32 and as a value, and each attribute has one
+      // index per point.
       const int64_t component = draco::DataTypeLength(attribute.data_type()) + 4;
       bytes_per_point += uint64_t(attribute.num_components()) * uint64_t(component) + 4;
     }
@@ -109,7 +112,7 @@ constexpr std::pair<draco::DataType, int> kComponentTypes[] = {
     {draco::DT_INT8, 5120},   {draco::DT_UINT8, 5121},  {draco::DT_INT16, 5122},
     {draco::DT_UINT16, 5123}, {draco::DT_UINT32, 5125}, {draco::DT_FLOAT32, 5126}};
 
-// Returns glTF's code for the type, or 0.
+// Returns glTF's code for the component type, or 0 if it has none.
 int component_type(draco::DataType type) {
   for (const auto& [theirs, number] : kComponentTypes) {
     if (theirs == type) return number;

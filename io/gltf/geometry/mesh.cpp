@@ -38,8 +38,8 @@ uint64_t count_points_or_lines(const GltfDocument& document, const json& primiti
   return mode == kLines ? count / 2 : mode == kLineStrip ? count - 1 : count;
 }
 
-// Specification section 3.7.2.1: every second triangle of a strip is reversed, and a fan's
-// triangles start at the rim. Surplus vertices at the end are ignored.
+// Specification section 3.7.2.1: every second triangle of a strip is reversed, and the hub of a fan
+// is the last vertex of each triangle. Surplus vertices at the end are ignored.
 std::vector<Triangle> to_triangle_list(PrimitiveReader& reader, int mode) {
   if (mode == kTriangles || reader.is_draco()) return reader.take_triangles();
   const std::span<const uint32_t> indices = reader.indices();
@@ -56,8 +56,8 @@ std::vector<Triangle> to_triangle_list(PrimitiveReader& reader, int mode) {
   return triangles;
 }
 
-// If the cross product of two edges, relative to the longest edge squared, is below this, the edges
-// count as collinear. The value is the product's rounding error in double, a few 2^-53.
+// Two edges count as collinear if their cross product, relative to the longest edge squared, is
+// below this. The value is the rounding error of the product in double, a few times 2^-53.
 constexpr double kCollinear = 1e-15;
 
 bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
@@ -72,7 +72,8 @@ constexpr float kMaxCoordinate = 1e18f;
 
 bool is_usable(const Vec3f& p) { return is_finite(p) && max_abs_component(p) <= kMaxCoordinate; }
 
-// Drops triangles that are unusable at any step, and those that have no area at any step.
+// Drops triangles that have an unusable corner at one step or more, and those without area at all
+// steps.
 void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
   std::vector<const std::vector<Vec3f>*> steps = {&mesh.positions};
   for (const MeshStep& step : mesh.motion) steps.push_back(&step.positions);
@@ -101,8 +102,8 @@ void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
   });
 }
 
-// Keeps only vertices that triangles use. Some writers share one vertex buffer among a hundred
-// primitives, and a NaN must not reach a bounding box.
+// Keeps only vertices that triangles use: some writers share one vertex buffer among a hundred
+// primitives, and an unused NaN must not reach a bounding box.
 void drop_unused_vertices(MeshDescription& mesh) {
   std::vector<uint8_t> is_used(mesh.positions.size(), 0);  // bytes, to stay in the cache
   for (const Triangle& t : mesh.triangles) {
@@ -132,7 +133,7 @@ void drop_unused_vertices(MeshDescription& mesh) {
 // Finds vertices that have a NaN or infinity in any attribute other than the position.
 class VertexFaults {
  public:
-  // `values` are those of one attribute, vertex by vertex.
+  // `values` are the values of one attribute, vertex by vertex.
   void find_non_finite(std::span<const float> values, size_t components);
   template <class Vector>
   void find_non_finite(const std::vector<Vector>& values) {
@@ -140,7 +141,7 @@ class VertexFaults {
     find_non_finite({reinterpret_cast<const float*>(values.data()), values.size() * kComponents},
                     kComponents);
   }
-  // Number of faulty vertices that triangles use.
+  // Returns how many faulty vertices the triangles use.
   uint64_t count(std::span<const Triangle> triangles) const;
 
  private:
@@ -148,7 +149,8 @@ class VertexFaults {
 };
 
 void VertexFaults::find_non_finite(std::span<const float> values, size_t components) {
-  // Most attributes have no fault, so a fast test comes first: x * 0 is 0 or, if not finite, NaN.
+  // Most attributes have no fault, so a fast test comes first: x * 0 is 0, or NaN if x is not
+  // finite.
   constexpr size_t kAtOnce = 16;
   float sums[kAtOnce] = {};
   size_t next = 0;
@@ -193,7 +195,7 @@ void read_uv_sets(const PrimitiveReader& reader, Materials materials, LoadedMesh
                   VertexFaults& faults) {
   MeshDescription& mesh = loaded.mesh;
   const std::set<int> used = used_uv_sets(materials);
-  // Materials with higher sets are rejected when they are compiled, if they are used.
+  // If a used material refers to a higher set, the material is rejected later, when it is compiled.
   constexpr int kMaxUvSets = 16;
   const int last = used.empty() ? 0 : std::min(*used.rbegin(), kMaxUvSets);
   for (int set = 0; set <= last; ++set) {
@@ -235,8 +237,8 @@ void clamp_colors(std::vector<Vec4f>& colors) {
   }
 }
 
-// Returns the texture whose UVs determine a material's tangents; by default untransformed
-// TEXCOORD_0.
+// Returns the texture whose UVs determine a material's tangents. Without such a texture, the result
+// stands for untransformed TEXCOORD_0.
 TextureRef tangent_layout(const MaterialDescription& material) {
   for (const TextureRef* texture : {&material.normal_texture, &material.clearcoat_normal_texture,
                                     &material.anisotropy_texture}) {
@@ -280,7 +282,7 @@ void normalise_directions(auto& vertices) {
   });
 }
 
-// If the later position of a vertex is not usable, uses the current one.
+// If the later position of a vertex is unusable, replaces it by the current position.
 std::vector<Vec3f> replace_unusable(std::vector<Vec3f> next_frame,
                                     const std::vector<Vec3f>& positions) {
   for (size_t v = 0; v < next_frame.size(); ++v) {
@@ -319,7 +321,8 @@ void apply_poses(const PrimitiveReader& reader, const GltfDocument& document, co
   }
 }
 
-// Whether morph targets change colours or UVs between the poses, which the mesh holds constant.
+// Whether morph targets make colours or UVs differ between the poses. A mesh holds these constant
+// while the shutter is open.
 bool morphs_held_attributes(const json& primitive, std::span<const MeshPose> poses) {
   const json* targets = find_member(primitive, "targets");
   if (!targets) return false;
@@ -343,7 +346,7 @@ uint64_t max_load_bytes(const GltfDocument& document, const PrimitiveReader& rea
                         const json& primitive, std::span<const MeshPose> poses, Materials materials,
                         bool generates_tangents) {
   const uint64_t vertices = reader.vertex_count();
-  uint64_t per_vertex = sizeof(Vec3f) + sizeof(Vec4f) + sizeof(uint32_t);  // and temporaries
+  uint64_t per_vertex = sizeof(Vec3f) + sizeof(Vec4f) + sizeof(uint32_t);  // with temporaries
   if (reader.has("NORMAL")) per_vertex += sizeof(Vec3f);
   if (reader.has("TANGENT")) per_vertex += sizeof(Vec4f);
   if (reader.has("COLOR_0")) per_vertex += sizeof(Vec4f);
@@ -356,16 +359,16 @@ uint64_t max_load_bytes(const GltfDocument& document, const PrimitiveReader& rea
   const json* member = find_member(primitive, "indices");
   const uint64_t indices = member ? document.accessor(member->get<int>()).count : vertices;
   const bool list = primitive.value("mode", int(kTriangles)) == kTriangles;
-  // A triangle list is read in place.
+  // A triangle list needs no second copy of its indices.
   uint64_t per_index = sizeof(uint32_t) + (reader.is_draco() ? sizeof(uint32_t)
                                            : list            ? 0
                                                              : sizeof(Triangle));
-  // Flat faces with tangents do not share vertices.
+  // If tangents are generated for flat faces, the faces do not share vertices.
   if (generates_tangents && !reader.has("NORMAL")) per_index += per_vertex;
   return bytes_of(vertices, per_vertex) + bytes_of(indices, per_index);
 }
 
-// Returns false if the primitive has no surface; `loaded` then says why.
+// Whether the primitive has a surface. If it has none, `loaded` says why.
 bool has_surface(const GltfDocument& document, const json& primitive, LoadedMesh& loaded) {
   const int mode = primitive.value("mode", int(kTriangles));
   if (mode < kTriangles) {

@@ -33,20 +33,20 @@ struct LoadedMesh {
   MeshDescription mesh;  // has no triangles if all were dropped
   LoadRepairs repairs;
   std::vector<std::string> ignored, approximated;  // for the coverage report
-  std::optional<InputError> draco_fault;           // set if the accessors were used instead
+  std::optional<InputError> draco_fault;           // why Draco data was not used
   std::optional<InputError> variants_fault;        // set if the variants are broken
-  // If the primitive has points or lines: its mode, and how many it would draw.
+  // If the primitive consists of points or lines: its mode, and how many of them it would draw.
   int mode = 4;
   uint64_t surfaceless_count = 0;
   uint64_t bytes = 0;  // reserved for the mesh
 };
 
-// `poses` has a single pose; or poses at evenly spaced times of the shutter; or, with `next_frame`,
-// one pose and that of MeshDescription::next_frame. `materials` are all materials that may shade
-// the primitive, its own first; they decide which UV sets are kept (0 always) and whether tangents
-// are needed, unless `tangents` requires them. `flat` means that the instance transform flattens
-// the mesh; its normals are then not read, since the plane's are used. Throws InputError.
-// Thread-safe.
+// `poses` has a single pose; or the poses at evenly spaced times while the shutter is open; or,
+// with `next_frame`, the current pose and that of MeshDescription::next_frame. `materials` are all
+// materials that may shade the primitive, its own first. They decide which UV sets are kept (set 0
+// always is) and whether the mesh gets tangents; with `tangents`, it always does. `flat` means that
+// the instance transform flattens the mesh; the normals are then not read, since those of the plane
+// are used. Throws InputError. Thread-safe.
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh, size_t primitive,
                           std::span<const MeshPose> poses, bool next_frame,
                           std::span<const MaterialDescription* const> materials, bool tangents,

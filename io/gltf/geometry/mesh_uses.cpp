@@ -30,9 +30,9 @@ double radius_of(const MeshDescription& mesh) {
 
 }  // namespace
 
-// Limits the elements read to a multiple of the data present, because primitives and morph targets
-// may share accessors, and nodes may use a primitive in many poses. A variant counts as one
-// element. The factor of 64 is our choice and far above normal sharing.
+// Limits the number of elements read to a multiple of the data that the file has, because
+// primitives and morph targets may share accessors, and nodes may use a primitive in many poses. A
+// variant counts as one element. The factor of 64 is our choice and far above normal sharing.
 void GltfMeshUses::check_budget(std::span<const MeshUse> uses) const {
   uint64_t backed = document_.total_bytes;
   for (const GltfAccessor& accessor : document_.accessors) {
@@ -50,7 +50,7 @@ void GltfMeshUses::check_budget(std::span<const MeshUse> uses) const {
   }
 }
 
-// Number of accessor elements read for the primitive in its poses.
+// Returns the number of accessor elements that are read for the primitive in these poses.
 uint64_t GltfMeshUses::count_elements(const json& primitive,
                                       std::span<const MeshPose> poses) const {
   const auto accessor = [&](const json& index) -> const GltfAccessor& {
@@ -59,7 +59,7 @@ uint64_t GltfMeshUses::count_elements(const json& primitive,
   };
   uint64_t elements = variant_material_count(primitive);
   const json* indices = find_member(primitive, "indices");
-  // A Draco stream limits its own count.
+  // For Draco, the size of the stream limits the count.
   const bool is_draco = find_extension(primitive, "KHR_draco_mesh_compression");
   const bool is_read = indices && (!is_draco || accessor(*indices).view >= 0);
   const uint64_t corners = is_read ? accessor(*indices).count : UINT64_MAX;
@@ -68,7 +68,7 @@ uint64_t GltfMeshUses::count_elements(const json& primitive,
     for (const json& attribute : attributes) {
       const GltfAccessor& source = accessor(attribute);
       if (is_draco && source.view < 0) continue;
-      // If there are few indices, PrimitiveReader reads only the vertices that they use.
+      // If there are few indices, PrimitiveReader reads only the vertices to which they refer.
       const uint64_t most = corners <= UINT64_MAX / 4 ? corners * 4 : UINT64_MAX;
       elements += std::min(source.count, most) + source.sparse.count;
     }
@@ -92,7 +92,8 @@ struct GltfMeshUses::Primitive {
   LoadedMesh result = {};
 };
 
-// Loads a primitive. If it is undeformed, cached and held, takes it from the cache instead.
+// Loads a primitive. If no animation deforms it and it is both cached and held, takes it from the
+// cache instead.
 void GltfMeshUses::load(Primitive& task) const {
   static const MaterialDescription default_material;
   const MeshUse& use = *task.use;

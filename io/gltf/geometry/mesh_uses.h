@@ -13,25 +13,26 @@
 
 namespace emberline {
 
-// A mesh with all its primitives, in one pose, in motion, or in a pose and that of the next frame.
+// A mesh (with all its primitives) in one pose, in several poses of a motion, or in the poses of
+// this and the next frame.
 struct MeshUse {
   size_t mesh = 0;
   std::vector<MeshPose> poses;
   uint64_t placements = 0;
-  int skin = -1, node = -1;  // node: -1 unless it has its own weights
+  int skin = -1, node = -1;  // the node, if it has its own weights; otherwise -1
   bool undeformed = false;   // no animation deforms it
   bool may_move = false;     // MeshDescription::may_move
   bool flat = false;         // passed to load_primitive()
-  // Cache of GltfMeshUses::center().
+  // Cached result of GltfMeshUses::center().
   std::optional<Vec3d> center = {};
   std::vector<int> loaded;  // indices into SceneDescription::meshes
 };
 
 class GltfMeshUses {
  public:
-  // `next_frame` means the same as in load_primitive(). Undeformed meshes are added to `cache`. If
-  // their keys are in `held` (ascending), they are taken from there and not read again. All
-  // arguments must outlive this object.
+  // `next_frame` means the same as in load_primitive(). Undeformed meshes are added to `cache`.
+  // Meshes in the cache whose keys are in `held` (ascending) are not read again. All arguments must
+  // outlive this object.
   GltfMeshUses(const GltfDocument& document, bool next_frame, std::span<const uint64_t> held,
                GltfCache& cache, SceneDescription& scene)
       : document_(document), next_frame_(next_frame), held_(held), cache_(cache), scene_(scene) {}
@@ -39,11 +40,11 @@ class GltfMeshUses {
   // Adds the meshes to the scene. Throws InputError.
   void load(std::vector<MeshUse>& uses, bool at_rest);
 
-  // Radius of a ball around the origin that contains the scene's mesh of this index.
+  // Radius of a ball around the origin that contains the scene's mesh with this index.
   double radius(size_t mesh) const;
   // Centre of the bounds of all primitives, in mesh space.
   Vec3d center(const MeshUse& use) const;
-  // Points and lines placed in the scene, which are not rendered.
+  // How many points and lines nodes place in the scene. They are not rendered.
   uint64_t points() const { return points_; }
   uint64_t lines() const { return lines_; }
   // Whether deformation has left a primitive without area in this pose.
@@ -63,7 +64,7 @@ class GltfMeshUses {
   const std::span<const uint64_t> held_;
   GltfCache& cache_;
   SceneDescription& scene_;
-  std::vector<const StaticMesh*> static_meshes_;  // per mesh of the scene; null: deforms
+  std::vector<const StaticMesh*> static_meshes_;  // per mesh of the scene; null if it deforms
   uint64_t points_ = 0, lines_ = 0;
   bool collapsed_ = false;
 };

@@ -217,7 +217,7 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
   size_t count = 0;
   bool has_count = false;
   if (!attributes.empty()) {
-    // Each instance has up to ten floats and the resulting matrix.
+    // Each instance takes up to ten floats and the resulting matrix.
     memory.add(bytes_of(count_of(attributes.begin().value()), 10 * sizeof(float) + sizeof(Mat44d)),
                place);
   }
@@ -239,7 +239,8 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
   const std::vector<float> rotations = read("ROTATION", 4);
   const std::vector<float> scales = read("SCALE", 3);
   if (!has_count) {
-    // None of the attributes has a meaning here; an example is _ID.
+    // There are only attributes that this loader ignores, such as _ID. Their count is the number of
+    // instances.
     if (attributes.empty()) return {};
     const auto first = attributes.begin();
     if (first->is_null()) document.faults->require(pointer + "/attributes/" + first.key());

@@ -23,9 +23,9 @@ PunctualLightDescription* read_punctual_light(const GltfDocument& document, size
 double field_of_view(double yfov, const std::string& place);
 double magnification(double ymag, const std::string& place);
 
-// Validate a spot's cone angles and a light's range. An out-of-range value becomes the default,
-// with a warning naming the member of the light at `pointer`; throws InputError if the file
-// requires the extension.
+// Validate a spot's cone angles and a light's range. Replaces an out-of-range value by the default,
+// with a warning that names the member of the light at `pointer`. If the file requires the
+// extension, throws InputError instead.
 Vec2f cone_angles(double inner, double outer, const GltfDocument& document,
                   const std::string& pointer);
 float light_range(double range, const GltfDocument& document, const std::string& pointer);

@@ -28,7 +28,8 @@ PrimitiveReader::PrimitiveReader(const GltfDocument& document, const json& primi
       draco_fault_ = error;
     }
   } else if (!has_fallback()) {
-    // If check_schema() removed the extension, no data are left; this throws the extension's fault.
+    // If check_schema() removed the extension, no data are left; require() then throws the
+    // extension's fault.
     document.faults->require(pointer_ + "/extensions/" + kDracoExtension);
   }
   vertex_count_ = document.accessor(accessor("POSITION")).count;
@@ -160,7 +161,8 @@ std::vector<float> PrimitiveReader::read(int index, int components,
 
 // Speeds up files in which thousands of primitives use a few triangles of one huge accessor.
 void PrimitiveReader::select_used_vertices() {
-  // If at most a quarter of the vertices are used, sorting the indices costs less than reading all.
+  // With at most one index for every four vertices, sorting the indices costs less than reading all
+  // vertices.
   constexpr uint64_t kFew = 4;
   if (index_count_ == 0 || index_count_ > vertex_count_ / kFew) return;
   used_vertices_.assign(corners(), corners() + index_count_);

@@ -22,12 +22,12 @@ class PrimitiveReader {
   // Whether the attribute exists and is not broken.
   bool is_intact(const std::string& attribute) const;
   bool is_draco() const { return draco_.has_value(); }
-  // Why the Draco stream was not used, if there is one.
+  // Says why the Draco stream was not used. Empty if it was used or there is none.
   const std::optional<InputError>& draco_fault() const { return draco_fault_; }
   // Returns vertex_count() x components floats. Throws InputError if the attribute's count differs
   // from POSITION's.
   std::vector<float> floats(const std::string& attribute, int components) const;
-  // Like floats(), but as vectors, with capacity for `extra_capacity` more.
+  // Like floats(), but returns vectors and reserves capacity for `extra_capacity` more.
   template <class Vector>
   std::vector<Vector> vectors(const std::string& attribute, size_t extra_capacity = 0) const {
     const int components = int(sizeof(Vector) / sizeof(float));
@@ -40,15 +40,15 @@ class PrimitiveReader {
   }
   // Number of components of the attribute's accessor (COLOR_0 may have 3 or 4).
   int components(const std::string& attribute) const;
-  // Returns the displacements of morph target `target`, none if it does not affect the attribute.
+  // Returns the displacements of morph target `target`; empty if it does not affect the attribute.
   std::vector<float> target_floats(size_t target, const std::string& attribute,
                                    int components) const;
 
-  // Number of vertices read: only the indexed ones if the accessors hold far more, otherwise all.
+  // Number of vertices that are read: all, or only the indexed ones if the accessors hold far more.
   uint64_t vertex_count() const {
     return used_vertices_.empty() ? vertex_count_ : used_vertices_.size();
   }
-  // The index in the file of the vertex `i`.
+  // The index that vertex `i` has in the file.
   uint64_t file_vertex(size_t i) const { return used_vertices_.empty() ? i : used_vertices_[i]; }
   // Corner indices in drawing order, below vertex_count(). Without an index accessor: 0, 1, 2...
   std::span<const uint32_t> indices() const { return {corners(), index_count_}; }

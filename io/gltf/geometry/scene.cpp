@@ -33,7 +33,7 @@ struct Placement {
   std::vector<Mat44d> motion;  // per step of GltfShutter; empty: at rest
 };
 
-// Depth-first, in file order. Not recursive, since hierarchies may be arbitrarily deep.
+// Returns nodes depth-first in file order. Not recursive: hierarchies may be arbitrarily deep.
 std::vector<size_t> nodes_in_scene(const GltfDocument& document) {
   std::vector<int> roots;
   if (!document.model->scenes.empty()) {
@@ -50,7 +50,7 @@ std::vector<size_t> nodes_in_scene(const GltfDocument& document) {
   while (!stack.empty()) {
     const size_t node = size_t(stack.back());
     stack.pop_back();
-    if (seen[node]) continue;  // if the scene lists a node and its descendant
+    if (seen[node]) continue;  // the scene may list both a node and its descendant
     seen[node] = 1;
     nodes.push_back(node);
     const std::vector<int>& children = document.model->nodes[node].children;
@@ -99,7 +99,7 @@ class SceneGraphReader {
   const std::vector<Mat44d>& instance_transforms(const json& instancing, size_t node);
   size_t find_or_add_use(size_t node, bool flat);
   bool is_flat(const Placement& placement) const;
-  // Invertible transforms of a placement; `next_frame` is the one of GltfAnimation::next_frame.
+  // Invertible transforms of a placement; `next_frame` is that at GltfAnimation::next_frame.
   struct Transforms {
     Mat44d to_world;
     std::vector<Mat44d> motion;
@@ -121,7 +121,7 @@ class SceneGraphReader {
   GltfCache& cache_;
   std::vector<char> may_move_;          // per node
   std::vector<char> mesh_may_move_;     // per mesh: whether any node with it may move
-  bool mesh_weights_animated_ = false;  // by animation pointers
+  bool mesh_weights_animated_ = false;  // whether animation pointers change any mesh's weights
   const bool at_rest_;
   const GltfShutter shutter_;
   const std::vector<Mat44d>& world_;  // per node, at shutter opening
@@ -131,11 +131,11 @@ class SceneGraphReader {
   GltfPoses poses_;
   GltfMeshUses meshes_;
   std::vector<MeshUse> uses_;
-  // Uses that several nodes may share, by mesh, skin, and whether the node flattens the mesh.
+  // Mesh uses that nodes may share, by mesh, skin, and whether the node flattens the mesh.
   std::map<std::tuple<int, int, bool>, size_t> shared_uses_;
   std::deque<Placement> placements_;  // a deque, so that growing does not copy
   MemoryReservation placements_memory_;
-  std::vector<Mat44d> instances_;  // transforms in a scene at rest, which cache_ does not keep
+  std::vector<Mat44d> instances_;  // result of instance_transforms() in a scene at rest
   MemoryReservation instances_memory_;
 };
 
@@ -191,7 +191,7 @@ std::optional<Mat44d> SceneGraphReader::aimed(size_t node, size_t step) const {
 
 void SceneGraphReader::add_motion(size_t node, std::vector<Mat44d>& motion) const {
   if (!shutter_.moves(node) || shutter_.is_instant()) return;
-  // A step without a direction keeps the direction of the previous step.
+  // If a step has no direction, keeps the direction of the previous step.
   Mat44d last = aimed(node, 0).value_or(shutter_.world(node, 0));
   for (size_t step = 1; step < shutter_.steps(); ++step) {
     const Mat44d& world = shutter_.world(node, step);
@@ -216,7 +216,7 @@ void SceneGraphReader::find_moving_meshes() {
   }
 }
 
-// Whether no animation deforms the node's mesh. False if the scene is at rest, and so posed once.
+// Whether no animation deforms the node's mesh. False for a scene at rest, which is posed once.
 bool SceneGraphReader::undeformed(size_t node) const {
   const tinygltf::Node& source = document_.model->nodes[node];
   if (at_rest_) return false;
@@ -239,7 +239,7 @@ size_t SceneGraphReader::find_or_add_use(size_t node, bool flat) {
   };
   report_rest(poses_.morphs(size_t(source.mesh)), "morph targets");
   report_rest(source.skin >= 0, "skin");
-  // The joints determine where a skinned mesh is, so nodes with the same mesh and skin share a use.
+  // Joints determine where a skinned mesh is, so nodes with the same mesh and skin share a MeshUse.
   const bool own_weights = poses_.has_own_weights(node);
   const std::tuple key(source.mesh, source.skin, flat);
   if (!own_weights && shared_uses_.contains(key)) return shared_uses_.at(key);
@@ -286,7 +286,7 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   const size_t matrices = moves ? shutter_.steps() : 0;
   placements_memory_.add(bytes_of(instances.size(), sizeof(Placement) + matrices * sizeof(Mat44d)),
                          place);
-  std::optional<size_t> uses[2];  // unflattened, flattened
+  std::optional<size_t> uses[2];  // [0]: not flattened, [1]: flattened
   const auto use_of = [&](bool flat) {
     if (!uses[flat]) uses[flat] = find_or_add_use(node, flat);
     return *uses[flat];
@@ -309,7 +309,7 @@ bool SceneGraphReader::is_flat(const Placement& placement) const {
   return std::ranges::all_of(placement.motion, is_singular);
 }
 
-// Returns nothing if the placement is collapsed to a line or a point throughout.
+// Returns nothing if the placement is a line or a point throughout the shutter interval.
 std::optional<SceneGraphReader::Transforms> SceneGraphReader::invertible_transforms(
     const Placement& placement) {
   const std::vector<Mat44d>& motion = placement.motion;
@@ -380,8 +380,8 @@ void SceneGraphReader::place_meshes() {
 }
 
 // Returns the scene's bounds at rest, from the accessors' bounds and the nodes' and joints' rest
-// transforms. Includes unskinned nodes that the animation hides now. Skips meshes without accessor
-// bounds; if there are no others, returns the bounds of the current pose.
+// transforms. Includes unskinned nodes that the animation hides at this time. Skips meshes without
+// accessor bounds; if there are no others, returns the bounds of the current pose.
 WorldBounds SceneGraphReader::rest_bounds() const {
   const std::vector<Mat44d> at_rest = world_transforms(document_, {});
   WorldBounds bounds;
@@ -389,7 +389,7 @@ WorldBounds SceneGraphReader::rest_bounds() const {
     const WorldBounds& box = shutter_.bounds(uses_[placement.use].mesh);
     const size_t node = placement.node;
     if (const int skin = document_.model->nodes[node].skin; skin >= 0) {
-      // If the bind pose is the rest pose, this leaves the vertices where the mesh has them.
+      // If the bind pose is the rest pose, `bind * at_rest[joint]` is the identity.
       const auto joint = size_t(document_.model->skins[size_t(skin)].joints[0]);
       const SkinPose& pose = poses_.loaded_skin(skin);
       const Mat44d bind =
@@ -408,7 +408,7 @@ WorldBounds SceneGraphReader::rest_bounds() const {
   return bounds.isEmpty() ? world_bounds(scene_) : bounds;
 }
 
-// Throws the error that the file has nothing to render: its geometry is broken or has no surface.
+// Throws the error for a file with nothing to render: its geometry is broken or has no surface.
 void SceneGraphReader::throw_empty(const std::string& dropped) const {
   std::string found;
   for (const auto& [count, what] :
@@ -490,7 +490,7 @@ std::vector<NodeDescription> read_nodes(const GltfDocument& document) {
     nodes[i].root = int(i);
   }
   for (const size_t node : nodes_in_scene(document)) nodes[node].in_scene = true;
-  // Nodes on or below a cycle are outside the scene and keep no parent.
+  // Nodes on or below a cycle are not in `node_order`, so they get no parent.
   for (const int node : document.node_order) {
     const int parent = document.parents[size_t(node)];
     if (parent < 0) continue;

@@ -11,7 +11,7 @@ namespace {
 
 using Triangle = std::array<uint32_t, 3>;
 
-// Position, normal and UV. Corners whose keys are bitwise equal (with -0 as 0) share a tangent.
+// Position, normal and UV. Corners whose keys are bit-identical (with -0 as 0) share a tangent.
 using CornerKey = std::array<uint32_t, 8>;
 
 uint32_t float_bits(float x) { return std::bit_cast<uint32_t>(x == 0.0f ? 0.0f : x); }
@@ -101,7 +101,7 @@ class TangentGroups {
     const Vec3d& sum = sums_[group_of_vertex_[vertex]][size_t(side)];
     return dot(sum, sum) > 0.0;
   }
-  // Returns an arbitrary tangent if there is no direction.
+  // Returns an arbitrary tangent if the sum has no direction.
   Vec4f tangent(uint32_t vertex, size_t side, const Vec3f& normal) const {
     const Vec3d& sum = sums_[group_of_vertex_[vertex]][side];
     const double length = std::sqrt(dot(sum, sum));
@@ -182,7 +182,7 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
 
   const std::array<float, 6>& m = layout.uv_transform;
   std::vector<Vec2f> uv = mesh.uv_sets.at(size_t(layout.uv_set));
-  if (uv.empty()) uv.assign(mesh.positions.size(), Vec2f(0.0f));  // any direction will do
+  if (uv.empty()) uv.assign(mesh.positions.size(), Vec2f(0.0f));  // then any direction will do
   for (Vec2f& v : uv) {
     v = Vec2f(m[0] * v.x + m[1] * v.y + m[2], m[3] * v.x + m[4] * v.y + m[5]);
   }

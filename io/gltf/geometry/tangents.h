@@ -5,7 +5,7 @@
 
 namespace emberline {
 
-// Fills mesh.tangents for the UV set and transform of `layout`, as glTF 2.0 section 3.7.2.1
+// Computes mesh.tangents from the UV set and transform of `layout`, as glTF 2.0 section 3.7.2.1
 // requires if TANGENT is missing. The method is M. Mikkelsen's, "Simulation of Wrinkled Surfaces
 // Revisited" (2008), with the weights of his reference code: each corner's direction of increasing
 // u, projected to the vertex's tangent plane and weighted by the corner's angle, is summed over all

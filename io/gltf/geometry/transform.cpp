@@ -74,7 +74,7 @@ std::optional<Vec3d> flattened_axis(const Mat44d& m) {
   for (const Vec3d& c : crosses) {
     if (c.length2() > normal->length2()) normal = &c;
   }
-  // The threshold is that of is_singular(), here for the two rows that span the plane.
+  // The threshold of is_singular(), applied to the two rows that span the plane.
   if (!(normal->length() > 1e-12)) return {};
   const Vec3d n = normal->normalized();
   return Vec3d(dot(n, crosses[0]), dot(n, crosses[1]), dot(n, crosses[2])).normalized();
@@ -83,7 +83,7 @@ std::optional<Vec3d> flattened_axis(const Mat44d& m) {
 Mat44d thickened(const Mat44d& flat, const Vec3d& axis, double thickness, const Vec3d& center,
                  bool mirrored) {
   const Vec3d r0 = row(flat, 0), r1 = row(flat, 1), r2 = row(flat, 2);
-  // The area vector of a unit square perpendicular to `axis` after the transform.
+  // The area vector that the transform gives to a unit square perpendicular to `axis`.
   const Vec3d area = cross(r1, r2) * axis.x + cross(r2, r0) * axis.y + cross(r0, r1) * axis.z;
   const double size = std::sqrt(area.length());
   const Vec3d normal = area / area.length() * (mirrored ? -thickness * size : thickness * size);

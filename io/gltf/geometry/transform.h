@@ -9,8 +9,9 @@
 
 namespace emberline {
 
-// Returns the world matrix of every node in a pose, whether it is in the scene or not. Notes a node
-// as broken, with its descendants, if its matrix is not finite or is too large for float.
+// Returns the world matrix of every node in a pose, whether it is in the scene or not. If the
+// matrix of a node is not finite or is too large for float, notes the node and its descendants as
+// broken.
 std::vector<Mat44d> world_transforms(const GltfDocument& document, const GltfPose& pose);
 
 // Returns the transform of one node relative to its parent.
@@ -37,8 +38,9 @@ Mat44d flattened(const Mat44d& m, const Vec3d& axis, const Vec3d& center);
 // transform unchanged, and nothing if it collapses space to a line or a point.
 std::optional<Mat44d> restore_directions(const Mat44d& m);
 
-// Returns a transform at the node's position that keeps the directions of its -Z and +Y even if
-// scales of the node or its ancestors are 0. Returns nothing if a matrix destroys the directions.
+// Returns a transform at the node's position that keeps the directions of the node's -Z and +Y even
+// if scales of the node or its ancestors are 0. Returns nothing if a matrix destroys the
+// directions.
 std::optional<Mat44d> aimed_transform(const GltfDocument& document, size_t node,
                                       const GltfPose& pose, const Mat44d& world);
 

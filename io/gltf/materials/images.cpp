@@ -63,7 +63,7 @@ std::shared_ptr<const Image> make_uniform_image(const std::string& name,
   return image;
 }
 
-// In slots where white is not neutral, replaces failed images by one texel of the given colour.
+// For slots in which white is not neutral. Replaces failed images by one texel of the given colour.
 void replace_failed(SceneDescription& scene, const std::vector<const GltfImage*>& images,
                     const char* name, std::array<uint8_t, 3> rgb,
                     std::initializer_list<TextureRef MaterialDescription::*> slots) {
@@ -81,7 +81,8 @@ void replace_failed(SceneDescription& scene, const std::vector<const GltfImage*>
   }
 }
 
-// Maps each optional KTX 2 or WebP image to the texture's other images.
+// Maps each KTX 2 or WebP image, if its extension is optional, to the other images of the same
+// texture.
 std::map<int, std::vector<int>> fallback_images(const GltfDocument& document) {
   std::map<int, std::vector<int>> fallbacks;
   for (const json& texture : document.array("textures")) {

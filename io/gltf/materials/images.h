@@ -28,8 +28,9 @@ struct GltfImage {
 // that no mesh uses lose their textures. Counts repairs and warns about them. If the extension
 // KHR_texture_basisu or EXT_texture_webp is optional and its image does not decode, uses the
 // texture's next image, with a warning. Throws InputError for an image that is missing or does not
-// decode; with options.lenient, it becomes white, or a flat normal in a normal map. Images in
-// `cached` (by glTF index) are not decoded again; new ones go there, and their texels to `store`.
+// decode; with options.lenient, replaces it by white or, in a normal map, by a flat normal. Images
+// in `cached` (by glTF index) are not decoded again; new ones are added to it, and their texels to
+// `store`.
 void load_images(const GltfDocument& document, const GltfOptions& options,
                  std::map<int, GltfImage>& cached, TextureStore& store, SceneDescription& scene);
 

@@ -82,7 +82,7 @@ void read_clearcoat(const GltfMaterialObject& in, MaterialDescription& m) {
 struct Layer {
   const char* extension;
   void (*read)(const GltfMaterialObject&, MaterialDescription&);
-  bool is_base_layer = false;  // replaced by specular-glossiness
+  bool is_base_layer = false;  // not read with specular-glossiness, which replaces it
 };
 constexpr Layer kLayers[] = {{"KHR_materials_ior", read_ior, true},
                              {"KHR_materials_specular", read_specular, true},

@@ -17,8 +17,8 @@ std::vector<MaterialDescription> read_materials(const GltfDocument& document,
                                                 const GltfOptions& options,
                                                 CoverageReport& coverage);
 
-// Pointers to every texture slot of a material, const or not. List every slot here: a missing one
-// would keep its glTF image index, and its UV set would not be read.
+// Returns pointers to all texture slots of a material, const or not. Every slot must be listed
+// here: a missing one would keep its glTF image index, and its UV set would not be read.
 template <class Material>
 auto texture_slots(Material& material) {
   return std::array{&material.base_color_texture,

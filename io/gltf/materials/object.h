@@ -1,5 +1,5 @@
 // Reads a material's JSON object, or one inside it, member by member: factors, colours, texture
-// slots. An absent member leaves the value unchanged, so the default is MaterialDescription's.
+// slots. An absent member leaves the value unchanged, so MaterialDescription decides the default.
 #pragma once
 
 #include <optional>
@@ -16,8 +16,8 @@ namespace emberline {
 // The members that were clamped; one warning reports them all.
 struct ClampedFactors {
   struct List {
-    static constexpr size_t kMaxNamed = 8;  // more are only counted: a file may have any number
-    std::vector<std::string> named;         // with their values
+    static constexpr size_t kMaxNamed = 8;  // more are only counted; there may be any number
+    std::vector<std::string> named;         // clamped members and their values
     uint64_t more = 0;
   };
   List unit_factors, colors;  // clamped to [0, 1] and to [0, inf)
@@ -78,7 +78,7 @@ class GltfMaterialObject {
   void clamp(const char* name, std::span<float> values, double max_value) const;
   const nlohmann::json* texture_info(const char* name) const;
   TextureRef texture_ref(const nlohmann::json& info, const char* name) const;
-  // Throws, or warns; `fallback` then says what is used instead.
+  // Throws or warns. The warning says that `fallback` is used instead.
   void reject_value(const std::string& name, const std::string& message,
                     const std::string& fallback) const;
 
@@ -96,9 +96,9 @@ inline constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlo
 // index of refraction and specular colour, so with it, only the layers on top are read.
 void read_material_layers(const GltfMaterialObject& object, MaterialDescription& material);
 
-// Reads KHR_materials_pbrSpecularGlossiness, which replaces pbrMetallicRoughness. As its section
-// "Conversions" says, it equals a non-metallic material with ior = 0 in KHR_materials_ior and its
-// specular colour in KHR_materials_specular.
+// Reads KHR_materials_pbrSpecularGlossiness, which replaces pbrMetallicRoughness. As that
+// extension's section "Conversions" says, such a material is equivalent to a non-metallic one with
+// ior = 0 in KHR_materials_ior and with the specular colour in KHR_materials_specular.
 void read_specular_glossiness(const GltfMaterialObject& object, MaterialDescription& material);
 
 }  // namespace emberline

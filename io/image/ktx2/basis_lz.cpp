@@ -9,7 +9,8 @@ namespace {
 constexpr size_t kGlobalHeader = 20, kImageEntry = 20;
 constexpr uint32_t kPFrame = 2;
 
-// Reads groups of `width` bits, lowest first; one more bit per group says whether another follows.
+// Reads a number in groups of `width` bits, lowest group first; after each, one more bit says
+// whether another group follows.
 uint64_t take_varint(BitReader& bits, int width) {
   uint64_t value = 0;
   for (int shift = 0; shift < 32; shift += width) {
@@ -122,7 +123,7 @@ std::span<const SliceReader::Block> SliceReader::next_row() {
   for (size_t x = 0; x < row_.size(); ++x) previous_endpoints_[x] = row_[x].endpoint;
   uint32_t prediction = 0;
   for (size_t x = 0; x < row_.size(); ++x) {
-    // A prediction has two bits for each of 2 x 2 blocks; those of the lower two blocks are kept
+    // A prediction has two bits for each of 2 x 2 blocks. The bits of the lower two blocks are kept
     // for the next row.
     if (x % 2 == 0) {
       uint8_t& stored_prediction = predictions_[x / 2];
@@ -177,7 +178,7 @@ uint16_t SliceReader::next_endpoint(size_t x, uint32_t prediction) {
 uint16_t SliceReader::next_selector() {
   constexpr uint32_t kShortestRun = 3, kLongRun = 63;
   const uint32_t count = uint32_t(tables_.selectors.size()), run = count + tables_.history;
-  uint32_t symbol = count;  // the front of the list, which runs repeat
+  uint32_t symbol = count;  // the front of the history, which a run repeats
   if (selector_run_ > 0) {
     --selector_run_;
   } else {
@@ -203,7 +204,7 @@ uint16_t SliceReader::next_selector() {
 }
 
 EtcPixels decode_etc1s(const Endpoint& endpoint, const Selectors& selectors) {
-  // "Intensity modifier sets", in selector order.
+  // The table "Intensity modifier sets", with each row in selector order.
   constexpr std::array<std::array<int, 4>, 8> kModifiers = {{{-8, -2, 2, 8},
                                                              {-17, -5, 5, 17},
                                                              {-29, -9, 9, 29},

@@ -1,7 +1,7 @@
-// Reads BasisLZ, the supercompression of ETC1S images. It has palettes of endpoints (colour and
-// intensity) and of selectors (one of four modifiers per pixel), and slices that store an index
-// into each palette for every block. KTX specification, appendices "BasisLZ Global Data" and
-// "BasisLZ/ETC1S Bitstream".
+// Reads BasisLZ, the supercompression of ETC1S images. An image has a palette of endpoints (colour
+// and intensity), a palette of selectors (one of four modifiers per pixel), and slices that store
+// an index into each palette for every block. See the KTX specification, appendices "BasisLZ Global
+// Data" and "BasisLZ/ETC1S Bitstream".
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ struct Endpoint {
 // One byte per row, leftmost pixel in the lowest two bits; 0 is the most negative modifier.
 using Selectors = std::array<uint8_t, kBlockSide>;
 
-// The header of the global data, and the data, still encoded.
+// The header of the global data, and the data itself, still encoded.
 struct BasisLzHeader {
   uint32_t endpoints = 0, selectors = 0;
   Bytes endpoint_data, selector_data, table_data;
@@ -72,11 +72,11 @@ class SliceReader {
   uint64_t row_number_ = 0;
   std::vector<Block> row_;
   std::vector<uint16_t> previous_endpoints_;  // endpoints of the previous row
-  std::vector<uint8_t> predictions_;          // for the odd row, per pair of blocks
+  std::vector<uint8_t> predictions_;          // predictions of the next odd row, per pair of blocks
   uint32_t last_prediction_ = 0;
   uint64_t prediction_run_ = 0;
   uint32_t last_endpoint_ = 0;
-  // The approximate move-to-front list.
+  // The selector history, an approximate move-to-front list.
   std::vector<uint16_t> history_;
   size_t rover_ = 0;
   uint64_t selector_run_ = 0;

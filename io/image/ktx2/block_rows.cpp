@@ -35,8 +35,8 @@ class Etc1sRows final : public BlockRows {
         row[x][i] = {colour[i][0], colour[i][1], colour[i][2], 255};
       }
       if (!alpha_) continue;
-      // Alpha is the green channel, as in the reference transcoder: the slice is not grey if alpha
-      // shares an endpoint with a colour.
+      // Alpha is the green channel, as in the reference transcoder. The channels can differ, since
+      // alpha and colour share a palette of endpoints.
       const EtcPixels alpha = decode(alphas[x]);
       for (size_t i = 0; i < alpha.size(); ++i) row[x][i][3] = alpha[i][1];
     }

@@ -37,7 +37,7 @@ class ContainerReader {
   uint32_t word(size_t offset) const { return little_endian(file_, offset, 4); }
   uint64_t long_word(size_t offset) const { return little_endian<uint64_t>(file_, offset, 8); }
 
-  // Returns a range of the file; it must lie after the header.
+  // Returns a range of the file, which must lie after the header.
   Bytes part(uint64_t offset, uint64_t length, const char* name) const {
     if (offset < kHeaderBytes || offset > file_.size() || length > file_.size() - offset) {
       throw_damaged(place_, std::string("has its ") + name + " outside the file");

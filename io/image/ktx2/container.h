@@ -19,7 +19,7 @@ inline constexpr size_t kUastcBlockBytes = 16;
 // The RGBA values of each pixel, rows from the top.
 using BlockPixels = std::array<std::array<uint8_t, 4>, kBlockPixels>;
 
-// The error for a damaged file. `what` continues "the KTX 2 ...".
+// Throws the error for a damaged file. `what` completes the sentence "the KTX 2 ...".
 [[noreturn]] inline void throw_damaged(const std::string& place, const std::string& what) {
   throw InputError(place, "cannot decode the image: the KTX 2 " + what);
 }
@@ -32,8 +32,8 @@ struct Container {
   bool is_srgb = false;  // whether the transfer function is sRGB and not linear
   bool is_zstd = false;  // whether UASTC blocks are compressed with Zstandard
   int channels = 0;      // 1 (red), 3, or 4 with alpha
-  // For each channel, its source channel in a block: 0 red to 3 alpha; -1: zero. The second slice
-  // of ETC1S is its alpha.
+  // For each channel, the channel of a decoded block that it comes from: 0 (red) to 3 (alpha), or
+  // -1 for zero. For ETC1S, alpha comes from the second slice.
   std::array<int, 4> sources = {};
   bool has_second_slice = false;  // ETC1S
   int levels = 0;

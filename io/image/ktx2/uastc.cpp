@@ -107,8 +107,8 @@ class BlockBits {
   int taken_ = 0;
 };
 
-// "ASTC Endpoint Unquantization": combines a value's lower bits with its trit or quint into 8 bits.
-// Entry B of the table spreads the bits above the lowest.
+// "ASTC Endpoint Unquantization": combines a value's lower bits and its trit or quint to 8 bits.
+// Entry B of that table repeats the bits above the lowest at other positions.
 uint8_t unquantize(Digits digits, int bit_count, uint32_t bits, uint32_t digit) {
   const uint32_t upper = bits >> 1;
   const std::array<uint32_t, 5> b = {
@@ -125,14 +125,15 @@ uint8_t unquantize(Digits digits, int bit_count, uint32_t bits, uint32_t digit) 
   return uint8_t((a & 0x80) | ((digit * kC[row] + b[row]) ^ a) >> 2);
 }
 
-// The low and the high value of each channel of each subset, in storage order.
+// The endpoints in storage order: for each subset, a low and a high value per channel.
 constexpr size_t kMaxValues = 18;
 using Values = std::array<uint8_t, kMaxValues>;
 
 Values take_values(const Mode& mode, BlockBits& bits) {
   const size_t count = size_t(2 * mode.channels * mode.subsets);
   std::array<uint32_t, kMaxValues> digits = {};
-  // Five trits or three quints share a number. The last group may have less, in fewer bits.
+  // Five trits or three quints are stored as one number. The last group may have fewer of them, in
+  // fewer bits.
   const size_t group_size = mode.digits == kTrits ? 5 : 3;
   for (size_t i = 0; mode.digits != kBits && i < count; i += group_size) {
     const size_t group_count = std::min(group_size, count - i);
@@ -154,7 +155,7 @@ Values take_values(const Mode& mode, BlockBits& bits) {
   return values;
 }
 
-// "ASTC Weights Unquantization": replicates the bits to fill 6, then maps the range to 0..64.
+// "ASTC Weights Unquantization": replicates the bits to fill 6 bits, then maps the result to 0..64.
 int unquantize_weight(uint32_t weight, int bit_count) {
   uint32_t value = 0;
   for (int shift = 6 - bit_count; shift > -bit_count; shift -= bit_count) {
@@ -211,7 +212,7 @@ BlockPixels decode_uastc(std::span<const uint8_t, kUastcBlockBytes> block) {
     }
     for (size_t c = 0; c < 4; ++c) {
       const int weight = weights[c == second_channel ? 1 : 0];
-      // Multiplying by 257 (0x101) expands to 16 bits by replication.
+      // Multiplying by 257 (0x101) expands 8 bits to 16 by replicating them.
       const int low = 257 * end(subset, c, 0), high = 257 * end(subset, c, 1);
       pixels[i][c] = uint8_t(((low * (64 - weight) + high * weight + 32) >> 6) >> 8);
     }

@@ -17,7 +17,7 @@
 namespace emberline::python {
 namespace {
 
-// We chose this so that Ctrl-C seems to take effect at once.
+// Chosen so that Ctrl-C seems to take effect at once.
 constexpr auto kPollInterval = std::chrono::milliseconds(20);
 
 // Any thread may log a message while the library holds a lock. Acquiring the GIL then could
@@ -58,8 +58,8 @@ constexpr const char* kForked =
 // The process that made the first call; 0 before that.
 std::atomic<pid_t> g_process{0};
 
-// Throws in a process that was forked after the library had started threads. They do not exist in
-// such a process, so waiting for them would never end.
+// Throws in a process that was forked after the library had started threads. These threads do not
+// exist in the forked process, so waiting for them would never end.
 void check_process() {
   pid_t none = 0;
   g_process.compare_exchange_strong(none, ::getpid());
@@ -139,9 +139,10 @@ class WaitingCall final : public Call {
   std::exception_ptr error_, error_in_python_;
 };
 
-// Waits for all calls before the interpreter ends, because it then terminates threads that wait for
-// the GIL, which their C++ frames do not survive. Non-daemon threads have ended by now. A forked
-// process has the count of calls, but not their threads.
+// Waits for all calls before the interpreter ends. At its end it terminates all threads that wait
+// for the GIL, and the C++ functions on their stacks cannot handle that. Non-daemon threads have
+// already ended. A forked process does not wait, since it has the count of calls, but not their
+// threads.
 void wait_for_calls() {
   if (is_forked()) return;
   g_is_finalizing = true;

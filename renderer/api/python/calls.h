@@ -17,7 +17,8 @@ namespace py = pybind11;
 class Call {
  public:
   virtual ~Call() = default;
-  // A stop is requested after an exception in Python. The result is then discarded.
+  // Returns a token with which a stop is requested after an exception in Python. The call's result
+  // is then discarded.
   virtual std::stop_token cancellation() const = 0;
   // Runs `work` with the GIL on the thread that called from Python, and waits for it. Does nothing
   // once the call is given up.

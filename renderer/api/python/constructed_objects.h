@@ -1,6 +1,6 @@
 // Casters that reject objects whose __init__ has not run. For these, pybind11 would return
-// uninitialised memory. They come from Scene.__new__(Scene), or from a subclass that uses `self`
-// before it calls super().__init__().
+// uninitialised memory. Such objects come from Scene.__new__(Scene), or from a subclass that uses
+// `self` before it calls super().__init__().
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -44,8 +44,8 @@ struct ConstructedCaster : Base {
 
 }  // namespace emberline::python
 
-// SceneLock for each class of the module, in the global namespace, before any function takes or
-// returns it.
+// Use this macro for each class of the module, in the global namespace, before any function takes
+// or returns an object of that class.
 #define EMBERLINE_CHECK_IS_CONSTRUCTED(Class)                                                      \
   template <>                                                                                      \
   struct pybind11::detail::type_caster<Class>                                                      \

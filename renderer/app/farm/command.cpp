@@ -72,7 +72,7 @@ RenderOptions prepare_options(const FarmOptions& farm) {
     const std::string_view name = name_of(aov_table(), *heatmap.quantity->aov);
     o.aovs += (o.aovs.empty() ? "" : ",") + std::string(name);
   }
-  // All nodes must use one Embree instruction set, because a merge refuses parts with different
+  // All nodes must use one Embree instruction set, because a merge rejects parts with different
   // ones.
   o.isa = o.isa.value_or(widest_isa());
   return o;
@@ -83,7 +83,8 @@ bool is_utf8(std::string_view text) {
   return text.empty();
 }
 
-// job.json and settings.json can hold only UTF-8; the parts and `farm cancel` read names from them.
+// Throws UsageError for a name that is not UTF-8, because job.json and settings.json can hold only
+// UTF-8 and the parts and `farm cancel` read names from them.
 void check_names(const RenderOptions& o) {
   std::vector<std::string> names = {o.scene,   o.resource_root, o.environment, o.edits,   o.camera,
                                     o.variant, o.animation,     o.catchers,    o.holdouts};
@@ -94,8 +95,8 @@ void check_names(const RenderOptions& o) {
   }
 }
 
-// Another user may have made the folder, so no symbolic link in it may redirect the jobs' writes to
-// other places.
+// Rejects symbolic links in the folder. Another user may have made it, and a link could redirect
+// what the jobs write.
 void check_file_types(const FarmFolder& folder) {
   std::error_code unknown;
   const auto check = [&](const fs::path& path, fs::file_type expected_type) {
@@ -150,9 +151,9 @@ void reject_running(const FarmFolder& folder) {
       folder.path, tasks.size());
 }
 
-// Rejects checkpoints of other settings or of an earlier version of the scene. The parts would
-// refuse them, and merging only such checkpoints would write the picture of another frame. Returns
-// the number of parts that have a checkpoint.
+// Rejects checkpoints with other settings or of an earlier version of the scene. The jobs would
+// reject them, too, and a merge of nothing but such checkpoints would write the picture of another
+// frame. Returns the number of parts that have a checkpoint.
 int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, uint32_t parts) {
   RenderOptions options;
   static_cast<FrameSettings&>(options) = settings;
@@ -178,7 +179,8 @@ int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, u
   return resumable_parts;
 }
 
-// Removes the progress of earlier jobs, which would otherwise count for the new ones.
+// Removes the progress files of earlier jobs, which would otherwise be read as those of the new
+// jobs.
 void remove_progress(const FarmFolder& folder, const std::vector<uint32_t>& parts) {
   std::error_code ignored;
   for (const uint32_t part : parts) fs::remove(folder.progress(part), ignored);
@@ -224,9 +226,9 @@ void write_record(const FarmFolder& folder, const FarmRecord& record) {
   write_file_atomically(folder.file("job.json"), record_json(record));
 }
 
-// Submits the parts as an array, and the merge to run after them and after `others` (unfinished
-// jobs or tasks). job.json is rewritten after each job, so that `farm cancel` finds every submitted
-// job even after a crash.
+// Submits the parts as a job array, and a merge that runs after the parts and after `others`
+// (unfinished jobs or tasks). Rewrites job.json after each submission, so that `farm cancel` finds
+// every submitted job even after a crash.
 void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint32_t>& parts,
             const std::vector<std::string>& others) {
   std::vector<std::string> dependencies = others;
@@ -305,7 +307,8 @@ bool is_complete_part(const FarmFolder& folder, uint32_t part, uint32_t parts) {
   }
 }
 
-// Does not touch parts that are queued or running; the merge waits for them, too.
+// Submits the parts that are neither complete nor queued or running. The new merge waits for the
+// queued and running ones, too.
 int retry_frame(const FarmFolder& folder) {
   FarmRecord record = read_record(folder);
   check_file_types(folder);

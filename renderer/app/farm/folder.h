@@ -1,4 +1,5 @@
-// OUTPUT.farm: the folder in which `emberline farm` keeps a frame that is rendered in parts.
+// OUTPUT.farm: the folder in which `emberline farm` keeps the files of a frame that is rendered in
+// parts.
 //
 //   settings.json   the frame's settings, for `render --settings`
 //   part.sh         renders a part; merge.sh merges the parts
@@ -30,8 +31,9 @@ struct FarmFolder {
   std::string file(const std::string& name) const { return path + "/" + name; }
   std::string progress(uint32_t part) const;
   std::string checkpoint(uint32_t part, uint32_t parts) const;
-  // Slurm interprets % and \ in log names, and has no escape for both at once. If the folder's path
-  // contains these or control characters, the scripts open their logs themselves.
+  // Whether Slurm can open the logs. Slurm interprets % and \ in log names, and has no way to
+  // escape both at once. If the folder's path contains these or control characters, the scripts
+  // open their logs themselves.
   bool slurm_writes_logs() const {
     return std::ranges::none_of(
         path, [](unsigned char c) { return c == '%' || c == '\\' || c < 0x20 || c == 0x7f; });
@@ -47,7 +49,7 @@ struct FarmRecord {
   std::vector<uint64_t> arrays;   // job arrays of the parts, in the order of submission
   std::optional<uint64_t> merge;  // absent: nothing was submitted
 
-  std::vector<uint64_t> jobs() const;  // arrays and merge
+  std::vector<uint64_t> jobs() const;  // the arrays and, if set, the merge
 };
 
 // Does not trust the file: throws InputError if it is missing or invalid.

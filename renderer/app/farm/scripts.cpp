@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// "mv -T" renames the copy atomically, on every machine. In a folder that others may write to, only
-// the sticky bit keeps them from replacing the stage.
+// "mv -T" renames the copy atomically. If others may write to the folder, only its sticky bit keeps
+// them from replacing the stage, so safe() requires that bit.
 constexpr const char* kStageBegin = R"sh(
 # A copy of the scene on this machine's own disk, named after its content. If two parts start at
 # once, both copy, and one copy gets the name. A file that has changed meanwhile is not copied. A
@@ -79,7 +79,8 @@ std::string merge_arguments(const FarmFrame& frame) {
   return words + quoted_option("--report", frame.folder.file("merge.json"));
 }
 
-// Returns "size seconds.nanoseconds" of the last change, as `stat -c '%s %.9Y'` prints them.
+// Returns the file's size and the time of its last change, "SIZE SECONDS.NANOSECONDS", as `stat -c
+// '%s %.9Y'` prints them.
 std::string file_state(const fs::path& file) {
   std::error_code error;
   const auto size = fs::file_size(file, error);
@@ -104,12 +105,12 @@ fs::path common_folder(const std::vector<fs::path>& files) {
   return common;
 }
 
-// The files to copy to the scratch folder, with their names in the copy.
+// The files to copy to the scratch folder, with their names there.
 struct Stage {
   std::string folders, files;  // script text: arguments of mkdir; lines of the function each()
   uint64_t hash = 0;
 
-  // Returns the file's name in the stage, for the shell.
+  // Adds a file. Returns its name in the stage as shell text.
   std::string add(const fs::path& source, const fs::path& name) {
     hash = fingerprint(name.string(), hash);
     files += fmt::format("  \"$1\" {} {} '{}' &&\n", shell_quoted(source.string()),
@@ -182,7 +183,7 @@ std::string part_script(const FarmFrame& frame, bool stage) {
       "echo \"part $part of {} on ${{SLURMD_NODENAME:-$(hostname)}}, $(date -u +%FT%TZ)\"\n",
       log_line(frame.folder, "part-", "\"$part\".log"), frame.parts);
   const std::string parts = std::to_string(frame.parts);
-  // exec, because signals to this process must reach the renderer.
+  // Uses exec, because signals to the script's process must reach the renderer.
   if (!stage) {
     const std::string scene = shell_quoted(options.scene);
     return text + "exec " + part_arguments(frame, scene, "\"$part\"", parts) + "\n";
@@ -201,7 +202,8 @@ std::string part_script(const FarmFrame& frame, bool stage) {
          part_arguments(frame, "\"$scene\"", "\"$part\"", parts) + extra_arguments + "\n";
 }
 
-// Names every part, because a pattern could miss files that a network file system shows late.
+// The script names every part, because a pattern could miss files that a network file system shows
+// late.
 std::string merge_script(const FarmFrame& frame) {
   return fmt::format(
       "#!/bin/sh\n# Merges all parts into the picture.\n{3}"

@@ -15,7 +15,8 @@ struct FarmFrame {
   std::string program;  // path of this executable
 };
 
-// Each returns one line. `part` and `parts` are inserted unquoted, such as "$part" or {part}.
+// Each function returns a command of one line. `part` and `parts` are inserted unquoted, so they
+// may be shell text such as "$part".
 std::string part_command(const FarmFrame& frame, const std::string& part, const std::string& parts);
 std::string merge_command(const FarmFrame& frame);
 

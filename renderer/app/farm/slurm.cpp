@@ -107,7 +107,8 @@ bool is_name_character(char c) {
   return letter || c == '.' || c == '-' || c == '_';
 }
 
-// Replaces all characters but letters, digits, '.', '-' and '_', for names that Slurm shows.
+// Replaces all characters but letters, digits, '.', '-' and '_', so that the text can be a job name
+// in Slurm.
 std::string sanitize_name(std::string text) {
   std::ranges::replace_if(
       text, [](char c) { return !is_name_character(c); }, '_');
@@ -164,7 +165,8 @@ uint64_t submit_job(const SlurmRequest& request, const std::string& folder,
 std::optional<std::vector<SlurmTask>> queued_tasks(std::span<const uint64_t> jobs) {
   std::vector<SlurmTask> tasks;
   if (jobs.empty()) return tasks;
-  // One call for each job: if asked about several, squeue omits the jobs that it has forgotten.
+  // Calls squeue once for each job, because it omits jobs that it has forgotten if asked about
+  // several.
   for (const uint64_t job : jobs) {
     const auto result = run_tool({"squeue", "--noheader", "--array", "--format=%F|%K|%T|%N|%r",
                                   fmt::format("--jobs={}", job)});

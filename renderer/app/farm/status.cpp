@@ -96,7 +96,8 @@ struct Queue {
   }
 };
 
-// The part's own file says how far it has come; Slurm says whether it is running.
+// Updates the status by what Slurm says. The part's own file says how much is done; Slurm knows
+// whether the part is running.
 void apply_queue_state(const Queue& queue, const std::string& id, PartStatus& status) {
   if (!queue.known || status.state == kDone) return;
   if (const auto task = queue.tasks.find(id); task != queue.tasks.end()) {
@@ -150,7 +151,7 @@ PartStatus part_status(const FarmFolder& folder, const FarmRecord& record, const
   if (!has_progress) status.done = checkpoint_fraction(folder.checkpoint(part, record.parts));
   if (!has_progress && !queue.known) status.state = record.arrays.empty() ? kWaiting : kUnknown;
   if (!has_progress && status.done == 1) status.state = kDone;
-  // Use the last array that contains the part.
+  // Uses the last array that contains the part, which may have been submitted again.
   std::string id;
   for (const uint64_t array : record.arrays) {
     const std::string task = fmt::format("{}_{}", array, part);
@@ -178,7 +179,8 @@ PartStatus merge_status(const FarmFolder& folder, const FarmRecord& record, cons
   return status;
 }
 
-// Assumes that waiting parts take as long as the others, and that the same number keeps running.
+// Assumes that waiting parts take as long as the others, and that as many parts as now keep
+// running.
 std::optional<double> time_left(const std::vector<PartStatus>& parts) {
   double sum = 0, longest = 0, total_s = 0, waiting = 0, timed_parts = 0, running = 0;
   for (const PartStatus& part : parts) {

@@ -10,8 +10,8 @@
 
 namespace emberline {
 
-// A stopped part has a checkpoint to resume from; a failed part has the reason in its log.
-// kUnknown: neither the part nor Slurm reports a state.
+// A stopped part has a checkpoint to resume from. A failed part's log has the reason. kUnknown:
+// neither the part nor Slurm reports a state.
 enum class PartState : uint8_t { kWaiting, kRunning, kDone, kStopped, kFailed, kUnknown };
 
 struct PartStatus {
@@ -20,7 +20,7 @@ struct PartStatus {
   double done = 0;  // fraction, 0 to 1
   uint64_t samples = 0;
   std::optional<double> elapsed_s, left_s;
-  std::string node;     // from Slurm, or else the host
+  std::string node;     // as named by Slurm; without Slurm, the host
   std::string message;  // why it failed or waits: the log's last line, or Slurm's reason
 };
 

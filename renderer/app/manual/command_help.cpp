@@ -23,7 +23,7 @@ std::vector<std::string> suffixes_in(const std::string& text) {
   return found;
 }
 
-// Adds the literal values of a type: "all" of "NAME|INDEX|all".
+// Adds the literal values of the option's type, such as "all" for "NAME|INDEX|all".
 void add_literals(OptionHelp& help) {
   std::istringstream words(help.type);
   for (std::string word; std::getline(words, word, '|');) {
@@ -31,7 +31,7 @@ void add_literals(OptionHelp& help) {
   }
 }
 
-// Adds a sentence per option that CLI11 has recorded as needed or excluded.
+// Appends one sentence for each of `options`, which CLI11 has recorded as required or excluded.
 void add_sentence(std::string& text, const char* begin, const std::set<CLI::Option*>& options) {
   for (const CLI::Option* other : options) text += begin + other->get_name() + ".";
 }

@@ -51,7 +51,7 @@ std::string bash_command(const CommandHelp& command, const std::string& pattern)
     if (option.type.empty()) continue;
     cases += fmt::format("        {}) {} ;;\n", fmt::join(option.names, " | "), bash_value(option));
   }
-  // `farm` takes a scene or a command.
+  // `farm` takes a scene or a subcommand.
   if (!command.commands.empty()) {
     if (!argument.empty()) argument += "; ";
     argument += fmt::format("words='{}'", fmt::join(command_names(command.commands), " "));

@@ -16,7 +16,7 @@ constexpr size_t kHelpWidth = 100;   // columns
 constexpr size_t kBriefColumn = 30;  // where the short texts begin
 constexpr size_t kMaxBriefLength = 70;
 
-// Breaks `text` into lines that begin with `indent` spaces, the first one with `first`.
+// Breaks `text` into lines. The first begins with `first`, the others with `indent` spaces.
 std::string wrap_text(const std::string& text, const std::string& first, size_t indent) {
   std::string out, line = first;
   bool empty = true;  // the line has only its indent
@@ -34,7 +34,7 @@ std::string wrap_text(const std::string& text, const std::string& first, size_t 
   return out + line + "\n";
 }
 
-// Shortens the option's type, for example to N for a range of numbers.
+// Returns the option's line in --help. Shortens its type, for example to N for a range of numbers.
 std::string brief_line(const OptionHelp& option) {
   OptionHelp shortened = option;
   if (option.type.find("..") != std::string::npos) shortened.type = "N";

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Renders the manual's own pictures: make_pictures.sh [EMBERLINE]. Takes some minutes on two cores. Needs oiiotool
-# (Debian: openimageio-tools).
+# Renders the manual's own pictures: make_pictures.sh [EMBERLINE]. Takes a few minutes on two cores.
+# Needs oiiotool (Debian: openimageio-tools).
 set -euo pipefail
 cd "$(dirname "$0")"
 emberline=$(realpath "${1:-../../../build/release/bin/emberline}")

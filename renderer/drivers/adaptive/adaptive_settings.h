@@ -1,4 +1,4 @@
-// Settings of the adaptive driver, without its planner.
+// Settings of the adaptive driver, without the code that uses them.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct AdaptiveSettings {
   uint32_t max_samples = 0;  // limit for each pixel
   bool two_halves = false;   // every pixel needs samples in both halves of the film
   bool unbiased = false;     // every round samples every pixel; only with a budget and an estimator
-                             // that shares samples by deviation
+                             // that distributes samples by deviation
 };
 
 }  // namespace emberline

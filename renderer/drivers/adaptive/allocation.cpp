@@ -62,8 +62,8 @@ Extent extent_of(std::span<const float> rates, std::span<const SampleBounds> bou
   });
 }
 
-// The sum of all counts for a given K, and its derivative by K: the sum of the rates of those
-// pixels whose counts are within their bounds.
+// The sum of all counts for a given K, and its derivative with respect to K: the sum of the rates
+// of those pixels whose counts are within their bounds.
 struct ScaledSum {
   double sum = 0.0, slope = 0.0;
   ScaledSum& operator+=(const ScaledSum& other) {
@@ -87,8 +87,8 @@ ScaledSum scaled_sum_of_part(const float* rates, const SampleBounds* bounds, siz
 }
 
 // Finds the K whose counts add up to `total`. The sum is piecewise linear in K, so Newton's step is
-// exact once it stays on one piece. A step that leaves the bracket, and every fourth step, is
-// replaced by halving the bracket in logarithm.
+// exact once it stays on one piece. Every fourth step, and any step that leaves the bracket,
+// bisects log K instead.
 float find_scale(std::span<const float> rates, std::span<const SampleBounds> bounds, double total) {
   const Extent extent = extent_of(rates, bounds);
   if (!(extent.max_rate > 0.0f) || total <= extent.minimum) return 0.0f;
@@ -116,9 +116,9 @@ float find_scale(std::span<const float> rates, std::span<const SampleBounds> bou
   return float(k);
 }
 
-// Rounds to a power of two, which is better stratified, from 1/1.23 to 1.3 times that power, and to
-// 1.5 times a power of two in between. The limits were tuned on teapot and Cornell box
-// (tests/bench/results).
+// Rounds x to a power of two if it is from 1/1.23 to 1.3 times that power, otherwise to 1.5 times a
+// power of two. Powers of two are favoured because they are better stratified. The limits were
+// tuned on teapot and Cornell box (tests/bench/results).
 float nearest_step(float x) {
   constexpr float kToHalfStep = 1.3f, kToPower = 1.62f;
   const auto bits = std::bit_cast<uint32_t>(x);
@@ -144,8 +144,8 @@ double sum_of_steps(std::span<const float> rates, std::span<const SampleBounds> 
   });
 }
 
-// Bisects a bracket of K in logarithm. Newton's method does not apply, because the sum is a step
-// function of K.
+// Finds K by bisecting log K. Newton's method does not apply, because the sum is a step function of
+// K.
 float find_step_scale(std::span<const float> rates, std::span<const SampleBounds> bounds,
                       double total) {
   const Extent extent = extent_of(rates, bounds);

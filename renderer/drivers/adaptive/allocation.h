@@ -30,15 +30,16 @@ void allocate_samples(std::span<const float> rates, std::span<const SampleBounds
 // Like allocate_samples(), but K x rate_i is rounded to a power of two or 1.5 times a power of two,
 // with a preference for powers of two. K is about the largest for which the counts add up to at
 // most `total`. So a pixel moves from one such count n to the next, m, when its expected gain per
-// sample, variance / (n m), is about that of all others.
+// sample, variance / (n m), is about that of all other pixels.
 void allocate_steps(std::span<const float> rates, std::span<const SampleBounds> bounds,
                     double total, std::vector<float>* counts);
 
-// The number of which counts near `wanted` must be multiples. It is at least 8, a whole block of
-// the sampler, since pairs of dimensions are stratified by 8 and streams alternate by 8. Large
-// counts are multiples of a quarter of the power of two below, because a Sobol' sequence is better
-// stratified at 12, 14 or 16 times a power of two than in between (tests/bench/results). With
-// `halves` they are multiples of half that power, since halves are not compared at other counts.
+// Counts near `wanted` must be multiples of this number. It is at least 8, a whole block of the
+// sampler, since pairs of dimensions are stratified in blocks of 8 samples, and streams alternate
+// every 8. For large counts it is a quarter of the largest power of two up to `wanted`, because a
+// Sobol' sequence is better stratified at 12, 14 or 16 times a power of two than in between
+// (tests/bench/results). With `halves` it is half of that power, since halves are not compared at
+// other counts.
 inline uint32_t count_multiple(float wanted, bool halves) {
   const uint32_t steps = halves ? 2 : 4;
   return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / steps);

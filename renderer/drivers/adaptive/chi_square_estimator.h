@@ -9,11 +9,11 @@
 // % at 8 samples and by 17 % at 64. A pixel with fewer than 8 samples is unfinished. The paper's
 // maximum of 96 samples is --max-spp here.
 //
-// Known faults of the method: a pixel is judged only by its own samples and stops the sooner the
-// luckier they were, so rare light is lost (Kirk & Arvo 1991, "Unbiased Sampling Techniques for
-// Image Synthesis"; measured in tests/unit/drivers/adaptive/error_estimator_statistics_test.cpp).
-// Stratified samples, whose mean is better than their variance suggests, get more samples than they
-// need.
+// Known faults of the method: a pixel is judged only by its own samples and stops early if these
+// happen to agree, so rare light is lost (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image
+// Synthesis"; measured in tests/unit/drivers/adaptive/error_estimator_statistics_test.cpp). Pixels
+// with stratified samples, whose mean is more accurate than their variance suggests, get more
+// samples than they need.
 #pragma once
 
 #include "renderer/drivers/adaptive/error_estimator.h"
@@ -21,7 +21,7 @@
 namespace emberline {
 
 inline constexpr uint32_t kChiSquareBatch =
-    8;  // from the paper: the number of first samples, and of samples between tests
+    8;  // from the paper: 8 samples before the first test, and 8 more before each other test
 
 void estimate_chi_square(const PixelStatistics& pixels, const EstimatorSettings& settings,
                          ErrorMap* out);

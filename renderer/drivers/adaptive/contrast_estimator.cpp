@@ -52,7 +52,7 @@ void add_channel(const PixelStatistics& pixels, size_t channel, size_t y, Column
 
 void estimate_contrast(const PixelStatistics& pixels, const EstimatorSettings&, ErrorMap* out) {
   constexpr size_t kRows = 8;
-  // A pixel with one sample is unknown: its value is that of a single path.
+  // The error of a pixel with one sample is unknown, because its value is that of a single path.
   fill_errors(
       pixels, [&](size_t i) { return pixels.count[i] >= 2.0f ? 0.0f : kUnknownError; }, out);
   const auto width = size_t(pixels.width);

@@ -2,12 +2,12 @@
 // Graphics 21(4) (SIGGRAPH 87): more samples where neighbouring pixels differ visibly.
 //
 // The contrast of a channel is (max - min) / (max + min) over a pixel and its eight neighbours, in
-// linear light clipped to [0, 1] as on a display; 0 if all are black. The paper compares samples.
-// Path-traced samples differ by noise alone, so this estimator compares means. The paper's limits
-// are .4 for red, .3 for green and .6 for blue. The error is the largest of the three ratios of
-// contrast to limit, times kContrastThreshold; it is not an RMS error. So --noise-threshold .02 is
-// the paper's rule, and .01 halves its limits. The error is at most .0667, the value for a black
-// pixel next to a green one.
+// linear light clipped to [0, 1] as on a display; 0 if all are black. The paper compares single
+// samples. Path-traced samples differ even where the picture is flat, because of noise, so this
+// estimator compares means. The paper's limits are .4 for red, .3 for green and .6 for blue. The
+// error is the largest of the three ratios of contrast to limit, times kContrastThreshold; it is
+// not an RMS error. So --noise-threshold .02 is the paper's rule, and .01 halves its limits. The
+// error is at most .0667, the value for a black pixel next to a green one.
 //
 // Known faults of the method: contrast is not noise. A clean edge stays unfinished up to --max-spp,
 // noise counts only if it makes neighbours differ, and in the dark all noise has full contrast.

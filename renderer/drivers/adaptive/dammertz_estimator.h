@@ -2,10 +2,10 @@
 // for Monte Carlo Global Illumination" (WSCG 2010).
 //
 // Let I be the mean of all of a pixel's samples and A that of its first stream (every second block
-// of eight). The pixel's error is e_p = (|dR| + |dG| + |dB|) / sqrt(R + G + B) with d = I - A, and
-// the error of a block b of the image is e_b = sqrt(|b| / |image|) / |b| sum e_p. A block with e_b
-// < eps is finished. A block with eps <= e_b < 256 eps is split across its longer side at the
-// median of its error, and its parts are tested in the same way. A block with a larger error is
+// of eight samples). The pixel's error is e_p = (|dR| + |dG| + |dB|) / sqrt(R + G + B) with d = I -
+// A, and the error of a block b of the image is e_b = sqrt(|b| / |image|) / |b| sum e_p. A block
+// with e_b < eps is finished. A block with eps <= e_b < 256 eps is split across its longer side at
+// the median of its error, and its parts are tested in the same way. A block with a larger error is
 // sampled as a whole. Each pixel has the error of its block. The blocks are computed anew for each
 // map, so a finished pixel may become unfinished again.
 //

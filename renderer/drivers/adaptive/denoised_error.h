@@ -2,12 +2,13 @@
 //
 // The filter estimates the error that it leaves in each pixel (renderer/reconstruction/denoise.h).
 // As in Rousselle, Knaus & Zwicker 2012, "Adaptive Rendering with Non-Local Means Filtering", e^2
-// is assumed to fall as 1 / n. Then one sample in addition to n removes e^2 / (n + 1), so the
-// planner uses e sqrt(n) instead of a sample's deviation to distribute samples.
+// is assumed to fall as 1 / n. Then one more sample after the first n removes e^2 / (n + 1) from
+// the squared error, so the planner distributes samples by e sqrt(n) instead of a sample's
+// deviation.
 //
 // Filtering takes as long as several samples of every pixel, so it is repeated only when the number
-// of samples has grown by a factor of kFilterGrowth. In between, the last errors are scaled by 1 /
-// sqrt(n).
+// of samples has grown by a factor of kFilterGrowth. Between two filterings, the last errors are
+// assumed to fall as 1 / sqrt(n).
 #pragma once
 
 #include <cstdint>
@@ -22,17 +23,17 @@ namespace emberline {
 class Archive;
 class FilmTile;
 
-// Our choice, not tuned. One pass of the filter takes 5 to 8 % of the time of a frame of 64 samples
+// Our choice, not tuned. Filtering once takes 5 to 8 % as long as rendering a frame with 64 samples
 // (tests/bench/results).
 inline constexpr double kFilterGrowth = 4.0;
 
 class DenoisedError {
  public:
   // Replaces the map's errors by those of the denoised picture, and its deviations by e sqrt(n);
-  // does nothing while there are too few samples to filter. Filters if due and if `may_filter`. The
-  // film must have the channels of `denoising`; `counts` are the sample counts of its pixels.
-  // Returns false if a stop was requested meanwhile. The bits are the same for any number of
-  // threads.
+  // does nothing while there are too few samples to filter. Filters only if `may_filter` is set and
+  // enough samples were added since the last filtering. The film must have the channels of
+  // `denoising`; `counts` are the sample counts of its pixels. Returns false if a stop was
+  // requested meanwhile. The results are bit-identical for any number of threads.
   bool update(const FilmTile& film, std::span<const float> counts, bool may_filter, ErrorMap* map,
               const std::stop_token& stop);
   // Like update(), but always filters.
@@ -51,7 +52,7 @@ class DenoisedError {
 
   double samples_ = 0.0;       // mean samples per pixel at the last update
   double filtered_at_ = 0.0;   // samples_ at the last filtering; 0: never
-  std::vector<float> square_;  // squared error of a pixel at that time, times its samples
+  std::vector<float> square_;  // at the last filtering: squared error times samples
 };
 
 // Returns 0 if `values` is empty. The result is the same for any number of threads.

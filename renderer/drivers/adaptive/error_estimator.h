@@ -19,16 +19,17 @@ namespace emberline {
 struct ErrorMap {
   // Compared with --noise-threshold; a pixel is finished if its error is at most the threshold. For
   // most estimators this is the expected RMS error of the pixel in display units (sRGB, [0, 1]), as
-  // the root mean square over the channels. Headers of estimators whose papers use another measure
-  // say so.
+  // the root mean square over the channels. Where a paper uses another measure, the estimator's
+  // header says so.
   std::vector<float> error;
   // Standard deviation of one sample in the allocation's metric, as the root mean square over the
-  // channels. The next samples are distributed by it. Empty for the historical estimators, which
-  // only tell which pixels are unfinished; these pixels get equal numbers of samples.
+  // channels. The planner distributes the next samples according to it. Empty for the historical
+  // estimators, which only tell which pixels are unfinished; the unfinished pixels get equal
+  // numbers of samples.
   std::vector<float> deviation;
-  // Squared display error, summed over pixels and channels, caused by light that pixels seem to
-  // have missed because their neighbours found it. Not part of `error`; 0 for estimators that do
-  // not pool.
+  // Squared display error from missed light, summed over pixels and channels. A pixel counts as
+  // having missed light if its neighbours found light that its own samples did not. Not part of
+  // `error`; 0 for estimators that do not pool.
   double missed = 0.0;
 };
 
@@ -53,7 +54,7 @@ struct EstimatorEntry {
   void (*estimate)(const PixelStatistics& pixels, const EstimatorSettings& settings, ErrorMap* out);
   StreamCount streams = StreamCount::kOne;  // streams that the estimate requires
   uint32_t first_samples = 0;  // samples per pixel before the first estimate; from the paper
-  uint32_t batch = 0;  // samples that an unfinished pixel gets at a time; 0: shared by deviation
+  uint32_t batch = 0;  // samples that an unfinished pixel gets at a time; 0: according to deviation
   bool rms_error = false;   // whether `error` is the displayed pixel's expected RMS error
   bool halves = false;      // whether the statistics hold halves (SampleHalves) instead of streams
   bool whole_tree = false;  // whether the refinement tree orders the first samples of all pixels

@@ -2,10 +2,11 @@
 // hierarchical sampling.
 //
 // The paper keeps a tree over the sample domain and estimates a node's variance from the difference
-// of its two halves. Here a pixel's two independent sample streams are the halves of its root: the
-// squared difference of their means, times n_A n_B / n^2, is the variance of the mean of all n,
-// however correlated the samples within a stream are. The error is the square root of that variance
-// in display units, as the root mean square over the channels.
+// of its two halves. Here each pixel has only the root of that tree, and the pixel's two
+// independent sample streams are the root's halves. The squared difference of the streams' means,
+// times n_A n_B / n^2, estimates the variance of the mean of all n samples, however correlated the
+// samples within a stream are. The error is the square root of that variance in display units, as
+// the root mean square over the channels.
 //
 // Known fault of the method: the estimate is right on average but has one degree of freedom. It is
 // less than half of the true error for 38 % of the pixels and less than a tenth for 8 %. So with

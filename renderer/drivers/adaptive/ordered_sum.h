@@ -1,5 +1,4 @@
-// Parallel sums over the pixels of a crop whose results do not depend on how threads share the
-// work.
+// Parallel sums over a crop's pixels. The results do not depend on how threads share the work.
 #pragma once
 
 #include <algorithm>
@@ -24,11 +23,12 @@ auto ordered_sum(size_t count, const PartSum& part_sum) {
   return total;
 }
 
-// Number of separate running values per part, so that loops vectorise although the order of float
-// additions matters. Each lane adds at most kPart / kSumLanes terms.
+// Number of separate running values (lanes) per part. A single one would keep loops from
+// vectorising, because compilers may not reorder float additions. Each lane adds at most kPart /
+// kSumLanes terms.
 inline constexpr size_t kSumLanes = 16;
 
-// Calls body(i, lane) for [begin, end) with lane = (i - begin) % kSumLanes.
+// Calls body(i, lane) for each i in [begin, end), with lane = (i - begin) % kSumLanes.
 template <typename Body>
 void for_lanes(size_t begin, size_t end, const Body& body) {
   size_t i = begin;

@@ -31,7 +31,8 @@ Neighbourhood neighbourhood(const PixelStatistics& statistics, size_t i) {
   return result;
 }
 
-// Standard deviation of the displayed means around a pixel, root mean square over the channels.
+// Standard deviation of the displayed means in the pixel's neighbourhood, as the root mean square
+// over the channels.
 float external_deviation(const PixelStatistics& statistics, size_t i) {
   const Neighbourhood neighbours = neighbourhood(statistics, i);
   if (neighbours.size < 2) return 0.0f;

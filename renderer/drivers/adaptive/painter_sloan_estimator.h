@@ -1,6 +1,6 @@
 // `painter-sloan`: the confidence test of Painter & Sloan 1989, "Antialiased Ray Tracing by
 // Adaptive Progressive Refinement", Computer Graphics 23(3) (SIGGRAPH 89), at pixel level. The
-// paper's tree above the pixel level belongs to the driver. Inside a pixel all samples have equal
+// paper's tree above the pixel level is part of the driver. Inside a pixel all samples have equal
 // weights, so the paper's area weights are not needed.
 //
 // The error is half the width of the 95 % confidence interval of the pixel's mean in display units,
@@ -9,9 +9,9 @@
 // samples, so the interval is too wide for stratified ones.
 //
 // From 2 to 7 samples the interval is unreliable. The error is then the larger of the interval and
-// the standard deviation of the neighbourhood's displayed means, that is, those of the pixel and of
-// its four edge neighbours as far as they have samples (the paper's external variance). Below 2
-// samples the pixel is unfinished.
+// the standard deviation over the displayed means of the pixel and its four edge neighbours,
+// leaving out neighbours without samples (the paper's external variance). Below 2 samples the pixel
+// is unfinished.
 //
 // Known fault of the method: a pixel is judged by its own samples, so rare light is lost, as with
 // `chi-square`. The interval of eight black samples has zero width.

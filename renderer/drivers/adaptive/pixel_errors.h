@@ -32,9 +32,9 @@ void fill_errors(const PixelStatistics& pixels, const PixelError& pixel_error, E
 
 // Fills the map in parallel with finish(i, e) for each pixel, and without deviations. e is the
 // standard deviation of the pixel's mean in display units (display_error.h), as the root mean
-// square over the channels. variance_of_mean(c, i) must return that mean's variance for channel c,
-// in squared linear radiance. It is called for every pixel, even without samples, in a loop that
-// vectorises if the function has no branch.
+// square over the channels. variance_of_mean(c, i) must return the variance of pixel i's mean in
+// channel c, in squared linear radiance. It is called for every pixel, even one without samples, in
+// a loop that vectorises if the function has no branch.
 template <typename VarianceOfMean, typename Finish>
 void fill_display_errors(const PixelStatistics& pixels, const VarianceOfMean& variance_of_mean,
                          const Finish& finish, ErrorMap* out) {

@@ -15,7 +15,7 @@ std::string error_text(float error) {
 }
 
 // Says why the round gave the pixel more samples. Pixels that met the threshold also get some,
-// because few samples may have overlooked light.
+// because their few samples may have overlooked light.
 std::string describe_growth(const RoundRecord& round, float threshold, uint32_t reached) {
   const bool met = threshold > 0.0f && round.error <= threshold;
   const bool doubled = round.target == 2 * round.samples && reached == round.target;

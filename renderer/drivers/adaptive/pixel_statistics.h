@@ -23,8 +23,9 @@ struct PixelStatistics {
   // Number of samples in the second of two streams (samplers/sampler.h); all 0 with one stream.
   std::vector<float> second_count;
   std::array<std::vector<float>, 3> mean;  // mean of all samples
-  // Difference of the two streams' means; 0 if one has no samples. Its expected square is the
-  // variance of a sample times (1/n_A + 1/n_B), however correlated the samples within a stream are.
+  // Difference of the two streams' means; 0 if either stream has no samples. Its expected square is
+  // the variance of a sample times (1/n_A + 1/n_B), however correlated the samples within a stream
+  // are.
   std::array<std::vector<float>, 3> stream_difference;
   // Sample variance as if samples were independent: (sum of squares - n mean^2) / (n - 1), 0 for n
   // < 2. The variance of the mean of stratified samples is less than this divided by n.
@@ -42,7 +43,7 @@ struct PixelStatistics {
 void resize_planes(std::span<std::vector<float>* const> planes, size_t pixels);
 
 // The epsilon of relMSE, (x - r)^2 / (r^2 + epsilon): a hundredth of the squared mean over pixels
-// and channels, as in `compare`; at least 1e-6, for a black picture.
+// and channels, as in `compare`, but at least 1e-6, so that it is not 0 for a black picture.
 float rel_mse_epsilon(const PixelStatistics& pixels);
 
 // Reads the film in parallel. It must have squares and rays (FilmExtras).

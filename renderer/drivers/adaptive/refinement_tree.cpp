@@ -20,11 +20,12 @@ constexpr uint32_t kNone = ~0u;
 constexpr int kMaxSide = 65536;                         // limited by RefinementTree::Cell
 constexpr int64_t kMaxPixels = (int64_t(1) << 31) - 1;  // each pixel takes two node ids
 
-// A round splits the most urgent leaves that hold this share of the total priority: few while
-// contrast is concentrated, so that the next round can react; many if all leaves look alike. It is
-// limited to these fractions of the leaves that can be split, so that a sample costs at most 16
-// evaluations of leaves, and to at least 64 and a 64th of all samples, so that there are not many
-// small rounds at the end. tests/bench/results shows how other values affect error and speed.
+// A round splits the most urgent leaves, which together hold this fraction of the total priority.
+// They are few while contrast is concentrated, so that the next round can react, and many if all
+// leaves look alike. Their number is limited to these fractions of the leaves that can be split, so
+// that a sample costs at most 16 evaluations of leaves. It is at least 64 and at least a 64th of
+// all samples, so that the last rounds are not many small ones. tests/bench/results shows how other
+// values affect error and speed.
 constexpr double kRoundPriority = 0.25;
 constexpr size_t kMinRoundDivisor = 16, kMaxRoundDivisor = 4, kMinRoundDivisorOfAll = 64;
 constexpr size_t kMinRoundSize = 64;
@@ -44,7 +45,7 @@ constexpr bool is_leaf(uint32_t node) { return node % 2 == 0; }
 constexpr uint32_t leaf_node(uint32_t leaf) { return 2 * leaf; }
 constexpr uint32_t split_node(uint32_t split) { return 2 * split + 1; }
 
-// The bits of non-negative floats sort like the floats. Without the last 20 bits there are eight
+// The bits of non-negative floats sort like the floats. Dropping the last 20 bits leaves eight
 // buckets per octave.
 size_t bucket_of(float priority) { return std::bit_cast<uint32_t>(priority) >> 20; }
 
@@ -55,8 +56,8 @@ Color4 to_color4(auto shade) {
   return __builtin_convertvector(__builtin_convertvector(shade, Int4), Color4);
 }
 
-// The mean of the luminance's variance and the largest channel's variance, from variances of
-// shades.
+// Returns the mean of the luminance's variance and the largest channel variance, from the variances
+// of the four components of shades.
 float combine_variances(Color4 variance) {
   const float channels = std::max(variance[0], std::max(variance[1], variance[2]));
   return 0.5f * (variance[3] + channels) * square(1.0f / 65535);
@@ -82,7 +83,8 @@ RefinementTree::RefinementTree(const Rect& crop, const RefinementSettings& setti
   if (crop.empty()) phase_ = RefinementPhase::kFinished;
   const auto pixels = size_t(crop.area());
   leaf_of_pixel_.resize(pixels, 0);
-  // So growing needs no copies. The memory is committed only when first written.
+  // Reserves the arrays so that growing needs no copies. Memory is committed only when first
+  // written.
   leaves_.reserve(std::min(pixels, kReserved));
   shade_.reserve(std::min(pixels, kReserved));
   splits_.reserve(std::min(pixels, kReserved));
@@ -150,8 +152,8 @@ void RefinementTree::insert(std::span<const Rgb> values) {
   update_priorities();
 }
 
-// Works in place. The open leaves first move back by the number of splits, which is the most that
-// can be added, so that writing never overtakes reading.
+// Works in place: moves the open leaves towards the end of the list by the number of splits, the
+// most leaves that can be added, so that writing from the start never overtakes reading.
 void RefinementTree::split_chosen(std::span<const Rgb> values) {
   const size_t before = open_leaves_.size(), shift = chosen_leaves_.size();
   open_leaves_.resize(before + shift);

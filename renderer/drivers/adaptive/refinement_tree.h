@@ -1,6 +1,7 @@
-// While not all pixels have samples, chooses the pixels that get their first sample next. This is a
-// k-d tree over the image plane that is refined where the picture needs it, after Painter & Sloan
-// 1989, "Antialiased Ray Tracing by Adaptive Progressive Refinement", SIGGRAPH. It does not render:
+// Chooses which pixels get their first sample next, as long as some pixels have none. This is a k-d
+// tree over the image plane, refined where the picture needs it, after Painter & Sloan 1989,
+// "Antialiased Ray Tracing by Adaptive Progressive Refinement", SIGGRAPH. The caller does the
+// rendering:
 //
 //   RefinementTree tree(crop, settings);
 //   while (!tree.finished()) {
@@ -16,19 +17,19 @@
 // Priorities. A leaf of area a (pixels) has the priority p = a (max(v_int, v_ext) + kappa). v_int
 // is the variance of the two samples that the last cut separated, v_ext the variance of the leaf
 // and its neighbours across the middles of its edges; both are variances of display values (below).
-// kappa is the coverage term, because of which the largest leaf comes first if there is no
-// contrast. While any leaf is larger than `coverage_area`, only such leaves are split.
+// kappa is the coverage term, which makes the largest leaf come first where there is no contrast.
+// While any leaf is larger than `coverage_area`, only such leaves are split.
 //
 // Differences from the paper. The paper splits one leaf at a time and finds it by descending from
 // the root. Here a round splits many leaves: first all that are larger than `coverage_area`, then
 // those that hold a quarter of the total priority. So leaves are read sequentially and the renderer
 // gets many pixels to work on, but leaves cannot react to samples of their own round. The paper
-// also updates v_int with means that are propagated up the tree, which improves little in addition
-// to v_ext (tests/bench/results).
+// also updates v_int with means that are propagated up the tree; once there is v_ext, this improves
+// little (tests/bench/results).
 //
-// Display values. Radiance x exposure is mapped to [0, 1], however bright a light is, by x / (1 +
-// x) (Reinhard, Stark, Shirley & Ferwerda 2002) and a square root, which approximates perception. A
-// variance is the mean of the variance of the luminance and that of the channel that varies most.
+// Display values. Radiance x exposure, however large, is mapped to [0, 1] by x / (1 + x) (Reinhard,
+// Stark, Shirley & Ferwerda 2002) and then a square root, which approximates perception. Each
+// variance is the mean of two variances: the luminance's and that of the channel that varies most.
 //
 // The tree is a pure function of crop, settings, limits and values, independent of threads and
 // time. It computes contrasts on the calling thread's TBB arena. Only one thread at a time may call
@@ -59,12 +60,13 @@ enum class RefinementPhase : uint8_t {
 };
 std::string_view refinement_phase_name(RefinementPhase phase);
 
-// The constructor asserts the ranges.
+// RefinementTree's constructor asserts the ranges given here.
 struct RefinementSettings {
   uint32_t seed = 0;            // for the drawn pixels, and the order of equal priorities
   int coverage_area = 16 * 16;  // in pixels, > 0
-  // kappa, in squared display values, > 0. Chosen on test_picture() of refinement_pictures.h, where
-  // the error at a quarter sample per pixel hardly changes from 1e-4 to 3e-3, but doubles at 1e-2.
+  // kappa, in squared display values, > 0. With test_picture() (refinement_pictures.h) at a quarter
+  // sample per pixel, the error is almost the same for any kappa from 1e-4 to 3e-3, but doubles at
+  // 1e-2.
   float coverage_weight = 1e-3f;
   // tau, the least contrast that counts as a feature: two steps of an 8-bit display, squared.
   float feature_threshold = square(2.0f / 255);
@@ -100,18 +102,19 @@ class RefinementTree {
   // that neighbours in the list are neighbours in the frame. The first round is one pixel; a
   // coverage round splits all leaves that are too large. Other rounds split the leaves that hold a
   // quarter of the total priority, limited to between a 16th and a quarter of the leaves that can
-  // be split, and to at least 64 and a 64th of all samples. There are never more than `limit`
-  // pixels. Calls must alternate with insert() (asserted), which invalidates the span.
+  // be split, but at least 64 and at least a 64th of all samples. There are never more than `limit`
+  // pixels. Calls must alternate with insert() (asserted), which invalidates the returned span.
   std::span<const Vec2i> next_round(size_t limit = std::numeric_limits<size_t>::max());
-  // The radiances of the requested pixels, linear Rec. 709. NaN and infinity count as black.
+  // Takes the radiance of each requested pixel, in the order of next_round(), in linear Rec. 709.
+  // NaN and infinity count as black.
   void insert(std::span<const Rgb> values);
 
   // leaf_at() returns the leaf that covers pixel (x, y) of the crop, leaf_map() the leaves of all
   // pixels, rows from the crop's top. Meaningless before the first sample.
   uint32_t leaf_at(int x, int y) const { return leaf_of_pixel_[index(x, y)]; }
   std::span<const uint32_t> leaf_map() const { return leaf_of_pixel_; }
-  // The value and the sampled pixel of leaves 0 .. sample_count() - 1, in the order of their
-  // samples.
+  // The value and the sampled pixel of a leaf. Leaves 0 .. sample_count() - 1 are in the order in
+  // which their samples were inserted.
   const Rgb& value(uint32_t leaf) const { return leaves_[leaf].value; }
   Vec2i sampled_pixel(uint32_t leaf) const { return pixel_of(leaves_[leaf].pixel); }
 
@@ -126,8 +129,8 @@ class RefinementTree {
   // Number of leaves with 2^k .. 2^(k+1) - 1 pixels, for k = 0, 1, ...
   std::vector<size_t> leaves_by_area() const;
 
-  // Memory of the nodes: at most 36 bytes for each of the 2 sample_count() - 1 nodes plus 16 bytes,
-  // and at the end 22 bytes for each. The map from pixels to leaves takes 4 bytes per pixel.
+  // node_bytes() is at most 16 bytes plus 36 bytes for each of the 2 sample_count() - 1 nodes; once
+  // the tree is finished, a node takes only 22 bytes. map_bytes() is 4 bytes per pixel.
   size_t node_bytes() const;
   size_t map_bytes() const { return leaf_of_pixel_.capacity() * sizeof(uint32_t); }
 
@@ -135,8 +138,8 @@ class RefinementTree {
   struct PixelOffset {
     uint16_t x, y;
   };
-  // A rectangle by its first and last column and row, relative to the crop. Last instead of end, so
-  // that 65536 columns fit.
+  // A rectangle given by its first and last column and row, relative to the crop. It holds the last
+  // column, not the one after it, so that 65536 columns fit into 16 bits.
   struct Cell {
     uint16_t x0, y0, x_last, y_last;
     int width() const { return x_last - x0 + 1; }
@@ -147,8 +150,8 @@ class RefinementTree {
     }
   };
 
-  // Four display values of 16 bits each: R, G, B, luminance. They are integers, so that equal
-  // values are exactly equal.
+  // Four display values of 16 bits each: R, G, B, luminance. They are rounded to integers, so that
+  // nearly equal values become exactly equal.
   using Shade [[gnu::vector_size(8)]] = uint16_t;
 
   struct Leaf {
@@ -162,14 +165,14 @@ class RefinementTree {
     float v_ext;               // v_ext of the leaf that was split
     uint32_t round_and_phase;  // 4 x round + phase
   };
-  // A leaf of two or more pixels, with all data that decides when it is split. The list is read
-  // sequentially.
+  // A leaf of two or more pixels, with all data that decides when it is split, so that the list of
+  // such leaves can be read sequentially.
   struct OpenLeaf {
     uint32_t leaf;
     uint32_t parent;  // split that created the leaf; kNone for the root
     Cell cell;
     float v_int, v_ext = 0;
-    float priority = 0;  // 0 while the phase does not split the leaf
+    float priority = 0;  // 0 while the current phase does not split such leaves
   };
 
   size_t index(int x, int y) const {
@@ -211,8 +214,8 @@ class RefinementTree {
   uint32_t descend(uint32_t split, PixelOffset offset, Cell& cell) const;
   Rgb mean_over(const Rect& rect) const;
 
-  // Sort key: the priority, then a hash. Ties in tree order would refine a flat picture from one
-  // corner to the other.
+  // Sort key: the priority, then a hash. If the tree order decided between equal priorities, a flat
+  // picture would be refined from one corner to the other.
   uint64_t urgency(const OpenLeaf& open) const {
     return uint64_t(std::bit_cast<uint32_t>(open.priority)) << 32 |
            hash32(open.leaf + hash32(settings_.seed));
@@ -237,7 +240,7 @@ class RefinementTree {
   std::vector<uint32_t> leaf_of_pixel_;  // for each pixel of the crop, the leaf that covers it
 
   std::vector<OpenLeaf> open_leaves_;  // in the order of the tree, depth first
-  size_t eligible_ = 0;                // number of open leaves that the phase splits
+  size_t eligible_ = 0;                // number of open leaves that the current phase splits
   // The current round: ascending positions in open_leaves_, and the requested pixels.
   std::vector<uint32_t> chosen_leaves_;
   std::vector<Vec2i> requested_;

@@ -25,9 +25,9 @@ Rgb variance_of_first_round(const FilmTile& film, size_t i) {
 
 }  // namespace
 
-// Let s be the new round's share of the average, U the variance so far, V the variance of the
-// round's mean and D the difference of the two means. Then E D^2 = U + V, so the new variance is (1
-// - s)^2 U + s^2 V = (1 - 2 s) U + s^2 E D^2.
+// Let s be the new round's fraction of all weights, U the variance of the average so far, V the
+// variance of the round's mean and D the difference between this mean and the average so far. Then
+// E D^2 = U + V, so the new variance is (1 - s)^2 U + s^2 V = (1 - 2 s) U + s^2 E D^2.
 void RoundAverages::add_round(const FilmTile& film, double weight) {
   const auto pixels = size_t(film.rect().area());
   if (pixels_.empty()) pixels_.resize(pixels, Pixel{});

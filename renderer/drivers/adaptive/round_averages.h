@@ -1,11 +1,11 @@
 // Means over rounds that are not biased by adaptive sampling.
 //
 // A pixel's number of samples in a round is known before the round, so the mean of these samples
-// has the right expectation, whatever decided their number. A mean over rounds preserves it if the
-// weights of the rounds are fixed beforehand. The plain mean of all samples weights rounds by the
-// pixel's counts and does not preserve it: lucky pixels stop early (Kirk & Arvo 1991, "Unbiased
-// Sampling Techniques for Image Synthesis"). The price is more noise where a pixel's counts differ
-// much from the weights.
+// has the right expectation, whatever decided their number. A mean over rounds also has the right
+// expectation if the weights of the rounds are fixed beforehand. The plain mean of all samples
+// weights rounds by the pixel's counts, so its expectation is wrong: pixels whose samples happen to
+// agree stop early (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis"). The
+// price is more noise where a pixel's counts differ much from the weights.
 #pragma once
 
 #include <array>
@@ -28,10 +28,11 @@ class RoundAverages {
   // Writes R G B A of pixel i of the film; the values are finite.
   void resolve(size_t i, float* rgba) const;
   double mean(size_t i, size_t c) const { return pixels_[i].average[c] / weight_; }
-  // Estimated variance of that mean, computed from the differences between each round's mean and
-  // the mean of all earlier rounds. Rounds are independent, so its expectation is right, however a
-  // round's samples are stratified. It is unreliable for one pixel, but reliable as a mean over
-  // many. After a single round it is estimated from two streams, or as if samples were independent.
+  // Estimated variance of mean(i, c), computed from the difference between each round's mean and
+  // the average over all earlier rounds. Rounds are independent, so its expectation is right,
+  // however a round's samples are stratified. It is unreliable for one pixel, but reliable as a
+  // mean over many. After a single round it is estimated from two streams if there are two,
+  // otherwise as if samples were independent.
   double variance(size_t i, size_t c) const { return pixels_[i].variance[c]; }
   void archive(Archive& archive, const FilmTile& film);
   uint64_t bytes() const { return pixels_.capacity() * sizeof(Pixel); }

@@ -22,8 +22,8 @@ std::vector<size_t> cut_into_parts(std::span<const uint32_t> order,
                                    std::span<const uint32_t> current,
                                    std::span<const uint32_t> targets, uint64_t samples);
 
-// Sorts the parts by the expected gain of their samples, so that a picture shown or stopped in the
-// middle of a round has improved where it was worst. gain[i] is the squared error that pixel i's
+// Sorts the parts by the expected gain of their samples, so that a picture from the middle of a
+// round has already improved where it was worst. gain[i] is the squared error that pixel i's
 // samples in this round are expected to remove; parts are ranked by gain per sample. Parts with
 // equal gain are in van der Corput's order, which spreads them over the frame.
 std::vector<uint32_t> parts_by_gain(std::span<const size_t> parts, std::span<const uint32_t> order,

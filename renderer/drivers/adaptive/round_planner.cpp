@@ -30,9 +30,9 @@ constexpr double kMinRoundFraction = 1.0 / 500;
 constexpr float kThresholdMargin = 1.05f;
 
 // A few samples without any noise prove little: a point lit by a caustic, or through a gap, is
-// black until a path finds the light. This many samples of a crop, or this many times a pixel's
-// pilot, are enough. With 95 % confidence, n samples find light that one in n / 3 finds: 44 000
-// here.
+// black until a path finds the light. This many samples in all of a crop's noise-free pixels, or
+// this many times the pilot in one pixel, are enough. With 95 % confidence, n samples find light
+// that one path in n / 3 finds, here one in 44 000.
 constexpr uint64_t kNoiselessSamples = 1 << 17;
 constexpr uint32_t kNoiselessGrowth = 64;
 // Below this fraction of the threshold, an error is rounding noise.
@@ -75,7 +75,7 @@ float samples_to_threshold(const AdaptiveSettings& s, float current, float error
   const float maximum = sample_limit(s);
   if (s.threshold <= 0.0f) return maximum;
   const float ratio = std::min(error / s.threshold, 1e6f);
-  // At least a whole step, so that rounding never ends a pixel above the threshold.
+  // Adds at least a whole step, so that rounding never ends a pixel above the threshold.
   const float minimum = current + float(count_multiple(current + 8.0f, halves));
   return std::min(maximum, std::max(current * ratio * ratio * kThresholdMargin, minimum));
 }
@@ -96,7 +96,7 @@ float next_power_of_two(float current) { return float(std::bit_ceil(uint32_t(cur
 
 constexpr double kUnlimited = 1e18;
 
-// A limit for loaded states: each round spends a 500th of the budget or doubles counts.
+// Limits the rounds of a loaded state. A round spends a 500th of the budget or doubles counts.
 constexpr int kMaxRounds = 1 << 20;
 
 constexpr size_t kGrain = 8192;
@@ -124,7 +124,7 @@ uint32_t RoundPlanner::round_seed() const {
 
 void RoundPlanner::update(const FilmTile& film) { update(film, false, {}); }
 
-// False if a stop was requested; each step takes milliseconds for a large frame.
+// Returns false if a stop was requested. Each step takes milliseconds for a large frame.
 bool RoundPlanner::update(const FilmTile& film, bool to_plan, const std::stop_token& stop) {
   gather_statistics(film, &statistics_);
   if (stop.stop_requested()) return false;
@@ -139,7 +139,7 @@ bool RoundPlanner::update(const FilmTile& film, bool to_plan, const std::stop_to
   return true;
 }
 
-// False if a stop was requested.
+// Returns false if a stop was requested.
 bool RoundPlanner::update_denoised(const FilmTile& film, bool to_plan,
                                    const std::stop_token& stop) {
   const bool may_filter = to_plan && !is_budget_spent();
@@ -154,7 +154,7 @@ void RoundPlanner::write_variances(FilmTile* film) const {
   const bool averaged = this->averaged();
   parallel_ranges(p.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      // With one stream and without two parts, the film can compute the spread itself.
+      // Without two streams or two parts, the film can compute the same variance itself.
       const bool has_two_parts = p.second_count[i] > 0.0f || film->sums(i).count[1] > 0;
       if (p.count[i] < 2.0f || !(has_two_parts || averaged)) continue;
       Rgb variance;
@@ -195,7 +195,7 @@ PixelStop RoundPlanner::current_stop(size_t i, uint32_t current) const {
   return is_unfinished(settings_, current, error) ? PixelStop::kUnfinished : stop_of(i);
 }
 
-// Estimators with batches provide an error, but no deviation of a sample.
+// Estimators with batches provide no deviation of a sample, so the gain uses their error.
 void RoundPlanner::expected_gains(std::span<const uint32_t> current,
                                   std::span<const uint32_t> targets,
                                   std::vector<float>* gains) const {
@@ -214,8 +214,8 @@ void RoundPlanner::expected_gains(std::span<const uint32_t> current,
   });
 }
 
-// A round must have at least one sample, a rounding step for every thousandth pixel, and a 500th of
-// the budget.
+// What is left is too small for a round if it is less than one sample, less than 8 samples for
+// every thousandth pixel, or less than a 500th of the budget.
 bool RoundPlanner::is_budget_spent() const {
   const auto pixels = double(targets_.size());
   const double left = double(settings_.budget) * pixels - spent_;
@@ -260,7 +260,7 @@ bool RoundPlanner::allocate_by_deviation() {
   const OpenPixels open = ordered_sum(
       pixels, [&](size_t begin, size_t end) { return set_rates_and_bounds(begin, end); });
   if (open.count == 0) return resample_noise_free_pixels();
-  // If no pixel has shown noise, there may still be some, so all pixels get the same rate.
+  // If no pixel has shown noise, there may still be noise, so all pixels get the same rate.
   if (open.largest_rate == 0.0f) {
     for (size_t i = 0; i < pixels; ++i)
       rates_[i] = doubles_counts() ? jitter_rate(1.0f, seed_, i) : 1.0f;
@@ -290,10 +290,10 @@ bool RoundPlanner::allocate_by_deviation() {
   return true;
 }
 
-// Must be called only if no pixel may get more samples. Pixels that trace more than camera rays,
-// but have seen no noise, neighbours included, double their samples while they have few in total.
-// A small bucket may be black after its pilot because only one path in thousands finds the light.
-// Unbiased rounds need samples of every pixel, so all pixels double if one does.
+// Must be called only if no pixel may get more samples. Doubles the samples of pixels whose camera
+// rays hit something, but that show no noise, as do their neighbours, until such pixels have many
+// in total. A small bucket may be black after its pilot because only one path in thousands finds
+// the light. Unbiased rounds need samples of every pixel, so all pixels double if one does.
 bool RoundPlanner::resample_noise_free_pixels() {
   const size_t pixels = targets_.size();
   const auto noiseless = [&](size_t i) {
@@ -316,7 +316,7 @@ bool RoundPlanner::resample_noise_free_pixels() {
 }
 
 // Counts that grow in steps cannot be reduced slightly to make room for the uniform share, so a
-// part of the remaining budget is reserved for it.
+// part of the remaining budget is reserved for that share.
 void RoundPlanner::allocate_budget(double total) {
   if (!doubles_counts() || settings_.budget == 0)
     return allocate_samples(rates_, bounds_, total, &allocated_);
@@ -348,8 +348,8 @@ float RoundPlanner::scale_to_budget(float uniform_samples) {
   return part * uniform_samples;
 }
 
-// Sets the rates and bounds of a range of pixels and summarises those that may get more samples.
-// The loop's inputs are copies or pointers, so that it vectorises.
+// Sets the rates and bounds of a range of pixels and summarises the pixels that may get more
+// samples. The loop's inputs are copies or pointers, so that it vectorises.
 RoundPlanner::OpenPixels RoundPlanner::set_rates_and_bounds(size_t begin, size_t end) {
   const AdaptiveSettings s = settings_;
   const bool halves = entry_.halves;
@@ -396,8 +396,8 @@ void RoundPlanner::set_targets(const CountOf& count_of) {
   }
 }
 
-// Rounds the allocated counts to whole ones, such that each pixel gets at least `uniform_samples`
-// more samples on average.
+// Rounds the allocated counts to whole numbers of samples. On average, each pixel gets at least
+// `uniform_samples` more.
 void RoundPlanner::round_to_counts(float uniform_samples) {
   const uint32_t round_hash = hash_of_round(seed_, round_);
   const float maximum = sample_limit(settings_);
@@ -406,7 +406,7 @@ void RoundPlanner::round_to_counts(float uniform_samples) {
   const bool doubling = doubles_counts();
   set_targets([&](size_t i, uint32_t current, float wanted) {
     // The uniform share must not raise a count beyond the next power of two either: if one of the
-    // two parts is small, a bright sample in the other hardly shows.
+    // two compared parts is small, a bright sample in the other hardly shows.
     const float cap = doubling ? std::min(maximum, next_power_of_two(float(current))) : maximum;
     const float share = std::min(std::max(wanted, float(current) + uniform_samples), cap);
     // The maximum need not be a multiple of the step, and random rounding might never reach it, so

@@ -27,7 +27,7 @@ struct RoundRecord {
   uint32_t samples = 0;  // before the round
   float error = 0.0f;    // from ErrorMap, like `deviation`
   float deviation = 0.0f;
-  float cost = 0.0f;    // rays per sample
+  float cost = 0.0f;    // of a sample, as in PixelStatistics
   uint32_t target = 0;  // samples after the round
 };
 
@@ -43,8 +43,9 @@ class RoundPlanner {
   // The sample count of each pixel after the coming round. Before the first plan() it is equal for
   // all pixels.
   std::span<const uint32_t> targets() const { return targets_; }
-  // Reads a film that has the targets' samples and sets the next targets. Returns false if no more
-  // samples are needed or a stop was requested; the targets then do not change.
+  // Reads a film in which every pixel has its target number of samples, and sets the next targets.
+  // Returns false if no more samples are needed or a stop was requested; the targets then do not
+  // change.
   bool plan(const FilmTile& film, const std::stop_token& stop = {});
   // Whether a stop request interrupted the last plan().
   bool interrupted() const { return interrupted_; }
@@ -68,9 +69,9 @@ class RoundPlanner {
   double error_estimate() const { return error_estimate_; }
   // Why the pixel would get no more samples if the frame ended now.
   PixelStop stop_of(size_t i) const;
-  // The same while the frame continues, for a pixel with `current` samples: the limit that the
-  // pixel had met at the last update, or kUnfinished. The uniform share of a round may still add
-  // samples.
+  // While the frame continues, the limit that a pixel with `current` samples had met at the last
+  // update, or kUnfinished. A pixel that met its limit may still get samples that a round gives to
+  // all pixels.
   PixelStop current_stop(size_t i, uint32_t current) const;
   // With `unbiased`, the weight of the current round in a mean over rounds (RoundAverages). It
   // depends only on the settings.
@@ -80,12 +81,13 @@ class RoundPlanner {
   int round() const { return round_; }
   const ErrorMap& errors() const { return errors_; }
 
-  // Records one pixel, by index, from now on; drops the records of another pixel.
+  // From now on, records the state of the pixel with this index in every round, and drops the
+  // records of any other pixel.
   void record(size_t pixel);
   size_t recorded() const { return recorded_; }
   std::span<const RoundRecord> records() const { return records_; }
-  // For loading a state whose pilot is done, since that pilot may be smaller than these settings
-  // require.
+  // Call this before loading a state whose pilot is done, since that pilot may be smaller than
+  // these settings require.
   void skip_pilot() { pilot_done_ = true; }
   // Saves or loads the state, except for values that the next update recomputes.
   void archive(Archive& archive);

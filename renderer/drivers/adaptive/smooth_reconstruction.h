@@ -13,8 +13,8 @@ namespace emberline {
 // by pull-push (Gortler, Grzeszczuk, Szeliski & Cohen 1996, "The Lumigraph", section 3.4.2): a
 // pyramid of 2 x 2 means of the known pixels, whose holes are filled bilinearly from the next
 // coarser level. Constants are reproduced exactly. Before the first sample the picture is black.
-// May be called from any thread while the tree does not change. Runs on the caller's TBB arena, on
-// which the bits do not depend.
+// May be called from any thread while the tree does not change. Runs in the caller's TBB arena; the
+// result is bit-identical in any arena.
 void reconstruct_smooth(const RefinementTree& tree, std::span<const Rgb> values,
                         std::span<Rgb> picture);
 

@@ -15,14 +15,14 @@ constexpr int kRadius = 2;
 // exp(-d^2 / (2 sigma^2)), sigma = 1.2 pixels, d = 0, 1, 2.
 constexpr float kKernel[kRadius + 1] = {1.0f, 0.706648f, 0.249352f};
 
-// Weight of the samples' spread, in degrees of freedom of the streams. It prevents a pixel whose
-// streams agree by chance from counting as finished.
+// The samples' spread weighs as much as this many degrees of freedom of the streams. It prevents a
+// pixel whose streams agree by chance from counting as finished.
 constexpr float kSpreadWeight = 0.1f;
 
 // Up to this many samples a pixel's own spread is ignored, since otherwise unlucky pixels would
 // stop: with 1 instead of 64, thin wires lose 3.6 % of their light at 64 samples instead of 2.1 %.
 constexpr float kFewSamples = 64.0f;
-// Weight of the neighbours' spread, in samples of the pixel beyond kFewSamples.
+// The neighbours' spread weighs as much as this many of the pixel's own samples beyond kFewSamples.
 constexpr float kPooledFreedom = 128.0f;
 
 // The pooled values: weighted sums, and the sums of their weights.
@@ -179,12 +179,12 @@ struct OwnRow {
 };
 
 // Squared display error of a pixel that is darker than its neighbours, assuming that they have
-// found light that it missed. Light that a sample finds with probability p and that makes a mean
-// brighter by d contributes d / p to a sample, and the variance d^2 / p; n samples miss it with
-// probability exp(-n p). p is derived from d^2 and the neighbours' variance, so that a lamp in
-// focus next to the pixel, which every other sample finds, does not count as missed. n p is divided
-// by 4, since pixels that found rare light by luck overestimate p. (1 - x / 8)^8 approximates
-// exp(-x).
+// found light that it missed. If a sample finds the light with probability p, and the light makes
+// the mean brighter by d, it adds d / p to a sample that finds it and d^2 / p to a sample's
+// variance, and n samples all miss it with probability exp(-n p). p is derived from d^2 and the
+// neighbours' variance, so that a lamp in focus next to the pixel, which every other sample finds,
+// does not count as missed. n p is divided by 4, since pixels that found rare light by luck
+// overestimate p. (1 - x / 8)^8 approximates exp(-x).
 float missed_error(float count, float mean, float neighbours, float neighbours_square,
                    float variance) {
   const float increase = std::max(0.0f, neighbours - mean);

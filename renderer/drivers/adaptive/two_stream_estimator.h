@@ -6,11 +6,11 @@
 // they are independent. Stratified samples are not, so the spread may be thousands of times too
 // large. The squared difference of the streams' means is right however correlated the samples are,
 // but has one degree of freedom. Both are pooled over 5 x 5 pixels with a Gaussian of sigma 1.2
-// pixels. The pooled difference is the error estimate. The allocation uses the spread, in which the
-// pixel's own spread has more weight the more samples the pixel has, times the effect of
-// stratification: the ratio of the pooled difference to the pooled spread, plus a tenth, so that
-// streams that agree by chance do not end a pixel. If no nearby pixel has a second stream yet, the
-// spread is used instead of the difference.
+// pixels. The pooled difference is the error estimate. The allocation uses the product of two
+// values. One is the spread, in which the pixel's own spread has more weight the more samples the
+// pixel has. The other is the effect of stratification: the ratio of the pooled difference to the
+// pooled spread, plus a tenth, so that a pixel does not end because its streams agree by chance. If
+// no nearby pixel has a second stream yet, the spread replaces the difference.
 //
 // Pooling reduces the influence of a pixel's own luck on its sample count, which keeps the bias of
 // adaptive sampling low (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis").

@@ -1,17 +1,17 @@
 // The table of AnisotropicAlbedo, by quadrature over bounded visible normals.
 //
 // Coordinates, chosen to minimise the interpolation error along each dimension:
-// - the cosine by sqrt(c/2 + mu/2), with c = (1 + 2 alpha) mu / (mu + 2 alpha) as in
-//   specular_albedo.h and the alpha of its azimuth: across the groove, values change over mu ~
-//   alpha, and also over mu ~ 1 because normals spread along x;
-// - the azimuth by alpha^(1/8) of the alpha there, between those of alpha_y and alpha_x: with
-//   alpha_y = 1e-3 and alpha_x = 1, all changes are within a few degrees of y;
-// - alpha_y by its fourth root from the mirror's to 1;
-// - alpha_x by its square root from alpha_y's to 1.
+// - for the cosine: sqrt(c/2 + mu/2), where c = (1 + 2 alpha) mu / (mu + 2 alpha) as in
+//   specular_albedo.h, with the alpha in the direction's azimuth. Across the groove, values change
+//   over mu ~ alpha and, because normals spread along x, also over mu ~ 1;
+// - for the azimuth: the eighth root of the alpha in it, from that of alpha_y to that of alpha_x.
+//   With alpha_y = 1e-3 and alpha_x = 1, all changes are within a few degrees of y;
+// - for alpha_y: its fourth root, from that of kMirrorAlpha to 1;
+// - for alpha_x: its square root, from that of alpha_y to 1.
 // Cubic (Lagrange) interpolation has an error of at most 1e-3 along the cosine and 7e-4 along each
-// other dimension, with a thirtieth of the nodes of linear interpolation. Alphas change less often
-// than directions, and every neighbour costs a cache line. So after the build, the table is refined
-// along both alphas, and lookups interpolate linearly there.
+// other dimension, with a thirtieth of the nodes that linear interpolation would need. Alphas
+// change less often than directions, and every neighbour costs a cache line. So after the build,
+// the table is refined along both alphas, and lookups interpolate linearly along them.
 
 #include <algorithm>
 #include <array>
@@ -28,7 +28,7 @@ namespace emberline {
 namespace {
 
 constexpr int kCosines = 18, kAzimuths = 14, kNarrow = 24, kWide = 20;
-constexpr int kNarrowBuilt = 12, kWideBuilt = 10;  // by quadrature; others are interpolated
+constexpr int kNarrowBuilt = 12, kWideBuilt = 10;  // by quadrature; the rest are interpolated
 constexpr size_t kPlane = size_t(kAzimuths) * kCosines;
 constexpr int kPolar = 32, kTurns = 64;  // quadrature nodes
 
@@ -133,8 +133,8 @@ SpecularAlbedo mean_width(float ax, float ay) {
 
 struct AnisotropicAlbedo::Tables {
   std::array<Node, kPlane * kNarrow * kWide> nodes;  // [alpha_y][alpha_x][azimuth][cosine]
-  // Averages: the loss relative to that of mean_width(), and the difference between their Schlick
-  // parts.
+  // Averages over the hemisphere: the loss divided by that of mean_width(), and the Schlick part
+  // minus that of mean_width().
   std::array<Node, size_t(kNarrow* kWide)> averages = {};
 
   Tables() {
@@ -192,7 +192,8 @@ struct AnisotropicAlbedo::Tables {
   }
 
   // Cosine-weighted hemispherical means of at(). The nodes are spread over log(cosine) and over an
-  // azimuth stretched half as far as the lobe, so that both narrow features and the rest get nodes.
+  // azimuth that is stretched by the square root of the lobe's stretch, so that both narrow
+  // features and the rest get nodes.
   Node average(float ax, float ay) const {
     if (!(ax > ay * 1.00001f)) return {1, 0};
     static const GaussLegendre<32> cosines;
@@ -260,8 +261,9 @@ SpecularAlbedo::Value AnisotropicAlbedo::at(const Vec3f& w) const {
   const float mu = std::clamp(w.z, 0.0f, 1.0f);
   const float x2 = square(w.x), sin2 = fma(w.y, w.y, x2);
   const float cos2 = sin2 > 0 ? x2 / sin2 : 0.5f;
-  // The alpha in w's azimuth, and its position between alpha_y and alpha_x: (a^p - y^p) / (x^p -
-  // y^p) with p = 1/8, from a^2 - y^2 = (x^2 - y^2) cos^2, without cancellation where the two meet.
+  // The alpha `a` in w's azimuth, and its position between y = alpha_y and x = alpha_x, which is
+  // (a^p - y^p) / (x^p - y^p) with p = 1/8. The formula for this follows from a^2 - y^2 = (x^2 -
+  // y^2) cos^2 and does not cancel where x and y meet.
   const float alpha = std::sqrt(lerp(alpha_y2_, alpha_x2_, cos2)), root = std::sqrt(alpha);
   const float root4 = std::sqrt(root), root8 = std::sqrt(root4);
   const float sums =
@@ -292,7 +294,8 @@ SpecularAlbedo::Value AnisotropicAlbedo::at(const Vec3f& w) const {
   }
   const SpecularAlbedo::Value base = SpecularAlbedo(root).at(mu);
   const float loss = std::clamp(base.loss + more_loss, 0.0f, 1.0f);
-  // base.schlick contains (1 - mu)^5 E with its own E.
+  // base.schlick contains (1 - mu)^5 E with the isotropic lobe's E. The next line replaces this E,
+  // too.
   return {loss, std::clamp(fma(pow5(1 - mu), base.loss - loss, base.schlick + rest), 0.0f, 1.0f)};
 }
 

@@ -19,8 +19,8 @@ namespace emberline {
 class AnisotropicGgx {
  public:
   AnisotropicGgx() = default;
-  // Requires alphas in [kMirrorAlpha, 1] and a unit wo with wo.z > 0 (otherwise unusable, but
-  // harmless).
+  // Requires alphas in [kMirrorAlpha, 1] and a unit wo with wo.z > 0 (with another wo, the object
+  // is unusable but harmless).
   AnisotropicGgx(float alpha_x, float alpha_y, const Vec3f& wo)
       : wo_(wo),
         alpha_x_(alpha_x),
@@ -67,10 +67,10 @@ class AnisotropicGgx {
 
 // The directional albedo of AnisotropicGgx, with the interface of SpecularAlbedo: the albedo of an
 // isotropic lobe with the alpha in w's azimuth, plus a table of the difference over (cosine,
-// azimuth, alpha_y, alpha_x). With alpha_x = alpha_y the difference is 0. |error| against
-// quadrature at 20,000 points, including narrow lobes and grazing angles: in E it is at most
-// 1.5e-3, and below 9e-4 at 99 % of the points; in B, 1.7e-3 and 6e-4. The table takes 950 KiB and
-// is built once (90 ms, deterministic, thread-safe).
+// azimuth, alpha_y, alpha_x). With alpha_x = alpha_y the difference is 0. Compared with quadrature
+// at 20,000 points, including narrow lobes and grazing angles, |error| in E is at most 1.5e-3, and
+// below 9e-4 at 99 % of the points; in B it is at most 1.7e-3, and below 6e-4 at 99 %. The table
+// takes 950 KiB and is built once (90 ms, deterministic, thread-safe).
 class AnisotropicAlbedo {
  public:
   // alpha_x >= alpha_y (glTF: x is the stretched direction), both in [kMirrorAlpha, 1].
@@ -81,7 +81,7 @@ class AnisotropicAlbedo {
 
   SpecularAlbedo::Value at(const Vec3f& w) const;  // w unit, w.z in [0, 1]
 
-  // Cosine-weighted averages over the hemisphere of the values of at().
+  // Averages of at() over the hemisphere, weighted by the cosine.
   float average_loss() const { return average_loss_; }
   float average_schlick() const { return average_schlick_; }
 
@@ -95,9 +95,10 @@ class AnisotropicAlbedo {
   AnisotropicAlbedo(float alpha_x, float alpha_y, const Tables& tables);
 
   float alpha_x2_, alpha_y2_;
-  // alpha_y to the powers 1, 1/2, 1/4, 1/8, and the product of their sums with those of alpha_x.
+  // alpha_y to the powers 1, 1/2, 1/4, 1/8; and the product, over these powers, of the sum of both
+  // alphas to that power.
   float roots_y_[4], sums_;
-  const Node* nodes_;    // first of 2 x 2 neighbouring alphas
+  const Node* nodes_;    // the first of 2 x 2 neighbouring pairs of alphas
   float narrow_, wide_;  // position between them
   float average_loss_, average_schlick_;
 };

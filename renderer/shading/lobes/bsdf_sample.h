@@ -7,11 +7,11 @@ namespace emberline {
 
 struct BsdfSample {
   Vec3f wi = Vec3f(0.0f);
-  Rgb weight = Rgb(0.0f);  // eval / pdf; for a delta lobe its albedo over its pick probability
+  Rgb weight = Rgb(0.0f);  // eval / pdf; for a delta lobe, albedo / pick probability
   float pdf = 0.0f;        // of all lobes together; 0 for a delta lobe
   // Square of the relative index of refraction if the sample enters another medium, otherwise 1.
-  // `weight` contains its inverse, so Russian roulette uses weight * (product of these); otherwise
-  // it would terminate every second path into glass.
+  // `weight` contains the inverse of this. Russian roulette multiplies a path's weight by the
+  // product of its eta_scales, since it would otherwise end every second path into glass.
   float eta_scale = 1.0f;
   bool delta = false;
   bool transmitted = false;  // wi is on the other side of the surface from wo

@@ -19,7 +19,7 @@
 namespace emberline {
 
 // Samples an unnormalised visible microfacet normal of a surface with two alphas. `t` is the length
-// of (alpha_x wo.x, alpha_y wo.y, wo.z), and `k` <= 1 is the bound on the cap, which keeps z >= 0.
+// of (alpha_x wo.x, alpha_y wo.y, wo.z), and `k` is the bound on the cap; since k <= 1, z >= 0.
 [[gnu::always_inline]] inline Vec3f sample_cap(const Vec3f& wo, float alpha_x, float alpha_y,
                                                float t, float k, float sin_phi, float cos_phi,
                                                float u) {
@@ -34,8 +34,8 @@ namespace emberline {
 class GgxReflection {
  public:
   GgxReflection() = default;
-  // Requires alpha in [kMirrorAlpha, 1] and a unit wo with wo.z > 0 (otherwise unusable, but
-  // harmless).
+  // Requires alpha in [kMirrorAlpha, 1] and a unit wo with wo.z > 0 (with another wo, the object is
+  // unusable but harmless).
   GgxReflection(float alpha, const Vec3f& wo) : wo_(wo), alpha_(alpha) {
     alpha2_ = square(alpha);
     inv_alpha2_ = 1.0f / alpha2_;

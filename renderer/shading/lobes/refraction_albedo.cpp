@@ -1,4 +1,5 @@
-// The table of refraction_albedo(): E + T of the rough solid interface, by quadrature.
+// The table of refraction_albedo(), reflection plus transmission of the rough solid interface, by
+// quadrature.
 
 #include <algorithm>
 #include <array>
@@ -15,7 +16,7 @@ namespace {
 
 constexpr int kMus = 20, kRoughnesses = 16, kEtas = 16;
 constexpr int kNodes = 24;
-// z = sqrt((n - 1) / (n + 1)) spreads indices evenly (as in Cycles); 0.8 is n = 4.6.
+// z = sqrt((n - 1) / (n + 1)) spreads indices evenly (as in Cycles); 0.8 corresponds to n = 4.6.
 constexpr float kLastZ = 0.8f;
 constexpr float kFirstRoughness = 0.0316227766f;  // sqrt(kMirrorAlpha)
 

@@ -35,7 +35,7 @@ struct Shadowing {
 // ---- tables ------------------------------------------------------------------------------------
 
 constexpr int kColumns = 144, kRows = 64;
-constexpr int kCosines = 48, kAzimuths = 16;  // quadrature
+constexpr int kCosines = 48, kAzimuths = 16;  // quadrature nodes
 
 // Columns are evenly spaced in mu^(1/4) from kSheenMinCosine, rows in roughness^(1/4).
 constexpr float kFirstColumn = 0.1f;
@@ -70,8 +70,8 @@ double slope_of_mean(double mean) {
 }
 
 // Radius over which the corner of max(1, r) is rounded off, because the table could not represent a
-// sharp one. At high roughness R reaches at most 0.953 and must stay unchanged; for narrower lobes
-// R is steeper.
+// sharp one. At high roughness the radius is small, because R reaches at most 0.953 and must stay
+// unchanged. For narrower lobes it is larger, because R is steeper.
 float rounding_at(float roughness) {
   return lerp(0.15f, 0.045f, std::clamp((roughness - 0.15f) / (0.285f - 0.15f), 0.0f, 1.0f));
 }
@@ -91,7 +91,7 @@ struct SheenNode {
 
 namespace {
 
-// Interpolates bilinearly between the nodes of a row and of the next one.
+// Interpolates bilinearly between the nodes of one row and the next.
 [[gnu::always_inline]] inline float blend(const SheenNode* row, float row_fraction,
                                           const TablePosition& column, float SheenNode::*field) {
   const SheenNode* p = row + column.index;
@@ -99,8 +99,8 @@ namespace {
               lerp(p[kColumns].*field, p[kColumns + 1].*field, column.fraction), row_fraction);
 }
 
-// Computes 2^x for x <= 0 to 1e-7, by a series around the nearest integer. Branch-free, so that it
-// vectorises.
+// Computes 2^x for x <= 0 to within 1e-7, by a series around the nearest integer. Branch-free, so
+// that it vectorises.
 [[gnu::always_inline]] inline float exp2_below_one(float x) {
   x = std::max(x, -126.0f);
   const float whole = std::nearbyint(x), y = (x - whole) * 0.693147181f;
@@ -218,8 +218,8 @@ void Table::fill(int row) {
     SheenNode& node = out[column];
     node.raw = float(sum);
     if (sum > double(1 - round)) exceeds_one[size_t(row)] = true;
-    // These are wider than the moments suggest, which lowers the variance of the weights: the
-    // lobe's tails are longer than those of the densities.
+    // The densities are made wider than the moments suggest, because the lobe's tails are longer
+    // than theirs. This lowers the variance of the weights.
     node.slope = float(std::pow(1 + slope_of_mean(sum_mu / sum), 0.75) - 1);
     node.concentration = float(0.77 * std::max(0.0, sum_cos / sum));
   }

@@ -7,14 +7,14 @@
 // for cosines below 0.05, and grows without bound towards cosine 0 at every roughness. Here
 //   f' = f / max(1, R(mu_o), R(mu_i)),
 // with the corner of the max rounded off (over 1 +- 0.15 up to roughness 0.15, +- 0.045 from 0.285
-// on). This is reciprocal, returns at most 1, and equals f where f conserves energy (everywhere
-// above roughness 0.285). Cosines below kSheenMinCosine are raised to it.
+// on). This is reciprocal, has an albedo of at most 1, and equals f where f conserves energy
+// (everywhere above roughness 0.285). Cosines below kSheenMinCosine are raised to it.
 //
 // Cosine and azimuth are sampled separately, with the density (1 + s) / (1 + s mu)^2 and a wrapped
 // Cauchy distribution around wo's azimuth; s and the distribution's width come from a table of the
-// lobe's own first moments. E[w^2] / E[w]^2 of the weights is 1.02 to 2.3 over all roughnesses and
-// angles, and w / E[w] is at most 4.2. For comparison, E[w^2] / E[w]^2 is 1.04 to 18 for uniform
-// directions and 1.2 to 140 for cosine-weighted ones.
+// lobe's own first moments. For sample weights w, E[w^2] / E[w]^2 is 1.02 to 2.3 over all
+// roughnesses and angles, and w / E[w] is at most 4.2. For comparison, E[w^2] / E[w]^2 is 1.04 to
+// 18 for uniform directions and 1.2 to 140 for cosine-weighted ones.
 #pragma once
 
 #include "renderer/core/vector.h"
@@ -25,7 +25,7 @@ namespace emberline {
 // Lower roughnesses are raised to this. Chosen by us: at 0.07 sheen is visible only at cosines
 // below 0.2, and its sample weights still vary little; in the limit, roughness 0, it is invisible.
 inline constexpr float kSheenMinRoughness = 0.07f;
-// Here R(mu) has its last minimum before the fit diverges.
+// At this cosine, R(mu) has its last minimum before the fit diverges towards cosine 0.
 inline constexpr float kSheenMinCosine = 1e-4f;
 
 struct SheenNode;
@@ -62,9 +62,9 @@ class SheenLobe {
   const SheenNode* row_ = nullptr;  // table row; the next row follows it
   float row_fraction_ = 0.0f;       // towards the next row
   float round_ = 0.0f;              // radius of the limit's corner
-  bool exceeds_one_ = false;        // R exceeds 1 somewhere at this roughness
+  bool exceeds_one_ = false;        // R reaches the limit's corner at this roughness
   float slope_ = 0.0f;              // s
-  float concentration_ = 0.0f;      // of the azimuth, [0, 1)
+  float concentration_ = 0.0f;      // of the azimuth's distribution, in [0, 1)
 };
 
 }  // namespace emberline

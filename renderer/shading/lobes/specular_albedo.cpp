@@ -62,7 +62,8 @@ void integrate(const Quadrature& rule, float mu, float alpha, double* e, double*
   *b = sum_b;
 }
 
-// Rows are evenly spaced in roughness = sqrt(alpha), from kMirrorAlpha to 1; y in [0, 1].
+// Rows are evenly spaced in roughness = sqrt(alpha), with alpha from kMirrorAlpha to 1. `y` in [0,
+// 1] is a position along them.
 constexpr float kFirstRoughness = 0.0316227766f;
 static_assert(kFirstRoughness * kFirstRoughness / kMirrorAlpha - 1 < 1e-6f &&
               1 - kFirstRoughness * kFirstRoughness / kMirrorAlpha < 1e-6f);

@@ -7,9 +7,10 @@
 //
 // The tables contain the loss 1 - E and B - (1 - mu)^5 E. Both are smooth in
 //   x = sqrt((1 + 2 alpha) mu / (mu + 2 alpha)),  y = sqrt(alpha).
-// A grid in mu alone would miss the layer below mu = alpha, because for small alpha both are
-// functions of mu / alpha. 40 x 64 nodes, bilinear: |error| < 6e-4 in E and in B for all mu and
-// every alpha in [kMirrorAlpha, 1] (measured against quadrature; unit test SpecularAlbedo).
+// A grid in mu alone would miss the changes below mu = alpha, because for small alpha both are
+// functions of mu / alpha. With 40 x 64 nodes and bilinear interpolation, |error| < 6e-4 in E and
+// in B for all mu and every alpha in [kMirrorAlpha, 1] (measured against quadrature; unit test
+// SpecularAlbedo).
 //
 // Built once (6 to 13 ms, deterministic), at first use or in prepare(); thread-safe.
 #pragma once
@@ -60,7 +61,7 @@ class SpecularAlbedo {
   };
   static constexpr int kColumns = 40;
   static constexpr int kRows = 64;
-  // The averages are one-dimensional, so four nodes per row are affordable.
+  // The averages depend on alpha only, so four nodes per row of the table are affordable.
   static constexpr int kAverages = 4 * (kRows - 1) + 1;
   struct Tables;
   static const Tables& tables();

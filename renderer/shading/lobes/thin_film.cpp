@@ -12,7 +12,8 @@ namespace emberline {
 namespace {
 
 // Response of each channel to cos(2 pi D / lambda) as a function of the path difference D: 1 at D =
-// 0, then a decaying oscillation. Stored as values and slopes at even steps; cubic in between.
+// 0, then a decaying oscillation. Stored as values and slopes at even steps, and interpolated
+// cubically in between.
 constexpr double kStep = 25.0;  // nanometres
 constexpr int kSteps = 400;
 constexpr int kMaxOrder = 32;
@@ -64,7 +65,7 @@ const Sensitivity& sensitivity() {
 
 float clamp_unit(float x) { return x > 0.0f ? std::min(x, 1.0f) : 0.0f; }  // NaN: 0
 
-// Rounding errors exceed 1 if both interfaces reflect nearly everything.
+// Rounding can raise an amplitude above 1 if both interfaces reflect nearly everything.
 Color4 clamp_amplitude(Color4 r) {
   const Color4 one = splat4(1.0f);
   r = r < one ? r : one;
@@ -81,8 +82,8 @@ float max_abs(Color4 c) {
   return std::max(std::abs(c[0]), std::max(std::abs(c[1]), std::abs(c[2])));
 }
 
-// For lower_amplitude_of_metals(), see the header: limits of base_f0, and the path difference in
-// steps, which is a quarter of 550 nm.
+// The limits of lower_amplitude_of_metals() (see the header): two values of base_f0, and a path
+// difference of a quarter of 550 nm, in steps.
 constexpr float kDielectric = 0.1f, kMetal = 0.4f;
 constexpr float kQuarterWave = float(137.5 / kStep);
 
@@ -127,7 +128,7 @@ Rgb thin_film_reflectance(float cos_i, float film_ior, float thickness_nm, const
   const Sensitivity& table = sensitivity();
   constexpr float kNegligible = 5e-4f;
   const float ratio = max_abs(q);
-  float bound = 2.0f * ratio;  // bound of the next order
+  float bound = 2.0f * ratio;  // bound on the next order
   for (int order = 1; order <= kMaxOrder; ++order) {
     const float d = path * float(order);
     if (!(d < float(kSteps))) break;

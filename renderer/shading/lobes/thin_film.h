@@ -10,20 +10,21 @@
 //   terms have the colour (1.20, 0.95, 0.91), since equal-energy white is not D65.
 // - A table replaces four Gaussians fitted to the responses, and orders are summed until they are
 //   negligible.
-// - The lower interface is chosen such that a film without effect leaves the base unchanged. With r
-//   the base's amplitude in air (square root of Schlick's reflectance) and r12 that of the film's
-//   upper face (exact Fresnel), r23 = (r - r12) / (1 - r r12), the inverse of how two amplitudes
-//   add. At normal incidence this equals the extension's. At any angle, a film of thickness 0, or
-//   of index 1, leaves the base's Schlick reflectance exactly, and a film of the base's index
-//   nearly, without fading out the film's index near thickness 0. Metals absorb, which changes the
-//   phase of r23 with the angle, so this real r23 is too small for them: from base_f0 0.1 to 0.4
-//   the extension's Schlick reflectance replaces it, once the path difference exceeds a quarter of
+// - The amplitude r23 of the lower interface is chosen such that a film without effect leaves the
+//   base unchanged. If r is the base's amplitude in air (the square root of Schlick's reflectance)
+//   and r12 that of the film's upper face (exact Fresnel), then r23 = (r - r12) / (1 - r r12),
+//   which inverts the sum of two amplitudes. At normal incidence this equals the extension's r23.
+//   At any angle, a film of thickness 0 or of index 1 leaves the base's Schlick reflectance exactly
+//   unchanged, and a film of the base's index nearly unchanged; the film's index need not be faded
+//   out near thickness 0. Metals absorb, which changes the phase of r23 with the angle, so this
+//   real r23 is too small for them. Therefore the extension's Schlick reflectance gradually
+//   replaces it as base_f0 rises from 0.1 to 0.4, and as the path difference rises to a quarter of
 //   a wavelength.
 //
-// The root mean square error against the exact sums of both polarisations, over angles and
-// thicknesses to 1000 nm, is 0.015 for dielectric bases (0.029 with the extension's interfaces) and
-// 0.11 for metals of complex index (also 0.11). Against the sum over wavelengths of this same model
-// it is 7e-5, and the largest error is 1.5e-3 (unit test ThinFilm).
+// The root mean square error was measured against the exact sums of both polarisations, over angles
+// and over thicknesses to 1000 nm. It is 0.015 for dielectric bases (with the extension's
+// interfaces: 0.029) and 0.11 for metals with a complex index (also 0.11). Against the sum over
+// wavelengths of this same model it is 7e-5, and the largest error is 1.5e-3 (unit test ThinFilm).
 #pragma once
 
 #include "renderer/core/vector.h"

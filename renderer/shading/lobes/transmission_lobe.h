@@ -7,9 +7,9 @@
 // walls, the transmission has the distribution of the reflection, mirrored to the other side (as
 // glTF defines it), without refraction.
 //
-// Both are scaled by the reciprocal of their directional albedo at wo, to compensate for multiple
-// scattering (Turquin 2019, "Practical Multiple Scattering Compensation for Microfacet Models"): a
-// white interface conserves energy but is not reciprocal.
+// Reflection and transmission are divided by their total directional albedo at wo, to compensate
+// for multiple scattering (Turquin 2019, "Practical Multiple Scattering Compensation for Microfacet
+// Models"). So a white interface conserves energy but is not reciprocal.
 //
 // Radiance into a denser medium is scaled by 1 / eta^2 (paths start at the camera); a closed object
 // reverses this on the way out. Below kMirrorAlpha both parts are deltas. An index within 1e-3 of 1
@@ -49,8 +49,8 @@ class TransmissionLobe {
   Rgb straight_transmittance() const;
 
  private:
-  // Reflectance of a microfacet at cos_d. 1 minus its largest channel is transmitted in all
-  // channels, so that the transmission does not get the complementary colour.
+  // Reflectance of a microfacet at cos_d. In every channel, 1 minus the reflectance's largest
+  // channel is transmitted, so that the transmission does not get the complementary colour.
   Rgb reflectance(float cos_d) const;
   float reflect_pick(const Rgb& reflectance) const;
   bool refract(const Vec3f& m, float cos_d, Vec3f* wi) const;
@@ -82,8 +82,8 @@ float fresnel_dielectric(float cos_i, float eta);
 Rgb attenuation_coefficient(const Rgb& color, float distance);
 Rgb beer_transmittance(const Rgb& coefficient, float distance);  // distance in scene units, >= 0
 
-// Total albedo of a rough solid interface for white; its reciprocal is the compensation. Looked up
-// in a table over (mu, roughness, eta), built at first use (25 ms), thread-safe.
+// Total directional albedo of a rough, white solid interface, by which TransmissionLobe divides.
+// Looked up in a table over (mu, roughness, eta), built at first use (25 ms), thread-safe.
 float refraction_albedo(float mu, float roughness, float eta);
 
 }  // namespace emberline

@@ -68,7 +68,7 @@ SampledWavelength sample_wavelength(float u) {
 float ior_at(float ior_d, float dispersion, float nanometres) {
   // Fraunhofer's F, d and C lines, nanometres.
   constexpr double kF = 486.13, kD = 587.56, kC = 656.27;
-  // These are 523655 and 1.5168 in the extension's text.
+  // The next two constants are 523655 and 1.5168 in the extension's text.
   constexpr double kPerSquare = 1.0 / (1.0 / (kF * kF) - 1.0 / (kC * kC));
   constexpr float kScale = float(kPerSquare / (kD * kD));
   if (ior_d == 0.0f) return 0.0f;

@@ -16,10 +16,10 @@ struct SampledWavelength {
 // over uniform u is (1, 1, 1), so without dispersion colours do not change.
 //
 // The responses are CIE 1931 (see colour_matching.h) converted to Rec. 709, clamped to non-negative
-// values, then normalised per channel. Spectral colours are outside Rec. 709, so some of their
-// channels are negative; paths of negative radiance would break variance estimates, Russian
-// roulette and denoisers. Clamping makes single spectral colours a little paler, but mixtures are
-// exact, because every channel keeps its full weight.
+// values, then normalised per channel. Without the clamp, spectral colours, which are outside Rec.
+// 709, would have negative channels, and paths of negative radiance would break variance estimates,
+// Russian roulette and denoisers. Clamping makes single spectral colours a little paler, but
+// mixtures are exact, because every channel keeps its full weight.
 SampledWavelength sample_wavelength(float u);
 
 // Returns the index of refraction by the extension's formula: Cauchy's equation, n = A + B /

@@ -229,7 +229,7 @@ std::string text_of(const std::optional<Estimate>& e) {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-// Pads columns to the width of their widest cell.
+// Pads each column to the width of its widest cell.
 std::string aligned(const Rows& rows) {
   std::vector<size_t> widths(rows.front().size(), 0);
   for (const auto& row : rows) {
@@ -245,7 +245,7 @@ std::string aligned(const Rows& rows) {
   return text;
 }
 
-// A table of the denoised methods, by budget; empty if there are none.
+// Returns a table with a row for each denoised method and budget; empty if there are none.
 std::string denoised_table(const StudyResults& r) {
   Rows rows = {{"method", "budget", "relmse", "trimmed", "display_mse", "flip", "speedup by relmse",
                 "filter, s", "estimate : truth", "unfiltered"}};

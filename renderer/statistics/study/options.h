@@ -13,13 +13,14 @@ namespace emberline {
 
 inline constexpr uint32_t kMaxStudySeeds = 10000;
 
-// The settings of a study's frames. The lists in StudyOptions choose what is compared.
+// The groups of settings that all frames of a study have in common. What is compared is chosen by
+// the lists in StudyOptions.
 inline constexpr std::initializer_list<SettingGroup> kStudySettings = {
     SettingGroup::kSample, SettingGroup::kSeed,  SettingGroup::kSchedule,
     SettingGroup::kView,   SettingGroup::kLight, SettingGroup::kLoading};
 
 struct StudyOptions {
-  RenderOptions frame;  // kStudySettings, the scene and the limits of the run
+  RenderOptions frame;  // settings in kStudySettings, the scene and the limits of the run
   // Comma-separated lists. An estimator may be followed by its allocation and then `unbiased`:
   // "two-stream/mse", "two-stream/display/unbiased".
   std::string drivers = "bucket,bisection,adaptive";
@@ -27,9 +28,9 @@ struct StudyOptions {
   std::optional<std::string> samplers;      // default: sobol; with --convergence: all
   std::optional<std::string> spp, seconds;  // budgets; at most one of them
   std::optional<uint32_t> seeds;            // default: 5; with --convergence: 2000
-  std::string baseline;                     // name of a method; empty: bucket, or the first
-  bool denoise = false;                     // run each method also with denoised pictures
-  bool separate = false;                    // a separate run for every budget
+  std::string baseline;                     // name of a method; empty: the first method
+  bool denoise = false;                     // also run each method with denoised pictures
+  bool separate = false;                    // render a separate frame for every budget
   std::string reference;                    // a picture; empty: render one
   std::optional<uint32_t> reference_spp;
   std::string cache;   // for rendered references; empty: the study's folder

@@ -28,7 +28,7 @@ bool any_checkpoint(const StudyResults& results) {
                              [](const auto& run) { return !run.checkpoints.empty(); });
 }
 
-// Returns "1.92 [1.8, 2.05]", with the number of runs if some are missing.
+// Returns a text such as "1.92 [1.8, 2.05]", followed by the number of runs if some are missing.
 std::string format_estimate(const Estimate& e, const StudyResults& results) {
   std::string text = readable_number(e.value);
   if (e.low && e.high) {
@@ -62,8 +62,8 @@ std::string budget_text(const StudySettings& settings, double budget) {
 
 std::string metric_name(StudyMetric metric) { return std::string(study_metric_entry(metric).name); }
 
-// Makes a table with a row for each method except `excluded`: its name, then make_cell(method,
-// column).
+// Makes a table with a row for each method except `excluded`. A row has the method's name, then
+// make_cell(method, column) for each column.
 template <typename Cell>
 PageTable method_table(const StudyResults& results, const std::string& caption,
                        const std::vector<std::string>& columns, const Cell& make_cell,
@@ -151,13 +151,14 @@ PageCell bias_cell(const StudyResults& results, size_t method, size_t budget) {
   std::string text = fmt::format("{:+.3f}\u00a0%", 100 * bias->value);
   if (!bias->low || !bias->high) return text;
   text += fmt::format(" [{:+.3f},\u00a0{:+.3f}]", 100 * *bias->low, 100 * *bias->high);
-  // The noise of the reference's own sum may cause a bias of up to two of its standard errors.
+  // A bias of up to two standard errors of the reference's own sum may come from the reference's
+  // noise.
   const double tolerance = 2 * results.reference.noise_bias;
   const bool biased = *bias->low > tolerance || *bias->high < -tolerance;
   return {text, biased ? Tone::kBad : Tone::kPlain};
 }
 
-// ---- sections; each says so if it has nothing to show (no finished run, a single seed, no
+// ---- sections; a section with nothing to show says so (no finished run, a single seed, no
 // rendered reference)
 
 void add_warnings(HtmlPage& page, const StudyResults& results) {

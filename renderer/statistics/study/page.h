@@ -15,14 +15,14 @@ namespace emberline {
 // skips missing ones. Throws RenderError for a picture that cannot be encoded.
 std::string study_page(const StudyResults& results, const std::string& folder);
 
-// Adds the sections with pictures: whole pictures, zoomed crops, FLIP maps and sample densities.
-// Reads the files that `results` names from `folder` and skips missing or unreadable ones. Throws
-// RenderError for a picture that cannot be encoded.
+// Adds the parts of the page that show pictures: whole pictures, zoomed crops, FLIP maps and sample
+// densities. Reads the files that `results` names from `folder` and skips missing or unreadable
+// ones. Throws RenderError for a picture that cannot be encoded.
 void add_study_pictures(HtmlPage& page, const StudyResults& results, const std::string& folder);
 
-// Finds at most `count` disjoint squares with sides of `side` pixels in which `picture` differs
-// most from `reference` (by the mean square of the bytes), the worst first. The sizes must be equal
-// (asserted).
+// Finds up to `count` disjoint squares of `side` x `side` pixels in which `picture` differs most
+// from `reference` (by the squared differences of the bytes), and returns the worst first. The
+// sizes must be equal (asserted).
 std::vector<Rect> most_different_squares(const ByteImage& picture, const ByteImage& reference,
                                          int side, size_t count);
 

@@ -22,7 +22,7 @@ namespace {
 
 // The longest side of a picture on the page; larger pictures are downsampled by averaging.
 constexpr int kMaxPixels = 1280;
-// Maximum number of pictures in a row, and the width that they share.
+// Maximum number of pictures in a row of figures, and the width of such a row in pixels.
 constexpr int kMaxColumns = 4, kPageWidth = 1300;
 
 struct MethodPictures {
@@ -31,7 +31,7 @@ struct MethodPictures {
   std::optional<Plane> samples;
 };
 
-// The folder of a study's pictures; each picture must have `pixels` pixels.
+// A study's folder. Each picture in it must have `pixels` pixels.
 struct PictureFolder {
   std::string path;
   int64_t pixels;
@@ -94,7 +94,7 @@ MethodPictures read_method(const StudyResults& results, size_t m, const PictureF
           read_picture(folder, p.flip_png), read_samples(folder, p.exr)};
 }
 
-// The narrower the pictures, the more fit in a row.
+// Returns how many pictures to show in a row, which is more for narrower pictures.
 int column_count(int width) { return std::clamp(kPageWidth / std::max(1, width), 2, kMaxColumns); }
 
 ByteImage downsample(const ByteImage& image) {
@@ -137,8 +137,8 @@ bool same_size(const ByteImage& a, const ByteImage& b) {
   return a.width == b.width && a.height == b.height;
 }
 
-// Chooses crops where the error of the baseline (or else of the first method with a picture) is
-// largest.
+// Chooses crops where the error of the baseline is largest, or that of the first method with a
+// usable picture if the baseline has none.
 std::vector<Rect> choose_crops(const StudyResults& results,
                                const std::vector<MethodPictures>& methods,
                                const ByteImage& reference) {

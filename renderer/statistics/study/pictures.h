@@ -14,12 +14,12 @@ namespace emberline {
 
 class StudyPictures {
  public:
-  // `frame` has the size of the frame.
+  // `frame` must have the frame's actual width and height.
   StudyPictures(const StudyFolder& folder, const RenderOptions& frame, const Rect& crop);
 
   static constexpr const char* kReferenceExr = "pictures/reference.exr";
   static constexpr const char* kReferencePng = "pictures/reference.png";
-  // The names of a method's files by its id. The files need not exist.
+  // Returns the names of the files of the method with this id. The files need not exist.
   static StudyMethod::Pictures names(const std::string& id);
   bool exist(const std::string& id) const;
 

@@ -98,14 +98,14 @@ bool is_fixed_count(const std::string& sampler) {
   return find_named(sampler_table(), "`samplers`", "sampler", sampler).counts != SampleCounts::kAny;
 }
 
-// The message of the error that rendering the method at one of the budgets would throw; empty if
-// there is none.
+// Returns the message of the UsageError that rendering the method at one of the budgets would
+// throw; empty if all budgets are possible.
 std::string find_unsupported_reason(const PlannedMethod& method, const StudyPlan& plan) {
   try {
     for (const double budget : plan.budgets) {
       const auto samples = plan.by_time ? uint32_t(64) : uint32_t(budget);
       RenderOptions options = frame_options(method, samples, 0);
-      options.spp = samples;  // unrounded
+      options.spp = samples;  // not rounded, so that unsupported numbers are reported
       RenderPlan{options};
     }
   } catch (const UsageError& error) {
@@ -148,7 +148,8 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
   return planned;
 }
 
-// Chooses a sampler that is not studied, so that the reference does not have the same faults.
+// Chooses a sampler that is not studied, if there is one, so that the reference does not have the
+// same faults as the pictures.
 std::string reference_sampler(const std::vector<std::string>& studied) {
   for (const char* name : {"independent", "sobol"}) {
     if (std::ranges::find(studied, name) == studied.end()) return name;
@@ -161,7 +162,7 @@ void check_count(std::string_view name, std::optional<uint32_t> count, uint32_t 
   throw UsageError("`{}`: {} is not from {} to {}", name, *count, min, max);
 }
 
-// Rejects settings of other groups, which a client may have set.
+// Throws UsageError if a client has set settings outside the groups of kStudySettings.
 void check_settings(const FrameSettings& settings) {
   const FrameSettings none;
   for (const Setting& row : setting_table()) {

@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// R G B A samples variance.R variance.G variance.B time
+// The channels are R G B A samples variance.R variance.G variance.B time.
 constexpr size_t kChannels = 9, kVariance = 5, kTime = 8;
 
 constexpr const char* kAttribute = "emberline:study_reference";
@@ -43,7 +43,7 @@ std::string read_checksum(const ReferenceRequest& request) {
   return note["checksum"].text();
 }
 
-// Whether the header of a picture identifies it as a half of a reference.
+// Whether the header of the picture file identifies it as one half of a reference.
 bool has_attribute(const std::string& path) {
   constexpr size_t kHeader = 65536;
   const InputFile file(path);
@@ -80,7 +80,7 @@ void check_cached_files(const ReferenceRequest& request) {
     try {
       return has_attribute(picture);
     } catch (const InputError&) {
-      // The note may exist without the picture.
+      // The picture may be missing, so look for the note.
     }
     try {
       return !read_checksum(request).empty();
@@ -122,7 +122,7 @@ std::optional<ReferenceHalf> render_reference_half(const StudyRenderer& renderer
   std::optional<StudyPicture> picture =
       renderer.render(request.options, study_reference_aovs(), stop);
   if (!picture) return std::nullopt;
-  // The note is written last: pixels without a note are not used.
+  // Write the note last, since pixels without a note are not used.
   const std::string base = base_path(request);
   write_film_exr(base + ".exr", study_reference_aovs(), request.options.width,
                  request.options.height, renderer.crop(), {{kAttribute, request.key}},

@@ -15,7 +15,7 @@
 
 namespace emberline {
 
-// Describes one half: its frame and its folder. `key` contains everything that the pixels depend
+// Describes one half: its frame and its folder. `key` describes everything that the pixels depend
 // on.
 struct ReferenceRequest {
   RenderOptions options;  // with the driver, sampler, samples and seed of this half
@@ -27,27 +27,27 @@ struct ReferenceRequest {
 using ReferenceHalf = std::vector<float>;
 AovSet study_reference_aovs();
 
-// The names of the half's files in its folder.
+// Returns the names of the half's files, relative to its folder.
 std::vector<std::string> reference_files(const ReferenceRequest& request);
 
-// Checks a folder that several studies share. Throws UsageError if these files exist and are not a
-// reference half, since they would be overwritten.
+// Call this for a folder that several studies share. Throws UsageError if files with the half's
+// names exist but are not a reference half, since they would be overwritten.
 void check_cached_files(const ReferenceRequest& request);
 
-// Reads a cached half. Empty if there is none; if it is damaged or belongs to another frame, also
-// logs this.
+// Reads a cached half. Returns nothing if there is none, or if it is damaged or belongs to another
+// frame, which is logged.
 std::optional<ReferenceHalf> read_reference_half(const ReferenceRequest& request, const Rect& crop);
 
-// Renders a half and caches it. Empty if a stop was requested. Throws RenderError.
+// Renders a half and caches it. Returns nothing if a stop was requested. Throws RenderError.
 std::optional<ReferenceHalf> render_reference_half(const StudyRenderer& renderer,
                                                    const ReferenceRequest& request,
                                                    const std::stop_token& stop);
 
 RgbImage reference_picture(const ReferenceHalf& half, const Rect& crop);
 
-// Computes the limits from the variance of the halves' samples, which are treated as independent,
-// and from the time of each pixel (the smaller of the halves' times, which was disturbed less).
-// `samples` is the number per pixel of each half.
+// Computes the Neyman limits from the variance of the halves' samples, which are treated as
+// independent, and from the time of each pixel. The smaller of the two halves' times is used, since
+// it was disturbed less. `samples` is the number of samples per pixel in one half.
 NeymanLimits reference_limits(const std::array<ReferenceHalf, 2>& halves, uint32_t samples,
                               const ReferencePicture& reference);
 

@@ -59,7 +59,7 @@ class TileCollector : public RenderSink {
   std::vector<float> values_;
 };
 
-// Copies the picture when a budget is spent and when a round ends.
+// Copies the picture whenever a budget is spent or a round ends.
 class ProgressiveCollector final : public TileCollector {
  public:
   // With `uniform` sampling there are no rounds, and therefore no error estimates.
@@ -92,8 +92,8 @@ class ProgressiveCollector final : public TileCollector {
     return uint64_t(std::ceil(budgets_[pictures.size()] * double(crop_.area())));
   }
 
-  // Stores the error estimate of the last round, which a driver computes when it plans the next
-  // round.
+  // Stores the error estimate of the last round. A driver computes this estimate only when it plans
+  // the next round.
   void store_estimate(const JobProgress& now) {
     if (!round_ || !now.error_estimate || now.error_estimate == last_estimate_) return;
     round_->estimate = *now.error_estimate;
@@ -107,8 +107,8 @@ class ProgressiveCollector final : public TileCollector {
   std::stop_source budgets_spent;
 
  private:
-  // Number of pictures that this class collects. If the last picture is the finished frame,
-  // render_progressive() adds it.
+  // Number of pictures that this class collects. It excludes a last picture that is the finished
+  // frame, which render_progressive() adds.
   size_t collected_count() const {
     return by_time_ && uniform_ ? budgets_.size() : budgets_.size() - 1;
   }
@@ -140,7 +140,7 @@ class ProgressiveCollector final : public TileCollector {
   const std::span<const double> budgets_;
   const bool by_time_;
   const bool uniform_;
-  std::optional<RoundEstimate> round_;  // the last round, while it has no estimate
+  std::optional<RoundEstimate> round_;  // the last round, until it has an estimate
   std::optional<double> last_estimate_;
 };
 

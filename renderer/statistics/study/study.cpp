@@ -32,12 +32,14 @@ namespace emberline {
 namespace {
 
 constexpr uint32_t kDefaultSeeds = 5;
-// The reference has this many times the samples of the largest budget. So, where its noise is not
-// removed, its variance is 1/64 of that of the best picture.
+// The reference has this many times the samples of the largest budget. Its variance, in metrics
+// from which its noise is not removed, is therefore 1/64 of the best picture's.
 constexpr uint32_t kReferenceFactor = 64;
-// Seed offsets that no run reaches: the maximum of --seeds is far below them.
+// Offsets from the first seed to those of the reference and the warm-up. No run reaches them, since
+// the maximum of --seeds is far below.
 constexpr uint32_t kReferenceSeed = 0x40000000u, kWarmUpSeed = 0x80000000u;
-// Target time of a warm-up: seconds, and at least this fraction of the largest budget in seconds.
+// Target time of the last frame of a warm-up: in seconds, and as a fraction of the largest budget
+// if budgets are in seconds. The larger of the two applies.
 constexpr double kWarmUpSeconds = 0.3, kWarmUpFraction = 0.1;
 constexpr uint32_t kMaxWarmUpSamples = 1024;
 // A frame that ends by time may take up to this many times the samples that its pace predicts.
@@ -54,7 +56,8 @@ StudyRun failed_run(const std::string& reason) {
   return run;
 }
 
-// Reads --reference first, before anything slow.
+// Reads the picture of --reference. This is done first, so that a bad file is reported before
+// anything slow.
 std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLimits& limits) {
   if (options.reference.empty()) return std::nullopt;
   const RenderOptions& frame = options.frame;
@@ -67,7 +70,7 @@ std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLi
 class Study {
  public:
   // Loads the scene and opens the folder. Throws UsageError, InputError or RenderError for invalid
-  // options. `threads` is only recorded. All other arguments must outlive the study.
+  // options. `threads` is only recorded. The references must outlive the study.
   Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& files, int threads)
       : options_(options),
         plan_(plan),
@@ -89,7 +92,8 @@ class Study {
     describe_settings(threads);
   }
 
-  // Warms up, which measures each method's pace, and finds the finished runs of an earlier start.
+  // Warms up, which measures each method's pace, and finds the reference and the runs that an
+  // earlier start has finished.
   void prepare() {
     prepare_pace();
     find_reference();
@@ -103,7 +107,8 @@ class Study {
         samples, readable_seconds(double(renderer_.pixels()) * samples / pace)));
   }
 
-  // Number of samples that render() will take; estimated for runs that end by time.
+  // Returns the number of samples that render() will take, which is estimated for runs that end by
+  // time.
   uint64_t remaining_samples() const {
     double samples = 0;
     for (const auto& half : reference_.halves) {
@@ -174,7 +179,8 @@ class Study {
           std::max(maximum, renderer_.frame_bytes(frame_options(method, 1, options_.frame.seed),
                                                   plan_.budgets.size()));
     }
-    // Per pixel: the halves, and their pictures and the mean, both linear and display-encoded.
+    // Memory per pixel for the channels of both halves, and for the pictures of the halves and
+    // their mean, each linear and display-encoded.
     const uint64_t reference =
         2 * sizeof(float) * film_channels(study_reference_aovs()).size() + 6 * 3 * sizeof(float);
     const uint64_t references = bytes_of(renderer_.pixels(), reference + kComparisonBytesPerPixel);
@@ -224,7 +230,7 @@ class Study {
       }
     }
     pace_ = folder_.read_pace().value_or(StudyPace());
-    pace_.samples_per_s.merge(measured.samples_per_s);  // adds new methods only
+    pace_.samples_per_s.merge(measured.samples_per_s);  // keeps paces measured earlier
     if (pace_.reference_spp == 0) pace_.reference_spp = reference_samples();
     folder_.write_pace(pace_);
   }
@@ -246,7 +252,7 @@ class Study {
     }
   }
 
-  // Samples per pixel of the reference, both halves together.
+  // Returns the samples per pixel of the reference, in both halves together.
   uint32_t reference_samples() const {
     double maximum = 1;
     for (const PlannedMethod& method : plan_.methods)
@@ -315,7 +321,7 @@ class Study {
     return true;
   }
 
-  // Samples per pixel that the method can take within the largest budget.
+  // Returns the samples per pixel that the method can take within the largest budget.
   double samples_in_largest_budget(const PlannedMethod& method) const {
     if (!plan_.by_time) return plan_.budgets.back();
     const auto pace = pace_.samples_per_s.find(method.id);
@@ -328,7 +334,8 @@ class Study {
         std::floor(samples_in_largest_budget(method) * budget / plan_.budgets.back()));
   }
 
-  // Loads the finished runs of an earlier start, and adds impossible runs, which need no rendering.
+  // Loads the runs that an earlier start has finished, and adds failed runs for the methods that
+  // are impossible.
   void find_finished_runs() {
     for (uint32_t k = 0; k < seeds_; ++k) {
       const uint32_t seed = options_.frame.seed + k;
@@ -363,8 +370,7 @@ class Study {
     return true;
   }
 
-  // Returns nothing if the study was stopped. If a run throws, it has failed, and the study
-  // continues.
+  // Returns nothing if the study was stopped. A run that throws is returned as a failed run.
   std::optional<StudyRun> execute_run(size_t m, uint32_t seed) {
     const PlannedMethod& method = plan_.methods[m];
     StudyRun run;

@@ -1,4 +1,5 @@
-// Measures speed against error for several ways to render one frame, from warm-up to results.
+// Measures speed against error for several ways to render one frame. Runs the whole study, from
+// warm-up to results.
 #pragma once
 
 #include <cstdint>
@@ -15,21 +16,21 @@ namespace emberline {
 
 // The result of a study.
 struct StudyOutcome {
-  std::optional<StudyResults> results;  // empty: stopped before the reference was complete
+  std::optional<StudyResults> results;  // empty if stopped before the reference was complete
   WriteAttempts attempts = {};
 };
 
 // Renders the reference of a study, then its runs. Any thread may call `on_samples`. Failed runs
-// are recorded as failed; interrupted runs are repeated when the study is resumed.
+// are recorded as failed; runs that were interrupted are repeated when the study is resumed.
 using RenderStudy =
     std::function<void(const std::function<void(uint64_t)>& on_samples, std::stop_token stop)>;
 
-// The client must call `render` once. `samples` is the number of samples to render; for runs that
-// end by time, it is an estimate.
+// The client must call `render` once. `samples` is the number of samples that `render` will take;
+// for runs that end by time, it is an estimate.
 using StudyClient = std::function<void(uint64_t samples, const RenderStudy& render)>;
 
-// Runs a study and writes its files, on `options.frame.threads` threads. `folder` is the name that
-// the client uses for the option of the results folder. Throws UsageError, InputError and
+// Runs a study and writes its files, on `options.frame.threads` threads. `folder` is the client's
+// name for the option that chooses the results folder. Throws UsageError, InputError and
 // RenderError.
 StudyOutcome execute_study(const StudyOptions& options, const std::string& folder,
                            const StudyClient& client);

@@ -18,7 +18,7 @@ struct MeasuredEdit {
   std::string what;      // "orbit", "roughness"
   double input_s = 0.0;  // time of the input
   std::optional<double> filled_s,
-      complete_s;  // when a filled or complete SessionPicture was displayed
+      complete_s;  // when a filled and a complete SessionPicture first showed the edit
 };
 
 class EditLatency {
@@ -26,7 +26,7 @@ class EditLatency {
   static constexpr size_t kMaxEdits = 100000;
 
   void add_edit(uint64_t number, std::string what, double time_s);
-  // Call after swapping buffers. A picture of a later edit also shows the earlier ones.
+  // Call after swapping buffers. A picture that shows an edit also shows all earlier edits.
   void displayed(const SessionPicture& picture, double time_s);
 
   std::span<const MeasuredEdit> edits() const { return edits_; }

@@ -11,7 +11,8 @@
 namespace emberline {
 namespace {
 
-// Works for ImGuiContext with or without an event queue.
+// Whether ImGui's event queue is empty. Also compiles for versions of ImGui without a queue, and
+// then returns true.
 template <typename Context>
 bool queue_empty(const Context& context) {
   if constexpr (requires { context.InputEventsQueue; }) return context.InputEventsQueue.empty();

@@ -1,6 +1,6 @@
-// Passes keys to Dear ImGui. Versions before 1.87 poll keys once per frame, and miss a key that is
-// pressed and released between two frames. Later versions queue events and may spread them over
-// several frames.
+// Passes keys to Dear ImGui so that none is lost. Versions before 1.87 poll keys once per frame and
+// would miss a key that is pressed and released between two frames. Later versions queue events and
+// may need several frames to handle them.
 #pragma once
 
 #include <vector>
@@ -22,7 +22,7 @@ class ImGuiInput {
     int key, scancode, action, modifiers;
   };
   std::vector<int> pressed_;             // keys pressed since the last frame
-  std::vector<KeyEvent> late_releases_;  // releases of pressed_ keys
+  std::vector<KeyEvent> late_releases_;  // releases of keys in pressed_, sent after the frame
 };
 
 }  // namespace emberline

@@ -64,17 +64,18 @@ struct Shortcut {
   std::string_view group;   // heading in the list
   std::string_view keys;    // shown to the user, for example "Ctrl+Shift+Z"
   std::string_view effect;  // shown to the user, for example "Undo the last edit"
-  int key_count = 1;        // number of consecutive keys from `key` on, in GLFW's order
+  int key_count = 1;        // this many consecutive keys, from `key` on in GLFW's order
   bool listed = true;       // false: an alternative key for an entry above
 
   int number_of(int pressed) const { return 1 + pressed - key; }  // `key` itself is number 1
 };
 std::span<const Shortcut> shortcut_table();
-// The entry for a key, or null.
+// Returns the entry for a key, or null if there is none.
 const Shortcut* find_shortcut(int key, int modifiers);
-// The keys of the action's first entry, such as "Ctrl+S", for menus; empty if it has no entry.
+// Returns the keys of the action's first entry, such as "Ctrl+S", for menus. Empty if the action
+// has no entry.
 std::string_view keys_of(Action action);
-// What the action does, for tooltips; every action has a text.
+// Returns what the action does, for tooltips. Every action has such a text.
 std::string_view effect_of(Action action);
 
 struct FlightKey {
@@ -93,7 +94,8 @@ struct DragGesture {
 std::span<const DragGesture> drag_table();
 const DragGesture* find_drag(int button, int modifiers);
 
-// Clicks and the wheel. They have no Action; these entries are only for the list of shortcuts.
+// A click or wheel gesture. Such gestures have no Action and are only shown in the list of
+// shortcuts.
 struct ListedGesture {
   std::string_view keys, effect;
 };

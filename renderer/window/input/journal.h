@@ -11,15 +11,15 @@ namespace emberline {
 
 class Journal {
  public:
-  // Buffers lines until begin(), so that the file is not overwritten before it is known not to be
+  // Buffers lines until begin(), because the file must not be overwritten while it might still be
   // one of the scene's inputs. Throws RenderError if the file cannot be written.
   void open_later(const std::string& path);
   bool is_buffering() const { return !path_.empty() && !file_; }
   void begin();
   const std::string& path() const { return path_; }
   bool is_open() const { return !path_.empty(); }
-  // Writes the line {"t": seconds, "event": event, ...members} immediately, so that a reader can
-  // follow. If writing fails, warns and closes the journal.
+  // Writes the line {"t": seconds, "event": event, ...members}; after begin() immediately, so that
+  // another program can follow the journal. If writing fails, warns and closes the journal.
   void write(const char* event, const nlohmann::json& members);
 
  private:

@@ -11,10 +11,10 @@
 namespace emberline {
 namespace {
 
-constexpr float kClickSlack = 4.0f;         // a click that moves less far is not a drag
+constexpr float kClickSlack = 4.0f;         // a press that moves less is a click, not a drag
 constexpr double kDoubleClick_s = 0.35;     // longest time between the two clicks
-constexpr float kWipeGrip = 6.0f;           // distance at which the wipe's line can be grabbed
-constexpr double kWheelZoom = 1.189207115;  // 2^(1/4) per step
+constexpr float kWipeGrip = 6.0f;           // maximum distance for grabbing the wipe's line
+constexpr double kWheelZoom = 1.189207115;  // zoom factor per step of the wheel, 2^(1/4)
 constexpr int kModifiers = GLFW_MOD_SHIFT | GLFW_MOD_CONTROL | GLFW_MOD_ALT;
 
 }  // namespace

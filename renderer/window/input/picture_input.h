@@ -1,4 +1,4 @@
-// Translates the window system's events to actions on the picture. Every event is handled on
+// Translates the window system's events into actions on the picture. Every event is handled on
 // arrival, so that a click between two frames is not lost.
 #pragma once
 
@@ -12,8 +12,8 @@ namespace emberline {
 
 class PictureInput {
  public:
-  // `covered`: whether a panel, menu or dialog covers the point. `typing`: whether keys go to a
-  // text field or popup.
+  // `covered` returns whether a panel, menu or dialog covers a point; `typing` returns whether keys
+  // go to a text field or popup.
   PictureInput(Workbench& bench, std::function<bool(const Vec2f&)> covered,
                std::function<bool()> typing);
 
@@ -23,14 +23,14 @@ class PictureInput {
   void left_window();
   void wheel(double steps, int modifiers);
   void key(int key, bool pressed, bool repeated, int modifiers);
-  void lost_focus();  // releases all keys, because their release is not reported any more
+  void lost_focus();  // releases all keys, because their actual release is not reported
 
   // Moves the camera in the direction of the held keys. `seconds` is the time since the last call.
   void fly(double seconds);
 
   bool dragging() const { return drag_.has_value() && moved_; }
   bool flying() const;
-  // The region being drawn, if any.
+  // Returns the region that the user is drawing, if any.
   std::optional<Rect> dragged_region() const;
 
  private:

@@ -31,7 +31,7 @@ void small_action_button(Workbench& bench, const char* label, Action action) {
 void action_entry(Workbench& bench, const char* label, Action action, bool enabled, bool checked) {
   const std::string keys(keys_of(action));
   const bool chosen = ImGui::MenuItem(label, keys.c_str(), checked, enabled);
-  widgets::help(std::string(effect_of(action)));  // the entry shows the keys
+  widgets::help(std::string(effect_of(action)));  // without the keys, which the entry itself shows
   if (chosen) bench.act(action);
 }
 

@@ -58,7 +58,8 @@ void slide_fov(Workbench& bench, const CameraDescription& view_camera) {
   }
 }
 
-// Offers no reset to the file's value, because only orthographic cameras have a height.
+// Offers no reset to the file's value, because the file's camera has no height unless it is
+// orthographic.
 void slide_height(Workbench& bench, const CameraDescription& view_camera) {
   const auto radius = float(bench.session.scene()->radius);
   CameraEdit edit = bench.session.edits().camera;

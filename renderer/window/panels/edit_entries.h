@@ -23,8 +23,8 @@ std::vector<ListedLight> list_lights(const SceneDescription& outline, const Scen
 // Returns the item's own name or, for example, "Material 3".
 std::string display_name(const std::string& name, const char* what, int index);
 
-// Returns the entry for this light or material, or one without changes if there is none. The
-// returned target has both name and index.
+// Returns the edits' entry for this light or material, or an entry without changes if there is
+// none. Its target has both name and index.
 LightEdit light_edit(const SceneEdits& edits, const SceneDescription& outline, EditedLight kind,
                      int index);
 MaterialEdit material_edit(const SceneEdits& edits, const SceneDescription& outline, int material);
@@ -35,7 +35,7 @@ MaterialEdit unedited(const EditTarget& material);
 bool has_changes(const MaterialEdit& edit);
 
 // Stores `edit` in place of the entry for the same light or material, if any. An entry without
-// changes is removed instead, so that edits that were reset equal no edits.
+// changes is removed instead, so that edits that have all been reset equal no edits.
 void store_entry(SceneEdits& edits, const SceneDescription& outline, const LightEdit& edit);
 void store_entry(SceneEdits& edits, const SceneDescription& outline, const MaterialEdit& edit);
 

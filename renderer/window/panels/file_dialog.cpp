@@ -114,12 +114,12 @@ void FileDialog::draw(const std::function<void(const std::string&)>& chosen) {
   bool done = draw_files(&next);
   const float em = ImGui::GetFontSize();
   std::error_code failed;
-  fs::path full_path = fs::path(folder_) / name_;  // just `name_` if it is absolute
+  fs::path full_path = fs::path(folder_) / name_;  // equals `name_` if that is absolute
   const bool is_confirming = !unconfirmed_.empty() && full_path == unconfirmed_;
   const float buttons = 13.0f * em;
   ImGui::SetNextItemWidth(-buttons);
   if (is_new || std::exchange(focus_requested_, false)) ImGui::SetKeyboardFocusHere();
-  ImGui::PushID(open_count_);  // with a new id, ImGui selects the field's text
+  ImGui::PushID(open_count_);  // a new id makes ImGui select the field's text
   done |= widgets::input_line("##name", "File name or path", name_);
   has_keyboard_ = ImGui::IsItemActive();
   ImGui::PopID();

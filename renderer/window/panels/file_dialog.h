@@ -26,7 +26,8 @@ class FileDialog {
   const char* title() const { return title_; }
   // Whether the name field had keyboard focus when last drawn.
   bool has_keyboard() const { return has_keyboard_; }
-  // Call each frame: draws the dialog while it is open, and calls `chosen` with the path.
+  // Call each frame. Draws the dialog while it is open, and calls `chosen` with the path that the
+  // user chooses.
   void draw(const std::function<void(const std::string&)>& chosen);
 
  private:
@@ -35,9 +36,10 @@ class FileDialog {
     bool folder = false;
   };
   void enter(const std::string& folder);
-  // Whether `path` may be chosen: the user must confirm that an existing file is replaced.
+  // Whether `path` may be chosen now. Before an existing file is replaced, the user must confirm.
   bool is_confirmed(const std::string& path);
-  // Draws the folder's files. Returns whether one was chosen; sets `next` to a chosen folder.
+  // Draws the folder's contents. Returns whether a file was chosen; if a folder was, sets `next` to
+  // it.
   bool draw_files(std::string* next);
 
   const char* title_;

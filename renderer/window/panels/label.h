@@ -6,9 +6,9 @@
 
 namespace emberline {
 
-// The text of a tooltip: a literal that begins with a capital letter. A single sentence has no full
-// stop; two or more all have one. A missing or empty text does not compile, so that every control
-// has a tooltip.
+// The text of a tooltip: a literal that begins with a capital letter. If the text is a single
+// sentence, it has no full stop; otherwise every sentence has one. A missing or empty text does not
+// compile, so that every control has a tooltip.
 class Help {
  public:
   consteval Help(const char* text) : text_(text) {

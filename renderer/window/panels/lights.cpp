@@ -134,8 +134,8 @@ void draw_environment(Workbench& bench) {
   }
 }
 
-// Chooses between light groups, so that changes of lights need no new samples, and the same noise
-// as in a final frame.
+// Switches light groups on or off. With them, changes of lights need no new samples; without them,
+// the noise is the same as in a final frame.
 void choose_light_groups(Workbench& bench) {
   ViewSettings settings = bench.session.settings();
   ImGui::BeginDisabled(!can_relight(settings.render));

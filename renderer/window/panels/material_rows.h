@@ -15,11 +15,12 @@ struct MaterialRow {
   std::string_view parameter;  // name in material_parameters()
   const char* label;
   Help help;
-  // Range of the slider or of each colour channel. Values in an edits file may lie outside.
+  // Range of the slider or of each colour channel. Values in an edits file may lie outside this
+  // range.
   float minimum = 0.0f, maximum = 1.0f;
   const char* format = "%.3f";
   bool logarithmic = false;
-  // Whether the row applies to the file's material with this edit; null: always.
+  // Returns whether the row applies to the file's material with this edit; null if it always does.
   bool (*applies)(const MaterialDescription& original, const MaterialEdit& edit) = nullptr;
 };
 
@@ -27,7 +28,7 @@ struct MaterialGroup {
   const char* name;  // empty for the base, which every material has
   Help help;
   std::span<const MaterialRow> rows;
-  bool (*present)(const MaterialDescription& original);  // whether the file's material has this
+  bool (*present)(const MaterialDescription& original);  // whether the original has this layer
 
   bool edited(const MaterialEdit& edit) const;  // whether any row is edited
 };

@@ -58,8 +58,8 @@ bool group_heading(const MaterialGroup& group, bool open, bool edited) {
   return is_open;
 }
 
-// Draws the base, then the layers, which can be collapsed. Layers of the file's material are open
-// at first.
+// Draws the base, then the layers, which can be collapsed. A layer is open at first if the file's
+// material has it or if it is edited.
 bool edit_factors(MaterialEdit& edit, const MaterialDescription& original) {
   bool changed = false;
   for (const MaterialGroup* group : applicable_groups(original, edit)) {

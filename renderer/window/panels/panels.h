@@ -1,5 +1,5 @@
 // The interface around the picture. Each function draws a part of it and applies the user's changes
-// to the workbench. Call them between ImGui's NewFrame and Render.
+// to the workbench. Call these functions between ImGui's NewFrame and Render.
 #pragma once
 
 #include <vector>
@@ -55,7 +55,8 @@ void draw_display(Workbench& bench);
 void draw_menu(Workbench& bench);
 void draw_status_line(const Workbench& bench, float width, float height);
 
-// Draws under the picture if the scene has animations; otherwise the height is 0.
+// Draws the time line under the picture. If the scene has no animations, there is no time line, and
+// the height is 0.
 float time_line_height(const Workbench& bench);
 void draw_time_line(Workbench& bench, float top, float width);
 

@@ -151,7 +151,8 @@ void draw_histogram(Workbench& bench) {
                      clipped.c_str());
 }
 
-// Chooses an enumerator. `table` must have a row for each, in the order of the enum.
+// Lets the user choose an enumerator. `table` must have a row for each enumerator, in the order of
+// the enum.
 template <typename Enum, typename Table>
 bool choose_value(const widgets::Row& row, Enum& value, const Table& table) {
   int index = int(value);

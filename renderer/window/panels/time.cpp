@@ -82,7 +82,7 @@ bool choose_shutter(AnimationEdit& edit) {
   return changed;
 }
 
-// Draws the slider for the time. It is as wide as the line, less `reserved_width`.
+// Draws the slider for the time, which fills the rest of the line except for `reserved_width`.
 bool scrub(AnimationEdit& edit, double duration, float reserved_width) {
   const double fps = fps_of(edit);
   double time = edit.time.value_or(0.0);

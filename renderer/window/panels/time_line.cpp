@@ -7,7 +7,7 @@
 namespace emberline {
 namespace {
 
-// Tolerance for the rounding of whole frames' times, in frames.
+// Tolerance, in frames, for rounding errors in the times of whole frames.
 constexpr double kFrameTolerance = 1e-6;
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace emberline::widgets {
 namespace {
 
 constexpr float kNameWidth = 0.4f;       // relative to the panel's width
-constexpr double kTooltipDelay_s = 0.5;  // how long the mouse rests on an item before its tooltip
+constexpr double kTooltipDelay_s = 0.5;  // time for which the mouse must rest on an item
 constexpr double kNever_s = 1e300;
 constexpr const char* kTypeNumber = "Ctrl+click to type a number.";
 
@@ -47,7 +47,7 @@ std::string with_hint(Help help, const char* hint) {
   return text + (text.ends_with('.') ? " " : ". ") + hint;
 }
 
-// Draws the name, moves the cursor to the widget, and returns the widget's label.
+// Draws the row's name, moves ImGui's cursor to where the widget begins, and returns its label.
 std::string begin(const Row& row) {
   const float left = ImGui::GetCursorPosX();
   const float row_width = ImGui::GetContentRegionAvail().x;
@@ -125,7 +125,7 @@ bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
   if (!begin_list(label.c_str(), row.help, preview)) return false;
   bool changed = false;
   const auto offer = [&](const std::string& name, int i, bool chosen) {
-    ImGui::PushID(i);  // because names may be equal
+    ImGui::PushID(i);  // because two names may be the same
     if (ImGui::Selectable(name.c_str(), chosen)) {
       index = i;
       changed = true;

@@ -1,7 +1,7 @@
 // The controls of the panels, each with a tooltip. Panels must not call ImGui's controls directly;
 // tests/view/tooltips_test.py checks that. A row is as wide as the panel, with the name of a value
-// on the left and its control on the right. All controls return whether the value was changed or
-// the button pressed.
+// on the left and its control on the right. All controls return whether the user has changed the
+// value or pressed the button.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@
 namespace emberline::widgets {
 
 // `edited`: the value differs from the file's. The name then has the accent colour, and a right
-// click on it sets *reset, if that is not null.
+// click on the name sets *reset, if `reset` is not null.
 struct Row {
   const char* name;
   Help help;
@@ -49,8 +49,8 @@ struct Choice {
   std::string_view name;
   std::string label, summary;
 };
-// Chooses an index. If `index` is not valid, shows `placeholder` or, if that is empty,
-// `none_label`. If `none_label` is not null, it can be chosen and has the index -1.
+// Lets the user choose an index in `choices`. If `index` is not valid, shows `placeholder` or, if
+// that is empty, `none_label`. If `none_label` is not null, it can also be chosen, as index -1.
 bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
                   const std::string& placeholder = {}, const char* none_label = nullptr);
 bool choose(const Row& row, std::string& value, std::span<const Choice> choices,
@@ -65,7 +65,8 @@ std::vector<Choice> choices_of(const Table& table) {
   }
   return choices;
 }
-// Shows the names unchanged. The result refers to `names`, which must outlive it.
+// Returns choices that show the names unchanged. The result refers to `names`, which must outlive
+// it.
 std::vector<Choice> choices_of_names(std::span<const std::string> names);
 
 // Controls that are not part of a row. `width`: 0 for the width of the label, -1 for that of the
@@ -90,7 +91,7 @@ bool begin_list(const char* id, Help help, const std::string& preview);
 float half_width();
 
 void heading(const char* text);
-// Shows a tooltip for the item drawn last after the mouse has rested on it for a moment.
+// Shows a tooltip for the item that was drawn last, once the mouse has rested on it for a moment.
 void help(const std::string& text);
 void help(Help text);
 // Returns the window_time_s() at which the pending tooltip will be shown; far in the future if none

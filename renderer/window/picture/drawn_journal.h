@@ -12,7 +12,7 @@ namespace emberline {
 
 class DrawnJournal {
  public:
-  // `journal` must outlive this.
+  // `journal` must outlive this object.
   explicit DrawnJournal(Journal& journal) : journal_(journal) {}
 
   // Call after each frame with the displayed picture and its placement.

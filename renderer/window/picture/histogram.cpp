@@ -6,7 +6,8 @@ namespace emberline {
 namespace {
 
 constexpr double kUpdateInterval_s = 0.2;
-// Larger pictures are subsampled; the fractions are still accurate to a tenth of a percent.
+// Larger pictures are subsampled; the fractions of black and clipped pixels are still accurate to a
+// tenth of a percent.
 constexpr size_t kMaxPixels = 300000;
 
 }  // namespace

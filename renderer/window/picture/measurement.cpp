@@ -15,13 +15,13 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Built-in script: the number of edits of each kind, and the interval at which an artist would make
-// them while looking at each result.
+// For the built-in script: the number of edits of each kind, and the interval at which an artist
+// who looks at each result would make edits.
 constexpr int kEditsOfEachKind = 25;
 constexpr double kEditInterval_s = 0.25;
 constexpr double kWarmUp_s = 1.0;
-// After the last edit: the time for its picture to settle, then the time over which the render
-// speed is measured, which is extended up to kMaxIdle_s if no picture arrives.
+// Times after the last edit: kSettling_s for its picture to settle, then kIdle_s for measuring the
+// render speed, or up to kMaxIdle_s if no picture arrives earlier.
 constexpr double kSettling_s = 2.0, kIdle_s = 6.0, kMaxIdle_s = 60.0;
 // A script may last a day at most.
 constexpr double kMaxScript_s = 86400.0;

@@ -20,10 +20,10 @@ class PicturePlacement {
   // Sets the available part of the window and the frame's size. Keeps the zoom and the centre.
   void place(const Rect& area, int width, int height);
 
-  // Fits the whole picture into the area, and again whenever the area changes.
+  // Fits the whole picture into the area, now and whenever the area changes.
   void fit();
   bool fitted() const { return fitted_; }
-  // `zoom` is clamped. The picture's point at `screen` stays there.
+  // `zoom` is clamped. The point of the picture that is at `screen` stays there.
   void zoom_to(double zoom, const Vec2f& screen);
   void zoom_to(double zoom);  // around the centre of the area
   // Moves the picture with the mouse.
@@ -33,7 +33,7 @@ class PicturePlacement {
   const Rect& area() const { return area_; }
   Vec2f to_screen(const Vec2f& picture) const;
   Vec2f to_picture(const Vec2f& screen) const;
-  // The pixel under a screen point; absent outside the picture or the area.
+  // Returns the pixel under a screen point; absent if the point is outside the picture or the area.
   std::optional<Vec2i> pixel_at(const Vec2f& screen) const;
 
  private:

@@ -37,7 +37,8 @@ void PlainShader::end(ImDrawList& list) {
   list.AddCallback(ImDrawCallback_ResetRenderState, nullptr);
 }
 
-// ImGui calls this to replace its program. Uses the same vertices and projection.
+// ImGui calls this, and then draws with `program_` instead of its own program, but with the same
+// vertices and projection.
 void PlainShader::use(const ImDrawList* /*list*/, const ImDrawCmd* command) {
   auto& self = *static_cast<PlainShader*>(command->UserCallbackData);
   GLint imgui = 0;
@@ -51,7 +52,7 @@ void PlainShader::use(const ImDrawList* /*list*/, const ImDrawCmd* command) {
   glUniformMatrix4fv(self.projection_, 1, GL_FALSE, projection.data());
 }
 
-// Uses the vertex attribute locations of `imgui_program`, ImGui's program.
+// Builds `program_` with the vertex attribute locations of `imgui_program`, ImGui's program.
 void PlainShader::build(unsigned imgui_program) {
   const unsigned program = glCreateProgram();
   for (const auto& [kind, source] :

@@ -11,8 +11,8 @@ namespace emberline {
 class PlainShader {
  public:
   // Images added to `list` between begin() and end() are drawn opaque, with the colours of their
-  // texture. If the driver rejects the shader, ImGui's is used. This must exist until the list is
-  // drawn.
+  // texture. If the driver rejects the shader, ImGui's is used. This object must exist until the
+  // list is drawn.
   void begin(ImDrawList& list);
   static void end(ImDrawList& list);
 
@@ -21,7 +21,7 @@ class PlainShader {
   void build(unsigned imgui_program);
 
   bool built_ = false;
-  unsigned program_ = 0;  // 0 after build(): rejected by the driver
+  unsigned program_ = 0;  // 0 after build() if the driver has rejected it
   int projection_ = -1, projection_of_imgui_ = -1;
 };
 

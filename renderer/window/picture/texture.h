@@ -1,4 +1,4 @@
-// The texture of a picture, which is drawn with interpolation or pixel by pixel.
+// The texture of a picture, which can be drawn with interpolation or pixel by pixel.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ class PictureTexture {
   // `rgba8` has four bytes per pixel, top row first. Reuses the texture's memory while the size
   // stays the same.
   void upload(int width, int height, const std::vector<uint8_t>& rgba8);
-  // Switches interpolation off: for enlarged pixels, or a scale of 1:1.
+  // `pixelated` switches interpolation off, for enlarged pixels or a scale of 1:1.
   void set_pixelated(bool pixelated);
 
   bool empty() const { return width_ == 0; }

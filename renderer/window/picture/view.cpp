@@ -14,9 +14,9 @@
 namespace emberline {
 namespace {
 
-constexpr double kPixelZoom = 2.0;    // pixels are drawn as squares from this zoom
-constexpr double kValuesZoom = 28.0;  // values are drawn into pixels from this zoom
-constexpr float kMinMark = 9.0f;      // smallest frame around the picked pixel
+constexpr double kPixelZoom = 2.0;    // from this zoom on, pixels are drawn as squares
+constexpr double kValuesZoom = 28.0;  // from this zoom on, pixels contain their values
+constexpr float kMinMark = 9.0f;      // smallest size of the frame around the picked pixel
 constexpr ImU32 kBackground = IM_COL32(24, 24, 25, 255);
 constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 160);
 
@@ -62,7 +62,7 @@ void draw_bucket(const Workbench& bench, ImDrawList& list, const Rect& rect) {
   }
 }
 
-// Draws the linear values of each visible pixel into it.
+// Writes the linear values of each visible pixel into that pixel.
 void draw_values(const Workbench& bench, ImDrawList& list, const SessionPicture& picture) {
   const Rect& area = bench.placement.area();
   const Vec2f first = bench.placement.to_picture(Vec2f(float(area.x0), float(area.y0)));
@@ -144,8 +144,8 @@ void draw_wipe(const Workbench& bench, ImDrawList& list, int width, int height) 
                                               : "B: kept, own grade");
 }
 
-// Fills the area around the picture from `a` to `b`, but not under it: software OpenGL would draw
-// those pixels twice.
+// Fills the area around the picture, whose corners are `a` and `b`. Leaves out the pixels under the
+// picture, because software OpenGL would draw them twice.
 void draw_background(ImDrawList& list, const Rect& area, const ImVec2& a, const ImVec2& b) {
   const ImVec2 first(float(area.x0), float(area.y0)), last(float(area.x1), float(area.y1));
   const float top = std::clamp(a.y, first.y, last.y), bottom = std::clamp(b.y, first.y, last.y);
@@ -198,7 +198,7 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
     return;
   }
   const int width = drawn_->width, height = drawn_->height;
-  // At 1:1 interpolation changes nothing, but software OpenGL would still spend time on it.
+  // At 1:1, interpolation changes nothing, but software OpenGL would still spend time on it.
   const double zoom = bench.placement.zoom();
   const bool pixels = zoom >= kPixelZoom || zoom == 1.0;
   picture_.set_pixelated(pixels);
@@ -239,7 +239,7 @@ void draw_inspector(const Workbench& bench) {
   const Vec2f at = bench.placement.to_screen(Vec2f(float(pixel.x + 1), float(pixel.y + 1)));
   const float gap = ImGui::GetFontSize();
   const Rect& area = bench.placement.area();
-  // Place it on the side with enough room.
+  // Place the box on the side of the pixel with enough room.
   const bool left = at.x + 18.0f * gap > float(area.x1),
              above = at.y + 13.0f * gap > float(area.y1);
   ImGui::SetNextWindowPos({at.x + (left ? -gap : gap), at.y + (above ? -gap : gap)},

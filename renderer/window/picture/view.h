@@ -1,5 +1,5 @@
 // Draws the picture and its overlays: the other half of a wipe, buckets in progress, the region,
-// values of enlarged pixels. None of them changes the picture's pixels.
+// values of enlarged pixels. No overlay changes the picture's pixels.
 #pragma once
 
 #include "renderer/window/picture/plain_shader.h"
@@ -13,7 +13,7 @@ class PictureView {
   // Call between ImGui's NewFrame and Render.
   void draw(Workbench& bench, const std::optional<Rect>& dragged_region);
 
-  // The picture drawn last; null before the first.
+  // The picture that was drawn last; null before the first.
   const std::shared_ptr<const SessionPicture>& drawn() const { return drawn_; }
 
  private:
@@ -25,7 +25,7 @@ class PictureView {
   bool drawn_b_raw_ = false;
 };
 
-// Shows the values of the pixel under the cursor in a box beside it.
+// Shows the values of the pixel under the cursor, in a box beside the pixel.
 void draw_inspector(const Workbench& bench);
 
 }  // namespace emberline

@@ -38,7 +38,7 @@ void toggle_pause(Workbench& bench) {
   bench.settings.change_with([](ViewSettings& s) { s.paused = !s.paused; });
 }
 
-// Rendering with the next seed restarts the frame.
+// Restarts the frame by changing to the next seed.
 void restart(Workbench& bench) {
   bench.settings.change_with([](ViewSettings& s) { s.render.seed += 1; });
 }

@@ -17,7 +17,7 @@ struct Message {
 
 class MessageLog {
  public:
-  // Messages also go to `journal`, which must outlive this.
+  // Messages also go to `journal`, which must outlive this object.
   explicit MessageLog(Journal& journal) : journal_(journal) {}
 
   // A message with the same text as the newest one replaces it.

@@ -19,8 +19,8 @@ class Navigator {
  public:
   explicit Navigator(Workbench& bench) : bench_(bench) {}
 
-  // Call when the session has a new scene. `reread`: it is the same file read again; bookmarks are
-  // kept.
+  // Call when the session has a new scene. `reread`: the scene is the same file, read again.
+  // Bookmarks are then kept.
   void on_new_scene(bool reread);
 
   // Handles camera drags and Drag::kRotateEnvironment, and ignores others. `pixels` is the mouse

@@ -1,5 +1,5 @@
 // Inspects the pixel under the cursor, and the clicked pixel, whose samples are explained. Values
-// that are not available immediately arrive with update().
+// that are not available immediately arrive later, with update().
 //
 // Used on the window's thread only; nothing here blocks.
 #pragma once
@@ -34,7 +34,8 @@ class PixelInspector {
   // Sets the pixel under the cursor; absent: outside the picture.
   void set_cursor_pixel(const std::optional<Vec2i>& pixel);
   const std::optional<Vec2i>& cursor_pixel() const { return cursor_pixel_; }
-  // The inspected pixel, if a panel shows it.
+  // The inspection of the pixel under the cursor; absent while neither the display nor a click
+  // needs it.
   const std::optional<PixelInspection>& inspection() const { return inspection_; }
   // Toggles the display beside the cursor (WindowState::inspector).
   void toggle();
@@ -42,13 +43,13 @@ class PixelInspector {
 
   // Handles a click: selects the material there, and picks the pixel to explain.
   void select_at(const Vec2i& pixel);
-  // Handles a double click: makes the point seen there the camera's pivot.
+  // Handles a double click: makes the point that is visible in this pixel the camera's pivot.
   void orbit_around(const Vec2i& pixel);
 
-  // The pixel that was clicked last.
+  // The pixel to explain: the one that was clicked last, or that toggle_explanation() chose.
   const std::optional<Vec2i>& picked() const { return picked_; }
-  // Whether the explanation panel is open. It opens for the pixel under the cursor or, if there is
-  // none, for the pixel picked before.
+  // Whether the explanation panel is open. It opens for the pixel under the cursor or, if the
+  // cursor is not over the picture, for the pixel picked before.
   bool shows_explanation() const { return shows_explanation_; }
   void toggle_explanation();
   const std::optional<PixelInspection>& explanation() const { return explanation_; }
@@ -64,7 +65,7 @@ class PixelInspector {
   Workbench& bench_;
   const std::function<void(const std::string&)> copy_text_;
   std::optional<Vec2i> cursor_pixel_, picked_;
-  std::optional<Vec2i> clicked_, pivot_;  // pending clicks: the session has no data there yet
+  std::optional<Vec2i> clicked_, pivot_;  // pending clicks, on pixels that are not inspected yet
   bool shows_explanation_ = false;
   std::optional<PixelInspection> inspection_, explanation_;
 };

@@ -12,7 +12,7 @@ namespace emberline {
 
 class Player {
  public:
-  // Both arguments must outlive this.
+  // Both arguments must outlive this object.
   Player(const RenderSession& session, SceneEditor& edits) : session_(session), edits_(edits) {}
 
   bool available() const;
@@ -20,7 +20,7 @@ class Player {
   bool playing() const { return playback_.playing(); }
   void toggle_playing();
   void stop() { playback_.stop(); }
-  void step(int frames);  // also stops
+  void step(int frames);  // also stops playing
   bool is_looping() const { return playback_.loop; }
   void set_loop(bool loop) { playback_.loop = loop; }
 

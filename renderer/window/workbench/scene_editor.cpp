@@ -60,7 +60,7 @@ void SceneEditor::clear_environment() {
   const auto scene = bench_.session.scene();
   if (!scene) return;
   if (scene->outline.environment) return set_environment("");
-  change_with("environment file", [](SceneEdits& e) {  // without environment, drop all its edits
+  change_with("environment file", [](SceneEdits& e) {  // drop all edits of the added environment
     e.environment = {};
     std::erase_if(e.lights,
                   [](const LightEdit& light) { return light.kind == EditedLight::kEnvironment; });

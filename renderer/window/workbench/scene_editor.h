@@ -1,7 +1,7 @@
 // Edits the open scene, with undo and redo. RenderSession::edits() holds the edits.
 //
-// A change that the session rejects becomes a message and has no effect, as does any change without
-// a scene. Used on the window's thread only; nothing here blocks.
+// A change that the session rejects has no effect, and the user gets a message. Without a scene,
+// changes have no effect. Used on the window's thread only; nothing here blocks.
 #pragma once
 
 #include <optional>
@@ -19,8 +19,8 @@ class SceneEditor {
  public:
   explicit SceneEditor(Workbench& bench) : bench_(bench) {}
 
-  // Call when the session has a new scene. Clears the history. `reread`: it is the same file read
-  // again; previous edits are kept if they still fit.
+  // Call when the session has a new scene. Clears the history. `reread`: the scene is the same
+  // file, read again. The edits are then kept if they still fit.
   void on_new_scene(bool reread);
 
   // `what` names the control; changes with the same name during one gesture form one undo step.

@@ -11,7 +11,7 @@ namespace emberline {
 
 class SettingsEditor {
  public:
-  // All arguments must outlive this.
+  // All arguments must outlive this object.
   SettingsEditor(RenderSession& session, EditLatency& latency, Journal& journal);
 
   void change(const ViewSettings& settings);

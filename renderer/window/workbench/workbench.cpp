@@ -67,8 +67,8 @@ bool Workbench::update_load_status() {
 
 void Workbench::report_failed_load() {
   messages.error(load_status_.error);
-  // The scene's input files are unknown. Only a new or empty journal file is certainly not one of
-  // them.
+  // Since loading failed, the scene's input files are not known. Only a journal file that is new or
+  // empty is certainly not one of them.
   std::error_code none;
   const auto size = std::filesystem::file_size(journal.path(), none);
   if (journal.is_buffering() && (none || size == 0)) journal.begin();

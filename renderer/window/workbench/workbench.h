@@ -1,5 +1,6 @@
-// The window's model, independent of any window library: the session, and one class per task that
-// changes what it shows. Panels and input call these classes directly. Nothing here draws.
+// The window's model, independent of any window library: the session, and one class for each task
+// that changes what the session shows. Panels and input call these classes directly. Nothing here
+// draws.
 //
 // Used on the window's thread only; nothing here blocks.
 #pragma once
@@ -37,9 +38,9 @@ struct InterfaceState {
 
 class Workbench {
  public:
-  // `state` must outlive this. The session's threads call `wake` when there is news for update().
-  // `copy_text` copies a text to the clipboard. Throws RenderError if the journal cannot be
-  // written.
+  // `state` must outlive this object. The session's threads call `wake` when there is news for
+  // update(). `copy_text` copies a text to the clipboard. Throws RenderError if the journal cannot
+  // be written.
   Workbench(const ViewOptions& options, WindowState& state, std::function<void()> wake,
             std::function<void(const std::string&)> copy_text);
   ~Workbench();
@@ -50,7 +51,7 @@ class Workbench {
   // `held`: a control, mouse button or flight key is held; all changes until its release form one
   // undo step.
   void update_gesture(bool held);
-  // `number` is the bookmark's, for actions on bookmarks.
+  // `number` is the bookmark's number, for actions that store or recall a bookmark.
   void act(Action action, int number = 0);
 
   // State as of the last update().

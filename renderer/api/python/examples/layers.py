@@ -14,7 +14,7 @@ import emberline
 
 
 def mask_of(picture, layer, identity):
-    """The coverage of each pixel by the id, summed over all ranks."""
+    """Returns how much of each pixel the id covers, summed over all ranks."""
     coverage = np.zeros(picture["A"].shape, np.float32)
     for name in picture.layers:
         if not name.startswith(layer):

@@ -12,7 +12,7 @@ import emberline
 
 
 def lamp(scene, name, **change):
-    """One of the file's lights, or an emissive material."""
+    """Returns the edits' entry for one of the file's lights or emissive materials, with `change` applied."""
     for light in scene.editable["lights"]:
         if light.get("name") == name:
             return {**light, **change}
@@ -36,7 +36,7 @@ def main():
         scene.edit({"lights": [lamp(scene, name, on=name in lamps) for name in options.lamps]})
         return emberline.render(scene)["RGB"]
 
-    unnamed_light = lit_by()  # light that is not named
+    unnamed_light = lit_by()  # the light of everything except the named lamps
     lamp_pictures = [lit_by(name) - unnamed_light for name in options.lamps]
     mixed = unnamed_light + sum(weight * picture for weight, picture in zip(options.weights, lamp_pictures))
     emberline.write(options.output, mixed)

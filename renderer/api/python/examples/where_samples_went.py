@@ -26,7 +26,7 @@ def false_colours(values):
 
 
 def blocks(values):
-    """Means of 8 x 8 pixels."""
+    """Returns the means of blocks of 8 x 8 pixels."""
     height, width = (n - n % 8 for n in values.shape[:2])
     return values[:height, :width].reshape(height // 8, 8, width // 8, 8, -1).mean(axis=(1, 3, 4)).ravel()
 
