@@ -135,12 +135,14 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
             .full = "Write a report of the render. An .html file is a page with pictures and "
                     "charts; .json or any other name gives JSON. May be given more than once.",
             .example = "--report frame.html"});
-  add_flag(app, "--strict", o.strict,
-           {.section = H::kLimits,
-            .full = "End with exit code 1 if `time-limit` leaves pixels without a sample, which "
-                    "`driver` bucket does. The picture and the report are still written. With "
-                    "`resume` the exit code is 130, as without this option.",
-            .example = "--time-limit 60 --strict"});
+  add_flag(
+      app, "--strict", o.strict,
+      {.section = H::kLimits,
+       .full = "End with exit code 1 if `time-limit` leaves black pixels, as `driver` bucket "
+               "does. Other drivers fill in pixels without a sample from their neighbours; the "
+               "report counts them. The picture and the report are still written. With "
+               "`resume` the exit code is 130, as without this option.",
+       .example = "--time-limit 60 --strict"});
   add_snapshots(app, o);
   add_checkpoint(app, o);
   add_text(app, "--save-settings", o.save_settings, "FILE",

@@ -47,7 +47,7 @@ ImageLayer choose_layer(const ShowOptions& options, const FloatImage& image) {
     if (colour.has_alpha) layer.alpha = colour.first + colour.count;
     return layer;
   }
-  ImageLayer layer = find_layer(image.channel_names, image.parts, options.layer, options.image);
+  ImageLayer layer = find_frame_layer(image, options.layer, options.image);
   if (!layer.is_number()) {
     // The denoised picture shares the alpha of the raw one.
     if (layer.name == kDenoisedLayer) layer.alpha = image.find_channel("A");

@@ -144,7 +144,7 @@ void add_study_methods(CLI::App* app, StudyOptions& o) {
                           "5; 2000 with --convergence"));
   add_text(app, "--baseline", o.baseline, "NAME",
            study_option("method that the others are compared with",
-                        "Compare the other methods with this one.", "bucket, or the first"));
+                        "Compare the other methods with this one.", "the first method"));
 }
 
 void add_study_choices(CLI::App* app, StudyOptions& o) {
@@ -322,8 +322,10 @@ void add_denoise_options(CLI::App* app, DenoiseOptions& o) {
 }
 
 void add_extend_options(CLI::App* app, ExtendOptions& o) {
-  add_argument(app, "frame", o.frame,
-               "A picture that was rendered with --resumable, or its checkpoint.")
+  add_argument(
+      app, "frame", o.frame,
+      "A picture that was rendered with --resumable, or its checkpoint. The new limits are "
+      "totals: --spp 256 continues to 256 samples per pixel.")
       ->required();
   add_text(app, "--scene", o.scene, "FILE",
            {.section = H::kScene,

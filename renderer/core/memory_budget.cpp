@@ -62,9 +62,11 @@ std::string MemoryBudget::limit_message(MemoryPart part, uint64_t bytes, uint64_
     needed = readable_count(bytes) + " B";
     available = readable_count(left) + " B";
   }
-  return fmt::format(
-      "needs {} of memory ({}), but only {} of the {} limit is left; raise `memory-limit`", needed,
-      name_of(part), available, readable_bytes(limit_));
+  const std::string what = left == limit_ ? "more than the limit of " + available
+                                          : fmt::format("but only {} of the limit of {} is left",
+                                                        available, readable_bytes(limit_));
+  return fmt::format("needs {} of memory ({}), {}; raise `memory-limit`", needed, name_of(part),
+                     what);
 }
 
 MemoryReservation& MemoryReservation::operator=(MemoryReservation&& other) noexcept {

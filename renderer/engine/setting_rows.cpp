@@ -256,9 +256,10 @@ std::vector<Setting> channel_settings() {
           "catcher", kChannels, "NAME|INDEX,...",
           {.section = H::kOutput,
            .full = "Make these nodes, and all nodes below them, shadow catchers: they stand in for "
-                   "surfaces of a plate. Multiply the plate by the layer `shadow`. With "
-                   "`transparent`, alpha shows the shadows on catchers, which are otherwise "
-                   "invisible. Write a comma in a name as \\,. `emberline info` lists the nodes.",
+                   "surfaces of a plate. With `transparent`, they are invisible and alpha has the "
+                   "shadows on them, so that the picture can be laid over the plate. The layer "
+                   "`shadow` has the shadows as factors of the plate. Write a comma in a name as "
+                   "\\,. `emberline info` lists the nodes.",
            .example = "--catcher floor --transparent"}),
       word<&S::holdouts>("holdout", kChannels, "NAME|INDEX,...",
                          {.section = H::kOutput,

@@ -55,8 +55,8 @@ InfoJson unread_parts(const FloatImage& image) {
 std::string obstacle_of(const std::string& checkpoint, const RecordedSettings& recorded,
                         bool complete) {
   if (!file_identity(checkpoint)) {
-    return fmt::format("its checkpoint, {}, is missing; render with `resumable` to keep it",
-                       checkpoint);
+    return fmt::format(
+        "its checkpoint, {}, is missing; render or merge with `resumable` to keep it", checkpoint);
   }
   if (!complete) return "it is not complete; finish it with `resume` first";
   return extension_obstacle(checkpoint, recorded);

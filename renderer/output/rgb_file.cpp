@@ -11,6 +11,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/rect_values.h"
+#include "renderer/engine/setting_table.h"
 
 namespace emberline {
 namespace {
@@ -56,7 +57,7 @@ ImageLayer choose_layer(const FloatImage& file, const std::string& path,
                                ? choice.layer
                                : reference_layer(file, path, choice.layer);
   if (name.empty()) return find_picture(file, path, choice);
-  ImageLayer layer = find_layer(file.channel_names, file.parts, name, path);
+  ImageLayer layer = find_frame_layer(file, name, path);
   if (layer.channels.size() == 2) {
     throw UsageError(
         "`layer`: {} of {} has two channels; only layers with one or three channels can be "
@@ -79,6 +80,20 @@ FloatImage read_frame(const std::string& path, const LoadProgress& progress) {
   FloatImage image = read_float_image(path, progress);
   warn_if_stopped(path, image);
   return image;
+}
+
+ImageLayer find_frame_layer(const FloatImage& image, const std::string& name,
+                            const std::string& path) {
+  if (auto layer = try_find_layer(image.channel_names, image.parts, name, path)) {
+    return *std::move(layer);
+  }
+  const auto reject = [&](const std::string& setting) {
+    throw UsageError("`layer`: {} has no {}; render it with {}", path, name, setting);
+  };
+  if (name == kDenoisedLayer) reject("`denoise`");
+  const std::vector<SettingChoice>& aovs = find_setting("aov")->choices;
+  if (std::ranges::find(aovs, name, &SettingChoice::name) != aovs.end()) reject("`aov` " + name);
+  return find_layer(image.channel_names, image.parts, name, path);
 }
 
 RgbFile read_rgb(const std::string& path, const LoadProgress& progress, const LayerChoice& choice) {

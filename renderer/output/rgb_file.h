@@ -20,6 +20,11 @@ FloatImage read_frame(const std::string& path, const LoadProgress& progress);
 // The layer of a denoised picture.
 inline constexpr std::string_view kDenoisedLayer = "denoised";
 
+// Like find_layer(), but if a frame could have the layer, the message names the setting that adds
+// it.
+ImageLayer find_frame_layer(const FloatImage& image, const std::string& name,
+                            const std::string& path);
+
 // Pixels of a frame and their position in it. A .png stores no position, so it counts as a whole
 // frame.
 struct RgbFile {

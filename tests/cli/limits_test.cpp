@@ -276,7 +276,7 @@ TEST_F(Limits, ASceneThatIsTooLargeIsRefused) {
   for (const char* command : {"render", "info"}) {
     Words words = {command, file, "--memory-limit", "2M"};
     if (words[0] == "render") words = words + Words{"-o", path("out.exr")};
-    expect_failure(words, 3, {"grid.glb", "of the 2 MiB limit is left", "--memory-limit"});
+    expect_failure(words, 3, {"grid.glb", "of the limit of 2 MiB is left", "--memory-limit"});
   }
 }
 
@@ -315,7 +315,7 @@ TEST_F(Limits, PicturesThatAreTooLargeAreRefused) {
   render(render_words({"--size", "400x340", "--integrator", "albedo"}));
   const std::string large = path("large.exr");
   std::filesystem::rename(path("out.exr"), large);
-  const std::string left = "of the 2 MiB limit is left";
+  const std::string left = "of the limit of 2 MiB is left";
   expect_failure({"compare", large, large, "--memory-limit", "2M"}, 3, {"large.exr", left});
   expect_failure({"heatmap", large, "-o", path("h.png"), "--memory-limit", "2M"}, 3,
                  {"large.exr", left});
@@ -343,7 +343,7 @@ TEST_F(Limits, ReservesMemoryOfAnEditsFile) {
   for (int i = 1; i < 400'000; ++i) arrays += ",[]";
   write("edits.json", R"({"emberline_edits": 1, "lights": [)" + arrays + "]}");
   expect_failure(render_words({"--edits", path("edits.json"), "--memory-limit", "8M"}), 3,
-                 {"edits.json", "of the 8 MiB limit is left"});
+                 {"edits.json", "of the limit of 8 MiB is left"});
 }
 
 TEST_F(Limits, AStudyWhoseFramesAreTooLargeIsRefusedBeforeItsFolderIsMade) {

@@ -147,14 +147,16 @@ TEST_F(Views, CamerasAreAlsoChosenByNode) {
   const ExrPicture tele = picture(render_words({"--camera", "Tele"}));
   EXPECT_NE(first_difference(wide, tele), "");
   EXPECT_EQ(first_difference(wide, picture(render_words({"--camera", "Camera"}))), "");
-  EXPECT_NE(result_.err.find("--camera: 'Camera' matches several: 1 'Camera' (node 'Wide'), 2 "
-                             "'Camera' (node 'Tele'), 3 'Camera' (node 'main'); 1 is used"),
-            std::string::npos)
+  EXPECT_NE(
+      result_.err.find("--camera: 'Camera' matches several cameras: 1 'Camera' (node 'Wide'), "
+                       "2 'Camera' (node 'Tele'), 3 'Camera' (node 'main'); using 1 "),
+      std::string::npos)
       << result_.err;
   // A camera's own name takes precedence over the name of another camera's node.
   picture(render_words({"--camera", "main"}));
-  EXPECT_NE(result_.err.find("matches several: 0 'main', 3 'Camera' (node 'main'); 0 is used"),
-            std::string::npos)
+  EXPECT_NE(
+      result_.err.find("matches several cameras: 0 'main', 3 'Camera' (node 'main'); using 0 "),
+      std::string::npos)
       << result_.err;
   expect_failure(render_words({"--camera", "Zoom"}), 2, {"0 'main'", "2 'Camera' (node 'Tele')"});
   write("shot.json", R"({"emberline_edits": 1, "camera": {"file_camera": {"name": "Tele"}}})");

@@ -144,6 +144,8 @@ TEST_F(Show, UnknownLayersListWhatThereIsNearestFirst) {
   for (const char* command : {"show", "compare"}) {
     Words words = {command, path("out.exr")};
     words = words + (words[0] == "show" ? Words{"-o", path("a.png")} : Words{path("out.exr")});
+    expect_failure(words + Words{"--layer", "P"}, 2, {"out.exr has no P; render it with --aov P"});
+    expect_failure(words + Words{"--layer", "denoised"}, 2, {"render it with --denoise"});
     expect_failure(words + Words{"--layer", "albdo"}, 2,
                    {"--layer", "unknown layer 'albdo'", "closest match first, are albedo, ",
                     "velocity", "RGBA", "samples"});
@@ -217,7 +219,7 @@ TEST_F(Show, InfoKeepsWhatIsNoSettingApart) {
       << text.out;
   const RunResult result = run({"info", path("a b.exr"), "--json"});
   const nlohmann::json json = nlohmann::json::parse(result.out);
-  EXPECT_EQ(json["settings"].size(), 4u) << json["settings"];  // size, driver, spp, variance
+  EXPECT_EQ(json["settings"].size(), 3u) << json["settings"];  // size, driver, spp
   EXPECT_EQ(json["settings"]["driver"], "adaptive");
   EXPECT_EQ(json["explanation"].get<std::string>().find("3,4: At "), 0u);
   EXPECT_EQ(json["explanation"].get<std::string>().back(), '.');

@@ -290,6 +290,8 @@ int submit_frame(const FarmOptions& farm) {
     const std::string script = "sh " + shell_quoted(folder.file("part.sh")) + " {part}";
     print_result((farm.stage ? script : part_command(frame, "{part}", "{parts}")) + "\n" +
                  merge_command(frame) + "\n");
+    log_info(folder.path +
+             " has part.sh and merge.sh; without --print, this command submits them to Slurm");
     return kExitDone;
   }
   if (resumable_parts > 0) {

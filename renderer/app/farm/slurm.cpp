@@ -84,8 +84,8 @@ std::optional<ToolResult> run_tool(const std::vector<std::string>& words) {
 
 RenderError missing_slurm_error(const std::string& program) {
   return RenderError(
-      "cannot find {}: this machine has no Slurm; farm --print shows the commands for another "
-      "queue",
+      "cannot find {}: this machine has no Slurm; run the command where jobs are submitted, or use "
+      "farm --print for another queue",
       program);
 }
 

@@ -172,7 +172,8 @@ TEST_F(LibraryCheckpoints, StudyUsesTheSettingsOfItsFrames) {
       study(scene, Settings(frame).set(name, text), request);
       FAIL() << name;
     } catch (const UsageError& error) {
-      EXPECT_TRUE(std::string(error.what()).starts_with(name + ": a study")) << error.what();
+      EXPECT_TRUE(std::string(error.what()).starts_with(name + ": study does not accept"))
+          << error.what();
     }
   }
   EXPECT_THROW(request.set("budgets", "1"), UsageError);

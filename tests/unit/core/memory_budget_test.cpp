@@ -26,8 +26,8 @@ TEST(MemoryBudget, RefusalNamesTheOwnerAndTheAmount) {
   budget.reserve(MemoryPart::kFile, uint64_t(1) << 29, "scene.glb");
   EXPECT_EQ(
       rejection_message(budget, MemoryPart::kTextures, uint64_t(47) << 26),
-      "scene.glb#/images/0: needs 2.94 GiB of memory (textures), but only 1.5 GiB of the 2 GiB "
-      "limit is left; raise memory-limit");
+      "scene.glb#/images/0: needs 2.94 GiB of memory (textures), but only 1.5 GiB of the limit of "
+      "2 GiB is left; raise memory-limit");
   EXPECT_EQ(budget.reserved(), uint64_t(1) << 29) << "what is refused is not reserved";
   EXPECT_EQ(rejection_message(budget, MemoryPart::kTextures, uint64_t(3) << 29), "");
   EXPECT_NE(rejection_message(budget, MemoryPart::kBvh, 1), "");
@@ -42,15 +42,15 @@ TEST(MemoryBudget, RefusalTellsWhatWasLeftThen) {
   EXPECT_FALSE(budget.try_reserve(MemoryPart::kBvh, 300, &left));
   budget.release(MemoryPart::kBvh, 1900);
   EXPECT_EQ(budget.limit_message(MemoryPart::kBvh, 300, left),
-            "needs 300 B of memory (bvh), but only 100 B of the 1.95 KiB limit is left; raise "
+            "needs 300 B of memory (bvh), but only 100 B of the limit of 1.95 KiB is left; raise "
             "`memory-limit`");
 }
 
 TEST(MemoryBudget, RefusalShowsASmallDifference) {
   const MemoryBudget budget(uint64_t(1) << 30);
   EXPECT_NE(budget.limit_message(MemoryPart::kFilm, (5 << 20) + 1, 5 << 20)
-                .find("needs 5,242,881 B of memory (film), but only 5,242,880 B of the 1 GiB "
-                      "limit"),
+                .find("needs 5,242,881 B of memory (film), but only 5,242,880 B of the limit of "
+                      "1 GiB is left"),
             std::string::npos);
 }
 

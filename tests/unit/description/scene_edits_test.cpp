@@ -216,7 +216,8 @@ TEST(SceneEdits, UnknownNamesListTheValidOnes) {
   SceneEdits twice = edits_of(material_edit(kGlassMaterial));
   twice.materials.push_back(material_edit(-1));
   twice.materials.back().target = {"glass", -1, "shot.json#/materials/1"};
-  expect_words(rejection_message(twice), {"shot.json#/materials/1: ", "second", "2 'glass'"});
+  expect_words(rejection_message(twice),
+               {"shot.json#/materials/1: ", "already has an entry", "2 'glass'"});
 
   LightEdit light = light_edit(EditedLight::kPunctual, 2);
   expect_words(rejection_message(edits_of(light)), {"no light 2", "1 'spot'"});
@@ -225,7 +226,7 @@ TEST(SceneEdits, UnknownNamesListTheValidOnes) {
   expect_words(rejection_message(edits_of(light), lampless), {"no light 2", "has no lights"});
   SceneEdits sky = edits_of(light_edit(EditedLight::kEnvironment, -1));
   sky.lights.push_back(sky.lights[0]);
-  expect_words(rejection_message(sky), {"second", "environment"});
+  expect_words(rejection_message(sky), {"already has an entry", "environment"});
 
   SceneDescription skyless = edited_scene();
   skyless.environment.reset();

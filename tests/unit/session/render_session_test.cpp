@@ -158,7 +158,7 @@ TEST_F(RenderSessionTest, KeepsToTheMemoryLimitWithFramesAndEnvironments) {
     return owner.wait(30, [&] {
       const std::string problem = owner.session.problem();
       return problem.find(text) != std::string::npos &&
-             problem.find("of the 8 MiB limit is left") != std::string::npos;
+             problem.find("of the limit of 8 MiB is left") != std::string::npos;
     });
   };
   for (const char* driver : {"bucket", "bisection", "adaptive", "live"}) {
@@ -395,7 +395,7 @@ TEST_F(RenderSessionTest, ExplainsAnUnfinishedPixel) {
   ASSERT_TRUE(says("by the end of round ")) << session.picked()->explanation;
   EXPECT_EQ(session.picked()->explanation.find("ended by"), std::string::npos);
   session.pick(Vec2i(10, 70));
-  ASSERT_TRUE(says("rounds since round ")) << session.picked()->explanation;
+  ASSERT_TRUE(says("rounds (recorded from round ")) << session.picked()->explanation;
   EXPECT_TRUE(session.picked()->explanation.starts_with("pixel 10,70: "));
 }
 

@@ -191,7 +191,7 @@ TEST_F(EditsFile, ErrorsNameThePlace) {
       {R"("camera": {"file_camera": {}})", {"#/camera/file_camera: ", "name", "index"}},
       {R"("environment": {"rotate": 3})", {"#/environment/rotate: ", ", rotation"}},
       {R"("environment": {"strength": -1})", {"#/environment/strength: ", "-1"}},
-      {R"("environment": {"file": 1})", {"#/environment/file: ", "text"}},
+      {R"("environment": {"file": 1})", {"#/environment/file: ", "string"}},
       {R"("environment": {"file": "nowhere.hdr"})", {"#/environment/file: ", "nowhere.hdr"}},
       {R"("variant": "beach")", {"#/variant: ", "object"}},
       {R"("variant": {})", {"#/variant: ", "name", "index"}},

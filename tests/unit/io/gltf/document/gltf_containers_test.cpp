@@ -171,9 +171,9 @@ TEST(GltfContainers, ABrokenReferenceNamesItsPlace) {
       {"data:application/octet-stream;;base64,AA==", "parameter"},
       {"data:a b/c;base64,AA==", "media type"},
       {"data:;base64,A", "length"},
-      {"data:;base64,A===", "illegal"},
-      {"data:;base64,AA=", "padded"},
-      {"data:;base64,A*==", "illegal"},
+      {"data:;base64,A===", "invalid character"},
+      {"data:;base64,AA=", "padding"},
+      {"data:;base64,A*==", "invalid character"},
       {"data:,%4", "escape"},
   };
   for (const auto& [uri, expected] : cases) {
