@@ -31,7 +31,7 @@ struct IntegratorSettings {
   // If true, the environment lights the scene, but neither it nor shadow catchers are visible to
   // the camera, directly or straight through smooth panes.
   bool transparent = false;
-  // Limit for each contribution of indirect light to a sample. Light is indirect if other surfaces
+  // Limit on each contribution of indirect light to a sample. Light is indirect if other surfaces
   // scattered it before the visible surface did; the visible surface may be seen in mirrors or
   // through smooth glass. If a channel exceeds the limit, the light is scaled down without changing
   // its colour. 0 means no limit.
@@ -46,8 +46,8 @@ struct IntegratorSettings {
 struct OpticsCounters {
   uint64_t rays_ended_at_panes = 0;  // rays that met more than kMaxWalls in a row
   uint64_t dropped_solids = 0;       // faces entered while already in Interior::kLimit solids
-  // Light samples of point-like lights, which only light sampling finds, and how many of these
-  // samples are blocked by smooth solid glass and nothing else. One sample in 16 is examined.
+  // The number of light samples of point-like lights, which only light sampling finds, and how many
+  // of them are blocked by smooth solid glass and nothing else. One sample in 16 is examined.
   uint64_t point_light_samples = 0, blocked_by_glass = 0;
 
   void merge(const OpticsCounters& o) {
@@ -92,12 +92,12 @@ struct SampleBatch {
   // empty span means that this light is not recorded.
   std::span<CatcherSample> catcher_samples = {};
   // Guides light samples at catchers under an environment, so that they also cover the light that
-  // MIS compensation leaves to BSDF samples; catchers take none.
+  // MIS compensation leaves to BSDF samples. Catchers take no BSDF samples.
   const LightGuide* catcher_guide = nullptr;
   // The solids in which each ray starts, one entry per ray; null if all rays start outside.
   const Interior* interiors = nullptr;
   OpticsCounters* optics = nullptr;  // may be null
-  // Counts the light that IntegratorSettings::clamp_indirect removes; null without a clamp.
+  // Adds up the light that IntegratorSettings::clamp_indirect removes; null if nothing is clamped.
   ClampedLight* clamped = nullptr;
 };
 
@@ -105,8 +105,8 @@ class Integrator {
  public:
   virtual ~Integrator() = default;
   // Estimates a batch with one virtual call. Thread-safe. `samples` must have been started on the
-  // batch, and `values` must arrive empty (no radiance, alpha 0). values[i], including the rays
-  // counted there, depends only on ray i and its sample's random numbers (law 1).
+  // batch, and `values` must be passed in empty (no radiance, alpha 0). values[i], including its
+  // ray counts, depends only on ray i and its sample's random numbers (law 1).
   virtual void estimate(const SampleBatch& batch, PixelSamples& samples,
                         std::span<SampleValue> values) const = 0;
 };

@@ -16,8 +16,8 @@
 
 namespace emberline {
 
-// How many bounces lie between the camera and light that the path's ray finds. A bounce at a mirror
-// or smooth glass counts only if the path has bounced at another kind of surface before.
+// Number of bounces between the camera and any light that the path's ray finds. A bounce at a
+// mirror or smooth glass counts only if the path has bounced at another kind of surface before.
 enum class Bounces : uint8_t { kNone, kOne, kMore };
 inline Bounces after_bounce(Bounces before, bool delta) {
   if (before == Bounces::kNone) return delta ? Bounces::kNone : Bounces::kOne;
@@ -38,8 +38,8 @@ struct Path {
   Rgb throughput = Rgb(1.0f);
   Rgb radiance = Rgb(0.0f);
   float eta_scale = 1.0f;  // radiance compression by refraction so far; only for roulette
-  // Roulette probabilities: that the path survives to scatter where this ray hits, and that the ray
-  // is traced.
+  // Roulette probabilities: `survival` is that of scattering where this ray hits; `ray_survival` is
+  // that of tracing the ray at all.
   float survival = 1.0f, ray_survival = 1.0f;
   // Scattering events so far. Going straight through a smooth thin wall is not counted, so that
   // light samples, which see through walls, and scattered rays agree on which paths exist.
@@ -76,7 +76,7 @@ struct PathBatch {
     return scene.intersect(ray, coverage_key(scene, samples), hit);
   }
   // Prefetches the triangle that this lane has hit, and the vertices of the previous lane's
-  // triangle, which has arrived by now. `*before` is the lane of the previous call, or -1.
+  // triangle, which is in the cache by now. `*before` is the lane of the previous call, or -1.
   void prefetch_hit(int lane, int* before) {
     scene.prefetch_triangle(paths[lane].hit);
     if (*before >= 0) scene.prefetch_vertices(paths[*before].hit);
@@ -99,8 +99,8 @@ struct PathBatch {
   }
 
   void eval_background(const LaneList& missed, Rgb* radiance) const;
-  // Computes the environment's radiance along the paths' rays, and the pdf with which an
-  // environment sample at the ray's vertex `from` would take the ray's direction.
+  // Computes the environment's radiance along the paths' rays, and the pdf with which environment
+  // sampling at the ray's vertex `from` would choose the ray's direction.
   void eval_environment(const LaneList& missed, const LastVertex* const* from, Rgb* radiance,
                         float* pdf);
 

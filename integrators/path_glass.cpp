@@ -127,8 +127,8 @@ bool PathGlass::arrives(int lane, CoverageKey key) {
 }
 
 // Whether walls or hidden faces may lie between the vertex and the light. If not, is_visible() is
-// better than trace_clear_faces(), since it uses the expected value of coverage instead of deciding
-// at random.
+// better than trace_clear_faces(), since it uses the expected value of coverage, where the latter
+// decides at random.
 bool PathGlass::may_cross_clear_faces(int lane) {
   const Solids* solids = b_.scene.solids();
   const bool inside = !states_[lane].connection_interior->empty();

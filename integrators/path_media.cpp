@@ -47,8 +47,8 @@ void make_thin_walled(const Interior& around, ShadedPoint& point) {
 
 namespace {
 
-// A shadow ray that continues behind each surface that it passes, and is aimed at the light anew
-// each time. As in Scene::transmittance(), t = 1 is exactly at the target.
+// A shadow ray that restarts behind each surface that it passes, aimed at the light again each
+// time. As in Scene::transmittance(), t = 1 is exactly at the target.
 class ShadowRay {
  public:
   ShadowRay(const LightSample& light, const Vec3f& target, float time)
@@ -85,7 +85,7 @@ class HiddenFaceWalk {
       : scene_(scene), start_(from), interior_(interior), medium_start_(medium_start) {
     *medium_start = 0.0f;
   }
-  // Whether the face of a solid that was hit can be a hidden face.
+  // Whether the solid's face that was hit can be a hidden face.
   bool may_be_hidden(const SurfaceHit& hit) const {
     return scene_.solids() &&
            (!interior_->empty() || scene_.solids()->transmits_straight(hit.instance));

@@ -15,20 +15,21 @@ inline CoverageKey coverage_key(const Scene& scene, PixelSamples& samples) {
 
 // Dispersion of a path. The path gets one wavelength at the first face that disperses. Its
 // throughput is multiplied by the colour of this wavelength at the first dispersive face that
-// transmits it.
+// transmits the path.
 struct PathWavelength {
   float nanometres = 0.0f;     // 0 if there is none yet
   Rgb weight = Rgb(1.0f);      // still to be applied
   bool is_dispersive = false;  // the current face disperses
 };
 
-// Sets the relative index of refraction of a solid's face from the indices of both sides at the
+// Sets the relative index of refraction of a solid's face, given the indices of both sides at the
 // path's wavelength, which is sampled on first use. `near` is the side that the path comes from.
 void set_relative_ior(const Interior& near, const Interior& far, PixelSamples& samples,
                       PathWavelength& wavelength, ShadedPoint& point);
 
-// is_flat_solid: whether the hit is on a flat solid, which acts as a thin wall. is_smooth_wall:
-// whether the hit is on a thin wall, flat solids included, that light crosses straight.
+// is_flat_solid() tells whether the hit is on a flat solid, which acts as a thin wall.
+// is_smooth_wall() tells whether it is on a thin wall, flat solids included, through which light
+// goes straight.
 inline bool is_flat_solid(const Scene& scene, const SurfaceHit& hit) {
   return scene.solids() && scene.solids()->is_flat(hit.instance);
 }
@@ -65,8 +66,8 @@ inline bool is_hidden(const Scene& scene, const SolidCrossing& crossing, const I
 }
 
 // Transmittance of a solid over a distance in internal space; 1 if `medium` is null. The distance
-// to a light may be infinite, so it is limited to twice the scene's radius, which bounds the path
-// through any solid.
+// to a light may be infinite, so it is limited to twice the scene's radius; no path through a solid
+// is longer.
 inline Rgb absorption(const Scene& scene, const Material* medium, float distance) {
   if (!medium) return Rgb(1.0f);
   const float limited_distance = std::min(distance, 2.0f * scene.radius());
@@ -74,15 +75,16 @@ inline Rgb absorption(const Scene& scene, const Material* medium, float distance
 }
 
 // Maximum number of consecutive smooth thin walls or hidden faces that a sampled ray or a
-// connection passes. Both have the same maximum, since they must find the same light. The limit
-// guards against scenes made of walls; the report says how many rays it ended (OpticsCounters).
+// connection passes. It is the same for both, since they must find the same light. The limit guards
+// against scenes made of walls; the report says how many rays it ended (OpticsCounters).
 inline constexpr uint32_t kMaxWalls = 10'000;
 
 // Transmittance towards a sampled light. Smooth thin walls, and the solids behind hidden faces,
 // attenuate the light; if anything else lies in between, the transmittance is 0. `target` is the
-// end of the connection; it is unused for lights at infinity. `interior` is the interior at `from`
-// and, on return, at the end of the connection; `*medium_start` is the distance from `from` at
-// which that last interior begins. The caller must apply the absorption from there on.
+// end of the connection; it is unused for lights at infinity. The caller passes in the interior at
+// `from`. On return, `interior` is the interior at the end of the connection, and `*medium_start`
+// is the distance from `from` at which that medium begins; from there on, the caller must apply the
+// absorption.
 Rgb clear_transmittance(const Scene& scene, Vec3f from, const LightSample& light,
                         const Vec3f& target, float time, CoverageKey coverage_key,
                         Interior* interior, float* medium_start, PixelSamples& samples,

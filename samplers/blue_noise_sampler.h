@@ -12,8 +12,8 @@
 // samples is a (0,m,2)-net; other pairs use a random shuffle, because otherwise strata of two pairs
 // would stay matched (sobol_sampler.h).
 //
-// The sequence covers a square that holds the whole frame, with a power of two of pixels a side, so
-// a crop has the same numbers as the whole frame.
+// The sequence covers a square that holds the whole frame and whose side in pixels is a power of
+// two, so a crop has the same numbers as the whole frame.
 #pragma once
 
 #include "samplers/sample_runs.h"
@@ -24,9 +24,9 @@ namespace emberline {
 class BlueNoiseSampler final : public Sampler {
  public:
   // samples_per_pixel must be a power of two. The frame is cut into square tiles that one sequence
-  // of 2^32 points can serve. A tile covers the whole frame up to 8192 x 8192 at 64 samples (1024 x
-  // 1024 at 4096); tiles are randomised independently. With two streams, each is a separate
-  // sequence with half the samples.
+  // of 2^32 points can serve, and which are randomised independently. One tile is enough for frames
+  // up to 8192 x 8192 at 64 samples, or up to 1024 x 1024 at 4096. With two streams, each is a
+  // separate sequence with half the samples.
   explicit BlueNoiseSampler(const SamplerSettings& settings);
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;

@@ -40,9 +40,9 @@ class HierarchicalSampler final : public Sampler {
   // All weights are 1 if n is a power of two. The estimate is unbiased for any n, since neither
   // cells nor halves depend on values. Between powers of two, weights help if the last halving is
   // along a dimension that matters. Otherwise unequal weights add variance, because the coins
-  // already spread the extra samples evenly over the cells. With n = 2^m (1 + t) they multiply the
-  // variance by up to (1 + t)(1 - t/2) <= 9/8 where a halving gains nothing, and by more where the
-  // leaves not yet halved are the noisy ones.
+  // already spread the extra samples evenly over the cells. With n = 2^m (1 + t), the weights
+  // multiply the variance by up to (1 + t)(1 - t/2) <= 9/8 where a halving gains nothing, and by
+  // more where the leaves not yet halved are the noisy ones.
   float integration_weight(uint32_t sample, uint32_t count) const override;
 
  private:

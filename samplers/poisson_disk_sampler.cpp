@@ -28,8 +28,8 @@ double squared_distance(const Table& t, uint32_t i, uint32_t x, uint32_t y) {
   return dx * dx + dy * dy;
 }
 
-// Squared minimum distance of n points: kPoissonDiskRadius times the spacing of the hexagonal
-// lattice of n points in the unit torus, squared.
+// The square of the minimum distance of n points. This distance is kPoissonDiskRadius times the
+// spacing of the hexagonal lattice of n points in the unit torus.
 double squared_spacing(uint32_t n) {
   return kPoissonDiskRadius * kPoissonDiskRadius * 2.0 / (std::sqrt(3.0) * n);
 }

@@ -18,7 +18,7 @@ constexpr StreamIndex stream_index(StreamCount streams, uint32_t sample) {
 }
 
 // How many of a pixel's first `count` samples belong to `stream`. Example: of 27 samples with two
-// streams, stream 0 has 0..7 and 16..23 (16 samples), stream 1 the other 11.
+// streams, stream 0 has 0..7 and 16..23 (16 samples), and stream 1 has the other 11.
 constexpr uint32_t stream_length(StreamCount streams, uint32_t stream, uint32_t count) {
   if (streams == StreamCount::kOne) return count;
   const uint32_t rest = count & 15u, before = 8 * stream;

@@ -1,9 +1,9 @@
 // Numbers in [0, 1) for a path tracer, addressed by (pixel, sample, slot, dimension, seed).
 //
-// A slot holds the numbers of one scattering event: slot 0 is the camera's, slot b the b-th
+// A slot holds the numbers of one scattering event: slot 0 is the camera's, and slot b is the b-th
 // surface's. A sampler fills a slot for up to 16 consecutive samples of one pixel at a time, so
 // there is one virtual call per (16 samples, slot), never per number, and the loop vectorises over
-// the samples (Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4), for the hash).
+// the samples (hash: Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4)).
 //
 // No state is carried from one sample to the next: fill() is const, and its result for a sample
 // does not depend on which other samples are filled with it (law 1). Early passes of a progressive
@@ -101,9 +101,9 @@ class Sampler {
 };
 
 // Sample counts that a sampler supports. kAny: any count, which need not be known in advance.
-// kFixed: exactly SamplerSettings::samples_per_pixel. kPowerOfTwo: the same, and it must be a power
-// of two. Samples beyond a fixed count are valid too: each further samples_per_pixel of them are a
-// new randomisation.
+// kFixed: exactly SamplerSettings::samples_per_pixel. kPowerOfTwo: the same number, which must be a
+// power of two. Samples beyond a fixed count are valid too: every further samples_per_pixel
+// samples are a new randomisation.
 enum class SampleCounts : uint8_t { kAny, kFixed, kPowerOfTwo };
 
 // How fast a sampler's variance converges, where theory or long measurements have established it

@@ -12,11 +12,11 @@
 // each other. The order is an Owen shuffle of blocks of 8, with a random permutation within each
 // block. At multiples of 16 samples each pair is still fully stratified. Both steps are needed.
 // With only the Owen shuffle, low index bits stay matched: the variance is 1.4 times that of random
-// numbers for the integrand exp(-4 |a - b|^2), and 2 times for a product of two signs. With only
-// the permutation, structure finer than a block stays matched: the variance is 1 + N/64 times that
-// of random numbers. With both, these three factors are 0.93 to 0.98, 8/7 and 9/8, the last two
-// exactly as theory predicts for blocks of 8. With searched orders, the first two are .27 and 0 at
-// 64 samples; the third is 2 for one fine frequency among many.
+// numbers for the integrand exp(-4 |a - b|^2), and 2 times theirs for a product of two signs. With
+// only the permutation, structure finer than a block stays matched: the variance is 1 + N/64 times
+// that of random numbers. With both, these three factors are 0.93 to 0.98, 8/7 and 9/8, the last
+// two exactly as theory predicts for blocks of 8. With searched orders, the first two are .27 and 0
+// at 64 samples; the third is 2 for one fine frequency among many.
 //
 // With two streams, sample k belongs to stream (k >> 3) & 1, at index ((k >> 4) << 3) | (k & 7).
 // The streams are independent randomisations, so (A - B)^2 / 4 is an unbiased estimate of the

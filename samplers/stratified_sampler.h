@@ -4,7 +4,7 @@
 //
 // The first two pairs of a slot are stratified in the plane; the other four dimensions, which the
 // dimension plan uses one by one, are stratified separately. The plane is cut into about sqrt(n)
-// rows whose heights are proportional to their numbers of cells, so that any n, primes included,
+// rows. Each row's height is proportional to its number of cells, so that any n, even a prime,
 // gives n cells of area 1/n. Example: 7 samples use rows of 3, 2 and 2 cells, with heights 3/7, 2/7
 // and 2/7. Each pair and each single dimension assigns cells to samples in an independent random
 // order.
@@ -26,7 +26,7 @@ struct JitterGrid {
 
 class StratifiedSampler final : public Sampler {
  public:
-  // With two streams, each has separate cells, as many as its share of samples_per_pixel.
+  // With two streams, each has its own cells: as many as its share of samples_per_pixel.
   explicit StratifiedSampler(const SamplerSettings& settings);
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;

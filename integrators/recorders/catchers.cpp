@@ -6,7 +6,7 @@
 namespace emberline {
 namespace {
 
-// Maximum number of surfaces between a catcher and a light; chosen to exceed any real scene.
+// Maximum number of surfaces between a catcher and a light; more than any real scene has.
 constexpr int kMaxSurfaces = 10'000;
 
 Ray make_shadow_ray(const LightSample& light, const Vec3f& from, const Vec3f& target, float time) {

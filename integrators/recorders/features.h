@@ -1,5 +1,5 @@
-// Records DenoiserFeatures. For mirrors and clear glass, the features of the surface seen in or
-// through them are recorded instead of their own.
+// Records DenoiserFeatures. Mirrors and clear glass do not record their own features, but those of
+// the surface seen in or through them.
 #pragma once
 
 #include <algorithm>
@@ -52,8 +52,8 @@ class FeatureRecorder : public Recorder {
   void leave(int lane, const Rgb& light) {
     if (states_[lane].stage == Stage::kSpecularPath) background(lane, light);
   }
-  // Each specular surface overwrites the features, so a path that meets no other kind of surface
-  // keeps those of its last one.
+  // Each specular surface overwrites the features. So a path that meets no other kind of surface
+  // keeps the features of its last specular surface.
   void record_surface(int lane) {
     State& state = states_[lane];
     if (state.stage == Stage::kSpecularPath) {

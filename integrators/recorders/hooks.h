@@ -1,4 +1,4 @@
-// The hooks that PathLoop calls for recorders, and a recorder without effect.
+// The hooks that PathLoop calls for recorders, and a recorder that does nothing.
 #pragma once
 
 #include "integrators/path_batch.h"
@@ -22,12 +22,12 @@ struct NoRecorder {
   static void shaded(int /*lane*/) {}
 
   // The next three hooks are called before `light` is added to the path's radiance, and return the
-  // light to add instead. `light` includes the MIS weight but not the throughput. This one is for
-  // emission of the surface.
+  // light to add instead. `light` includes the MIS weight but not the throughput. This hook is for
+  // light that the surface emits.
   static Rgb emitted(int /*lane*/, const Rgb& light) { return light; }
-  // This one is for the environment; `radiance` is without the MIS weight.
+  // This hook is for the environment's light; `radiance` excludes the MIS weight.
   static Rgb environment(int /*lane*/, const Rgb& /*radiance*/, const Rgb& light) { return light; }
-  // This one is for an unoccluded light sample.
+  // This hook is for an unoccluded light sample.
   static Rgb connected(int /*lane*/, const Rgb& light) { return light; }
 
   // The path leaves the surface along this sample.

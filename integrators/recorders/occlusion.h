@@ -17,7 +17,7 @@ class OcclusionRecorder : public Recorder {
     points_.emplace(lane) = b_.points[lane];
   }
   // Runs after the paths, with random numbers that no path uses, so that no other channel changes.
-  // The ray is not counted, since the cost of a pixel steers adaptive sampling.
+  // The ray is not counted, since adaptive sampling depends on the counted cost of a pixel.
   void paths_ended(const LaneList&);
 
  private:

@@ -52,7 +52,7 @@ class PathLayerRecorder : public Recorder {
     Rgb diffuse = Rgb(0.0f);          // diffuse fraction of the reflected light
   };
 
-  // The event at the path's vertex if the path leaves along wi, in local space.
+  // The event at the path's vertex if the path leaves it along wi (in local space).
   Event event_along(int lane, const Vec3f& wi, bool transmitted, bool delta) {
     if (transmitted) return {Kind::kTransmitted};
     Event event{Kind::kReflected};

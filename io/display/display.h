@@ -35,7 +35,8 @@ struct DisplayNames {
 // Throws InputError if $OCIO is set but cannot be read.
 DisplayNames display_names();
 
-// Returns the existing files that the config in $OCIO names; none if it is unset or damaged.
+// Returns the files that the config in $OCIO names and that exist; none if $OCIO is unset or its
+// config is damaged.
 std::vector<std::string> ocio_table_files();
 
 // Converts from linear Rec. 709, or another working space, to a display.
@@ -44,16 +45,16 @@ std::vector<std::string> ocio_table_files();
 // "sRGB" with the views "sRGB" (default; the curve of IEC 61966-2-1, clamped), "ACES" (the ACES 1.0
 // SDR video output transform, shown on an sRGB display) and "Raw" (no curve).
 //
-// Otherwise uses the config that $OCIO names. Pixels enter it in the first space that it has of:
+// Otherwise uses the config that $OCIO names. Pixels enter it in the first of these that it has:
 //   1. linear Rec. 709, if a space has one of the usual names for it;
 //   2. its role aces_interchange, for which OpenColorIO's own matrices convert to ACES2065-1;
 //   3. its role scene_linear, without conversion and with a warning, since colours are slightly
 //      off if this space has other primaries.
 class DisplayTransform {
  public:
-  // `from` is the input's working space. Throws UsageError, which lists the valid names, for an
-  // unknown display, view or look (case does not matter), and InputError if $OCIO is set but cannot
-  // be read or used.
+  // `from` is the input's working space. For an unknown display, view or look (case does not
+  // matter), throws a UsageError that lists the valid names. Throws InputError if $OCIO is set but
+  // cannot be read or used.
   explicit DisplayTransform(const DisplaySettings& settings,
                             WorkingSpace from = WorkingSpace::kRec709);
   ~DisplayTransform();
@@ -65,7 +66,7 @@ class DisplayTransform {
   // Whether an output channel depends on the pixel's other channels.
   bool mixes_channels() const;
 
-  // Returns a text such as "built-in: sRGB / ACES", for headers and reports.
+  // Returns text such as "built-in: sRGB / ACES", for headers and reports.
   std::string describe() const;
 
   // Whether the result is meant for an sRGB display, judging by the display's name. Files are
@@ -79,14 +80,14 @@ class DisplayTransform {
 
 // Collects tiles as 8-bit display pixels and writes a PNG or JPEG (by suffix) of the data window.
 // Like ExrWriter, creates the file beside its target at once, so that an unusable path fails before
-// rendering, and renames it in finish(); without finish(), nothing is left behind. Takes 3 or 4
+// rendering, and renames it in finish(); without finish(), nothing is left behind. Memory: 3 or 4
 // bytes per pixel. Pixels that are never written are black (and transparent). Does not dither:
 // identical radiance gives identical bytes.
 class DisplayImageWriter {
  public:
   // If `alpha`, a PNG has four channels with unassociated alpha, as the format requires, and a JPEG
-  // shows the picture over black. Throws RenderError if the file cannot be created, UsageError for
-  // a suffix other than .png, .jpg and .jpeg.
+  // shows the picture over black. Throws RenderError if the file cannot be created, and UsageError
+  // for a suffix other than .png, .jpg and .jpeg.
   DisplayImageWriter(const std::string& path, const Rect& data_window,
                      std::shared_ptr<const DisplayTransform> transform, bool alpha);
 

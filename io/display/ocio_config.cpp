@@ -214,8 +214,8 @@ std::string strip_comments(const std::string& text) {
 }
 
 // Returns the names of anchors ('&') or aliases ('*'). Plain text may look like either, but only an
-// alias with a matching anchor counts. Treats all non-ASCII characters as the same one, since a
-// parser replaces all damaged ones by one character.
+// alias with a matching anchor counts. Treats all non-ASCII characters as the same, since a parser
+// replaces every damaged one by the same character.
 std::vector<std::string> yaml_names(const std::string& text, char indicator) {
   std::vector<std::string> names;
   for (size_t i = text.find(indicator); i != std::string::npos; i = text.find(indicator, i + 1)) {

@@ -23,8 +23,8 @@
 namespace emberline {
 namespace {
 
-// zlib level of OpenEXR's own writers since 3.1.3. Level 6, the C interface's default, makes files
-// about 1 % smaller and takes 50 % longer.
+// The zlib level that OpenEXR's own writers use since 3.1.3. Level 6, the C interface's default,
+// makes files about 1 % smaller and takes 50 % longer.
 constexpr int kZipLevel = 4;
 
 // Longer names need a flag that OpenEXR before 1.7 does not know.
@@ -123,7 +123,7 @@ struct ExrWriter::Impl {
     std::vector<const PictureChannel*> channels;  // pointers into `header`
     ExrCompression compression = ExrCompression::kZip;
     std::vector<uint64_t> tiles;      // file offsets, row-major; 0: not written
-    exr_context_t encoder = nullptr;  // of a file with this part only, which is never written
+    exr_context_t encoder = nullptr;  // for a file with only this part, which is never written
   };
 
   Impl(const std::string& path, const ExrHeader& frame_header) : header(frame_header), file(path) {
@@ -152,8 +152,8 @@ struct ExrWriter::Impl {
     return int64_t(count);
   }
 
-  // The last step of encoding a tile. If a chunk is as long as the pixels, a reader assumes that
-  // they are raw. OpenEXR (3.1), however, stores raw pixels only if the compressed ones are longer.
+  // The last step of encoding a tile. A reader assumes that a chunk is raw if it is as long as the
+  // raw pixels, but OpenEXR (3.1) stores raw pixels only if the compressed ones are longer.
   static exr_result_t store_chunk(exr_encode_pipeline_t* pipeline) {
     const bool shorter = pipeline->compressed_bytes < pipeline->packed_bytes;
     const auto* bytes = static_cast<const uint8_t*>(shorter ? pipeline->compressed_buffer

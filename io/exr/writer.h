@@ -51,8 +51,8 @@ struct ExrHeader {
   int tile_size = 64;         // tiles start at the data window's corner
   std::vector<PictureChannel> channels;
   ExrView view = {};
-  // A part uses a lossy compression only if all its channels that OpenEXR would blur are colours. A
-  // part with other data in R, G or B uses kZip.
+  // A part uses lossy compression only if every channel that OpenEXR would blur is a colour. A part
+  // with other data in R, G or B uses kZip.
   ExrCompression compression = ExrCompression::kZip;
   ExrParts parts = ExrParts::kOne;
   // String attributes, such as settings, versions, seed, command line.

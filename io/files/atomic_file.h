@@ -22,8 +22,8 @@ namespace emberline {
 // On a file system without locks, such files stay.
 //
 // If the target is a symbolic link, the link stays and the file that it points to is replaced or
-// created. A replaced file keeps its permissions. Every error is a RenderError, one line that names
-// the target.
+// created. A replaced file keeps its permissions. Every error is a RenderError with one line that
+// names the target.
 class AtomicFile {
  public:
   // Throws if the target is a folder, a device or write-protected, or if its folder is not
@@ -89,7 +89,7 @@ class FolderLock {
 };
 
 // A file that is locked against other runs. It can be appended to, or replaced as a whole. Every
-// error is a RenderError, one line that names the file. Not thread-safe.
+// error is a RenderError with one line that names the file. Not thread-safe.
 class LockedFile {
  public:
   // Creates a new file atomically with these bytes.
@@ -124,12 +124,12 @@ class LockedFile {
 };
 
 // An unnamed file for data that does not fit into memory. The system deletes it once this object
-// and its maps are destroyed, or when the process ends. Every error is a RenderError, one line that
-// says where the file was and what it was for.
+// and its maps are destroyed, or when the process ends. Every error is a RenderError with one line
+// that says where the file was and what it was for.
 class ScratchFile {
  public:
-  // Creates the file in the folder of `path`, an output. This folder should have room, since it
-  // must hold the results.
+  // Creates the file in the folder of `path`, an output file. That folder should have room, since
+  // it must hold the results.
   static ScratchFile beside(const std::string& path);
   // Creates the file in $TMPDIR, or else in /tmp. Messages begin with "cannot `purpose`".
   static ScratchFile temporary(const std::string& purpose);
@@ -152,7 +152,7 @@ class ScratchFile {
 
 // A file that other programs read while it grows: it starts empty, and appended bytes are visible
 // at once. If the path is a pipe, a program must already be reading from it and must keep up, since
-// this class does not wait. Every error is a RenderError, one line that names the file.
+// this class does not wait. Every error is a RenderError with one line that names the file.
 class GrowingFile {
  public:
   explicit GrowingFile(const std::string& path);

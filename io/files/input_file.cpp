@@ -14,8 +14,8 @@
 namespace emberline {
 namespace {
 
-// Size of the parts in which files are read, each in a few milliseconds; a load can be cancelled
-// between two parts.
+// Files are read in parts of this size, each of which takes a few milliseconds. A load can be
+// cancelled between two parts.
 constexpr uint64_t kPartBytes = uint64_t(8) << 20;
 
 std::string system_message(int error) { return std::generic_category().message(error); }

@@ -1,8 +1,8 @@
 // An output folder with a marker file that lists the files that the command wrote there.
 //
 // Files that the marker does not list are neither overwritten nor removed. Since the folder may
-// come from someone else, a listed name is used only if it is that of a regular file in the folder
-// or in one of the command's subfolders.
+// come from someone else, a listed name is used only if it names a regular file in the folder or in
+// one of the command's subfolders.
 #pragma once
 
 #include <set>
@@ -26,8 +26,8 @@ struct OwnedFolderKind {
 class OwnedFolder {
  public:
   // Creates the folder and locks it. Throws UsageError if another run is filling the folder, or if
-  // files that are not the command's are in the way, RenderError if the folder cannot be created or
-  // written to, and InputError if its marker is damaged.
+  // files that the command did not write are in the way. Throws RenderError if the folder cannot be
+  // created or written to, and InputError if its marker is damaged.
   OwnedFolder(const std::string& path, OwnedFolderKind kind);
   ~OwnedFolder();  // removes the folders that it created and that are still empty
 

@@ -18,8 +18,8 @@ namespace emberline {
 // are compared by folder and name. Case is ignored, as some file systems do. Pipes and devices
 // (/dev/stdout) are not replaced and not registered.
 //
-// Inputs and outputs may be registered in any order. The second of a conflicting pair throws
-// UsageError, which names the output and says what the other file is (`what`: "it is the scene").
+// Inputs and outputs may be registered in any order. For a conflicting pair, the second call throws
+// a UsageError that names the output and says what the other file is (`what`: "it is the scene").
 class FileRegister {
  public:
   FileRegister() = default;
@@ -42,7 +42,7 @@ class FileRegister {
     std::filesystem::path path;                // canonical, as far as it exists
     std::optional<FileIdentity> file, folder;  // if they exist
 
-    std::string key() const;            // equal for all names of the same file
+    std::string key() const;            // the same for all names of a file
     std::string folder_key() const;     // key of the folder that holds this file
     std::string key_as_folder() const;  // if this is a folder: folder_key() of its files
   };
@@ -80,7 +80,7 @@ class FileRegister {
   std::vector<Input> inputs_;
   std::unordered_map<std::string, size_t> input_of_;
   std::deque<Output> outputs_;
-  // Keys: for files_, key(); for files_in_, folder_key(); for folders_, key_as_folder().
+  // The keys are key() in files_, folder_key() in files_in_, and key_as_folder() in folders_.
   std::unordered_map<std::string, const Output*> files_, folders_;
   std::unordered_map<std::string, std::vector<const Output*>> files_in_;
   std::vector<const Output*> trees_;  // from write_below()

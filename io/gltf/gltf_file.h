@@ -14,7 +14,7 @@ namespace emberline {
 
 struct GltfOptions {
   // Warn instead of failing: an undecodable image becomes a neutral colour, an invalid material
-  // value the specification's default, and a missing texture is dropped.
+  // value becomes the specification's default, and a missing texture is dropped.
   bool lenient = false;
   // Also read the materials of all variants in the file, with their images and vertex attributes,
   // so that SceneEdits can choose a variant. Otherwise read only the variants' names.
@@ -27,8 +27,8 @@ struct GltfOptions {
   // Referenced files must lie below this folder once links are followed. Empty: the scene's folder.
   std::string resource_root = {};
   // The animation that poses the scene: a name, an index, or "all" for all of them in file order.
-  // `time` is in seconds, clamped to the animation's range, default 0. If only the time is set, the
-  // file's first animation is used; if neither is set, the scene is at rest.
+  // `time` is in seconds, clamped to the animation's range; the default is 0. If only the time is
+  // set, the file's first animation is used; if neither is set, the scene is at rest.
   std::string animation = {};
   std::optional<double> time = {};
   // Shutter interval in seconds relative to `time`. Objects that move during it are loaded with
@@ -37,8 +37,8 @@ struct GltfOptions {
     double open = 0.0, close = 0.0;
   };
   std::optional<Shutter> shutter = {};
-  // For motion vectors: if there is no shutter, also loads the positions this many seconds after
-  // `time` (NextFrameInstance).
+  // For motion vectors: without a shutter, also loads the positions this many seconds after `time`
+  // (NextFrameInstance).
   std::optional<double> next_frame = {};
 };
 
@@ -75,7 +75,7 @@ class GltfFile {
   SceneDescription pose(const GltfOptions& pose_options, std::span<const uint64_t> held = {},
                         LoadProgress& progress = LoadProgress::none());
 
-  // Numbers of reserved bytes, which the caller must return to the budget.
+  // Reserved bytes, which the caller must return to the budget.
   uint64_t image_bytes() const;       // all images so far
   uint64_t static_bytes() const;      // meshes with keys in the latest pose
   uint64_t new_static_bytes() const;  // the part of static_bytes() that was not held

@@ -26,8 +26,8 @@ std::unique_ptr<ImageDecoder> open_jpeg(std::span<const uint8_t> bytes, std::str
 // must outlive the decoder.
 std::unique_ptr<ImageDecoder> open_hdr(const ByteSource& source, const ImageHeader& header);
 
-// These encode a picture as a complete file in memory and return an empty string or the error. JPEG
-// drops alpha and uses quality 95 without chroma subsampling.
+// These encode a picture as a complete file in memory. They return an empty string or the error.
+// JPEG drops alpha and uses quality 95 without chroma subsampling.
 std::string encode_png(const ByteImage& picture, std::vector<unsigned char>& encoded);
 std::string encode_jpeg(const ByteImage& picture, std::vector<unsigned char>& encoded);
 

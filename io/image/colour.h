@@ -24,10 +24,10 @@ struct ColourChannels {
   int end() const { return first + count + (has_alpha ? 1 : 0); }
 };
 
-// Chooses R, G and B outside any layer; if there are none, the only layer that has R, G and B; if
-// there is none, Y. Throws InputError, which lists the channels, if there is no candidate or more
-// than one, or for luminance-chroma images. `parts` may be empty. `remedy` tells the user what to
-// do if there are several candidates.
+// Chooses R, G and B outside any layer. Without them, chooses the only layer that has R, G and B;
+// without such a layer, chooses Y. Throws InputError for luminance-chroma images, and if there is
+// no candidate (lists the channels) or more than one (lists the layers). `parts` may be empty.
+// `remedy` tells the user what to do about several candidates.
 ColourChannels find_colour(const std::vector<std::string>& channels,
                            const std::vector<ImagePart>& parts, const std::string& place,
                            std::string_view remedy = "save one of them as a separate file");
@@ -52,8 +52,8 @@ std::vector<ImageLayer> image_layers(const std::vector<std::string>& channels,
 std::optional<ImageLayer> try_find_layer(const std::vector<std::string>& channels,
                                          const std::vector<ImagePart>& parts,
                                          const std::string& name, const std::string& place);
-// Like try_find_layer(), but if there is none, throws UsageError, which lists the layers, the
-// nearest names first.
+// Like try_find_layer(), but if there is none, throws a UsageError that lists the layers, nearest
+// names first.
 ImageLayer find_layer(const std::vector<std::string>& channels, const std::vector<ImagePart>& parts,
                       const std::string& name, const std::string& place);
 

@@ -208,8 +208,8 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
       reader.seek(next);
     }
     if (attributes == 0 && (flags & kMultiPart)) break;
-    // Each tile (or, in an image without tiles, each block of at most 256 rows) takes eight bytes
-    // in the offset table and at least eight elsewhere.
+    // Each tile (or, in an image without tiles, each block of at most 256 rows) has eight bytes in
+    // the offset table and at least eight elsewhere.
     const int64_t across = tile_width > 0 ? (width + tile_width - 1) / tile_width : 1;
     const int64_t down = (height + (tile_height > 0 ? tile_height : 256) - 1) /
                          (tile_height > 0 ? tile_height : 256);

@@ -53,8 +53,8 @@ CleanImage clean_png(Bytes bytes, const std::string& place) {
       clean.header.width = big_endian(chunk, 8, 4);
       clean.header.height = big_endian(chunk, 12, 4);
       row_bits = clean.header.width * depth * (colour < 7 ? kSamples[size_t(colour)] : 4);
-      // Interlaced images are decoded whole before they are copied to the result, which takes up to
-      // 4 x 16 bits per pixel.
+      // An interlaced image is decoded whole and then copied to the result. The first copy has up
+      // to 4 x 16 bits per pixel.
       clean.header.decoder_bytes_per_pixel = interlaced ? 8 : 0;
     }
     if (is("IDAT")) compressed += int64_t(length);
@@ -88,20 +88,20 @@ bool is_frame_marker(uint8_t marker) {
 }
 
 // Reads a frame header: the frame's size, its number of components, and the minimum number of bits
-// that its blocks take.
+// in all its blocks.
 void read_frame_header(Bytes segment, ImageHeader* header, size_t* components_out,
                        int64_t* min_bits) {
   if (segment.size() < 10) return;
   const size_t components = *components_out = segment[9];
   header->height = big_endian(segment, 5, 2);
   header->width = big_endian(segment, 7, 2);
-  int64_t across = 8, down = 8;  // pixels of a minimum coded unit, which takes one or more bits
+  int64_t across = 8, down = 8;  // pixels of a minimum coded unit, which has at least one bit
   for (size_t c = 0; c < components && 12 + 3 * c <= segment.size(); ++c) {
     across = std::max<int64_t>(across, 8 * (segment[11 + 3 * c] >> 4));
     down = std::max<int64_t>(down, 8 * (segment[11 + 3 * c] & 15));
   }
   *min_bits = (header->width / across) * (header->height / down);
-  // A progressive decoder keeps all coefficients: 16 bits per component.
+  // A progressive decoder keeps all coefficients: 16 bits per pixel and component.
   const uint8_t marker = segment[1];
   const bool progressive = marker == 0xc2 || marker == 0xc6 || marker == 0xca || marker == 0xce;
   header->decoder_bytes_per_pixel = progressive ? 2 * int(components) : 0;

@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-// Limit on the bytes before the pixels that are searched. Our writers use fewer.
+// At most this many bytes before the pixels are searched. Our writers use fewer.
 constexpr size_t kMaxHeaderBytes = size_t(1) << 20;
 
 // Calls `use` for each attribute of the first header, with its name, its type and the size of its

@@ -27,8 +27,8 @@ std::vector<std::pair<std::string, std::string>> exr_texts(const std::string& pa
 
 // Checks, without decoding pixels, that the file is not truncated. For an EXR, tests the offset
 // table, and that the last chunk ends at the end of the file and not with zeros. For PNG and JPEG,
-// tests the end marker, and for GIF the blocks. Returns false for deep EXRs, which we never write,
-// and for any other format. Throws InputError for a missing file.
+// tests the end marker; for GIF, tests the blocks. Returns false for deep EXRs, which we never
+// write, and for any other format. Throws InputError for a missing file.
 bool is_complete_file(const std::string& path);
 
 }  // namespace emberline

@@ -20,7 +20,7 @@
 namespace emberline {
 namespace {
 
-// Our limit on the sizes that images state. The largest panoramas in use are 32k wide.
+// Our limit on the width and height that images state. The largest panoramas in use are 32k wide.
 constexpr int64_t kMaxSide = 65536;
 // Limit on the data window's position. It keeps sums far from overflow.
 constexpr int64_t kMaxWindowOffset = int64_t(1) << 24;

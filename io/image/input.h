@@ -31,18 +31,18 @@ struct DecodedImage {
 };
 
 // Decodes an encoded image in memory: PNG, JPEG, WebP, EXR, HDR or KTX 2, detected by its content.
-// Keeps the bit depth; alpha is not premultiplied. An EXR's channels are chosen as in
-// read_environment(), but its alpha is kept. Colour profiles and other metadata are ignored. Throws
-// InputError at `place`, also for a truncated JPEG unless `lenient`.
+// Keeps the bit depth; alpha is not premultiplied. Chooses an EXR's channels as read_environment()
+// does, but keeps its alpha. Colour profiles and other metadata are ignored. Throws InputError at
+// `place`, also for a truncated JPEG unless `lenient`.
 DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& place,
                           bool lenient = false,
                           const LoadProgress& progress = LoadProgress::none());
 
-// Reads a latitude-longitude environment map (.hdr or .exr) as linear Rec. 709: the channels that
-// find_colour() chooses, as half if they are stored as half, otherwise as float. The pixels must
-// cover the frame. An EXR with other primaries is converted; colours outside Rec. 709 are then
-// negative. NaN, infinite and negative texels become 0, and finite ones beyond the type's range are
-// clamped; `*repaired` counts them all. Throws InputError.
+// Reads a latitude-longitude environment map (.hdr or .exr) as linear Rec. 709. Reads the channels
+// that find_colour() chooses: as half if stored as half, otherwise as float. The pixels must cover
+// the frame. An EXR with other primaries is converted; colours outside Rec. 709 are then negative.
+// NaN, infinite and negative texels become 0, and finite ones beyond the type's range are clamped;
+// `*repaired` counts them all. Throws InputError.
 std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t* repaired,
                                               const LoadProgress& progress = LoadProgress::none());
 

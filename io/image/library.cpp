@@ -61,9 +61,9 @@ void check_address_space() {
   ::munmap(room, kRequiredBytes);
 }
 
-// Looks beside the binary that contains this code and up to three folders above, since a renderer
-// library for one CPU architecture lies that much deeper (renderer/arches.cmake); then in the
-// program's ../lib. Returns an empty string if the image library is in none of them.
+// Looks beside the binary that contains this code, then up to three folders above it, since a
+// renderer library for one CPU architecture lies that much deeper (renderer/arches.cmake). Finally
+// looks in the program's ../lib. Returns an empty string if none of them has it.
 std::string find_bundled_library() {
   namespace fs = std::filesystem;
   std::error_code error;

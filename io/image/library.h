@@ -36,7 +36,7 @@ struct ImageLayout {
   SampleType type = SampleType::kOther;  // the type of all channels, or one that can hold them all
   std::string type_name;
   int alpha_channel = -1;
-  bool premultiplied = false;  // can be true although we request unassociated alpha
+  bool premultiplied = false;  // can be true even though we request unassociated alpha
   int orientation = 1;         // as in EXIF and TIFF
   uint64_t bytes = 0;          // size of the stored pixels
   std::vector<std::pair<std::string, std::string>> text_attributes =
@@ -111,7 +111,7 @@ class ImageLibrary {
 // Throws RenderError if the library is missing or has another version than the program.
 const ImageLibrary& image_library();
 
-// Memory that the loaded library takes: a few hundred megabytes, or 0 before it is loaded.
+// Memory that the library uses: a few hundred megabytes, or 0 before it is loaded.
 uint64_t image_library_bytes();
 
 // The library's entry point; returns null if `version` differs from its own.

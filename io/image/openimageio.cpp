@@ -1,5 +1,5 @@
-// The image library: OpenImageIO behind our interface. Of the program, it may use only headers,
-// since it is a separate library.
+// The image library: OpenImageIO behind our interface. It is a separate library, so it may use only
+// headers of the program.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 

@@ -13,8 +13,8 @@
 namespace emberline {
 namespace {
 
-// How often the size of the resident pages is checked. In one interval, two threads with random
-// lookups can map a few tens of megabytes.
+// The interval at which the size of the resident pages is checked. In one interval, two threads
+// with random lookups can map a few tens of megabytes.
 constexpr std::chrono::milliseconds kCheckInterval(10);
 
 // Size of the resident pages of all files that this process maps.

@@ -21,7 +21,7 @@ using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 using namespace edit_limits;
-constexpr double kMaxFStop = 1e9;  // limit on f-numbers and inverses; scenes can have any scale
+constexpr double kMaxFStop = 1e9;  // limits an f-number and its inverse; scenes can have any scale
 
 // Limit on times (in seconds or frames) and on frame rates, as on the command line.
 constexpr double kMaxTime = 1e6;

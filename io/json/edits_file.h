@@ -45,8 +45,8 @@ namespace emberline {
 inline constexpr int kEditsVersion = 1;
 
 // Throws InputError (with the file, the JSON pointer and what was expected) if the file is missing,
-// is not valid JSON or has another version, or for a member that is unknown, duplicated or out of
-// range. Also reads the environment file; a relative path is resolved against the edits' folder.
+// is not valid JSON or has another version, or if a member is unknown, duplicated or out of range.
+// Also reads the environment file; a relative path is resolved against the edits' folder.
 SceneEdits read_edits(const std::string& path, const LoadProgress& progress = LoadProgress::none());
 
 // Parses `text`, named `name` in messages. A relative environment path is resolved against the

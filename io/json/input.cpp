@@ -20,8 +20,8 @@ constexpr size_t kMaxSidecarBytes = size_t(16) << 20;
 
 constexpr const char* kDuplicateMessage = "the member appears twice in one object";
 
-// Upper bounds on a document's memory with libstdc++ and a 64-bit malloc. While an array grows, it
-// takes both its old storage and a new one of twice the size; later, nlohmann's destructor moves
+// Upper bounds on a document's memory with libstdc++ and a 64-bit malloc. While an array grows, its
+// old storage and a new one of twice the size exist together. Later, nlohmann's destructor moves
 // the elements to a list that grows in the same way.
 constexpr uint64_t kElementBytes = 5 * sizeof(json);
 constexpr uint64_t kContainerBytes = 64;

@@ -26,8 +26,8 @@ enum class Kind : uint8_t {
 struct Property;
 using Schema = std::span<const Property>;
 
-// The effect of a fault in a member. Regardless of this, a faulty optional member is removed if it
-// is null or inside an optional extension.
+// The effect of a fault in a member. In every case, a faulty optional member is removed if it is
+// null or inside an optional extension.
 enum class OnFault : uint8_t {
   kInvalidatesParent,  // the object that has the member is unusable
   kDefaulted,          // the member is removed, or set to 1 if it is required
@@ -44,7 +44,7 @@ struct Property {
   const char* target = nullptr;
   Schema schema;
   OnFault on_fault = OnFault::kInvalidatesParent;
-  bool propagates_fault = false;  // for an index: if its target is broken, this object is, too
+  bool propagates_fault = false;  // for an index: if its target is broken, so is this object
   // For an extension: its faults are errors even if the file does not require it. For kPerElement:
   // a member that is not an array is an error; without this flag, it counts as an empty array.
   bool essential = false;

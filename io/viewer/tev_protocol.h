@@ -12,8 +12,9 @@
 //                 an int64 offset for each channel; an int64 stride for each; floats
 // clang-format on
 //
-// Integers and floats are little-endian, strings end with a zero byte, a bool is a byte. Channel c
-// of the rectangle's pixel i, rows from the top, is floats[offset[c] + i * stride[c]].
+// Integers and floats are little-endian, strings end with a zero byte, a bool is a byte. Pixels of
+// the rectangle are numbered in rows from the top. Channel c of pixel i is
+// floats[offset[c] + i * stride[c]].
 //
 // All functions are thread-safe.
 #pragma once

@@ -21,9 +21,9 @@
 namespace emberline {
 
 // Connects and sends on its own thread. Until they are sent, tiles wait in memory, and only the
-// newest pixels of each rectangle are kept. If rectangles do not overlap, this takes at most one
-// frame, and only a few tiles if the viewer keeps up. If the viewer cannot be reached or is lost,
-// logs one warning and drops all tiles.
+// newest pixels of each rectangle are kept. If rectangles do not overlap, at most one frame waits;
+// only a few tiles do if the viewer keeps up. If the viewer cannot be reached or is lost, logs one
+// warning and drops all tiles.
 class TevStream {
  public:
   struct Image {
@@ -54,7 +54,7 @@ class TevStream {
   // afterwards.
   void finish(const Timeouts& timeouts);
 
-  uint64_t peak_bytes() const;  // largest number of bytes that ever waited
+  uint64_t peak_bytes() const;  // the most bytes that ever waited at once
   // CPU time of the sending thread so far.
   double cpu_seconds() const { return cpu_s_.load(std::memory_order_relaxed); }
 

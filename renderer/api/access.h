@@ -34,11 +34,11 @@ struct Scene::State {
   void edit(std::string_view json, const Environment& environment);
 
   Resources resources;
-  FrameSettings settings;  // used to open the scene, except that the pose is the current one
+  FrameSettings settings;  // the scene was opened with these, but the pose is the current one
   LoadLimits limits;
   SceneBuildOptions build;
   WorldBounds bounds;
-  AnimationEdit animation;  // from the edits with which the scene was opened
+  AnimationEdit animation;  // from the edits that the scene was opened with
   std::vector<AnimationDescription> animations;
   LoadedFiles files;
   // Fingerprint of the edits that edit() set last; empty if there were none. Absent if edit() was

@@ -59,8 +59,9 @@ struct EMBERLINE_API Stopped : Error {  // a load was stopped, or a frame was gi
   using Error::Error;
 };
 
-// All settings that determine a frame. Their names are those of the command's options ("spp",
-// "look-from"), and their values are the same texts. `emberline render --help-all` lists them.
+// All settings that determine a frame. They are named like the command's options ("spp",
+// "look-from"), and their values are written the same way. `emberline render --help-all` lists
+// them.
 class EMBERLINE_API Settings {
  public:
   Settings();
@@ -122,9 +123,9 @@ class EMBERLINE_API Scene {
   // Since 1.1.0.
   void pose(const Settings& settings, const std::stop_token& stop = {});
 
-  // Replaces all edits by those in `json`, which has the format of --edits. Edits cannot change the
-  // pose: an "animation" that differs from the one in the edits with which the scene was opened is
-  // rejected. Throws InputError, and then leaves the scene unchanged.
+  // Replaces all edits with those in `json`, which has the format of --edits. Edits cannot change
+  // the pose: an "animation" in them must equal the one in the edits that the scene was opened
+  // with. Throws InputError, and then leaves the scene unchanged.
   void edit(std::string_view json);
   // Like edit() above, and also sets an environment with these texels, which are copied:
   // latitude-longitude, linear R G B, interleaved, top row first. Throws UsageError if a texel is
@@ -217,11 +218,12 @@ class EMBERLINE_API RenderedPicture : public Picture {
   std::shared_ptr<const Record> record_;
 };
 
-// Renders a frame. All channels are bit-identical to those of the command's EXR. Any thread may
-// call `watch`, but only one at a time: with the bucket driver after each tile, otherwise at every
-// pause, while nothing is rendered. After a request to `stop`, the unfinished picture is returned;
-// `give_up` ends the call faster, but throws Stopped. The time of "time-limit" starts with the
-// call. Throws UsageError, InputError, RenderError, and what `watch` throws.
+// Renders a frame. All channels are bit-identical to those of the command's EXR. `watch` may be
+// called from any thread, but never from two at once. The bucket driver calls it after each tile;
+// the other drivers call it at every pause, while nothing is being rendered. After a request to
+// `stop`, the unfinished picture is returned; `give_up` ends the call faster, but throws Stopped.
+// "time-limit" counts from the start of the call. Throws UsageError, InputError, RenderError, and
+// whatever `watch` throws.
 EMBERLINE_API Picture render(const Scene& scene, const Settings& settings,
                              const Resources& resources = {}, const std::stop_token& stop = {},
                              const std::function<void(const Progress&)>& watch = {},
@@ -250,13 +252,13 @@ struct RenderFiles {
   RenderFiles() = default;  // private, so that {} in render(scene, settings, {}) means Resources
 };
 // Like render() above, with a checkpoint. The checkpoint is saved at intervals, when the frame is
-// stopped or given up, and when `watch` throws. Picture::complete is false for a frame that a time
-// limit has ended, since that frame can be resumed. The scene's files are read again for their
+// stopped or given up, and when `watch` throws. Picture::complete is false if a time limit ended
+// the frame, because such a frame can be resumed. The scene's files are read again for their
 // fingerprints. Throws InputError if they have changed since loading, or if the frame to resume
-// does not match (the message lists the differences); UsageError if the file is no checkpoint or,
-// without `resume`, belongs to another frame; RenderError if the file cannot be created. A failed
-// save is logged as an error; for a part it throws RenderError. Only one call at a time may use the
-// file. Since 1.1.0.
+// does not match (the message lists the differences). Throws UsageError if the file is not a
+// checkpoint or, without `resume`, belongs to another frame. Throws RenderError if the file cannot
+// be created. A failed save is logged as an error; for a part it throws RenderError. Only one call
+// at a time may use the file. Since 1.1.0.
 EMBERLINE_API RenderedPicture render(const RenderFiles& files, const Scene& scene,
                                      const Settings& settings, const Resources& resources = {},
                                      const std::stop_token& stop = {},
@@ -285,10 +287,10 @@ EMBERLINE_API StoredFrame stored_frame(const std::string& checkpoint);
 
 // Adds samples to a finished frame whose checkpoint was kept. `more` sets "spp", "noise-threshold"
 // or "max-spp", and optionally "time-limit". If all pixels have the same number of samples, the
-// result is bit-identical to a frame that is rendered at once. An adaptive frame continues from its
+// result is bit-identical to a frame rendered in one go. An adaptive frame continues from its
 // state. Afterwards the checkpoint contains the larger frame. If the extension is stopped, the next
 // call resumes it from CHECKPOINT.next. Throws UsageError if `more` asks for less than the frame
-// has, or has other settings; InputError if the checkpoint cannot be extended, is damaged or
+// has, or contains other settings; InputError if the checkpoint cannot be extended, is damaged or
 // belongs to another scene; and what render() throws. Since 1.1.0.
 EMBERLINE_API RenderedPicture extend(const std::string& checkpoint, const Scene& scene,
                                      const Settings& more, const Resources& resources = {},
@@ -299,10 +301,10 @@ EMBERLINE_API RenderedPicture extend(const std::string& checkpoint, const Scene&
 struct MergeRules {
   bool allow_holes = false;  // parts may be missing; their pixels are black
   bool strict = false;       // all parts must come from the same kind of machine
-  bool parts = false;        // adds a channel "part": the number of the pixel's checkpoint, from 1
+  bool parts = false;  // adds the channel "part": which checkpoint each pixel is from (1, 2, ...)
 };
 // Merges the parts of a frame ("part", "sample-range", or different "seed" values) as if the frame
-// had been rendered at once. Throws InputError, which names the part, and Stopped. Since 1.1.0.
+// had been rendered in one go. Throws InputError, which names the part, and Stopped. Since 1.1.0.
 EMBERLINE_API RenderedPicture merge(const std::vector<std::string>& checkpoints,
                                     const MergeRules& rules = {}, const Resources& resources = {},
                                     const std::stop_token& stop = {});
@@ -336,7 +338,7 @@ struct Comparison {
   double flip = 0;
   double max_abs = 0;
   uint64_t different_pixels = 0;
-  uint64_t non_finite = 0;  // pixels with a NaN or infinity, not part of the above
+  uint64_t non_finite = 0;  // pixels with a NaN or infinity; all of the above exclude them
 };
 // Both pictures must be linear Rec. 709, interleaved R G B, top row first (see
 // RenderedPicture::rec709()). `exposure` is in stops. Throws UsageError if there are no pixels or
@@ -372,7 +374,7 @@ struct StudyRow {
   std::string method, driver, sampler, estimator, allocation;
   bool unbiased = false, denoised = false;
   uint32_t seed = 0;
-  std::string failure;  // empty: none; a failed run has only this row, which has no numbers
+  std::string failure;  // empty: it did not fail; a failed run has a single row, without numbers
   double budget = 0;    // samples per pixel, or seconds
   uint64_t samples = 0;
   double mean_samples = 0;                             // per pixel
@@ -386,11 +388,10 @@ struct StudyTable {
   bool complete = false;       // false if it was stopped; the same call resumes it
 };
 // Renders the scene with every method, seed and budget, and writes study.csv, study.json and
-// study.html into the folder. `settings` apply to all frames; they can set samples, view, light,
-// scene loading, buckets and the first seed. `on_samples` is called with the number of new samples,
-// from any thread, and possibly from several at once. Throws UsageError (also for other settings),
-// InputError, RenderError, and Stopped if it is stopped before the reference is finished. Since
-// 1.1.0.
+// study.html into the folder. `settings` apply to all frames; they may set only samples, view,
+// light, scene loading, buckets and the first seed. `on_samples` is called with the number of new
+// samples, from any thread, and possibly from several at once. Throws UsageError, InputError,
+// RenderError, and Stopped if it is stopped before the reference is finished. Since 1.1.0.
 EMBERLINE_API StudyTable study(const std::string& scene, const Settings& settings,
                                const StudyRequest& request, const Resources& resources = {},
                                const std::stop_token& stop = {},
@@ -434,8 +435,8 @@ enum class SettingSpelling { kPlain, kUnderscores };
 EMBERLINE_API void spell_settings(SettingSpelling spelling);
 
 enum class Message { kError, kWarning, kInfo };
-// Redirects messages to `log`, which any thread may call, but only one at a time. Null: to stderr,
-// the default.
+// Redirects messages to `log`, which may be called from any thread, but never from two at once.
+// Null: to stderr, the default.
 EMBERLINE_API void set_log(std::function<void(Message, std::string_view)> log);
 
 }  // namespace emberline::api

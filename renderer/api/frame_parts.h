@@ -15,16 +15,16 @@ namespace emberline::api {
 // Whether the group's settings only affect how a scene is loaded.
 bool is_load_setting(SettingGroup group);
 
-// Returns options with which the command would write an EXR with the channels of the library's
-// picture. Takes the loading settings from the scene. Throws UsageError for settings that conflict
-// with the scene's.
+// Returns the options with which the command would write an EXR with the same channels as the
+// library's picture. Takes the loading settings from the scene. Throws UsageError for settings that
+// conflict with the scene's.
 RenderOptions options_of(const Access::SceneState& scene, const FrameSettings& settings);
-// If the scene's pose differs from that of the options and their edits, returns a text that
-// identifies the scene's pose; otherwise an empty text.
+// Returns an empty text if the scene is in the pose that the options and their edits select.
+// Otherwise returns a text that identifies the scene's pose.
 std::string pose_override(const Access::SceneState& scene, const RenderOptions& options);
 
 struct FrameParts {
-  // Throws what choosing the camera and applying the scene's edits throw.
+  // Throws whatever choosing the camera and applying the scene's edits may throw.
   FrameParts(const Access::SceneState& scene, const FrameSettings& settings);
   FrameParts(const FrameParts&) = delete;
 

@@ -111,8 +111,8 @@ void write_frame_exr(const std::string& path, const Picture& picture, OutputSett
   writer.finish();
 }
 
-// Converts the colours to Rec. 709. Variances and half images stay unchanged, because they are used
-// in computations and not looked at.
+// Converts the colours to Rec. 709. Variances and half images stay unchanged, because they are
+// meant for computation and not for viewing.
 void make_rec709(WorkingSpace space, Picture& picture) {
   const ToWorkingSpace to_rec709 = from_working_space(space);
   if (!to_rec709) return;

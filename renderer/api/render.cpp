@@ -104,13 +104,13 @@ class ProgressSink final : public PictureSink {
 };
 
 // Reserves the memory that a frame needs until its picture is finished. Throws InputError if the
-// frame exceeds the memory budget, which was set for the scene and is not one of the frame's
-// settings.
+// frame exceeds the memory budget. (It is not a UsageError, because the budget was set for the
+// scene and is not one of the frame's settings.)
 MemoryReservation reserve_memory(const RenderOptions& options, const OutputSettings& output,
                                  const SceneLayers& layers, const RenderPlan& plan, int threads,
                                  const LoadLimits& limits) {
   MemoryReservation memory(limits.memory, MemoryPart::kFilm);
-  RenderOptions lossless = options;  // because no file is compressed
+  RenderOptions lossless = options;  // no file is written, so lossy compression needs no memory
   lossless.exr_compression = ExrCompression::kZip;
   try {
     reserve_frame(lossless, output, plan, threads, memory);
@@ -124,8 +124,8 @@ MemoryReservation reserve_memory(const RenderOptions& options, const OutputSetti
   return memory;
 }
 
-// Opens the checkpoint, if any. Reads the scene's files again for their fingerprints. Throws what
-// reading and Checkpoint throw, and Cancelled after `give_up`.
+// Opens the checkpoint, if any. Reads the scene's files again for their fingerprints. Throws
+// whatever reading and Checkpoint throw, and Cancelled after `give_up`.
 void open_checkpoint(const RenderOptions& options, const RenderPlan& plan,
                      const SceneLayers& layers, const Access::SceneState& scene, uint64_t max_bytes,
                      const std::stop_token& give_up, RenderJob& job, FrameCheckpoint& checkpoint) {

@@ -16,7 +16,7 @@ namespace emberline::api {
 
 std::string version() { return kEmberlineVersion; }
 
-// Returns at most the machine's concurrency, because TBB warns on stderr if it gets more threads.
+// Returns at most the machine's concurrency, because TBB warns on stderr if asked for more.
 int arena_threads(const Resources& resources) {
   const int max_threads = tbb::info::default_concurrency();
   return resources.threads > 0 ? std::min(resources.threads, max_threads) : max_threads;

@@ -76,7 +76,7 @@ class CommandFrame {
   std::optional<ReportPictures> pictures_;
   Camera camera_;
   SceneLayers layers_;
-  std::optional<ReadPose> read_pose_;  // set from load() to build()
+  std::optional<ReadPose> read_pose_;  // set from load() until build()
   std::unique_ptr<RenderJob> job_;     // set by build()
   RenderResult result_;
   std::optional<RemoteViewer> viewer_;

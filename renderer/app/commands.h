@@ -35,7 +35,7 @@ int run_range(const RenderOptions& options, const std::vector<int>& frames);
 // approximated or ignored. Can also print an edits file to start from, describe a rendered frame,
 // or list the channels that pictures can have.
 struct InfoOptions {
-  std::string scene;      // or a frame (its content is an EXR); unused with `channels`
+  std::string scene;      // or a frame (if the file is an EXR); unused with `channels`
   bool channels = false;  // list the channels instead of describing a scene
   bool edits = false;     // print edits that change nothing (edits_template.h)
   bool json = false;
@@ -69,12 +69,12 @@ struct ShowOptions {
   LimitOptions limits;
 };
 
-// Writes the same .png and .jpg as `render -o` would, except that the denoised picture is shown
-// only as the layer "denoised", and that values have the file's precision (half floats, lossy
+// Writes the same .png and .jpg as `render -o` would, with two exceptions: the denoised picture is
+// shown only as the layer "denoised", and values have the precision of the file (half floats, lossy
 // compression). A layer with a single channel whose values are not all between 0 and 1 is shown in
-// grey, from its least value to its greatest. Memory holds only the pictures to be written and a
-// band of rows. Returns the exit code. Throws InputError (unreadable, no picture), UsageError
-// (layer, names), RenderError (cannot write).
+// grey, with its least value as black and its greatest as white. Keeps only the pictures to be
+// written and a band of rows in memory. Returns the exit code. Throws InputError (unreadable, no
+// picture), UsageError (layer, names), RenderError (cannot write).
 int run_show(const ShowOptions& options);
 
 // `emberline explain`: says in words why a pixel of a finished frame got as many samples as it did.
@@ -98,9 +98,9 @@ struct CompareOptions {
   LimitOptions limits;
 };
 
-// Reads both pictures (any format of OpenImageIO; 8-bit ones as sRGB; channels R, G and B, or those
-// of the layer, see read_rgb()), prints the metrics of renderer/statistics/error_metrics.h to
-// stdout and writes the difference picture.
+// Reads both pictures, in any format that OpenImageIO supports; 8-bit pictures count as sRGB.
+// Compares R, G and B or the channels of the layer; see read_rgb(). Prints the metrics of
+// renderer/statistics/error_metrics.h to stdout and writes the difference picture.
 //
 // JSON: one object with the keys width, height, mse, rmse, relmse, relmse_epsilon, relmse_trimmed,
 // signed_bias, psnr, ssim, flip, max_abs, non_finite, different_pixels. A metric without a finite
@@ -123,8 +123,8 @@ struct DenoiseOptions {
   LimitOptions limits;
 };
 
-// The result is bit-identical to that of `render --denoise`. Memory grows with the frame's width
-// or, for .png and .jpg, with the whole picture. Returns the exit code. Throws InputError
+// The result is bit-identical to that of `render --denoise`. Memory use grows with the frame's
+// width or, for .png and .jpg, with its number of pixels. Returns the exit code. Throws InputError
 // (unreadable, channels missing), UsageError (names), RenderError (cannot write).
 int run_denoise(const DenoiseOptions& options);
 
@@ -152,8 +152,8 @@ struct MergeOptions {
 // not belong together) and RenderError.
 int run_merge(const MergeOptions& options);
 
-// `emberline farm`: renders a frame in parts, as Slurm jobs. Leaves it to Slurm to schedule, watch
-// and restart the jobs.
+// `emberline farm`: renders a frame in parts, as Slurm jobs. Slurm schedules, watches and restarts
+// the jobs.
 enum class FarmVerb : uint8_t { kSubmit, kStatus, kCancel, kRetry };
 
 struct FarmOptions {
@@ -177,7 +177,7 @@ int run_farm(const FarmOptions& options);
 //
 // Returns kExitDone even if some runs failed (the results show which); kExitRenderFailed if all
 // failed; kExitStopped after a signal. Throws UsageError, InputError or RenderError for wrong
-// options before any long work.
+// options before the long work begins.
 int run_study(const StudyOptions& options);
 
 // `emberline study --convergence`: measures the convergence order of the samplers, without a scene.

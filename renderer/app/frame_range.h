@@ -15,15 +15,15 @@ inline constexpr size_t kMaxFrames = 1'000'000;
 inline constexpr int kLastFrame = 999'999'999;  // the first is -kLastFrame
 
 // Parses "5", "1-100", "1-100x2" (1, 3, 5 ...), "100-1", "-10--1", and lists of those, such as
-// "1-10,20,30-40x5". Keeps the given order and drops repeats. Throws UsageError that quotes the
+// "1-10,20,30-40x5". Keeps the given order and drops repeats. Throws a UsageError that quotes the
 // text and says what is valid.
 std::vector<int> parse_frames(std::string_view text);
 // Returns a short text that parse_frames() turns into the same list.
 std::string format_frames(std::span<const int> frames);
 
-// A frame number in a name is a run of '#'. expand_frame_number() replaces each run by the number,
-// padded with zeros to the run's length: "shot.####.exr" becomes "shot.0007.exr" for frame 7,
-// "shot.-007.exr" for -7 and "shot.12345.exr" for 12345.
+// A frame number in a name is a run of '#'. expand_frame_number() replaces each run with the
+// number, padded with zeros to the run's length: "shot.####.exr" becomes "shot.0007.exr" for frame
+// 7, "shot.-007.exr" for -7 and "shot.12345.exr" for 12345.
 bool has_frame_number(std::string_view name);
 std::string expand_frame_number(std::string_view name, int frame);
 

@@ -92,7 +92,7 @@ void ProgressDisplay::check_stop() {
 }
 
 void ProgressDisplay::run(const std::stop_token& thread_stop) {
-  // With 20 ms, a stop feels immediate, and polling costs nothing.
+  // With 20 ms, a stop feels immediate, and polling costs next to nothing.
   constexpr auto kPollInterval = std::chrono::milliseconds(20);
   constexpr double kMaxWait = 1e9;  // seconds; more would overflow the clock
   const auto limit =

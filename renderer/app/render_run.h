@@ -48,7 +48,7 @@ struct ReadPose {
 struct PosedScene {
   std::unique_ptr<OpenScene> open;
   ScenePose pose;
-  size_t warnings = 0;  // number of warnings from before it was built, which apply to every frame
+  size_t warnings = 0;  // number of warnings from before it was built; they apply to every frame
 
   CameraDescription camera_of(const FrameSettings& settings) const;
   void report(RenderReport& report) const;

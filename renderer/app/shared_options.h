@@ -38,7 +38,7 @@ CLI::Option* describe(CLI::Option* option, const OptionText& text, const std::st
 // Appends a sentence to the full help for each rule that rules_of() returns.
 void add_rules(CLI::Option* option, std::string_view rules);
 
-// Adds an option. `read` parses its value and returns false if that is not `what`, such as "a
+// Adds an option. `read` parses its value and returns false if the value is not `what`, such as "a
 // number above 0".
 CLI::Option* add_parsed(CLI::App* app, const std::string& name, const std::string& type,
                         const OptionText& text, const std::string& what,

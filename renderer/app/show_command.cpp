@@ -76,8 +76,8 @@ bool is_transparent(const FloatImageRows& file, const ImageLayer& layer) {
 }
 
 // Returns the width and height of the tiles to be written, which is also the number of rows read at
-// once. It is at least 64, because each tile has an entry in the file's table and is compressed by
-// itself.
+// once. It is at least 64 if the picture is that large, because each tile has an entry in the
+// file's table and is compressed by itself.
 int tile_side(const FloatImageRows& file) {
   constexpr int kLeast = 64;
   const int step = file.rows_at_once();
@@ -248,9 +248,9 @@ class ShownFiles {
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
 };
 
-// Returns the memory for bands of the file, of the layer and of its tiles; for each .png or .jpg
-// the 8-bit pixels and the encoded file, which is at most as large; for each .exr its table of
-// tiles.
+// Returns the memory for a band of rows of the file, of the layer and of its tiles. Adds, for each
+// .png or .jpg, the 8-bit pixels and the encoded file, which is at most as large, and for each
+// .exr, its table of tiles.
 uint64_t shown_bytes(const ShowOptions& options, const FloatImageRows& file,
                      const ImageLayer& layer) {
   const FloatImage& image = file.image();

@@ -1,7 +1,7 @@
-// Signals that ask the process to stop: Ctrl-C, Ctrl-\, SIGTERM, a closed terminal, the limit of
-// processor time. While a frame renders, the first signal lets the unfinished frame be written. A
-// second signal, or any signal at another time, removes unfinished files and ends the process at
-// once with exit code 130.
+// Signals that ask the process to stop: Ctrl-C, Ctrl-\, SIGTERM, a closed terminal, or the CPU time
+// limit. While a frame renders, the first signal lets the unfinished frame be written. A second
+// signal, or any signal at another time, removes unfinished files and ends the process at once with
+// exit code 130.
 #pragma once
 
 namespace emberline {

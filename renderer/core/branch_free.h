@@ -22,8 +22,8 @@ inline int select(bool c, int a, int b) {
 }
 
 // Computes sin and cos of 2 pi u for u in [0, 1], with an error of 1e-7. As u is in turns, the
-// reduction to [-pi/4, pi/4] is exact, and a short Taylor series is enough there (3 ns against 11
-// ns for sincosf).
+// reduction to [-pi/4, pi/4] is exact, and a short Taylor series is enough there. This takes 3 ns;
+// sincosf takes 11 ns.
 [[gnu::always_inline]] inline void sincos_turns(float u, float* sine, float* cosine) {
   const float quarter = std::nearbyint(4.0f * u);
   const float x = std::fma(4.0f, u, -quarter) * (0.5f * kPi);
@@ -36,7 +36,7 @@ inline int select(bool c, int a, int b) {
   c = std::fma(x2, c, 1.0f / 24);
   c = std::fma(x2, c, -0.5f);
   c = std::fma(x2, c, 1.0f);
-  // Select the quadrant with bit operations: a branch would be mispredicted half of the time.
+  // Select the quadrant with bit operations: a branch would be mispredicted half the time.
   const uint32_t q = uint32_t(int(quarter));
   const uint32_t swap = 0u - (q & 1u);
   const uint32_t bits_s = std::bit_cast<uint32_t>(s), bits_c = std::bit_cast<uint32_t>(c);

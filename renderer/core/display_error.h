@@ -28,12 +28,13 @@ inline float display_value(float linear) {
 
 inline constexpr float kMinDisplaySlope = 0.02f;
 
-// Returns the factor from a squared linear error to a squared error of the displayed value: the
-// squared slope of display_value() over mean +- deviation. This interval distinguishes clipped
-// white from noise near white. The weight is at least min_slope^2, so that every pixel counts; but
-// this minimum is reduced where the displayed squared error would exceed 1/4, the largest variance
-// of a value in [0, 1]. The deviation is clamped to [1e-3, 1e15]: with a smaller one, the
-// difference of two floats would lose precision; with a larger one, the weight would be 0.
+// Returns the weight that converts a squared linear error to a squared error of the displayed
+// value: the squared slope of display_value() over the interval mean +- deviation. This interval
+// distinguishes clipped white from noise near white. The weight is at least min_slope^2, so that
+// every pixel counts; but this minimum is reduced where the displayed squared error would exceed
+// 1/4, the largest variance of a value in [0, 1]. The deviation is clamped to [1e-3, 1e15]: with a
+// smaller one, the difference of two floats would lose precision; with a larger one, the weight
+// would be 0.
 inline float display_error_weight(float mean, float deviation, float min_slope = kMinDisplaySlope) {
   const float d = std::min(std::max(deviation, 1e-3f), 1e15f);
   const float slope = (display_value(mean + d) - display_value(mean - d)) / (2 * d);

@@ -12,7 +12,7 @@ struct ShadingFrame {
 
   // Returns an arbitrary right-handed frame whose normal is n, a unit vector. Duff et al. 2017,
   // "Building an Orthonormal Basis, Revisited", JCGT 6(1), listing 3. The frame is continuous
-  // except where n.z changes sign, and takes no square root.
+  // except where n.z changes sign, and computing it takes no square root.
   static ShadingFrame from_normal(const Vec3f& n) {
     const float sign = std::copysign(1.0f, n.z);
     const float a = -1.0f / (sign + n.z);

@@ -1,4 +1,4 @@
-// Integer hashes, with which every seed is computed, so that samplers never see raw indices, which
+// Integer hashes. Every seed is computed with them, so that samplers never see raw indices, which
 // are correlated. All are bijective or mix well.
 #pragma once
 

@@ -43,17 +43,17 @@ class LoadProgress {
  public:
   // Receives the current step as text ("images 12 of 15") and the completed fraction. The fraction
   // never decreases, and is 1 once the scene is built. The callback is called at most a few hundred
-  // times, by any of the loading threads but by one at a time. It must not throw.
+  // times, from any loading thread but never from two at once. It must not throw.
   using Report = std::function<void(const std::string& stage, double fraction)>;
 
-  // Any thread may request `stop`. The load then ends with Cancelled within 40 ms, or up to 250 ms
-  // at the beginning of a BVH of millions of triangles (tests/bench/results). The constructor
-  // starts the timeout; a load that exceeds it ends with LimitError after the same delay.
+  // Any thread may request `stop`. The load then ends with Cancelled within 40 ms, or within
+  // 250 ms at the start of building a BVH of millions of triangles (tests/bench/results). The
+  // constructor starts the timeout; a load that exceeds it ends with LimitError as promptly.
   explicit LoadProgress(Report report, std::stop_token stop = {}, LoadLimits limits = {});
   LoadProgress(const LoadProgress&) = delete;
   LoadProgress& operator=(const LoadProgress&) = delete;
 
-  // Returns an object without callback, cancellation and limits.
+  // Returns an object without a callback, cancellation or limits.
   static LoadProgress& none();
 
   // ---- for loading code; thread-safe -----------------------------------------------------------
@@ -61,8 +61,8 @@ class LoadProgress {
   bool watched() const { return watched_; }
   // Whether check() would throw.
   bool should_stop() const { return watched_ && (stop_.stop_requested() || timed_out()); }
-  // Throws Cancelled if the load was cancelled, LimitError after a timeout. begin() and advance()
-  // also do this.
+  // Throws Cancelled if the load was cancelled, and LimitError after a timeout. begin() and
+  // advance() also do this.
   void check() const {
     if (should_stop()) throw_stop_reason();
   }

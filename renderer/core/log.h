@@ -1,8 +1,8 @@
 // Messages to the user on stderr. Thread-safe. Each message is one line: control characters in
 // names are escaped (utf8.h).
 //
-// Results, as of `info` and `compare --json`, go to stdout instead and do not use these functions.
-// A progress line on the same terminal is cleared before a message and redrawn after it.
+// Results, such as those of `info` and `compare --json`, go to stdout and do not use these
+// functions. A progress line on the same terminal is cleared before a message and redrawn after it.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,8 @@ void set_log_level(LogLevel level);
 LogLevel log_level();
 
 void log_error(std::string_view message);  // always shown: "emberline: error: ..."
-// Not shown with --quiet. Each distinct text is shown once per process, up to a hundred texts.
+// Not shown with --quiet. Each distinct text is shown once per process. After a hundred texts,
+// one last line says that there are more.
 void log_warning(std::string_view message);
 void log_info(std::string_view message);     // not shown with --quiet
 void log_verbose(std::string_view message);  // shown only with --verbose

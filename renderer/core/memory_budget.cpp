@@ -58,7 +58,7 @@ void MemoryBudget::release(MemoryPart part, uint64_t bytes) noexcept {
 
 std::string MemoryBudget::limit_message(MemoryPart part, uint64_t bytes, uint64_t left) const {
   std::string needed = readable_bytes(bytes), available = readable_bytes(left);
-  if (needed == available) {  // they differ, but not when rounded
+  if (needed == available) {  // different numbers, but equal once rounded
     needed = readable_count(bytes) + " B";
     available = readable_count(left) + " B";
   }

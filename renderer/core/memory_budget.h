@@ -31,14 +31,14 @@ class MemoryBudget {
 
   static const std::shared_ptr<MemoryBudget>& unlimited();
 
-  // Throws LimitError, which names `place`, and reserves nothing if not enough memory is left.
+  // If not enough memory is left, reserves nothing and throws a LimitError that names `place`.
   void reserve(MemoryPart part, uint64_t bytes, const std::string& place);
   // For use in callbacks: if not enough memory is left, returns false instead of throwing, and sets
   // `left` to the number of bytes left.
   bool try_reserve(MemoryPart part, uint64_t bytes, uint64_t* left = nullptr) noexcept;
   void release(MemoryPart part, uint64_t bytes) noexcept;
-  // Returns the message of reserve() without the place. `left` is what the failed try_reserve()
-  // returned, since other threads may have released memory since then.
+  // Returns the message of reserve() without the place. Pass as `left` what the failed
+  // try_reserve() set; other threads may have released memory since then.
   std::string limit_message(MemoryPart part, uint64_t bytes, uint64_t left) const;
 
   // Returns a separate budget with the same limit that starts with this one's reservations. A load

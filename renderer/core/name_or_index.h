@@ -23,7 +23,7 @@ inline std::optional<size_t> parse_index(std::string_view text, size_t end) {
   return whole && index < end ? std::optional(index) : std::nullopt;
 }
 
-// Lists the entries in a message, as "0 'a', 1 'b'"; truncates a long list.
+// Lists the entries for a message, such as "0 'a', 1 'b'"; truncates a long list.
 template <class Named>
 std::string numbered_names(const std::vector<Named>& list) {
   constexpr size_t kMaxListed = 100;

@@ -48,7 +48,7 @@ size_t longest_common_run(std::string_view a, std::string_view b) {
   return longest;
 }
 
-// Returns 0 for identical words, up to 1 for words without a common letter.
+// Returns a number from 0, for identical words, to 1, for words without a common letter.
 double dissimilarity(std::string_view a, std::string_view b) {
   constexpr size_t kMinCommonRun = 3;  // letters; shorter runs match by chance
   const double longest = double(std::max<size_t>({a.size(), b.size(), 1}));

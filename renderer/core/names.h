@@ -28,14 +28,14 @@ std::string_view name_of(std::span<const NamedValue<T>> table, T value) {
 }
 
 // Returns the smallest number of single-character insertions, deletions and substitutions that turn
-// one word into the other (Levenshtein 1966). Takes O(|a| |b|).
+// one word into the other (Levenshtein 1966). Takes O(|a| |b|) time.
 size_t edit_distance(std::string_view a, std::string_view b);
 
 // If there are more valid names than this, messages list only the nearest ones instead of all.
 inline constexpr size_t kMaxListedNames = 12;
 
 // Returns the indices in `valid` of the three names that are most similar to `name`, nearest first.
-// Names of which one contains most of the other also count as similar.
+// Two names also count as similar if one contains most of the other.
 std::vector<size_t> nearest_indices(std::string_view name, std::span<const std::string_view> valid);
 // The nearest names as text, like "'spp', 'min-spp' or 'max-spp'"; empty if `valid` is empty.
 std::string nearest_names(std::string_view name, std::span<const std::string_view> valid);

@@ -1,4 +1,4 @@
-// Parallel loops over TBB. They return when every call of the body has returned; the first
+// Parallel loops built on TBB. They return when every call of the body has returned; the first
 // exception that the body throws ends the loop and is rethrown to the caller. The loops may be
 // called from any thread and may be nested.
 //
@@ -20,7 +20,7 @@ void run(size_t count, size_t grain, Partitioner partitioner,
 namespace emberline {
 
 // Calls body(begin, end) for ranges that together cover [0, count). TBB chooses the ranges; it does
-// not split one of `grain` or fewer indices.
+// not split a range of `grain` or fewer indices.
 template <typename Body>
 void parallel_ranges(size_t count, size_t grain, const Body& body) {
   const auto call = [](const void* erased, size_t begin, size_t end) {

@@ -1,4 +1,4 @@
-// Returns the sum over any rectangle of an image with four memory reads (Crow 1984, "Summed-Area
+// Computes the sum over any rectangle of an image with four memory reads (Crow 1984, "Summed-Area
 // Tables for Texture Mapping"). The sums are exact, because the values are integers.
 #pragma once
 

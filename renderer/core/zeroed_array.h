@@ -17,8 +17,8 @@ namespace emberline {
 void advise_huge_pages(void* data, size_t bytes);
 
 // Requests huge pages for memory that is already zero, and touches all of them. Otherwise the
-// system would clear the pages one by one as samples arrive, which delays a first pass of bisection
-// (tests/bench/results, "Many threads").
+// system would clear the pages one by one as samples arrive, which would delay the first pass of a
+// bisection frame (tests/bench/results, "Many threads").
 void commit_huge_pages(void* zeroes, size_t bytes);
 
 // Sets all bytes to zero, with all threads if the array is large.

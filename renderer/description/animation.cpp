@@ -11,7 +11,7 @@ namespace {
 // A position between `key` and the next one.
 struct Segment {
   size_t key = 0;
-  double share = 0.0;     // fraction of the segment that has passed; 0 also beyond both ends
+  double share = 0.0;     // fraction of the segment that has elapsed; 0 beyond either end
   double duration = 0.0;  // seconds
 };
 
@@ -52,8 +52,8 @@ void sample_spline(const float* at, size_t width, const Segment& segment, std::s
   }
 }
 
-// Normalises a value of a spline of quaternions. Between opposite quaternions, the value may be
-// zero, and then the nearer key is used.
+// Normalises a quaternion that a spline has interpolated. Between opposite quaternions, it may be
+// zero; the nearer key is then used instead.
 void normalise(std::span<double> value, const float* from, const float* to, double share) {
   double length = length_of(value);
   if (!(length > 0.0)) {

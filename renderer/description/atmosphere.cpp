@@ -9,9 +9,9 @@ namespace {
 
 constexpr double kFirstWavelength = 380, kWavelengthStep = 20;  // nm
 
-// The sun's irradiance outside the atmosphere in W/m^2/nm, after ASTM G-173 (E-490), and the
-// absorption cross-section of ozone at 233 K in 1e-26 m^2, after V. Gorshelev, A. Serdyuchenko et
-// al., "High spectral resolution ozone absorption cross-sections" (2014).
+// kSun is the sun's irradiance outside the atmosphere in W/m^2/nm, after ASTM G-173 (E-490). kOzone
+// is the absorption cross-section of ozone at 233 K in 1e-26 m^2, after V. Gorshelev, A.
+// Serdyuchenko et al., "High spectral resolution ozone absorption cross-sections" (2014).
 constexpr std::array<double, kBands> kSun = {1.0798, 1.7291, 1.6506, 1.9734, 2.0213, 1.9459,
                                              1.8733, 1.8808, 1.8509, 1.8343, 1.7981, 1.7249,
                                              1.6642, 1.5631, 1.5338, 1.4611};
@@ -20,7 +20,7 @@ constexpr std::array<double, kBands> kOzone = {0.0473, 0.2145, 0.6986, 1.949, 4.
                                                34.775, 24.5,   16.625, 10.757};
 
 // Peak density of ozone in molecules/m^3. The total is 300 Dobson units of 2.687e20 molecules/m^2,
-// which is as much as in a layer of 15 km at the peak density.
+// which is as much ozone as in a layer 15 km thick at the peak density.
 constexpr double kOzoneMolecules = 300 * 2.687e20 / 15e3;
 
 // The colour matching functions of the CIE 1931 observer, by the multi-lobe fit of C. Wyman, P.-P.
@@ -44,8 +44,7 @@ Vec3d rec709_of_xyz(const Vec3d& xyz) {
           0.0557 * xyz.x - 0.2040 * xyz.y + 1.0570 * xyz.z};
 }
 
-// Returns the colour in cd/m^2 that each band contributes, for the sun's full irradiance in the
-// band.
+// Returns the colour in cd/m^2 that each band contributes if it has the sun's full irradiance.
 std::array<Vec3d, kBands> make_colours() {
   constexpr double kLumensPerWatt = 683;
   std::array<Vec3d, kBands> colours;

@@ -47,7 +47,7 @@ Spectrum transmittance(const Column& column) {
 }
 
 // Return the distance to the top of the atmosphere, or to the ground, from a position at `radius`.
-// `cosine` is that of the angle between the direction and the zenith.
+// `cosine` is the cosine of the angle between the direction and the zenith.
 double distance_to_top(double radius, double cosine) {
   const double across = radius * cosine;
   return -across +
@@ -80,8 +80,8 @@ Column march(const Vec3d& from, const Vec3d& direction, double length, int steps
   return column;
 }
 
-// A table of values over two variables: the height, with a higher resolution near the ground, and
-// the angle between zenith and sun, within `reach` of `middle`.
+// A table of values over two variables: the height, and the angle between zenith and sun. Heights
+// are denser near the ground; angles are within `reach` of `middle`.
 template <typename Value>
 class SkyTable {
  public:
@@ -123,9 +123,9 @@ class SkyTable {
   std::vector<Value> values_;
 };
 
-// Angular ranges of the tables. Before it leaves the atmosphere, a ray from the ground passes at
+// Angular ranges of the tables. Before it leaves the atmosphere, a ray from the ground travels at
 // most 10 degrees around the earth. A second ray that starts where the first one ends and grazes
-// the ground passes up to 20 more.
+// the ground travels up to 20 degrees more.
 constexpr double kViewReach = 10.6 * kRadian, kSecondOrderReach = 32 * kRadian;
 constexpr int kViewSteps = 64, kSecondOrderSteps = 24;
 
@@ -202,7 +202,7 @@ class Sky {
   // position and, as a geometric series, adds the light of all higher orders. The sun's irradiance
   // outside the atmosphere is 1.
   Spectrum compute_multiple_scattering(double radius, double angle) const {
-    constexpr int kZeniths = 16, kAzimuths = 4;  // of half of the sphere, by symmetry
+    constexpr int kZeniths = 16, kAzimuths = 4;  // half the sphere; the other half is symmetric
     const Coefficients& c = coefficients();
     const Vec3d from(0, radius, 0), sun(std::sin(angle), std::cos(angle), 0);
     Spectrum second{}, scattered_fraction{};
@@ -314,7 +314,7 @@ EnvironmentDescription clear_sky(const SkySettings& settings) {
                 sizeof value);
   };
 
-  std::vector<Vec3d> row_irradiance(size_t(above), Vec3d(0.0));  // of the ground, by each row
+  std::vector<Vec3d> row_irradiance(size_t(above), Vec3d(0.0));  // of the ground, from each row
   parallel_each(size_t(above), [&](size_t row) {
     const double up = kPiD / 2 - kPiD * (double(row) + 0.5) / height;
     for (int x = 0; x < width; ++x) {

@@ -1,8 +1,8 @@
 // A clear sky and its sun, as an environment for scenes without one.
 //
 // The light of the sky is sunlight that air and haze scatter towards the ground, and that ozone and
-// haze absorb, around a spherical earth (atmosphere.h). Single scattering is integrated along the
-// view ray. Multiple scattering follows S. Hillaire, "A Scalable and Production Ready Sky and
+// haze partly absorb. The earth is spherical (atmosphere.h). Single scattering is integrated along
+// the view ray. Multiple scattering follows S. Hillaire, "A Scalable and Production Ready Sky and
 // Atmosphere Rendering Technique" (EGSR 2020), section 5.5, which treats scattered light as
 // isotropic. There is no refraction, so the sun has set when it is geometrically behind the
 // horizon.

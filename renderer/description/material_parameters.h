@@ -15,7 +15,7 @@ namespace emberline {
 // the file's value stays.
 struct MaterialParameter {
   std::string_view name;    // in an edits file
-  double minimum, maximum;  // allowed range in an edit, for a colour per channel
+  double minimum, maximum;  // allowed range in an edit; for a colour, of each channel
   std::optional<float> MaterialEdit::*edited_number = nullptr;
   float MaterialDescription::*number = nullptr;
   std::optional<Rgb> MaterialEdit::*edited_color = nullptr;

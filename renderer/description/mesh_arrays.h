@@ -1,5 +1,5 @@
-// The arrays of a triangle mesh, which have entries per vertex and per triangle, as they are loaded
-// and traced.
+// The arrays of a triangle mesh, with one entry per vertex or per triangle, as they are loaded and
+// traced.
 #pragma once
 
 #include <array>

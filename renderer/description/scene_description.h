@@ -94,14 +94,14 @@ struct MaterialDescription {
   bool unlit = false;  // KHR_materials_unlit: the base colour is shown as radiance
 
   float ior = 1.5f;  // of the dielectric (KHR_materials_ior): >= 1, or 0 to reflect everything
-  // KHR_materials_specular: weight of the dielectric's reflection in [0, 1], where 0 leaves only
-  // the Lambertian base, and the reflection's colour at normal incidence.
+  // KHR_materials_specular: the weight of the dielectric's reflection in [0, 1], and the
+  // reflection's colour at normal incidence. A weight of 0 leaves only the Lambertian base.
   float specular = 1.0f;
   TextureRef specular_texture;  // a
   Rgb specular_color = Rgb(1.0f);
   TextureRef specular_color_texture;  // rgb, sRGB
   // KHR_materials_pbrSpecularGlossiness is represented by an ior of 0 and the members above, plus
-  // this texture, which multiplies the glossiness, 1 - roughness.
+  // this texture, which multiplies the glossiness (1 - roughness).
   TextureRef glossiness_texture;  // a
 
   // KHR_materials_transmission, _volume and _dispersion.
@@ -206,8 +206,8 @@ struct VariantDescription {
 
 // Motion while the shutter is open. The ordinary transforms and vertices are those at shutter open.
 // `motion` has those at later times, evenly spaced until shutter close; it is empty if nothing
-// moves. Between these times, vertices, positions and scales are interpolated linearly, and
-// rotations about an axis.
+// moves. Between these times, vertices, positions and scales are interpolated linearly;
+// rotations are interpolated about an axis.
 //
 // Other values change at their own times (time_curve.h), so that they can switch instantly. Emitted
 // light is described by the maximum of each channel, and by a factor in [0, 1] over time. Code that
@@ -280,7 +280,7 @@ struct CameraDescription {
   double fov_y = 0.8;            // radians, perspective
   std::optional<double> aspect;  // width / height; absent: that of the frame
   double y_mag = 1.0;            // half the height, orthographic
-  // Over time, fov_y or, if orthographic, y_mag; null: constant.
+  // fov_y over time or, if orthographic, y_mag over time; null: constant.
   std::shared_ptr<const TimeCurve<double>> zoom = {};
   // A thin lens, perspective only; not in files.
   double lens_radius = 0.0;     // metres; 0: a pinhole
@@ -299,8 +299,8 @@ struct SunDisc {
   Rgb irradiance = Rgb(0.0f);        // of the whole disc, on a surface that faces it
 };
 
-// A latitude-longitude environment: u = 0.5 + atan2(z, x) / 2 pi, top row +Y. Positive
-// `rotation_degrees` rotates it so that 90 moves +X to -Z.
+// A latitude-longitude environment: u = 0.5 + atan2(z, x) / 2 pi, top row +Y. A
+// `rotation_degrees` of 90 rotates it such that +X moves to -Z.
 struct EnvironmentDescription {
   std::string file;                    // empty: constant colour
   Rgb constant = Rgb(1.0f);            // radiance if there is no image
@@ -336,7 +336,7 @@ struct CoverageReport {
   std::string not_played;
 };
 
-// Numbers of repairs and omissions during loading. One warning for each kind reports them.
+// Numbers of repairs and omissions during loading. Each kind is reported in a single warning.
 struct LoadRepairs {
   uint64_t degenerate_triangles = 0;  // zero area or repeated vertices, dropped
   uint64_t non_finite_triangles = 0;  // a NaN or infinite vertex, dropped

@@ -27,7 +27,7 @@ std::string list_all(const char* what, const std::vector<Named>& list) {
   throw InputError(place.empty() ? "edits" : place, message);
 }
 
-// Returns the index of `target` in `list`. If it is missing, throws InputError, which calls the
+// Returns the index of `target` in `list`. If it is missing, throws an InputError that calls the
 // entries `what`.
 template <class Named>
 size_t find_target(const EditTarget& target, const char* what, const std::vector<Named>& list) {
@@ -45,8 +45,8 @@ size_t find_target(const EditTarget& target, const char* what, const std::vector
                                shortened(target.name), listed));
 }
 
-// Finds a camera by its name or, if no camera has this name, by the name of its node, if only one
-// camera's node has it.
+// Like find_target(), but if no camera has the target's name and exactly one camera's node has it,
+// returns this camera.
 size_t find_camera(const EditTarget& target, const std::vector<CameraDescription>& cameras) {
   const auto is_node = [&](const CameraDescription& camera) { return camera.node == target.name; };
   if (!target.name.empty() && !find_entry(target, cameras) &&

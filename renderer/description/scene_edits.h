@@ -1,8 +1,9 @@
 // An artist's changes to the view, lights, environment and materials of a loaded scene. The scene's
 // file stays unchanged. Edits are plain data. io/json/edits_file.h reads and writes them. apply()
-// applies them to a SceneDescription, EditableScene (editable_scene.h) to a built scene.
+// applies them to a SceneDescription; EditableScene (editable_scene.h) applies them to a built
+// scene.
 //
-// Edits are differences from the file: without edits, the scene is that of the file, and to undo an
+// Edits are differences from the file: without edits, the scene is that of the file. To undo an
 // edit, the previous edits are applied to the file's scene. Units are those of SceneDescription
 // unless stated otherwise.
 #pragma once
@@ -169,10 +170,10 @@ std::optional<size_t> find_entry(const EditTarget& target, const std::vector<Nam
 // kDefaultMaterialName.
 //
 // The variant is applied first, so that material edits refer to the file's names. Whether a scene
-// has light is decided by the file's own materials. If these emit none and a variant's materials
+// has light is decided by the file's own materials. If these emit none, but a variant's materials
 // do, the scene therefore has both the variant's light and the white environment.
 //
-// Throws InputError, which names the edit's place and the valid names, for a missing target, for
+// Throws an InputError that names the edit's place and the valid names: for a missing target, for
 // two edits of one target, for a variant if the scene was loaded without its materials, for an
 // environment edit without an environment, for anisotropy without tangents, and for the index of
 // refraction of a material that reflects everything. No edit has then been applied; only the white

@@ -21,7 +21,7 @@ constexpr uint64_t kPartSamples = 4096;
 constexpr uint64_t kFirstPassRounds = 100;
 
 // Parts in a round of the first pass: enough for many threads, but fewer if a part would otherwise
-// have less than two batches of samples.
+// have fewer than two batches of samples.
 constexpr uint64_t kFirstPassParts = 64, kMinFirstPassParts = 16;
 constexpr uint64_t kTwoBatches = 32;
 
@@ -188,7 +188,7 @@ class BisectionDriver final : public FrameDriver {
   size_t pass_ = 0;               // index of the current pass
   size_t begin_ = 0, end_ = 0;    // range of the pass's parts in the current round
   BisectionCoverage coverage_;    // coverage of the first pass
-  uint32_t min_samples_ = 0;      // fewest samples of any pixel, of those requested
+  uint32_t min_samples_ = 0;      // fewest of the requested samples that any pixel has
   uint32_t initial_samples_ = 0;  // samples that every pixel has in the frame that is extended
 };
 

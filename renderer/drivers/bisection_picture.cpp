@@ -126,7 +126,7 @@ class RowReader {
     }
   }
 
-  // Must be called before the row that row() wrote last is changed, so that row() does not copy it.
+  // Must be called before anyone changes the row last written by row(), so that it is not copied.
   void invalidate() { view_ = nullptr; }
 
  private:

@@ -34,7 +34,7 @@ std::vector<int> merged(const std::vector<int>& a, const std::vector<int>& b) {
 }
 
 // The steps that add whole lines level by level along one axis. `lines` is the lattice's member for
-// that axis, `across` the member for the other axis.
+// that axis; `across` is the member for the other axis.
 std::vector<BisectionStep> line_steps(int size, int length, std::vector<int> PixelLattice::*lines,
                                       std::vector<int> PixelLattice::*across) {
   std::vector<BisectionStep> steps;

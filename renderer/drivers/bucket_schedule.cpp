@@ -146,9 +146,9 @@ uint64_t bucket_count(const Rect& crop, int bucket_size) {
   return uint64_t((crop.width() + size - 1) / size * ((crop.height() + size - 1) / size));
 }
 
-// While the order is computed, each bucket takes the memory of a curve step and a cell, or of a
-// cell and a rectangle. Later it takes two rectangles, an error and a count, and the outputs store
-// where the bucket's tiles are.
+// Memory per bucket. While the order is computed: a curve step and two cells, then a cell and a
+// rectangle. Later: two rectangles, an error and a count, and in the outputs the places of the
+// bucket's tiles.
 uint64_t bucket_list_bytes(const Rect& crop, int bucket_size) {
   constexpr uint64_t kBytes = 48;
   return kBytes * bucket_count(crop, bucket_size);

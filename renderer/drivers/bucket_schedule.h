@@ -25,7 +25,7 @@ std::span<const NamedValue<BucketOrder>> bucket_order_table();
 std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder order,
                                   uint32_t seed);
 
-// The number of buckets, and the memory that a frame's bucket lists take.
+// The number of a frame's buckets, and the memory that the lists of buckets need.
 uint64_t bucket_count(const Rect& crop, int bucket_size);
 uint64_t bucket_list_bytes(const Rect& crop, int bucket_size);
 

@@ -76,7 +76,7 @@ struct Frame {
   int width = 0, height = 0;
   Rect crop;                       // the rendered pixels; the whole frame if not cropped
   uint32_t first_sample = 0;       // index of every pixel's first sample; film counts start at it
-  uint32_t samples_per_pixel = 1;  // for every pixel; adaptive: the average, 0: no limit
+  uint32_t samples_per_pixel = 1;  // of every pixel; adaptive: on average, 0 for no limit
   uint32_t seed = 0;
   StreamCount streams = StreamCount::kOne;
   // Number of consecutive samples that go to the same half of the film; must be the size of the

@@ -56,9 +56,9 @@ struct DriverFacts {
   const PixelLattice* lattice = nullptr;
 };
 
-// Drives one film: the whole crop, or a tile. After next(), rendered() is called for all parts of
-// the round, in one or more calls, before next() is called again. Only expand() may be called while
-// samples are added.
+// Drives one film, that of the whole crop or of a tile. After next(), rendered() is called for all
+// parts of the round, in one or more calls, before next() is called again. Only expand() may be
+// called while samples are added.
 class FrameDriver {
  public:
   virtual ~FrameDriver() = default;

@@ -37,13 +37,13 @@ GltfOptions load_options(const FrameSettings& settings);
 // If texels of a picture had to be repaired, logs a warning. Call once per file.
 void warn_about_repaired(const std::string& file, uint64_t texels);
 
-// Replaces the variant of `edits` by the settings' variant, if any. Throws UsageError that lists
-// the file's variants.
+// Replaces the variant of `edits` with the settings' variant, if any. Throws a UsageError that
+// lists the file's variants.
 void choose_variant(const FrameSettings& settings, const SceneDescription& scene,
                     SceneEdits& edits);
 
-// Returns the camera that the settings choose, with their lens applied. Throws UsageError that
-// lists the file's cameras.
+// Returns the camera that the settings choose, with the settings' lens applied. Throws a UsageError
+// that lists the file's cameras.
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene);
 // Returns the indices of the cameras that match --camera: first those with this name, then those
 // whose node has this name. If no name matches, `requested` may be an index.

@@ -12,13 +12,13 @@ struct HalfLayer {
   std::string_view name;  // as in --half
   std::string_view summary;
 };
-// The table behind --half, its --help and its error message.
+// The layers that --half accepts, as listed in its --help and its error message.
 std::span<const HalfLayer> half_layer_table();
 
-// Splits a list such as "N,albedo". Throws UsageError that lists the valid names.
+// Splits a list such as "N,albedo". Throws a UsageError that lists the valid names.
 std::vector<std::string> parse_half_layers(std::string_view list);
 // Whether the channel belongs to one of these layers. Some names, such as "light", stand for
-// several layers of the file.
+// several of the file's layers.
 bool is_half(std::string_view channel, const std::vector<std::string>& layers);
 
 }  // namespace emberline

@@ -65,7 +65,7 @@ class TilePicture final : public LivePicture {
 
  private:
   const std::unique_ptr<FilmTile> film_;
-  const bool overrides_means_;  // displayed values may differ from the means of the sums
+  const bool overrides_means_;  // displayed values may differ from the film's means
   std::vector<float> rgba_;
   int64_t pixels_ = 0;
   uint64_t samples_ = 0;

@@ -84,8 +84,8 @@ class OpenScene {
   // already has in memory. Throws like the constructor of ReadScene.
   ReadScene read(const FrameSettings& settings, SceneEdits edits, LoadProgress& progress);
   // Applies a pose from read(), including its edits. scene() must not be in use, and may be a
-  // different object afterwards. Returns false if the pose needed another internal space, so that
-  // the whole scene was rebuilt. Throws like build().
+  // different object afterwards. Returns false if the pose needed a different internal space, so
+  // that the whole scene was rebuilt. Throws like build().
   bool pose(ReadScene read, LoadProgress& progress);
 
   // These require OpenOptions::edits.

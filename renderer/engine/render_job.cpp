@@ -31,8 +31,8 @@ std::vector<Rgb> resolve_groups(const LivePicture& picture, LightMix::Source of,
   return lights;
 }
 
-// Returns the index after the last part to render before the next pause: that of all parts, or less
-// if a picture is wanted after `samples_to_picture` samples.
+// Returns the index after the last part to render before the next pause. This is the number of
+// parts, or less if a picture is wanted after `samples_to_picture` samples.
 size_t end_before_pause(const FrameDriver& driver, const Round& round, size_t begin,
                         std::optional<uint64_t> samples_to_picture) {
   if (!samples_to_picture) return round.parts;
@@ -202,8 +202,8 @@ void RenderJob::deliver(RenderSink& sink) {
   const Rect& crop = film_->rect();
   const std::vector<Rect> tiles =
       bucket_schedule(crop, drivers_.tile_size, BucketOrder::kScanline, 0);
-  // Computed before the workers start, because the computation uses TBB. A worker that waited for
-  // it could meanwhile be given a tile that needs its result.
+  // Computed before the workers start, because the computation uses TBB. While waiting for it, a
+  // worker could be given a tile that needs its result.
   std::vector<float> shown;
   if (film_->min_samples() == 0) {
     shown.resize(4 * size_t(crop.area()));

@@ -48,11 +48,11 @@ class TileStore {
   virtual std::optional<std::vector<std::byte>> load_finished(size_t /*tile*/, uint64_t /*most*/) {
     return std::nullopt;
   }
-  // Called if the state from load() or load_finished() (`finished`) is unusable; the tile is then
-  // rendered.
+  // Called if a state is unusable: the one from load_finished() if `finished` is true, otherwise
+  // the one from load(). The tile is then rendered.
   virtual void report_unusable(bool /*finished*/) {}
 
-  // The largest state that a job accepts from load() for a tile whose film has `film_bytes`.
+  // The largest state that a job accepts from load() for a tile whose film has `film_bytes` bytes.
   static uint64_t max_state_bytes(uint64_t film_bytes) { return 4 * film_bytes + (1 << 16); }
 };
 
@@ -104,7 +104,7 @@ class RenderJob final : public LivePicture {
   // Throws RenderError if the film does not fit into memory, and what the sink throws.
   RenderResult render(RenderSink& sink, std::stop_token stop);
   // Call after render(). If the film is kept, records in it why each pixel got no more samples. The
-  // reason is `interrupted` for pixels that a stop request ended.
+  // reason is `interrupted` for pixels that a stop request cut short.
   void end(PixelStop interrupted);
   // Call once after render(). Calls end() and, if the film is kept, passes it to the sink as
   // finished tiles.
@@ -113,7 +113,7 @@ class RenderJob final : public LivePicture {
   // Maximum bytes kept per pixel of the crop, excluding workers' tiles and what deliver() adds for
   // layers (delivery_bytes_per_pixel()); 0 for tiled drivers.
   uint64_t job_bytes_per_pixel() const;
-  // Current bytes of film and driver.
+  // Current memory of the film and the driver, in bytes.
   uint64_t film_bytes() const;
 
   SampleReplay replay(int x, int y, uint32_t sample) const;
@@ -173,8 +173,8 @@ class RenderJob final : public LivePicture {
 // Returns how many pixels have no sample.
 uint64_t count_unsampled(const FilmTile& film);
 
-// Returns the RMS of the tiles' errors, weighted by their pixel counts and summed in the given
-// order; absent if any error is unknown.
+// Returns the RMS of the tiles' errors, weighting each tile by its pixel count and summing in the
+// given order. Absent if any error is unknown.
 std::optional<double> error_of_tiles(std::span<const Rect> tiles,
                                      std::span<const std::optional<double>> errors);
 

@@ -73,7 +73,7 @@ void store_driver_picture(const FrameDriver& driver, FilmTile& film);
 // The parts of one round. Any number of workers take them in order.
 class RoundWork {
  public:
-  // Hands out parts [begin, end). `film_is_ahead`: pixels may already have some of their samples.
+  // Hands out parts [begin, end). `film_is_ahead`: pixels may already have some of these samples.
   RoundWork(const FrameDriver& driver, FilmTile& film, size_t begin, size_t end, bool film_is_ahead)
       : driver_(driver),
         film_(film),

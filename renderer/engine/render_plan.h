@@ -46,8 +46,8 @@ struct StageOptions {
 };
 
 struct RenderPlan {
-  // Looks up names and checks ranges and combinations of settings. Throws UsageError that names the
-  // setting, the reason and the valid values.
+  // Looks up names and checks ranges and combinations of settings. Throws a UsageError that names
+  // the setting, the reason and the valid values.
   explicit RenderPlan(const FrameSettings& settings, const PrepareOptions& options = {});
 
   // Creates the job. The plan, scene and camera must outlive it. May survey the lights first
@@ -62,8 +62,8 @@ struct RenderPlan {
   // the sampler's weights depend on the sample count.
   std::unique_ptr<RenderJob> prepare_stage(const OpenScene& scene, const Camera& camera,
                                            const StageOptions& stage) const;
-  // Returns only the frame. Ignores a shutter that the edits set, because only prepare() takes it
-  // from the open scene.
+  // Returns the frame without creating a job. Ignores a shutter that the edits set, because only
+  // prepare() takes it from the open scene.
   Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
               const std::stop_token& stop = {}) const;
   DriverFactory drivers() const { return driver_factory(driver->name, driver_settings); }

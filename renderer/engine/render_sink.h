@@ -48,8 +48,8 @@ class RenderSink {
   // pauses after the current parts (a few milliseconds). The pause does not change what is
   // rendered.
   virtual bool needs_picture() const { return false; }
-  // The sample count of the frame at which the next picture is wanted. A progressive driver pauses
-  // after the part that reaches this count, whatever the number of threads. Asked at pauses.
+  // The frame's sample count at which the next picture is wanted. A progressive driver pauses after
+  // the part that reaches this count, whatever the number of threads. Asked at pauses.
   virtual std::optional<uint64_t> next_picture_at() const { return std::nullopt; }
   // Says why a stop was requested. The cause is recorded for the pixels that the stop cut short.
   virtual PixelStop stop_cause() const { return PixelStop::kUser; }

@@ -65,8 +65,8 @@ void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& wo
 }
 
 // Workers take the next tile from a counter, so that tiles begin in order however fast the threads
-// are. A thread that owns tiles is isolated, because while it waits for TBB in a driver's decision,
-// it must not start work that waits for its own tile.
+// are. A thread that owns tiles is isolated: while it waits for TBB during a driver's decision, it
+// must not start work that waits for its own tile.
 void RenderJob::render_tiles(RenderLoop& loop) {
   const std::vector<Rect> tiles = this->tiles();
   std::atomic<size_t> next{0};

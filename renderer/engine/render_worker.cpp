@@ -15,8 +15,8 @@
 namespace emberline {
 namespace {
 
-// Number of dimensions that a camera ray takes from slot 0: kPixelX and kPixelY, kLensX and kLensY
-// with a lens, and kTime if something moves.
+// Number of dimensions of slot 0 that a camera ray uses: kPixelX and kPixelY; with a lens, also
+// kLensX and kLensY. If something moves, uses all of these and kTime.
 int camera_dimensions(const Frame& frame) {
   return frame.moves() ? 5 : frame.camera.has_lens() ? 4 : 2;
 }
@@ -29,7 +29,7 @@ constexpr uint64_t kSamplesPerReport = 2048;
 RenderWorker::RenderWorker(const Frame& frame)
     : frame_(frame),
       seed_(frame.seed),
-      // If the first point has weight 1, so have all others.
+      // If the first point has weight 1, so do all the others.
       has_sample_weights_(frame.exact_counts &&
                           frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
       samples_(frame.sampler, camera_dimensions(frame)),

@@ -41,9 +41,9 @@ void raise_open_file_limit();
 // on other processes.
 uint64_t default_memory_limit();
 
-// Returns the lowest limit that the control groups of a process set, for versions 1 and 2 (Linux:
-// Documentation/admin-guide/cgroup-v2.rst and cgroup-v1/memory.rst); nullopt if there is none.
-// `groups` is the text of /proc/self/cgroup, `root` the mount point.
+// Returns the lowest limit that a process's control groups set; nullopt if there is none. Supports
+// versions 1 and 2 (Linux: Documentation/admin-guide/cgroup-v2.rst and cgroup-v1/memory.rst).
+// `groups` is the text of /proc/self/cgroup; `root` is the mount point.
 std::optional<uint64_t> cgroup_memory_limit(std::string_view groups,
                                             const std::filesystem::path& root);
 

@@ -1,5 +1,5 @@
-// Reads a scene's file once and poses it for many frames. Keeps account of the memory that the
-// scene reserves.
+// Reads a scene's file once and poses it for many frames. Keeps track of the memory that the scene
+// reserves.
 #pragma once
 
 #include <array>
@@ -57,8 +57,8 @@ class SceneSource {
   // Call when no further pose will be read.
   void close() { file_.reset(); }
 
-  // Call begin() before reading and building a pose. Afterwards, commit() releases the reservations
-  // of the previous pose, or roll_back() those made since begin().
+  // Call begin() before reading and building a pose. Afterwards, call commit() to release the
+  // reservations of the previous pose, or roll_back() to release those made since begin().
   void begin();
   void commit();
   void roll_back();

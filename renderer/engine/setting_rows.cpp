@@ -191,7 +191,7 @@ Setting sun() {
       });
 }
 
-// read() replaces aliases by the names of channels, which rules and files use.
+// read() replaces aliases with the names of channels, which rules and files use.
 Setting aovs() {
   std::string aliases;
   for (const AovAlias& alias : aov_aliases()) {

@@ -110,7 +110,7 @@ std::string min_samples_violation(const FrameSettings& s) {
   return "";
 }
 
-// Returns one condition for each value in `table` for which `fits` is true: that the setting has
+// For each value in `table` for which `fits` is true, returns the condition that the setting has
 // this value.
 template <typename Table, typename Fits>
 AnyCondition values_of(std::string_view setting, const Table& table, const Fits& fits) {
@@ -176,7 +176,7 @@ std::vector<SettingRule> view_rules() {
   };
 }
 
-// Whether lossy compression would mistake channels for colours because of their component names.
+// Whether lossy compression would mistake the row's channels for colours because of their names.
 bool would_blur(const ChannelRow& row) {
   return row.setting == "aov" && row.use != ChannelUse::kColour &&
          std::ranges::any_of(row.components, [](std::string_view component) {

@@ -70,7 +70,7 @@ struct Setting {
   SettingGroup group;
   std::string type;  // value type for --help; empty: a flag
   OptionText help;
-  // Throws UsageError that names the option, the text and the valid values.
+  // Throws a UsageError that names the option, the text and the valid values.
   std::function<void(FrameSettings& settings, std::string_view text)> read;
   // Returns the value as a text that read() accepts; empty if the setting is not given.
   std::function<std::string(const FrameSettings& settings)> text;
@@ -90,13 +90,13 @@ using SettingTexts = std::vector<std::pair<std::string, std::string>>;
 SettingTexts setting_texts(const FrameSettings& settings,
                            std::initializer_list<SettingGroup> groups = {}, bool files = true);
 
-// Converts a JSON value to the text that one would give to an option. Throws InputError that names
-// the place in the file, which `reader` knows.
+// Converts a JSON value to the text that one would give to an option. Throws an InputError that
+// names the place in the file, which `reader` knows.
 std::string text_of_json(const nlohmann::json& value, const JsonReader& reader);
 
 // Reads a settings file: a JSON object whose keys are names of settings and whose values are texts,
-// numbers, true or false. The file says how a frame is rendered, but not of which scene. Relative
-// paths in it are relative to its folder. Settings that it does not name are unchanged. Throws
+// numbers, true or false. The file says how to render a frame, but not which scene. Relative paths
+// in it are relative to its folder. Settings that it does not name are unchanged. Throws an
 // InputError that names the place in the file.
 void read_settings(const std::string& path, FrameSettings& settings);
 // Returns all settings that differ from the defaults, in the format of read_settings().

@@ -66,7 +66,7 @@ void SharedTiles::help(RenderWorker& worker) {
     ++round->helpers;
     lock.unlock();
     const std::exception_ptr thrown = take_parts(round->work, worker);
-    lock.lock();  // releasing this lock may let the owner continue
+    lock.lock();  // once it is released, the owner may destroy `round`
     if (--round->helpers == 0) changed_.notify_all();
     if (thrown) {
       round->thrown = thrown;

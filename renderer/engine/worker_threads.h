@@ -12,9 +12,9 @@ namespace emberline {
 // the process if one cannot be started, so the constructor first tests whether all of them can.
 class WorkerThreads {
  public:
-  // 0 requests one thread per usable processor, but not more than the Slurm job has or the system
-  // can start (with a warning). Throws RenderError if a number above 0 is requested and cannot be
-  // started.
+  // 0 requests one thread per usable processor, or fewer if the Slurm job has fewer processors or
+  // the system cannot start as many (with a warning). Throws RenderError if a number above 0 is
+  // requested and cannot be started.
   explicit WorkerThreads(int requested);
 
   int count() const { return count_; }
@@ -33,7 +33,7 @@ int usable_processors();
 // line and removes unfinished files.
 void install_refused_thread_handler();
 
-// Returns a message about refused threads if that is the cause of `error`, otherwise error.what().
+// Returns a message about refused threads if they caused `error`; otherwise returns error.what().
 std::string message_of(const std::exception& error);
 
 }  // namespace emberline

@@ -100,14 +100,14 @@ struct ChannelRow {
   std::string_view setting = "aov";  // the setting that requests it; empty: always present
   std::string_view summary;
   bool denoised = false;  // `denoise` also writes a denoised version
+  SumGroup group = SumGroup::kNone;
   // Adds a finite sample to the row's sums: one sum per component unless `sums` says otherwise.
   // kMeanOfHits and kVarianceOfHits get only the samples that hit a surface.
-  SumGroup group = SumGroup::kNone;
   void (*add)(const FilmSample& sample, double* sums) = nullptr;
   uint32_t sums = 0;
   float background = 0.0f;  // value if no sample hit a surface
   // kCount: adds a sample to the row's counters, one per component. kFirstHit: writes the sample's
-  // number; called until it is not 0.
+  // number; not called again once the number is not 0.
   void (*count)(const FilmSample& sample, uint32_t* numbers) = nullptr;
   // Writes the values of pixel i. Null: the film computes them from the sums according to `kind`.
   void (*put)(const FilmTile& film, size_t i, float* values) = nullptr;
@@ -134,7 +134,7 @@ struct AovAlias {
   std::string_view list;  // the names in aov_table() that it stands for
 };
 std::span<const AovAlias> aov_aliases();
-// Replaces the aliases in `list` by names in aov_table(). Throws UsageError that suggests valid
+// Replaces the aliases in `list` by names in aov_table(). Throws a UsageError that suggests valid
 // names.
 std::string canonical_aovs(std::string_view list);
 
@@ -146,8 +146,8 @@ class AovSet {
   bool contains(Aov aov) const { return (bits_ & bit(aov)) != 0; }
   bool operator==(const AovSet&) const = default;
   bool empty() const { return bits_ == 0; }
-  // Whether a row of the film, in the set or always present, has this feed or keeps sums in this
-  // group.
+  // Whether any row of the film, including those always present, has this feed or keeps sums in
+  // this group.
   bool needs(ChannelFeed feed) const;
   bool needs(SumGroup group) const;
   // Parses a list such as "variance,N", aliases included. Throws UsageError with the valid names.
@@ -158,8 +158,8 @@ class AovSet {
   uint64_t bits_ = 0;
 };
 
-// rows_of() returns the rows of a film in table order, channels_of() the channels of one row,
-// film_channels() the channels of all rows of a film.
+// rows_of() returns the rows of a film in table order; channels_of() returns the channels of one
+// row; film_channels() returns the channels of all rows of a film.
 std::vector<const ChannelRow*> rows_of(const AovSet& aovs);
 std::vector<PictureChannel> channels_of(const ChannelRow& row);
 std::vector<PictureChannel> film_channels(const AovSet& aovs);

@@ -1,7 +1,7 @@
 // Light that --clamp-indirect removes from a frame, in total and for each light group.
 //
-// Sums are multiples of a unit far below the limit, so they do not depend on the order in which
-// threads and parts are added.
+// Sums are multiples of a unit far below the limit, so they do not depend on the order in which the
+// sums of threads and parts are added.
 #pragma once
 
 #include <array>

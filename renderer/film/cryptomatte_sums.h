@@ -48,8 +48,8 @@ class CryptomatteSums {
     float coverage = 0.0f;
   };
   // Writes the ranks of one kind, largest coverage first; `ranks` must have room for all levels.
-  // Returns the share of the pixel that was dropped. The coverages and this share add up to the
-  // pixel's alpha over `samples` samples. That alpha is clamped to [0, 1], because filters with
+  // `samples` is the pixel's sample count. Returns the share of the pixel that was dropped. The
+  // coverages and this share add up to the pixel's alpha, clamped to [0, 1], because filters with
   // negative lobes may exceed this range.
   float resolve(size_t kind, double samples, std::span<Rank> ranks) const;
   // Whether all weights are in range, and all ids are valid as floats, which is how files store

@@ -135,9 +135,9 @@ void FilmTile::add_film(const FilmTile& other) {
   }
 }
 
-// Must be called before the sums are merged. Averages overrides and sample variances, weighted by
-// sample counts; an average of sample variances divided by all samples is the variance of the
-// merged mean.
+// Must be called before the sums are merged. Averages overrides and sample variances, weighting
+// each film by its sample count. The average of the sample variances, divided by the total sample
+// count, is the variance of the merged mean.
 void FilmTile::merge_overrides(const FilmTile& other, size_t i, double own_weight,
                                double other_weight) {
   if (!sample_variances_.empty()) {

@@ -31,8 +31,8 @@ class FilmTile {
   explicit FilmTile(const AovSet& aovs, const FilmExtras& extras = {})
       : layout_({aovs, extras}), layers_(aovs) {}
 
-  // Resets to empty pixels over `rect` and keeps the memory. New memory is committed on first use
-  // if its pages are small, and by this call if they are huge (renderer/core/zeroed_array.h).
+  // Resets the film to empty pixels over `rect`; keeps its memory. New memory is committed on first
+  // use if its pages are small, and by this call if they are huge (renderer/core/zeroed_array.h).
   void reset(const Rect& rect);
   const Rect& rect() const { return rect_; }
   const AovSet& aovs() const { return layout_.contents().aovs; }
@@ -76,14 +76,14 @@ class FilmTile {
   void put_layer(size_t i, PathLayer layer, float* rgb) const;
   double variance_of_mean(size_t i, size_t channel) const;
   uint32_t part() const { return part_; }
-  // Means for the channels `albedo`, `N` and `Z`. The pixel must have samples, and the film at
-  // least one of these channels. nearness is 1 / depth, or 0 where nothing was hit.
+  // Means for the channels `albedo`, `N` and `Z`. The pixel must have samples, and the film must
+  // have at least one of these channels. nearness is 1 / depth, or 0 where nothing was hit.
   struct Surface {
     float albedo[3], normal[3], nearness;
   };
   Surface surface(int x, int y) const;
 
-  // These take a pixel index, which counts in rows from rect().y0. The film must have the block.
+  // These take a pixel index, counted row by row from rect().y0. The film must have the block.
   bool has(Sums block) const { return layout_.has(block); }
   template <class T>
   const T* block(Sums block, size_t i) const {
@@ -103,7 +103,8 @@ class FilmTile {
   // Copies the sums and the override of a pixel from a tile with the same channels.
   void copy_pixel(const FilmTile& from, int x, int y);
   // Adds the samples of another film, which must be independent of this film's. The films must have
-  // the same pixels, channels and extras. Overrides are averaged, weighted by sample counts.
+  // the same pixels, channels and extras. Overrides are averaged, each weighted by its
+  // sample count.
   void add_film(const FilmTile& other);
   // Overrides the R G B A of a pixel, for pixels that are filled from their neighbours or averaged
   // differently. The other channels and the sample count do not change.

@@ -9,8 +9,8 @@ struct FilmExtras {
   bool rays = false;     // rays traced for a pixel, as the cost of its samples
   // Room for set_sample_variance(), if the film has the `variance` channel: 16 bytes per pixel.
   bool sample_variance = false;
-  // Number of light groups, which take 24 bytes per pixel each plus 24; -1: light groups are not
-  // recorded.
+  // Number of light groups; -1: light groups are not recorded. Memory per pixel: 24 bytes for each
+  // group, plus 24.
   int light_groups = -1;
   // Number of Cryptomatte kinds, and number of ids kept for each kind (CryptomatteSums).
   int cryptomattes = 0, cryptomatte_levels = 0;

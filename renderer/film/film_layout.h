@@ -82,7 +82,7 @@ class FilmLayout {
     size_t index = 0;   // index among the parts
     size_t bytes = 0;   // per pixel; 0: the film lacks the part
     size_t offset = 0;  // bytes per pixel of the preceding planes
-    // For a SumGroup and kRow: the rows, the total number of their sums, and whether only samples
+    // For a SumGroup or kRow: the rows, the total number of their sums, and whether only samples
     // that hit a surface count. If so, the number of those samples (uint32_t) follows the sums.
     std::span<const ChannelRow> rows = {};
     size_t sums = 0;

@@ -6,7 +6,7 @@
 // (PixelFilter::shares). The second half has the same channels. In a finished frame the shared
 // values are summed (shared_samples.h). With light groups there is also half1.light.NAME.{R,G,B}.
 //
-// The mean of both halves, weighted by their sample counts, is the picture. If a pixel's value is
+// The picture is the mean of both halves, each weighted by its sample count. If a pixel's value is
 // overridden (FilmTile::set_override), both halves are shifted by the difference.
 #pragma once
 

@@ -35,7 +35,7 @@ class LightMix {
 // Writes R G B A of every pixel of a film with light groups, interleaved, rows from the top: the
 // weighted sum of the groups' means, and the alpha of the samples. All values are finite; pixels
 // without samples are black. Values set by FilmTile::set_override() are ignored. With all weights 1
-// the result equals the film's own picture to a relative 1e-5, since each group is rounded
+// the result equals the film's own picture to within a relative 1e-5, since each group is rounded
 // separately. Uses the calling thread's TBB arena, which does not affect the result's bits.
 void relight(const FilmTile& film, const LightMix& mix, std::span<float> rgba);
 

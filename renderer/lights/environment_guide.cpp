@@ -20,17 +20,16 @@ using sky_tiles::kCount;
 using sky_tiles::kRows;
 
 // Weight of unguided samples, which are chosen by light alone, relative to guided ones. It is
-// kUnguidedShare, plus as much as if kUnguidedPoints of the region's survey points saw everything
-// equally. Chosen by us.
+// kUnguidedShare + kUnguidedPoints / (1 + number of the region's survey points). Chosen by us.
 constexpr double kUnguidedShare = 0.3, kUnguidedPoints = 1.0;
 // A region that sees less than this fraction of all light is not guided, since its factors could
 // overflow float.
 constexpr double kMinVisibleLight = 1e-9;
-// Lower bound on the mean weight that the tables leave out of a tile, relative to the largest
-// possible one.
+// Lower bound on the mean weight that the tables leave out of a tile's texels, as a fraction of the
+// largest weight that they leave out of any texel.
 constexpr double kMinResidual = 1e-3;
-// The residual of a tile is averaged over a grid of this many texels along each side of the tile,
-// or up to twice as many.
+// The residual of a tile is averaged over a grid with at least this many texels along each side of
+// the tile (or all, if there are fewer), but less than twice as many.
 constexpr int kTexelsPerSide = 16;
 
 // Returns the last entry of the running sums [first, last] that begins at or before `at`, which
@@ -48,7 +47,7 @@ float remainder(double at, double from, double to) {
 }
 
 // Writes the running sums of `count` probabilities. From the end of the last entry whose
-// probability is positive, they are exactly 1.
+// probability is positive onwards, they are exactly 1.
 void build_running_sums(const auto& share, int count, float* sums) {
   double sum = 0;
   int end = 0;  // end of the last entry that can be chosen

@@ -39,7 +39,7 @@ class EnvironmentGuide {
 
   // For the survey. light_fraction() returns a tile's fraction of all light; direction_in() samples
   // a direction in a tile in proportion to the light. u_part and u must be in [0, 1), and the tile
-  // must have some light. Both exclude the sun.
+  // must have some light. Both functions exclude the sun.
   double light_fraction(int tile) const { return mass(tile) / mass_; }
   Vec3f direction_in(int tile, float u_part, const Vec2f& u) const;
 
@@ -58,7 +58,7 @@ class EnvironmentGuide {
   uint64_t bytes() const;
 
  private:
-  // For a map, has the range of texels whose centres are in the tile. Columns from the width on
+  // For a map, the range of texels whose centres are in the tile. Columns past the last one
   // wrap around.
   struct Tile {
     int first_row = 0, end_row = 0;

@@ -62,7 +62,7 @@ float sample_tent(float r) {
 
 // Samples a position around the centre of a row in proportion to the row's bilinear weight. Rows
 // are clamped, so the weight of the first and last row is 1 from the map's edge to the row's
-// centre, which is half of the row's mass. The other half is half a tent.
+// centre. This part is half of the row's mass; the other half is half a tent.
 float sample_row_shape(int row, int height, float r) {
   const bool first = row == 0, last = row == height - 1;
   if ((first && r < 0.5f) || (last && r >= 0.5f)) return r - 0.5f;
@@ -297,7 +297,7 @@ struct EnvironmentLight::Corners {
   Color4 upper0, upper1, lower0, lower1;
 
   Color4 interpolate(float s, float t) const {
-    // Use products, since a weight from differences could round to -1e-8: negative light at a sun.
+    // Use products: a difference could round to a weight of -1e-8, negative light at a sun.
     const Color4 upper = fma(upper1, s * (1.0f - t), upper0 * ((1.0f - s) * (1.0f - t)));
     return fma(lower1, s * t, fma(lower0, (1.0f - s) * t, upper));
   }

@@ -69,8 +69,7 @@ class EnvironmentLight {
   EnvironmentLight(std::shared_ptr<const Image> image, float strength, float rotation_degrees,
                    const EnvironmentLightSettings& settings = {});
   ~EnvironmentLight();
-  // Returns the memory that sampling an image needs in addition to its texels, which is two numbers
-  // per texel.
+  // Returns the memory that sampling an image needs besides its texels: two words per texel.
   static uint64_t table_bytes(const Image& image);
 
   // Changes strength, tint and rotation. The light is then bit-identical to a new one with these

@@ -1,7 +1,7 @@
 // A discrete distribution, stored as running sums in 32-bit fixed point with a guide table.
 //
 // The probability of an entry is the exact difference of two integers, so the probability of being
-// sampled and the reported probability agree to the last bit. An entry takes only one word. With
+// sampled and the reported probability agree to the last bit. Each entry needs only one word. With
 // floats, differences of running sums would lose precision, and even the sum of weights would be
 // inexact (off by a third for a 16k x 8k map). An entry of positive weight, however small, has at
 // least one step of 2^-32, so the density is positive wherever the weight is.
@@ -25,9 +25,9 @@ struct CdfChoice {
   float remainder = 0.0f;  // position of u within the entry, in [0, 1)
 };
 
-// Returns log2 of the number of guide cells for `count` entries. The guide table has one more word
-// than cells. There is one cell per 16 entries, so a search takes at most four steps if the weights
-// are equal.
+// Returns log2 of the number of guide cells for `count` entries. The guide table has one word more
+// than there are cells. There is one cell per 16 entries, so a search takes at most four steps if
+// the weights are equal.
 inline int guide_bits(size_t count) {
   int bits = 0;
   while ((size_t(16) << bits) < count) ++bits;

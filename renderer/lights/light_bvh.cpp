@@ -15,7 +15,7 @@
 namespace emberline {
 namespace {
 
-// Added to cosines before the test whether any light arrives; ten times the rounding error of the
+// Added to cosines before testing whether any light arrives; ten times the rounding error of the
 // code below. As a result, directions slightly outside a cone also get a small probability.
 constexpr float kCosineSlack = 1e-5f;
 // Lower limit on the squared distance, in the tree's scaled coordinates, which keeps importances

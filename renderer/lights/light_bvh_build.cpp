@@ -19,8 +19,8 @@ constexpr int kBuckets = 12;  // as in pbrt-v4
 // Added to theta_o to cover the rounding of the 16-bit axis (5e-5 rad) and of the cosines in
 // bound().
 constexpr double kAxisMargin = 2e-4;
-// Fraction of the squared diagonal that is added to the area of a box. It distinguishes the costs
-// of emitters on a line, whose boxes have no area.
+// Fraction of the squared diagonal that is added to the area of a box. Without it, all splits of
+// emitters on a line along an axis would cost the same, since their boxes have no area.
 constexpr float kDiagonalShare = 0.01f;
 // If the relative difference between two costs is smaller than this, the more balanced split wins.
 // A symmetric arrangement of lights therefore gets a symmetric tree in spite of rounding.
@@ -258,8 +258,8 @@ LightBvhChild Builder::bound(size_t begin, size_t end) const {
   return child;
 }
 
-// Returns the squared distance from the centre of `bounds` that the light of a range of emitters
-// can reach, rounded up.
+// Returns how far from the centre of `bounds` the light of a range of emitters can reach, as a
+// squared distance that is rounded up.
 float Builder::reach2(size_t begin, size_t end, const LightBvhChild& bounds) const {
   double farthest = 0;
   for (size_t i = begin; i < end; ++i) {

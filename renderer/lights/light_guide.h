@@ -14,7 +14,7 @@ class EnvironmentGuide;  // environment_guide.h
 // for finite lights.
 struct KindFactors {
   float environment = 1.0f, directional = 1.0f;
-  // Minimum fraction of the samples for infinite lights, and also for finite ones. Without a
+  // Infinite lights get at least this fraction of the samples, and so do finite ones. Without a
   // survey, neither kind's irradiance is known well: walls may hide the sky from a room, or a lamp
   // may face away. Chosen by us.
   float min_share = 0.2f;

@@ -235,7 +235,7 @@ LightSample LightSampler::sample_directional(const LightQuery& query, const Infi
   for (uint32_t index : directional_) {
     const float weight = directional_weight(query, points_[index], choice.directional_factor);
     if (weight <= 0.0f) continue;
-    picked = index;  // the last one stays if rounding overruns
+    picked = index;  // the last one, if rounding leaves a remainder
     picked_weight = weight;
     if (rest < double(weight)) break;
     rest -= double(weight);
@@ -292,7 +292,7 @@ LightSampler::FinitePick LightSampler::pick_in_reach(const LightQuery& query, do
   for (uint32_t i = 0; i < emitters_.size(); ++i) {
     if (!reaches(query, i)) continue;
     const double share = power_sums_[i + 1] - power_sums_[i];
-    pick = {i, float(share / total)};  // the last one stays if rounding overruns
+    pick = {i, float(share / total)};  // the last one, if rounding leaves a remainder
     if (rest < share) break;
     rest -= share;
   }

@@ -34,7 +34,7 @@ struct EmissiveTriangle {
   bool two_sided = false;
   bool moves = false;                 // EmitterMotion provides its position
   bool has_visibility_times = false;  // EmitterMotion provides its visibility
-  uint32_t instance = 0;              // the integrator finds material and attributes by it
+  uint32_t instance = 0;              // by it, the integrator finds material and attributes
   uint32_t primitive = 0;
 };
 
@@ -45,8 +45,8 @@ class EmitterMotion {
   virtual ~EmitterMotion() = default;
   // Returns the vertices at a time in [0, 1], counter-clockwise as seen from the emitting side.
   virtual std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const = 0;
-  // Returns into how many equal segments the shutter time must be divided so that the vertices move
-  // along lines, or arcs of less than half a turn, in each.
+  // Returns the number of equal segments into which the shutter time must be divided so that, in
+  // each of them, the vertices move along lines or along arcs of less than half a turn.
   virtual int segments(const EmissiveTriangle& triangle) const = 0;
   // Whether a triangle whose `has_visibility_times` is set is visible at this time.
   virtual bool visibility(const EmissiveTriangle& triangle, float time) const = 0;
@@ -108,7 +108,7 @@ struct LightQuery {
 
 struct LightRequest {
   LightQuery query;
-  float u_pick = 0.0f;  // chooses the light; the rest of it is used again
+  float u_pick = 0.0f;  // chooses the light; its remainder is used again
   Vec2f u;              // chooses the point on the light
 };
 
@@ -157,8 +157,8 @@ class LightSampler {
               const LightGuide* guide = nullptr) const;
 
   // Returns the density, per solid angle at query.point, with which sample() returns a point on
-  // triangle `index` that is `distance` away. It is 0 on the back of a one-sided triangle. Takes
-  // O(depth of the light BVH).
+  // triangle `index` that is `distance` away. It is 0 on the back of a one-sided triangle. The
+  // time is O(depth of the light BVH).
   float pdf_triangle(const LightQuery& query, uint32_t index, float distance,
                      const LightGuide* guide = nullptr) const;
   // Returns the probability of picking the environment, which is the factor of the density that
@@ -195,15 +195,16 @@ class LightSampler {
   Vec3f finite_centre_ = Vec3f(0.0f);       // of the emitters' bounds
   float finite_radius2_ = 0.0f;             // squared half diagonal of the bounds
   float finite_intensity_ = 0.0f;           // luminance of all emitters together
-  float finite_reach2_ = kInfinity;         // no light reaches farther from the centre, squared
+  float finite_reach2_ = kInfinity;         // squared distance from the centre that light can reach
   bool ranged_ = false;                     // some emitters have a range
   std::vector<uint32_t> directional_;       // indices into points_
   std::vector<double> power_sums_;          // without a BVH: running sums of relative power
 
   // The choice between infinite lights (directional, environment) and finite ones, in proportion to
-  // irradiance times KindFactors, within limits. The irradiance of the finite lights is estimated
-  // as if a single lamp with their total intensity were at their centre. The irradiance of the
-  // infinite lights is exact, except that the environment is assumed to be uniform.
+  // irradiance times KindFactors, with the minimum shares given there. The irradiance of the finite
+  // lights is estimated as if a single lamp with their total intensity were at their centre. The
+  // irradiance of the infinite lights is exact, except that the environment is assumed to be
+  // uniform.
   struct InfiniteChoice {
     float probability = 0.0f;  // of choosing any infinite light
     float environment = 0.0f;  // weight of the environment
@@ -220,8 +221,8 @@ class LightSampler {
   InfiniteChoice weigh_infinite(const LightQuery& query, const LightGuide* guide) const;
   FinitePick pick_finite(const LightQuery& query, double u) const;
   float finite_probability(const LightQuery& query, uint32_t emitter) const;
-  // For the case that there is no BVH and whether some emitters have a range. An emitter is then
-  // picked by power among those that reach the query.
+  // For the case that there is no BVH and some emitters have a range. An emitter is then picked by
+  // power among those that reach the query.
   bool reaches(const LightQuery& query, uint32_t emitter) const;
   double share_in_reach(const LightQuery& query) const;
   FinitePick pick_in_reach(const LightQuery& query, double u) const;

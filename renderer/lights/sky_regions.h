@@ -1,7 +1,7 @@
 // Visibility of the environment from the parts of a scene. A grid divides the scene into cells, and
 // each cell has six regions, one for each main direction that a surface may face. For each region,
-// the visibility of every tile of the sphere is stored, which renderer/scene/light_survey.h
-// measures with rays and EnvironmentGuide reads.
+// the visibility of every tile of the sphere is stored. renderer/scene/light_survey.h measures it
+// with rays, and EnvironmentGuide reads it.
 //
 // Points are in the scene's internal space; directions are unit vectors in world space. Once the
 // survey is complete, all const functions are thread-safe.

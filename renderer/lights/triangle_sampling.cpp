@@ -148,7 +148,7 @@ template <class... Coefficients>
 }
 
 [[gnu::always_inline]] inline float density(const ProjectedTriangle& t, float distance) {
-  // |cos| at the light is |height| / distance for any direction of the ray.
+  // Whatever the ray's direction, |cos| at the light is |height| / distance.
   const double d = double(distance);
   const bool spherical = t.spherical();
   const double numerator = spherical ? 1.0 : d * d * d;

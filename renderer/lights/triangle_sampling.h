@@ -2,8 +2,8 @@
 //
 // For solid angles between kMinSphericalAngle and kMaxSphericalAngle, this uses Arvo 1995,
 // "Stratified Sampling of Spherical Triangles". Outside this range, samples are uniform in area,
-// with density d^2 / (A |cos|). This is the case below it, where the spherical triangle is flat to
-// float accuracy and both methods agree, and above it, where the point is almost on the triangle.
+// with density d^2 / (A |cos|). Below the range, the spherical triangle is flat to float accuracy
+// and both methods agree; above it, the point is almost on the triangle.
 // The choice of method depends only on the triangle and the point, so a ray that hits the triangle
 // by chance gets the same density as a sample of the same position.
 //
@@ -22,8 +22,8 @@ namespace emberline {
 
 // pbrt-v4's limits are 3e-4 and 6.22 (Triangle::MinSphericalSampleArea, MaxSphericalSampleArea). As
 // we use double, our upper limit can be almost a hemisphere. Sampling by area is bad at such large
-// solid angles: for a point at a height of 1e-3 edges above a triangle, 1e5 samples find only a
-// sixth of its light (triangle_sampling_test, "a thousandth").
+// solid angles: for a point whose height above a triangle is a thousandth of an edge, 1e5 samples
+// find only a sixth of its light (triangle_sampling_test, "a thousandth").
 inline constexpr double kMinSphericalAngle = 3e-4;
 inline constexpr double kMaxSphericalAngle = 2 * kPiD - 1e-4;
 
@@ -52,8 +52,8 @@ struct TriangleSample {
   float pdf = 0.0f;  // per solid angle; 0: nothing sampled
 };
 
-// Computes up to kRayBatch samples at once with vector instructions, in a third of the time that it
-// takes to compute them one by one, and bit-identical to these. Call add() for each sample, then
+// Computes up to kRayBatch samples at once with vector instructions. This takes a third of the time
+// of computing them one by one, and the results are bit-identical. Call add() for each sample, then
 // sample(), then read the samples by index.
 class TriangleBatch {
  public:

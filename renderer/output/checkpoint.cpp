@@ -21,8 +21,8 @@ using Json = nlohmann::json;
 
 constexpr uint64_t kBlockBytes = uint64_t(4) << 20;
 
-// Throws InputError that lists all differences between the head `now` and that of the file. Warns
-// if the processor maker or the Embree version differs.
+// Throws an InputError that lists all differences between the head `now` and that of the file.
+// Warns if the processor maker or the Embree version differs.
 void check_frame(const RecordFile& file, const Json& now,
                  std::initializer_list<std::string_view> ignored = {}) {
   const Json then = parse_json(file.head(), file.path());
@@ -48,8 +48,8 @@ Tiles tiles_of(const RecordFile& file) {
   return tiles;
 }
 
-// Checks only the last record of each kind and number, because earlier ones are ignored. Holds one
-// record in memory at a time.
+// If several records have the same kind and number, checks only the last one, because the others
+// are ignored. Holds one record in memory at a time.
 bool all_records_intact(const RecordFile& file) {
   std::map<std::pair<uint32_t, uint64_t>, RecordEntry> records;
   for (const RecordEntry& record : file.records()) {
@@ -214,8 +214,8 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
   thread_ = std::thread([this] { run(); });
 }
 
-// Acts only if an error kept finish() from being called. Completes pending writes, and removes the
-// file if this run created it and saved nothing.
+// Does nothing after finish(). If an error kept finish() from being called, completes pending
+// writes, and removes the file if this run created it and saved nothing.
 Checkpoint::~Checkpoint() {
   if (!thread_.joinable()) return;
   try {
@@ -398,7 +398,7 @@ void Checkpoint::run() {
 }
 
 // Reads the file back, because another program may have removed, replaced, truncated or overwritten
-// it. If it was truncated, the next append has left a hole.
+// it. If it was truncated and then appended to, it has a hole.
 void Checkpoint::check_file() {
   try {
     if (file_->owns_path()) {

@@ -7,7 +7,7 @@
 //   "settings"    settings that affect the bits, by name (setting_table.h); "schedule": the others
 //   "inputs"      fingerprints of the input files; "files" has their paths
 //   "machine"     host, instruction sets, processor maker, Embree version
-//   "light layers"  layer names, with light groups
+//   "light layers"  layer names, if there are light groups
 // Records follow the head. A tiled frame has one record per tile with the bytes of a TileResult,
 // the film and the driver state; if a tile has two records, the later one counts. A frame with one
 // film stores RenderJob::save() in blocks of at most 4 MiB, followed by an empty end record. Each
@@ -39,12 +39,13 @@ namespace emberline {
 // and the end record has the next number.
 inline constexpr uint32_t kTileRecord = 1, kBlockRecord = 2, kEndRecord = 3;
 
-// Throws if the path names a file that is not a checkpoint, which would be replaced, or a dangling
-// link, whose target would be created. The error is a UsageError or, with `resume`, an InputError.
+// Throws if saving to the path would replace a file that is not a checkpoint, or would create the
+// target of a dangling link. The error is a UsageError or, with `resume`, an InputError.
 void check_checkpoint(const std::string& path, bool resume);
 
-// Whether the checkpoint's path is the default, OUTPUT.checkpoint, and not a link, which could lead
-// to another frame's checkpoint. A default checkpoint may be replaced even if its settings differ.
+// Whether the checkpoint's path is the default, OUTPUT.checkpoint. False if it is a link, because
+// it could lead to another frame's checkpoint. A default checkpoint may be replaced even if its
+// settings differ.
 bool is_default_checkpoint(const RenderOptions& options);
 // Throws UsageError if starting over would replace the checkpoint of another frame. If `head` has
 // no "inputs", only the settings are compared.
@@ -56,7 +57,7 @@ std::optional<std::vector<std::byte>> read_film_state(const RecordFile& file, ui
 
 struct CheckpointReport {
   std::string file;                          // empty: no checkpoint was requested
-  int written = 0;                           // number of saves; tiled frame: of syncs to disk
+  int written = 0;                           // number of saves or, if tiled, of syncs to disk
   uint64_t bytes = 0;                        // final file size
   double paused_s = 0, longest_pause_s = 0;  // time that rendering was paused
   bool kept = false;
@@ -94,9 +95,10 @@ class Checkpoint final : public TileStore {
   void save(size_t tile, std::span<const std::byte> state) override;
 
   // Call before the job renders: resumes from an earlier run or from the frame that is extended.
-  // A state must not be larger than `max_bytes` bytes. Throws InputError that names the file.
+  // The saved state must not be larger than `max_bytes` bytes. Throws an InputError that names the
+  // file.
   void begin(RenderJob& job, uint64_t max_bytes);
-  // For frames with one film: whether a save is due, for which the job must pause. Any thread.
+  // For frames with one film: whether a save is due; the job must pause for it. Any thread.
   bool is_due() const;
   // Copies the frame, and writes the copy in the background once the previous write has finished.
   void save(RenderJob& job);

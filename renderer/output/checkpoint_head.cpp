@@ -30,7 +30,7 @@ using Json = nlohmann::json;
 constexpr std::array<std::string_view, 6> kIgnoredSettings = {
     "time-limit", "bucket-order", "denoise", "half", "exr-compression", "exr-parts"};
 
-// Calls `found` for each member of `part` that only one of the heads has or whose values differ.
+// Calls `found` for each member of `part` that one of the heads lacks or that differs between them.
 void compare(
     const Json& now, const Json& then, const char* part,
     const std::function<void(const std::string& name, const Json* now, const Json* then)>& found) {

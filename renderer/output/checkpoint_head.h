@@ -1,5 +1,5 @@
-// The JSON head of a checkpoint. For comparison, it has everything that the frame's bits depend on;
-// for messages, the machine and the paths of the input files.
+// The JSON head of a checkpoint. It lists everything that the frame's bits depend on, for
+// comparison, and the machine and the paths of the input files, for messages.
 #pragma once
 
 #include <initializer_list>
@@ -45,7 +45,7 @@ class LoadedFiles {
 nlohmann::json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
                                const SceneLayers& layers, const nlohmann::json& inputs);
 // Returns all settings in a head, including those that do not affect the bits, but not the paths of
-// input files. Throws InputError that names `place` if the head is invalid.
+// input files. Throws an InputError that names `place` if the head is invalid.
 FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
 // Returns the text `name` from the head's `part`, which is "files" (paths by setting) or "machine".
 // Empty if absent.
@@ -56,8 +56,8 @@ std::string find_text(const nlohmann::json& head, const char* part, const char* 
 // arbitrary JSON.
 std::vector<std::string> differences(const nlohmann::json& now, const nlohmann::json& then,
                                      std::initializer_list<std::string_view> ignored = {});
-// Like differences(), but for the processor maker and the Embree version, because rounding may
-// depend on them.
+// Like differences(), but compares only the processor maker and the Embree version, because
+// rounding may depend on them.
 std::vector<std::string> machine_differences(const nlohmann::json& now, const nlohmann::json& then);
 
 }  // namespace emberline

@@ -19,18 +19,18 @@ class FilmTile;
 // Returns "CryptoObject" and so on.
 const char* cryptomatte_layer_name(CryptomatteKind kind);
 
-// Returns the channel names of each kind: first CryptoObject00.{R,G,B,A} and so on, each for the
-// ids and coverages of two ranks (zero if unused), then dropped.CryptoObject, for the coverage that
-// did not fit.
+// Returns the channel names of each kind. CryptoObject00.{R,G,B,A} and so on each hold the ids and
+// coverages of two ranks (zero if unused). They are followed by dropped.CryptoObject, the coverage
+// that did not fit.
 std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKind> kinds,
                                                    int levels);
 
-// For one kind: the number of names, and how many pixels so far had more ids than levels.
+// For one kind: the number of names, and the number of pixels so far with more ids than levels.
 struct CryptomatteReport {
   CryptomatteKind kind = CryptomatteKind::kObject;
   size_t names = 0;
   uint64_t dropped_pixels = 0;
-  float max_dropped = 0.0f;  // fraction of a pixel
+  float max_dropped = 0.0f;  // largest coverage that a pixel lost, 0 to 1
 
   void add(float dropped) { merge({kind, names, dropped > 0.0f, dropped}); }
   void merge(const CryptomatteReport& other) {

@@ -193,7 +193,7 @@ class DenoisePass {
     return picture;
   }
 
-  // Pixels without samples keep the value of the frame, which may come from their neighbours.
+  // Pixels without samples keep their value in the frame, which may come from their neighbours.
   void copy_unsampled(int begin, int end, DenoisedPicture* picture) const {
     const HalfPlanes samples = window_.halves("samples");
     const size_t first = window_.index_of(0, begin), count = window_.index_of(0, end) - first;

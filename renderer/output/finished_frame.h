@@ -8,9 +8,9 @@
 namespace emberline {
 
 // True if all pictures, heatmaps, trees and reports that the options name exist, are not truncated
-// (file_completeness.h) and do not come from a stopped frame (a JSON report says so: "complete").
-// Snapshots that exist must be intact, and no checkpoint may be waiting to be resumed. Does not
-// compare settings.
+// (file_completeness.h) and do not come from a stopped frame (pictures and JSON reports record
+// whether they are "complete"). Snapshots that exist must be intact, and no checkpoint may be
+// waiting to be resumed. Does not compare settings.
 bool is_finished(const RenderOptions& options);
 
 // Says why a finished frame is skipped: "all its outputs exist". If one of them is an EXR that was

@@ -7,8 +7,8 @@
 
 namespace emberline {
 
-// Whether the file is an EXR by its content, whatever its name. False if the file does not exist.
-// Throws InputError if it cannot be read.
+// Whether the file is an EXR, judging by its content and not its name. False if the file does not
+// exist. Throws InputError if it cannot be read.
 bool is_exr_file(const std::string& path);
 
 // Returns text, or JSON: {"file", "width", "height", "window", "working_space", "layers": [{"name",

@@ -16,7 +16,7 @@ namespace {
 
 uint64_t saturating_sum(uint64_t a, uint64_t b) { return a > UINT64_MAX - b ? UINT64_MAX : a + b; }
 
-// Throws UsageError that begins with `subject()` if the budget is too small.
+// Throws a UsageError that begins with `subject()` if the budget is too small.
 template <class Subject>
 void reserve_memory(uint64_t bytes, MemoryReservation& memory, const Subject& subject) {
   const MemoryBudget& budget = *memory.budget();
@@ -28,15 +28,15 @@ void reserve_memory(uint64_t bytes, MemoryReservation& memory, const Subject& su
   }
 }
 
-// The image library's DWAA and DWAB encoder takes 104 to 110 MB, including tables (measured).
+// The image library's DWAA and DWAB encoder needs 104 to 110 MB, including its tables (measured).
 uint64_t lossy_encoder_bytes(const RenderOptions& options) {
   const bool used =
       is_lossy(options.exr_compression) && std::ranges::any_of(options.outputs, is_exr);
   return used ? uint64_t(112) << 20 : 0;
 }
 
-// Returns an upper bound on film_bytes() of the job and of the outputs, plus the memory for
-// encoding a picture. Does not include light groups.
+// Returns an upper bound on the film_bytes() of the job and of the outputs together, plus the
+// memory for encoding a picture. Does not include light groups.
 uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
                      const RenderPlan& plan) {
   uint64_t per_pixel = job_bytes_per_pixel(plan.drivers(), plan.aovs);
@@ -110,8 +110,8 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
     per_pixel += sizeof(float) + (is_exr(path) ? 0 : 2 * 3);
   }
   const uint64_t bytes = bytes_of(uint64_t(settings.crop.area()), per_pixel);
-  // The adaptive driver denoises while it renders, the outputs after the render. The two never
-  // overlap, so the memory counts once.
+  // The adaptive driver denoises while it renders; the outputs are denoised after the render. The
+  // two never overlap, so the memory is counted once.
   const bool denoises_while_rendering = options.allocation == ErrorMetric::kDenoised;
   if (options.outputs.empty() && !denoises_while_rendering) return bytes;
   const std::vector<std::string> names = names_of(tile_channels(settings, layers));

@@ -26,7 +26,7 @@ void reserve_pixels(uint64_t bytes, const Rect& crop, MemoryReservation& memory)
 // light-group layers.
 uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settings,
                       const std::vector<std::string>& layers);
-// Returns approximately how many bytes per pixel writing a tile of `channels` channels takes.
+// Returns approximately how many bytes per pixel are needed to write a tile of `channels` channels.
 uint64_t write_bytes_per_pixel(size_t channels);
 
 }  // namespace emberline

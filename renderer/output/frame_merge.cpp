@@ -98,7 +98,8 @@ void StoredFrame::load_film(MemoryBudget& budget) {
   if (!finished) film_.reset();
 }
 
-// Like Frame::empty_counters() of the frame that wrote the checkpoint.
+// Returns a result whose counters are those of Frame::empty_counters() in the frame that wrote the
+// checkpoint.
 TileResult StoredFrame::empty_result() const {
   TileResult result;
   if (settings_.clamp_indirect) {
@@ -164,8 +165,8 @@ FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, 
   }
   check_frames(strict);
   const FrameSettings& settings = first().settings();
-  // One list for the bucket schedule and, for each group, one for its parts, errors and counts.
-  // There are at most as many groups as frames.
+  // Reserves a list for the bucket schedule and, for each group, a list of parts, errors and
+  // counts. There are at most as many groups as frames.
   const uint64_t lists = bucket_list_bytes(first().plan().crop, first().tile_size());
   for (size_t i = 0; i <= frames_.size(); ++i) {
     budget.reserve(MemoryPart::kFilm, lists, first().path());
@@ -190,8 +191,8 @@ void FrameMerge::reserve(const RenderOptions& options, const OutputSettings& set
                          MemoryBudget& budget) const {
   const std::vector<std::string>& lights = first().layers().lights;
   const uint64_t film = film_bytes_per_pixel(settings.aovs, first().film_extras());
-  // The tile's state and its packed record hold the film and the driver's state. The driver's state
-  // is in memory a third time, as it was loaded.
+  // The tile's state and its packed record hold the film and the driver's state. A third copy of
+  // the driver's state is the one that was loaded.
   const RenderPlan& plan = first().plan();
   const uint64_t saved =
       options.resumable ? 2 * film + 3 * plan.driver->bytes_per_pixel(plan.driver_settings) : 0;
@@ -303,8 +304,8 @@ FrameSettings FrameMerge::settings() const {
   return settings;
 }
 
-// Adds up the tile's films. Each pixel's samples are added seed by seed, those of one seed by
-// index.
+// Adds up the tile's films. Each pixel's samples are added seed by seed and, within a seed, in
+// index order.
 void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
                             RenderCounters& counters, const SaveTile& save) {
   const size_t number = tile_index(tile);
@@ -386,7 +387,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& s
   combine_errors();
 }
 
-// Combines the groups' independent error estimates, weighted by their numbers of samples.
+// Combines the groups' independent error estimates, weighting each group by its sample count.
 void FrameMerge::combine_errors() {
   double sum = 0, samples = 0;
   std::optional<double> error;

@@ -24,8 +24,8 @@ namespace emberline {
 // A part of a frame, or a whole one, read from a checkpoint that `render` kept.
 class StoredFrame {
  public:
-  // Throws InputError if the file is not a checkpoint, is damaged, has invalid settings, or if its
-  // bucket lists exceed the budget.
+  // Throws InputError if the file is not a checkpoint, is damaged or has invalid settings, or if
+  // its bucket lists exceed the budget.
   explicit StoredFrame(const std::string& path, MemoryBudget* budget = nullptr);
 
   const std::string& path() const { return file_.path(); }
@@ -75,9 +75,9 @@ using SaveTile = std::function<void(size_t tile, std::span<const std::byte> stat
 class FrameMerge {
  public:
   // Checks that the parts belong to one frame and share no samples. Unless `allow_holes` is set,
-  // also checks that no samples are missing; with `strict`, that all parts come from the same kind
-  // of machine. Throws InputError that names the part. The constructor and deliver() throw
-  // Cancelled soon after a stop request.
+  // also checks that no samples are missing. With `strict`, also checks that all parts come from
+  // the same kind of machine. Throws an InputError that names the part. The constructor and
+  // deliver() throw Cancelled soon after a stop request.
   FrameMerge(const std::vector<std::string>& paths, bool allow_holes, bool strict,
              MemoryBudget& budget, std::stop_token stop = {});
 
@@ -86,8 +86,9 @@ class FrameMerge {
   FrameSettings settings() const;
   bool complete() const { return complete_; }
 
-  // Call before deliver(). Reserves the memory that deliver() needs for tiles, for these outputs
-  // until they are written and, with `resumable`, for the checkpoint. Throws InputError.
+  // Call before deliver(). Reserves memory for the tiles that deliver() works on, for what these
+  // outputs keep until they are written and, with `resumable`, for the checkpoint. Throws
+  // InputError.
   void reserve(const RenderOptions& options, const OutputSettings& settings, int threads,
                MemoryBudget& budget) const;
   // Passes every tile to the sink with the parts' channels and, if `aovs` has it, the channel
@@ -101,8 +102,8 @@ class FrameMerge {
   std::optional<double> error_estimate() const { return error_; }
 
  private:
-  // Parts with the same seed and sample range. Unless there are holes, they cover all tiles
-  // together.
+  // Parts with the same seed and sample range. Unless there are holes, together they cover all
+  // tiles.
   struct Group {
     uint32_t seed = 0, first_sample = 0, end_sample = 0;
     std::vector<const StoredFrame*> frames_by_tile;  // by tile number; null if missing

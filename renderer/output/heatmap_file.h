@@ -26,19 +26,19 @@ struct HeatmapRequest {
 // samples. Throws UsageError for an unknown quantity or an unsuitable style.
 std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options);
 
-// Throws UsageError that starts with `option` if the suffix is unknown or the picture is too large
-// for its format.
+// Throws a UsageError that starts with `option` if the suffix is unknown or the picture is too
+// large for its format.
 void check_heatmap_format(const std::string& option, const std::string& path, const Rect& crop);
 
 // Throws UsageError for a range or logarithmic scale that does not apply to the quantities.
 void check_heatmap_style(const HeatmapStyle& style,
                          std::span<const HeatmapQuantity* const> quantities);
 
-// Whether the range is usable: squares of its ends must be finite in float, and float must be able
-// to represent values between them.
+// Whether the range is usable: the squares of its ends must be finite in float, and there must be
+// float values between its ends.
 bool is_valid_heatmap_range(double min, double max);
 
-// Throws InputError that names `place` if a channel that the quantity needs is missing.
+// Throws an InputError that names `place` if a channel that the quantity needs is missing.
 void check_heatmap_channels(const std::string& place, const HeatmapQuantity& quantity,
                             std::span<const std::string> channels);
 

@@ -24,7 +24,7 @@ bool is_full_turntable(const RenderOptions& o) {
 }
 
 constexpr OptionState kStates[] = {
-    // A replay writes nothing, so it counts as having an EXR.
+    // A replay writes no outputs, so it needs no EXR and counts as having one.
     {"output", "FILE.exr",
      [](const RenderOptions& o) { return o.replay || std::ranges::any_of(o.outputs, is_exr); }},
     {"report", "FILE.html",

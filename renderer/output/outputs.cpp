@@ -104,8 +104,8 @@ ExrHeader frame_header(const OutputSettings& settings, std::vector<PictureChanne
   if (settings.explained) {
     header.attributes.emplace_back(kExplanationAttribute, std::string(kMaxExplanation, ' '));
   }
-  // The mattes' names may take megabytes, so they follow the attributes that is_unfinished_image()
-  // looks for.
+  // The mattes' names may be megabytes long, so they follow the attributes that
+  // is_unfinished_image() looks for.
   for (auto& attribute : cryptomatte_attributes(layers.cryptomattes)) {
     header.attributes.push_back(std::move(attribute));
   }

@@ -46,9 +46,9 @@ struct OutputSettings : ExrHeader, FrameContents {
 OutputSettings output_settings(const RenderOptions& options, const Rect& crop);
 
 // State recorded in the EXR header: "emberline:complete" ("true " or "false"), "emberline:samples",
-// with --clamp-indirect "emberline:clamped" (the fraction of light removed), and with --explain
-// kExplanationAttribute. The header reserves room for these values with blanks, because they are
-// set long after it is written.
+// "emberline:clamped" (the fraction of light removed) if --clamp-indirect is given, and
+// kExplanationAttribute if --explain is given. The header reserves room for these values with
+// blanks, because they are set long after it is written.
 struct FrameState {
   bool complete = false;
   uint64_t samples = 0;
@@ -72,14 +72,14 @@ void write_film_exr(const std::string& path, const AovSet& aovs, int width, int 
 // rows around it.
 class FrameOutputs final : public RenderSink {
  public:
-  // Opens the files at once, so that an unwritable path fails before rendering. `stop` tells why
-  // the frame was stopped. Throws RenderError for an unwritable path, UsageError for an unknown
+  // Opens the files at once, so that an unwritable path fails before rendering. `stop` says why the
+  // frame was stopped. Throws RenderError for an unwritable path, and UsageError for an unknown
   // display.
   FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
                const StopRequest& stop);
 
   // If writing a file fails (for example because the disk is full), finish() reports it. Throws
-  // RenderError when the last file fails, because continuing would be useless.
+  // RenderError once every file has failed, because continuing would be useless.
   void tile_finished(const FilmTile& tile) override;
   PixelStop stop_cause() const override { return stop_.cause(); }
 
@@ -90,8 +90,8 @@ class FrameOutputs final : public RenderSink {
   // Call when rendering has ended: from then on tile_finished() no longer throws when all files
   // have failed.
   void rendering_ended() { rendered_ = true; }
-  // Call after the last tile: writes the tiles from the scratch file, denoised if the settings ask
-  // for it, on the calling thread's TBB arena. finish() reports files that fail. After a stop
+  // Call after the last tile. Writes the tiles from the scratch file, denoised if the settings ask
+  // for it. Runs on the calling thread's TBB arena. finish() reports files that fail. After a stop
   // request, the remaining tiles are left unfiltered.
   std::optional<DenoiseReport> finish_spooled(const std::stop_token& stop = {});
   // Completes and renames each file independently. `state` goes into the EXR header.

@@ -22,7 +22,7 @@ class RecordedSettings {
   bool is_ours() const { return texts_.contains("command"); }
   // The text of an attribute, such as "spp" or "complete"; empty if there is none.
   std::string text(const std::string& name) const;
-  // The recorded settings. Those that cannot be read, and input files, have their defaults.
+  // The recorded settings. Input files, and settings that cannot be read, have their defaults.
   const FrameSettings& settings() const { return settings_; }
   // Names and texts of the settings that differ from the defaults, input files included, in table
   // order. The instruction set, which every frame records, is left out.

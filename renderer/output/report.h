@@ -17,9 +17,9 @@
 namespace emberline {
 
 struct RenderTimes {
-  // Wall time from the start of the command until it writes its reports, and its phases, which add
-  // up to more than 98 % of it. The setup phase reads options and --reference and opens the
-  // outputs.
+  // wall_s is the wall time from the start of the command until it writes its reports. The others
+  // are its phases, which add up to more than 98 % of it. The setup phase reads options and
+  // --reference and opens the outputs.
   double wall_s = 0, setup_s = 0, load_s = 0, build_s = 0, render_s = 0, write_s = 0;
   double snapshots_s = 0;  // copying (not in render_s), encoding and measuring snapshots
   // Time before wall_s begins, in which the process and its libraries are loaded.

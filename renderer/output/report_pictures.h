@@ -1,6 +1,6 @@
 // Pictures for the report page: the frame, and a map of each quantity for which the film has
-// channels. Needed only if a page was requested: a frame that is written bucket by bucket is not in
-// memory otherwise.
+// channels. Created only if a page was requested. They are needed because a frame that is written
+// bucket by bucket is never in memory as a whole.
 #pragma once
 
 #include <cstdint>

@@ -55,9 +55,9 @@ RgbFile read_rgb(const std::string& path, const LoadProgress& progress,
                  const LayerChoice& choice = {});
 
 // Returns the reference pixels with which `crop` is compared. If the reference's frame has the same
-// size, these are the pixels at the same position. If the frames differ, one of the pictures stores
-// no position and the sizes match, they are all pixels. Otherwise throws InputError that calls the
-// compared picture `what`.
+// size, these are the pixels at the same position. If the frames differ in size, the reference must
+// be as large as `crop`, and one of the two must be a whole frame; then these are all of its
+// pixels. Otherwise throws an InputError that calls the compared picture `what`.
 RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect& crop,
                           int frame_width, int frame_height);
 

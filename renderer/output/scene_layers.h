@@ -25,7 +25,7 @@ struct SceneLayers {
 SceneLayers scene_layers(const SceneParts& parts, const Camera& camera, const Vec3d& origin);
 
 void put_scene_layers(const SceneLayers& layers, nlohmann::json& head);
-// Throws InputError that names `place` if the head, which may be arbitrary JSON, is invalid.
+// Throws an InputError that names `place` if the head, which may be arbitrary JSON, is invalid.
 SceneLayers scene_layers_of(const nlohmann::json& head, const std::string& place);
 
 }  // namespace emberline

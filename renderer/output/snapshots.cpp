@@ -139,8 +139,8 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& cro
   }
 }
 
-// Whether this is the animation or the file of a pending moment, such as "003_0005pct.png" with any
-// number in place of 003.
+// Whether `name` is that of the animation or of the file of a pending moment, such as
+// "003_0005pct.png" with any number in place of 003.
 bool SnapshotRecorder::matches_pending(const std::string& name) const {
   if (name == kAnimation) return true;
   const std::optional<std::string> suffix = suffix_after_number(name);

@@ -21,7 +21,7 @@
 namespace emberline {
 
 // A moment is due at the first pause at which its value has been reached. The driver pauses for it
-// at the end of the current part.
+// once the parts in progress are finished.
 struct SnapshotMoment {
   enum class Unit : uint8_t { kFirstPause, kPercentCovered, kSeconds, kSamplesPerPixel };
   Unit unit = Unit::kFirstPause;
@@ -32,7 +32,7 @@ struct SnapshotMoment {
 inline constexpr std::string_view kDefaultSnapshotMoments =
     "first,1%,2%,5%,10%,25%,35%,50%,75%,100%";
 
-// Parses a list such as "first,2.5%,0.5s,4spp". Throws UsageError naming --snapshot-at.
+// Parses a list such as "first,2.5%,0.5s,4spp". Throws a UsageError that names --snapshot-at.
 std::vector<SnapshotMoment> parse_snapshot_moments(std::string_view list);
 
 enum class SnapshotFormat { kPng, kExr };
@@ -47,23 +47,24 @@ struct SnapshotReport {
   uint64_t samples = 0;     // number in the frame so far
   double elapsed_s = 0.0;   // render time, excluding earlier snapshots
   // Error against the reference, if there is one. rmse is computed from display values (sRGB, 0 to
-  // 1, after --exposure), the others from radiance, as in error_metrics.h.
+  // 1, after --exposure), and the others from radiance, as in error_metrics.h.
   std::optional<double> rmse, mse, rel_mse;
 };
 
 class SnapshotRecorder {
  public:
   // Checks all options and creates the folder if needed; removes it at the end if it is still
-  // empty. Throws UsageError (also if a file of another program has the name of a snapshot),
-  // RenderError for an unwritable folder, InputError for a reference that cannot be read or does
-  // not cover the crop.
+  // empty. Throws UsageError, for example if a file of another program has the name of a snapshot.
+  // Throws RenderError for an unwritable folder, and InputError for a reference that cannot be read
+  // or does not cover the crop.
   SnapshotRecorder(const RenderOptions& options, const Rect& crop, const LoadProgress& progress);
 
   // Copies the picture if a snapshot is due `elapsed_s` after the start of rendering.
   void update(const JobProgress& progress, const LivePicture& picture, double elapsed_s);
 
-  // For RenderSink: whether a moment given in seconds is due, and at how many samples the next of
-  // the other moments is. Any thread, but not during update().
+  // For RenderSink: is_due() says whether a moment given in seconds is due; next_sample_count()
+  // returns the sample count at which the next of the other moments is due. Any thread, but not
+  // during update().
   bool is_due(double elapsed_s) const;
   std::optional<uint64_t> next_sample_count() const;
 
@@ -75,7 +76,7 @@ class SnapshotRecorder {
     SnapshotMoment moment;
     JobProgress progress;
     double elapsed_s;
-    std::shared_ptr<const std::vector<float>> rgba;  // shared by moments due at one pause
+    std::shared_ptr<const std::vector<float>> rgba;  // shared by snapshots of the same pause
   };
 
   bool is_reached(const SnapshotMoment& moment, const JobProgress& progress,

@@ -191,9 +191,9 @@ Shares least_error(const Terms& terms, int x, int y) {
   return a;
 }
 
-// If the nearest neighbours would change far more than their noise explains (next to a lamp whose
-// noise dominates the pool), the weight is limited to this multiple of the weight that these
-// neighbours support.
+// The nearest neighbours may change far more than their noise explains, for example next to a lamp
+// whose noise dominates the pool. The weight is then limited to kMaxSupportRatio times the weight
+// that these neighbours support.
 constexpr int kNearRadius = 1;
 constexpr float kMaxSupportRatio = 3.0f;
 
@@ -281,8 +281,8 @@ BorderedPlane pool_smoothly(const BorderedPlane& own) {
   return box_sum(box_sum(own, kFirstPool), kSecondPool);
 }
 
-// The mean weight of a pixel in pool_smoothly(), itself weighted by these weights: 36 for two boxes
-// of 9 x 9 pixels.
+// The typical weight w of a pixel in pool_smoothly(): sum w^2 / sum w, which is 36 for two boxes of
+// 9 x 9 pixels.
 constexpr float pixel_weight() {
   float sum = 0.0f, squares = 0.0f;
   for (int i = -kPoolRadius; i <= kPoolRadius; ++i) {
@@ -294,7 +294,7 @@ constexpr float pixel_weight() {
   return (squares / sum) * (squares / sum);
 }
 
-// The rarity of a pixel's light: 1 if one half saw all of the light, 0 if both saw equally much.
+// The rarity of a pixel's light: 1 if one half saw all of the light, 0 if both saw the same amount.
 BorderedPlane rarity(const Halves& h) {
   BorderedPlane rare(h.width, h.height);
   for_each_pixel(h.width, h.height, [&](int x, int y) {
@@ -310,8 +310,8 @@ BorderedPlane rarity(const Halves& h) {
 }
 
 // Adds the error of unseen rare light. Where few pixels have most of the error, both halves may
-// have missed the light of another such pixel. Adds the error that one such pixel would have: the
-// mean of the seen errors, weighted by error and rarity.
+// have missed the light of another such pixel. So this adds the error that one such pixel would
+// have: the mean of the seen errors, weighted by error and rarity.
 void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPlane& pool) {
   constexpr float kMaxPixelError = 1.0f;  // squared error of a displayed pixel
   BorderedPlane errors = own, squares = own;

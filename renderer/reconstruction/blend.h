@@ -1,5 +1,5 @@
 // Chooses the weight of each filtered image per pixel. With the raw image r and candidates F_k, the
-// expected squared error of r + sum_k a_k (F_k - r) is, for any bias of F_k,
+// expected squared error of r + sum_k a_k (F_k - r) is, whatever the bias of F_k,
 //   V - 2 sum_k a_k (V - C_k) + sum_kl a_k a_l D_kl,
 // where V is the variance of r, C_k the covariance of r and F_k, and D_kl the mean product of F_k -
 // r and F_l - r. All these terms can be measured (Stein, "Estimation of the Mean of a Multivariate

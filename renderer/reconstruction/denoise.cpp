@@ -173,8 +173,8 @@ Part read_part(const Halves& h, const HalfColour& colour) {
   return part;
 }
 
-// [bandwidth][half]: the factor by which a fit's weighted value of a pixel is multiplied; includes
-// the division by the total weight.
+// [bandwidth][half]: the factor for a fit's weighted prediction of a pixel; includes the division
+// by the total weight.
 using Factors = std::array<std::array<BorderedPlane, 2>, kBandwidths>;
 Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& shares) {
   Factors factors;
@@ -192,8 +192,8 @@ Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& s
   return factors;
 }
 
-// In the filtered fraction of each pixel of a part, replaces the raw value by the value's own
-// contribution to the filtered pixel. The contributions of the fits are added later.
+// Removes the raw value from the filtered fraction of each pixel of a part, and adds the pixel's
+// own contribution to its filtered value. The contributions of the fits are added later.
 void add_unfiltered(const Halves& h, const Factors& factors, const Blend& shares, Part& part) {
   for_each_row(h.height, [&](int y) {
     for (size_t c = 0; c < 3; ++c) {

@@ -15,9 +15,9 @@ namespace emberline {
 namespace {
 
 // The constants were tuned on four scenes of `scenes/` at 1 to 64 samples (tests/bench/results).
-// Factor on the distance of two normals; at a scaled distance of 1 they are dissimilar.
+// Factor for the distance between two normals; at a scaled distance of 1 they are dissimilar.
 constexpr float kNormalScale = 1.7f;
-// Tolerated squared difference of two pixels, relative to their variance.
+// Tolerated squared difference between two pixels, relative to their variance.
 constexpr float kNoiseScale = 10.0f;
 // Upper limit for a tap's variance, relative to the variance of the filtered pixel. Without it,
 // lamps and rare bright samples would leak into the less noisy pixels around them.

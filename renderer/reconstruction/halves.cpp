@@ -70,7 +70,7 @@ void read_counts(const DenoiseInput& input, Halves& h) {
 
 // A pixel of a half is an outlier if it is this many times as bright as all other nearby pixels in
 // either half. Neighbours say nothing about such rare excess light, so it stays in place,
-// unfiltered. A value that far below black is not light, so its pixel stays in place entirely.
+// unfiltered. A value as far below black is not light, so its pixel stays unfiltered entirely.
 constexpr float kOutlierRatio = 20.0f;
 
 // For each pixel, the largest value of its channels, and how far the smallest is below black.

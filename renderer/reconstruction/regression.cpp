@@ -24,10 +24,11 @@ constexpr float kNoiseRidge = 4.0f;
 // error.
 constexpr float kMinPivot = 1e-5f;
 // A feature is ignored in windows where its spread(), or the spread() of its difference from a
-// feature already chosen, is not above this.
+// feature already chosen, is at most this.
 constexpr float kMinSpread = 4e-6f;
 constexpr float kMinDivisor = 1e-30f;
-constexpr float kMaxWeight = 1e6f;  // of a pixel in its own fit; a full window's mean needs less
+// Limit for a pixel's weight in its own fit. In the mean of a full window, that weight is smaller.
+constexpr float kMaxWeight = 1e6f;
 
 WindowWeights::WindowWeights() : weights_(new Rows[2 * kOffsets]) {}
 

@@ -258,7 +258,7 @@ Mat44d SceneBuilder::to_internal(const Mat44d& to_world) const {
 
 void SceneBuilder::move_arrays(MeshDescription& source, Mesh& mesh) {
   const auto pad = [](std::vector<Vec3f>& positions) {
-    // Embree reads 16 bytes at the last vertex, so one more is added. reserve() avoids doubling the
+    // Embree reads 16 bytes per vertex, so a spare one is added. reserve() avoids doubling the
     // capacity.
     positions.reserve(positions.size() + 1);
     positions.emplace_back(0.0f);

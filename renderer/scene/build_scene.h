@@ -35,14 +35,14 @@ std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuil
 
 // Replaces a scene's materials, lights and environment. The scene then renders bit-identically to
 // one built from `description`, but keeps its BVH. The description may differ from the scene's only
-// by SceneEdits; its geometry is not read, so an outline is enough. `options` must be those of the
-// build, with `editable` set. The scene must not be used during the call. Uses TBB. Throws
-// InputError for an invalid texture, leaving the scene unchanged.
+// by SceneEdits; its geometry is not read, so an outline is enough. `options` must be those
+// passed to build_scene(), with `editable` set. The scene must not be used during the call. Uses
+// TBB. Throws InputError for an invalid texture, leaving the scene unchanged.
 //
-// Unchanged parts are reused: emitters whose material emits as before (averaging an emissive
-// texture over triangles is the most expensive part), the light sampler if neither emitters nor
-// punctual lights have changed, the tables of an environment that was only rotated, tinted or
-// scaled, and the search for flush emitters if the same triangles emit.
+// Unchanged parts are reused: emitters if their material emits as before (averaging an emissive
+// texture over triangles is the most expensive part); the light sampler if neither emitters nor
+// punctual lights have changed; an environment's tables if it was only rotated, tinted or scaled;
+// the result of the search for flush emitters if the same triangles emit.
 void update_scene(Scene& scene, const SceneDescription& description,
                   const SceneBuildOptions& options);
 

@@ -229,8 +229,8 @@ Vec2f Camera::velocity(const Vec3d& direction, double frames) const {
 
 // Film velocity of a point that moves from `from` to `to`, each in the view space at its time.
 Vec2f Camera::film_velocity(const Vec3d& from, const Vec3d& to, double frames) const {
-  // Chosen by us. At this depth, a point appears a hundred times as far from the axis as at the
-  // greater depth.
+  // Chosen by us. At this fraction of a depth, a point appears a hundred times as far from the axis
+  // as at the full depth.
   constexpr double kMinDepthRatio = 0.01;
   const double min_depth = kMinDepthRatio * std::max(from.z, to.z);
   const auto project_to_film = [&](const Vec3d& p, const Vec3d& other) {

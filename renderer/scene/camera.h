@@ -29,16 +29,16 @@ struct CameraDescription;
 class Camera {
  public:
   Camera() = default;
-  // width x height: the frame in pixels. `origin` and `scale` define internal space: internal =
-  // (world - origin) * scale; `max_origin` limits ray origins (Scene::max_origin). Throws
+  // The frame has width x height pixels. `origin` and `scale` define internal space: internal =
+  // (world - origin) * scale. `max_origin` limits ray origins (Scene::max_origin). Throws
   // InputError for a camera without a direction, for a lens without a focus distance, and for rays
   // beyond float's range.
   Camera(const CameraDescription& description, int width, int height, const Vec3d& origin,
          double scale, double max_origin = kMaxOrigin);
 
-  // film: continuous pixel coordinates, (0, 0) at the frame's top-left corner, y downwards. Takes
-  // at most kRayBatch points, so that the arithmetic vectorises. No ray depends on the other
-  // points.
+  // `film` contains continuous pixel coordinates, with (0, 0) at the frame's top-left corner and y
+  // downwards. Takes at most kRayBatch points, so that the arithmetic vectorises. Each ray depends
+  // only on its own point.
   void rays(std::span<const Vec2f> film, Ray* out) const { generate_rays(view_, film, out); }
   // Whether there is a lens, so that rays need lens samples.
   bool has_lens() const { return shape_.lens; }
@@ -76,9 +76,9 @@ class Camera {
   Vec3d project_to_film(const Vec3d& point) const;
 
   // The matrices from world space at shutter open that OpenEXR defines for its header; `origin` is
-  // Scene::origin(). to_camera maps to the axes right, up and ahead. to_ndc maps, after division by
-  // w, to the frame, whose upper left corner is (0, 0) and lower right (1, 1); z is 1 / depth
-  // (orthographic: the depth). Not for panoramas, whose projection is not a matrix.
+  // Scene::origin(). to_camera maps to the axes right, up and ahead. After division by w, to_ndc
+  // maps to the frame, from (0, 0) at the upper left corner to (1, 1) at the lower right one; z is
+  // 1 / depth (orthographic: the depth). Not for panoramas, whose projection is not a matrix.
   struct WorldMatrices {
     Mat44d to_camera, to_ndc;
   };
@@ -94,9 +94,9 @@ class Camera {
   // Film velocity in pixels per frame, to the right and up, of a point that is at `from` at shutter
   // open and at `to` at shutter close, `frames` frames later. With an instant shutter, these times
   // are the rendered instant and one frame later (CameraDescription::next_frame). The point is seen
-  // through the lens's centre. Its path is clipped to depths of at least a hundredth of its farther
-  // end's depth. The result fits a half float. In a panorama, the motion takes the shorter way
-  // round.
+  // through the lens's centre. The part of its path at less than a hundredth of the farther end's
+  // depth is clipped off. The result fits a half float. In a panorama, the motion takes the shorter
+  // way round.
   Vec2f velocity(const Vec3d& from, const Vec3d& to, double frames) const;
   // Film velocity of a point at infinity, due to the camera's rotation.
   Vec2f velocity(const Vec3d& direction, double frames) const;
@@ -132,12 +132,12 @@ class Camera {
     Vec3f lens_x = Vec3f(0.0f), lens_y = Vec3f(0.0f);  // lens radius, as vectors
   };
 
-  // Half the image height for `size`, the vertical field of view or (orthographic) magnification.
+  // Half the image height; `size` is the vertical field of view or (orthographic) magnification.
   double half_height_of(double size, double scale) const;
   Pose pose_of(const Mat44d& to_world, const std::string& name, const Vec3d& origin, double scale,
                double max_origin) const;
   Pose pose_at(float time) const;
-  // `size`: image size relative to that at shutter open.
+  // `size` is the image size relative to its value at shutter open.
   View view_from(const Pose& pose, double size = 1.0) const;
   View view_at(float time) const;
   Vec3d to_view_space(const Pose& pose, const Vec3d& displacement) const;

@@ -13,7 +13,7 @@
 namespace emberline {
 namespace {
 
-// Unit vectors that do not follow any axis or diagonal of a typical scene.
+// Unit vectors that are not parallel to any axis or diagonal of a typical scene.
 constexpr std::array<Vec3f, 3> kDirections = {
     {{0.5373f, 0.7306f, 0.4213f}, {-0.7117f, 0.2093f, -0.6706f}, {0.3221f, -0.6137f, 0.7209f}}};
 

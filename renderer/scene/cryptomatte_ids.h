@@ -37,7 +37,7 @@ class CryptomatteIds {
   // nodes, instances with the same name are one object.
   CryptomatteIds(const SceneDescription& scene, std::span<const CryptomatteKind> kinds);
 
-  // Returns the ids for a FirstHit::id (0: the environment), one per kind of entity.
+  // Returns the ids that belong to a FirstHit::id (0: the environment), one per kind of entity.
   std::span<const uint32_t> ids_of_hit(uint32_t hit_id) const {
     return std::span(ids_).subspan(size_t(hit_id) * names_.size(), names_.size());
   }

@@ -2,10 +2,10 @@
 //
 // An edited scene renders bit-identically to one built from the edited description. The BVH depends
 // on materials only through its filter (geometry.h): back-face culling, which transmission turns
-// off, and coverage, which variants may change. In an editable scene the filter reads these from
-// the mesh at every candidate hit wherever they may change: culling if any of the mesh's possible
-// materials is single-sided, coverage if it has several possible materials and one of them has
-// alpha.
+// off, and coverage, which variants may change. In an editable scene, the filter reads these from
+// the mesh at every candidate hit wherever they may change. It does so for culling if any of the
+// mesh's possible materials is single-sided, and for coverage if the mesh has several possible
+// materials and one of them has alpha.
 #pragma once
 
 #include <memory>
@@ -35,7 +35,7 @@ class EditableScene {
 
   const Scene& scene() const { return *scene_; }
   const SceneEdits& edits() const { return edits_; }
-  // The file in this pose, without edits and geometry. EditTarget indices refer to its lists.
+  // The file in this pose, without edits or geometry. EditTarget indices refer to its lists.
   const SceneDescription& original() const { return original_; }
 
  private:

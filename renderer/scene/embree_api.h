@@ -26,9 +26,9 @@ using QueryContext = RTCIntersectContext;
 #endif
 
 // Bytes per object that Embree takes from malloc without telling the memory monitor, including the
-// scene's table entries. Measured with Embree 3.13.5 and 4.4.1 as the growth of mallinfo2() over
-// 200,000 objects of each kind. These bytes matter only in scenes with very many small meshes or
-// instances.
+// scene's table entries. Measured with Embree 3.13.5 and 4.4.1 as the growth of mallinfo2()'s
+// figure over 200,000 objects of each kind. They matter only in scenes with very many small meshes
+// or instances.
 #if EMBERLINE_EMBREE_MAJOR >= 4
 inline constexpr uint64_t kTriangleObjectBytes = 502;
 inline constexpr uint64_t kInstanceObjectBytes = 54;  // the transform is monitored
@@ -43,8 +43,8 @@ inline constexpr uint64_t kSceneObjectBytes = 2700;
 // integer, so it does not depend on the order in which Embree visits the surfaces.
 //
 // Below a transmittance of 1/16, Russian roulette decides, so that a ray need not visit a hundred
-// nearly transparent surfaces: the ray ends at a thickness chosen in advance, 4 plus a random
-// number with an exponential distribution of base 2. The ray passes a thickness S > 4 with
+// nearly transparent surfaces. The ray ends at a thickness chosen in advance: 4 plus a random
+// number with an exponential distribution of base 2. So it passes a thickness S > 4 with
 // probability 2^(4-S). Its transmittance is then 1/16, so the expected value is 2^-S.
 class Thickness {
  public:

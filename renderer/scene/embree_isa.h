@@ -1,6 +1,6 @@
 // The version of Embree and the kernels that trace the rays. Embree has kernels for each
-// instruction set. Hits differ by rounding between some of them (AVX2 fuses products and sums), so
-// a frame's bits depend on the kernel.
+// instruction set. With some of them, hits differ by rounding (AVX2 fuses products and sums), so a
+// frame's bits depend on the kernels.
 #pragma once
 
 #include <span>

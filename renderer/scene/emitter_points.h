@@ -15,8 +15,8 @@ struct EmitterPoint {
   uint32_t emitter;
 };
 
-// A query for points in a box and near a plane. Both are widened by `margin` and twice each point's
-// error. If the normal is 0, there is no plane.
+// A query for points in a box and near a plane. For each point, both are widened by `margin` plus
+// twice the point's error. If the normal is 0, there is no plane.
 struct PointSearch {
   Vec3f lower, upper;
   Vec3d plane, normal;

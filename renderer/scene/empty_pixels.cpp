@@ -16,7 +16,7 @@ namespace {
 
 using Vec2d = Imath::Vec2<double>;
 
-// Maximum number of cells of a map; in larger frames a cell has several pixels.
+// Maximum number of cells of a map; in frames with more pixels, a cell covers several pixels.
 constexpr int64_t kMaxCells = int64_t(1) << 20;
 // Maximum number of triangles; chosen by us. Each takes about 200 ns of one thread
 // (tests/bench/results).
@@ -28,9 +28,9 @@ constexpr double kMinEmptyFraction = 1.0 / 64;
 // Safety margin in pixels around the filter's reach. The error of the camera's position already
 // covers the rounding of ray directions.
 constexpr double kMargin = 1.0 / 16;
-// Bound on the distance between a triangle and a ray's hit on it, as a multiple of the surface
-// point's error bound (README.md, "Ray offsets") times the transform's condition number. It covers
-// the rounding of rays that are transformed into an instance, and a safety margin.
+// The distance between a triangle and a ray's hit on it is at most this number times the surface
+// point's error bound (README.md, "Ray offsets") times the transform's condition number. The bound
+// covers the rounding of rays that are transformed into an instance, and has a safety margin.
 constexpr double kErrorScale = 16;
 
 double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
@@ -67,8 +67,8 @@ class EmptyPixels::Projection {
     pixels_per_error_ = 1 / std::min(pixel.x, pixel.y) + 2.0 * (width + height) + 4.0 * reach;
   }
 
-  // Marks the cells in which a triangle may be visible, and adds their number plus the number of
-  // rows, as a measure of the work, to `*marks`. Returns false if no bound on these cells can be
+  // Marks the cells in which a triangle may be visible. Adds their number plus the number of their
+  // rows to `*marks`, as a measure of the work. Returns false if no bound on these cells can be
   // given.
   bool mark(const std::array<Vec3d, 3>& corners, double error, int64_t* marks) const;
   // Bound on the distance between a triangle's points and where rays may hit them;
@@ -89,7 +89,7 @@ class EmptyPixels::Projection {
   const Camera& camera_;
   const double cell_, pixel_margin_;
   double camera_error_;        // error of the camera's position, like plane_error()
-  double max_distance_ratio_;  // twice the largest ratio of distance to depth in view
+  double max_distance_ratio_;  // twice the largest ratio of distance to depth in the frame
   double pixels_per_error_;    // largest shift on the film, in pixels, for an error of 1 at depth 1
 };
 
@@ -179,8 +179,8 @@ EmptyPixels::EmptyPixels(int width, int height) {
   used_.assign(size_t(columns_) * size_t(rows_), 0);
 }
 
-// Returns false if the marked cells cannot be bounded or take too much work. The result is
-// deterministic: either all marks are counted, or more than the limit.
+// Returns false if the cells to mark cannot be bounded or take too much work. The result is
+// deterministic: the number of marks counted is either exact or above the limit.
 bool EmptyPixels::mark_all(const Scene& scene, const Projection& projection) {
   const int64_t limit = kMaxMarksPerCell * int64_t(used_.size());
   std::atomic<int64_t> marks{0};

@@ -17,11 +17,11 @@ class Scene;
 
 class EmptyPixels {
  public:
-  // `reach`: maximum distance of a pixel's samples from its centre, in pixels
-  // (PixelFilter::radius). Returns null if the map gains nothing (hardly any empty pixels, or
-  // triangles so many or large that projecting them takes longer than tracing the rays), and if one
-  // perspective projection is not enough (motion, lenses, orthographic cameras, panoramas). Uses
-  // all threads.
+  // `reach` is the maximum distance of a pixel's samples from its centre, in pixels
+  // (PixelFilter::radius). Returns null if the map would save nothing: if hardly any pixels are
+  // empty, or if triangles are so many or so large that projecting them would take longer than
+  // tracing the rays. Also returns null if one perspective projection is not enough (motion,
+  // lenses, orthographic cameras, panoramas). Uses all threads.
   static std::shared_ptr<const EmptyPixels> find(const Scene& scene, const Camera& camera,
                                                  int width, int height, float reach);
 

@@ -28,11 +28,11 @@ struct PlacedEmitters {
 // Emitters that lie in surfaces, with the largest distance that rounding may put between an emitter
 // and its surface.
 struct FlushSurfaces {
-  // For each emitter, a bound on its distance from the surface that it lies in, as Embree computes
-  // both; 0 if it lies in no surface.
+  // For each emitter, a bound on the distance that Embree's rounding puts between it and the
+  // surface that it lies in; 0 if it lies in no surface.
   std::vector<float> reach;
-  // The same bound for each flush emitter and each surface in which one lies. The key is
-  // surface_key().
+  // A bound of the same kind for each flush emitter and for each surface in which one lies. The key
+  // is surface_key().
   std::unordered_map<uint64_t, float> offsets;
 };
 
@@ -40,9 +40,9 @@ inline uint64_t surface_key(uint32_t instance, uint32_t primitive) {
   return uint64_t(instance) << 32 | primitive;
 }
 
-// Searches static geometry. It tests four points of each emitting triangle (one if there are many),
-// so it misses overlaps that contain none of these points. It also misses some of the surfaces if
-// more than about a hundred coincide. O(n log n). Throws Cancelled.
+// Searches static geometry. It tests four points of each emitting triangle (one if there are many
+// emitters), so it misses overlaps that contain none of these points. It also misses some surfaces
+// if more than about a hundred coincide. O(n log n). Throws Cancelled.
 FlushSurfaces find_flush_surfaces(const PlacedEmitters& placed, LoadProgress& progress);
 
 class FlushEmitters {

@@ -2,8 +2,8 @@
 //
 // Each triangle has its own plane_error(), which grows with its coordinates: the error of a distant
 // triangle may exceed the size of a hundred near ones. So each surface triangle searches a tree of
-// emitter points for those within its own reach, and each point adds its own error. If all
-// triangles used one radius, that of the largest error, every emitter would meet every other.
+// emitter points within a radius of its own, which grows with its error and the point's error. If
+// all triangles used the radius for the largest error, every emitter would meet every other.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -19,17 +19,17 @@
 namespace emberline::scene_detail {
 namespace {
 
-// If there are more emitters than this, they are small compared with the surfaces that they lie in,
-// and only their centres are tested. Chosen by us.
+// If there are more emitters than this, they are taken to be small compared with the surfaces that
+// they lie in, and only their centres are tested. Chosen by us.
 constexpr size_t kManyEmitters = 1 << 16;
 
 // Maximum number of triangles examined, in total (a few seconds of work) and per range. Chosen by
 // us.
 constexpr uint64_t kMaxTriangles = uint64_t(1) << 26;
 constexpr size_t kRangeSize = 4096;
-// Maximum number of points examined: in total a base plus an allowance per triangle, and a limit
-// per range. Chosen by us. An ordinary triangle meets about ten points, whereas a wall meets those
-// of all the lamps on it.
+// Maximum number of points examined. The total is limited to kMaxVisits plus an allowance per
+// triangle; a range has its own limit. Chosen by us. An ordinary triangle meets about ten points,
+// whereas a wall meets those of all the lamps on it.
 constexpr uint64_t kMaxVisits = uint64_t(1) << 24, kVisitsPerTriangle = 32,
                    kMaxVisitsPerRange = 1 << 22;
 

@@ -20,7 +20,7 @@ void on_error(void* /*user*/, RTCError /*code*/, const char* message) {
   log_verbose(std::string("Embree: ") + message);
 }
 
-// When a filter culls or tests coverage: never, always, or if the mesh asks for it at that hit.
+// When a filter culls or tests coverage: never, always, or if the mesh asks for it at the hit.
 enum class FilterRule { kNever, kAlways, kPerHit };
 
 FilterRule filter_rule(bool now, bool may_change) {
@@ -150,7 +150,8 @@ struct BuildMonitor {
 }  // namespace
 
 // ThreadSanitizer sees that Embree's threads allocate and free memory, but not how Embree
-// synchronises them, so in its builds the calling thread works alone. Tracing is not affected.
+// synchronises them. So in ThreadSanitizer builds the calling thread works alone. Tracing is not
+// affected.
 void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items) {
 #ifdef EMBERLINE_THREAD_SANITIZER
   const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
@@ -273,8 +274,9 @@ EmbreeScene::EmbreeScene(std::shared_ptr<EmbreeDevice> embree_device)
     : device(std::move(embree_device)) {
   add_object_bytes(embree::kSceneObjectBytes);
   scene = rtcNewScene(device->handle());
-  // In robust mode the builder does not split triangles, so the filter of a shadow ray sees each
-  // triangle once (Thickness); other modes may also leak light.
+  // In robust mode the builder does not split triangles, so a shadow ray's filter sees each
+  // triangle only once, as Thickness requires. In other modes, moreover, light may leak between
+  // triangles.
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
   if (device->has_query_filters) embree::enable_query_filters(scene);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);

@@ -28,8 +28,8 @@ struct GeometryRecord {
 };
 
 // Creates a device, which the caller must release, or returns null on failure (no memory). After
-// one failure it does not try again, because Embree 3.13 would create devices whose release never
-// returns.
+// one failure, further calls do not try again, because Embree 3.13 would create devices whose
+// release never returns.
 RTCDevice new_device(EmbreeIsa isa);
 
 // An Embree device that reserves its memory from the budget, block by block. `place` appears in its
@@ -47,8 +47,8 @@ class EmbreeDevice {
   void release_object_bytes(uint64_t bytes) noexcept;
   // Bytes held by Embree: BVHs, and its objects for meshes, instances and scenes.
   uint64_t bytes() const;
-  // Throws InputError if Embree has exceeded the budget since the last call, RenderError for any
-  // other failure.
+  // Throws InputError if Embree has exceeded the budget since the last call, and RenderError after
+  // any other failure.
   void check();
 
   uint32_t bvh_builds = 0;
@@ -104,8 +104,8 @@ class Geometry {
   // Returns its index among the moving instances.
   uint32_t add_moving_instance(const EmbreeScene& mesh_scene, std::span<const Mat44d> steps,
                                uint32_t instance);
-  // Adds meshes that no pose moves to a separate BVH below the top level, keeping their ids. Reuses
-  // the BVH of `before` if that was built for the same list.
+  // Adds meshes that no pose moves. They go into a separate BVH below the top level, keeping their
+  // ids. Reuses the BVH of `before` if that was built for the same list.
   struct StaticInstance {
     uint32_t mesh, instance;
     uint64_t key;
@@ -159,7 +159,7 @@ inline Vec3d transform_point(const Affine& m, const Vec3d& p) {
              fma(to_double(m.y), p.y, fma(to_double(m.z), p.z, to_double(m.translation))));
 }
 
-// Bounds of a transformed box, and of vertices whose last entry is padding.
+// Bounds of a transformed box, and bounds of vertices whose last entry is padding.
 Imath::Box3f transformed(const Imath::Box3f& box, const Affine& m);
 Imath::Box3f bounds_of(const std::vector<Vec3f>& positions);
 

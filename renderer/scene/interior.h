@@ -11,8 +11,8 @@ namespace emberline {
 // The list of solids that contain a point on a path. Does not allocate.
 class Interior {
  public:
-  // Maximum number of solids. If another is entered, the oldest one that is not the medium is
-  // dropped.
+  // Maximum number of solids. If one more is entered, the first-entered solid that is not the
+  // medium is dropped.
   static constexpr int kLimit = 16;
   static constexpr uint32_t kNone = ~0u;
 
@@ -33,10 +33,10 @@ class Interior {
     medium_ = &scene.material_of(instance);
     return true;
   }
-  // Leaves a solid. If this instance was never entered and is closed, leaves a part of the same
-  // body, if one was entered. If it was never entered and is open, leaves the last entered solid
-  // with the same material, because a solid may consist of several open meshes; if there is none,
-  // leaves the solid that counts as the medium.
+  // Leaves a solid. If this instance is closed but was never entered, leaves a part of the same
+  // body, provided that one was entered. If it is open and was never entered, leaves the most
+  // recently entered solid with the same material, because a solid may consist of several open
+  // meshes; if there is none, leaves the solid that counts as the medium.
   void leave(const Scene& scene, uint32_t instance) {
     if (count_ != 1 || instance_ != instance) return leave_nested(scene, instance);
     count_ = 0;
@@ -92,7 +92,7 @@ class SolidCrossing {
                                  const Interior& far) const {
     return count_ == 1 ? faces_[0].hit : priority_face(scene, near, far);
   }
-  // The offset from the surface that takes a ray's origin beyond all of the faces.
+  // The offset from the surface that puts a ray's origin beyond all of the faces.
   float offset() const { return offset_; }
   // Whether the ray leaves the solid that was hit.
   bool is_exit() const { return faces_[0].is_exit && !is_flat_; }

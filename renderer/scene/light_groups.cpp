@@ -35,7 +35,7 @@ SceneDescription light_parameters_of(const SceneDescription& description,
 
 Rgb radiance_of(const EnvironmentDescription& e) { return e.tint * e.strength; }
 
-// Whether the two differ at most in radiance_of().
+// Whether the two differ in nothing but radiance_of().
 bool have_same_environment(const std::optional<EnvironmentDescription>& a,
                            const std::optional<EnvironmentDescription>& b) {
   if (!a || !b) return a.has_value() == b.has_value();

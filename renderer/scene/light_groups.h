@@ -44,12 +44,12 @@ class LightGroups {
   uint32_t of_material(uint32_t material_index) const { return of_material_[material_index]; }
   uint32_t of_environment() const { return of_environment_; }
 
-  // Returns the weights that mix a frame rendered with the baseline into one with `edits` (with
+  // Returns the weights that turn a frame rendered with the baseline into one with `edits` (with
   // different noise), or nullopt if new rays are needed. They are needed if anything has changed
-  // but the intensity, colour or on/off state of lights or the environment's strength, or if a
-  // channel that is black in the baseline must shine (see neutral_baseline()). A light raised far
-  // above its baseline is noisy, because it got few samples. A light that is flush with another
-  // surface still hides that surface when it is off. Throws like apply().
+  // other than the intensity, colour or on/off state of lights and the environment's strength. They
+  // are also needed if a channel that is black in the baseline must shine (see neutral_baseline()).
+  // A light raised far above its baseline is noisy, because it got few samples. A light that is
+  // flush with another surface still hides that surface when it is off. Throws like apply().
   std::optional<LightMix> mix(const SceneEdits& edits) const;
 
  private:
@@ -69,9 +69,9 @@ class LightGroups {
 };
 
 // Returns edits to render with, so that every light that `edits` switch off, or set to 0 in a
-// channel, can come back without new rays: the returned edits switch the light on and replace zeros
-// in its intensity and colour. mix(edits) then shows `edits`. Some rays are spent on lights that
-// `edits` switch off.
+// channel, can come back without new rays. The returned edits switch such lights on and replace
+// zeros in their intensity and colour. mix(edits) then shows `edits`. The price is that some rays
+// are spent on lights that `edits` switch off.
 SceneEdits neutral_baseline(const SceneEdits& edits);
 
 }  // namespace emberline

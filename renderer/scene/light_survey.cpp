@@ -21,8 +21,9 @@ namespace emberline {
 namespace {
 
 // The following constants were chosen by us; tests/bench/results has results for other values.
-// Number of camera paths (log2) and of surfaces per path: "pilot" to decide whether a guide is
-// worthwhile, "survey" to build one. The guide uses at most as many paths as the frame has pixels.
+// Number of camera paths (log2) and of surfaces per path: the "pilot" decides whether a guide is
+// worthwhile; the "survey" builds one. A guide takes no more paths than the frame has
+// pixels, but always at least as many as the pilot.
 constexpr int kPilotBits = 9, kPilotSurfaces = 2;
 constexpr int kSurveyBits = 14, kSurveySurfaces = 4;
 // A guide is worthwhile if the relative variance of samples at one surface point is at least
@@ -30,11 +31,11 @@ constexpr int kSurveyBits = 14, kSurveySurfaces = 4;
 // light.
 constexpr double kMinRelativeVariance = 3, kMinEnvironmentFraction = 0.3;
 constexpr int kPilotSamples = 8;
-// To choose the factors of the kinds of light, values of up to 2^kMaxDoublings are tried, with
-// kKindSamples light samples per surface point. The paths for this have more surfaces, because a
-// sunlit patch may light a room that does not see the sun. A factor must reduce the noise by
-// kDoublingPenalty per doubling. If the best factors do not reduce the noise to kMaxNoiseRatio in
-// total, none is used.
+// To choose the factors of the kinds of light, powers of two from 2^-kMaxDoublings to
+// 2^kMaxDoublings are tried, with kKindSamples light samples per surface point. The paths for this
+// have more surfaces, because a sunlit patch may light a room that does not see the sun. Each
+// doubling or halving must reduce the noise by the fraction kDoublingPenalty. If even the best
+// factors leave kMaxNoiseRatio of the noise or more, none is used.
 constexpr int kKindSurfaces = 4, kKindSamples = 16, kMaxDoublings = 8;
 // Number of cells of the frame over which samples are pooled. A path's low bits give its cell.
 constexpr uint32_t kCells = 32;
@@ -45,9 +46,9 @@ constexpr float kShadowRayFraction = 0.999f;
 constexpr size_t kMinPlaces = 64;
 // Fraction of the surface points trimmed at each end of each axis; outliers get no region.
 constexpr double kTrimFraction = 0.01;
-// Number of rays from a region into each tile: kBaseRays, up to kMaxLightRays more in proportion to
-// the tile's fraction of the light, and kExtraRays more if the tile or a neighbour was visible. The
-// mean of the neighbours counts as kNeighbourRays rays.
+// Number of rays from a region into each tile. There are kBaseRays, plus a number proportional to
+// the tile's fraction of the light (at most kMaxLightRays), plus kExtraRays if the tile or a
+// neighbour was visible. The mean of the neighbours counts as kNeighbourRays rays.
 constexpr int kBaseRays = 2, kRaysOfAllLight = 256, kMaxLightRays = 32, kExtraRays = 8;
 constexpr float kNeighbourRays = 4;
 // Maximum number of smooth thin walls, such as window panes, that a ray passes through.
@@ -254,9 +255,9 @@ double LightSurvey::environment_light(const SurfacePoint& place, Rng& rng) const
   return sum;
 }
 
-// Whether the environment contributes enough of the light, and only few samples at a surface point
-// receive light from it. With a sun, either all samples at a point receive its light or none do, so
-// guiding is useless.
+// Whether the environment contributes enough of the light, and only a few samples at a surface
+// point receive light from it. With a sun, either all samples at a point receive its light or none
+// do, so guiding is useless.
 bool LightSurvey::is_guide_useful(std::span<const SurfacePoint> places) const {
   std::vector<double> lamps(places.size());
   std::vector<Moments> environment(places.size());
@@ -378,7 +379,7 @@ void LightSurvey::measure_visibility(const EnvironmentGuide& guide,
       result.squares += square(cosine * transmittance(place, direction, kInfinity, rng));
     }
   };
-  // Tiles with much light get more rays: the sun may be visible from only a small part of the
+  // Tiles with a lot of light get more rays: the sun may be visible from only a small part of the
   // region.
   std::vector<int> lit_tiles;
   for (int tile = 0; tile < kCount; ++tile) {

@@ -17,7 +17,7 @@ using scene_detail::Mesh;
 namespace {
 
 // Relative error bound of a computed surface point and of Embree's plane test: 4 ulp of the largest
-// coordinate. In tests with scenes of 1e-6 to 1e6 units, also far from the origin, it avoids leaks
+// coordinate. In tests with scenes of 1e-6 to 1e6 units, some far from the origin, it avoids leaks
 // and self-intersections where fixed epsilons fail; see README.md, "Ray offsets".
 constexpr float kOffsetUlps = 4.0f * 0x1p-23f;
 
@@ -437,7 +437,7 @@ std::array<Vec3f, 3> Scene::corners(const EmissiveTriangle& triangle, float time
 }
 
 // The transform and the mesh may have different numbers of steps. The returned number is a common
-// multiple, so that each segment lies within one segment of either.
+// multiple, so that each segment lies within one segment of each.
 int Scene::segments(const EmissiveTriangle& triangle) const {
   const Instance& instance = instances_[triangle.instance];
   const size_t mesh_steps = std::max(meshes_[instance.mesh].motion.size(), size_t(1));
@@ -469,8 +469,8 @@ float Scene::surface_offset(uint32_t index, uint32_t primitive, float time) cons
   return offset_of(instance_at(index, time, &moved), index, primitive, time);
 }
 
-// Rounding chose the hit among coincident surfaces. Replaces it by the one that flush_emitters.h
-// defines to be in front.
+// Rounding chose the hit among coincident surfaces. Replaces it by a hit on the one that is in
+// front according to flush_emitters.h.
 void Scene::resolve_flush_emitter(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const {
   Instance moved;
   const Instance& instance = instance_at(hit->instance, ray.time, &moved);

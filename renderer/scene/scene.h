@@ -174,8 +174,8 @@ class Scene : private EmitterMotion {
   bool is_behind_flush_emitter(const Vec3f& from, const LightSample& light, float time,
                                CoverageKey coverage_key) const;
 
-  // Collects faces between `from` and `from` + length * direction in any order, at most
-  // `out`.size(); returns their number. The device must have query filters
+  // Collects the faces between `from` and `from` + length * direction, at most out.size() of them,
+  // in any order; returns their number. The device must have query filters
   // (EmbreeDevice::has_query_filters).
   size_t faces_along(const Vec3f& from, const Vec3f& direction, float length, float time,
                      CoverageKey coverage_key, std::span<CrossedFace> out) const;
@@ -204,8 +204,8 @@ class Scene : private EmitterMotion {
   // Computes the shading data of a hit; `time` is the ray's.
   void interaction(const SurfaceHit& hit, float time, SurfaceInteraction* out) const;
 
-  // Positions of the hit point in internal space: at shutter open and close or, with an instant
-  // shutter, at the rendered instant and one frame later.
+  // Positions of the hit point in internal space, at shutter open and at shutter close. With an
+  // instant shutter, they are those at the rendered instant and one frame later.
   struct Motion {
     Vec3d from, to;
   };
@@ -231,17 +231,17 @@ class Scene : private EmitterMotion {
 
   const Vec3d& origin() const { return origin_; }
   double scale() const { return scale_; }
-  // Limit for the coordinates of ray origins and targets in internal space: Embree must be able to
-  // transform them into every instance.
+  // Limit on the coordinates of ray origins and targets in internal space: Embree must be able to
+  // transform them into every instance's space.
   double max_origin() const { return max_origin_; }
   float radius() const { return radius_; }  // of the geometry's bounds, in internal space
   uint64_t triangle_count() const { return triangle_count_; }
   size_t instance_count() const { return instances_.size(); }
 
   const SceneMemory& memory() const { return memory_; }
-  // Number of BVH builds over the scene's geometry: one per instanced mesh, one for the top level,
-  // and in a posable scene one for the static group. Updates build none; each pose adds those that
-  // it builds. The separate BVH of flush emitters is not counted.
+  // Number of BVHs built over the scene's geometry so far: one per instanced mesh, one for the top
+  // level and, in a posable scene, one for the static group. Updates build none; each pose adds
+  // those that it builds. The separate BVH of flush emitters is not counted.
   uint32_t bvh_builds() const;
   // Keys of the meshes that the next pose can take over (MeshDescription::key), ascending.
   std::vector<uint64_t> mesh_keys() const;
@@ -259,8 +259,8 @@ class Scene : private EmitterMotion {
   std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const override;
   int segments(const EmissiveTriangle& triangle) const override;
   bool visibility(const EmissiveTriangle& triangle, float time) const override;
-  // Returns the instance itself if it is at rest; otherwise sets `moved` to its state at `time` and
-  // returns that.
+  // Returns the instance itself if it is at rest; otherwise sets `moved` to the instance's state at
+  // `time` and returns that.
   const scene_detail::Instance& instance_at(uint32_t index, float time,
                                             scene_detail::Instance* moved) const {
     const scene_detail::Instance& instance = instances_[index];

@@ -140,7 +140,7 @@ void SceneUpdater::collect_emitters_of(uint32_t i, std::vector<EmissiveTriangle>
   const Material& material = *mesh.material;
   const EmissiveTriangle* const previous = previous_emitters(instance.mesh);
   for (uint32_t p = 0; p < mesh.triangles.size(); ++p) {
-    if (p % 16 == 0) progress_.check();  // a mean takes microseconds, or 40 ms in the worst case
+    if (p % 16 == 0) progress_.check();  // a mean takes microseconds, in the worst case 40 ms
     const std::array<Vec3d, 3> corners = scene_detail::placed_corners(mesh, instance, p);
     EmissiveTriangle t;
     t.p0 = to_float(corners[0]);
@@ -226,7 +226,7 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
   return light;
 }
 
-// Returns whether the light sampler must be rebuilt. An environment that keeps its image is
+// Returns whether the light sampler must be rebuilt; an environment that keeps its image is only
 // adjusted in place.
 bool SceneUpdater::set_environment() {
   std::shared_ptr<EnvironmentLight>& light = scene_.environment_;

@@ -38,8 +38,8 @@ std::vector<uint32_t> Solids::parts_of(uint32_t body) const {
   return found == parts_.end() ? std::vector<uint32_t>{body} : found->second;
 }
 
-// Parts with different media stay open, because no wall between them tells which medium is where.
-// Opaque parts may close a solid of one medium.
+// Parts with different media stay open, because no wall between them shows where each medium ends.
+// Opaque parts may close a solid that has only one medium.
 void Solids::join_parts(const Scene& scene, const SceneDescription& description,
                         LoadProgress& progress) {
   using Parts = std::vector<uint32_t>;  // instances

@@ -56,7 +56,7 @@ std::array<Vec3f, 3> corners_of(const Mesh& mesh, size_t triangle) {
   return {mesh.positions[index[0]], mesh.positions[index[1]], mesh.positions[index[2]]};
 }
 
-// Nearly identical corners may fall into different cells of one grid, so several shifted grids are
+// Nearly identical corners may be in different cells of one grid, so several shifted grids are
 // tried.
 bool is_closed(std::span<const Mesh* const> meshes, const Imath::Box3f& bounds,
                LoadProgress& progress) {

@@ -106,7 +106,7 @@ Imath::Box3f Solids::bounds_over_shutter(const Scene& scene, uint32_t i) const {
   return box;
 }
 
-// Marks solids that are near each other, by a sweep along x. Solids with too many neighbours along
+// Marks solids that are near another one, by a sweep along x. Solids with too many neighbours along
 // x count as near without a test.
 void Solids::find_near() {
   constexpr size_t kMaxNeighbours = 256;

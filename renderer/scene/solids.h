@@ -55,12 +55,12 @@ class Solids {
   const std::map<uint32_t, uint32_t>& opaque_parts() const { return opaque_parts_; }
   // Whether `a` rather than `b` fills a point that both closed solids enclose. The smaller solid
   // fills it, so that a solid inside another always takes effect. The rule depends only on the
-  // point, not on the path that reaches it. The rule is a priority as in C. Schmidt & B. Budge,
-  // "Simple Nested Dielectrics in Ray Traced Images" (JGT 7(2), 2002), derived from the geometry.
+  // point, not on the path that reaches it. It is a priority as in C. Schmidt & B. Budge, "Simple
+  // Nested Dielectrics in Ray Traced Images" (JGT 7(2), 2002), but derived from the geometry.
   bool has_priority(uint32_t a, uint32_t b) const { return solids_[a].rank < solids_[b].rank; }
-  // Whether a face may coincide with another one. For a face of a solid, this is one of another
-  // solid, of a surface without an interior or, if the solid is flat, of the same solid. For a face
-  // of a surface without an interior, it is one of any solid.
+  // Whether a face may coincide with another one. For a face of a solid, faces of other solids and
+  // of surfaces without an interior count; if the solid is flat, its own other faces count, too.
+  // For a face of a surface without an interior, only faces of solids count.
   bool may_coincide(uint32_t instance, uint32_t primitive) const {
     const std::vector<bool>& faces = solids_[instance].touching;
     return !faces.empty() && faces[primitive];

@@ -29,7 +29,7 @@ std::vector<char> find_mesh_ancestors(const Nodes& nodes) {
   return has_mesh_below;
 }
 
-// Escapes a name in the way that parse_node_names() expects.
+// Escapes a name the way parse_node_names() expects.
 std::string escape_name(const std::string& name) {
   std::string text;
   for (const char c : shortened(name)) {
@@ -39,7 +39,7 @@ std::string escape_name(const std::string& name) {
   return text;
 }
 
-// Lists names for an error message: all of them if there are few, otherwise the nearest three.
+// Lists names for an error message: all of them if there are few, otherwise the three nearest.
 std::string nearest_names(const std::string& wanted, const Nodes& nodes,
                           const std::vector<char>& has_mesh_below) {
   constexpr size_t kMaxListed = 3, kMaxCompared = 64;

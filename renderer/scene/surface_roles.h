@@ -1,4 +1,4 @@
-// Surfaces that camera rays see differently: shadow catchers and holdouts.
+// Surfaces with a special role for camera rays: shadow catchers and holdouts.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +20,8 @@ class SurfaceRoles {
  public:
   // `scene` must not have been built yet and must contain its nodes (GltfOptions::nodes). A named
   // node passes its role to all descendants that are not named themselves; a name applies to all
-  // nodes that have it. Throws UsageError for an unknown name, listing the nearest ones, for a node
-  // without visible geometry, and for a name in both lists.
+  // nodes that have it. Throws a UsageError for an unknown name (listing the nearest ones), for
+  // a node without visible geometry, and for a name in both lists.
   SurfaceRoles(const SceneDescription& scene, std::string_view catchers, std::string_view holdouts);
 
   SurfaceRole of(uint32_t instance) const { return roles_[instance]; }
@@ -31,7 +31,7 @@ class SurfaceRoles {
   std::vector<SurfaceRole> roles_;  // by instance
 };
 
-// Splits "a,b" into names; a comma in a name is written \, and a backslash \\.
+// Splits "a,b" into names. In a name, a comma is written as \, and a backslash as \\.
 std::vector<std::string> parse_node_names(std::string_view list);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// Undo and redo. Each step stores the complete edits, which are all differences from the file
+// Undo and redo. Each step stores the complete edits, that is, every difference from the file
 // (scene_edits.h). Undo returns to the edits of the previous step.
 #pragma once
 
@@ -38,7 +38,7 @@ class EditHistory {
 
   bool can_undo() const { return current_ > 0; }
   bool can_redo() const { return current_ + 1 < steps_.size(); }
-  // Returns the edits to set; the current ones if there is nothing to undo or redo.
+  // Return the edits to set, which are the current ones if there is nothing to undo or redo.
   const SceneEdits& undo() {
     gesture_.clear();
     if (can_undo()) --current_;

@@ -16,7 +16,7 @@
 namespace emberline {
 namespace {
 
-// Rows per task of grade(), pixels per task of to_display().
+// Rows per task of grade(), and pixels per task of to_display().
 constexpr size_t kRows = 8;
 constexpr size_t kPixels = 4096;
 
@@ -50,9 +50,9 @@ float middle(float low, float high) {
 }  // namespace
 
 // Tabulates a display transform that treats channels independently. byte(c, x) returns the display
-// byte of channel c for the linear value x, which is the number of thresholds that x has reached. A
-// table that is indexed by the upper 16 bits of x contains the byte of the smallest value with
-// these bits. From there on, x is compared with the next few thresholds.
+// byte of channel c for the linear value x. This byte equals the number of thresholds that x has
+// reached. A table, indexed by the upper 16 bits of x, gives the byte of the smallest value with
+// these bits; then x is compared with the next few thresholds.
 //
 // The curve must be increasing except for rounding. Near a threshold the table may differ from the
 // transform by a few units in the last place of x.

@@ -25,8 +25,8 @@ json expand_matrix(json camera, const std::string& name) {
           "either \"matrix\" or \"look_from\", \"look_at\", \"up\" and \"mirrored\"");
   }
   if (matrix.size() != 16) matrix.throw_expected("16 numbers");
-  // The matrix is column-major with column vectors, as in glTF. Imath uses row vectors, so that a
-  // column becomes a row.
+  // The matrix is column-major with column vectors, as in glTF. Imath uses row vectors, so a
+  // column here becomes a row there.
   const auto row = [&](size_t i) {
     const auto number = [&](size_t k) {
       return matrix[4 * i + k].number(-edit_limits::kMaxDistance, edit_limits::kMaxDistance);

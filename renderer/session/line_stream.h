@@ -2,7 +2,7 @@
 // session`. One thread waits for both, and other threads can wake it.
 //
 // Memory is bounded: a line has a maximum length, and nothing is read while the reader of the
-// output lags.
+// output lags behind.
 #pragma once
 
 #include <optional>
@@ -30,11 +30,12 @@ class LineStream {
 
   // Queues a line; wait() and flush() write it.
   void write(const std::string& line);
-  // Whether the reader of the output lags. If so, accept no commands and write no optional lines.
+  // Whether the reader of the output lags behind. If so, accept no commands and write no optional
+  // lines.
   bool congested() const;
 
-  // Waits for input, space for output, wake() or the timeout; without one, forever. Throws
-  // RenderError if the reader of the output is gone.
+  // Waits for input, space for output, wake() or the timeout. Without a timeout, it may wait
+  // forever. Throws RenderError if the reader of the output is gone.
   void wait(std::optional<int> milliseconds);
   // Ends wait(). May be called on any thread.
   void wake();

@@ -17,7 +17,7 @@ namespace {
 // The field of view that choose_camera() uses by default for `look-from`, in degrees.
 constexpr double kLookFromFov = 40.0;
 
-// Copies only the lists to which indices in edits refer. Instances and meshes, of which there may
+// Copies only the lists that indices in edits refer to. Instances and meshes, of which there may
 // be hundreds of thousands, are not needed, because the default light and material have already
 // been added.
 SceneDescription copy_edit_lists(const SceneDescription& outline) {
@@ -40,8 +40,8 @@ LightEdit& edit_of(std::vector<LightEdit>& edits, EditedLight kind, size_t index
   return fresh;
 }
 
-// Applies the edits only to the scene's lists. An environment's file is not read before it is
-// rendered, so an empty image replaces it here.
+// Applies the edits only to the scene's lists. An environment's file is read only for rendering,
+// so an empty image stands in for it here.
 SceneDescription apply_to_lists(SceneEdits edits, const LoadedScene& scene) {
   if (!edits.environment.file.empty() && !edits.environment.image) {
     edits.environment.image = std::make_shared<const Image>();
@@ -51,7 +51,7 @@ SceneDescription apply_to_lists(SceneEdits edits, const LoadedScene& scene) {
   return lists;
 }
 
-// Moves the options' lens into the edits, so that the artist can change the lens, it keeps its
+// Moves the options' lens into the edits. There, the artist can change the lens, it keeps its
 // f-number when the angle of view changes, and it is saved.
 void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
   const bool has_lens = options.f_stop || options.focus_distance;
@@ -62,8 +62,8 @@ void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
   }
 }
 
-// Moves the options' time and animation into the edits, so that the artist can change them and they
-// are saved.
+// Moves the options' time and animation into the edits, where the artist can change them and where
+// they are saved.
 void move_time_to_edits(RenderOptions& options, AnimationEdit& edit) {
   const AnimationEdit before = edit;
   if (const std::optional<double> time = pose_time(options); time || !options.animation.empty()) {

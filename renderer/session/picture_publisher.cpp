@@ -8,8 +8,8 @@
 namespace emberline {
 namespace {
 
-// One picture is published, one is being drawn, one is on the screen, and one is on its way from
-// one to the next.
+// One picture is published, one is being drawn, one is on the screen, and one is in transit between
+// these states.
 constexpr size_t kMaxPooledPictures = 4;
 
 }  // namespace

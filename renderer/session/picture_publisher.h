@@ -14,7 +14,7 @@
 namespace emberline {
 
 // Thread-safe. When the last pointer to a picture is released, its memory is kept for reuse, since
-// a picture of 1280 x 720 takes 18 MB, and touching new memory for it takes 2 ms.
+// a 1280 x 720 picture needs 18 MB, and touching that much new memory takes 2 ms.
 class PicturePublisher {
  public:
   PicturePublisher();
@@ -66,7 +66,7 @@ class PicturePublisher {
   std::string render_problem_, display_problem_;
   DisplaySettings newest_settings_;  // older settings that are still pending are skipped
 
-  std::mutex wake_mutex_;  // held during the callback, so that none follows on_change({})
+  std::mutex wake_mutex_;  // held while wake_ runs, so that it is not called after on_change({})
   std::function<void()> wake_;
 
   TaskThread grader_;  // last: its tasks use all of the above

@@ -58,7 +58,7 @@ RenderOptions main_options(const ViewSettings& settings) {
   options.catchers.clear();
   options.holdouts.clear();
   options.cryptomatte_levels = FrameSettings().cryptomatte_levels;
-  // With any other value, every change of view would wait for a survey.
+  // With kGuided, every change of view would have to wait for a new survey.
   options.environment_sampling = EnvironmentSampling::kByLight;
   options.denoise = false;  // may come from --settings; ViewSettings::denoise replaces it
   if (options.allocation == ErrorMetric::kDenoised) options.allocation.reset();

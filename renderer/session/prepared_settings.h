@@ -1,4 +1,5 @@
-// The prepared settings of a session's frames. They are prepared again only when they change.
+// A session's settings, checked and prepared for rendering frames. This is repeated only when they
+// change.
 #pragma once
 
 #include "renderer/engine/render_plan.h"

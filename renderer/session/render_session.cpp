@@ -85,13 +85,13 @@ RenderSession::~RenderSession() {
   loader_->cancel();
 }
 
-// With `only_edits`, the current frame still shows its first picture before it ends, so that a drag
-// shows pictures all the time.
+// With `only_edits`, the current frame still shows its first picture before it ends, so that new
+// pictures keep appearing during a drag.
 void RenderSession::post(bool only_edits) {
   ++edit_;
   rendered_settings_ = settings_;
   if (!scene_) return;
-  publisher_->set_problem("");  // the problem was about the previous edit
+  publisher_->set_problem("");  // any problem concerned the previous edit
   SceneEdits effective = solo_ ? with_solo(edits_, *solo_, *scene_) : edits_;
   renderer_->post({edit_, ViewClock::now(), scene_, std::move(effective), settings_}, only_edits);
 }

@@ -41,13 +41,13 @@ class RenderSession {
   // Meanwhile the previous scene stays. Cancels an earlier load.
   void open(const std::string& scene, const std::string& edits_file = {});
   void cancel_load();
-  // Call whenever the callback of on_change() was called. Only this function adopts a loaded scene,
-  // so that edits of one scene are never applied to another. Between its calls, scene(), edits()
-  // and edit() never change by themselves.
+  // Call whenever the on_change() callback has been called. Only this function adopts a loaded
+  // scene, so that edits of one scene are never applied to another. Between its calls, scene(),
+  // edits() and edit() never change by themselves.
   LoadStatus load_status();
-  std::shared_ptr<const ListedScene> scene() const;  // null before the first
+  std::shared_ptr<const ListedScene> scene() const;  // null before the first scene
   std::shared_ptr<MemoryBudget> memory()
-      const;  // the session's budget for all scenes; null before the first
+      const;  // the session's budget for all scenes; null before the first scene
 
   const ViewSettings& settings() const { return settings_; }
   // Accepts any combination of settings. If it is invalid, such as a fixed-count sampler with an
@@ -59,7 +59,7 @@ class RenderSession {
   // Returns the number of the newest edit. Changes of settings and new scenes count as edits; see
   // SessionPicture::edit.
   uint64_t edit() const { return edit_; }
-  // All differences from the file, as set last, or as read when the scene was opened.
+  // All differences from the file: as last set, or else as read when the scene was opened.
   const SceneEdits& edits() const { return edits_; }
   // Throws InputError and changes nothing if the edits do not fit the scene. `solo` switches all
   // other lights off, but is not part of saved edits. An environment file whose image is not given
@@ -68,10 +68,10 @@ class RenderSession {
 
   // The newest picture; null before the first.
   std::shared_ptr<const SessionPicture> picture() const;
-  // Grades an older picture for comparison, in the background and with the current display
-  // settings, unless it has an overlay. Null: no comparison.
+  // Sets an older picture for comparison; null ends the comparison. It is graded in the background
+  // with the current display settings, unless it has an overlay.
   void compare_with(std::shared_ptr<const SessionPicture> comparison);
-  // Null until the picture has been graded; the callback of on_change() is called then.
+  // Null until the picture has been graded; then the on_change() callback is called.
   std::shared_ptr<const SessionPicture> graded_comparison() const;
   // Says why the newest edit has no picture, worded as on the command line. Empty if nothing is
   // wrong.
@@ -81,8 +81,8 @@ class RenderSession {
   // after on_change({}) has returned.
   void on_change(std::function<void()> wake);
 
-  // Returns what is known about the pixel and requests the rest; call again when the callback of
-  // on_change() was called. Absent outside the picture, or before the first picture.
+  // Returns what is known about the pixel and requests the rest; call again after the on_change()
+  // callback has been called. Absent outside the picture, or before the first picture.
   std::optional<PixelInspection> inspect(int x, int y);
   // Ends the inspection of a pixel.
   void end_inspection();
@@ -98,7 +98,7 @@ class RenderSession {
   std::future<void> save(const std::string& path);
   // Throws UsageError immediately for an overlay that is not a heatmap.
   std::future<void> save_heatmap(const std::string& path, ViewOverlay quantity);
-  // Saves the edits for `render --edits`. They include a view that the settings' options chose.
+  // Saves the edits for `render --edits`, including the view if the settings' options chose it.
   std::future<void> save_edits(const std::string& path);
 
  private:
@@ -109,7 +109,7 @@ class RenderSession {
   std::future<void> save_in_background(const std::string& path, const std::function<void()>& write);
   std::optional<PixelInspection> inspection_at(const Vec2i& at, bool picked) const;
 
-  // The newest request. All other state belongs to the threads that the last members own.
+  // The newest request. All other state belongs to the threads owned by the last members.
   ViewSettings settings_;
   ViewSettings rendered_settings_;  // the settings in the newest request
   uint64_t edit_ = 0;
@@ -118,8 +118,8 @@ class RenderSession {
   std::optional<LightEdit> solo_;
   std::optional<Vec2i> inspected_, picked_;
 
-  // Destroyed in reverse order, since each member may call those declared before it until its
-  // thread has ended.
+  // Their order matters for destruction: until its thread has ended, each member may call those
+  // declared before it.
   const std::unique_ptr<PicturePublisher> publisher_;
   const std::unique_ptr<TaskThread> writer_;
   const std::unique_ptr<SceneLoader> loader_;

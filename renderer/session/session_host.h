@@ -2,8 +2,8 @@
 // and shared memory. PROTOCOL.md defines the protocol.
 //
 // One thread owns the session, executes the host's commands and sends events in between. An event
-// describes the current state and is sent only while the host reads. So a slow host gets fewer
-// events, and nothing accumulates.
+// describes the current state and is sent only while the host is reading. So a slow host gets fewer
+// events, and none pile up.
 #pragma once
 
 #include <functional>
@@ -23,8 +23,8 @@ struct HostSettings {
 using HostTexts = std::map<std::string, std::string>;
 
 // Runs until the host sends "quit". `settings` combines the host's texts with the command line and
-// may throw UsageError. Throws InputError if the host ends or violates the protocol, RenderError if
-// it has closed the output, and at the end RenderError if a file could not be saved.
+// may throw UsageError. Throws InputError if the host ends or violates the protocol. Throws
+// RenderError if the host has closed the output or, at the end, if a file could not be saved.
 void run_session_host(std::function<HostSettings(const HostTexts&)> settings, int in, int out);
 
 }  // namespace emberline

@@ -19,9 +19,9 @@ struct SessionPicture {
   int width = 0, height = 0;
   int x = 0, y = 0;  // position in the frame; 0 if it is not cropped
   Rect rect() const { return {x, y, x + width, y + height}; }
-  // `filled`: all pixels show this edit, though some show a neighbour's sample; false while the
-  // previous picture is visible around a region. `complete`: every pixel has its own sample or,
-  // with buckets, all of its samples.
+  // `filled`: every pixel shows this edit, though perhaps with a neighbour's sample. It is false
+  // while a region is surrounded by the previous picture. `complete`: every pixel has a sample of
+  // its own or, with buckets, all of its samples.
   bool filled = false;
   bool complete = false;
   bool finished = false;          // the last picture of the frame
@@ -46,7 +46,7 @@ struct SessionPicture {
 struct PixelInspection {
   int x = 0, y = 0;
   uint64_t edit = 0;  // SessionPicture::edit of the inspected picture
-  Rgb radiance;       // as in the newest picture; so is `alpha`
+  Rgb radiance;       // this and `alpha` are as in the newest picture
   float alpha = 0.0f;
   std::optional<Rgb> denoised;  // if the picture is denoised
   // The following members describe the state at the frame's last pause, which is shortly before or

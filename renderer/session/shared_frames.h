@@ -2,8 +2,8 @@
 // disappears when neither process holds it, however they end. The other process opens it read-only
 // as /proc/PID/fd/N, which only the same user can.
 //
-// There are two slots, which are written alternately: a picture stays intact until the second one
-// after it is written.
+// There are two slots, which are written alternately, so a picture stays intact until the next but
+// one is written.
 #pragma once
 
 #include <cstddef>
@@ -31,8 +31,8 @@ class SharedFrames {
   SharedFrames(const SharedFrames&) = delete;
   SharedFrames& operator=(const SharedFrames&) = delete;
 
-  // Creates a new file if the size has changed. Throws InputError, which names `place`, if the
-  // budget is exceeded, and RenderError. After an error there is no file.
+  // Creates a new file if the size has changed. Throws an InputError that names `place` if the
+  // budget is exceeded. Throws RenderError. After an error there is no file.
   Location write(std::span<const std::byte> picture, const std::shared_ptr<MemoryBudget>& budget,
                  const std::string& place);
 

@@ -28,7 +28,7 @@ struct ViewCamera {
   bool orthographic = false;
   double fov_y = 0.7;        // perspective only, in [kMinFov, kMaxFov]
   double half_height = 1.0;  // half the frame's height, orthographic only; > 0
-  // Moves keep the distance, or half_height, in this range.
+  // Moves keep `distance` or, in an orthographic view, `half_height` within this range.
   double min_distance = 0.0, max_distance = 1e300;
 
   // Orthonormal directions in world space: the picture's right and up, and from pivot to eye.

@@ -15,14 +15,14 @@
 namespace emberline {
 namespace {
 
-// An edit's first picture is shown when this fraction of the pixels has a sample (after 10 to 20 ms
-// for 1280 x 720 on two cores) or, for slow scenes, after kFirstPictureTimeout_s.
+// An edit's first picture is shown when this fraction of the pixels has a sample, which takes 10 to
+// 20 ms for 1280 x 720 on two cores, or after kFirstPictureTimeout_s, which helps in slow scenes.
 constexpr double kFirstCoverage = 1.0 / 64;
 constexpr double kFirstPictureTimeout_s = 0.012;
 
-// Later pictures come no faster than the eye can follow, and take at most a fraction of the render
-// time: kInteractiveCostFraction in the first second, while the artist waits for the effect of an
-// edit, and kIdleCostFraction after that.
+// Later pictures come no faster than the eye can follow, and may only use a fraction of the render
+// time. In the first second, while the artist waits for the effect of an edit, this is
+// kInteractiveCostFraction; after that, it is kIdleCostFraction.
 constexpr double kMinInterval_s = 1.0 / 30;
 constexpr double kInteractive_s = 1.0;
 constexpr double kInteractiveCostFraction = 0.1;
@@ -32,13 +32,13 @@ constexpr double kIdleCostFraction = 0.01;
 constexpr uint32_t kRegionSamples = 16;
 
 // The first picture of a bucket frame may take additional samples, up to this fraction of the
-// frame's samples. If their number per pixel is unknown or smaller than kMinJudgedSamples, which is
-// the fewest that an estimator needs, kMinJudgedSamples is used instead.
+// frame's samples. For this limit, the frame counts as having at least kMinJudgedSamples per pixel,
+// which is the minimum that an estimator needs (and exactly that if its number is unknown).
 constexpr double kFirstPictureFraction = 0.005;
 constexpr uint32_t kMinJudgedSamples = 16;
 
 // The number of pictures, each linear and graded, that the publisher keeps: the newest, one being
-// drawn, and the one for comparison twice, original and graded again.
+// drawn, and two of the picture for comparison (as it was, and graded again).
 constexpr uint64_t kPictures = 4;
 
 Camera camera_of(const RenderRequest& request) {
@@ -194,7 +194,7 @@ void ViewFrame::picture_changed(const JobProgress& progress, const LivePicture& 
   if (is_first_picture_sufficient()) stage_stop_.request_stop();
 }
 
-// Apart from the time and `pause_requested_`, all that this reads changes only at pauses.
+// Everything read here changes only at pauses, except the time and `pause_requested_`.
 bool ViewFrame::needs_picture() const {
   if (pause_requested_.load(std::memory_order_relaxed)) return true;
   const double now = seconds();

@@ -48,7 +48,7 @@ struct RelightRequest {
 struct FilmCopy {
   Rect crop;  // in the frame described by `options`
   AovSet aovs;
-  std::vector<float> channels;  // interleaved film_channels(); RGBA of unsampled pixels is as shown
+  std::vector<float> channels;  // film_channels(), interleaved; unsampled pixels: RGBA as displayed
   std::vector<float> stops;     // PixelStop; empty if unknown
   RenderOptions options;        // used for rendering
 };
@@ -60,15 +60,15 @@ class ViewFrame final : private RenderSink {
   using Pause = std::function<void(bool is_published)>;
 
   // All references must outlive the frame. The request's edits must have been applied to the scene,
-  // which must not change. `display_mode` and `pause_requested`, which says that another thread
-  // waits for a pause, may change during rendering. Throws UsageError and InputError if the view is
-  // invalid.
+  // which must not change. `display_mode` and `pause_requested` may change during rendering; the
+  // latter says that another thread is waiting for a pause. Throws UsageError and InputError if the
+  // view is invalid.
   ViewFrame(RenderRequest request, const PreparedSettings& prepared, PicturePublisher& publisher,
             LiveDenoiser& denoiser, std::shared_ptr<StopRequest> stop,
             const std::atomic<DisplayMode>& display_mode, const std::atomic<bool>& pause_requested,
             Pause pause);
-  // Call before render(). Makes the frame record these light groups, and show their mix or, without
-  // `mix`, the light as rendered.
+  // Call before render(). Makes the frame record these light groups. The picture shows them mixed
+  // by `mix` or, if that is absent, the light as rendered.
   void set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix);
   ~ViewFrame() override;
 
@@ -121,7 +121,7 @@ class ViewFrame final : private RenderSink {
   void resolve_frame(std::span<float> rgba) const;
   DriverFacts driver_facts() const;
   const LivePicture* region_picture() const;
-  const LivePicture& picture_of(int x, int y) const;  // the picture from which a pixel is shown
+  const LivePicture& picture_of(int x, int y) const;  // the picture that shows the pixel
   PixelStop stop_at(int x, int y) const;
   std::vector<float> stops() const;
 

@@ -44,9 +44,9 @@ class ViewRenderer::LowPriorityWorkers final : public tbb::task_scheduler_observ
 
   void on_scheduler_entry(bool /*worker*/) override {
 #if defined(__linux__)
-    // A thread with this nice value gets about a third of a processor that it shares with a thread
-    // of normal priority, and all of an idle one. With a nice value of 10 it would get only a tenth
-    // next to another busy program.
+    // A thread with this nice value gets about a quarter of a processor that it shares with a
+    // thread of normal priority, and all of one that is otherwise idle. With a nice value of 10 it
+    // would get only a tenth next to another busy program.
     constexpr int kNice = 5;
     const auto thread = id_t(gettid());
     if (getpriority(PRIO_PROCESS, thread) < kNice) (void)setpriority(PRIO_PROCESS, thread, kNice);
@@ -234,7 +234,7 @@ void ViewRenderer::pause(bool is_published) {
   if (is_published) request_inspections();
   if (requested()) serve(lock);
   if (!frame_published_ &&
-      frame_->has_published()) {  // when it was due, or because another thread asked for it
+      frame_->has_published()) {  // because it was due or another thread asked for it
     frame_published_ = true;
     if (request_) stop_->request(PixelStop::kUser);
   }
@@ -303,8 +303,8 @@ void ViewRenderer::read_environment(RenderRequest& request) {
   edit.repaired_texels = environment_.repaired_texels;
 }
 
-// Applies the edits to the scene and returns null. With light groups, instead applies neutral
-// edits, from whose light groups the request's light can be mixed, and returns these groups.
+// Applies the edits to the scene and returns null. If light groups can be used, instead applies
+// neutral edits and returns their light groups, from which the request's light can be mixed.
 std::shared_ptr<const LightGroups> ViewRenderer::apply_edits(const RenderRequest& request,
                                                              const PreparedSettings& prepared) {
   EditableScene& scene = request.scene->scene->editable();

@@ -92,7 +92,7 @@ class ViewRenderer {
                                              // is probably still changing the light
 
   std::atomic<DisplayMode> display_mode_{DisplayMode()};
-  std::atomic<bool> pause_requested_{false};  // another thread waits for the next pause
+  std::atomic<bool> pause_requested_{false};  // another thread is waiting for the next pause
 
   // Used by the rendering thread alone.
   std::unique_ptr<PreparedSettings> prepared_;

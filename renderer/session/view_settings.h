@@ -15,8 +15,8 @@ namespace emberline {
 // pixels.
 enum class ViewOverlay : uint8_t { kNone, kSamples, kError, kStop, kTime, kNonFinite, kTree };
 
-// Number of samples per pixel if the options do not limit it: so large that a picture that stays
-// open keeps improving. Bucket frames use the default of `render` instead, since they finish one
+// Number of samples per pixel if the options do not limit it: so large that a picture left
+// open keeps improving. Bucket frames instead use the default of `render`, because they finish one
 // bucket after another.
 inline constexpr uint32_t kViewSamples = 4096;
 

@@ -41,8 +41,8 @@ struct BsdfParameters {
   Rgb base_color = Rgb(0.5f);
   float metallic = 0.0f;
   float roughness = 1.0f;  // glTF's: alpha = roughness^2
-  // KHR_materials_ior: >= 1, or 0 for a dielectric that reflects everything (that extension's
-  // compatibility value). The default is that of plain glTF.
+  // KHR_materials_ior: >= 1, or 0 for a dielectric that reflects everything (the extension's
+  // compatibility value). The default is plain glTF's.
   float ior = 1.5f;
   // Scales the dielectric's F0 and F90; 0 leaves a bare Lambertian base.
   float specular = 1.0f;
@@ -58,7 +58,7 @@ struct BsdfParameters {
 class SurfaceBsdf {
  public:
   SurfaceBsdf() = default;  // absorbs everything
-  // Looks up the albedos for wo. Unless wo.z > 0, the result absorbs everything.
+  // Looks up the albedos at wo. Unless wo.z > 0, the result absorbs everything.
   SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo);
   // `geometric_normal` is a unit vector in local space, on wo's side (dot with wo >= 0).
   SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo, const Vec3f& geometric_normal);

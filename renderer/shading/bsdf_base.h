@@ -18,18 +18,18 @@ inline Color4 schlick(Color4 f0, float f90, float cos_d) {
 }
 
 // Colour of light that leaves after two or more bounces between microfacets: every bounce reflects
-// the cosine-weighted mean Fresnel F, and a fraction `loss` of the light goes on to another bounce.
-// Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks", with F^2 for the first
-// two bounces (Hill 2018, "A Multi-Faceted Exploration, Part 3").
+// by the cosine-weighted mean Fresnel reflectance F, and a fraction `loss` of the light goes on to
+// another bounce. Follows Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks",
+// with F^2 for the first two bounces (Hill 2018, "A Multi-Faceted Exploration, Part 3").
 inline Color4 multiple_fresnel(Color4 f0, Color4 f90, float loss) {
   const Color4 f = fma(f90 - f0, 1.0f / 21.0f, f0);  // mean of Schlick: 2 int (1 - mu)^5 mu dmu
   return f * f * (1.0f - loss) / fma(-f, loss, splat4(1.0f));
 }
 
 // A lobe that contributes a small fraction of the albedo is picked with a higher probability than
-// this fraction, up to these limits. The specular lobe needs this because it shows the brightest
-// features (highlights), the cosine lobe because its weight at grazing wi is many times its mean.
-// Chosen by us.
+// this fraction: kPickBoost times as high, up to the lobe's floor. The specular lobe needs this
+// because it shows the brightest features (highlights); the cosine lobe needs it because its weight
+// at grazing wi is many times its mean. Chosen by us.
 inline constexpr float kPickBoost = 4.0f;
 inline constexpr float kSpecularPickFloor = 0.1f;
 inline constexpr float kCosinePickFloor = 0.02f;

@@ -1,10 +1,10 @@
 // The list of lobes of a SurfaceBsdf, for materials that transmit or have layers.
 //
-// From top to bottom: clear coat, sheen, then side by side the base, the clear part and diffuse
-// transmission. A layer transmits T = 1 - its albedo along a direction. Lobes below it are scaled
-// by min(T(wo), T(wi)), which is reciprocal and never gains energy. Cosine lobes use T(wo) T(wi) /
-// K instead, where K is the mean of T under the lobe: this is reciprocal, too, and loses nothing
-// (the coupling of Ashikhmin & Shirley 2000, as in the base itself).
+// From top to bottom: clear coat; sheen; then, side by side, the base, the clear part and diffuse
+// transmission. Along a direction, a layer transmits T, which is 1 minus its albedo. Lobes below it
+// are scaled by min(T(wo), T(wi)), which is reciprocal and never gains energy. Cosine lobes use
+// T(wo) T(wi) / K instead, where K is the mean of T under the lobe: this is reciprocal, too, and
+// loses nothing (the coupling of Ashikhmin & Shirley 2000, as in the base itself).
 #include <array>
 
 #include "renderer/core/warps.h"
@@ -25,9 +25,9 @@ Vec3f rotate(const Vec3f& w, const Vec2f& axis) {
 }
 Vec3f rotate_back(const Vec3f& w, const Vec2f& axis) { return rotate(w, Vec2f(axis.x, -axis.y)); }
 
-// Approximates a film's reflectance in Schlick's form with F90 = 1. The curve of `f0` has the
-// film's hemispherical mean. `max_f0` is the smallest F0 whose curve is nowhere below the film's
-// largest channel, so that the layer below the film never returns more than it gets.
+// Approximates a film's reflectance in Schlick's form with F90 = 1. With F0 = `f0`, the form
+// has the film's hemispherical mean. `max_f0` is the smallest F0 with which it is nowhere below the
+// film's largest channel, so that the layer below the film never returns more than it gets.
 struct SchlickFit {
   Rgb f0;
   float max_f0;
@@ -91,8 +91,8 @@ const LayerParameters SurfaceBsdf::kNoLayers;
       !parameters.thin_walled && (parameters.transmission > 0 || layers.diffuse_transmission > 0);
   list.behind = list.solid && layers.behind;
   list.film = {layers.iridescence, layers.iridescence_ior, layers.iridescence_thickness};
-  // The material is metal (weight m), clear dielectric ((1 - m) t) and diffuse dielectric ((1 -
-  // m)(1 - t)). The base is the two opaque parts; its metalness is the metal's fraction of them.
+  // The material is a mix of metal (weight m), clear dielectric (weight (1 - m) t) and diffuse
+  // dielectric (the rest). The base is the two opaque parts; its metalness is metal's share of it.
   const float clear = parameters.transmission * (1.0f - parameters.metallic);
   list.clear_weight = clear;
   list.base_weight = 1.0f - clear;

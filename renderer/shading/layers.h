@@ -12,7 +12,7 @@ namespace emberline {
 // the extension is absent. Weights, roughnesses and colours are in [0, 1].
 struct LayerParameters {
   // Whether wo is behind the face; the coat and sheen of a solid are then on the other side. This
-  // differs from BsdfParameters::inside, which between touching solids says whether wo is in the
+  // may differ from BsdfParameters::inside, which for touching solids says whether wo is in the
   // denser one.
   bool behind = false;
   // KHR_materials_anisotropy, for the base's reflection.

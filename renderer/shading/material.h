@@ -1,5 +1,5 @@
 // Materials compiled for a frame: slots without a texture become constants, and flags say which
-// features exist, so that a scene pays only for what it uses.
+// features a material has, so that a scene pays only for what it uses.
 //
 // They are built once from the scene description and then read by all threads; all const functions
 // are pure.
@@ -31,8 +31,8 @@ struct SurfaceAttributes {
   bool has_color = false;
 
   SurfaceAttributes() { uv.fill(Vec2f(0.0f)); }
-  // For a mesh without attributes. The coordinates are 0, since the `uv` integrator shows them; the
-  // colour is uninitialised, since it is never read and this runs at every hit.
+  // For a mesh whose attributes are not read. Coordinates are 0, since the `uv` integrator shows
+  // them. The colour is left uninitialised, since it is never read and this runs at every hit.
   struct Unread {};
   explicit SurfaceAttributes(Unread) : color() { uv.fill(Vec2f(0.0f)); }
 };
@@ -45,7 +45,7 @@ struct MaterialPoint {
   bool has_normal_map = false;
 };
 
-// Texel positions of a material's textures for a point, one per parametrisation.
+// Texel positions of a material's textures at a point, one per parametrisation.
 struct TexelPositions {
   static constexpr size_t kMaxPositions = 18;  // if every slot has its own parametrisation
   size_t place[kMaxPositions];
@@ -62,8 +62,8 @@ class Material {
            std::deque<Texture>* textures);
 
   // Uses one random number for all textures, so that slots with the same parametrisation get the
-  // same texel, and base colour and roughness match. Normal maps are filtered. There are two steps,
-  // so that the texels of many points can be prefetched before the first is read.
+  // same texel; base colour and roughness then match. Normal maps are filtered. Finding and reading
+  // texels are separate, so that those of many points can be prefetched before the first is read.
   void find_texels(const SurfaceAttributes& attributes, float u_texture, TexelPositions* out) const;
   void evaluate(const SurfaceAttributes& attributes, const TexelPositions& texels,
                 MaterialPoint& out) const {
@@ -92,8 +92,8 @@ class Material {
   Rgb mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,
                     const SurfaceAttributes& a2) const;
 
-  // Probability that a ray hits the surface. Opaque materials: 1; masks: 0 or 1, by applying the
-  // cutoff to the filtered alpha; blended materials: alpha.
+  // Probability that a ray hits the surface. It is 1 for opaque materials and alpha for blended
+  // ones. For masks, it is 0 or 1: the cutoff is applied to the filtered alpha.
   float coverage(const SurfaceAttributes& attributes, float u_texture) const;
 
   // Whether coverage() can differ from 1. Vertex colours may contain alpha.
@@ -111,8 +111,8 @@ class Material {
     return needs_uv() || vertex_colors || needs_tangents() || alpha_mode() != AlphaMode::kOpaque;
   }
   bool is_emissive() const { return is_emissive_; }  // whether it is a light; never if unlit
-  // Whether a triangle is the same light with either material: mean_emission() and the emitting
-  // sides do not differ.
+  // Whether a triangle is the same light with both materials, that is, mean_emission() and the
+  // emitting sides are the same.
   bool has_same_emission(const Material& other) const;
   bool has_normal_map() const { return bool(normal_map_); }
   // Whether shading uses the mesh's tangent space.
@@ -127,7 +127,7 @@ class Material {
   // Whether transmitted light enters an interior rather than crossing a thin wall.
   bool is_solid() const { return !thin_walled_; }
   // Whether the material is a solid that is smooth and clear, at least in places. Light passes
-  // through these only along refracted rays.
+  // through such places only along refracted rays.
   bool is_smooth_solid() const {
     return has_transmission() && is_solid() &&
            (square(roughness_) < kMirrorAlpha || metallic_roughness_texture_);
@@ -254,8 +254,8 @@ class Material {
 class MaterialSet {
  public:
   // If `used_materials` is not empty, it tells for each material whether a placed mesh uses it.
-  // Unused materials are not compiled, keep no textures and name no features. Throws InputError
-  // like Material.
+  // Unused materials are not compiled, keep no textures and add nothing to features(). Throws
+  // InputError like Material.
   explicit MaterialSet(const SceneDescription& scene, const std::vector<bool>& used_materials = {});
   MaterialSet(MaterialSet&&) = default;
   MaterialSet& operator=(MaterialSet&&) = default;

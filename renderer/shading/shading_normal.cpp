@@ -20,11 +20,12 @@ Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
 namespace {
 
 // Returns the unit vector nearest to n, in the plane of ng and n, for which the reflection R of wo
-// satisfies R.ng >= `floor`. Let X be the unit vector of that plane orthogonal to ng. The in-plane
-// part (a, c) of wo has length r, and reflection about an in-plane normal keeps this length. So the
-// limit is R = (sqrt(r^2 - floor^2), floor), and the normal is the bisector of (a, c) and R.
+// satisfies R.ng >= `floor`. Coordinates in that plane are along X, a unit vector orthogonal to ng,
+// and along ng. The in-plane part (a, c) of wo has length r, and reflection about an in-plane
+// normal keeps this length. So in the limiting case, R = (sqrt(r^2 - floor^2), floor), and the
+// normal is the bisector of (a, c) and R.
 Vec3f tilt(const Vec3f& ng, const Vec3f& n, const Vec3f& wo, float floor) {
-  // Done twice, because the first difference may cancel; twice is enough (Kahan).
+  // Orthogonalised twice, because the first difference may cancel; twice is enough (Kahan).
   Vec3f across = fma(ng, -dot(n, ng), n);
   across = fma(ng, -dot(across, ng), across);
   const float length2 = dot(across, across);

@@ -19,9 +19,9 @@ struct SurfaceFrame {
 
 // Returns the normal given by a tangent-space map: x T + y B + z N with B = w cross(N, T), without
 // intermediate normalisation (MikkTSpace convention). `normal` and `tangent`.xyz are interpolated,
-// in world space. `mirrored`: the instance's transform has a negative determinant, which reverses
-// cross products. An unusable tangent (zero, or parallel to the normal) is replaced by an arbitrary
-// one. The result is a unit vector on `normal`'s side of the surface.
+// in world space. `mirrored` means that the instance's transform has a negative determinant, which
+// reverses cross products. An unusable tangent (zero, or parallel to the normal) is replaced by an
+// arbitrary one. The result is a unit vector on `normal`'s side of the surface.
 Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
                     const Vec3f& map_normal);
 
@@ -41,11 +41,11 @@ Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
 SurfaceFrame make_surface_frame(const Vec3f& face_normal, const Vec3f& vertex_normal,
                                 const Vec3f& shading_normal, const Vec3f& wo);
 
-// Shadow-terminator softening for cosine lobes: GGX masking by unseen microgeometry, whose
-// roughness follows from the angle delta between the normals, alpha^2 = tan^2(delta) / 8. Estevez,
-// Lecocq & Zeltner 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator
-// Problem", Ray Tracing Gems, chapter 12. The softening is a factor of f itself, so light sampling
-// and BSDF sampling both include it.
+// Shadow-terminator softening for cosine lobes: GGX masking by unseen microgeometry. Its roughness
+// follows from the angle delta between the normals: alpha^2 = tan^2(delta) / 8. See Estevez, Lecocq
+// & Zeltner 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem", Ray
+// Tracing Gems, chapter 12. The softening is a factor of f itself, so light sampling and BSDF
+// sampling both include it.
 inline float terminator_alpha2(float cos_delta) {
   const float cos2 = square(cos_delta);
   // At a right angle the roughness is the maximum (the chapter clamps to [0, 1]).

@@ -116,8 +116,8 @@ Texture::Taps Texture::taps(float coordinate, int size, WrapMode wrap) const {
   const float lower = std::floor(shifted);
   int first = int(lower);  // [-1, size - 1]
   int second = first + 1;  // [0, size]
-  // Mirroring reflects about the edge, so the texel beyond the edge is the edge texel, as with a
-  // clamp.
+  // Mirroring reflects about the edge, so the texel beyond the edge is the edge texel, as it is
+  // with clamping.
   const bool repeat = wrap == WrapMode::kRepeat;
   if (first < 0) first = repeat ? size - 1 : 0;
   if (second >= size) second = repeat ? 0 : size - 1;

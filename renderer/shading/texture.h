@@ -4,9 +4,9 @@
 // A lookup fetches ONE texel: the bilinear filter is an expectation, which is estimated by choosing
 // a neighbour with u_texture (Pharr, Wronski, Salvi & Fajardo 2024, "Filtering After Shading With
 // Stochastic Texture Filtering"). This adds noise only where a texture is magnified. It costs a
-// third of reading four texels, and a tenth or less of using a texture system with a cache (figures
-// in tests/bench/results). Normal maps are filtered before shading, with all four texels: otherwise
-// a polished surface under a magnified map would show four reflections at once.
+// third as much as reading four texels, and at most a tenth as much as a cached texture system
+// (figures in tests/bench/results). Normal maps are filtered before shading, with all four texels:
+// otherwise a polished surface under a magnified map would show four reflections at once.
 //
 // uv may be huge, negative, NaN or infinite. NaN and infinite coordinates count as 0 (before
 // wrapping); coordinates so large that float cannot resolve a texel read an arbitrary one. All
@@ -52,7 +52,7 @@ class Texture {
   }
   Vec4f read(size_t place) const;
 
-  // The exactly filtered value of four texels, which are all the same with nearest filtering.
+  // The exactly filtered value of four texels; with nearest filtering, all four are the same texel.
   Vec4f bilinear(const Vec2f& uv) const { return read(corners(uv)); }
   TexelCorners corners(const Vec2f& uv) const;
   void prefetch(const TexelCorners& corners) const {
@@ -64,9 +64,9 @@ class Texture {
   // Only the alpha of bilinear(); 1 for an image without alpha.
   float bilinear_alpha(const Vec2f& uv) const;
 
-  // Mean colour over a triangle in uv, from the texels whose centres are inside (all of them up to
-  // 4 Mi texels, a regular subset beyond), or from 16 filtered points if the triangle covers only a
-  // few texels. Deterministic; used for light power.
+  // Mean colour over a triangle in uv, from the texels whose centres are inside: all of them if
+  // there are at most 4 Mi, otherwise a regular subset. If the triangle covers only a few texels,
+  // 16 filtered points are used instead. Deterministic; used for light power.
   Rgb mean_over_triangle(const Vec2f& uv0, const Vec2f& uv1, const Vec2f& uv2) const;
 
   // Whether both use the same image in the same way.

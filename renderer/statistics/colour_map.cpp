@@ -36,7 +36,7 @@ constexpr const Table* kTables[] = {nullptr, &kViridis, &kInferno, &kMagma, &kTu
 
 // no_value was chosen from a grid of colours: it is the one whose CIELAB distance from the map's
 // own colours is largest, even as seen with protanopia, deuteranopia or tritanopia. For magma we
-// use green instead, at a distance of 33; the farthest colour is at 40.
+// use green instead, at a distance of 33; the largest distance is 40.
 constexpr ColourMapEntry kMaps[] = {
     {"grey", "black to white; brighter means more", ColourMap::kGrey, {255, 102, 0}},
     {"viridis", "dark violet through green to yellow", ColourMap::kViridis, {204, 0, 255}},

@@ -29,7 +29,7 @@ std::span<const ColourMapEntry> colour_map_table();
 ColourMap parse_colour_map(std::string_view name);  // throws UsageError
 
 // The colour of `value`, which is clamped to [0, 1]; for NaN, the map's no_value. Interpolates
-// between 33 samples of each published table; the error is at most 2 of 255.
+// between 33 samples of each published table; the error is at most 2 out of 255.
 Rgb8 colour_of(ColourMap map, double value);
 
 }  // namespace emberline

@@ -36,8 +36,8 @@ struct Errors {
   }
 };
 
-// Computes one pixel's mean of N samples, with the sampler's weights, and adds its squared error to
-// `errors`, for each N in counts()[first .. last).
+// For each N in counts()[first .. last), computes one pixel's mean of N samples, with the sampler's
+// weights, and adds its squared error to `errors`.
 void add_errors(const Sampler& sampler, const PixelKey& pixel, size_t first, size_t last,
                 Errors& errors) {
   const std::vector<uint32_t> all = counts();

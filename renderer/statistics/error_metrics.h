@@ -47,8 +47,8 @@ struct ErrorMetrics {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 };
 
-// Upper bound on the additional memory per pixel that comparing two pictures takes, for
-// display-encoded copies and for the maps of FLIP and SSIM. We measured 50 bytes.
+// Upper bound on the additional bytes per pixel needed to compare two pictures: for display-encoded
+// copies and for the maps of FLIP and SSIM. We measured 50 bytes.
 inline constexpr uint64_t kComparisonBytesPerPixel = 64;
 
 // The fraction of pixels that rel_mse_trimmed excludes, and epsilon for a black reference. We chose

@@ -49,7 +49,7 @@ std::string title_text(const HeatmapSettings& settings, const DisplayUnit& unit)
   return title;
 }
 
-// Adds what percentage of the values is outside the scale, which the clamped colours do not show.
+// Adds the percentages of values below and above the scale, which the clamped colours do not show.
 void add_out_of_range(const Plane& plane, const ValueScale& scale, uint64_t values,
                       std::vector<LegendItem>* items) {
   uint64_t below = 0, above = 0;

@@ -1,5 +1,5 @@
-// Draws a picture of a number for each pixel of a frame: sample density (bright where there are
-// many samples, as in figure 1 of Painter & Sloan 1989), error, time, or stop reason.
+// Draws a picture that shows one number for each pixel of a frame: sample density (bright where
+// there are many samples, as in figure 1 of Painter & Sloan 1989), error, time, or stop reason.
 //
 // The frame's pixels are in the upper left corner, at their original size; the legend is below them
 // and covers none of them. The picture is only for viewing; the numbers are channels of the EXR.

@@ -33,8 +33,8 @@ HeatmapQuantity ray_quantity(std::string_view name, std::string_view summary,
 }  // namespace
 
 std::span<const HeatmapQuantity> heatmap_quantity_table() {
-  // If a thread is interrupted, the pause adds to the time of the pixel that it samples. On a busy
-  // machine, this affects more than one pixel in a hundred.
+  // If a thread is interrupted, the pause is added to the time of the pixel that it is sampling. On
+  // a busy machine, this affects more than one pixel in a hundred.
   constexpr double kTimeBright = 0.95;
   static const std::vector<HeatmapQuantity> table = {
       {.name = "samples",

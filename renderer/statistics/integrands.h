@@ -1,6 +1,6 @@
 // Integrands whose means are known exactly, for comparing samplers. They are functions of the
-// random numbers of the camera's slot, such as an edge, a disc and a gradient, as they occur in a
-// pixel.
+// random numbers of the camera's slot, and resemble what occurs in a pixel, such as an edge, a disc
+// or a gradient.
 #pragma once
 
 #include <cmath>

@@ -26,8 +26,8 @@ namespace emberline {
 double neyman_limit(std::span<const double> variance, std::span<const double> cost,
                     double slope = 1.0);
 
-// `variance` has the variance of one sample for each channel (3 per pixel), `seconds` the time per
-// sample for each pixel, and `mean` is the picture. A pixel's variance in a metric is the mean over
+// `variance` has the variance of one sample for each channel (3 per pixel); `seconds` has the time
+// per sample for each pixel; `mean` is the picture. A pixel's variance in a metric is the mean over
 // channels of weight x variance. The weights are 1 for mse, 1 / (mean^2 + epsilon) for relmse, and
 // for display the squared slope of the sRGB curve over mean +- 0.001. The latter is at least
 // 0.02^2, since a sample has some value even in clipped white.

@@ -117,7 +117,7 @@ void ReferencePicture::set_noise(StudyReference* out) const {
   out->noise_rel_mse = relative / values;
   out->noise_display_mse = displayed / values;
   // This assumes that pixels are independent and that the channels of a pixel are fully correlated,
-  // which makes it an upper bound.
+  // so the result is an upper bound.
   out->noise_bias = std::sqrt(3 * squares) / std::abs(sum_);
   out->rel_mse_epsilon = epsilon_;
 }

@@ -71,7 +71,7 @@ struct Crossing {
 
 // Finds where the coordinate `from` of the curve first reaches the value `at`, and interpolates the
 // coordinate `to` there. Along the curve, `from` should rise (`direction` 1) or fall (-1); if it
-// does not where it is needed, the result is empty. A curve that has only one point is extended as
+// does not in the segment used, the result is empty. A curve that has only one point is extended as
 // a line with this `slope`, d(to) / d(from).
 std::optional<Crossing> interpolate(const LogCurve& curve, double LogPoint::*from,
                                     double LogPoint::*to, double direction, double slope,
@@ -90,8 +90,8 @@ std::optional<Crossing> interpolate(const LogCurve& curve, double LogPoint::*fro
                   beyond(a.*from, at) || beyond(at, b.*from)};
 }
 
-// The slope of log error over log position for a curve that has only one point: as with independent
-// samples.
+// The slope of log error over log position that is assumed for a curve with only one point. It is
+// the slope of independent samples.
 double expected_slope(const StudyMetricEntry& metric) { return metric.squared ? -1.0 : -0.5; }
 
 // The position at which the curve first reaches the error.

@@ -106,7 +106,7 @@ struct CalibrationGroup {
 };
 std::vector<CalibrationGroup> calibration(const StudyResults& results, size_t method);
 
-// The speedup in processor time divided by the metric's Neyman limit, which is the fraction of the
+// The speedup in processor time divided by the metric's Neyman limit: the fraction of the
 // possible gain that the method achieves. The baseline must sample uniformly. Returns nothing for
 // metrics other than mse, relmse and display, and for denoised methods.
 std::optional<Estimate> neyman_fraction(const StudyResults& results, size_t method,

@@ -305,7 +305,7 @@ Markup line_chart(const LineChart& chart) {
       xs.push_back(p.x);
       ys.push_back(p.y);
       // On a logarithmic axis, ignore the end of an interval that almost reaches 0, since it would
-      // compress the points; likewise, a very high end.
+      // compress the points. Also ignore a very high end.
       const bool log = chart.y.scale == AxisScale::kLog;
       if (!log || p.low > 0.1 * p.y) ys.push_back(p.low);
       if (!log || p.high < 10 * p.y) ys.push_back(p.high);

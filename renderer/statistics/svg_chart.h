@@ -45,7 +45,7 @@ struct LineChart {
   std::string title;
   ChartAxis x, y;
   std::vector<ChartSeries> series;
-  int width = 560, height = 360;  // of the view box, so only proportions; the text size is 13
+  int width = 560, height = 360;  // of the view box, in units in which the text size is 13
 };
 
 // If no point can be drawn, the chart shows axes and the words "no data".

@@ -14,8 +14,8 @@ struct ValueRange {
 };
 
 // The bright end of an automatic range is this quantile of the nonzero values, so that outliers do
-// not darken everything else. We chose it for density maps of frames with a noise threshold, which
-// are black with 0.995.
+// not darken everything else. We chose it for density maps of frames with a noise threshold;
+// with 0.995, they are black.
 inline constexpr double kBrightQuantile = 0.98;
 
 // The default range of a plane. Linear: from 0 (or the minimum, if negative) to the `bright`

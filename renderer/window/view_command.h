@@ -15,10 +15,10 @@ struct ViewOptions {
   RenderOptions render;
   std::optional<float> interface_scale;  // scale of text and panels; absent: the screen's
   std::optional<Vec2i> window_size;      // absent: the remembered size
-  std::string screenshot;                // output file for a screenshot; then the window closes
+  std::string screenshot;  // output file for a screenshot; closes the window when written
   double screenshot_after_s =
       0.0;              // seconds after the first complete picture; 0: when the frame is finished
-  std::string measure;  // output file for edit latencies; then the window closes
+  std::string measure;  // output file for edit latencies; closes the window when measured
   std::string measure_script;          // empty: the built-in script
   std::string journal;                 // output file for the journal, in JSON lines
   std::function<bool()> stopped = {};  // polled: whether to close the window; may be empty

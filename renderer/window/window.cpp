@@ -31,10 +31,10 @@ namespace emberline {
 namespace {
 
 // Minimum time between redraws: 1/60 s after input, 1/30 s while the picture only gains samples.
-// With software OpenGL, redraws take time from the render.
+// With software OpenGL, redraws take time away from rendering.
 constexpr double kInputPause_s = 1.0 / 60.0, kPicturePause_s = 1.0 / 30.0;
-// Maximum time between redraws: while rendering, so that the status line shows the current time;
-// and when idle.
+// Maximum time between redraws while rendering, so that the status line shows the current time, and
+// when idle.
 constexpr double kStatusPause_s = 0.5, kIdlePause_s = 5.0;
 // Number of frames to draw after input. The first frame handles the input, but ImGui may show its
 // effect (hover, popups, fields) only in the next frames.
@@ -105,8 +105,8 @@ class Window {
   // Forwards GLFW's events to the picture's input and to ImGui's back end.
   void install_input_callbacks() {
     GLFWwindow* const window = window_.get();
-    // These replace the callbacks that ImGui's back end has installed, and forward the events to
-    // those.
+    // These callbacks replace those that ImGui's back end has installed, and forward the events to
+    // them.
     glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
       Window& self = of(w);
       ImGui_ImplGlfw_MouseButtonCallback(w, button, action, modifiers);
@@ -265,7 +265,7 @@ class Window {
     closing_ |= path == options_.screenshot;
   }
 
-  // Takes the screenshot of --screenshot when the picture is finished or the requested time has
+  // Takes the screenshot for --screenshot once the picture is finished or the requested time has
   // passed.
   void check_screenshot_option(double now) {
     if (options_.screenshot.empty() || screenshot_.is_writing() || closing_) return;

@@ -1,4 +1,4 @@
-"""A checkered plane to the horizon, the classic aliasing test, under dusk.hdr: long shadows, a mirror ball,
+"""A checkered plane up to the horizon, the classic aliasing test, under dusk.hdr: long shadows, a mirror ball,
 and columns that shrink in the distance."""
 
 from . import textures

@@ -1,5 +1,5 @@
 """The two environment maps. u = 0.5 + atan2(z, x) / 2 pi: the image's centre shows the direction +X,
-u = 0.25 shows -Z, and the top row +Y. The scenes' cameras are at +Z and look towards -Z."""
+u = 0.25 shows -Z, and the top row shows +Y. The scenes' cameras are at +Z and look towards -Z."""
 
 import math
 

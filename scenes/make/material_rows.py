@@ -1,4 +1,4 @@
-"""Shows each material extension in a row of balls, with strength from 0 at the left to 1 at the right.
+"""Shows each material extension in a row of balls, with its strength increasing from 0 (left) to 1 (right).
 
 From the top: clear coat on red lacquer, sheen on blue cloth, anisotropy of steel, a film of 450 nm on dark glaze,
 coloured specular reflection, diffuse transmission of a leaf-green lamp shade, dispersion of a dense glass."""

@@ -50,7 +50,7 @@ def _mirrored(points, x, y):
     return out
 
 
-# As published, the lid's rim has a radius of 1.3 and does not touch the pot's rim with a radius of 1.4. The surface has
+# As published, the lid's rim has a radius of 1.3 and does not touch the pot's rim, whose radius is 1.4. The surface has
 # no thickness, and its back faces are visible inside the pot, so its material should be two-sided.
 def teapot(cells, parts=None):
     """All 32 patches, or those of `parts`, each with cells x cells quads. Stands on y = 0, y is up, and the spout points

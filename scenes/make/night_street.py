@@ -1,5 +1,5 @@
 """A wet street at night with hundreds of lamps far behind a bollard, which is in focus at a wide aperture. The lamps are
-small, bright, defocused emitters, with radiances from a lit window's to a headlamp's."""
+small, bright, defocused emitters; their radiances range from a lit window's to a headlamp's."""
 
 import random
 

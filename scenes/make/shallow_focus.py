@@ -1,5 +1,5 @@
-"""A row of chessmen receding from the camera, with lamps far behind, for depth of field. Focus on the white
-king, 0.58 m from the camera."""
+"""A row of chessmen receding from the camera, with lamps far behind, for depth of field. The focus is on
+the white king, 0.58 m from the camera."""
 
 import math
 import random

@@ -1,8 +1,8 @@
 """Newell's teapot (Martin Newell, University of Utah, 1975), public domain; bicubic Bezier patches.
 
-The published 32 patches with 306 vertices are symmetric: rim, body, lid and bottom consist of four quarters, handle and
-spout of two halves. This file has one piece of each, in the published units. z is up, the spout points to +x, and the
-height is the one that Blinn reduced to 3/4 of the real pot's.
+The published 32 patches with 306 vertices are symmetric: rim, body, lid and bottom consist of four quarters; handle and
+spout consist of two halves. This file has one piece of each, in the published units. z is up, the spout points to +x, and
+the height is Blinn's, 3/4 of the real pot's.
 """
 
 # (name, whether it is mirrored in x as well as in y, sixteen indices into POINTS, row by row along v)

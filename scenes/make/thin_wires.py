@@ -1,5 +1,5 @@
-"""A cable-stayed bridge under dusk.hdr, with wires of about 1/2 pixel (stays), 1/5 (railing) and 1/20 (lamp hangers
-and ties across the stays) at 1280 x 720. All wires share one unit tube."""
+"""A cable-stayed bridge under dusk.hdr, with wires about 1/2 pixel (stays), 1/5 (railing) and 1/20 (lamp hangers
+and ties across the stays) thick at 1280 x 720. All wires share one unit tube."""
 
 import math
 
@@ -51,7 +51,7 @@ def build():
     g.add_object("far hills", _hills(5, 6200, 400, 330), far_hill, translation=(-300, -2, -3300))
     g.add_object("near hills", _hills(9, 4200, 300, 130), near_hill, translation=(900, -2, -1900))
 
-    # All parts of the bridge are below one node, which is rotated against the line of sight.
+    # All parts of the bridge are below one node, which is rotated so that the bridge crosses the line of sight obliquely.
     parts = []
 
     def part(name, mesh, **placement):

@@ -1,5 +1,5 @@
-"""A room lit through glass: sky light through a double window, a bulb's light through its glass globe. There are drinking
-glasses on the table. All glass is thin-walled (KHR_materials_transmission without _volume) and smooth."""
+"""A room lit through glass: sky light through a double window, and a bulb's light through its glass globe. Drinking
+glasses stand on the table. All glass is thin-walled (KHR_materials_transmission without _volume) and smooth."""
 
 from .gltf import Gltf, srgb
 from .mesh import Mesh, arc, cylinder, lathe, quad, rounded_box, smooth, sphere

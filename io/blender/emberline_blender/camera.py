@@ -17,8 +17,8 @@ class View:
         self.left, self.bottom = left, bottom
 
     def animate(self, glb, animation, views):
-        """Writes a moving camera to the file if one of `views`, which has one view per moment, differs from this view.
-        `edit` then refers to that camera. Returns the new nodes."""
+        """`views` has one view per moment. If they differ, writes a moving camera to the file, and `edit` then refers
+        to that camera. Returns the new nodes."""
         angles = [view.edit.get("fov_y") for view in views]
         if all(view.placed == self.placed for view in views) and angles.count(angles[0]) == len(angles):
             return []
@@ -59,7 +59,7 @@ def _add_lens(edit, slope, placed, depsgraph):
     dof, focus = camera.dof, camera.dof.focus_object
     if not dof.use_dof or dof.aperture_fstop <= 0:
         return
-    # Emberline's f-number assumes film that is 24 mm high, so the same aperture has another f-number than in Blender.
+    # Emberline's f-number assumes film that is 24 mm high, so the same aperture has a different f-number in Blender.
     opening = 1e-3 * camera.lens / dof.aperture_fstop
     edit["f_stop"] = 0.012 / slope / opening
     distance = dof.focus_distance
@@ -123,7 +123,7 @@ def view(depsgraph):
 
 
 def _region_border(context, depsgraph, width, height):
-    """Returns the left, bottom, right and top edge of the rendered part of the region, in pixels."""
+    """Returns the left, bottom, right and top edges of the rendered part of the region, in pixels."""
     space, region_data, scene = context.space_data, context.region_data, depsgraph.scene
     if region_data.view_perspective == "CAMERA":
         camera, render = scene.camera, scene.render

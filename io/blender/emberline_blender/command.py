@@ -33,13 +33,13 @@ def find(preferred=""):
 
 
 def environment():
-    """Returns the environment for child processes, without OCIO: Blender 5 sets it to its own configuration, but we
-    need linear images."""
+    """Returns the environment for child processes, without OCIO. Blender 5 sets that variable to its own configuration,
+    but we need linear images."""
     return {name: value for name, value in os.environ.items() if name != "OCIO"}
 
 
 class Viewer:
-    """Receives the unfinished picture, for which the command gets `--display tev://`: RGBA with rows from the top.
+    """Receives the unfinished picture (RGBA, rows from the top), which the command sends because of `--display tev://`.
 
     The protocol is that of the image viewer tev (io/viewer/tev_protocol.h). Only our own child process knows the port.
     """

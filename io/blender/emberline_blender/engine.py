@@ -92,7 +92,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             pass
         except (EmberlineError, exr.ExrError, OSError) as fault:
             self._fail(str(fault))
-        except Exception as fault:  # a bug in the add-on, or an EXR that lacks a layer; tells why the frame is empty
+        except Exception as fault:  # for a bug in the add-on, or an EXR that lacks a layer: says why the frame is empty
             traceback.print_exc()
             self._fail(f"Emberline: the add-on failed: {type(fault).__name__}: {fault}")
         finally:

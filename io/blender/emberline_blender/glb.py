@@ -53,7 +53,7 @@ class Glb:
     _LISTS = ("accessors", "bufferViews", "materials", "meshes")
 
     def end(self):
-        """Returns the current sizes, for truncate()."""
+        """Returns the current sizes of the buffer and the lists, for truncate()."""
         return len(self.buffer), {member: len(self.json.get(member, ())) for member in self._LISTS}
 
     def truncate(self, end):

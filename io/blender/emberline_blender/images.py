@@ -25,7 +25,7 @@ def space(image):
 
 
 def _pixels(image):
-    """Returns RGBA as stored, with rows from the bottom; for a tiled image, that of the first tile."""
+    """Returns RGBA as stored, with rows from the bottom. For a tiled image, returns only the first tile."""
     width, height = image.size
     pixels = numpy.empty(width * height * image.channels, numpy.float32)
     image.pixels.foreach_get(pixels)
@@ -72,7 +72,7 @@ def linear(image, uses_alpha=False):
 
 
 def is_exported(image, is_colour, uses_alpha):
-    """Whether the exported file, read as glTF says, has the values that Cycles reads from the image."""
+    """Whether the exported file, read as glTF specifies, has the values that Cycles reads from the image."""
     if image.source == "TILED":
         return False
     kind, settings = space(image), image.colorspace_settings
@@ -86,7 +86,7 @@ def is_exported(image, is_colour, uses_alpha):
 
 
 def _encoded(image, is_colour, uses_alpha):
-    """Creates an image whose stored bytes, read as glTF says, are the values that Cycles reads from `image`."""
+    """Creates an image whose stored bytes, read as glTF specifies, are the values that Cycles reads from `image`."""
     pixels = linear(image, uses_alpha).clip(0, 1)
     if is_colour or space(image) is None:
         rgb = pixels[:, :, :3]
@@ -133,7 +133,7 @@ def is_missing(node, frame):
 
 
 def differences(image):
-    """Returns lines that say how Emberline shows the image, which must exist, differently from Blender."""
+    """Returns a line for each way in which Emberline shows the image differently from Blender. The image must exist."""
     warnings = []
     if image.source == "TILED" and len(image.tiles) > 1:
         warnings.append(f"the image '{image.name}' has {len(image.tiles)} tiles (UDIM); only the first one is used")

@@ -12,7 +12,7 @@ from mathutils import Matrix, Vector
 from . import versions
 
 _STEPS = 48  # segments of a circle
-# A sun with an angle is a disc at this distance in scene radii, so that its direction varies by 1/1000 over the scene.
+# A sun with an angle is a disc at this distance, in scene radii. Its direction varies by 1/1000 rad per radius.
 _SUN_RADII = 1000.0
 
 
@@ -149,7 +149,7 @@ def add(glb, animation, name, light, track, centre, radius, hidden_from_camera):
         half = min(light.angle, math.radians(170)) / 2
         distance = _SUN_RADII * radius
         outline = _circle(distance * math.tan(half), distance * math.tan(half))
-        # The mean over Cycles' disc of the cosine at a surface that faces the disc's centre.
+        # The cosine at a surface that faces the centre of Cycles' disc, averaged over the disc.
         mean = 2 * (1 / math.cos(half) - 1) / math.tan(half) ** 2
         radiance = _scaled(rgb, mean / (math.pi * math.sin(half) ** 2))
         far = [Matrix.Translation(centre) @ r @ Matrix.Translation((0, 0, distance)) for r in rotations]
@@ -175,8 +175,8 @@ def _punctual(glb, name, light, rgb):
     entry["type"] = {"SUN": "directional", "POINT": "point", "SPOT": "spot"}[light.type]
     if light.type == "SPOT":
         outer = min(light.spot_size / 2, math.pi / 2 - 1e-4)
-        # Cycles fades as t^2 (3 - 2 t), glTF as t^2. If the glTF light fades over 3/4 of the range, it emits as much
-        # light.
+        # Towards its edge, a Cycles spot fades as t^2 (3 - 2 t), but a glTF spot fades as t^2. If the latter fades over
+        # 3/4 of the range, both emit the same amount of light.
         inner = math.acos(min(math.cos(outer) + 0.75 * light.spot_blend * (1 - math.cos(outer)), 1.0))
         entry["spot"] = {"outerConeAngle": outer, "innerConeAngle": min(inner, outer - 1e-5)}
     glb.use("KHR_lights_punctual")

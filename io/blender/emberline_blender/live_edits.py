@@ -1,4 +1,4 @@
-"""Finds changes of materials and lights that a session accepts as edits, without a new scene (session/PROTOCOL.md)."""
+"""Finds changes to materials and lights that a session accepts as edits, without a new scene (session/PROTOCOL.md)."""
 from . import lights, materials
 
 # For each node type, the sockets whose values the exporter or materials.py copies unchanged to factors in the file.

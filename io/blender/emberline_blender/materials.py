@@ -24,8 +24,9 @@ def image_nodes(material):
 
 
 class Copies:
-    """Provides original materials, which the exporter requires, or copies of them. Animated materials are copied with
-    this frame's values. If the exporter would write other image values than Cycles reads, a copy has other images."""
+    """Provides what the exporter requires: original materials, or copies of them. Animated materials are copied with
+    this frame's values. Where the exporter would write different image values than Cycles reads, a copy has other
+    images."""
 
     def __init__(self, depsgraph, ids, names):
         """Adds to `names` the name of each copy, mapped to the name of its original."""

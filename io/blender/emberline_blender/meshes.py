@@ -16,8 +16,8 @@ def _axes(vectors):
 
 
 class Mesh:
-    """A mesh with its triangles sorted by material slot. Its vertices are face corners; where corners at a Blender
-    vertex are identical, they become one."""
+    """A mesh with its triangles sorted by material slot. Each of its vertices is a face corner, or stands for several
+    identical corners of a Blender vertex."""
 
     def __init__(self, mesh, of):
         """`mesh` must be a Blender mesh with faces; `of` is the name of the instance from which it comes."""
@@ -42,7 +42,7 @@ class Mesh:
         self._positions = _read(mesh.vertices, "co", numpy.float32, 3)[vertices]
         self._normals, self._uvs = normals, uvs
         self.finite = bool(numpy.isfinite(self._positions).all())
-        self.slots = {}  # for each slot: the corners that are its vertices, and triangles of indices into them
+        self.slots = {}  # for each slot: its vertices (as corners), and its triangles (as indices into these vertices)
         for slot in numpy.unique(slots):
             triangles = corners[slots == slot]
             used = numpy.zeros(len(vertices), bool)

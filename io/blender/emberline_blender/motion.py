@@ -39,7 +39,8 @@ class Shutter:
 
 
 class Animation:
-    """Adds static and moving nodes to a file. `times` are those of the matrices in a track; empty without a shutter."""
+    """Adds static and moving nodes to a file. `times` are the times of a track's matrices; it is empty without a
+    shutter."""
 
     def __init__(self, glb, times=()):
         self._glb, self._times = glb, times

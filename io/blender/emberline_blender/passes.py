@@ -68,7 +68,7 @@ def _plane(planes, channel):
 
 
 def fill(result_layer, name, channels):
-    """Writes one plane per channel to a pass. The planes' rows start at the top, the pass's at the bottom."""
+    """Writes one plane per channel to a pass. Rows start at the top in planes, and at the bottom in passes."""
     for rendered in result_layer.passes:
         if rendered.name == name:
             pixels = numpy.stack([c[::-1] for c in channels], axis=-1).astype(numpy.float32)

@@ -27,7 +27,7 @@ class _MaterialScene:
         self.scene = bpy.data.scenes.new("Emberline export")
         self.ids, self.original_names, self.warnings = [], {}, []
         self._copies = materials.Copies(depsgraph, self.ids, self.original_names)
-        self._triangles, self._users = {}, {}  # triangles' names; by triangle, its material's and a user's name
+        self._triangles, self._users = {}, {}  # names of triangles; names of each triangle's material and a user of it
 
     def __enter__(self):
         return self
@@ -196,10 +196,10 @@ class Export:
     The attribute `groups` then maps light layers to Blender's light groups, but only to those in `light_groups`.
     `holdout` is the name of the parent node of all holdouts, or None.
 
-    `parts` come from an earlier export whose meshes and materials are still valid; unless a mesh is missing, only nodes
-    are then written. With a `shutter` (motion.py), the scene is evaluated at each of its moments; `view` is then the
-    view at the middle one, and `moves` says whether anything moves. `only`, if given, names the objects to export,
-    which include their instances."""
+    `parts` come from an earlier export whose meshes and materials are still valid. With them, only nodes are written,
+    unless a mesh is missing. With a `shutter` (motion.py), the scene is evaluated at each of its moments; `view` is
+    then the view at the middle one, and `moves` says whether anything moves. `only`, if given, names the objects to
+    export; their instances are exported too."""
 
     def __init__(self, depsgraph, folder, light_groups=(), parts=None, shutter=None, only=None):
         self._depsgraph = depsgraph

@@ -28,7 +28,7 @@ _exporting = False
 
 
 class _Changes:
-    """Pending changes. `extent` says what must be exported again. If it is _NOTHING, edits of the world and the named
+    """Pending changes. `extent` says what must be exported again. If it is _NOTHING, edits to the world and the named
     materials and lights are enough."""
 
     def __init__(self, extent):
@@ -41,7 +41,7 @@ class _Changes:
         data = update.id
         kind = data.bl_rna.identifier
         if kind in ("Scene", "Camera", "Screen", "WindowManager", "Collection", "ViewLayer") or data.is_embedded_data:
-            return  # other code counts objects and compares views, and an embedded tree's owner is listed too
+            return  # other code counts objects and compares views; an embedded tree's owner gets an update of its own
         if kind == "Material":
             self.materials.add(data.name_full)
         elif isinstance(data, bpy.types.Light):

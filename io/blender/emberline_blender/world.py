@@ -37,7 +37,7 @@ def rotation(environment):
 
 
 def directly_readable_path(image):
-    """Returns the path of an image that the command itself can read, including EXR layers, or else None."""
+    """Returns the image's path if the command itself can read the file (including EXR layers), or else None."""
     path = bpy.path.abspath(image.filepath_raw, library=image.library)
     linear = image.colorspace_settings.name in _LINEAR
     kept = image.source == "FILE" and not image.packed_file and not image.is_dirty

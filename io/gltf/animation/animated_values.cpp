@@ -23,8 +23,8 @@ constexpr const char* kStrength = "/extensions/KHR_materials_emissive_strength/e
 
 // Tolerance of curves, relative to the largest of the values that are compared.
 constexpr double kTolerance = 1e-3;
-// An interval between key frames has at most 2^kMaxHalvings pieces, or fewer if the whole curve
-// would exceed kMaxPieces. Shorter pieces would not be visible.
+// An interval between key frames is divided into at most 2^kMaxHalvings pieces, or fewer if the
+// curve would exceed kMaxPieces in total. Shorter pieces would not be visible.
 constexpr int kMaxHalvings = 10;
 constexpr size_t kMaxPieces = 65536;
 

@@ -167,8 +167,8 @@ void AnimationReader::warn_about_repairs() const {
 
 // ---- selection
 
-// If the name is not found, throws the fault of a broken animation without a known name, since it
-// may be the one that is wanted.
+// If the name is not found but a broken animation has no known name, throws its fault, since it may
+// be the wanted one.
 size_t choose_animation(const GltfDocument& document, const std::string& wanted,
                         const std::vector<AnimationDescription>& list) {
   try {
@@ -292,7 +292,7 @@ GltfPose pose_at(const GltfAnimation& animation, double time) {
   return pose;
 }
 
-// Compares as float, the type of key times. In double, a key at shutter opening or closing could be
+// Compares as float, the type of key times. In double, a key at shutter opening or closing might be
 // listed twice, because key times are rounded.
 std::vector<double> shutter_key_times(const GltfAnimation& animation,
                                       std::span<const KeyFrames* const> keys) {

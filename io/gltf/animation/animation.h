@@ -70,7 +70,7 @@ void check_gltf_animations(GltfDocument& document);
 std::vector<AnimationDescription> describe_animations(const GltfDocument& document);
 
 // Reads the animations that the options choose from `list`, without channels that have no effect.
-// Call set_time() next. Throws UsageError if there is no such animation, InputError if it is
+// Call set_time() next. Throws UsageError if there is no such animation, and InputError if it is
 // broken.
 GltfAnimation read_animation(const GltfDocument& document, const GltfOptions& options,
                              const std::vector<AnimationDescription>& list);
@@ -89,9 +89,10 @@ GltfPose pose_at(const GltfAnimation& animation, double time);
 // ascending order. If the shutter interval is an instant, returns only its time.
 std::vector<double> shutter_key_times(const GltfAnimation& animation,
                                       std::span<const KeyFrames* const> keys);
-// Samples the track, and clamps to the range of the specification, since splines may overshoot.
+// Samples the track. Clamps the value to its range in the specification, since splines may
+// overshoot.
 void sample_value(const PointerTrack& track, double time, std::span<double> value);
-// Writes the values that the pointers' targets have at `time` to `document`, over those of an
+// Writes to `document` the values that the pointers' targets have at `time`. Overwrites those of an
 // earlier call.
 void write_values_at(const GltfAnimation& animation, double time, nlohmann::json& document);
 // Warns about values that sample_value() has clamped.

@@ -30,9 +30,9 @@ struct GltfCache {
   uint64_t image_bytes = 0;         // reserved for images; the owner returns it to the budget
   std::map<size_t, std::vector<Mat44d>> instancing;  // by node
   MemoryReservation memory;                          // for `instancing`
-  // State of the latest pose: whether any mesh deforms, so that later poses need the buffers; the
-  // bytes reserved for all undeformed meshes; and the bytes of the undeformed meshes that this pose
-  // read.
+  // State of the latest pose. `deforms`: whether any mesh deforms, so that later poses need the
+  // buffers. `static_bytes`: reserved for all undeformed meshes. `new_static_bytes`: the part of
+  // these that this pose read.
   bool deforms = false;
   uint64_t static_bytes = 0, new_static_bytes = 0;
 };

@@ -101,7 +101,7 @@ class DurationReader {
     document_.progress->check();
     const GltfAccessor& times = document_.accessor(accessor);
     check_zero_count(document_, accessor, place);
-    // To find the last element, all sparse indices are searched, so their number is limited.
+    // Finding the last element means searching all sparse indices, so their number is limited.
     sparse_elements_ += times.sparse.count;
     if (times.count > UINT32_MAX || sparse_elements_ > max_sparse_elements_) {
       throw InputError(place, "too many key frames for a file of this size");

@@ -74,8 +74,8 @@ const SkinPose& GltfPoses::skin(int index) {
   return pose;
 }
 
-// Returns the weights that the pose has for the node. If it has none, returns the node's own
-// weights; if the node has none, the mesh's.
+// Returns the weights that the pose has for the node. Without these, returns the node's own
+// weights; if the node has none either, returns the mesh's.
 const std::vector<double>& GltfPoses::weights_of(size_t node, size_t step) const {
   const GltfPose& pose = shutter_.pose(step);
   const auto posed = pose.find(node);

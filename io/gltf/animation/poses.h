@@ -27,8 +27,8 @@ class GltfPoses {
   // Loads the skin on first use. Throws InputError.
   const SkinPose& skin(int index);
   const SkinPose& loaded_skin(int index) const { return skins_.at(index); }
-  // Returns as many poses of the node's mesh as are needed for linear motion between them. Throws
-  // InputError.
+  // Returns as many poses of the node's mesh as are needed if vertices move linearly between them.
+  // Throws InputError.
   std::vector<MeshPose> mesh_poses(size_t node);
 
  private:

@@ -157,9 +157,9 @@ void GltfShutter::sample_poses(size_t segments) {
   }
 }
 
-// Returns the radius of the node's mesh in world space at shutter opening or, if that is 0, the
-// largest radius later; 0 without a mesh. If the mesh's bounds are unknown, returns the length of
-// the node's path.
+// Returns the radius of the node's mesh in world space at shutter opening. If that is 0, returns
+// the largest radius later. If the mesh's bounds are unknown, returns the length of the node's
+// path. Returns 0 without a mesh.
 double GltfShutter::node_radius(size_t i) const {
   const size_t node = order_[i];
   const int mesh = document_.model->nodes[node].mesh;
@@ -237,8 +237,8 @@ double GltfShutter::radius(size_t mesh) const {
 
 namespace {
 
-// Thickens flattened steps. Mirrors each like the last invertible step before it or, if there is
-// none, like the first invertible one.
+// Thickens flattened steps. Mirrors each of them if the last invertible step before it is mirrored;
+// without such a step, the first invertible one decides.
 void thicken(std::vector<Mat44d>& steps, const Vec3d& center) {
   const auto first = std::ranges::find_if_not(steps, is_singular);
   bool mirrored = first != steps.end() && first->determinant() < 0.0;
@@ -277,7 +277,7 @@ std::vector<Mat44d> make_invertible(std::vector<Mat44d> steps, const Vec3d& cent
 namespace {
 
 // Returns the smallest number of segments (1, 2, 4, ... up to `segments`) for which the error of
-// interpolating every `step`, error(step, before, after), is at most `most`.
+// interpolating each step is at most `most`. That error is error(step, before, after).
 template <class Error>
 size_t required_segments(size_t segments, double most, const Error& error) {
   for (size_t count = 1; count < segments; count *= 2) {

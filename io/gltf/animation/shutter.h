@@ -58,13 +58,13 @@ class GltfShutter {
 inline constexpr double kThickness = 4e-6;
 
 // Makes all steps invertible. A flattened object gets thickness kThickness around `center`. An
-// object scaled to nothing gets the transform of the nearest invertible step at 1/10000 of its
-// size. Returns an empty list if no step is invertible.
+// object scaled to zero gets the transform of the nearest invertible step, scaled by 1/10000.
+// Returns an empty list if no step is invertible.
 std::vector<Mat44d> make_invertible(std::vector<Mat44d> steps, const Vec3d& center);
 
 // Keeps only as many evenly spaced steps as are needed: if vertices move linearly between the kept
-// steps, each stays within 1/1000 of the mesh's radius of its original path. `radius` is the
-// mesh's.
+// steps, no vertex is further than `radius` / 1000 from its original path. `radius` is that of the
+// mesh.
 std::vector<MeshPose> reduce_poses(std::vector<MeshPose> steps, double radius);
 // Like reduce_poses(), but for transforms, between which Embree interpolates rotations. Returns an
 // empty list if nothing moves.

@@ -39,7 +39,7 @@ struct GltfTarget {
   bool is_array() const { return has(NodeProperty::kWeights); }
 };
 
-// Thrown if the target does not exist or is unknown to this loader. The channel has no effect then.
+// Thrown if the target does not exist or is unknown to this loader. The channel then has no effect.
 struct NoTarget : InputError {
   explicit NoTarget(const InputError& reason) : InputError(reason) {}
 };

@@ -12,7 +12,7 @@ void check_zero_count(const GltfDocument& document, int accessor, const std::str
 
 // Reads all elements, or only `elements` (ascending, below the accessor's count), with interleaved
 // components. Integers are normalised if the accessor says so (specification section 3.11: signed
-// c / (2^(n-1) - 1), at least -1), otherwise converted. Sparse values are applied. Throws
+// c / (2^(n-1) - 1), at least -1); otherwise they are converted. Sparse values are applied. Throws
 // InputError at `place` if the accessor does not have `components` components or fails
 // check_zero_count().
 std::vector<float> read_floats(const GltfDocument& document, int accessor, int components,

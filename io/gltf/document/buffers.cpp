@@ -162,7 +162,7 @@ void GltfBuffer::copy(uint64_t begin, uint64_t end, void* out, const LoadProgres
     std::ranges::copy(bytes(begin, end, progress), to);
     return;
   }
-  // Large enough that reading and the page faults of `out` cost more than scheduling.
+  // Large enough that reading, with the page faults in `out`, takes longer than scheduling.
   constexpr uint64_t kGrain = uint64_t(1) << 20;
   parallel_ranges(end - begin, kGrain, [&](size_t first, size_t last) {
     file_->read(offset_ + begin + first, last - first, to + first, progress);

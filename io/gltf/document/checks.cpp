@@ -38,7 +38,7 @@ int checked_component_size(const json& object, const std::string& place) {
 }
 
 // Throws unless `count` elements of `size` bytes, `stride` apart, lie within the view. All values
-// are at most 2^53 and the stride below 2^16; the first test keeps the product below 2^63.
+// are at most 2^53, and the stride is below 2^16; the first test keeps the product below 2^63.
 void check_range(const GltfView& view, uint64_t offset, uint64_t count, uint64_t stride,
                  uint64_t size, const std::string& place) {
   const bool exceeds_view = count > view.size;

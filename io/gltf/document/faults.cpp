@@ -85,7 +85,7 @@ std::optional<std::string> GltfFaults::first_fault_below(
 }
 
 std::vector<std::string> GltfFaults::lines() const {
-  // The schema tables have fewer kinds. If there should be more, they are counted with the last
+  // The schema tables have fewer kinds than this. Any further kinds would be counted with the last
   // one.
   constexpr size_t kMaxKinds = 60;
   struct Line {

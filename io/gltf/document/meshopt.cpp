@@ -13,8 +13,8 @@ namespace emberline {
 namespace {
 
 // Minimum number of bytes for `count` elements, from the extension's appendix A: a vertex stream
-// spends 2 header bits per 16 bytes of a byte plane, an index stream one byte per triangle, an
-// index sequence one byte per index.
+// has 2 header bits per 16 bytes of a byte plane; an index stream has one byte per triangle, and an
+// index sequence has one byte per index.
 uint64_t min_encoded_size(const std::string& mode, ByteSpan encoded, uint64_t count,
                           uint64_t stride) {
   if (mode == "TRIANGLES") return 1 + count / 3;

@@ -5,7 +5,7 @@
 
 namespace emberline {
 
-// Decodes the view at `place`, described by `extension`, from `encoded` to `byte_length` bytes.
+// Decodes `encoded` to the `byte_length` bytes of the view at `place`. `extension` describes it.
 // Before allocating, checks that `encoded` can hold that much data and reserves the memory from the
 // budget of `progress`. Throws InputError.
 std::vector<uint8_t> decode_meshopt_view(const nlohmann::json& extension, ByteSpan encoded,

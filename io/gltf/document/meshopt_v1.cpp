@@ -55,7 +55,7 @@ bool read_group(Stream& stream, int bits, uint8_t* deltas) {
   const unsigned sentinel = (1u << bits) - 1u;
   const size_t per_byte = 8 / size_t(bits);
   for (size_t i = 0; i < kGroupSize; ++i) {
-    // Single bits are stored from the lowest up, wider ones from the highest down.
+    // In a byte, 1-bit deltas start at the lowest bit, but wider deltas start at the highest.
     const size_t place = bits == 1 ? i % per_byte : per_byte - 1 - i % per_byte;
     const unsigned value = packed[i / per_byte] >> (place * size_t(bits)) & sentinel;
     const uint8_t* exact = value == sentinel ? stream.take(1) : nullptr;

@@ -21,8 +21,8 @@ namespace emberline {
 // Extensions found on objects are added to extensionsUsed.
 void check_schema(nlohmann::json& root, const std::string& file, GltfFaults& faults);
 
-// Returns members of nodes, meshes, materials and their sub-objects that the tables do not list, as
-// "\"foo\" of meshes/primitives". Ignores extras and extensions.
+// Returns the members of nodes, meshes, materials and their sub-objects that the tables do not
+// list, as "\"foo\" of meshes/primitives". Ignores extras and extensions.
 std::vector<std::string> unknown_members(const nlohmann::json& root);
 
 // Returns the property at a JSON pointer ("/materials/3/pbrMetallicRoughness/metallicFactor"), or

@@ -17,9 +17,9 @@
 namespace emberline {
 namespace {
 
-// Our limit on the number of faces, and of vertices, per byte of the stream: each may take as
-// little as 1/32 bit. Draco has no minimum (its entropy coder approaches zero for regular meshes),
-// but real meshes need at least one bit per face.
+// Our limit on the number of faces per byte of the stream, and also on that of vertices. It means
+// that each takes at least 1/32 bit. Draco has no minimum (its entropy coder approaches zero for
+// regular meshes), but real meshes need at least one bit per face.
 constexpr uint64_t kMaxPerByte = 256;
 
 // Reads the counts in the header, because Draco allocates memory for that many elements before it

@@ -20,8 +20,8 @@ struct DracoPrimitive {
   std::map<std::string, std::vector<float>> attributes;  // vertex_count x components each
 };
 
-// Throws InputError at `place` for a corrupt stream, for missing attributes, and for counts above
-// what is plausible for the stream's size, above `declared_indices` or above the memory budget.
+// Throws InputError at `place` for a corrupt stream, for missing attributes, and for counts that
+// are implausible for the stream's size or exceed `declared_indices` or the memory budget.
 DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& requests,
                             uint64_t declared_indices, const std::string& place,
                             const LoadProgress& progress = LoadProgress::none());

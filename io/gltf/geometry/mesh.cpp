@@ -67,7 +67,7 @@ bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   return !(std::sqrt(dot(normal, normal)) > kCollinear * longest2);
 }
 
-// Larger coordinates overflow when squared in float, so rays could not be intersected.
+// Larger coordinates overflow when squared in float, so intersections with rays would fail.
 constexpr float kMaxCoordinate = 1e18f;
 
 bool is_usable(const Vec3f& p) { return is_finite(p) && max_abs_component(p) <= kMaxCoordinate; }
@@ -247,8 +247,8 @@ TextureRef tangent_layout(const MaterialDescription& material) {
   return {};
 }
 
-// Returns the layout of the first material that needs tangents. If none does, returns that of the
-// first material if `required`, otherwise nothing.
+// Returns the layout of the first material that needs tangents. If none does, returns the layout of
+// the first material if `required`, and nothing otherwise.
 std::optional<TextureRef> find_tangent_layout(const PrimitiveReader& reader, Materials materials,
                                               bool required, LoadedMesh& loaded) {
   std::optional<TextureRef> found;

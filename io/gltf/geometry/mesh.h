@@ -44,9 +44,9 @@ struct LoadedMesh {
 // `poses` has a single pose; or the poses at evenly spaced times while the shutter is open; or,
 // with `next_frame`, the current pose and that of MeshDescription::next_frame. `materials` are all
 // materials that may shade the primitive, its own first. They decide which UV sets are kept (set 0
-// always is) and whether the mesh gets tangents; with `tangents`, it always does. `flat` means that
-// the instance transform flattens the mesh; the normals are then not read, since those of the plane
-// are used. Throws InputError. Thread-safe.
+// always is) and whether the mesh gets tangents; with `tangents`, it always gets them. `flat` means
+// that the instance transform flattens the mesh; the normals are then not read, since those of the
+// plane are used. Throws InputError. Thread-safe.
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh, size_t primitive,
                           std::span<const MeshPose> poses, bool next_frame,
                           std::span<const MaterialDescription* const> materials, bool tangents,

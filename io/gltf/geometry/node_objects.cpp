@@ -217,7 +217,7 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
   size_t count = 0;
   bool has_count = false;
   if (!attributes.empty()) {
-    // Each instance takes up to ten floats and the resulting matrix.
+    // Memory per instance: up to ten floats and the resulting matrix.
     memory.add(bytes_of(count_of(attributes.begin().value()), 10 * sizeof(float) + sizeof(Mat44d)),
                place);
   }

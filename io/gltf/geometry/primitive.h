@@ -44,7 +44,7 @@ class PrimitiveReader {
   std::vector<float> target_floats(size_t target, const std::string& attribute,
                                    int components) const;
 
-  // Number of vertices that are read: all, or only the indexed ones if the accessors hold far more.
+  // Number of vertices that are read: all, or only the indexed ones if these are few.
   uint64_t vertex_count() const {
     return used_vertices_.empty() ? vertex_count_ : used_vertices_.size();
   }

@@ -99,7 +99,7 @@ class SceneGraphReader {
   const std::vector<Mat44d>& instance_transforms(const json& instancing, size_t node);
   size_t find_or_add_use(size_t node, bool flat);
   bool is_flat(const Placement& placement) const;
-  // Invertible transforms of a placement; `next_frame` is that at GltfAnimation::next_frame.
+  // Invertible transforms of a placement; `next_frame` is the one at GltfAnimation::next_frame.
   struct Transforms {
     Mat44d to_world;
     std::vector<Mat44d> motion;

@@ -24,8 +24,8 @@ struct CornerKeyHash {
   }
 };
 
-// Returns +1 if v decreases to the left of the direction of u, as on an upright image, -1 if the
-// texture is mirrored, and 0 if the triangle has no area in the texture.
+// Returns +1 if v decreases to the left of the direction of u, as it does on an upright image.
+// Returns -1 if the texture is mirrored, and 0 if the triangle has no area in the texture.
 int uv_orientation(const Vec2f& a, const Vec2f& b, const Vec2f& c) {
   const double area =
       (double(b.x) - a.x) * (double(c.y) - a.y) - (double(c.x) - a.x) * (double(b.y) - a.y);

@@ -7,9 +7,9 @@ namespace emberline {
 
 // Computes mesh.tangents from the UV set and transform of `layout`, as glTF 2.0 section 3.7.2.1
 // requires if TANGENT is missing. The method is M. Mikkelsen's, "Simulation of Wrinkled Surfaces
-// Revisited" (2008), with the weights of his reference code: each corner's direction of increasing
-// u, projected to the vertex's tangent plane and weighted by the corner's angle, is summed over all
-// corners that share position, normal, UV and UV orientation. A vertex whose corners have both
+// Revisited" (2008), with the weights of his reference code: it sums the directions of increasing u
+// of all corners that share position, normal, UV and UV orientation. Each is projected to the
+// vertex's tangent plane and weighted by the corner's angle. A vertex with corners of both
 // orientations is split. The bitangent cross(normal, tangent) * w points towards decreasing v, "up"
 // in an image.
 //

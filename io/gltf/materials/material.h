@@ -11,8 +11,8 @@ namespace emberline {
 
 // Returns one MaterialDescription per glTF material; TextureRef::image holds glTF image indices.
 // Ignored and approximated features go to `coverage`. A material that cannot be read is noted as
-// broken. Unless options.lenient, this includes materials with a texture that has no image in a
-// supported format.
+// broken. Unless options.lenient is set, this includes materials with a texture that has no image
+// in a supported format.
 std::vector<MaterialDescription> read_materials(const GltfDocument& document,
                                                 const GltfOptions& options,
                                                 CoverageReport& coverage);

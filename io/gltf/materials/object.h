@@ -16,7 +16,7 @@ namespace emberline {
 // The members that were clamped; one warning reports them all.
 struct ClampedFactors {
   struct List {
-    static constexpr size_t kMaxNamed = 8;  // more are only counted; there may be any number
+    static constexpr size_t kMaxNamed = 8;  // others are only counted; a file may have any number
     std::vector<std::string> named;         // clamped members and their values
     uint64_t more = 0;
   };

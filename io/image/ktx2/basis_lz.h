@@ -72,7 +72,7 @@ class SliceReader {
   uint64_t row_number_ = 0;
   std::vector<Block> row_;
   std::vector<uint16_t> previous_endpoints_;  // endpoints of the previous row
-  std::vector<uint8_t> predictions_;          // predictions of the next odd row, per pair of blocks
+  std::vector<uint8_t> predictions_;          // predictions for the next odd row, per block pair
   uint32_t last_prediction_ = 0;
   uint64_t prediction_run_ = 0;
   uint32_t last_endpoint_ = 0;

@@ -18,7 +18,7 @@ class BlockRows {
   virtual void next(std::span<BlockPixels> row) = 0;
 };
 
-// Memory that the result of make_block_rows() takes, computed from the headers. Throws InputError.
+// Memory of make_block_rows()'s result, computed from the headers. Throws InputError.
 uint64_t block_rows_bytes(const Container& container, const std::string& place);
 
 // The result refers to the container's bytes, which must outlive it. Throws InputError.

@@ -37,7 +37,7 @@ struct Container {
   std::array<int, 4> sources = {};
   bool has_second_slice = false;  // ETC1S
   int levels = 0;
-  std::array<uint64_t, 32> level_bytes = {};  // size of each level; all lie inside the file
+  std::array<uint64_t, 32> level_bytes = {};  // size of each level; all levels lie inside the file
   Bytes level;                                // level 0 as stored
   Bytes global_data;                          // BasisLZ
 

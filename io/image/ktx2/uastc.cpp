@@ -107,7 +107,7 @@ class BlockBits {
   int taken_ = 0;
 };
 
-// "ASTC Endpoint Unquantization": combines a value's lower bits and its trit or quint to 8 bits.
+// "ASTC Endpoint Unquantization": combines a value's lower bits and its trit or quint into 8 bits.
 // Entry B of that table repeats the bits above the lowest at other positions.
 uint8_t unquantize(Digits digits, int bit_count, uint32_t bits, uint32_t digit) {
   const uint32_t upper = bits >> 1;

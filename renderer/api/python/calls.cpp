@@ -139,10 +139,10 @@ class WaitingCall final : public Call {
   std::exception_ptr error_, error_in_python_;
 };
 
-// Waits for all calls before the interpreter ends. At its end it terminates all threads that wait
-// for the GIL, and the C++ functions on their stacks cannot handle that. Non-daemon threads have
-// already ended. A forked process does not wait, since it has the count of calls, but not their
-// threads.
+// Waits for all calls before the interpreter exits. On exit, it would terminate all threads that
+// are waiting for the GIL, and the C++ functions on their stacks cannot handle that. (Non-daemon
+// threads have already ended.) A forked process does not wait: it has inherited the count of calls,
+// but not their threads.
 void wait_for_calls() {
   if (is_forked()) return;
   g_is_finalizing = true;
@@ -166,8 +166,8 @@ void run_call(const std::function<void(Call&)>& work) {
     call->wait_for(work);
   }
   --g_calls;
-  // Leaks the call in a process that a callback has forked, since the destructor would wait for the
-  // worker forever.
+  // In a process that a callback has forked, leaks the call, since its destructor would wait for
+  // the worker forever.
   if (is_forked()) call.release()->rethrow();
   call->rethrow();
   log_messages();

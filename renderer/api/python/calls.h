@@ -13,12 +13,12 @@ namespace emberline::python {
 
 namespace py = pybind11;
 
-// The interface of a long call to the code that it runs.
+// A long call, as seen by the code that it runs.
 class Call {
  public:
   virtual ~Call() = default;
-  // Returns a token with which a stop is requested after an exception in Python. The call's result
-  // is then discarded.
+  // Returns a token whose stop is requested after an exception in Python. The call's result is then
+  // discarded.
   virtual std::stop_token cancellation() const = 0;
   // Runs `work` with the GIL on the thread that called from Python, and waits for it. Does nothing
   // once the call is given up.

@@ -27,7 +27,7 @@ void check_progress(const py::object& progress) {
   }
 }
 
-// Calls work(call, watch, stop), which must render. `watch` calls Python's `progress`.
+// Renders by calling work(call, watch, stop). `watch` calls Python's `progress`.
 template <typename Work>
 std::shared_ptr<api::RenderedPicture> render_with_progress(const py::object& progress,
                                                            const Work& work) {

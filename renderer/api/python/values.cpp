@@ -43,7 +43,7 @@ std::vector<size_t> channels_of(const api::RenderedPicture& picture, const std::
     return indices;
   }
   const std::string prefix = layer + ".";
-  add(prefix, "RGBA");  // in this order first: EXR sorts names alphabetically
+  add(prefix, "RGBA");  // these first, in this order: EXR sorts names alphabetically
   for (size_t i = 0; i < picture.channels.size(); ++i) {
     const std::string& name = picture.channels[i];
     const bool is_in_layer =

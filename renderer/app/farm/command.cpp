@@ -83,8 +83,8 @@ bool is_utf8(std::string_view text) {
   return text.empty();
 }
 
-// Throws UsageError for a name that is not UTF-8, because job.json and settings.json can hold only
-// UTF-8 and the parts and `farm cancel` read names from them.
+// Throws UsageError for a name that is not UTF-8. The parts and `farm cancel` read names from
+// job.json and settings.json, which can hold only UTF-8.
 void check_names(const RenderOptions& o) {
   std::vector<std::string> names = {o.scene,   o.resource_root, o.environment, o.edits,   o.camera,
                                     o.variant, o.animation,     o.catchers,    o.holdouts};

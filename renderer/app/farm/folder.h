@@ -19,8 +19,8 @@
 
 namespace emberline {
 
-// "shot.####.exr" -> "shot.0000.exr": replaces every run of four or more '#' by the frame's number,
-// which is always 0 here.
+// "shot.####.exr" -> "shot.0000.exr": replaces every run of four or more '#' with the frame's
+// number, which is always 0 here.
 std::string expand_frame_zero(std::string name);
 
 // The paths are absolute and need not exist.

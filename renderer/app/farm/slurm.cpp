@@ -165,8 +165,8 @@ uint64_t submit_job(const SlurmRequest& request, const std::string& folder,
 std::optional<std::vector<SlurmTask>> queued_tasks(std::span<const uint64_t> jobs) {
   std::vector<SlurmTask> tasks;
   if (jobs.empty()) return tasks;
-  // Calls squeue once for each job, because it omits jobs that it has forgotten if asked about
-  // several.
+  // Calls squeue once for each job. If asked about several, squeue omits those that it has
+  // forgotten.
   for (const uint64_t job : jobs) {
     const auto result = run_tool({"squeue", "--noheader", "--array", "--format=%F|%K|%T|%N|%r",
                                   fmt::format("--jobs={}", job)});

@@ -96,7 +96,7 @@ struct Queue {
   }
 };
 
-// Updates the status by what Slurm says. The part's own file says how much is done; Slurm knows
+// Updates the status with what Slurm says. The part's own file says how much is done; Slurm knows
 // whether the part is running.
 void apply_queue_state(const Queue& queue, const std::string& id, PartStatus& status) {
   if (!queue.known || status.state == kDone) return;
@@ -179,8 +179,8 @@ PartStatus merge_status(const FarmFolder& folder, const FarmRecord& record, cons
   return status;
 }
 
-// Assumes that waiting parts take as long as the others, and that as many parts as now keep
-// running.
+// Assumes that waiting parts take as long as the others, and that the number of running parts stays
+// the same.
 std::optional<double> time_left(const std::vector<PartStatus>& parts) {
   double sum = 0, longest = 0, total_s = 0, waiting = 0, timed_parts = 0, running = 0;
   for (const PartStatus& part : parts) {

@@ -93,8 +93,8 @@ float find_scale(std::span<const float> rates, std::span<const SampleBounds> bou
   const Extent extent = extent_of(rates, bounds);
   if (!(extent.max_rate > 0.0f) || total <= extent.minimum) return 0.0f;
   const double max_count = std::max(1e-3, double(extent.max_count));
-  // The K with which even the pixel with the smallest rate reaches its maximum, limited to the
-  // range of float.
+  // A K so large that even the pixel with the smallest rate reaches its maximum, unless that K
+  // exceeds the range of float.
   double high = std::min(2.0 * max_count / double(extent.min_rate), 0x1p126);
   if (total >= extent.maximum) return float(high);
   double low = 0x1p-24 * max_count / double(extent.max_rate);
@@ -116,9 +116,9 @@ float find_scale(std::span<const float> rates, std::span<const SampleBounds> bou
   return float(k);
 }
 
-// Rounds x to a power of two if it is from 1/1.23 to 1.3 times that power, otherwise to 1.5 times a
-// power of two. Powers of two are favoured because they are better stratified. The limits were
-// tuned on teapot and Cornell box (tests/bench/results).
+// Rounds x to a power of two if x is between 1/1.23 and 1.3 times that power, otherwise to 1.5
+// times a power of two. Powers of two are favoured because they are better stratified. The limits
+// were tuned on the teapot and the Cornell box (tests/bench/results).
 float nearest_step(float x) {
   constexpr float kToHalfStep = 1.3f, kToPower = 1.62f;
   const auto bits = std::bit_cast<uint32_t>(x);

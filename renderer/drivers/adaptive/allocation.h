@@ -29,25 +29,26 @@ void allocate_samples(std::span<const float> rates, std::span<const SampleBounds
 
 // Like allocate_samples(), but K x rate_i is rounded to a power of two or 1.5 times a power of two,
 // with a preference for powers of two. K is about the largest for which the counts add up to at
-// most `total`. So a pixel moves from one such count n to the next, m, when its expected gain per
-// sample, variance / (n m), is about that of all other pixels.
+// most `total`. So every pixel takes its next step at about the same expected gain per sample. A
+// step from n to m samples gains variance / (n m) per sample.
 void allocate_steps(std::span<const float> rates, std::span<const SampleBounds> bounds,
                     double total, std::vector<float>* counts);
 
-// Counts near `wanted` must be multiples of this number. It is at least 8, a whole block of the
-// sampler, since pairs of dimensions are stratified in blocks of 8 samples, and streams alternate
-// every 8. For large counts it is a quarter of the largest power of two up to `wanted`, because a
-// Sobol' sequence is better stratified at 12, 14 or 16 times a power of two than in between
-// (tests/bench/results). With `halves` it is half of that power, since halves are not compared at
-// other counts.
+// Counts near `wanted` must be multiples of this number. It is at least 8, one block of the
+// sampler: pairs of dimensions are stratified in blocks of 8 samples, and streams alternate
+// every 8. For large counts it is a quarter of the largest power of two that is at most `wanted`,
+// because a Sobol' sequence is better stratified at 12, 14 or 16 times a power of two than in
+// between (tests/bench/results). With `halves` it is half of that power, since halves are compared
+// only at such counts.
 inline uint32_t count_multiple(float wanted, bool halves) {
   const uint32_t steps = halves ? 2 : 4;
   return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / steps);
 }
 
-// Rounds `wanted` up or down at random (u in [0, 1)), so that its expectation is preserved, to
-// `current` or a larger multiple of `step`, which must be a power of two. Returns `current` if
-// `wanted` is less or NaN. Exact below 2^24; uses only floats so that loops vectorise.
+// Rounds `wanted` to `current` or to a larger multiple of `step`, which must be a power of two. The
+// random number u in [0, 1) decides between up and down, so that the expectation is `wanted`.
+// Returns `current` if `wanted` is less or NaN. Exact below 2^24; uses only floats so that loops
+// vectorise.
 inline uint32_t round_count(uint32_t current, float wanted, uint32_t step, float u) {
   const auto minimum = float(current), whole_step = float(step);
   const float lower = std::max(minimum, std::floor(wanted / whole_step) * whole_step);

@@ -36,7 +36,7 @@ struct ColumnExtremes {
   }
 };
 
-// Raises the errors of a row's pixels to the error of one channel where that is larger.
+// Raises the error of each pixel in a row to one channel's error where the latter is larger.
 void add_channel(const PixelStatistics& pixels, size_t channel, size_t y, ColumnExtremes& columns,
                  float* error) {
   const auto width = size_t(pixels.width), height = size_t(pixels.height);

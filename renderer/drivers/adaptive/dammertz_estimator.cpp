@@ -26,7 +26,7 @@ bool has_estimate(const PixelStatistics& pixels, size_t i) {
 // Returns the error e_p, or 0 if the pixel has no light, no estimate or an error that is not
 // finite, because one such pixel must not keep its block unfinished.
 uint64_t pixel_error(const PixelStatistics& pixels, size_t i) {
-  constexpr float kMinLight = 1e-8f;  // a filter's negative lobes may leave less
+  constexpr float kMinLight = 1e-8f;  // a filter with negative lobes may even make `light` negative
   if (!has_estimate(pixels, i)) return 0;
   float light = 0.0f, difference = 0.0f;
   for (size_t c = 0; c < 3; ++c) {
@@ -52,8 +52,8 @@ Rect first_part(const Rect& block, int cut) {
                                          : Rect{block.x0, block.y0, block.x1, cut};
 }
 
-// The first cut with at least half of the error before it; at least one column or row remains
-// behind it.
+// The first cut with at least half of the error before it. At least one column or row comes after
+// it.
 int median_cut(const SummedAreaTable& sums, const Rect& block) {
   const bool across = block.width() >= block.height();
   int low = (across ? block.x0 : block.y0) + 1, high = (across ? block.x1 : block.y1) - 1;

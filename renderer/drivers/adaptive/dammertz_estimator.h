@@ -16,7 +16,7 @@
 // pixels, and of sqrt(16 / |b|) T in larger ones. Without a threshold, blocks are split to the
 // smallest size, so that the map shows where the noise is.
 //
-// Known faults of the method: if its error is above 256 T, the whole crop is sampled evenly. A
+// Known faults of the method: a crop whose error is above 256 T is sampled evenly throughout. A
 // block's mean hides a few bad pixels among good ones. Light brighter than the display's white
 // counts as if it were visible, and a black pixel, where no sample found light, counts as perfect.
 #pragma once

@@ -20,7 +20,7 @@ namespace {
 constexpr double kMinSamples = 16.0;
 constexpr size_t kGrain = 8192;
 
-// The channels of one half in the order of put_halves(), after the shared values are summed.
+// The channels of one half in the order of put_halves(), with the shared values already summed.
 enum Channel : size_t { kRed, kAlbedo = 3, kFeatures = 6, kSamples = 11, kShared };
 constexpr size_t kChannels = kShared + 3;
 constexpr int kRowsAtOnce = 64;

@@ -5,8 +5,8 @@
 //
 // The error is half the width of the 95 % confidence interval of the pixel's mean in display units,
 // t_.975(n - 1) sqrt(variance / n), as the root mean square over the channels. This is 2.4 times
-// the expected RMS error at 8 samples and twice that error at many. The test assumes independent
-// samples, so the interval is too wide for stratified ones.
+// the expected RMS error at 8 samples, and about twice that error if there are many samples. The
+// test assumes independent samples, so the interval is too wide for stratified ones.
 //
 // From 2 to 7 samples the interval is unreliable. The error is then the larger of the interval and
 // the standard deviation over the displayed means of the pixel and its four edge neighbours,

@@ -42,8 +42,8 @@ struct PixelStatistics {
 // time.
 void resize_planes(std::span<std::vector<float>* const> planes, size_t pixels);
 
-// The epsilon of relMSE, (x - r)^2 / (r^2 + epsilon): a hundredth of the squared mean over pixels
-// and channels, as in `compare`, but at least 1e-6, so that it is not 0 for a black picture.
+// The epsilon in relMSE = (x - r)^2 / (r^2 + epsilon). As in `compare`, it is a hundredth of the
+// squared mean over pixels and channels. It is at least 1e-6, so it is not 0 for a black picture.
 float rel_mse_epsilon(const PixelStatistics& pixels);
 
 // Reads the film in parallel. It must have squares and rays (FilmExtras).

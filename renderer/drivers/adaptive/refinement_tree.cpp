@@ -23,9 +23,9 @@ constexpr int64_t kMaxPixels = (int64_t(1) << 31) - 1;  // each pixel takes two 
 // A round splits the most urgent leaves, which together hold this fraction of the total priority.
 // They are few while contrast is concentrated, so that the next round can react, and many if all
 // leaves look alike. Their number is limited to these fractions of the leaves that can be split, so
-// that a sample costs at most 16 evaluations of leaves. It is at least 64 and at least a 64th of
-// all samples, so that the last rounds are not many small ones. tests/bench/results shows how other
-// values affect error and speed.
+// that a sample costs at most 16 evaluations of leaves. It is also at least 64 and at least a 64th
+// of all samples, even if that is above the upper limit, so that the last rounds are not many small
+// ones. tests/bench/results shows how other values affect error and speed.
 constexpr double kRoundPriority = 0.25;
 constexpr size_t kMinRoundDivisor = 16, kMaxRoundDivisor = 4, kMinRoundDivisorOfAll = 64;
 constexpr size_t kMinRoundSize = 64;
@@ -152,8 +152,8 @@ void RefinementTree::insert(std::span<const Rgb> values) {
   update_priorities();
 }
 
-// Works in place: moves the open leaves towards the end of the list by the number of splits, the
-// most leaves that can be added, so that writing from the start never overtakes reading.
+// Works in place. First moves the open leaves towards the end of the list by the number of splits.
+// Each split adds at most one open leaf, so writing from the start never overtakes reading.
 void RefinementTree::split_chosen(std::span<const Rgb> values) {
   const size_t before = open_leaves_.size(), shift = chosen_leaves_.size();
   open_leaves_.resize(before + shift);
@@ -294,7 +294,7 @@ RefinementTree::Shade RefinementTree::shade(const Rgb& value) const {
 // A cell's sampled pixel depends only on the seed and the cell, not on earlier splits.
 RefinementTree::PixelOffset RefinementTree::draw_pixel(const Cell& cell) const {
   const uint64_t h = hash_combine64(hash64(settings_.seed), std::bit_cast<uint64_t>(cell));
-  const auto uniform_below = [](uint64_t bits, int count) {  // uniform to a relative 2^-16
+  const auto uniform_below = [](uint64_t bits, int count) {  // uniform to within a relative 2^-16
     return uint16_t((bits & 0xffffffffu) * uint64_t(count) >> 32);
   };
   return {uint16_t(cell.x0 + uniform_below(h, cell.width())),

@@ -15,8 +15,8 @@
 // finished, every pixel has been requested exactly once.
 //
 // Priorities. A leaf of area a (pixels) has the priority p = a (max(v_int, v_ext) + kappa). v_int
-// is the variance of the two samples that the last cut separated, v_ext the variance of the leaf
-// and its neighbours across the middles of its edges; both are variances of display values (below).
+// is the variance of the two samples that the last cut separated; v_ext is the variance of the leaf
+// and its neighbours across the middles of its edges. Both are variances of display values (below).
 // kappa is the coverage term, which makes the largest leaf come first where there is no contrast.
 // While any leaf is larger than `coverage_area`, only such leaves are split.
 //
@@ -68,7 +68,7 @@ struct RefinementSettings {
   // sample per pixel, the error is almost the same for any kappa from 1e-4 to 3e-3, but doubles at
   // 1e-2.
   float coverage_weight = 1e-3f;
-  // tau, the least contrast that counts as a feature: two steps of an 8-bit display, squared.
+  // tau, the least v_int or v_ext that counts as a feature: the square of two 8-bit display steps.
   float feature_threshold = square(2.0f / 255);
   float exposure = 1.0f;  // factor on radiance, in (0, 1e6]
 };
@@ -101,16 +101,17 @@ class RefinementTree {
   // Requests first samples: returns one pixel for each of the most urgent leaves, in tree order, so
   // that neighbours in the list are neighbours in the frame. The first round is one pixel; a
   // coverage round splits all leaves that are too large. Other rounds split the leaves that hold a
-  // quarter of the total priority, limited to between a 16th and a quarter of the leaves that can
-  // be split, but at least 64 and at least a 64th of all samples. There are never more than `limit`
-  // pixels. Calls must alternate with insert() (asserted), which invalidates the returned span.
+  // quarter of the total priority. Of the leaves that can be split, these are at least a 16th and
+  // at most a quarter. They are also at least 64 and at least a 64th of all samples, even if that
+  // is more than a quarter. No round has more than `limit` pixels. Calls must alternate with
+  // insert() (asserted), which invalidates the returned span.
   std::span<const Vec2i> next_round(size_t limit = std::numeric_limits<size_t>::max());
   // Takes the radiance of each requested pixel, in the order of next_round(), in linear Rec. 709.
   // NaN and infinity count as black.
   void insert(std::span<const Rgb> values);
 
-  // leaf_at() returns the leaf that covers pixel (x, y) of the crop, leaf_map() the leaves of all
-  // pixels, rows from the crop's top. Meaningless before the first sample.
+  // leaf_at() returns the leaf that covers pixel (x, y) of the crop; leaf_map() returns the leaf of
+  // each pixel, in rows from the crop's top. Both are meaningless before the first sample.
   uint32_t leaf_at(int x, int y) const { return leaf_of_pixel_[index(x, y)]; }
   std::span<const uint32_t> leaf_map() const { return leaf_of_pixel_; }
   // The value and the sampled pixel of a leaf. Leaves 0 .. sample_count() - 1 are in the order in
@@ -123,14 +124,14 @@ class RefinementTree {
   std::vector<RefinementNode> describe(int x, int y) const;
 
   // most_urgent() returns the first `max_count` leaves of two or more pixels in the order in which
-  // they will be split, open_count() the number of all such leaves.
+  // they will be split; open_count() returns the number of all such leaves.
   std::vector<RefinementNode> most_urgent(size_t max_count) const;
   size_t open_count() const { return open_leaves_.size(); }
   // Number of leaves with 2^k .. 2^(k+1) - 1 pixels, for k = 0, 1, ...
   std::vector<size_t> leaves_by_area() const;
 
-  // node_bytes() is at most 16 bytes plus 36 bytes for each of the 2 sample_count() - 1 nodes; once
-  // the tree is finished, a node takes only 22 bytes. map_bytes() is 4 bytes per pixel.
+  // node_bytes() is at most 16, plus 36 for each of the 2 sample_count() - 1 nodes (only 22 for
+  // each once the tree is finished). map_bytes() is 4 per pixel.
   size_t node_bytes() const;
   size_t map_bytes() const { return leaf_of_pixel_.capacity() * sizeof(uint32_t); }
 
@@ -158,7 +159,7 @@ class RefinementTree {
     Rgb value;
     PixelOffset pixel;  // pixel that was sampled
   };
-  // The node id of leaf i is 2 i, that of split i is 2 i + 1.
+  // Leaf i has the node id 2 i; split i has the node id 2 i + 1.
   struct Split {
     uint32_t child[2];         // node ids, the one with the smaller coordinates first
     float v_cut;               // variance of the separated samples: v_int of both children

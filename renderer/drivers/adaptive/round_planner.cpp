@@ -26,13 +26,13 @@ constexpr float kMaxGrowth = 4.0f, kMinTrusted = 4.0f;
 constexpr float kUniformFraction = 0.1f;
 // The smallest fraction of the budget that is worth a round.
 constexpr double kMinRoundFraction = 1.0 / 500;
-// Pixels get slightly more samples than they need to reach the threshold according to the estimate.
+// Pixels get slightly more samples than the estimate says that they need to reach the threshold.
 constexpr float kThresholdMargin = 1.05f;
 
 // A few samples without any noise prove little: a point lit by a caustic, or through a gap, is
-// black until a path finds the light. This many samples in all of a crop's noise-free pixels, or
-// this many times the pilot in one pixel, are enough. With 95 % confidence, n samples find light
-// that one path in n / 3 finds, here one in 44 000.
+// black until a path finds the light. It is enough if all noise-free pixels of a crop together have
+// kNoiselessSamples, or one has kNoiselessGrowth times the pilot. With 95 % confidence, n samples
+// find light that one path in n / 3 finds; here that is one in 44 000.
 constexpr uint64_t kNoiselessSamples = 1 << 17;
 constexpr uint32_t kNoiselessGrowth = 64;
 // Below this fraction of the threshold, an error is rounding noise.
@@ -291,9 +291,9 @@ bool RoundPlanner::allocate_by_deviation() {
 }
 
 // Must be called only if no pixel may get more samples. Doubles the samples of pixels whose camera
-// rays hit something, but that show no noise, as do their neighbours, until such pixels have many
-// in total. A small bucket may be black after its pilot because only one path in thousands finds
-// the light. Unbiased rounds need samples of every pixel, so all pixels double if one does.
+// rays hit something but that, like their neighbours, show no noise, until such pixels have many
+// samples in total. A small bucket may be black after its pilot because only one path in thousands
+// finds the light. Unbiased rounds need samples of every pixel, so all pixels double if one does.
 bool RoundPlanner::resample_noise_free_pixels() {
   const size_t pixels = targets_.size();
   const auto noiseless = [&](size_t i) {
@@ -405,8 +405,8 @@ void RoundPlanner::round_to_counts(float uniform_samples) {
   const uint32_t min_increase = settings_.unbiased ? 1 : 0;
   const bool doubling = doubles_counts();
   set_targets([&](size_t i, uint32_t current, float wanted) {
-    // The uniform share must not raise a count beyond the next power of two either: if one of the
-    // two compared parts is small, a bright sample in the other hardly shows.
+    // Not even the uniform share may raise a count beyond the next power of two: if one of the two
+    // compared parts is small, a bright sample in the other hardly shows.
     const float cap = doubling ? std::min(maximum, next_power_of_two(float(current))) : maximum;
     const float share = std::min(std::max(wanted, float(current) + uniform_samples), cap);
     // The maximum need not be a multiple of the step, and random rounding might never reach it, so

@@ -179,12 +179,12 @@ struct OwnRow {
 };
 
 // Squared display error of a pixel that is darker than its neighbours, assuming that they have
-// found light that it missed. If a sample finds the light with probability p, and the light makes
-// the mean brighter by d, it adds d / p to a sample that finds it and d^2 / p to a sample's
-// variance, and n samples all miss it with probability exp(-n p). p is derived from d^2 and the
-// neighbours' variance, so that a lamp in focus next to the pixel, which every other sample finds,
-// does not count as missed. n p is divided by 4, since pixels that found rare light by luck
-// overestimate p. (1 - x / 8)^8 approximates exp(-x).
+// found light that it missed. Let p be the probability that a sample finds the light, and d the
+// amount by which the light brightens the mean. The light then adds d / p to a sample that finds it
+// and d^2 / p to a sample's variance; n samples all miss it with probability exp(-n p). p is
+// derived from d^2 and the neighbours' variance, so that a lamp in focus next to the pixel, which
+// every other sample finds, does not count as missed. n p is divided by 4, since pixels that found
+// rare light by luck overestimate p. (1 - x / 8)^8 approximates exp(-x).
 float missed_error(float count, float mean, float neighbours, float neighbours_square,
                    float variance) {
   const float increase = std::max(0.0f, neighbours - mean);

@@ -4,14 +4,14 @@
 // - for the cosine: sqrt(c/2 + mu/2), where c = (1 + 2 alpha) mu / (mu + 2 alpha) as in
 //   specular_albedo.h, with the alpha in the direction's azimuth. Across the groove, values change
 //   over mu ~ alpha and, because normals spread along x, also over mu ~ 1;
-// - for the azimuth: the eighth root of the alpha in it, from that of alpha_y to that of alpha_x.
-//   With alpha_y = 1e-3 and alpha_x = 1, all changes are within a few degrees of y;
-// - for alpha_y: its fourth root, from that of kMirrorAlpha to 1;
-// - for alpha_x: its square root, from that of alpha_y to 1.
+// - for the azimuth: the eighth root of the alpha at that azimuth, from alpha_y^(1/8) to
+//   alpha_x^(1/8). With alpha_y = 1e-3 and alpha_x = 1, all changes are within a few degrees of y;
+// - for alpha_y: its fourth root, from kMirrorAlpha^(1/4) to 1;
+// - for alpha_x: its square root, from alpha_y^(1/2) to 1.
 // Cubic (Lagrange) interpolation has an error of at most 1e-3 along the cosine and 7e-4 along each
-// other dimension, with a thirtieth of the nodes that linear interpolation would need. Alphas
-// change less often than directions, and every neighbour costs a cache line. So after the build,
-// the table is refined along both alphas, and lookups interpolate linearly along them.
+// other dimension, with a thirtieth of the nodes that linear interpolation would need. But every
+// neighbour costs a lookup one cache line. So after the build, the table is refined along both
+// alphas, which change less often than directions, and lookups interpolate linearly along them.
 
 #include <algorithm>
 #include <array>
@@ -133,8 +133,8 @@ SpecularAlbedo mean_width(float ax, float ay) {
 
 struct AnisotropicAlbedo::Tables {
   std::array<Node, kPlane * kNarrow * kWide> nodes;  // [alpha_y][alpha_x][azimuth][cosine]
-  // Averages over the hemisphere: the loss divided by that of mean_width(), and the Schlick part
-  // minus that of mean_width().
+  // Averages over the hemisphere: the loss divided by mean_width()'s loss, and the Schlick part
+  // minus mean_width()'s.
   std::array<Node, size_t(kNarrow* kWide)> averages = {};
 
   Tables() {
@@ -261,9 +261,10 @@ SpecularAlbedo::Value AnisotropicAlbedo::at(const Vec3f& w) const {
   const float mu = std::clamp(w.z, 0.0f, 1.0f);
   const float x2 = square(w.x), sin2 = fma(w.y, w.y, x2);
   const float cos2 = sin2 > 0 ? x2 / sin2 : 0.5f;
-  // The alpha `a` in w's azimuth, and its position between y = alpha_y and x = alpha_x, which is
-  // (a^p - y^p) / (x^p - y^p) with p = 1/8. The formula for this follows from a^2 - y^2 = (x^2 -
-  // y^2) cos^2 and does not cancel where x and y meet.
+  // Computes the alpha `a` in w's azimuth, and its position between y = alpha_y and x = alpha_x.
+  // The position is (a^p - y^p) / (x^p - y^p) with p = 1/8. It is computed as cos^2 times a ratio
+  // of sums, which follows from a^2 - y^2 = (x^2 - y^2) cos^2 and does not cancel where x
+  // approaches y.
   const float alpha = std::sqrt(lerp(alpha_y2_, alpha_x2_, cos2)), root = std::sqrt(alpha);
   const float root4 = std::sqrt(root), root8 = std::sqrt(root4);
   const float sums =

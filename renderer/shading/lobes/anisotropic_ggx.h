@@ -1,9 +1,9 @@
-// The anisotropic GGX reflection lobe (KHR_materials_anisotropy) for one wo: alpha_x along local x,
-// alpha_y along local y, height-correlated Smith masking (Heitz 2014, "Understanding the
-// Masking-Shadowing Function in Microfacet-Based BRDFs"); and its directional albedo.
+// The anisotropic GGX reflection lobe (KHR_materials_anisotropy) for one wo, and its directional
+// albedo. The lobe has alpha_x along local x, alpha_y along local y, and height-correlated Smith
+// masking (Heitz 2014, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs").
 //
-// Map, density, bounds and numerics generalise those of ggx.h; the bound on the cap uses the
-// smaller alpha, as in Eto & Tokuyoshi 2023.
+// The sampling map, density, bounds and numerics generalise those of ggx.h; the bound on the cap
+// uses the smaller alpha, as in Eto & Tokuyoshi 2023.
 #pragma once
 
 #include <cmath>
@@ -65,12 +65,13 @@ class AnisotropicGgx {
   float k_ = 0.0f;  // Eto & Tokuyoshi's bound on the cap
 };
 
-// The directional albedo of AnisotropicGgx, with the interface of SpecularAlbedo: the albedo of an
-// isotropic lobe with the alpha in w's azimuth, plus a table of the difference over (cosine,
-// azimuth, alpha_y, alpha_x). With alpha_x = alpha_y the difference is 0. Compared with quadrature
-// at 20,000 points, including narrow lobes and grazing angles, |error| in E is at most 1.5e-3, and
-// below 9e-4 at 99 % of the points; in B it is at most 1.7e-3, and below 6e-4 at 99 %. The table
-// takes 950 KiB and is built once (90 ms, deterministic, thread-safe).
+// The directional albedo of AnisotropicGgx, with the interface of SpecularAlbedo. It is the albedo
+// of an isotropic lobe with the alpha in w's azimuth, plus a difference from a table over (cosine,
+// azimuth, alpha_y, alpha_x). If alpha_x = alpha_y, the difference is 0. Errors were measured
+// against quadrature at 20,000 points, including narrow lobes and grazing angles: |error| in E is
+// at most 1.5e-3, and below 9e-4 at 99 % of the points; |error| in B is at most 1.7e-3, and below
+// 6e-4 at 99 %. The table (950 KiB) is built once, in 90 ms; the build is deterministic and
+// thread-safe.
 class AnisotropicAlbedo {
  public:
   // alpha_x >= alpha_y (glTF: x is the stretched direction), both in [kMirrorAlpha, 1].
@@ -95,8 +96,8 @@ class AnisotropicAlbedo {
   AnisotropicAlbedo(float alpha_x, float alpha_y, const Tables& tables);
 
   float alpha_x2_, alpha_y2_;
-  // alpha_y to the powers 1, 1/2, 1/4, 1/8; and the product, over these powers, of the sum of both
-  // alphas to that power.
+  // roots_y_: alpha_y^p for p = 1, 1/2, 1/4, 1/8. sums_: the product of alpha_x^p + alpha_y^p over
+  // the same p.
   float roots_y_[4], sums_;
   const Node* nodes_;    // the first of 2 x 2 neighbouring pairs of alphas
   float narrow_, wide_;  // position between them

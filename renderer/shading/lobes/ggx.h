@@ -5,9 +5,9 @@
 // with Spherical Caps", HPG), bounded so that few reflections are below the horizon (Eto &
 // Tokuyoshi 2023, "Bounded VNDF Sampling for the Smith-GGX BRDF", SIGGRAPH Asia). value / pdf <= 1.
 //
-// Numerics: nothing here cancels, overflows or underflows for alpha >= kMirrorAlpha and any wo.z >
-// 0. sin^2 of the microfacet normal is computed from its xy, since 1 - z^2 has no significant
-// digits in float at alpha = 1e-3; the normal is never normalised, only its squared length is used.
+// Numerics: nothing here cancels, overflows or underflows if alpha >= kMirrorAlpha and wo.z > 0.
+// sin^2 of the microfacet normal is computed from its x and y, since 1 - z^2 has no significant
+// digits in float at alpha = 1e-3. The normal is never normalised; only its squared length is used.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// The table of refraction_albedo(), reflection plus transmission of the rough solid interface, by
-// quadrature.
+// The table of refraction_albedo(): reflection plus transmission of the rough solid interface,
+// computed by quadrature.
 
 #include <algorithm>
 #include <array>
@@ -32,8 +32,8 @@ struct Quadrature {
   }
 };
 
-// Returns the mean over visible normals of F G2/G1, if the reflection stays above the surface, plus
-// (1 - F) G2/G1, if the refraction stays below.
+// Returns the mean, over visible normals, of a sum: F G2/G1 if the reflection stays above the
+// surface, plus (1 - F) G2/G1 if the refraction stays below it.
 float integrate(const Quadrature& rule, float mu, float alpha, float eta) {
   const float alpha2 = square(alpha);
   const float sin_o = safe_sqrt(1 - square(mu));

@@ -13,8 +13,9 @@ namespace emberline {
 
 namespace {
 
-// Table 1 of Estevez & Kulla 2017: log L(x) = a / (1 + b x^c) + d x + e, each coefficient
-// interpolated between its values at roughness 1 and 0 by (1 - alpha)^2.
+// Table 1 of Estevez & Kulla 2017: log L(x) = a / (1 + b x^c) + d x + e. Each coefficient is
+// interpolated between its values at roughness 1 and 0, with the weight (1 - alpha)^2 for the
+// latter.
 struct Shadowing {
   double a, b, c, d, e;
   explicit Shadowing(double alpha) {
@@ -69,9 +70,9 @@ double slope_of_mean(double mean) {
   return std::expm1(0.5 * (low + high));
 }
 
-// Radius over which the corner of max(1, r) is rounded off, because the table could not represent a
-// sharp one. At high roughness the radius is small, because R reaches at most 0.953 and must stay
-// unchanged. For narrower lobes it is larger, because R is steeper.
+// The corner of max(1, r) is rounded off where r is within this distance of 1, because the table
+// could not represent a sharp corner. At high roughness the distance is small: R is at most
+// 0.953 there, and the result must remain 1. For narrower lobes it is larger, because R is steeper.
 float rounding_at(float roughness) {
   return lerp(0.15f, 0.045f, std::clamp((roughness - 0.15f) / (0.285f - 0.15f), 0.0f, 1.0f));
 }
@@ -218,8 +219,8 @@ void Table::fill(int row) {
     SheenNode& node = out[column];
     node.raw = float(sum);
     if (sum > double(1 - round)) exceeds_one[size_t(row)] = true;
-    // The densities are made wider than the moments suggest, because the lobe's tails are longer
-    // than theirs. This lowers the variance of the weights.
+    // The densities are made wider than the moments suggest, because the lobe has longer tails
+    // than they have. This lowers the variance of the weights.
     node.slope = float(std::pow(1 + slope_of_mean(sum_mu / sum), 0.75) - 1);
     node.concentration = float(0.77 * std::max(0.0, sum_cos / sum));
   }

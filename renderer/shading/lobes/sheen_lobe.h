@@ -1,20 +1,22 @@
 // The sheen of cloth (KHR_materials_sheen): the "Charlie" distribution of micro-fibre normals with
-// its fitted shadowing (Estevez & Kulla 2017, "Production Friendly Microfacet Sheen BRDF"), alpha =
-// roughness^2:
+// its fitted shadowing (Estevez & Kulla 2017, "Production Friendly Microfacet Sheen BRDF"). With
+// alpha = roughness^2:
 //   D = (2 + 1/alpha) sin(h)^(1/alpha) / 2 pi,   f = D / (4 mu_o mu_i (1 + L(mu_o) + L(mu_i))).
 //
-// The published lobe gains energy: its albedo R(mu) reaches 1.19 at roughness 0.2 and 2.9 at 0.07,
-// for cosines below 0.05, and grows without bound towards cosine 0 at every roughness. Here
-//   f' = f / max(1, R(mu_o), R(mu_i)),
-// with the corner of the max rounded off (over 1 +- 0.15 up to roughness 0.15, +- 0.045 from 0.285
-// on). This is reciprocal, has an albedo of at most 1, and equals f where f conserves energy
-// (everywhere above roughness 0.285). Cosines below kSheenMinCosine are raised to it.
+// The published lobe gains energy: at cosines below 0.05, its albedo R(mu) reaches 1.19 at
+// roughness 0.2 and 2.9 at 0.07, and at every roughness it grows without bound towards cosine 0. So
+// this class uses
+//   f' = f / max(1, R(mu_o), R(mu_i)).
+// The max has a rounded corner: its argument R is smoothed where it is within 0.15 of 1 (roughness
+// up to 0.15) or within 0.045 of 1 (roughness from 0.285). The lobe f' is reciprocal, has an albedo
+// of at most 1, and equals f where f conserves energy (everywhere above roughness 0.285). Cosines
+// below kSheenMinCosine are raised to it.
 //
-// Cosine and azimuth are sampled separately, with the density (1 + s) / (1 + s mu)^2 and a wrapped
-// Cauchy distribution around wo's azimuth; s and the distribution's width come from a table of the
-// lobe's own first moments. For sample weights w, E[w^2] / E[w]^2 is 1.02 to 2.3 over all
-// roughnesses and angles, and w / E[w] is at most 4.2. For comparison, E[w^2] / E[w]^2 is 1.04 to
-// 18 for uniform directions and 1.2 to 140 for cosine-weighted ones.
+// Cosine and azimuth are sampled separately: the cosine with the density (1 + s) / (1 + s mu)^2,
+// the azimuth with a wrapped Cauchy distribution around wo's. A table of the lobe's own first
+// moments gives s and the width of that distribution. For sample weights w, E[w^2] / E[w]^2 is 1.02
+// to 2.3 over all roughnesses and angles, and w / E[w] is at most 4.2. For comparison, E[w^2] /
+// E[w]^2 is 1.04 to 18 for uniform directions and 1.2 to 140 for cosine-weighted ones.
 #pragma once
 
 #include "renderer/core/vector.h"
@@ -22,16 +24,16 @@
 
 namespace emberline {
 
-// Lower roughnesses are raised to this. Chosen by us: at 0.07 sheen is visible only at cosines
-// below 0.2, and its sample weights still vary little; in the limit, roughness 0, it is invisible.
+// Lower roughnesses are raised to this. Chosen by us: at 0.07, sheen is visible only at cosines
+// below 0.2, and its sample weights still vary little. At roughness 0 it would be invisible.
 inline constexpr float kSheenMinRoughness = 0.07f;
 // At this cosine, R(mu) has its last minimum before the fit diverges towards cosine 0.
 inline constexpr float kSheenMinCosine = 1e-4f;
 
 struct SheenNode;
 
-// The lobe for a white sheen colour, in local space with normal +Z. Its table is built at first use
-// (65 ms, 145 KiB, deterministic, thread-safe).
+// The lobe for a white sheen colour, in local space with normal +Z. Its table (145 KiB) is built at
+// first use, in 65 ms; the build is deterministic and thread-safe.
 class SheenLobe {
  public:
   SheenLobe() = default;  // a black lobe; albedo() must not be called
@@ -56,7 +58,7 @@ class SheenLobe {
   float half_exponent_ = 1.0f;      // 1 / (2 alpha)
   float scale_ = 0.0f;              // (2 + 1/alpha) / (8 pi mu_o)
   float masking_o_ = 1.0f;          // 1 + L(mu_o)
-  // L's coefficients: log L(x) = a / (1 + b x^c) + d x + e below 1/2, mirrored above.
+  // L's coefficients: log L(x) = a / (1 + b x^c) + d x + e for x < 1/2, mirrored above that.
   float a_ = 0.0f, b_ = 0.0f, c_ = 1.0f, d_ = 0.0f, e_ = 0.0f, twice_middle_ = 0.0f;
   float limit_ = 1.0f;              // max(1, R(mu_o))
   const SheenNode* row_ = nullptr;  // table row; the next row follows it

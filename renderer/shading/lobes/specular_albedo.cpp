@@ -11,8 +11,8 @@ namespace emberline {
 
 namespace {
 
-// Nodes per dimension of the integral over microfacet normals. 32 leave an error of 3e-4 (the
-// integrand has a kink where reflections fall below the horizon); 40 leave 2e-4.
+// Nodes per dimension of the integral over microfacet normals. With 32 nodes the error is 3e-4 (the
+// integrand has a kink where reflections fall below the horizon); with 40 it is 2e-4.
 constexpr int kNodes = 40;
 
 struct Quadrature {
@@ -104,8 +104,8 @@ struct SpecularAlbedo::Tables {
   }
 };
 
-// Integrates cell by cell, since the interpolant has a kink at every node, and in log(mu), because
-// for small alpha the last cell reaches from mu = 36 alpha to 1.
+// Integrates cell by cell, since the interpolant has a kink at every node. Integrates over log(mu),
+// because for small alpha the last cell reaches from mu = 36 alpha to 1.
 void SpecularAlbedo::integrate_average(double* loss, double* schlick) const {
   static const GaussLegendre<4> kShort;
   static const GaussLegendre<24> kLong;

@@ -1,9 +1,9 @@
 // Directional albedo of a GGX reflection lobe: the tables for energy compensation.
 //
-// With F = 1 a single-scatter lobe returns E(mu, alpha) < 1; its Schlick part returns B(mu, alpha),
-// the integral of the lobe times (1 - v.h)^5. With Fresnel reflectance F0 the lobe's albedo is then
-// F0 E + (1 - F0) B (Karis 2013, "Real Shading in Unreal Engine 4", split sum). Height-correlated
-// Smith, isotropic GGX.
+// With F = 1, a single-scatter lobe returns E(mu, alpha) < 1. Its Schlick part returns B(mu,
+// alpha), the integral of the lobe times (1 - v.h)^5. With Fresnel reflectance F0 at normal
+// incidence, the lobe's albedo is then F0 E + (1 - F0) B (the split sum of Karis 2013, "Real
+// Shading in Unreal Engine 4"). The lobe is isotropic GGX with height-correlated Smith masking.
 //
 // The tables contain the loss 1 - E and B - (1 - mu)^5 E. Both are smooth in
 //   x = sqrt((1 + 2 alpha) mu / (mu + 2 alpha)),  y = sqrt(alpha).
@@ -12,7 +12,7 @@
 // in B for all mu and every alpha in [kMirrorAlpha, 1] (measured against quadrature; unit test
 // SpecularAlbedo).
 //
-// Built once (6 to 13 ms, deterministic), at first use or in prepare(); thread-safe.
+// Built once, at first use or in prepare(), in 6 to 13 ms; deterministic and thread-safe.
 #pragma once
 
 #include "renderer/core/vector.h"

@@ -11,8 +11,8 @@ namespace emberline {
 
 namespace {
 
-// Response of each channel to cos(2 pi D / lambda) as a function of the path difference D: 1 at D =
-// 0, then a decaying oscillation. Stored as values and slopes at even steps, and interpolated
+// Response of each channel to cos(2 pi D / lambda) as a function of the path difference D. It is 1
+// at D = 0, then oscillates and decays. Stored as values and slopes at even steps, and interpolated
 // cubically in between.
 constexpr double kStep = 25.0;  // nanometres
 constexpr int kSteps = 400;
@@ -82,8 +82,8 @@ float max_abs(Color4 c) {
   return std::max(std::abs(c[0]), std::max(std::abs(c[1]), std::abs(c[2])));
 }
 
-// The limits of lower_amplitude_of_metals() (see the header): two values of base_f0, and a path
-// difference of a quarter of 550 nm, in steps.
+// The ends of the transition in lower_amplitude_of_metals() (see the header): two values of
+// base_f0, and a path difference of a quarter of 550 nm, in units of kStep.
 constexpr float kDielectric = 0.1f, kMetal = 0.4f;
 constexpr float kQuarterWave = float(137.5 / kStep);
 

@@ -15,16 +15,17 @@
 //   and r12 that of the film's upper face (exact Fresnel), then r23 = (r - r12) / (1 - r r12),
 //   which inverts the sum of two amplitudes. At normal incidence this equals the extension's r23.
 //   At any angle, a film of thickness 0 or of index 1 leaves the base's Schlick reflectance exactly
-//   unchanged, and a film of the base's index nearly unchanged; the film's index need not be faded
-//   out near thickness 0. Metals absorb, which changes the phase of r23 with the angle, so this
-//   real r23 is too small for them. Therefore the extension's Schlick reflectance gradually
-//   replaces it as base_f0 rises from 0.1 to 0.4, and as the path difference rises to a quarter of
-//   a wavelength.
+//   unchanged, and a film of the base's index leaves it nearly unchanged; the film's index need not
+//   be faded out near thickness 0. Metals absorb, which makes the phase of r23 vary with the angle,
+//   so this real r23 is too small for them. Therefore the extension's Schlick reflectance gradually
+//   replaces it as base_f0 rises from 0.1 to 0.4 and as the path difference rises from 0 to a
+//   quarter of a wavelength.
 //
 // The root mean square error was measured against the exact sums of both polarisations, over angles
-// and over thicknesses to 1000 nm. It is 0.015 for dielectric bases (with the extension's
-// interfaces: 0.029) and 0.11 for metals with a complex index (also 0.11). Against the sum over
-// wavelengths of this same model it is 7e-5, and the largest error is 1.5e-3 (unit test ThinFilm).
+// and over thicknesses up to 1000 nm. It is 0.015 for dielectric bases (0.029 with the extension's
+// interfaces) and 0.11 for metals with a complex index (0.11 with those, too). Compared with a sum
+// over wavelengths of this same model, the root mean square error is 7e-5 and the largest error is
+// 1.5e-3 (unit test ThinFilm).
 #pragma once
 
 #include "renderer/core/vector.h"

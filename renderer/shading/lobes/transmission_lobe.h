@@ -11,9 +11,9 @@
 // for multiple scattering (Turquin 2019, "Practical Multiple Scattering Compensation for Microfacet
 // Models"). So a white interface conserves energy but is not reciprocal.
 //
-// Radiance into a denser medium is scaled by 1 / eta^2 (paths start at the camera); a closed object
-// reverses this on the way out. Below kMirrorAlpha both parts are deltas. An index within 1e-3 of 1
-// does not refract: light goes straight through.
+// Radiance is scaled by 1 / eta^2 where a path, starting at the camera, enters a denser medium;
+// leaving a closed object reverses this. Below kMirrorAlpha both parts are deltas. An index within
+// 1e-3 of 1 does not refract: light goes straight through.
 #pragma once
 
 #include "renderer/core/vector.h"
@@ -49,8 +49,8 @@ class TransmissionLobe {
   Rgb straight_transmittance() const;
 
  private:
-  // Reflectance of a microfacet at cos_d. In every channel, 1 minus the reflectance's largest
-  // channel is transmitted, so that the transmission does not get the complementary colour.
+  // Reflectance of a microfacet at cos_d. Every channel transmits 1 minus the largest channel of
+  // the reflectance, so that the transmission does not get the complementary colour.
   Rgb reflectance(float cos_d) const;
   float reflect_pick(const Rgb& reflectance) const;
   bool refract(const Vec3f& m, float cos_d, Vec3f* wi) const;
@@ -73,8 +73,8 @@ class TransmissionLobe {
   bool mirror_only_ = false;  // ior = 0
 };
 
-// Fresnel reflectance of an interface between dielectrics; eta is the index of the far side over
-// that of the near side, cos_i in [0, 1]. It is 1 for total internal reflection.
+// Fresnel reflectance of an interface between dielectrics; 1 for total internal reflection. `eta`
+// is the index of the far side over that of the near side; `cos_i` is in [0, 1].
 float fresnel_dielectric(float cos_i, float eta);
 
 // Beer's law in a solid (KHR_materials_volume): white light becomes `color` after `distance`. An
@@ -82,8 +82,9 @@ float fresnel_dielectric(float cos_i, float eta);
 Rgb attenuation_coefficient(const Rgb& color, float distance);
 Rgb beer_transmittance(const Rgb& coefficient, float distance);  // distance in scene units, >= 0
 
-// Total directional albedo of a rough, white solid interface, by which TransmissionLobe divides.
-// Looked up in a table over (mu, roughness, eta), built at first use (25 ms), thread-safe.
+// Total directional albedo of a rough, white solid interface, by which TransmissionLobe divides. It
+// is looked up in a table over (mu, roughness, eta), which is built at first use (25 ms).
+// Thread-safe.
 float refraction_albedo(float mu, float roughness, float eta);
 
 }  // namespace emberline

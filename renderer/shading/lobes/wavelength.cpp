@@ -10,7 +10,7 @@ namespace {
 
 // Responses are linear between nodes and normalised by the integrals of these polygons, so the mean
 // weight is 1 up to rounding. Nodes end at 700 nm: beyond that, the fit of the matching functions
-// turns green, and only one part in 400 of the red lies there.
+// turns green, and only one 400th of the red lies there.
 constexpr int kNodes = 161;
 constexpr double kStep = 2.0;
 constexpr int kGuide = 256;

@@ -22,9 +22,9 @@ struct SampledWavelength {
 // mixtures are exact, because every channel keeps its full weight.
 SampledWavelength sample_wavelength(float u);
 
-// Returns the index of refraction by the extension's formula: Cauchy's equation, n = A + B /
-// lambda^2, with Abbe number V = 20 / dispersion, through ior_d at Fraunhofer's d line; at least 1.
-// An ior_d of 0 (KHR_materials_ior: reflects everything) stays 0.
+// Returns the index of refraction, at least 1, by the extension's formula. This is Cauchy's
+// equation, n = A + B / lambda^2, for an Abbe number of 20 / dispersion and an index of ior_d at
+// Fraunhofer's d line. An ior_d of 0 (KHR_materials_ior: reflects everything) stays 0.
 float ior_at(float ior_d, float dispersion, float nanometres);
 
 }  // namespace emberline

@@ -13,8 +13,8 @@ namespace emberline {
 
 inline constexpr uint32_t kMaxStudySeeds = 10000;
 
-// The groups of settings that all frames of a study have in common. What is compared is chosen by
-// the lists in StudyOptions.
+// The groups of settings that all frames of a study have in common. The lists in StudyOptions
+// choose what is compared.
 inline constexpr std::initializer_list<SettingGroup> kStudySettings = {
     SettingGroup::kSample, SettingGroup::kSeed,  SettingGroup::kSchedule,
     SettingGroup::kView,   SettingGroup::kLight, SettingGroup::kLoading};

@@ -20,7 +20,7 @@
 namespace emberline {
 namespace {
 
-// The longest side of a picture on the page; larger pictures are downsampled by averaging.
+// Maximum side of a picture on the page, in pixels; larger pictures are downsampled by averaging.
 constexpr int kMaxPixels = 1280;
 // Maximum number of pictures in a row of figures, and the width of such a row in pixels.
 constexpr int kMaxColumns = 4, kPageWidth = 1300;
@@ -137,8 +137,8 @@ bool same_size(const ByteImage& a, const ByteImage& b) {
   return a.width == b.width && a.height == b.height;
 }
 
-// Chooses crops where the error of the baseline is largest, or that of the first method with a
-// usable picture if the baseline has none.
+// Chooses the crops in which the baseline's error is largest. If the baseline has no usable
+// picture, the first method that has one takes its place.
 std::vector<Rect> choose_crops(const StudyResults& results,
                                const std::vector<MethodPictures>& methods,
                                const ByteImage& reference) {

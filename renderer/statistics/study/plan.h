@@ -38,8 +38,8 @@ StudyPlan plan_study(const StudyOptions& options);
 // Returns the names in a list of samplers; throws like plan_study().
 std::vector<std::string> parse_samplers(const std::string& list);
 
-// Returns the methods 0 .. methods - 1 in a random order for each seed, so that no method always
-// follows the same other method or always runs when the machine is warm.
+// Returns the methods 0 .. methods - 1 in a random order that depends on the seed, so that no
+// method always follows the same other method or always runs when the machine is warm.
 std::vector<size_t> study_order(size_t methods, uint32_t seed);
 
 // Returns the options of one frame of a method. `samples` is the number of samples per pixel (the

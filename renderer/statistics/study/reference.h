@@ -34,8 +34,8 @@ std::vector<std::string> reference_files(const ReferenceRequest& request);
 // names exist but are not a reference half, since they would be overwritten.
 void check_cached_files(const ReferenceRequest& request);
 
-// Reads a cached half. Returns nothing if there is none, or if it is damaged or belongs to another
-// frame, which is logged.
+// Reads a cached half. Returns nothing if there is none. If it is damaged or belongs to another
+// frame, logs this and returns nothing.
 std::optional<ReferenceHalf> read_reference_half(const ReferenceRequest& request, const Rect& crop);
 
 // Renders a half and caches it. Returns nothing if a stop was requested. Throws RenderError.

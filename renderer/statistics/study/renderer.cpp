@@ -107,8 +107,8 @@ class ProgressiveCollector final : public TileCollector {
   std::stop_source budgets_spent;
 
  private:
-  // Number of pictures that this class collects. It excludes a last picture that is the finished
-  // frame, which render_progressive() adds.
+  // Number of pictures that this class collects. If the last picture is the finished frame, it is
+  // not counted; render_progressive() adds it.
   size_t collected_count() const {
     return by_time_ && uniform_ ? budgets_.size() : budgets_.size() - 1;
   }

@@ -56,8 +56,8 @@ class StudyRenderer {
   const Rect& crop() const { return crop_; }
   uint64_t pixels() const { return uint64_t(crop_.area()); }
 
-  // Returns the memory that a frame needs while it is rendered and measured. The pictures of
-  // RoundEstimates, of which an adaptive frame has one for each round, are not included.
+  // Returns the memory that a frame needs while it is rendered and measured. This excludes
+  // the pictures of RoundEstimates, of which an adaptive frame has one for each round.
   uint64_t frame_bytes(const RenderOptions& options, size_t budgets) const;
 
   // `callback` receives the number of new samples; any thread may call it.

@@ -92,7 +92,7 @@ class Study {
     describe_settings(threads);
   }
 
-  // Warms up, which measures each method's pace, and finds the reference and the runs that an
+  // Warms up and thereby measures each method's pace. Finds the reference and the runs that an
   // earlier start has finished.
   void prepare() {
     prepare_pace();
@@ -180,7 +180,7 @@ class Study {
                                                   plan_.budgets.size()));
     }
     // Memory per pixel for the channels of both halves, and for the pictures of the halves and
-    // their mean, each linear and display-encoded.
+    // their mean, each in both linear and display-encoded form.
     const uint64_t reference =
         2 * sizeof(float) * film_channels(study_reference_aovs()).size() + 6 * 3 * sizeof(float);
     const uint64_t references = bytes_of(renderer_.pixels(), reference + kComparisonBytesPerPixel);

@@ -39,8 +39,8 @@ class EditLatency {
   std::optional<double> newest_s_;
 };
 
-// Returns the quantile `q`, in [0, 1], with linear interpolation (Hyndman & Fan 1996, definition
-// 7); NaN if there are no values.
+// Returns the quantile for `q` in [0, 1], interpolated linearly (Hyndman & Fan 1996, definition 7).
+// NaN if there are no values.
 double quantile(std::vector<double> values, double q);
 
 }  // namespace emberline

@@ -18,8 +18,9 @@ class Journal {
   void begin();
   const std::string& path() const { return path_; }
   bool is_open() const { return !path_.empty(); }
-  // Writes the line {"t": seconds, "event": event, ...members}; after begin() immediately, so that
-  // another program can follow the journal. If writing fails, warns and closes the journal.
+  // Writes the line {"t": seconds, "event": event, ...members}. After begin(), each line is written
+  // immediately, so that another program can follow the journal. If writing fails, warns and closes
+  // the journal.
   void write(const char* event, const nlohmann::json& members);
 
  private:

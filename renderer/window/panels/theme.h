@@ -7,7 +7,7 @@ struct ImVec4;
 
 namespace emberline {
 
-// Sets style and fonts. The interface is `scale` times as large as for a 96-dpi screen; the frame
+// Sets style and fonts. The interface is `scale` times as large as on a 96-dpi screen; the frame
 // buffer has `pixels_per_unit` pixels per window unit. Call after ImGui::CreateContext and before
 // the first frame. May be called again between frames; ImGui's back end must then rebuild its font
 // texture.

@@ -17,8 +17,8 @@ int animation_index(const AnimationEdit& edit, const std::vector<AnimationDescri
 // it has no name or an earlier animation has the same name.
 std::string animation_name(size_t index, const std::vector<AnimationDescription>& list);
 // Returns the duration of the chosen animation, which is the time of its last key frame in seconds.
-// If the edit selects all animations, returns the longest duration; if the scene is not animated,
-// that of the first animation.
+// If the edit selects all animations, returns the longest duration. If the scene is not animated,
+// returns the first animation's duration.
 double duration_of(const AnimationEdit& edit, const std::vector<AnimationDescription>& list);
 
 inline constexpr double kDefaultFps = 24.0;

@@ -49,8 +49,9 @@ struct Choice {
   std::string_view name;
   std::string label, summary;
 };
-// Lets the user choose an index in `choices`. If `index` is not valid, shows `placeholder` or, if
-// that is empty, `none_label`. If `none_label` is not null, it can also be chosen, as index -1.
+// Lets the user choose an index in `choices`. While `index` is not valid, shows `placeholder` or,
+// if that is empty, `none_label`. Unless `none_label` is null, it can also be chosen; `index` is
+// then -1.
 bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
                   const std::string& placeholder = {}, const char* none_label = nullptr);
 bool choose(const Row& row, std::string& value, std::span<const Choice> choices,
@@ -69,8 +70,7 @@ std::vector<Choice> choices_of(const Table& table) {
 // it.
 std::vector<Choice> choices_of_names(std::span<const std::string> names);
 
-// Controls that are not part of a row. `width`: 0 for the width of the label, -1 for that of the
-// panel.
+// Controls that are not part of a row. `width`: 0 for the label's width, -1 for the panel's.
 bool button(const char* label, Help help, float width = 0.0f);
 bool small_button(const char* label, Help help);
 bool checkbox(const char* label, Help help, bool& value);

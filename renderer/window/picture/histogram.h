@@ -12,12 +12,12 @@ class Histogram {
  public:
   static constexpr int kBins = 128;
 
-  // Counts the pixels of `picture` if it is a new one, at most five times a second. Takes less than
-  // a millisecond.
+  // Counts the pixels of `picture` if it is a new one, but at most five times a second. Takes less
+  // than a millisecond.
   void update(const std::shared_ptr<const SessionPicture>& picture, double now_s);
 
   // Returns the height of a bar, in [0, 1], for channels 0 to 2. It is relative to the highest bar
-  // except the first and last bins, so that a black background does not flatten the other bars.
+  // other than the first and last, so that a black background does not flatten the other bars.
   float height(size_t channel, int bin) const;
   // The fraction of pixels with all channels at 0, and the fraction with any channel at 255.
   double black() const { return black_; }

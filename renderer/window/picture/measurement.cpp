@@ -15,13 +15,13 @@ namespace {
 
 using Json = nlohmann::json;
 
-// For the built-in script: the number of edits of each kind, and the interval at which an artist
-// who looks at each result would make edits.
+// For the built-in script: the number of edits of each kind, and the time between edits, as if an
+// artist looked at each result.
 constexpr int kEditsOfEachKind = 25;
 constexpr double kEditInterval_s = 0.25;
 constexpr double kWarmUp_s = 1.0;
-// Times after the last edit: kSettling_s for its picture to settle, then kIdle_s for measuring the
-// render speed, or up to kMaxIdle_s if no picture arrives earlier.
+// After the last edit, its picture gets kSettling_s to settle. Then the render speed is measured
+// for kIdle_s, or longer if no picture arrives in that time, but at most for kMaxIdle_s.
 constexpr double kSettling_s = 2.0, kIdle_s = 6.0, kMaxIdle_s = 60.0;
 // A script may last a day at most.
 constexpr double kMaxScript_s = 86400.0;
@@ -64,7 +64,7 @@ Measurement::Measurement(const ViewOptions& options, Workbench& bench)
   const JsonReader script(json, options.measure_script);
   for (size_t i = 0; i < script.size(); ++i) {
     const JsonReader step = script[i].object({"at_s", "edit"});
-    step["edit"].members();  // must be an object; its members are checked when it is due
+    step["edit"].members();  // checks that it is an object; the members are checked when it is due
     steps_.push_back({step["at_s"].number(0.0, kMaxScript_s), JsonValue(json[i]["edit"])});
   }
   std::ranges::stable_sort(steps_, {}, &Step::at_s);

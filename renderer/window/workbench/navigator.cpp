@@ -12,8 +12,8 @@ namespace {
 constexpr double kRotationPerPixel = 0.25;  // degrees of environment rotation
 constexpr double kOrbitPerHeight = 3.0;     // radians of orbit for a drag over the frame's height
 constexpr double kDollyStep = 0.88;         // factor on the distance per wheel step
-// Flight speed per second, relative to the distance to the pivot, and its factor while Shift is
-// held.
+// Flight speed per second, relative to the distance to the pivot, and the factor on it while Shift
+// is held.
 constexpr double kFlightSpeed = 0.6, kFastFlight = 4.0;
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Changes how the scene is rendered and shown. RenderSession::settings() returns the settings, and
-// RenderSession::problem() says why they are invalid. Used on the window's thread only; nothing
+// RenderSession::problem() says what is wrong with them. Used on the window's thread only; nothing
 // here blocks.
 #pragma once
 

@@ -7,7 +7,7 @@
     picture["RGB"]                              # float32, (360, 640, 3), linear
     emberline.write("shot.png", picture)
 
-Equal scene, edits and settings give equal bits, whatever the number of threads, and the same bits as the command.
+The same scene, edits and settings always give the same bits as the command, whatever the number of threads.
 Messages go to logging.getLogger("emberline").
 """
 

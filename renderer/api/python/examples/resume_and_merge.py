@@ -4,7 +4,7 @@
     resume_and_merge.py scenes/cornell_box.glb --folder /tmp/frames
 
 Stops a frame half-way and resumes it, doubles its samples with extend(), and renders and merges two parts, as two machines
-would. All results have the same bits as a frame rendered at once.
+would. All results have the same bits as a frame rendered in one go.
 """
 import argparse
 from pathlib import Path
