@@ -91,7 +91,7 @@ std::string rounds_table(const PixelHistory& history) {
                     "  error      the error that is compared with `noise-threshold`\n"
                     "  deviation  standard deviation of one sample; more samples go where it is "
                     "high\n"
-                    "  cost       rays per sample; 1 if it hits nothing\n"
+                    "  cost       rays per sample; a camera ray counts as 0.17\n"
                     "  target     the pixel's samples after the round\n");
 }
 
