@@ -1,4 +1,4 @@
-// What a path crosses between two vertices: interiors of solids, and thin walls.
+// The interiors of solids and the thin walls that a path crosses between two vertices.
 #pragma once
 
 #include "integrators/integrator.h"

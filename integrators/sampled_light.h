@@ -26,7 +26,7 @@ namespace emberline {
                                       dot(light.direction, light.emitter_normal));
   }
   // A path sees only the covered part of the emitter, so the light sample is multiplied by the
-  // coverage to agree with paths on average. As it is for paths, the coverage's texel is chosen
+  // coverage to agree with paths on average. Like paths, it chooses the coverage's texel
   // independently of the emission's. So a card that is bright only where it is transparent shows
   // the product of the two means.
   if (material.alpha_mode() != AlphaMode::kOpaque) {

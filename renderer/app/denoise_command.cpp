@@ -117,12 +117,6 @@ void check_parts(const std::string& path, const std::vector<ImagePart>& parts) {
                    mismatched->name);
 }
 
-bool is_marked(const FloatImageRows& file, const char* name) {
-  return std::ranges::find(file.text_attributes(),
-                           std::pair<std::string, std::string>(name, "yes")) !=
-         file.text_attributes().end();
-}
-
 // The output files, opened before denoising and written during it.
 class Results {
  public:

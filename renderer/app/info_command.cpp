@@ -118,11 +118,12 @@ Json describe_environment(const SceneDescription& scene) {
           {"rotation_degrees", scene.environment->rotation_degrees}};
 }
 
-// Returns an estimate of the memory for the JSON of nodes and materials, which is large compared
-// with their descriptions.
-uint64_t list_bytes(const SceneDescription& scene) {
-  constexpr uint64_t kEntryBytes = 1024;
-  return bytes_of(scene.nodes.size() + scene.materials.size(), kEntryBytes);
+// Returns an estimate of the memory for the lists of nodes and materials. Their JSON is large
+// compared with their descriptions, but text needs no JSON of nodes.
+uint64_t list_bytes(const SceneDescription& scene, bool as_json) {
+  constexpr uint64_t kJsonBytes = 1024, kTreeBytes = 96;
+  return bytes_of(scene.materials.size(), kJsonBytes) +
+         bytes_of(scene.nodes.size(), as_json ? kJsonBytes : kTreeBytes);
 }
 
 Json describe(const SceneDescription& scene) {
@@ -314,8 +315,8 @@ int run_info(const InfoOptions& options) {
     print_result(format_edits(edits_template(scene)));
     return kExitDone;
   }
-  const MemoryReservation memory(progress.budget(), MemoryPart::kGeometry, list_bytes(scene),
-                                 options.scene);
+  const MemoryReservation memory(progress.budget(), MemoryPart::kGeometry,
+                                 list_bytes(scene, options.json), options.scene);
   Json json = describe(scene);
   if (options.json) json["nodes"] = describe_nodes(scene);
   const size_t nodes = scene.nodes.size();

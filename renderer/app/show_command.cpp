@@ -67,12 +67,9 @@ ImageLayer choose_layer(const ShowOptions& options, const FloatImage& image) {
 // in other files, an alpha channel is enough.
 bool is_transparent(const FloatImageRows& file, const ImageLayer& layer) {
   if (layer.alpha < 0) return false;
-  const auto& attributes = file.text_attributes();
   const auto is_ours = [](const auto& attribute) { return attribute.first == kCompleteAttribute; };
-  const auto is_marked = [](const auto& attribute) {
-    return attribute.first == kTransparentAttribute && attribute.second == "yes";
-  };
-  return std::ranges::none_of(attributes, is_ours) || std::ranges::any_of(attributes, is_marked);
+  return std::ranges::none_of(file.text_attributes(), is_ours) ||
+         is_marked(file, kTransparentAttribute);
 }
 
 // Returns the width and height of the tiles to be written, which is also the number of rows read at

@@ -76,6 +76,11 @@ void warn_if_stopped(const std::string& path, const FloatImage& image) {
                           *image.stopped_after));
 }
 
+bool is_marked(const FloatImageRows& file, const char* attribute) {
+  const std::pair<std::string, std::string> mark(attribute, "yes");
+  return std::ranges::find(file.text_attributes(), mark) != file.text_attributes().end();
+}
+
 FloatImage read_frame(const std::string& path, const LoadProgress& progress) {
   FloatImage image = read_float_image(path, progress);
   warn_if_stopped(path, image);

@@ -14,6 +14,9 @@ namespace emberline {
 // Warns if the frame was stopped early.
 void warn_if_stopped(const std::string& path, const FloatImage& image);
 
+// Whether the header has this attribute with the text "yes", as settings that are flags are stored.
+bool is_marked(const FloatImageRows& file, const char* attribute);
+
 // Reads all channels of a picture and warns if its frame was stopped early. Throws InputError.
 FloatImage read_frame(const std::string& path, const LoadProgress& progress);
 

@@ -132,7 +132,7 @@ void add_scene(py::module_& module) {
       .def_property_readonly(
           "editable", &editable,
           "Everything that can be edited: a dict of edits with the file's values for every light, "
-          "every material and the environment. Passing it to edit() changes nothing.")
+          "every material and the environment. edit() with it restores these values.")
       .def_property_readonly("cameras", &names_of<&api::Scene::cameras>)
       .def_property_readonly("approximated", &names_of<&api::Scene::approximated>,
                              "Features of the file that are approximated.")
