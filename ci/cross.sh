@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Cross-compiles for 64-bit ARM against the libraries of Debian 12, and runs renders and the named test programs under
-# qemu-user. Run by hand; needs network and mmdebstrap.
-#   ci/cross.sh [--root FOLDER] [TEST_PROGRAM...]    FOLDER: the libraries, 1.0 GB, reused if it exists
+# Cross-compiles for 64-bit ARM against the libraries of Debian 12. Then runs renders and the named test programs under
+# qemu-user. This script is run by hand. It needs network access, and installs mmdebstrap.
+#   ci/cross.sh [--root FOLDER] [TEST_PROGRAM...]    FOLDER: where the libraries are (1.0 GB), reused if it exists
 #                                                    (default build/arm64-root)
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -20,7 +20,7 @@ folder=$(realpath "$folder")
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 
-# Installs the packages that setup.sh installs, and those whose programs these packages' CMake files name.
+# Installs the development packages that setup.sh installs, and packages with programs that their CMake files name.
 if [ ! -e "$folder/whole" ]; then
   echo "ci/cross.sh: unpacking Debian's libraries for arm64 into $folder"
   rm -rf "$folder/root"
@@ -30,7 +30,8 @@ if [ ! -e "$folder/whole" ]; then
     tail -n 20 "$log" >&2
     fail "mmdebstrap failed (no network?); the lines above say why"
   }
-  # The packages in that root are not configured. OpenColorIO's CMake file searches beside the root; others name /usr.
+  # The installed packages are not configured. OpenColorIO's CMake file looks for lib and include beside the root, and
+  # other packages' CMake files name folders in /usr.
   ln -sfn root/usr/lib "$folder/lib"
   ln -sfn root/usr/include "$folder/include"
   grep -rlE '"/usr/(lib|include)' "$folder/root/usr/lib/aarch64-linux-gnu/cmake" "$folder/root/usr/share/cmake" |
@@ -48,7 +49,7 @@ arm() { qemu-aarch64 -L "$folder/root" -E "LD_LIBRARY_PATH=$libraries/blas:$libr
 arm build/arm64/bin/emberline --version
 for program in "$@"; do arm "build/arm64/bin/$program" --gtest_brief=1; done
 
-# The pictures must match this machine's up to rounding.
+# The pictures rendered for ARM must match those that this machine renders, up to rounding.
 [ -x build/release/bin/emberline ] || { cmake --preset release && cmake --build --preset release --target emberline; } >"$log" 2>&1
 for scene in cornell_box teapot; do
   words=(render "scenes/$scene.glb" --size 96x64 --spp 16 --quiet)

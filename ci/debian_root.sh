@@ -1,6 +1,6 @@
-# Functions for scripts that work in a separate Debian system: make_root and in_root. The scripts source this file.
-# Needs root, debootstrap and network. EMBERLINE_DEBIAN_MIRROR is the mirror of the packages (default: the one that this
-# host's apt uses).
+# Scripts that work in a separate Debian system source this file for its functions make_root and in_root. The functions
+# need to run as root, and make_root needs debootstrap and network access. EMBERLINE_DEBIAN_MIRROR is the mirror of the
+# packages (default: the mirror that this host's apt uses).
 # shellcheck shell=bash
 
 fail() {
@@ -8,12 +8,12 @@ fail() {
   exit 1
 }
 
-# make_root SUITE ROOT: creates a minimal system in ROOT unless it exists.
+# make_root SUITE ROOT: creates a minimal Debian system in the folder ROOT, unless there is one already.
 make_root() {
   local suite=$1 root=$2 mirror log
   [ "$(id -u)" -eq 0 ] || fail "needs root, for debootstrap and chroot"
   command -v debootstrap >/dev/null || fail "debootstrap is missing: apt-get install debootstrap"
-  # Ask apt, because the file with its sources may have either of two formats.
+  # Ask apt for its mirror, because the file with apt's sources may have either of two formats.
   # shellcheck disable=SC2016
   mirror=${EMBERLINE_DEBIAN_MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' \
     "Created-By: Packages" "Origin: Debian" "Label: Debian" | head -n 1)}
@@ -31,7 +31,8 @@ make_root() {
     [ ! -e "$root" ] || rmdir "$root"
     mv "$root.part" "$root"
   fi
-  # Reach the mirror with the same settings as this host. Package lists may be out of date, but signatures are checked.
+  # Let the root's apt reach the mirror with this host's settings. It accepts package lists that are out of date, but it
+  # checks their signatures.
   {
     apt-config dump | grep -E '^Acquire::(https?|ftp|Retries)\b.*"[^"]+";$' || true
     echo 'Acquire::Check-Valid-Until "false";'
@@ -39,8 +40,8 @@ make_root() {
   cp /etc/resolv.conf "$root/etc/resolv.conf"
 }
 
-# in_root ROOT COMMAND...: runs the command in ROOT. Mounts what it needs in a mount namespace that ends with the
-# command, so that nothing stays mounted on the host.
+# in_root ROOT COMMAND...: runs the command in ROOT. Mounts /proc and other file systems in a mount namespace that ends
+# with the command, so that nothing stays mounted on the host.
 in_root() {
   # The inner shell expands the arguments.
   # shellcheck disable=SC2016

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Sets up, builds, renders one of the project's scenes and says where the pictures are. Arguments are options of
-# `emberline render` and override those below, e.g. ci/demo.sh --size 1920x1080.
+# Installs what a build needs, builds Emberline, renders one of the project's scenes and says where the pictures are.
+# Arguments are options of `emberline render` and override the options below, e.g. ci/demo.sh --size 1920x1080.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -9,7 +9,8 @@ cmake --preset release >build-configure.log 2>&1 || { cat build-configure.log >&
 rm -f build-configure.log
 cmake --build --preset release --target emberline
 
-# Samples go where the error is largest, until it is below 0.03 everywhere; the denoiser removes the rest.
+# The renderer takes samples where the error is largest, until the error is below 0.03 everywhere. The denoiser removes
+# the remaining noise.
 mkdir -p out
 build/release/bin/emberline render scenes/teapot.glb -o out/teapot.exr -o out/teapot.png --size 800x450 \
   --driver adaptive --noise-threshold 0.03 --denoise --heatmap out/teapot.samples.png \

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Renders a frame in 16 parts on a real Slurm with two nodes, both on this machine. The scene is damaged for some time,
-# so that some parts fail; a node is killed and comes back; and the missing parts are retried. The picture must be
-# bit-identical to that of a single run. Run as root. Slurm has its own folder and ports, and is always stopped at the
-# end.
-#   ci/farm.sh [PROGRAM]   PROGRAM: default: the one built here
+# Renders a frame in 16 parts on a real Slurm with two nodes, both on this machine. The script damages the scene for a
+# while, so that some parts fail. It kills a node and starts it again, and then retries the missing parts. The picture
+# must be bit-identical to that of a single run. This script must run as root. Slurm uses a separate folder and separate
+# ports, and is always stopped at the end.
+#   ci/farm.sh [PROGRAM]   PROGRAM: the emberline to test (default: build/release/bin/emberline, which is then built)
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 program=$(realpath "${1:-$root/build/release/bin/emberline}")
@@ -12,7 +12,7 @@ program=$(realpath "${1:-$root/build/release/bin/emberline}")
 [ $# -gt 0 ] || (cd "$root" && cmake --preset release >/dev/null && ninja -C build/release emberline >/dev/null)
 
 work=$(mktemp -d)
-chmod 755 "$work"  # because all users need munge's socket
+chmod 755 "$work"  # all users need munge's socket
 export SLURM_CONF=$work/slurm.conf
 port=$((20000 + $$ % 10000 * 3))
 began=$SECONDS
@@ -24,7 +24,8 @@ fail() {
   exit 1
 }
 
-# The processes of a node: its daemon, its jobs' programs, and their parents, Slurm's step daemons.
+# processes_of NODE: prints the process numbers of the node's daemon, of the emberline programs that its jobs run, and
+# of their parents, which are Slurm's step daemons.
 processes_of() {
   cat "$work/$1.pid" 2>/dev/null || true
   for pid in $(pgrep -x emberline || true); do
@@ -56,7 +57,7 @@ ClusterName=farm
 SlurmctldHost=$(hostname -s)
 SlurmUser=root
 AuthType=auth/munge
-# A requeued job waits until credentials expire. By default that takes 120 s.
+# A requeued job waits until its credentials expire, by default after 120 s.
 AuthInfo=socket=$work/munge.socket,cred_expire=5
 MpiDefault=none
 ProctrackType=proctrack/linuxproc
@@ -93,12 +94,12 @@ wait_for() {
   done
 }
 
-# count STATE: prints how many parts have this state: "done", "failed" ...
+# count STATE: prints how many parts are in this state, such as "done" or "failed".
 count() { "$program" farm status "$frame" --json | grep -A1 '"part":' | grep -c "\"state\": \"$1\"" || true; }
 
 say "Slurm with two nodes of one processor"
 start_slurm
-folder=$work/$'a frame\'s\n100% \\folder'  # any character may be in a name
+folder=$work/$'a frame\'s\n100% \\folder'  # file names may contain any character
 mkdir "$folder" && cd "$folder"
 cp "$root/scenes/cornell_box.glb" scene.glb
 frame=shot.exr
@@ -115,13 +116,13 @@ mv whole.glb scene.glb
 say "the scene is restored; $(count failed) parts have failed"
 "$program" farm status $frame
 
-# Stops the processes of n1 while its part is unfinished and its checkpoint has some buckets, so that the part cannot
-# end before it is killed.
+# Stops the processes of node n1 while it renders a part whose checkpoint already has some buckets. Because they are
+# stopped, the part cannot finish before the script kills it.
 hold_n1_with_buckets() {
   local held part
   held=$(processes_of n1)
   kill -STOP $held
-  [ "$(wc -w <<<"$held")" -ge 3 ] &&  # the daemon, a part and its parent
+  [ "$(wc -w <<<"$held")" -ge 3 ] &&  # the node's daemon, the part's program and its parent
     part=$(squeue -h -r -w n1 -t RUNNING -o %K) &&
     [ "$(stat -c %s $frame.part-"$part"-of-16.checkpoint)" -gt 20000 ] && return
   kill -CONT $held

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Builds and runs the tests of the folders in which the working tree differs from a commit, by default the last:
+# Builds and runs the tests of the folders in which the working tree differs from a commit, by default the last commit:
 #   ci/fast.sh [BASE]   e.g. ci/fast.sh main
-# For use between two edits: compiles without unity builds, so that a changed file is quickly rebuilt. Run ci/test.sh
-# to see effects on other folders.
+# Use this script between two edits. It compiles without unity builds, so a changed file is rebuilt quickly. To test the
+# effects on other folders, run ci/test.sh.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -10,7 +10,7 @@ base=${1:-HEAD}
 git rev-parse --verify --quiet "$base^{commit}" >/dev/null || { echo "ci/fast.sh: no commit '$base'" >&2; exit 2; }
 changed=$(git diff --name-only "$base" && git ls-files --others --exclude-standard)
 
-# The check_ targets of tests/CMakeLists.txt are named after the folders of the sources.
+# The check_ targets (tests/CMakeLists.txt) are named after the folders of the sources.
 checks=() scripts=()
 while read -r file; do
   case $file in

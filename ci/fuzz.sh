@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# Fuzzes the readers (tests/fuzz):
+# Fuzzes the code that reads files (tests/fuzz):
 #
 #   ci/fuzz.sh [--assets DIR] SECONDS [TARGET...]   run the targets (default: all) for SECONDS in total
 #   EMBERLINE_JOBS                                  parallel jobs (default: one per processor)
-#   ci/fuzz.sh [--assets DIR] --coverage            print what the corpus covers so far, by folder
+#   ci/fuzz.sh [--assets DIR] --coverage            print how much code the corpus covers so far, by folder
 #
-# DIR, or $EMBERLINE_ASSETS, has seed files in addition to those that make_seeds writes. Inputs that reach new code are
-# kept in build/fuzz/corpus for the next run. Findings are in build/fuzz/findings; if there are any, the exit code is 1.
+# DIR, or $EMBERLINE_ASSETS, contains seed files in addition to those that make_seeds writes. The script keeps inputs
+# that reach new code in build/fuzz/corpus for the next run, and findings in build/fuzz/findings. If this run has
+# findings, the exit code is 1.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -33,7 +34,7 @@ ci/setup.sh clang-14 llvm-14 libclang-rt-14-dev zlib1g-dev dpkg-dev
 out=$PWD/build/fuzz
 mkdir -p "$out/corpus" "$out/logs" "$out/findings"
 
-# Fetches the sources of decoders that are instrumented together with the targets (tests/fuzz/CMakeLists.txt).
+# Fetches the sources of decoders, which are compiled and instrumented with the targets (tests/fuzz/CMakeLists.txt).
 fetch_sources() {
   local folder=$out/sources lists
   [ -d "$folder/draco" ] && [ -d "$folder/meshoptimizer" ] && return
@@ -80,8 +81,8 @@ if [ $coverage = yes ]; then
   exit
 fi
 
-# Exceeding these limits counts as a finding. They allow for AddressSanitizer, which takes about four fifths of the time.
-# Leak detection is off, because OpenColorIO leaks.
+# An input that exceeds these limits counts as a finding. The limits allow for AddressSanitizer, which takes about four
+# fifths of the time. Leak detection is off, because OpenColorIO leaks memory.
 limits=(-timeout=25 -rss_limit_mb=2000 -malloc_limit_mb=300 -max_len=20000)
 export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
 seconds=$((seconds / ${#targets[@]}))

@@ -1,10 +1,11 @@
 #!/bin/sh
-# Renders a 16384 x 16384 frame of the Cornell box with one sample per pixel, which must stay under 1 GiB of resident
-# memory: finished buckets are written and freed, so memory does not grow with the frame.
+# Renders a 16384 x 16384 frame of the Cornell box with one sample per pixel. The process must use less than 1 GiB of
+# resident memory: finished buckets are written and freed, so memory does not grow with the frame.
 #
 #   ci/large-frame.sh [SCENE.glb]
 #
-# Run by hand: takes minutes and up to 6 GB in $TMPDIR. The numbers come from the render's report.json.
+# This script is run by hand. It takes minutes, and up to 6 GB in $TMPDIR. Its figures come from the render's
+# report.json.
 set -eu
 cd "$(dirname "$0")/.."
 scene=${1:-scenes/cornell_box.glb}

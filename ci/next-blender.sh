@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Runs the add-on's tests in the Blender of another Debian release, in a debootstrap root. The emberline built here is
-# copied there with its libraries. Run by hand, as root, with network.
+# Runs the add-on's tests in the Blender of another Debian release, in a root that debootstrap makes. The script copies
+# the emberline built here, with its libraries, into that root. The script is run by hand, as root, with network access.
 #
 #   ci/next-blender.sh [ROOT [CASE...]]   ROOT: the system's folder, reused if it exists (default build/next-blender,
 #                                         about 2 GB); CASE: a case of tests/blender/addon_test.py (default: all)
 #
-#   EMBERLINE_DEBIAN_SUITE    which Debian (default: sid; trixie has Blender 4.3)
-#   EMBERLINE_DEBIAN_MIRROR   the mirror of the packages (default: the one that this host's apt uses)
+#   EMBERLINE_DEBIAN_SUITE    the Debian release (default: sid; trixie has Blender 4.3)
+#   EMBERLINE_DEBIAN_MIRROR   the mirror of the packages (default: the mirror that this host's apt uses)
 #   EMBERLINE_BUILD           the folder with bin/emberline (default: build/release)
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -25,7 +25,7 @@ if [ ! -e "$root/usr/bin/blender" ]; then
     blender python3 python3-numpy python3-requests python3-cattr xvfb xauth libgl1-mesa-dri
 fi
 
-# The program must load the libraries with which it was built, not the root's.
+# The program must load the libraries with which it was built, and not those of the root.
 command=$root/opt/emberline
 rm -rf "$command"
 mkdir -p "$command/lib"
@@ -46,7 +46,7 @@ cp -r --parents io/blender tests/blender "$root/emberline"
 # shellcheck disable=SC2016
 in_root "$root" sh -c '
   blender --version | head -n 1
-  if [ -d /usr/share/blender/extensions ]; then  # 4.2 and later
+  if [ -d /usr/share/blender/extensions ]; then  # Blender 4.2 and later
     blender --command extension validate /emberline/io/blender/emberline_blender || exit 1
   fi
   exec python3 -u /emberline/tests/blender/addon_test.py "${@:-all}" --emberline /opt/emberline/emberline' tests "$@"

@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# Builds and tests Emberline with the libraries of the next Debian release (with Embree 4), and builds, installs and
-# tries its packages there, in a debootstrap root. Run by hand, as root; not part of ci/test.sh.
+# Builds and tests Emberline with the libraries of the next Debian release (which has Embree 4), in a root that
+# debootstrap makes. Then builds, installs and tries the packages there. This script is run by hand, as root. It is not
+# part of ci/test.sh.
 #
 #   ci/next-debian.sh [ROOT]      ROOT: the system's folder, reused if it exists (default build/next-debian;
 #                                 about 3 GB; delete it to start afresh)
 #
-#   EMBERLINE_DEBIAN_MIRROR       the mirror of the packages (default: the one that this host's apt uses)
-#   EMBERLINE_DEBIAN_SUITE        which Debian (default: sid)
+#   EMBERLINE_DEBIAN_MIRROR       the mirror of the packages (default: the mirror that this host's apt uses)
+#   EMBERLINE_DEBIAN_SUITE        the Debian release (default: sid)
 #   EMBERLINE_JOBS                parallel compilers and tests (default: one per processor)
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -20,8 +21,8 @@ mkdir -p "${1:-build}"
 root=$(realpath "${1:-build/next-debian}")
 make_root "$suite" "$root"
 
-# Copies the working tree without ignored files. Times are kept and the build folder is elsewhere, so that a second run
-# compiles only changed files.
+# Copies the working tree without ignored files. The copies keep their times, and the build folder is outside the copied
+# tree, so a second run compiles only changed files.
 rm -rf "$root/emberline"
 mkdir "$root/emberline"
 git ls-files -z --cached --others --exclude-standard |

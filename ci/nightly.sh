@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Runs in full what ci/test.sh tests only briefly, then lists what failed and how to repeat it.
+# Runs the long versions of tests that ci/test.sh runs only briefly. Then lists the steps that failed and the command
+# that repeats them.
 #   ci/nightly.sh [STEP...]   only these steps: tests long numerics bench kills checkpoints bombs repeat fuzz asan tsan
 set -uo pipefail
 cd "$(dirname "$0")/.."
@@ -11,19 +12,19 @@ done
 [ $# -gt 0 ] || set -- "${all[@]}"
 
 program=build/release/bin/emberline
-# Every test at its full size: with the first argument of each long_or_short() (tests/support/long_tests.h).
+# Runs every test at its full size: each long_or_short() then returns its first argument (tests/support/long_tests.h).
 long() { EMBERLINE_LONG_TESTS=1 ctest --preset release -j "$(nproc)"; }
 bench() { cmake --build --preset release --target check_bench; }
-# 100 kills of each driver. ctest runs only 8.
+# Kills each of the three drivers 100 times. ctest kills each driver only 8 times.
 kills() { tests/farm/kills.py $program scenes --kills 300; }
 checkpoints() {
-  export EMBERLINE_LONG_TESTS=1  # every case of disk.py and stops.py
+  export EMBERLINE_LONG_TESTS=1  # makes disk.py and stops.py run every case
   tests/farm/damage.py $program scenes --flips 1000 --stride 1 &&
     tests/farm/hostile.py $program scenes --mutations 1000 && tests/farm/outputs.py $program scenes &&
     tests/farm/disk.py $program scenes && tests/farm/stops.py $program scenes
 }
 bombs() { tests/failure/bombs.py $program; }
-# Repeats tests that depend on timing while every core is busy with other work.
+# Repeats the tests that depend on timing. Meanwhile, every core is busy with other work.
 repeat() {
   local busy=() status=0
   for _ in $(seq "$(nproc)"); do

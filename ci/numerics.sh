@@ -1,9 +1,8 @@
 #!/usr/bin/env bash
-# Compares frames with exact values. A comparison has a case, an exact value, a measured value with
-# its standard error, and the deviation in standard errors. `ci/numerics.sh` prints a summary and
-# the worst comparison of each test. It fails if a comparison fails, or if
-# tests/numerics/table.csv does not have the same comparisons as the tests. `ci/numerics.sh --write`
-# rewrites that table.
+# Compares frames with exact values. Each comparison has a case, an exact value, a measured value with its standard
+# error, and the deviation in standard errors. `ci/numerics.sh` prints a summary, and the worst comparison of each test.
+# It fails if a comparison fails, or if tests/numerics/table.csv does not have the same comparisons as the tests.
+# `ci/numerics.sh --write` rewrites tests/numerics/table.csv.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

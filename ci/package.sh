@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Builds the packages. Then installs, tries (ci/package/smoke.sh) and removes them in a minimal Debian 12, where no file
-# may be left behind. Needs root, network and a Debian 12 to build on.
+# Builds the packages. Then installs them in a minimal Debian 12, tries them (ci/package/smoke.sh) and removes them. No
+# file may be left behind there. This script needs root, network access, and a Debian 12 to build on.
 #   ci/package.sh [ROOT]   ROOT: the minimal system's folder, reused if it exists (default build/package-root,
-#                          0.3 GB); the packages are tried in a copy, ROOT.try
+#                          0.3 GB); the packages are tried in its copy, ROOT.try
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . ci/debian_root.sh
@@ -31,7 +31,7 @@ mkdir -p "$root.try/emberline/tests"
 cp -r scenes ci/package/smoke.sh "$packages" "$root.try/emberline"
 cp -r tests/install "$root.try/emberline/tests"
 
-# Runs a command in the root. Shows its output only if it fails.
+# Runs a command in the copy of the root. Shows the command's output only if the command fails.
 quietly() {
   in_root "$root.try" "$@" >"$log" 2>&1 || {
     tail -n 20 "$log" >&2
@@ -41,7 +41,7 @@ quietly() {
 files_of_root() {
   (cd "$root.try" && find . \( -path ./tmp -o -path ./var/cache/apt -o -path ./var/log \) -prune -o -print | sort)
 }
-# Install the dependencies first, so that only our packages can cause the differences found later.
+# Install the dependencies before listing the files, so that only our packages can cause differences between the lists.
 depends=$(for package in "$packages"/*.deb; do dpkg-deb -f "$package" Depends; done |
   tr ',' '\n' | grep -v emberline | paste -sd ,)
 quietly apt-get update

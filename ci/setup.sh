@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs Emberline's dependencies on Debian 12 or later, and the packages given as arguments. Prints nothing if all
-# goes well, and skips what is already installed.
+# Installs Emberline's dependencies and the packages given as arguments, on Debian 12 or later. Skips packages that are
+# already installed.
 #   ci/setup.sh [--program] [PACKAGE...]   --program: only what the program needs, nothing for Python and the tests
 set -euo pipefail
 

@@ -1,4 +1,4 @@
-"""The dependency graph of the libraries as CMake links them, for Mermaid.
+"""Draws the dependency graph of the libraries, as CMake links them, for Mermaid.
 
     python3 ci/target_graph.py build/release            prints it
     python3 ci/target_graph.py build/release --write    puts it into renderer/README.md
@@ -16,11 +16,11 @@ from include_directions import ALLOWED  # noqa: E402
 
 
 def read_links(build):
-    """Reads build/targets.txt. Returns for each folder the folders whose libraries its library links."""
+    """Reads targets.txt in the folder `build`. Returns, for each folder, the folders whose libraries it links."""
     lines = [line.split() for line in (build / "targets.txt").read_text().splitlines()]
     folders = {target: folder for folder, target, *_ in lines}
     linked = {folder: set() for folder, *_ in lines}
-    for folder, _, *links in lines:  # a folder may have two libraries, like the window's
+    for folder, _, *links in lines:  # a folder may have two libraries, as the window's folder does
         linked[folder] |= {folders[link] for link in links if link in folders} - {folder}
     return linked
 
@@ -34,7 +34,7 @@ def all_dependencies(links, folder, path=()):
 
 
 def draw(links):
-    """Draws an arrow for each link, except links that a longer path implies."""
+    """Returns the graph with an arrow for each link, except for links that a longer path implies."""
     reachable = {folder: all_dependencies(links, folder) for folder in links}
     lines = ["graph BT"]
     for folder in links:

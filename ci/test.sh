@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Sets up, builds and tests. `ci/test.sh asan` and `ci/test.sh tsan` do the same with sanitizers.
+# Installs what a build needs, builds Emberline and runs its tests. `ci/test.sh asan` and `ci/test.sh tsan` do the same
+# with sanitizers.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -18,10 +19,10 @@ if [ "$preset" = release ]; then
   fi
 fi
 
-# The numerics tests append one row per comparison. tests/numerics/table.csv must have the same
+# The numerics tests append one row per comparison to the file $rows. tests/numerics/table.csv must have the same
 # comparisons (ci/numerics.sh).
 rows=$(mktemp)
 trap 'rm -f "$rows"' EXIT
-# Runs one job more than there are cores, because nine in ten tests leave a core idle at times.
+# ctest runs one more test at a time than there are cores, because nine out of ten tests leave a core idle at times.
 EMBERLINE_NUMERICS_TABLE=$rows ctest --preset "$preset" --no-tests=error -j "$(($(nproc) + 1))"
 python3 tests/numerics/table.py "$rows" tests/numerics/table.csv >/dev/null

@@ -1,4 +1,4 @@
-// `ambient_occlusion`: how much of the hemisphere above the first surface is open, 0 to 1.
+// `ambient_occlusion`: shows how open the hemisphere above the first surface is, from 0 to 1.
 #include "integrators/ambient_visibility.h"
 #include "integrators/integrator_kinds.h"
 #include "integrators/path_media.h"

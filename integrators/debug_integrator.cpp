@@ -1,5 +1,6 @@
-// Views of the first surface for debugging a scene: `normal`, `uv`, `albedo`, `depth` and
-// `material_id`. Values are linear; a miss is black with alpha 0.
+// Integrators that show the first surface, for debugging a scene: `normal`, `uv`, `albedo`, `depth`
+// and `material_id`. Values are linear. If a camera ray hits nothing, its sample is black with
+// alpha 0.
 #include <cmath>
 
 #include "integrators/integrator_kinds.h"

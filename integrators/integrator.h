@@ -28,26 +28,27 @@ struct IntegratorSettings {
   // Maximum number of scattering events; 1 means direct light only. Going straight through a smooth
   // thin wall is not counted.
   int max_depth = 16;
-  // If true, the environment lights the scene, but neither it nor shadow catchers are visible to
-  // the camera, directly or straight through smooth panes.
+  // If true, the environment lights the scene, but the camera sees neither the environment nor
+  // shadow catchers, whether directly or straight through smooth panes.
   bool transparent = false;
-  // Limit on each contribution of indirect light to a sample. Light is indirect if other surfaces
-  // scattered it before the visible surface did; the visible surface may be seen in mirrors or
-  // through smooth glass. If a channel exceeds the limit, the light is scaled down without changing
-  // its colour. 0 means no limit.
+  // Upper limit for each contribution of indirect light to a sample. Light is indirect if other
+  // surfaces scattered it before the visible surface did. The visible surface may also be one that
+  // is seen in mirrors or through smooth glass. If a channel exceeds the limit, the light is scaled
+  // down without changing its colour. 0 means no limit.
   float clamp_indirect = 0.0f;
   // Number of light samples at surfaces that are visible directly, in mirrors or through smooth
-  // glass; other surfaces take one. At most PixelSamples::kAuxiliarySlots + 1. With 0, lights are
-  // found by BSDF sampling only, which tests use as an independent estimator.
+  // glass; other surfaces take one. At most PixelSamples::kAuxiliarySlots + 1. With 0, only BSDF
+  // sampling finds lights; tests use this as an independent estimator.
   int light_samples = 1;
 };
 
 // Statistics of paths in glass, summed over all samples.
 struct OpticsCounters {
-  uint64_t rays_ended_at_panes = 0;  // rays that met more than kMaxWalls in a row
-  uint64_t dropped_solids = 0;       // faces entered while already in Interior::kLimit solids
-  // The number of light samples of point-like lights, which only light sampling finds, and how many
-  // of them are blocked by smooth solid glass and nothing else. One sample in 16 is examined.
+  uint64_t rays_ended_at_panes = 0;  // rays with more than kMaxWalls walls or hidden faces in a row
+  uint64_t dropped_solids = 0;       // times a path in Interior::kLimit solids entered one more
+  // The number of light samples of point-like lights, which only light sampling finds, and the
+  // number of these samples that smooth solid glass alone blocks. Only one sample in 16 is
+  // examined.
   uint64_t point_light_samples = 0, blocked_by_glass = 0;
 
   void merge(const OpticsCounters& o) {
@@ -70,29 +71,30 @@ struct SampleBatch {
   bool surface_aovs = false;     // fill SampleValue::first_hit
   bool hit_id = false;           // fill first_hit.id only
   const AovSet* aovs = nullptr;  // the requested AOVs; null if none
-  // If not 0, also fill first_hit.velocity of surfaces, for a shutter that is open for this number
-  // of frames. Requires surface_aovs.
+  // If not 0, first_hit.velocity is filled in for surfaces as well. The value is the time for which
+  // the shutter is open, in frames. Requires surface_aovs.
   double velocity_frames = 0.0;
-  // Output of radiance by light group; set both pointers or neither. The caller must pass in empty
-  // values. The sum over the groups is SampleValue::radiance.
+  // Output of radiance by light group; set both pointers or neither. The caller must clear
+  // light_values. The sum over the groups is SampleValue::radiance.
   const LightGroups* light_groups = nullptr;
   LightGroupValues* light_values = nullptr;
   // Output of radiance by light-path layer, indexed by PathLayers::index_of.
   const PathLayers* path_layers = nullptr;
   LightGroupValues* layer_values = nullptr;
-  // Guides light samples; null if there is none.
+  // Guides light samples; null if there is no guide.
   const LightGuide* guide = nullptr;
-  // Output of denoiser features: one entry per ray, which the caller must pass in empty. An empty
-  // span means that features are not recorded.
+  // Output of denoiser features, with one entry per ray. The caller must set each entry to its
+  // default value. An empty span means that features are not recorded.
   std::span<DenoiserFeatures> features = {};
-  // Which surfaces are holdouts or catchers for camera rays, including those that have gone
-  // straight through smooth panes; null if there are none. Only `path` and `direct` support them.
+  // Says which surfaces are holdouts or catchers for camera rays; null if there are none. A ray
+  // that has gone straight through smooth panes still counts as a camera ray here. Only `path` and
+  // `direct` support holdouts and catchers.
   const SurfaceRoles* roles = nullptr;
-  // Output of the light on catchers: one entry per ray, which the caller must pass in empty. An
-  // empty span means that this light is not recorded.
+  // Output of the light on catchers, with one entry per ray. The caller must set each entry to its
+  // default value. An empty span means that this light is not recorded.
   std::span<CatcherSample> catcher_samples = {};
-  // Guides light samples at catchers under an environment, so that they also cover the light that
-  // MIS compensation leaves to BSDF samples. Catchers take no BSDF samples.
+  // Guides light samples at catchers under an environment. Catchers take no BSDF samples. So the
+  // light samples must also cover the light that MIS compensation would leave to BSDF samples.
   const LightGuide* catcher_guide = nullptr;
   // The solids in which each ray starts, one entry per ray; null if all rays start outside.
   const Interior* interiors = nullptr;
@@ -106,12 +108,12 @@ class Integrator {
   virtual ~Integrator() = default;
   // Estimates a batch with one virtual call. Thread-safe. `samples` must have been started on the
   // batch, and `values` must be passed in empty (no radiance, alpha 0). values[i], including its
-  // ray counts, depends only on ray i and its sample's random numbers (law 1).
+  // ray counts, depends only on ray i and on the random numbers of its sample (law 1).
   virtual void estimate(const SampleBatch& batch, PixelSamples& samples,
                         std::span<SampleValue> values) const = 0;
 };
 
-// A row of the table of integrators, which feeds the factory, --help, error messages and tests.
+// A row of the table of integrators. The factory, --help, error messages and tests use this table.
 struct IntegratorEntry {
   std::string_view name;
   std::string_view summary;
@@ -121,7 +123,7 @@ struct IntegratorEntry {
 };
 std::span<const IntegratorEntry> integrator_table();
 
-// Both throw UsageError for an unknown name and list the valid ones.
+// Both functions throw UsageError for an unknown name and list the valid ones.
 const IntegratorEntry& find_integrator(std::string_view name);
 std::unique_ptr<Integrator> create_integrator(std::string_view name,
                                               const IntegratorSettings& settings);

@@ -12,7 +12,7 @@ enum class DebugView {
   kNormal,      // shading normal, world axes, [-1, 1] mapped to [0, 1]
   kUv,          // TEXCOORD_0 modulo 1 in red and green
   kAlbedo,      // directional albedo
-  kDepth,       // along the viewing axis, scene units, grey
+  kDepth,       // depth along the viewing axis in scene units, as grey
   kMaterialId,  // a colour per material
 };
 std::unique_ptr<Integrator> create_debug(DebugView view);

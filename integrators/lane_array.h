@@ -1,4 +1,5 @@
-// Storage for one object per sample of a batch, constructed only for the samples that need it.
+// Storage for one object per sample of a batch. An object is constructed only if its sample needs
+// it.
 #pragma once
 
 #include <algorithm>
@@ -31,10 +32,10 @@ class LaneArray {
   Slot slots_[kRayBatch];
 };
 
-// The samples of a batch that take part in a stage, in order.
+// A list of the samples of a batch that take part in a stage, in order.
 class LaneList {
  public:
-  // Each lane is added at most once.
+  // A lane may be added only once.
   void add(int lane) {
     assert(count_ < kRayBatch);
     lanes_[count_++] = lane;

@@ -1,4 +1,4 @@
-// The state of a batch of paths, shared by the path loop, glass and the recorders.
+// The state of a batch of paths. The path loop, glass and the recorders share it.
 #pragma once
 
 #include <cassert>
@@ -24,8 +24,8 @@ inline Bounces after_bounce(Bounces before, bool delta) {
   return Bounces::kMore;
 }
 
-// A path's vertex and how its outgoing ray was sampled, for the MIS weight of emission that the ray
-// finds.
+// Describes a vertex of a path, and how the ray that leaves it was sampled. If the ray finds
+// emission, this data gives the MIS weight of the emission.
 struct LastVertex {
   LightQuery query;
   float bsdf_pdf = 0.0f;
@@ -37,12 +37,13 @@ struct Path {
   SurfaceHit hit;
   Rgb throughput = Rgb(1.0f);
   Rgb radiance = Rgb(0.0f);
-  float eta_scale = 1.0f;  // radiance compression by refraction so far; only for roulette
-  // Roulette probabilities: `survival` is that of scattering where this ray hits; `ray_survival` is
-  // that of tracing the ray at all.
+  float eta_scale = 1.0f;  // radiance compression by refraction so far; used for roulette only
+  // Roulette probabilities: `ray_survival` is the probability that this ray is traced; `survival`
+  // is the probability that the path is also scattered at the surface that the ray hits.
   float survival = 1.0f, ray_survival = 1.0f;
-  // Scattering events so far. Going straight through a smooth thin wall is not counted, so that
-  // light samples, which see through walls, and scattered rays agree on which paths exist.
+  // Scattering events so far. Going straight through a smooth thin wall is not counted. Light
+  // samples see through such walls, so with this count they agree with scattered rays on which
+  // paths exist.
   uint32_t events = 0;
   Bounces bounces = Bounces::kNone;
   LastVertex last;
@@ -57,8 +58,8 @@ struct Connection {
   Vec3f from, target;
 };
 
-// Arrays are indexed by lane, a sample's index in the batch. No path depends on the other paths of
-// its batch (law 1).
+// Arrays are indexed by lane. A lane is the index of a sample in the batch. No path depends on the
+// other paths of its batch (law 1).
 struct PathBatch {
   PathBatch(const IntegratorSettings& all_settings, const SampleBatch& sample_batch,
             PixelSamples& pixel_samples, std::span<SampleValue> sample_values)
@@ -75,8 +76,9 @@ struct PathBatch {
   bool intersect(const Ray& ray, SurfaceHit* hit) {
     return scene.intersect(ray, coverage_key(scene, samples), hit);
   }
-  // Prefetches the triangle that this lane has hit, and the vertices of the previous lane's
-  // triangle, which is in the cache by now. `*before` is the lane of the previous call, or -1.
+  // Prefetches the triangle that this lane has hit. Also prefetches the vertices of the triangle
+  // that the previous lane has hit; that triangle is in the cache by now. `*before` is the lane of
+  // the previous call, or -1.
   void prefetch_hit(int lane, int* before) {
     scene.prefetch_triangle(paths[lane].hit);
     if (*before >= 0) scene.prefetch_vertices(paths[*before].hit);
@@ -87,8 +89,8 @@ struct PathBatch {
     path.radiance = fma(path.throughput, light, path.radiance);
   }
 
-  // Returns whether the lane's connection is not blocked. Multiplies its light by the transmittance
-  // of the partly covered surfaces on the way.
+  // Returns whether the lane's connection is unblocked. Multiplies the connection's light by the
+  // transmittance of the partly covered surfaces on the way.
   bool is_visible(int lane, CoverageKey key) {
     Connection& c = connections[lane];
     Path& path = paths[lane];

@@ -18,7 +18,7 @@ void PathGlass::skip_hidden_faces(LaneList* missed) {
   });
 }
 
-// Replaces the hit by a hit on another face.
+// Replaces the lane's hit by a hit on `face`.
 void PathGlass::replace_hit(const Ray& ray, const SurfaceHit& face, float offset, int lane) {
   SurfaceHit& hit = b_.paths[lane].hit;
   hit = {hit.t, face.u, face.v, face.instance, face.primitive};
@@ -26,8 +26,8 @@ void PathGlass::replace_hit(const Ray& ray, const SurfaceHit& face, float offset
   b_.points[lane].surface.offset = offset;
 }
 
-// Follows the ray through hidden faces of solids to a visible surface. Returns false if there is
-// none.
+// Follows the ray through hidden faces of solids to a visible surface. Returns false if the ray
+// leaves the scene or passes too many hidden faces.
 bool PathGlass::find_visible_face(int lane) {
   Path& path = b_.paths[lane];
   ShadedPoint& point = b_.points[lane];
@@ -51,8 +51,8 @@ bool PathGlass::find_visible_face(int lane) {
   return true;
 }
 
-// Returns whether the path sees the faces that it crosses, or a surface that lies in them. If so,
-// replaces the hit by one on the face or surface that scatters.
+// Returns whether the path sees the faces that it crosses, or sees a surface that lies in these
+// faces. If so, replaces the hit by a hit on the face or surface that scatters.
 bool PathGlass::resolve_crossing(const SolidCrossing& crossing, const Ray& ray, int lane) {
   const SurfaceHit& hit = b_.paths[lane].hit;
   Interior& near = near_[lane];
@@ -71,7 +71,8 @@ bool PathGlass::resolve_crossing(const SolidCrossing& crossing, const Ray& ray, 
   return true;
 }
 
-// Continues the ray beyond a hidden face to its next hit. Returns false if there is none.
+// Continues the ray beyond a hidden face to its next hit. Returns false if the ray hits nothing
+// more.
 bool PathGlass::next_face(Ray* ray, int lane) {
   Path& path = b_.paths[lane];
   ShadedPoint& point = b_.points[lane];
@@ -104,7 +105,8 @@ void PathGlass::update_ior(int lane) {
   }
 }
 
-// A tinted pane enters alpha by the luminance of what it transmits, since alpha is a single value.
+// Alpha is a single value. So a tinted pane contributes the luminance of the light that it
+// transmits.
 void PathGlass::hide_background(LaneList* missed) {
   if (b_.lights.environment() && !b_.settings.transparent) return;
   missed->filter([this](int lane) {
@@ -126,9 +128,9 @@ bool PathGlass::arrives(int lane, CoverageKey key) {
   return arrives;
 }
 
-// Whether walls or hidden faces may lie between the vertex and the light. If not, is_visible() is
-// better than trace_clear_faces(), since it uses the expected value of coverage, where the latter
-// decides at random.
+// Returns whether walls or hidden faces may lie between the vertex and the light. If not,
+// is_visible() is better than trace_clear_faces(): is_visible() uses the expected value of
+// coverage, while trace_clear_faces() decides at random.
 bool PathGlass::may_cross_clear_faces(int lane) {
   const Solids* solids = b_.scene.solids();
   const bool inside = !states_[lane].connection_interior->empty();
@@ -151,8 +153,8 @@ bool PathGlass::trace_clear_faces(int lane, CoverageKey key) {
 }
 
 // Counts samples of point-like lights that do not reach the surface because smooth solid glass
-// would bend their light; no other kind of sample can find these lights. Whether a sample is
-// examined depends only on the sample itself.
+// would bend their light. No other kind of sample can find these lights. A sample's own geometry
+// alone decides whether the sample is examined.
 void PathGlass::count_light_sample(int lane, CoverageKey key, bool arrives) {
   const Connection& c = b_.connections[lane];
   OpticsCounters* const optics = b_.batch.optics;

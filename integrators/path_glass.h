@@ -48,8 +48,8 @@ class PathGlass {
     if (b_.batch.interiors) near_[lane] = b_.batch.interiors[size_t(lane)];
   }
 
-  // Replaces each hit on a hidden face of a solid by a hit on the surface that the path sees behind
-  // it. Paths that leave the scene move from b_.alive to `missed`.
+  // Replaces each hit on a hidden face of a solid by a hit on the first visible surface behind that
+  // face. Paths that leave the scene move from b_.alive to `missed`.
   void skip_hidden_faces(LaneList* missed);
 
   // Sets the surface's index of refraction, or turns a face of a flat solid into a thin wall.
@@ -62,25 +62,25 @@ class PathGlass {
   }
 
   static bool transmits(const SurfaceBsdf& bsdf) { return bsdf.transmits_non_delta(); }
-  // Whether a path that may not scatter any more continues straight through the surface.
+  // Returns whether a path that may not scatter any more continues straight through the surface.
   bool is_clear_wall(int lane) { return is_smooth_wall(b_.scene, b_.paths[lane].hit); }
 
-  // The last vertex that scattered the path. Its light samples may find the same light as the
-  // current ray, even if the path has passed smooth thin walls since, because light samples see
-  // through these, too.
+  // Returns the last vertex that scattered the path. Its light samples may find the same light as
+  // the current ray, even if the path has passed smooth thin walls since then, because light
+  // samples also see through such walls.
   const LastVertex& scattering_vertex(int lane) { return states_[lane].vertex; }
-  // Distance from that vertex to the hit.
+  // Returns the distance from scattering_vertex() to the hit.
   float distance_from_vertex(int lane) {
     if (states_[lane].walls == 0) return b_.paths[lane].hit.t;
     return (b_.points[lane].surface.position - states_[lane].vertex.query.point).length();
   }
 
   // If the camera does not see the environment, handles the camera paths that leave the scene
-  // through panes: sets their alpha to the fraction of light that the panes block, and removes them
-  // from the list.
+  // through panes. Sets the alpha of these paths to the fraction of light that the panes block, and
+  // removes the paths from `missed`.
   void hide_background(LaneList* missed);
 
-  // Called when a light sample leaves the vertex along wi, in local space.
+  // Called when a light sample leaves the vertex in direction `wi`, which is in local space.
   void connect(int lane, const Vec3f& wi) {
     State& state = states_[lane];
     const bool passes = wi.z < 0.0f && b_.points[lane].surface.material->is_solid();
@@ -89,7 +89,7 @@ class PathGlass {
     if (wavelength.is_dispersive && wi.z < 0.0f)
       b_.connections[lane].scattered *= wavelength.weight;
   }
-  // Returns whether the connection's light reaches the vertex, and multiplies it by the
+  // Returns whether the connection's light reaches the vertex. Multiplies the light by the
   // transmittance.
   bool arrives(int lane, CoverageKey key);
 
@@ -124,16 +124,16 @@ class PathGlass {
  private:
   struct State {
     LastVertex vertex;   // where the path was last scattered
-    uint32_t walls = 0;  // passed since then
+    uint32_t walls = 0;  // walls passed since then
     PathWavelength wavelength;
-    // Distance along the ray of the last hidden face at which the medium changed. Absorption has
+    // Distance along the ray to the last hidden face at which the medium changed. Absorption has
     // been applied up to this face.
     float absorbed_distance = 0.0f;
     const Interior* connection_interior = nullptr;  // the solids at the start of the connection
   };
 
-  // Measured between surface points. In contrast, hit.t is measured from the ray's offset origin;
-  // the difference matters in thin slabs.
+  // Returns the distance between the surface points of the last vertex and of the hit. In contrast,
+  // hit.t is measured from the ray's offset origin; the difference matters in thin slabs.
   float distance_from_last_vertex(int lane) {
     if (b_.depth == 0) return b_.paths[lane].hit.t;
     return (b_.points[lane].surface.position - b_.paths[lane].last.query.point).length();

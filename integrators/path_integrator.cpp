@@ -2,7 +2,7 @@
 // per vertex are combined by the balance heuristic (Veach & Guibas 1995, "Optimally Combining
 // Sampling Techniques for Monte Carlo Rendering").
 //
-// `direct` is the same with a depth limit of 1.
+// `direct` is the same integrator with a depth limit of 1.
 #include "integrators/integrator_kinds.h"
 #include "integrators/path_glass.h"
 #include "integrators/path_loop.h"

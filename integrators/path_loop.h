@@ -16,9 +16,9 @@
 
 namespace emberline {
 
-// Glass: PathGlass (path_glass.h), or NoGlass if no material of the scene transmits light.
-// Recorders: AllRecorders (recorders/all.h), or NoRecorder if the batch asks for radiance and
-// alpha only. Hooks of NoGlass and NoRecorder compile to nothing.
+// `Glass` is PathGlass (path_glass.h), or NoGlass if no material of the scene transmits light.
+// `Recorders` is AllRecorders (recorders/all.h), or NoRecorder if the batch asks for radiance and
+// alpha only. The hooks of NoGlass and NoRecorder compile to nothing.
 template <class Glass, class Recorders>
 class PathLoop : private PathBatch {
  public:
@@ -43,13 +43,14 @@ class PathLoop : private PathBatch {
   }
 
  private:
-  // Russian roulette starts with this scattering event, since short paths carry most of the light.
+  // Russian roulette starts with the scattering event of this number. Shorter paths are spared,
+  // since they carry most of the light.
   static constexpr uint32_t kRouletteDepth = 2;
   // A path with throughput t continues with probability kRouletteScale sqrt(t). The root is a
   // compromise between 1 and t, because the light ahead is unknown. The environment is often the
   // brightest light. So a ray that may reach it is traced with the higher probability
-  // kRayRouletteScale sqrt(t), and the roulette is completed at the surface that the ray hits. We
-  // chose the values; measurements are in tests/bench/results.
+  // kRayRouletteScale sqrt(t), and the roulette is completed at the surface that the ray hits. Both
+  // scales are our choice; measurements are in tests/bench/results.
   static constexpr float kRouletteScale = 1.5f;
   static constexpr float kRayRouletteScale = 4.0f;
   // Limits the probability of ending a path to 95 %, so that a survivor's weight grows by a factor
@@ -121,8 +122,8 @@ class PathLoop : private PathBatch {
     if (!missed.empty()) leave_scene(&missed);
   }
 
-  // The second part of the roulette. It reuses the random number that let the ray be traced.
-  // Emissive surfaces are always shaded.
+  // Plays the second part of the roulette, at the surface that the ray hits. Uses the random number
+  // that has already let the ray be traced. Emissive surfaces are always shaded.
   bool survives_hit_roulette(Path* path) {
     if (path->survival == path->ray_survival) return true;
     const Material& material = scene.material_of(path->hit.instance);
@@ -240,9 +241,8 @@ class PathLoop : private PathBatch {
     }
   }
 
-  // Takes the i-th light sample of each lane. For i > 0, all surfaces of a path share the same
-  // random numbers, for example a surface under a smooth coat and the surface reflected in the
-  // coat.
+  // Takes the i-th light sample of each lane. For i > 0, all surfaces of a path use the same random
+  // numbers. Examples are a surface under a smooth coat and the surface that the coat reflects.
   void connect_lanes(LaneList lanes, int i) {
     LightRequest requests[kRayBatch];
     LightSample* out[kRayBatch] = {};
@@ -261,7 +261,7 @@ class PathLoop : private PathBatch {
     for (const int lane : lanes) add_connection(lane);
   }
 
-  // Computes the light that arrives if nothing blocks it. Returns false if there is none.
+  // Computes the light that arrives if nothing blocks it. Returns false if no light can arrive.
   bool connect(int lane) {
     const ShadedPoint& point = points[lane];
     Connection& c = connections[lane];
@@ -281,8 +281,8 @@ class PathLoop : private PathBatch {
     samples.resume_sample(lane);
     const CoverageKey key = coverage_key(scene, samples);
     if (!glass_.arrives(lane, key)) return;
-    // balance_heuristic / (n pdf) = 1 / (n pdf + other). For point-like lights, other = 0, since
-    // only light sampling finds them.
+    // The MIS weight over the density is balance_heuristic / (n pdf) = 1 / (n pdf + other). `other`
+    // is 0 for point-like lights, since only light sampling finds them.
     const float light_pdf = float(paths[lane].last.light_samples) * c.light.pdf;
     const Rgb light =
         c.scattered * c.radiance / (c.light.delta ? light_pdf : light_pdf + c.bsdf_pdf);

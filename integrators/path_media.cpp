@@ -47,8 +47,8 @@ void make_thin_walled(const Interior& around, ShadedPoint& point) {
 
 namespace {
 
-// A shadow ray that restarts behind each surface that it passes, aimed at the light again each
-// time. As in Scene::transmittance(), t = 1 is exactly at the target.
+// A shadow ray that restarts behind each surface that it passes. At each restart, it is aimed at
+// the light again. As in Scene::transmittance(), t = 1 is exactly at the target.
 class ShadowRay {
  public:
   ShadowRay(const LightSample& light, const Vec3f& target, float time)
@@ -57,7 +57,7 @@ class ShadowRay {
     return light_.distance == kInfinity ? Ray{origin, light_.direction, kInfinity, time_}
                                         : Ray{origin, target_ - origin, 1.0f, time_};
   }
-  // Whether the ray has reached or passed the light.
+  // Returns whether the ray has reached or passed the light.
   bool is_past_light(const Ray& ray) const {
     return !(dot(ray.direction, light_.direction) > 0.0f);
   }
@@ -68,7 +68,8 @@ class ShadowRay {
   const float time_;
 };
 
-// Straight-through transmittance of the hit surface; the connection continues at `*next_origin`.
+// Returns the straight-through transmittance of the hit surface. Sets `*next_origin` to the point
+// at which the connection continues.
 Rgb wall_transmittance(const Scene& scene, const Vec3f& direction, float time,
                        const SurfaceHit& hit, const Interior& around, float u_texture,
                        Vec3f* next_origin) {
@@ -85,13 +86,13 @@ class HiddenFaceWalk {
       : scene_(scene), start_(from), interior_(interior), medium_start_(medium_start) {
     *medium_start = 0.0f;
   }
-  // Whether the solid's face that was hit can be a hidden face.
+  // Returns whether the hit face of a solid may be a hidden face.
   bool may_be_hidden(const SurfaceHit& hit) const {
     return scene_.solids() &&
            (!interior_->empty() || scene_.solids()->transmits_straight(hit.instance));
   }
-  // Returns whether the face is hidden; if so, the connection continues at `*next_origin`, and
-  // `*transmittance` is attenuated.
+  // Returns whether the face is hidden. If so, attenuates `*transmittance` and sets `*next_origin`
+  // to the point at which the connection continues.
   bool cross(const Ray& ray, const Vec3f& direction, const SurfaceHit& hit,
              CoverageKey coverage_key, Rgb* transmittance, Vec3f* next_origin) {
     SurfaceInteraction surface;
@@ -134,8 +135,8 @@ Rgb clear_transmittance(const Scene& scene, Vec3f from, const LightSample& light
     if (shadow_ray.is_past_light(ray)) return transmittance;
     SurfaceHit hit;
     rays->shadow++;
-    // The whole connection uses one coverage key, which is correct since no part of it is traced
-    // twice.
+    // The whole connection uses one coverage key. This is correct, since no part of the connection
+    // is traced twice.
     if (!scene.intersect(ray, coverage_key, &hit)) {
       return scene.is_behind_flush_emitter(from, light, time, coverage_key) ? Rgb(0.0f)
                                                                             : transmittance;

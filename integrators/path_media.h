@@ -8,28 +8,29 @@
 
 namespace emberline {
 
-// The coverage key of one ray. Scenes without alpha need none.
+// Returns the coverage key of one ray. Scenes without alpha need none.
 inline CoverageKey coverage_key(const Scene& scene, PixelSamples& samples) {
   return scene.has_coverage() ? samples.coverage_key() : CoverageKey();
 }
 
 // Dispersion of a path. The path gets one wavelength at the first face that disperses. Its
-// throughput is multiplied by the colour of this wavelength at the first dispersive face that
-// transmits the path.
+// throughput is multiplied by the colour of this wavelength when a dispersive face first transmits
+// the path.
 struct PathWavelength {
-  float nanometres = 0.0f;     // 0 if there is none yet
-  Rgb weight = Rgb(1.0f);      // still to be applied
+  float nanometres = 0.0f;     // 0 if none has been sampled yet
+  Rgb weight = Rgb(1.0f);      // not yet multiplied into the throughput
   bool is_dispersive = false;  // the current face disperses
 };
 
-// Sets the relative index of refraction of a solid's face, given the indices of both sides at the
-// path's wavelength, which is sampled on first use. `near` is the side that the path comes from.
+// Sets the relative index of refraction of a solid's face from the media on both sides. Uses the
+// path's wavelength, and samples it when it is first needed. `near` is the side that the path comes
+// from.
 void set_relative_ior(const Interior& near, const Interior& far, PixelSamples& samples,
                       PathWavelength& wavelength, ShadedPoint& point);
 
 // is_flat_solid() tells whether the hit is on a flat solid, which acts as a thin wall.
-// is_smooth_wall() tells whether it is on a thin wall, flat solids included, through which light
-// goes straight.
+// is_smooth_wall() tells whether the hit is on a thin wall or flat solid through which light goes
+// straight.
 inline bool is_flat_solid(const Scene& scene, const SurfaceHit& hit) {
   return scene.solids() && scene.solids()->is_flat(hit.instance);
 }
@@ -40,7 +41,8 @@ inline bool is_smooth_wall(const Scene& scene, const SurfaceHit& hit) {
 // Turns a face of a flat solid into a thin wall.
 void make_thin_walled(const Interior& around, ShadedPoint& point);
 
-// The deterministic BSDF sample of a path that may not scatter: it goes straight through.
+// Returns the deterministic BSDF sample of a path that may not scatter: the path goes straight
+// through.
 inline BsdfSample straight_sample(const SurfaceBsdf& bsdf) {
   BsdfSample sample;
   sample.weight = bsdf.straight_transmittance();
@@ -48,9 +50,9 @@ inline BsdfSample straight_sample(const SurfaceBsdf& bsdf) {
   return sample;
 }
 
-// Whether the path goes straight through a face without seeing it. This is so if the same solid
-// fills both sides, or if both sides refract alike and the face does nothing but refract. Emissive
-// faces are always seen, since light sampling does not know what surrounds them.
+// Returns whether the path goes straight through a face without seeing it. This is so if the same
+// solid fills both sides, or if both sides refract alike and the face does nothing but refract.
+// Emissive faces are always seen, since light sampling does not know what surrounds them.
 inline bool is_hidden(const Scene& scene, const SolidCrossing& crossing, const Interior& near,
                       const Interior& far, uint32_t instance) {
   const Material* const a = near.medium();
@@ -65,9 +67,9 @@ inline bool is_hidden(const Scene& scene, const SolidCrossing& crossing, const I
   return !crossing.empty() && !scene.material_of(instance).is_emissive();
 }
 
-// Transmittance of a solid over a distance in internal space; 1 if `medium` is null. The distance
-// to a light may be infinite, so it is limited to twice the scene's radius; no path through a solid
-// is longer.
+// Returns the transmittance of a solid over a distance in internal space, or 1 if `medium` is null.
+// The distance to a light may be infinite, so the distance is limited to twice the scene's radius;
+// no path through a solid is longer.
 inline Rgb absorption(const Scene& scene, const Material* medium, float distance) {
   if (!medium) return Rgb(1.0f);
   const float limited_distance = std::min(distance, 2.0f * scene.radius());
@@ -75,23 +77,24 @@ inline Rgb absorption(const Scene& scene, const Material* medium, float distance
 }
 
 // Maximum number of consecutive smooth thin walls or hidden faces that a sampled ray or a
-// connection passes. It is the same for both, since they must find the same light. The limit guards
-// against scenes made of walls; the report says how many rays it ended (OpticsCounters).
+// connection passes. Sampled rays and connections have the same limit, since they must find the
+// same light. The limit guards against scenes made of walls; the report says how many rays it ended
+// (OpticsCounters).
 inline constexpr uint32_t kMaxWalls = 10'000;
 
-// Transmittance towards a sampled light. Smooth thin walls, and the solids behind hidden faces,
-// attenuate the light; if anything else lies in between, the transmittance is 0. `target` is the
-// end of the connection; it is unused for lights at infinity. The caller passes in the interior at
-// `from`. On return, `interior` is the interior at the end of the connection, and `*medium_start`
-// is the distance from `from` at which that medium begins; from there on, the caller must apply the
-// absorption.
+// Returns the transmittance towards a sampled light. Smooth thin walls, and the solids behind
+// hidden faces, attenuate the light. If anything else lies in between, the transmittance is 0.
+// `target` is the end of the connection; it is unused for lights at infinity. `interior` is the
+// interior at `from` on entry, and the interior at the end of the connection on return.
+// `*medium_start` is set to the distance from `from` at which this last interior's medium begins.
+// The caller must apply the absorption from there on.
 Rgb clear_transmittance(const Scene& scene, Vec3f from, const LightSample& light,
                         const Vec3f& target, float time, CoverageKey coverage_key,
                         Interior* interior, float* medium_start, PixelSamples& samples,
                         SampleRays* rays, OpticsCounters* counters);
 
-// Whether a point-like light, which only light sampling finds, is blocked by smooth glass of any
-// shape and by nothing else. Used for statistics.
+// Returns whether a point-like light, which only light sampling finds, is blocked by smooth glass
+// of any shape and by nothing else. Used for statistics.
 bool is_blocked_only_by_glass(const Scene& scene, Vec3f from, const LightSample& light,
                               const Vec3f& target, float time, CoverageKey coverage_key);
 

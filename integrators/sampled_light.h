@@ -6,7 +6,7 @@
 
 namespace emberline {
 
-// Radiance of a point sampled on a triangle, before emission_scale().
+// Returns the radiance of a point sampled on a triangle, without the factor emission_scale().
 [[gnu::always_inline]] inline Rgb triangle_radiance(const Scene& scene, const LightSample& light,
                                                     const EmissiveTriangle& triangle,
                                                     const Material& material, float time,
@@ -25,18 +25,18 @@ namespace emberline {
     radiance *= emission_through_coat(layers.parameters.clearcoat,
                                       dot(light.direction, light.emitter_normal));
   }
-  // A path sees only the covered part of the emitter, so the light sample is multiplied by the
-  // coverage to agree with paths on average. Like paths, it chooses the coverage's texel
-  // independently of the emission's. So a card that is bright only where it is transparent shows
-  // the product of the two means.
+  // A path sees only the covered part of the emitter. So the light sample is multiplied by the
+  // coverage, to agree with paths on average. As in paths, the texel of the coverage is chosen
+  // independently of the texel of the emission. So a card that is bright only where it is
+  // transparent shows the product of the mean emission and the mean coverage.
   if (material.alpha_mode() != AlphaMode::kOpaque) {
     radiance *= material.coverage(attributes, samples.extra());
   }
   return radiance;
 }
 
-// Unoccluded radiance from a sampled light towards `from`. `target` is the end of the visibility
-// ray that the caller traces.
+// Returns the unoccluded radiance from a sampled light towards `from`. Sets `*target` to the end of
+// the visibility ray that the caller must trace.
 inline Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& from,
                             float time, PixelSamples& samples, Vec3f* target) {
   if (light.kind != LightKind::kTriangle) {
@@ -52,8 +52,8 @@ inline Rgb emitted_radiance(const Scene& scene, const LightSample& light, const 
   return material.is_emission_animated() ? radiance * material.emission_scale(time) : radiance;
 }
 
-// Transmittance towards a sampled light; 0 if a surface blocks it. `target` comes from
-// emitted_radiance().
+// Returns the transmittance towards a sampled light, or 0 if a surface blocks it. `target` comes
+// from emitted_radiance().
 inline float transmittance(const Scene& scene, const LightSample& light, const Vec3f& from,
                            const Vec3f& target, float time, CoverageKey key) {
   if (light.distance == kInfinity) {

@@ -1,4 +1,4 @@
-// Computes the surface frame and material values at a hit; shared by all integrators that shade.
+// Computes the surface frame and material values at a hit. All integrators that shade use this.
 #pragma once
 
 #include <optional>
@@ -14,7 +14,7 @@ namespace emberline {
 // A surface point ready for light transport. Vectors are in internal space.
 struct ShadedPoint {
   SurfaceInteraction surface;
-  SurfaceFrame frame;                     // both normals on wo's side
+  SurfaceFrame frame;                     // both normals are on wo's side
   Vec3f wo;                               // towards the viewer, unit
   MaterialPoint material;                 // the material's values here
   std::optional<LayerParameters> layers;  // empty if the material has none
@@ -72,7 +72,7 @@ inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& h
   return p;
 }
 
-// Fills the AOVs that the batch asks for at a camera ray's first surface.
+// Fills in the AOVs that the batch asks for, at the first surface of a camera ray.
 inline void fill_first_hit(const SampleBatch& batch, const SurfaceHit& hit,
                            const ShadedPoint& point, float time, const Rgb& albedo, FirstHit* out) {
   if (batch.hit_id) out->id = point.surface.instance + 1;

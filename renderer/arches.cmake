@@ -1,6 +1,7 @@
-# Packages run on all processors, and use what each has: the command's library and libemberline.so are built
-# for EMBERLINE_ARCH, and once more for each of EMBERLINE_ARCHES. glibc's loader (2.33 and later) takes the best
-# from the folders glibc-hwcaps/ARCH beside the first.
+# Builds the libraries of the packages for several instruction sets, so that packages run on old processors and use the
+# instructions of new ones. The command's library and libemberline.so are built for EMBERLINE_ARCH, and once more for
+# each of EMBERLINE_ARCHES. The further builds are installed in folders glibc-hwcaps/ARCH beside the build for
+# EMBERLINE_ARCH. glibc's loader (2.33 and later) takes the best build for the processor.
 if(NOT EMBERLINE_ARCHES)
   return()
 endif()
@@ -16,7 +17,7 @@ install(TARGETS emberline_command LIBRARY DESTINATION ${command_libraries} COMPO
 
 foreach(arch ${EMBERLINE_ARCHES})
   if(arch STREQUAL EMBERLINE_ARCH)
-    continue()  # of the others themselves
+    continue()  # skips this build itself if it is one of the further builds
   endif()
   set(build ${CMAKE_BINARY_DIR}/${arch})
   ExternalProject_Add(emberline_${arch}
@@ -28,7 +29,7 @@ foreach(arch ${EMBERLINE_ARCHES})
                -DEMBERLINE_ARCH=${arch} -DEMBERLINE_ARCHES=${arch}
     BUILD_COMMAND ${CMAKE_COMMAND} --build ${build} --target emberline_command emberline_shared
     INSTALL_COMMAND "" BUILD_ALWAYS ON USES_TERMINAL_BUILD ON
-    DEPENDS emberline emberline_shared)  # one after the other: each takes all processors
+    DEPENDS emberline emberline_shared)  # starts after the main build, because each build uses all processors
   install(FILES ${build}/lib/libemberline_command.so
           DESTINATION ${command_libraries}/glibc-hwcaps/${arch} COMPONENT command)
   install(DIRECTORY ${build}/lib/ DESTINATION ${libraries}/glibc-hwcaps/${arch} COMPONENT library

@@ -2,18 +2,19 @@
 // diffusion of Monte Carlo sampling error via hierarchical ordering of pixels", ACM TOG 39(6)).
 //
 // One Owen-scrambled Sobol' sequence serves all pixels. Each pixel takes an aligned range of
-// samples_per_pixel points, in the order of a Z-curve whose base-4 digits are permuted at random,
-// by a hash of the digits above. So the four pixels of any aligned 2 x 2, 4 x 4, ... square share a
-// net: where one pixel's estimate is too bright, its neighbours' are too dark. The error lies in
-// high frequencies, which the eye and a denoiser average away.
+// samples_per_pixel points. The ranges follow a Z-curve through the frame. Each base-4 digit of the
+// curve's index is permuted at random, by a hash of the higher digits. So the four pixels of any
+// aligned 2 x 2, 4 x 4, ... square share a net: where one pixel's estimate is too bright, its
+// neighbours' are too dark. The error lies in high frequencies, which the eye and a denoiser
+// average away.
 //
 // Each pair of dimensions has its own permutations and scrambles. Within a pair, each pixel
-// shuffles the points of its range. The pixel pair uses an Owen shuffle, so that each prefix of 2^m
-// samples is a (0,m,2)-net; other pairs use a random shuffle, because otherwise strata of two pairs
-// would stay matched (sobol_sampler.h).
+// shuffles the points of its range. The pair of the pixel position uses an Owen shuffle, so that
+// each prefix of 2^m samples is a (0,m,2)-net. The other pairs use a random shuffle: with an Owen
+// shuffle, the strata of two pairs would stay matched (sobol_sampler.h).
 //
 // The sequence covers a square that holds the whole frame and whose side in pixels is a power of
-// two, so a crop has the same numbers as the whole frame.
+// two. So a pixel has the same numbers in a crop as in the whole frame.
 #pragma once
 
 #include "samplers/sample_runs.h"
@@ -23,10 +24,10 @@ namespace emberline {
 
 class BlueNoiseSampler final : public Sampler {
  public:
-  // samples_per_pixel must be a power of two. The frame is cut into square tiles that one sequence
-  // of 2^32 points can serve, and which are randomised independently. One tile is enough for frames
-  // up to 8192 x 8192 at 64 samples, or up to 1024 x 1024 at 4096. With two streams, each is a
-  // separate sequence with half the samples.
+  // samples_per_pixel must be a power of two. The frame is cut into square tiles, each small enough
+  // for one sequence of 2^32 points. The tiles are randomised independently. One tile is enough for
+  // frames up to 8192 x 8192 at 64 samples per pixel, or up to 1024 x 1024 at 4096. With two
+  // streams, each is a separate sequence with half the samples.
   explicit BlueNoiseSampler(const SamplerSettings& settings);
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;

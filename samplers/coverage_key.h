@@ -1,10 +1,10 @@
 // The random number that decides whether a ray hits a surface with stochastic coverage.
 //
-// The decisions are stratified over the samples of a pixel, separately for each surface (Laine &
-// Karras 2011, "Stratified Sampling for Stochastic Transparency", EGSR): a pane of coverage 1/4 is
-// hit by 16 of 64 samples, not by 16 +- 3.5. Surfaces are independent, so two panes transmit the
-// product of their transmittances. A decision depends only on the key and the surface, not on the
-// order in which a ray's hits are found.
+// The decisions are stratified over the samples of a pixel, separately for each surface
+// (Laine & Karras 2011, "Stratified Sampling for Stochastic Transparency", EGSR): of 64 samples, 16
+// hit a pane of coverage 1/4, not 16 +- 3.5. The decisions for different surfaces are independent,
+// so two panes transmit the product of their transmittances. A decision depends only on the key and
+// the surface, not on the order in which a ray's hits are found.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,11 @@
 
 namespace emberline {
 
-// Each ray has one, passed by value in one register. The default means no stochastic coverage.
+// Each ray has a key, which is passed by value in one register. The default key means that there is
+// no stochastic coverage.
 struct CoverageKey {
   uint32_t seed = 0;   // shared by samples that are stratified together
-  uint32_t index = 0;  // the sample's index among these
+  uint32_t index = 0;  // the sample's index among those samples
 };
 
 // Two numbers in [0, 1) per triangle: the first decides coverage, the second chooses a texel.

@@ -2,21 +2,24 @@
 // sequential uniform samples of pixel, lens and time together, in five dimensions.
 //
 // A k-d tree halves the domain, one dimension after another. Each new sample descends to the side
-// that has fewer samples, or to a random side if both have equally many, and lands in the empty
-// half of the first cell that holds one sample. So each of the 2^m cells of level m contains one of
-// the first 2^m samples, and a prefix of any length is as even as possible.
+// that has fewer samples, or to a random side if both have equally many. It lands in the empty half
+// of the first cell that holds one sample. So each of the 2^m cells of level m contains one of the
+// first 2^m samples, and a prefix of any length is as even as possible.
 //
 // The tree is not stored. Samples that reach a node alternate between its sides: bit b of the
-// sample's index gives the side at depth b, flipped by a coin that belongs to the node, that is, to
-// the index's bits below b. owen_sobol::permute() does just this: it flips each bit by a hash of
-// the bits below. Its result is the path through the tree; bit 0 is the side at the root. The coin
-// belongs to the node, not to the visit, so sample k of [2^m, 2^(m+1)) falls into the cell of
-// sample k - 2^m and halves it. Therefore the leaves' volumes are known: after n = 2^m + j samples,
-// the cells of the first j samples are halved. integration_weight() uses them for Kajiya's
-// hierarchical integration, which sums each leaf's value times its volume.
+// sample's index gives the side at depth b, flipped by a random coin. The coin belongs to the node,
+// that is, to the index's bits below b. owen_sobol::permute() does exactly this: it flips each bit
+// by a hash of the bits below. Its result is the path through the tree, with the side at the root
+// in bit 0.
 //
-// Pixel x, y, lens x, y and time are split in turn, so 16 samples stratify the pixel in only 2 x 2
-// cells. Effects that couple the five dimensions become less noisy, plain edges noisier.
+// Because the coin belongs to the node and not to the visit, a sample k in [2^m, 2^(m+1)) falls
+// into the cell of sample k - 2^m and halves it. Therefore the leaves' volumes are known: after
+// n = 2^m + j samples, the cells of the first j samples are halved. integration_weight() uses these
+// volumes for Kajiya's hierarchical integration, which sums each leaf's value times its volume.
+//
+// Pixel x, pixel y, lens x, lens y and time are split in turn, so 16 samples stratify the pixel in
+// only 2 x 2 cells. Effects that couple the five dimensions become less noisy, but plain edges
+// become noisier.
 //
 // All other dimensions come from `sobol`, so a comparison of the two samplers shows the effect of
 // the tree alone.
@@ -37,12 +40,12 @@ class HierarchicalSampler final : public Sampler {
             int dimensions) const override;
   StreamIndex stream_of(uint32_t sample) const override { return stream_index(streams_, sample); }
   // Returns the volume of the sample's leaf times n, the number of samples in the sample's stream.
-  // All weights are 1 if n is a power of two. The estimate is unbiased for any n, since neither
-  // cells nor halves depend on values. Between powers of two, weights help if the last halving is
-  // along a dimension that matters. Otherwise unequal weights add variance, because the coins
-  // already spread the extra samples evenly over the cells. With n = 2^m (1 + t), the weights
-  // multiply the variance by up to (1 + t)(1 - t/2) <= 9/8 where a halving gains nothing, and by
-  // more where the leaves not yet halved are the noisy ones.
+  // All weights are 1 if n is a power of two. The estimate is unbiased for any n, since neither the
+  // cells nor the halves depend on values. Between powers of two, the weights help if the last
+  // halving is along a dimension that matters. Otherwise unequal weights add variance, because the
+  // coins already spread the extra samples evenly over the cells. With n = 2^m (1 + t), the weights
+  // multiply the variance by up to (1 + t)(1 - t/2) <= 9/8 where a halving gains nothing. The
+  // factor is larger where the leaves that are not yet halved are the noisy ones.
   float integration_weight(uint32_t sample, uint32_t count) const override;
 
  private:

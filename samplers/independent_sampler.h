@@ -1,7 +1,7 @@
 // Independent random numbers: a counter-based hash of (seed, pixel, sample, slot, dimension).
 //
-// Plain Monte Carlo without stratification, hence without structured artefacts. It is the baseline
-// for the other samplers, and a cross-check for reference images.
+// This is plain Monte Carlo without stratification, hence without structured artefacts. It is the
+// baseline for the other samplers, and a cross-check for reference images.
 #pragma once
 
 #include "samplers/sampler.h"
@@ -10,7 +10,8 @@ namespace emberline {
 
 class IndependentSampler final : public Sampler {
  public:
-  // All samples are independent, so any split into streams is valid; the setting changes nothing.
+  // All samples are independent, so any split into streams is valid. Therefore the settings are not
+  // used.
   explicit IndependentSampler(const SamplerSettings&) {}
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;

@@ -26,10 +26,10 @@ constexpr uint32_t reverse_bits(uint32_t x) {
   return x;
 }
 
-// A seeded permutation of 32-bit words in which each bit depends only on itself and lower bits: an
-// Owen scramble of bit-reversed numbers (Laine & Karras 2011, "Stratified Sampling for Stochastic
-// Transparency", section 3.1; Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4),
-// section 4). Constants: N. Vegdahl 2021, "Building a Better LK Hash".
+// A seeded permutation of 32-bit words in which each bit depends only on itself and on lower bits.
+// On bit-reversed numbers it is an Owen scramble (Laine & Karras 2011, "Stratified Sampling for
+// Stochastic Transparency", section 3.1; Burley 2020, "Practical Hash-based Owen Scrambling", JCGT
+// 9(4), section 4). The constants are from N. Vegdahl 2021, "Building a Better LK Hash".
 constexpr uint32_t permute(uint32_t x, uint32_t seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
@@ -39,10 +39,10 @@ constexpr uint32_t permute(uint32_t x, uint32_t seed) {
   return x;
 }
 
-// Returns the index of a sample's number in the second Sobol' dimension: multiplies by Pascal's
-// triangle modulo 2 in log2(32) steps (Ahmed 2024, "An Implementation Algorithm of 2D Sobol
-// Sequence Fast, Elegant, and Compact", EGSR; mirrored here, because indices are bit-reversed).
-// Linear over xor: pascal(a ^ b) = pascal(a) ^ pascal(b).
+// Returns the index that gives a sample's number in the second Sobol' dimension. Multiplies by
+// Pascal's triangle modulo 2 in log2(32) steps (Ahmed 2024, "An Implementation Algorithm of 2D
+// Sobol Sequence Fast, Elegant, and Compact", EGSR; mirrored here, because indices are
+// bit-reversed). The function is linear over xor: pascal(a ^ b) = pascal(a) ^ pascal(b).
 constexpr uint32_t pascal(uint32_t i) {
   i ^= i >> 16;
   i ^= (i & 0xff00ff00u) >> 8;
@@ -61,12 +61,13 @@ constexpr uint32_t pascal_below_8(uint32_t i) {
 
 // Index orders for pairs of dimensions that must be jointly stratified. All pairs share one
 // sequence; a pair with an order takes point apply_order(i) for sample i. An order is a matrix
-// modulo 2 that multiplies the index's bits; each bit contributes to itself and to lower bits, so
-// that aligned blocks of 2^m stay together and each pair remains a (0,2)-sequence. The first
-// kSearchedColumns columns come from tests/bench/pair_orders.cpp: from 64 samples on, any two pairs
-// are also stratified jointly. With 16 samples or fewer, some numbers of different pairs must share
-// their leading digits; the search chose numbers that are rarely used together. The other columns,
-// for samples from 4096 on, are random.
+// modulo 2 that multiplies the index's bits. Each bit contributes only to itself and to lower bits.
+// Therefore aligned blocks of 2^m stay together, and each pair remains a (0,2)-sequence.
+//
+// The first kSearchedColumns columns come from tests/bench/pair_orders.cpp. With them, any two
+// pairs are also stratified jointly from 64 samples on. With 16 samples or fewer, some numbers of
+// different pairs must share their leading digits; the search chose numbers that are rarely used
+// together. The other columns, for samples from 4096 on, are random.
 enum class Order : uint8_t { kPixel, kFirst, kSecond, kChoice, kLens, kTime };
 inline constexpr int kOrders = 6;
 inline constexpr int kSearchedColumns = 12;
@@ -105,21 +106,22 @@ constexpr uint32_t apply_order_to_8(Order order) {
   return elements;
 }
 
-// A uniform number in [0, 1), at most 1 - 2^-24; equals to_unit_float(reverse_bits(x)). It converts
-// from a signed integer, because that is one instruction on every vector unit.
+// Returns a uniform number in [0, 1), at most 1 - 2^-24. The result equals
+// to_unit_float(reverse_bits(x)). The conversion starts from a signed integer, because every vector
+// unit has a single instruction for this.
 constexpr float reversed_to_unit_float(uint32_t x) {
   return float(int32_t(reverse_bits(x) >> 8)) * 0x1p-24f;
 }
 
-// Nested (Owen) shuffle of sample indices: every aligned block of 2^m indices maps to an aligned
-// block of 2^m indices (Burley 2020, section 5).
+// A nested (Owen) shuffle of sample indices: it maps every aligned block of 2^m indices to an
+// aligned block of 2^m indices (Burley 2020, section 5).
 constexpr uint32_t shuffle_index(uint32_t index, uint32_t seed) {
   return reverse_bits(permute(reverse_bits(index), seed));
 }
 
-// A random permutation of 0..7, with element i in bits [4i, 4i + 3): Fisher-Yates on packed
-// nibbles. The 28 random bits are a fraction whose leading digits in base 8, 7, ... 2 pick the
-// swaps; each of the 8! permutations has probability (1 +- 2e-4) / 8!.
+// Returns a random permutation of 0..7, with element i in bits [4i, 4i + 3). This is a Fisher-Yates
+// shuffle of packed nibbles. It reads the upper 28 random bits as a fraction, whose leading digits
+// in base 8, 7, ... 2 pick the swaps. Each of the 8! permutations has probability (1 +- 2e-4) / 8!.
 constexpr uint32_t random_order_of_8(uint32_t random_bits) {
   uint32_t fraction = random_bits >> 4;
   uint32_t order = 0x76543210u;
@@ -135,7 +137,7 @@ constexpr uint32_t random_order_of_8(uint32_t random_bits) {
 }
 
 // Shuffles a sample index for one pair of dimensions, to make the pair independent of the other
-// pairs: an Owen shuffle of blocks of 8, and a random permutation within each block
+// pairs. Applies an Owen shuffle to blocks of 8, and a random permutation within each block
 // (sobol_sampler.h explains why both are needed).
 constexpr uint32_t shuffle_in_blocks(uint32_t index, uint32_t seed) {
   const uint32_t block = index >> 3;

@@ -1,7 +1,9 @@
 // The numbers of a batch of up to 16 samples, filled slot by slot on first use. A batch holds
-// consecutive samples of one pixel, or, if each pixel needs only a few, samples of several pixels.
+// consecutive samples of one pixel. If each pixel needs only a few samples, it holds samples of
+// several pixels instead.
 //
-// Each worker thread has one PixelSamples and reuses it. It allocates nothing after construction.
+// Each worker thread has one PixelSamples and reuses it. A PixelSamples allocates nothing after its
+// construction.
 #pragma once
 
 #include <algorithm>
@@ -17,8 +19,8 @@ namespace emberline {
 
 class PixelSamples {
  public:
-  // Number of slots in addition to the path's, for work that is repeated within one scattering
-  // event.
+  // Number of extra slots, besides the slots of the path's events. They serve work that is repeated
+  // within one scattering event.
   static constexpr int kAuxiliarySlots = 15;
 
   // `camera_dimensions`: number of dimensions of slot 0 that the camera uses.
@@ -49,13 +51,13 @@ class PixelSamples {
     start_slot(0);
   }
 
-  // Selects a sample that was started before and continues where it stopped.
+  // Selects a sample that was started before, and continues in the slot where it stopped.
   void resume_sample(int index) {
     choose(index);
     current_ = &blocks_[std::min(slot_[lane_], kCachedSlots)];
   }
 
-  // Moves the selected sample to a scattering event; slot 0 is the camera.
+  // Moves the selected sample to the slot of a scattering event. Slot 0 is the camera's.
   void start_slot(uint32_t slot) {
     slot_[lane_] = slot;
     extra_[lane_] = 0;
@@ -66,8 +68,8 @@ class PixelSamples {
       }
       current_ = &blocks_[slot];
     } else {
-      // Long paths are rare, so their slots are not cached. A sample fills only its own lane of the
-      // last block, because other samples may be at other slots.
+      // Few paths get this long, so these slots are not cached. A sample fills only its own lane of
+      // the last block, because the other samples may be in other slots.
       fill_lane(slot);
       current_ = &blocks_[kCachedSlots];
     }
@@ -85,8 +87,8 @@ class PixelSamples {
     return auxiliary_[size_t(slot)].values[dimension][lane_];
   }
 
-  // An independent number outside the dimension plan, for decisions whose count depends on the
-  // data: hashed from (seed, pixel, sample, slot, number of earlier calls).
+  // Returns an independent number outside the dimension plan, for decisions whose count depends on
+  // the data. The number is a hash of (seed, pixel, sample, slot, number of earlier calls).
   float extra() { return to_unit_float(extra_bits()); }
   uint32_t extra_bits() {
     if (!hashed_) hash_samples();
@@ -163,20 +165,20 @@ class PixelSamples {
     streams_hashed_ = true;
   }
 
-  static constexpr uint32_t kFirstAuxiliarySlot = 1u << 24;  // beyond any path's slots
+  static constexpr uint32_t kFirstAuxiliarySlot = 1u << 24;  // above the slots of any path
   static constexpr uint32_t kCachedSlots = 8;
 
   const Sampler& sampler_;
   int camera_dimensions_;
   bool scattered_ = false;
-  PixelKey pixel_;             // for a batch of one pixel; in a scattered batch only the seed
-  uint32_t first_sample_ = 0;  // for a batch of one pixel
-  std::array<SampleAddress, kSampleLanes> addresses_;  // for a scattered batch
+  PixelKey pixel_;  // of a batch of one pixel; in a scattered batch only the seed is used
+  uint32_t first_sample_ = 0;                          // of a batch of one pixel
+  std::array<SampleAddress, kSampleLanes> addresses_;  // of a scattered batch
   int first_lane_ = 0;
   int count_ = 0;
   int lane_ = 0;
-  uint32_t slot_[kSampleLanes] = {};         // current slot of each sample of the batch
-  uint32_t extra_[kSampleLanes] = {};        // number of extra numbers drawn in that slot
+  uint32_t slot_[kSampleLanes] = {};   // current slot of each sample of the batch
+  uint32_t extra_[kSampleLanes] = {};  // how many extra numbers the sample has drawn in that slot
   uint32_t sample_hash_[kSampleLanes] = {};  // hash of (seed, pixel, sample), if hashed_
   bool hashed_ = false;
   CoverageKey streams_[kSampleLanes] = {};  // hash of (seed, pixel, stream), if streams_hashed_

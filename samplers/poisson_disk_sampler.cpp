@@ -15,7 +15,7 @@ namespace {
 constexpr uint32_t kPoissonDiskSalt = 0xd15c5a17u;
 constexpr uint32_t kTableSize = 1024;
 constexpr uint32_t kTables = 8;
-constexpr int kTablePairs = 2;                           // per slot
+constexpr int kTablePairs = 2;                           // with tables, per slot
 constexpr uint32_t kTableSlots = kTables / kTablePairs;  // slots [0, kTableSlots) have tables
 
 // Coordinates are in units of 2^-32, so that integer overflow wraps around the torus.
@@ -28,13 +28,13 @@ double squared_distance(const Table& t, uint32_t i, uint32_t x, uint32_t y) {
   return dx * dx + dy * dy;
 }
 
-// The square of the minimum distance of n points. This distance is kPoissonDiskRadius times the
-// spacing of the hexagonal lattice of n points in the unit torus.
+// Returns the square of the minimum distance of n points: kPoissonDiskRadius times the neighbour
+// distance in the hexagonal lattice of n points on the unit torus.
 double squared_spacing(uint32_t n) {
   return kPoissonDiskRadius * kPoissonDiskRadius * 2.0 / (std::sqrt(3.0) * n);
 }
 
-// Spatial grid of the points placed so far. Cells are at least as wide as the query distance.
+// A spatial grid of the points placed so far. The cells are at least as wide as the query distance.
 class CellGrid {
  public:
   CellGrid(const Table& table, uint32_t points, double distance)
@@ -48,8 +48,8 @@ class CellGrid {
     first = point;
   }
 
-  // Whether all points are at least sqrt(squared) away from (x, y). This distance must not exceed
-  // the cell width.
+  // Whether all points are at least sqrt(squared) away from (x, y). The caller must make sure that
+  // this distance is at most the cell width.
   bool keeps_distance(uint32_t x, uint32_t y, double squared) const {
     const uint32_t column = cell(x), row = cell(y);
     for (const uint32_t r : {row, before(row), after(row)}) {
@@ -74,8 +74,9 @@ class CellGrid {
   std::array<uint32_t, kTableSize> next_;  // next point in the same cell
 };
 
-// Appends the first dart that keeps the minimum distance. The loop ends: the radius leaves room for
-// every point, and as the tables are deterministic, one successful run proves this.
+// Throws darts until one keeps the minimum distance, and stores it as point n. The loop ends: the
+// tables are deterministic, so one successful run proves that the radius leaves room for every
+// point.
 void throw_darts(Table& table, uint32_t n, const CellGrid& grid, uint64_t& state) {
   do {
     const uint64_t bits = hash64(state += 0x9e3779b97f4a7c15ull);
@@ -86,7 +87,7 @@ void throw_darts(Table& table, uint32_t n, const CellGrid& grid, uint64_t& state
 
 Table make_table(uint64_t state) {
   Table table;
-  // A new grid for each doubling of the points keeps about one point per cell.
+  // A new grid whenever the number of points has doubled keeps about one point per cell.
   for (uint32_t begin = 0; begin < kTableSize; begin = std::max(1u, 2 * begin)) {
     CellGrid grid(table, begin, std::sqrt(squared_spacing(begin + 1)));
     for (uint32_t n = begin; n < std::min(kTableSize, std::max(1u, 2 * begin)); ++n) {
@@ -99,7 +100,7 @@ Table make_table(uint64_t state) {
 
 using Tables = std::array<Table, kTables>;
 
-// Builds the tables once for all samplers and seeds; random shifts make pixels differ.
+// Builds the tables once, for all samplers and seeds. Random shifts make the pixels differ.
 const Tables& tables() {
   static const auto instance = [] {
     auto result = std::make_unique<Tables>();
@@ -141,8 +142,8 @@ void PoissonDiskSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t fir
     const uint32_t hash = run_hash(pixel, run, kPoissonDiskSalt);
     for (uint32_t p = 0; p < uint32_t(kTablePairs) && 2 * int(p) < dimensions; ++p) {
       const uint32_t pair = kTablePairs * slot + p;
-      // An odd stride visits every table once. Randomising it averages out accidental correlation
-      // between any two tables.
+      // An odd stride visits every table once. The stride is random, which averages out accidental
+      // correlation between any two tables.
       const Table& table = tables()[(hash + pair * (hash >> 3 | 1u)) % kTables];
       fill_pair(table, hash_combine(hash, pair), run, out.values[2 * p] + run.lane,
                 out.values[2 * p + 1] + run.lane);

@@ -1,18 +1,21 @@
 // Poisson-disk samples (Dippe & Wold 1985, "Antialiasing Through Stochastic Sampling", section
-// 3.1): uniform points with a minimum distance, so that aliases become high-frequency noise.
+// 3.1): uniform points that keep a minimum distance from each other, so that aliases become
+// high-frequency noise.
 //
-// Each prefix of the point sequence keeps the minimum distance that suits its length. Point n is a
-// dart thrown on the torus until its distance to all earlier points is at least kPoissonDiskRadius
-// times the largest minimum distance that n + 1 points can have (after McCool & Fiume 1992,
-// "Hierarchical Poisson Disk Sampling Distributions", where radii shrink in steps). So a pixel may
-// take any number of samples. Eight such tables of 1024 points are built when the first sampler is
-// created (22 ms). A pixel uses each table with a random shift on the torus and one of its eight
-// symmetries, both renewed every 1024 samples.
+// Each prefix of the point sequence keeps the minimum distance that suits its length. Darts are
+// thrown on the torus until one lands far enough from all earlier points; it becomes point n. The
+// required distance is kPoissonDiskRadius times the largest minimum distance that n + 1 points can
+// have (after McCool & Fiume 1992, "Hierarchical Poisson Disk Sampling Distributions", where radii
+// shrink in steps). So a pixel may take any number of samples.
 //
-// The pixel and lens pairs, and the BSDF and light pairs of the first three surfaces, use tables.
-// Each pair of a pixel uses a different table, since pairs with the same table would be copies of
-// each other. All other dimensions come from `sobol`; single dimensions in particular gain nothing
-// from a distance in the plane.
+// Eight tables, each of 1024 such points, are built when the first sampler is created (22 ms). A
+// pixel uses each table with a random shift on the torus and with one of the square's eight
+// symmetries. The shift and the symmetry change every 1024 samples.
+//
+// The tables serve the pixel and lens pairs, and the BSDF and light pairs of the first three
+// surfaces. Each pair of a pixel uses a different table, since pairs with the same table would be
+// copies of each other. All other dimensions come from `sobol`. In particular, dimensions that are
+// used one by one would gain nothing from a distance in the plane.
 #pragma once
 
 #include "samplers/sample_runs.h"
@@ -21,9 +24,9 @@
 
 namespace emberline {
 
-// The minimum distance as a fraction of the largest that n points can keep, which is the neighbour
-// distance in the hexagonal lattice. Random darts get stuck at 0.78; at 0.65, one dart in 47 is
-// accepted.
+// The minimum distance, as a fraction of the largest minimum distance that n points can have, which
+// is the neighbour distance in the hexagonal lattice. Random darts get stuck at 0.78. At 0.65, one
+// dart in 47 is accepted.
 inline constexpr double kPoissonDiskRadius = 0.65;
 
 class PoissonDiskSampler final : public Sampler {

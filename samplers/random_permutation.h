@@ -1,10 +1,11 @@
-// A seeded permutation of [0, size) that is computed, not stored: any element in constant time.
+// A seeded permutation of [0, size) that is computed, not stored. It gives any element in constant
+// time.
 //
-// Rounds of invertible operations permute words below the next power of two (add and multiply carry
-// upwards, a shifted xor carries downwards). The rounds are repeated until the word falls below
-// `size`, since skipping the larger words in a permutation's cycles leaves a permutation of [0,
-// size) (Black & Rogaway 2002, "Ciphers with Arbitrary Finite Domains", section 3; first used for
-// samples by Kensler 2013, "Correlated Multi-Jittered Sampling").
+// Rounds of invertible operations permute the words below the next power of two: add and multiply
+// carry upwards, and a shifted xor carries downwards. The rounds are repeated until the word is
+// below `size`. This skips the larger words in the permutation's cycles, which leaves a permutation
+// of [0, size) (Black & Rogaway 2002, "Ciphers with Arbitrary Finite Domains", section 3; first
+// used for samples by Kensler 2013, "Correlated Multi-Jittered Sampling").
 #pragma once
 
 #include <algorithm>
@@ -29,8 +30,8 @@ class RandomPermutation {
     return i;
   }
 
-  // Writes the permuted indices of first .. first + count - 1. The loops vectorise; all lanes
-  // iterate until the last is done. `places` must hold `count` elements.
+  // Writes the permuted indices of first .. first + count - 1 to `places`, which must hold `count`
+  // elements. The loops vectorise: all lanes iterate until the last one is done.
   void places(uint32_t first, int count, uint32_t* places) const {
     uint32_t outside = 0;
     for (int i = 0; i < count; ++i) {
@@ -48,11 +49,11 @@ class RandomPermutation {
   }
 
  private:
-  // With 8 rounds, any two elements reach all pairs of positions equally often to within 5 %; with
-  // 4 rounds, to within 40 %.
+  // With 8 rounds, any two elements reach each pair of positions equally often, to within 5 %. With
+  // 4 rounds, this holds only to within 40 %.
   static constexpr uint32_t kRounds = 8;
 
-  // Half the word's bits, so that each round mixes the upper half into the lower.
+  // Half the word's bits, so that each round mixes the upper half into the lower half.
   static uint32_t downward_shift(uint32_t mask) {
     return std::max(1u, uint32_t(std::bit_width(mask)) / 2);
   }

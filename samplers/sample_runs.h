@@ -34,8 +34,9 @@ struct SampleRun {
   int count;
 };
 
-// Cuts samples [first_sample, first_sample + count), at most one batch, into runs, in order. There
-// are at most kSampleLanes runs, and only one per stream if no block ends inside the batch.
+// Cuts samples [first_sample, first_sample + count) into runs, and visits these in order. The
+// samples must be within one batch. There are at most kSampleLanes runs, and only one per stream if
+// no block ends inside the batch.
 template <typename Visit>
 void for_each_run(StreamCount streams, const uint32_t (&block_size)[2], uint32_t first_sample,
                   int count, Visit&& visit) {
@@ -51,7 +52,7 @@ void for_each_run(StreamCount streams, const uint32_t (&block_size)[2], uint32_t
   }
 }
 
-// The hash shared by all samples of a run; `salt` separates samplers that may be used together.
+// The hash shared by all samples of a run. `salt` separates samplers that may be used together.
 constexpr uint32_t run_hash(const PixelKey& pixel, const SampleRun& run, uint32_t salt) {
   const uint32_t pixel_hash =
       hash_combine(hash_combine(hash32(pixel.seed ^ salt), pixel.x), pixel.y);

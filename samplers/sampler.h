@@ -1,13 +1,14 @@
 // Numbers in [0, 1) for a path tracer, addressed by (pixel, sample, slot, dimension, seed).
 //
 // A slot holds the numbers of one scattering event: slot 0 is the camera's, and slot b is the b-th
-// surface's. A sampler fills a slot for up to 16 consecutive samples of one pixel at a time, so
-// there is one virtual call per (16 samples, slot), never per number, and the loop vectorises over
-// the samples (hash: Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4)).
+// surface's. A sampler fills a slot for up to 16 consecutive samples of one pixel at a time. So
+// there is one virtual call per slot and 16 samples, never one per number, and the loop vectorises
+// over the samples (hash: Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4)).
 //
 // No state is carried from one sample to the next: fill() is const, and its result for a sample
-// does not depend on which other samples are filled with it (law 1). Early passes of a progressive
-// render need one sample each of many pixels; fill_scattered() computes the same numbers for them.
+// does not depend on which other samples are filled with it (law 1). The early passes of a
+// progressive render need one sample each of many pixels. For these, fill_scattered() computes the
+// same numbers as fill().
 #pragma once
 
 #include <cstdint>
@@ -18,7 +19,7 @@
 
 namespace emberline {
 
-inline constexpr int kSampleLanes = 16;    // samples filled together, an aligned block of indices
+inline constexpr int kSampleLanes = 16;    // samples filled together: an aligned block of indices
 inline constexpr int kSlotDimensions = 8;  // four pairs of dimensions per slot
 
 // The dimension plan. A pair is two adjacent dimensions that start at an even index; the two are
@@ -49,7 +50,7 @@ enum : int {
 };
 }
 
-// A pixel of a frame. `seed` is that of the frame.
+// A pixel of a frame, and the frame's seed.
 struct PixelKey {
   uint32_t x = 0, y = 0;
   uint32_t seed = 0;
@@ -61,13 +62,14 @@ struct SampleAddress {
   bool operator==(const SampleAddress&) const = default;
 };
 
-// values[dimension][lane], lane = sample index modulo kSampleLanes.
+// values[dimension][lane]. The lane is the sample's index modulo kSampleLanes.
 struct alignas(64) SlotBlock {
   float values[kSlotDimensions][kSampleLanes];
 };
 
-// Number of independent randomisations of a pixel's samples. One stream is best stratified; two
-// allow an unbiased error estimate: sample k then belongs to stream (k >> 3) & 1.
+// Number of independent randomisations of a pixel's samples. With one stream, the samples are best
+// stratified. Two streams allow an unbiased error estimate; sample k then belongs to stream
+// (k >> 3) & 1.
 enum class StreamCount : uint8_t { kOne = 1, kTwo = 2 };
 
 // A sample's position in its stream. With the independent sampler, each sample is its own stream.
@@ -83,27 +85,28 @@ class Sampler {
   // first_sample % 16 + count <= 16. Thread-safe.
   virtual void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count,
                     SlotBlock& out, int dimensions = kSlotDimensions) const = 0;
-  // Computes the same numbers for up to 16 samples of any pixels: writes those of samples[i] to
-  // lane first_lane + i. The default calls fill() for each sample, which is correct but slow.
+  // Computes the same numbers as fill() for up to 16 samples of any pixels. Writes the numbers of
+  // samples[i] to lane first_lane + i. The default calls fill() for each sample, which is correct
+  // but slow.
   virtual void fill_scattered(std::span<const SampleAddress> samples, uint32_t seed, uint32_t slot,
                               int first_lane, SlotBlock& out,
                               int dimensions = kSlotDimensions) const;
 
-  // Returns the stream of the samples with which `sample` is stratified, and the index of `sample`
-  // in that stream, so that decisions outside the dimension plan can be stratified too.
-  // Thread-safe.
+  // Returns the stream that `sample` belongs to, and the index of `sample` in that stream. The
+  // samples of a stream are stratified together; so decisions outside the dimension plan can be
+  // stratified in the same way. Thread-safe.
   virtual StreamIndex stream_of(uint32_t sample) const = 0;
 
-  // The weight of `sample` when a pixel takes exactly `count` samples (sample < count), for
-  // samplers whose points represent unequal volumes. The mean weight of a pixel's samples is 1, so
-  // the weighted sum is still divided by `count`. Thread-safe.
+  // Returns the weight of `sample` when a pixel takes exactly `count` samples (sample < count).
+  // Only samplers whose points represent unequal volumes override this. The mean weight of a
+  // pixel's samples is 1, so the weighted sum is still divided by `count`. Thread-safe.
   virtual float integration_weight(uint32_t /*sample*/, uint32_t /*count*/) const { return 1.0f; }
 };
 
-// Sample counts that a sampler supports. kAny: any count, which need not be known in advance.
-// kFixed: exactly SamplerSettings::samples_per_pixel. kPowerOfTwo: the same number, which must be a
-// power of two. Samples beyond a fixed count are valid too: every further samples_per_pixel
-// samples are a new randomisation.
+// The sample counts that a sampler supports. kAny: any count, which need not be known in advance.
+// kFixed: exactly SamplerSettings::samples_per_pixel. kPowerOfTwo: exactly samples_per_pixel, which
+// must be a power of two. Samples beyond a fixed count are valid too: each further group of
+// samples_per_pixel samples is a new randomisation.
 enum class SampleCounts : uint8_t { kAny, kFixed, kPowerOfTwo };
 
 // How fast a sampler's variance converges, where theory or long measurements have established it
@@ -116,7 +119,7 @@ struct SamplerSettings {
   int width = 1, height = 1;        // frame size in pixels, for sampling across pixels
 };
 
-// The table of samplers: used by the factory, --help, the "valid names are" message and the tests.
+// The table of samplers. The factory, --help, the "valid names are" message and the tests use it.
 struct SamplerEntry {
   std::string_view name;
   std::string_view summary;
@@ -131,7 +134,8 @@ std::span<const SamplerEntry> sampler_table();
 // these can extend a frame or split it into ranges of samples.
 std::vector<std::string_view> extensible_samplers();
 
-// Throws UsageError with the valid names, or with the counts that the sampler supports.
+// Throws UsageError for an unknown name, with the valid names, or for an unsupported sample count,
+// with the counts that the sampler supports.
 std::unique_ptr<Sampler> create_sampler(std::string_view name, const SamplerSettings& settings);
 
 }  // namespace emberline

@@ -9,7 +9,7 @@ struct SlotNumbers {
   float u[kSlotDimensions];
 };
 
-// Calls visit(sample index, numbers) for samples 0 .. count - 1, read in batches of 16.
+// Calls visit(sample index, numbers) for samples 0 .. count - 1. Reads them in batches of 16.
 template <typename Visit>
 void for_each_sample(const Sampler& sampler, const PixelKey& pixel, uint32_t slot, uint32_t count,
                      Visit&& visit) {

@@ -17,9 +17,9 @@ constexpr uint32_t kBlockSize = 8;
 
 using owen_sobol::Order;
 
-// The index order of a pair, or nothing for a random order. Light and BSDF samples of one surface
-// share an order, since their contributions add. Pairs whose effects multiply must not share one,
-// or one pair would be a copy of the other.
+// Returns the index order of a pair, or nothing if the pair has a random order. The light and BSDF
+// samples of one surface share an order, since their contributions add. Pairs whose effects
+// multiply must not share an order, or one pair would be a copy of the other.
 constexpr std::optional<Order> order_of(uint32_t slot, int pair) {
   if (slot == 0) {
     if (pair == 0) return Order::kPixel;
@@ -32,14 +32,14 @@ constexpr std::optional<Order> order_of(uint32_t slot, int pair) {
   }
   return std::nullopt;
 }
-// apply_order_to_8() of each order.
+// The result of apply_order_to_8() for each order.
 constexpr std::array<uint32_t, owen_sobol::kOrders> kOrdered8 = [] {
   std::array<uint32_t, owen_sobol::kOrders> result{};
   for (size_t o = 0; o < result.size(); ++o) result[o] = owen_sobol::apply_order_to_8(Order(o));
   return result;
 }();
 
-// Well-mixed words that separate the uses of one slot's hash.
+// Well-mixed words that separate the different uses of a slot's hash.
 template <int kCount>
 constexpr std::array<uint32_t, kCount> salts(uint32_t first) {
   std::array<uint32_t, kCount> result{};
@@ -51,9 +51,9 @@ constexpr std::array<uint32_t, kSlotDimensions / 2> kShuffleSalt =
     salts<kSlotDimensions / 2>(0x100);
 constexpr std::array<uint32_t, kSlotDimensions / 2> kOrderSalt = salts<kSlotDimensions / 2>(0x200);
 
-// Data shared by the eight samples of one block of a stream, for one or two blocks and the first
-// kPairs pairs of dimensions. Entries are [b * kDimensions + d] and [b * kPairs + p], so that the
-// loops over them vectorise.
+// Data that the eight samples of a stream's block share, for one or two blocks and the first kPairs
+// pairs of dimensions. The data of block b is at [b * kDimensions + d] for dimension d and at
+// [b * kPairs + p] for pair p, so that the loops vectorise.
 template <int kBlocks, int kPairs>
 struct BlockPlan {
   static constexpr int kDimensions = 2 * kPairs;
@@ -107,7 +107,7 @@ BlockPlan<kBlocks, kPairs> plan_blocks(const Block (&blocks)[kBlocks], uint32_t 
   return plan;
 }
 
-// Fills whole blocks; the inner loop vectorises (8 lanes of 32 bits).
+// Fills whole blocks. The inner loop vectorises (8 lanes of 32 bits).
 template <int kBlocks, int kPairs>
 void fill_blocks(const BlockPlan<kBlocks, kPairs>& plan, int first_lane, SlotBlock& out) {
   for (int b = 0; b < kBlocks; ++b) {
@@ -129,7 +129,7 @@ void fill_blocks(const BlockPlan<kBlocks, kPairs>& plan, int first_lane, SlotBlo
   }
 }
 
-// Fills one sample; here the loop over dimensions vectorises.
+// Fills one sample. Here the loop over dimensions vectorises.
 template <int kPairs>
 void fill_one(const BlockPlan<1, kPairs>& plan, uint32_t index_in_block, int lane, SlotBlock& out) {
   constexpr int kDimensions = 2 * kPairs;
@@ -183,7 +183,7 @@ void fill_whole(const Block (&blocks)[kBlocks], uint32_t slot, int first_lane, S
   }
 }
 
-// Whether eight samples are one whole block of a pixel, in order.
+// Whether the eight samples from `samples` on are one whole block of a pixel, in order.
 bool is_whole_block(const SampleAddress* samples) {
   const SampleAddress& first = samples[0];
   uint32_t different = first.sample % kBlockSize;
@@ -194,14 +194,14 @@ bool is_whole_block(const SampleAddress* samples) {
   return different == 0;
 }
 
-// Sixteen samples of any pixels, each with a separate stream and block.
+// Sixteen samples of any pixels. Each has its own stream and block.
 struct ScatteredLanes {
   alignas(64) uint32_t stream_hash[kSampleLanes];
-  alignas(64) uint32_t block[kSampleLanes];     // within the stream
+  alignas(64) uint32_t block[kSampleLanes];     // index within the stream
   alignas(64) uint32_t in_block[kSampleLanes];  // index within the block's eight samples
 };
 
-// apply_order() for the first index of each lane's block.
+// Computes apply_order() for the first index of each lane's block.
 void order_blocks(const ScatteredLanes& lanes, Order order, uint32_t (&base)[kSampleLanes]) {
   const owen_sobol::OrderColumns& columns = owen_sobol::kOrderColumns[size_t(order)];
   uint32_t bits = 0;
@@ -217,7 +217,7 @@ void order_blocks(const ScatteredLanes& lanes, Order order, uint32_t (&base)[kSa
   }
 }
 
-// Computes one pair of dimensions of a slot, with the same values as plan_blocks() and
+// Computes one pair of dimensions of a slot. The values are the same as those of plan_blocks() and
 // fill_blocks(). The loops vectorise over the lanes.
 void fill_scattered_pair(const ScatteredLanes& lanes, uint32_t slot, int pair,
                          float (&x)[kSampleLanes], float (&y)[kSampleLanes]) {
@@ -312,8 +312,9 @@ void SobolSampler::fill_scattered_pairs(std::span<const SampleAddress> samples, 
                                         uint32_t slot, int first_lane, SlotBlock& out,
                                         int dimensions) const {
   const uint32_t seed_hash = hash32(seed);
-  // The second half of the first 16 samples and the groups of eight that adaptive sampling adds are
-  // whole blocks. The data that a block's samples share is computed once.
+  // Many batches consist of whole blocks: the second half of a pixel's first 16 samples, and the
+  // groups of eight that adaptive sampling adds. For these, the data that a block's samples share
+  // is computed only once.
   const auto first_block = [&](const SampleAddress& a) {
     const uint32_t pixel_hash = hash_combine(hash_combine(seed_hash, a.x), a.y);
     return block_of(pixel_hash, a.sample / kBlockSize, streams_);

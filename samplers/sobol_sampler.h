@@ -1,27 +1,28 @@
 // Owen-scrambled Sobol' pairs, visited in index orders that stratify some pairs jointly.
 //
-// Each pair of dimensions is one scrambled (0,2)-sequence. Pair 0 of slot 0, the pixel position, is
-// taken in natural order: every prefix of 2^m samples is a (0,m,2)-net. The same holds for the
-// pairs whose effects depend most on the pixel position: the lens, light and BSDF samples of the
-// first and second surface, the choices of lobe and light at the first, and the time. These pairs
-// use index orders found by a search (owen_sobol::Order). Stratifying position and direction
-// jointly multiplies a pixel's variance by .8 to 1 at 64 samples (tests/bench/results, "Noise and
-// sparkle").
+// Each pair of dimensions is one scrambled (0,2)-sequence. Pair 0 of slot 0, the pixel position,
+// takes the points in natural order, so every prefix of 2^m samples is a (0,m,2)-net. The same
+// holds for the pairs whose effects depend most on the pixel position: the lens, light and BSDF
+// samples of the first and second surface, the choices of lobe and light at the first surface, and
+// the time. These pairs use index orders found by a search (owen_sobol::Order). At 64 samples,
+// stratifying position and direction jointly multiplies a pixel's variance by .8 to 1
+// (tests/bench/results, "Noise and sparkle").
 //
 // Every other pair visits its sequence in a random order, since pairs would otherwise be copies of
 // each other. The order is an Owen shuffle of blocks of 8, with a random permutation within each
-// block. At multiples of 16 samples each pair is still fully stratified. Both steps are needed.
-// With only the Owen shuffle, low index bits stay matched: the variance is 1.4 times that of random
-// numbers for the integrand exp(-4 |a - b|^2), and 2 times theirs for a product of two signs. With
-// only the permutation, structure finer than a block stays matched: the variance is 1 + N/64 times
-// that of random numbers. With both, these three factors are 0.93 to 0.98, 8/7 and 9/8, the last
-// two exactly as theory predicts for blocks of 8. With searched orders, the first two are .27 and 0
-// at 64 samples; the third is 2 for one fine frequency among many.
+// block. At multiples of 16 samples, each pair is still fully stratified. Both steps are needed.
+// With only the Owen shuffle, low index bits stay matched between pairs. Compared with random
+// numbers, the variance is then 1.4 times as high for the integrand exp(-4 |a - b|^2), and twice as
+// high for a product of two signs. With only the permutation, structure finer than a block stays
+// matched, and the variance is 1 + N/64 times that of random numbers. With both steps, these three
+// factors are 0.93 to 0.98, 8/7 and 9/8, the last two exactly as theory predicts for blocks of 8.
+// With the searched orders, the first two factors are .27 and 0 at 64 samples; the third is 2 for
+// one fine frequency among many.
 //
 // With two streams, sample k belongs to stream (k >> 3) & 1, at index ((k >> 4) << 3) | (k & 7).
-// The streams are independent randomisations, so (A - B)^2 / 4 is an unbiased estimate of the
-// variance of the pixel's mean (A + B) / 2. With two streams, the best sample counts are multiples
-// of 16.
+// The streams are independent randomisations. With A and B as the means of the two streams,
+// (A - B)^2 / 4 is an unbiased estimate of the variance of the pixel's mean (A + B) / 2. The best
+// sample counts for two streams are multiples of 16.
 #pragma once
 
 #include "samplers/sample_runs.h"

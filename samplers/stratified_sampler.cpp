@@ -14,7 +14,8 @@ namespace {
 constexpr uint32_t kStratifiedSalt = 0x57a71f1eu;
 constexpr int kPlanarDimensions = 4;  // the first two pairs
 
-// Has 28 bits, so that a double holds the sum of a cell index (24 bits) and this position exactly.
+// The position has 28 bits, so that a double holds the sum of a cell index (24 bits) and this
+// position exactly.
 double position_in_cell(uint32_t bits) { return double(bits >> 4) * 0x1p-28; }
 float clamp_below_one(double u) { return std::min(float(u), kOneMinusEpsilon); }
 

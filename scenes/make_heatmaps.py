@@ -1,20 +1,21 @@
 #!/usr/bin/env python3
 """Makes pictures of the gallery:
 
-  figure_1_spheres.jpg, figure_1_teapot.jpg   picture left, sample density right
+  figure_1_spheres.jpg, figure_1_teapot.jpg   a picture on the left, its sample density on the right
   blur.jpg       pictures and sample densities with motion blur, with depth of field, and with both
   heatmaps.jpg   samples, stop reasons, time and error of one frame
-  clamped.jpg    a picture without and with --clamp-indirect, and the light that it removed
-  guided.jpg     a room with --env-sampling light and --env-sampling guided
-  denoised.jpg   16 samples, the same denoised, the estimated remaining error, and 4096 samples
+  clamped.jpg    a picture without and with --clamp-indirect, and the light that --clamp-indirect removed
+  guided.jpg     a room with --env-sampling light and with --env-sampling guided
+  denoised.jpg   a picture of 16 samples, the denoised picture, its estimated error, and a picture of 4096 samples
   layers.jpg     a frame's layers for compositing
 
     make_heatmaps.py [--emberline BINARY] [--out DIR] [--size WxH] [--threads N] [--only NAME,...]
 
-The first two have the set-up of figure 1 of J. Painter and K. Sloan, "Antialiased ray tracing by adaptive
-progressive refinement", SIGGRAPH 1989: direct light, every pixel refined until its error is small
-enough, density in grey.
-Needs oiiotool (Debian: openimageio-tools) to put pictures side by side.
+The first two follow figure 1 of J. Painter and K. Sloan, "Antialiased ray tracing by adaptive progressive refinement",
+SIGGRAPH 1989. They show direct light. Every pixel is refined until its error is small enough, and the sample density is
+shown in grey.
+
+The script needs oiiotool (Debian: openimageio-tools) to put pictures side by side.
 """
 
 import argparse
@@ -26,19 +27,21 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 SCENES = ["spheres", "teapot"]
-# The threshold is 1/100 of the display's range. Both figures have the same scale: 400 or more samples are white.
+# The noise threshold is 1/100 of the display's range. Both figures use the same scale, in which 400 or more samples are
+# white.
 OPTIONS = ["--driver", "adaptive", "--integrator", "direct", "--noise-threshold", "0.01", "--range", "0,400"]
-# Half the gallery's 800x450, since there are three rows. Pixels with at least three times the mean number of samples are white.
+# blur.jpg has three rows, so its pictures have half the gallery's size of 800x450. Pixels with at least three times the
+# mean number of samples are white.
 BLUR = ["--driver", "adaptive", "--spp", "64", "--range", "0,192", "--size", "400x225"]
 SHUTTER = ["--time", "0", "--shutter", "0,0.5"]
-LENS = ["--f-stop", "0.5", "--focus-distance", "1.27"]  # focuses on the books
-# heatmaps.jpg: the frame's options, and the quantity and style of each heatmap.
+LENS = ["--f-stop", "0.5", "--focus-distance", "1.27"]  # the camera focuses on the books
+# For heatmaps.jpg: FRAME has the options of the frame, and HEATMAPS has the quantity and the style of each heatmap.
 FRAME = ["--driver", "adaptive", "--noise-threshold", "0.02", "--max-spp", "256", "--size", "640x360"]
 HEATMAPS = [["samples", "--colors", "viridis"], ["stop"], ["time", "--colors", "turbo"],
             ["error", "--log", "--colors", "inferno"]]
 JPEG = ["--eraseattrib", ".*", "--nosoftwareattrib", "--attrib", "oiio:ColorSpace", "sRGB", "--compression", "jpeg:85",
         "-d", "uint8", "-o"]
-DEPTHS = ["0.5", "2"]  # in metres: the depth shown as black, and the range of depths from there to white
+DEPTHS = ["0.5", "2"]  # in metres: the depth that is black, and how much farther away white is
 OBJECTS = "20"
 BACKGROUND = "0.118,0.118,0.118"  # the legend's colour
 
@@ -53,7 +56,8 @@ def run(*words):
 
 
 def make_figure(emberline, scene, rows, out):
-    """Writes a row for each entry of `rows`, which are render options: the image left, its sample density right."""
+    """Writes a picture with one row for each entry of `rows`, which are render options. A row shows the image on the
+    left and its sample density on the right."""
     with tempfile.TemporaryDirectory() as folder:
         stack, pastes, top = [], [], 0  # oiiotool pastes the top of the stack first
         for number, options in enumerate(rows):
@@ -79,7 +83,7 @@ def make_heatmaps(emberline, threads, out):
 
 
 def make_clamped(emberline, threads, out):
-    """Writes an image, the same with clamped indirect light, and the energy that clamping removes."""
+    """Writes an image without and with clamped indirect light, and the light that clamping removes."""
     with tempfile.TemporaryDirectory() as folder:
         frame, clamped = pathlib.Path(folder) / "frame.exr", pathlib.Path(folder) / "clamped.exr"
         render = [emberline, "render", HERE / "glass_metal.glb", "--size", "400x225", "--spp", "64", "--quiet", *threads]
@@ -94,7 +98,8 @@ def make_clamped(emberline, threads, out):
 
 
 def make_guided(emberline, threads, out):
-    """Writes a room lit only by the sky through double glazing, with --env-sampling light and with guided."""
+    """Writes two pictures of a room that only the sky lights, through double glazing: one with --env-sampling light,
+    and one with --env-sampling guided."""
     with tempfile.TemporaryDirectory() as folder:
         edits = pathlib.Path(folder) / "edits.json"
         edits.write_text('{"emberline_edits": 1, "lights": [{"kind": "material", "name": "bulb", "on": false}]}')
@@ -107,7 +112,7 @@ def make_guided(emberline, threads, out):
 
 
 def make_denoised(emberline, threads, out):
-    """Writes a picture with few samples, the same denoised, its estimated remaining error, and one with many samples."""
+    """Writes a picture with few samples, the denoised picture, its estimated error, and a picture with many samples."""
     with tempfile.TemporaryDirectory() as folder:
         names = ("few", "denoised", "error", "many")
         few, denoised, error, many = panels = [pathlib.Path(folder) / f"{name}.png" for name in names]
@@ -121,8 +126,8 @@ def make_denoised(emberline, threads, out):
 
 
 def make_layers(emberline, threads, out):
-    """Writes the image, its light by kind of path, albedo, normals, depth and object ids."""
-    light = ["direct", "indirect", "reflection", "transmission"]  # the other kinds are black in this scene
+    """Writes the image, its light by kind of path, its albedo, normals, depth and object ids."""
+    light = ["direct", "indirect", "reflection", "transmission"]  # the other kinds carry no light in this scene
     with tempfile.TemporaryDirectory() as folder:
         frame = pathlib.Path(folder) / "frame.exr"
         run(emberline, "render", HERE / "glass_metal.glb", "-o", frame, "--size", "320x180", "--spp", "256", "--quiet", "--aov",
@@ -130,7 +135,7 @@ def make_layers(emberline, threads, out):
         to_srgb = ["--colorconvert", "linear", "sRGB"]
         panels = {"": to_srgb, **{f"{layer}.": to_srgb for layer in [*light, "albedo"]},
                   "N.": ["--addc", "1", "--mulc", ".5"], "Z": ["--subc", DEPTHS[0], "--divc", DEPTHS[1]],
-                  "id": ["--mulc", 2**32 - 1, "--divc", OBJECTS, "--colormap", "turbo"]}  # oiiotool reads id / (2^32 - 1)
+                  "id": ["--mulc", 2**32 - 1, "--divc", OBJECTS, "--colormap", "turbo"]}  # ids are read / (2^32 - 1)
         names = []
         for layer, change in panels.items():
             names.append(pathlib.Path(folder) / f"{len(names)}.png")

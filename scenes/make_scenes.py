@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Writes Emberline's own scenes and environment maps (see README.md beside this file).
 
-    make_scenes.py [--out DIR] [NAME ...]    write them (default: beside this file)
-    make_scenes.py --check [NAME ...]        compare with the files beside this one; exit 1 if any differs
+    make_scenes.py [--out DIR] [NAME ...]    write the files (default: beside this script)
+    make_scenes.py --check [NAME ...]        compare with the files beside this script; exit with 1 if any file differs
 
-Standard library only. The same bytes on every machine: no clock, no hash order, no zlib, coordinates on a grid.
+The script needs only the standard library. It writes the same bytes on every machine: it uses no clock, no hash order
+and no zlib, and it rounds coordinates to a grid.
 """
 
 import argparse

@@ -1,4 +1,5 @@
-# CMake's toolchain file for 64-bit ARM, with Debian's libraries in EMBERLINE_SYSROOT (ci/cross.sh).
+# This toolchain file tells CMake how to compile for 64-bit ARM with Debian's libraries in EMBERLINE_SYSROOT
+# (ci/cross.sh).
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(root $ENV{EMBERLINE_SYSROOT})
@@ -13,7 +14,7 @@ set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
 set(ENV{PKG_CONFIG_SYSROOT_DIR} ${root})
 set(ENV{PKG_CONFIG_LIBDIR} ${root}/usr/lib/aarch64-linux-gnu/pkgconfig:${root}/usr/share/pkgconfig)
-# The packages in that root are not configured, so the links that select a BLAS implementation are missing.
+# The packages in EMBERLINE_SYSROOT are not configured, so the links that select a BLAS implementation are missing.
 set(libraries ${root}/usr/lib/aarch64-linux-gnu)
 set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L ${root}
     -E LD_LIBRARY_PATH=${libraries}/blas:${libraries}/lapack)

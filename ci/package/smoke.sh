@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Tries an installed Emberline: from rendering the demo's frame to building a program against the library.
+# Tries an installed Emberline. The checks range from rendering the demo's frame to building a program that uses the
+# library.
 #   ci/package/smoke.sh SOURCES   SOURCES: the folder with scenes/ and tests/
 set -uo pipefail
 sources=$(realpath "$1")
@@ -46,7 +47,8 @@ by_pkg_config() {
   ./example_pc "$scenes/cornell_box.glb" light
 }
 
-# Checks that the builds for all processors agree, since the loader would choose only the best (renderer/arches.cmake).
+# Checks that the builds for all instruction sets render the same picture (renderer/arches.cmake). By default the loader
+# chooses only the best build, so the other builds are selected explicitly.
 builds_agree() {
   local arch loader=/lib64/ld-linux-x86-64.so.2
   for arch in $("$loader" --help | sed -n 's/^  \(x86-64-v[234]\) (supported.*/\1/p' | tac); do
@@ -69,10 +71,11 @@ assert emberline.compare(picture, frame).mse == 0
 SCRIPT
 }
 
-# Blender is too large for a minimal root, so this only checks that all files are there and that Python parses them.
+# Blender is too large for a minimal root. So this only checks that all files of the add-on are there and that Python
+# can parse them.
 addon_of_blender() {
   local scripts=/usr/share/blender/scripts/addons/emberline_blender
-  # The place where Blender 4.2 and later look.
+  # Blender 4.2 and later look for the add-on in extensions/system.
   cmp "$scripts/blender_manifest.toml" /usr/share/blender/extensions/system/emberline_blender/blender_manifest.toml || return 1
   python3 - "$scripts" <<'SCRIPT'
 import ast, os, sys

@@ -1,4 +1,4 @@
-// All recorders of the path loop. Each is on if the batch asks for its output.
+// All recorders of the path loop. Each recorder is on if the batch asks for its output.
 #pragma once
 
 #include "integrators/recorders/catchers.h"
@@ -40,7 +40,7 @@ class RecorderList : Recorders... {
   void paths_ended(const LaneList& hit) { (Recorders::paths_ended(hit), ...); }
 };
 
-// The clamp comes first, so that the others record the remaining light.
+// The clamp comes first, so that the other recorders record the light that remains.
 using AllRecorders =
     RecorderList<ClampRecorder, FirstHitRecorder, LightGroupRecorder, PathLayerRecorder,
                  FeatureRecorder, CatcherRecorder, OcclusionRecorder>;

@@ -6,7 +6,7 @@
 namespace emberline {
 namespace {
 
-// Maximum number of surfaces between a catcher and a light; more than any real scene has.
+// Upper limit for the number of surfaces between a catcher and a light. No real scene has as many.
 constexpr int kMaxSurfaces = 10'000;
 
 Ray make_shadow_ray(const LightSample& light, const Vec3f& from, const Vec3f& target, float time) {
@@ -14,7 +14,7 @@ Ray make_shadow_ray(const LightSample& light, const Vec3f& from, const Vec3f& ta
                                      : Ray{from, target - from, 1.0f, time};
 }
 
-// Whether a surface of the compositor's plate (SurfaceRole) blocks the light.
+// Returns whether a surface of the compositor's plate (SurfaceRole) blocks the light.
 bool is_blocked_by_plate(const Scene& scene, const SurfaceRoles& roles, Vec3f from,
                          const LightSample& light, const Vec3f& target, float time, CoverageKey key,
                          SampleRays* rays) {
@@ -35,8 +35,9 @@ bool is_blocked_by_plate(const Scene& scene, const SurfaceRoles& roles, Vec3f fr
 
 }  // namespace
 
-// Records a catcher's hit; returns false for camera paths that end at a holdout or hidden catcher.
-// If a camera ray passes several catchers that are panes, the last one counts.
+// Records the hit of a camera path on a catcher. Returns false if the camera path ends here, at a
+// holdout or a hidden catcher. If a camera ray passes several catchers that are panes, the last one
+// counts.
 bool CatcherRecorder::continues_path(int lane) {
   const Path& path = b_.paths[lane];
   const SurfaceRole role = roles_->of(path.hit.instance);

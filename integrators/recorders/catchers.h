@@ -28,8 +28,9 @@ class CatcherRecorder : public Recorder {
       catcher_samples_[size_t(lane)].background = luminance(b_.paths[lane].throughput);
     }
   }
-  // Samples lights at catchers after the paths have ended, with the random numbers of the catchers'
-  // own light samples, so that catchers do not change the random numbers of paths.
+  // Samples lights at catchers. Runs after the paths have ended, so that catchers do not change the
+  // random numbers of paths. Uses the random numbers that the light samples of the catcher's
+  // surface have.
   void paths_ended(const LaneList&) {
     if (lanes_.empty() || b_.lights.empty()) return;
     for (const int lane : lanes_) sample_catcher_light(lane);

@@ -1,4 +1,5 @@
-// Clamps indirect light (IntegratorSettings::clamp_indirect) and records what it removes.
+// Clamps indirect light (IntegratorSettings::clamp_indirect) and records the light that this
+// removes.
 #pragma once
 
 #include "integrators/recorders/hooks.h"
@@ -23,7 +24,7 @@ class ClampRecorder : public Recorder {
     if (!clamped_light_ || b_.paths[lane].bounces != Bounces::kMore) return light;
     return clamp(lane, groups_.of_environment(), light);
   }
-  // The vertex itself counts as one more bounce.
+  // The vertex that the light sample starts from counts as one more bounce.
   Rgb connected(int lane, const Rgb& light) {
     if (!clamped_light_ || b_.paths[lane].bounces == Bounces::kNone) return light;
     return clamp(lane, groups_.of_connection(lane), light);

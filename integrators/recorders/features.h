@@ -1,5 +1,5 @@
-// Records DenoiserFeatures. Mirrors and clear glass do not record their own features, but those of
-// the surface seen in or through them.
+// Records DenoiserFeatures. Mirrors and clear glass record the features of the surface that is seen
+// in or through them, not their own.
 #pragma once
 
 #include <algorithm>
@@ -42,8 +42,8 @@ class FeatureRecorder : public Recorder {
   enum class Stage : uint8_t { kSpecularPath, kAtSurface, kDone };
   struct State {
     Stage stage = Stage::kSpecularPath;
-    float length = 0.0f;              // of the path so far
-    float depth_per_distance = 0.0f;  // depth over distance, along the camera ray
+    float length = 0.0f;              // length of the path so far
+    float depth_per_distance = 0.0f;  // depth divided by distance, along the camera ray
   };
 
   static Rgb clamp_to_one(const Rgb& colour) {
@@ -52,8 +52,8 @@ class FeatureRecorder : public Recorder {
   void leave(int lane, const Rgb& light) {
     if (states_[lane].stage == Stage::kSpecularPath) background(lane, light);
   }
-  // Each specular surface overwrites the features. So a path that meets no other kind of surface
-  // keeps the features of its last specular surface.
+  // Each specular surface overwrites the features. So if a path meets only specular surfaces, the
+  // features of the last one remain.
   void record_surface(int lane) {
     State& state = states_[lane];
     if (state.stage == Stage::kSpecularPath) {

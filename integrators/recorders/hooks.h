@@ -5,15 +5,16 @@
 
 namespace emberline {
 
-// As a policy of PathLoop it compiles to nothing. `lane` is the index of a path in the PathBatch.
+// As a policy of PathLoop, this recorder compiles to nothing. Most comments below say what has
+// happened when a hook is called. `lane` is the index of a path in the PathBatch.
 struct NoRecorder {
   explicit NoRecorder(PathBatch& /*batch*/) {}
-  // Whether the batch asks for the recorder's output.
+  // Returns whether the batch asks for the recorder's output.
   static bool is_enabled(const SampleBatch&) { return false; }
 
   // The camera ray has hit a surface.
   static void begin(int /*lane*/) {}
-  // These camera rays hit nothing; background() follows if they see the environment.
+  // These camera rays have hit nothing. If they see the environment, background() is called next.
   static void camera_missed(const LaneList& /*missed*/) {}
   static void background(int /*lane*/, const Rgb& /*radiance*/) {}
   // All rays of PathBatch::alive have hit surfaces. The hook may end paths.
@@ -30,7 +31,7 @@ struct NoRecorder {
   // This hook is for an unoccluded light sample.
   static Rgb connected(int /*lane*/, const Rgb& light) { return light; }
 
-  // The path leaves the surface along this sample.
+  // The path leaves the surface in the direction of this sample.
   static void scattered(int /*lane*/, const BsdfSample& /*next*/) {}
   // The scattered ray has left the scene.
   static void missed(int /*lane*/) {}
@@ -39,7 +40,7 @@ struct NoRecorder {
   static void paths_ended(const LaneList& /*hit*/) {}
 };
 
-// Base of recorders, which hide the hooks that they implement.
+// Base class of all recorders. A recorder hides the hooks that it implements.
 class Recorder : public NoRecorder {
  protected:
   explicit Recorder(PathBatch& batch) : NoRecorder(batch), b_(batch) {}

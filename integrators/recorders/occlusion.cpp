@@ -11,7 +11,7 @@ bool OcclusionRecorder::is_enabled(const SampleBatch& batch) {
 }
 
 void OcclusionRecorder::paths_ended(const LaneList&) {
-  // This slot lies beyond those that paths and their light samples use.
+  // This slot lies beyond all slots that paths and their light samples use.
   constexpr uint32_t kOcclusionSlot = 1u << 25;
   for (const int lane : lanes_) {
     b_.samples.resume_sample(lane);

@@ -16,8 +16,9 @@ class OcclusionRecorder : public Recorder {
     lanes_.add(lane);
     points_.emplace(lane) = b_.points[lane];
   }
-  // Runs after the paths, with random numbers that no path uses, so that no other channel changes.
-  // The ray is not counted, since adaptive sampling depends on the counted cost of a pixel.
+  // Traces the occlusion rays after all paths have ended, with random numbers that no path uses. So
+  // no other channel changes. The rays are not counted, since adaptive sampling depends on the
+  // counted cost of a pixel.
   void paths_ended(const LaneList&);
 
  private:

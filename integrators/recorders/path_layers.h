@@ -44,7 +44,7 @@ class PathLayerRecorder : public Recorder {
   }
 
  private:
-  // How the path left the first surface.
+  // The way in which the path left the first surface.
   enum class Kind : uint8_t { kNone, kReflected, kTransmitted };
   struct Event {
     Kind kind = Kind::kNone;
@@ -52,7 +52,8 @@ class PathLayerRecorder : public Recorder {
     Rgb diffuse = Rgb(0.0f);          // diffuse fraction of the reflected light
   };
 
-  // The event at the path's vertex if the path leaves it along wi (in local space).
+  // Returns the event at the path's vertex if the path leaves it in direction `wi`, which is in
+  // local space.
   Event event_along(int lane, const Vec3f& wi, bool transmitted, bool delta) {
     if (transmitted) return {Kind::kTransmitted};
     Event event{Kind::kReflected};

@@ -54,7 +54,7 @@ ocio::BuiltinTransformRcPtr builtin(const char* style, ocio::TransformDirection 
   return transform;
 }
 
-// Converts linear Rec. 709 to ACES2065-1, with the chromatic adaptation of OpenColorIO's own
+// Converts linear Rec. 709 to ACES2065-1. Uses the same chromatic adaptation as OpenColorIO's own
 // matrices (Bradford, D65 to the ACES white).
 ocio::GroupTransformRcPtr rec709_to_aces() {
   const ocio::GroupTransformRcPtr group = ocio::GroupTransform::Create();
@@ -64,8 +64,8 @@ ocio::GroupTransformRcPtr rec709_to_aces() {
   return group;
 }
 
-// Clamps, then applies the curve of IEC 61966-2-1: slope 12.92 near black, 1.055 x^(1/2.4) - 0.055
-// above.
+// Clamps to [0, 1], then applies the curve of IEC 61966-2-1: slope 12.92 near black, and 1.055
+// x^(1/2.4) - 0.055 above.
 ocio::GroupTransformRcPtr srgb_curve() {
   const ocio::RangeTransformRcPtr clamp = ocio::RangeTransform::Create();
   clamp->setStyle(ocio::RANGE_CLAMP);
@@ -118,8 +118,8 @@ ocio::ConstConfigRcPtr built_in_config() {
   return config;
 }
 
-// Returns the name as the config spells it, or `fallback` if `chosen` is empty. In the message,
-// `owner` says where the names are defined.
+// Returns the chosen name as the config spells it, or `fallback` if `chosen` is empty. `owner` says
+// where the names are defined, for the error message.
 std::string find_name(const std::string& kind, const std::string& owner, const std::string& chosen,
                       const std::vector<std::string>& names, const std::string& fallback) {
   if (chosen.empty()) return fallback;
@@ -174,8 +174,8 @@ CurrentConfig current_config() {
     return {built_in_config(), "the built-in OpenColorIO config", true};
   }
   // OpenColorIO's own reader would block on a pipe, read a device forever and leak memory on a
-  // directory.
-  if (!std::string_view(variable).starts_with("ocio://")) {  // others are built in
+  // directory. InputFile checks the path first.
+  if (!std::string_view(variable).starts_with("ocio://")) {  // "ocio://" configs are built in
     const InputFile file(variable, "$OCIO");
     if (file.size() > kMaxConfigBytes) {
       throw InputError(variable, "is too large for an OpenColorIO config: {} (named by $OCIO)",
@@ -309,7 +309,7 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace
     throw InputError(place, one_line(error.what()) + (built_in ? "" : " (named by $OCIO)"));
   } catch (const EmberlineError&) {
     throw;
-  } catch (const std::exception& error) {  // from a number that OpenColorIO does not check
+  } catch (const std::exception& error) {  // thrown for a number that OpenColorIO does not check
     throw InputError(
         place, "OpenColorIO rejects an environment variable (OCIO_...): " + one_line(error.what()));
   }

@@ -35,19 +35,20 @@ struct DisplayNames {
 // Throws InputError if $OCIO is set but cannot be read.
 DisplayNames display_names();
 
-// Returns the files that the config in $OCIO names and that exist; none if $OCIO is unset or its
-// config is damaged.
+// Returns the files that the config in $OCIO names, if they exist. Returns nothing if $OCIO is
+// unset or its config is damaged.
 std::vector<std::string> ocio_table_files();
 
 // Converts from linear Rec. 709, or another working space, to a display.
 //
-// If $OCIO is unset or empty, uses OpenColorIO's built-in transforms and no files: the display
-// "sRGB" with the views "sRGB" (default; the curve of IEC 61966-2-1, clamped), "ACES" (the ACES 1.0
-// SDR video output transform, shown on an sRGB display) and "Raw" (no curve).
+// If $OCIO is unset or empty, uses OpenColorIO's built-in transforms and no files. There is one
+// display, "sRGB", with three views: "sRGB" (default; the curve of IEC 61966-2-1, clamped), "ACES"
+// (the ACES 1.0 SDR video output transform, shown on an sRGB display) and "Raw" (no curve).
 //
-// Otherwise uses the config that $OCIO names. Pixels enter it in the first of these that it has:
+// Otherwise uses the config that $OCIO names. Pixels enter the config in the first of these spaces
+// that it has:
 //   1. linear Rec. 709, if a space has one of the usual names for it;
-//   2. its role aces_interchange, for which OpenColorIO's own matrices convert to ACES2065-1;
+//   2. its role aces_interchange: OpenColorIO's own matrices convert to ACES2065-1 first;
 //   3. its role scene_linear, without conversion and with a warning, since colours are slightly
 //      off if this space has other primaries.
 class DisplayTransform {
@@ -59,8 +60,8 @@ class DisplayTransform {
                             WorkingSpace from = WorkingSpace::kRec709);
   ~DisplayTransform();
 
-  // Converts interleaved RGB floats in place. Thread-safe. NaN becomes 0, and values are clamped to
-  // the range of half, so the result is always finite.
+  // Converts interleaved RGB floats in place. NaN becomes 0, and values are clamped to the range of
+  // half, so the result is always finite. Thread-safe.
   void apply(float* rgb, size_t pixel_count) const;
 
   // Whether an output channel depends on the pixel's other channels.
@@ -69,8 +70,8 @@ class DisplayTransform {
   // Returns text such as "built-in: sRGB / ACES", for headers and reports.
   std::string describe() const;
 
-  // Whether the result is meant for an sRGB display, judging by the display's name. Files are
-  // tagged accordingly.
+  // Whether the result is meant for an sRGB display, judging by the display's name. If so, files
+  // are tagged as sRGB.
   bool is_srgb() const;
 
  private:
@@ -78,16 +79,16 @@ class DisplayTransform {
   std::unique_ptr<const Impl> impl_;
 };
 
-// Collects tiles as 8-bit display pixels and writes a PNG or JPEG (by suffix) of the data window.
+// Collects tiles as 8-bit display pixels, and writes the data window as a PNG or JPEG (by suffix).
 // Like ExrWriter, creates the file beside its target at once, so that an unusable path fails before
-// rendering, and renames it in finish(); without finish(), nothing is left behind. Memory: 3 or 4
-// bytes per pixel. Pixels that are never written are black (and transparent). Does not dither:
-// identical radiance gives identical bytes.
+// rendering, and renames it in finish(). Without finish(), nothing is left behind. Needs 3 or
+// 4 bytes of memory per pixel. Pixels that are never written are black (and transparent). Does not
+// dither, so identical radiance gives identical bytes.
 class DisplayImageWriter {
  public:
-  // If `alpha`, a PNG has four channels with unassociated alpha, as the format requires, and a JPEG
-  // shows the picture over black. Throws RenderError if the file cannot be created, and UsageError
-  // for a suffix other than .png, .jpg and .jpeg.
+  // If `alpha`, a PNG has four channels with unassociated alpha, as the PNG format requires, and a
+  // JPEG shows the picture over black. Throws RenderError if the file cannot be created, and
+  // UsageError for a suffix other than .png, .jpg and .jpeg.
   DisplayImageWriter(const std::string& path, const Rect& data_window,
                      std::shared_ptr<const DisplayTransform> transform, bool alpha);
 
@@ -96,10 +97,10 @@ class DisplayImageWriter {
   void write_tile(const Rect& rect, const std::vector<float>& rgba);
 
   const std::string& path() const { return file_.path(); }
-  // Size of the picture, which is in memory from construction on.
+  // Size in bytes of the picture, which is in memory from construction on.
   uint64_t bytes() const { return image_.values.capacity(); }
 
-  // Encodes and writes the file, marked as unfinished unless `complete`
+  // Encodes and writes the file, and marks it as unfinished unless `complete`
   // (image/file_completeness.h). Call once, after all threads have stopped writing. Throws
   // RenderError.
   void finish(bool complete = true);

@@ -28,7 +28,7 @@ void DisplayImageWriter::write_tile(const Rect& rect, const std::vector<float>& 
   std::vector<float> colour(3 * count);
   for (size_t i = 0; i < count; ++i) {
     // The display curve applies to the unpremultiplied colour. Where coverage is 0, there may still
-    // be light (a glow in front of an empty background), which is not divided.
+    // be light (a glow in front of an empty background). This light is not divided.
     const float a = rgba[4 * i + 3];
     const float divisor = channels == 4 && a > 0.0f && std::isfinite(a) ? a : 1.0f;
     for (size_t c = 0; c < 3; ++c) colour[3 * i + c] = rgba[4 * i + c] / divisor;

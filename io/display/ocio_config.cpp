@@ -17,13 +17,13 @@ namespace {
 
 namespace ocio = OCIO_NAMESPACE;
 
-// This is a hundred times as many transforms as real configs expand to.
+// A hundred times as many transforms as a real config expands to.
 constexpr double kMaxTransforms = 1e5;
 // Limits the recursion.
 constexpr int kMaxDepth = 200;
 // Studio tables have about ten megabytes.
 constexpr uint64_t kMaxTableBytes = uint64_t(64) << 20;
-// Each alias can triple the size of the parsed config; studio configs have none.
+// Each alias can triple the size of the parsed config. Studio configs have no aliases.
 constexpr int kMaxAliases = 16;
 
 class ConfigChecker {
@@ -97,7 +97,8 @@ class ConfigChecker {
     });
   }
 
-  // Parses a list such as "a, +b | -c": names of looks with directions, and alternatives.
+  // Counts the transforms of a list of looks such as "a, +b | -c". Signs are directions; `|`
+  // separates alternatives.
   double looks(const char* text) {
     double total = 0;
     std::string name;
@@ -153,7 +154,7 @@ class ConfigChecker {
     return 1;
   }
 
-  // Ignores a missing file; OpenColorIO reports it if it is needed.
+  // Ignores a missing file. OpenColorIO reports the file if it is needed.
   void check_file(const char* name) {
     std::string path;
     try {
@@ -171,9 +172,9 @@ class ConfigChecker {
     files_.push_back(path);
   }
 
-  // Rejects XML tables (CTF, CLF) that refer to further files, because OpenColorIO opens these
-  // unchecked, even devices, pipes and cycles. Configs can use a GroupTransform instead. DOCTYPE is
-  // rejected too, since XML entities could hide such a reference.
+  // Rejects XML tables (CTF, CLF) that refer to further files. OpenColorIO would open these files
+  // without any check, even devices, pipes and cycles. Configs can use a GroupTransform instead.
+  // DOCTYPE is rejected too, since XML entities could hide such a reference.
   void check_references(const InputFile& file, const std::string& path) {
     std::array<char, 64> begin;
     const int64_t read = file.try_read(0, begin.size(), begin.data());
@@ -197,7 +198,7 @@ class ConfigChecker {
   std::vector<std::string> files_;
 };
 
-// Removes comments, except those with a quote, because they may be part of a string.
+// Removes comments. Keeps comments that contain a quote, because they may be part of a string.
 std::string strip_comments(const std::string& text) {
   std::string result;
   for (size_t i = 0; i < text.size();) {
@@ -213,9 +214,9 @@ std::string strip_comments(const std::string& text) {
   return result;
 }
 
-// Returns the names of anchors ('&') or aliases ('*'). Plain text may look like either, but only an
-// alias with a matching anchor counts. Treats all non-ASCII characters as the same, since a parser
-// replaces every damaged one by the same character.
+// Returns the names of anchors ('&') or aliases ('*'). Plain text may look like an anchor or an
+// alias, but only an alias with a matching anchor counts. Treats all non-ASCII characters as the
+// same character, since the YAML parser replaces every damaged character by the same one.
 std::vector<std::string> yaml_names(const std::string& text, char indicator) {
   std::vector<std::string> names;
   for (size_t i = text.find(indicator); i != std::string::npos; i = text.find(indicator, i + 1)) {

@@ -10,8 +10,8 @@ namespace emberline {
 
 // Checks what the config refers to, because OpenColorIO 2 follows any reference. Throws InputError
 // at `place` if a space, look, view or named transform refers to itself or expands to more than
-// 100,000 transforms, or if a referenced file exists but is not regular or is too large. Returns
-// the referenced files that exist.
+// 100,000 transforms. Also throws InputError if a referenced file exists but is not regular or is
+// too large. Returns the referenced files that exist.
 std::vector<std::string> check_ocio_config(const OCIO_NAMESPACE::ConstConfigRcPtr& config,
                                            const std::string& place);
 

@@ -23,9 +23,9 @@ using Chromaticities = std::array<float, 8>;
 Chromaticities chromaticities_of(WorkingSpace space);
 // Returns the working space with these primaries, or kRec709 if there is none.
 WorkingSpace working_space_of(const Chromaticities& chromaticities);
-// Returns the matrix from linear colours with these primaries to Rec. 709, with white adapted by
-// Bradford's transform (ICC.1, annex E), or null if they are Rec. 709 already. Throws InputError at
-// `place` if the primaries are degenerate.
+// Returns the matrix from linear colours with these primaries to Rec. 709, or null if the primaries
+// are those of Rec. 709. White is adapted by Bradford's transform (ICC.1, annex E). Throws
+// InputError at `place` if the primaries are degenerate.
 ToWorkingSpace to_rec709(const Chromaticities& chromaticities, const std::string& place);
 
 }  // namespace emberline

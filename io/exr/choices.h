@@ -1,4 +1,4 @@
-// Settings of EXR files; writer.h has the writer itself.
+// Settings of EXR files; the writer itself is in writer.h.
 #pragma once
 
 #include <cstdint>

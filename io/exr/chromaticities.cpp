@@ -51,7 +51,8 @@ Imath::M33d to_adapted_cones(const Chromaticities& c, const std::string& place) 
 
 }  // namespace
 
-// The values are from ITU-R BT.709-6, section 1; SMPTE ST 2065-1 and the Academy's S-2014-004.
+// The Rec. 709 values are from ITU-R BT.709-6, section 1. The ACEScg values are from SMPTE ST
+// 2065-1 and the Academy's S-2014-004.
 Chromaticities chromaticities_of(WorkingSpace space) {
   if (space == WorkingSpace::kAcesCg) {
     return {0.713f, 0.293f, 0.165f, 0.830f, 0.128f, 0.044f, 0.32168f, 0.33767f};

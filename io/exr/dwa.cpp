@@ -52,7 +52,7 @@ void encode_dwa_tile(int width, int height, std::span<const EncodedPlane> planes
   MemoryStream stream;
   Imf::TiledOutputFile file(stream, header, 0);
   file.setFrameBuffer(buffer);
-  // After the header and the offset table comes the chunk: the tile's coordinates and level, the
+  // The chunk follows the header and the offset table. It has the tile's coordinates and level, the
   // size of the data, and the data.
   constexpr size_t kChunkHeaderBytes = 5 * sizeof(int32_t);
   const size_t begin = size_t(stream.tellp()) + kChunkHeaderBytes;

@@ -10,7 +10,7 @@
 
 namespace emberline {
 
-// The matrices are worldToCamera and worldToNDC, for row vectors.
+// The matrices are the attributes worldToCamera and worldToNDC. They are for row vectors.
 struct ExrView {
   struct Matrices {
     std::array<float, 16> world_to_camera, world_to_ndc;

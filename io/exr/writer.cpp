@@ -23,8 +23,8 @@
 namespace emberline {
 namespace {
 
-// The zlib level that OpenEXR's own writers use since 3.1.3. Level 6, the C interface's default,
-// makes files about 1 % smaller and takes 50 % longer.
+// The zlib level that OpenEXR's own writers have used since 3.1.3. Level 6, the C interface's
+// default, makes files about 1 % smaller and takes 50 % longer.
 constexpr int kZipLevel = 4;
 
 // Longer names need a flag that OpenEXR before 1.7 does not know.
@@ -62,7 +62,7 @@ exr_pixel_type_t pixel_type(ChannelType type) {
 size_t value_bytes(ChannelType type) { return type == ChannelType::kHalf ? 2 : 4; }
 
 uint32_t rounded_uint(float value) {
-  if (!(value > 0.0f)) return 0;  // NaN too
+  if (!(value > 0.0f)) return 0;  // also for NaN
   return value >= 4294967040.0f ? 0xffffffffu : uint32_t(std::floor(double(value) + 0.5));
 }
 
@@ -95,7 +95,7 @@ bool has_colour_suffix(const std::string& channel) {
          channel.ends_with(".A") || layer_of(channel) == "RGBA";
 }
 
-// Lossy compression treats channels of these names as colours, and Y as a luminance.
+// Whether lossy compression treats the channel as a colour (by its suffix) or as a luminance (Y).
 bool is_treated_as_colour(const std::string& channel) {
   return has_colour_suffix(channel) || channel.ends_with(".Y");
 }
@@ -123,7 +123,7 @@ struct ExrWriter::Impl {
     std::vector<const PictureChannel*> channels;  // pointers into `header`
     ExrCompression compression = ExrCompression::kZip;
     std::vector<uint64_t> tiles;      // file offsets, row-major; 0: not written
-    exr_context_t encoder = nullptr;  // for a file with only this part, which is never written
+    exr_context_t encoder = nullptr;  // of a file that has only this part and is never written
   };
 
   Impl(const std::string& path, const ExrHeader& frame_header) : header(frame_header), file(path) {
@@ -141,8 +141,8 @@ struct ExrWriter::Impl {
     }
   }
 
-  // Called by OpenEXR with the header's bytes. Collects the bytes in the string `user`, or discards
-  // them if `user` is null. This class itself writes the rest of the file.
+  // OpenEXR calls this with the header's bytes. Collects the bytes in the string `user`, or
+  // discards them if `user` is null. This class itself writes the rest of the file.
   static int64_t write_bytes(exr_const_context_t, void* user, const void* bytes, uint64_t count,
                              uint64_t offset, exr_stream_error_func_ptr_t) {
     if (!user) return int64_t(count);
@@ -152,8 +152,9 @@ struct ExrWriter::Impl {
     return int64_t(count);
   }
 
-  // The last step of encoding a tile. A reader assumes that a chunk is raw if it is as long as the
-  // raw pixels, but OpenEXR (3.1) stores raw pixels only if the compressed ones are longer.
+  // The last step of encoding a tile: stores the compressed pixels only if they are shorter than
+  // the raw ones. A reader takes a chunk of the raw length as raw, but OpenEXR (3.1) itself stores
+  // raw pixels only if the compressed ones are longer.
   static exr_result_t store_chunk(exr_encode_pipeline_t* pipeline) {
     const bool shorter = pipeline->compressed_bytes < pipeline->packed_bytes;
     const auto* bytes = static_cast<const uint8_t*>(shorter ? pipeline->compressed_buffer
@@ -180,7 +181,7 @@ struct ExrWriter::Impl {
     if (!failure.empty()) throw RenderError(failure);
   }
 
-  // Throws what fail() throws.
+  // Writes at the offset. On failure, throws what fail() throws.
   void write_at(const void* bytes, size_t count, uint64_t offset) {
     const int error = file.try_write_at(bytes, count, offset);
     if (error != 0) fail(std::generic_category().message(error));
@@ -327,7 +328,7 @@ void ExrWriter::Impl::add_view(exr_context_t context, int part) {
 
 std::vector<uint8_t> ExrWriter::Impl::encode(int part, int tile_x, int tile_y, const Rect& rect,
                                              const float* pixels) {
-  // Convert to file values, plane by plane.
+  // Converts the pixels to file values, plane by plane.
   const Part& layout = parts[size_t(part)];
   const size_t count = size_t(rect.area()), stride = header.channels.size();
   std::vector<uint8_t> values(layout.channels.size() * count * sizeof(float));
@@ -422,8 +423,9 @@ void ExrWriter::Impl::append(int part, int tile_x, int tile_y, const std::vector
 
 void ExrWriter::Impl::fill_missing_tiles() {
   // A render that is cancelled early can leave tens of thousands of empty tiles, or millions if
-  // they are tiny. Tiles of one size have identical bytes, so each of up to four sizes (inner,
-  // right edge, lower edge, corner) is compressed once, and many tiles are written at a time.
+  // they are tiny. Empty tiles of the same size have identical bytes. So each of up to four sizes
+  // (inner, right edge, lower edge, corner) is compressed once, and many tiles are written at a
+  // time.
   constexpr size_t kBlock = size_t(1) << 20;
   std::vector<uint8_t> block;
   const auto write_block = [&] {
@@ -528,7 +530,8 @@ std::optional<uint32_t> smpte_time_code(int64_t frame, double fps) {
   const auto rate = int64_t(rounded);
   if (frame < 0 || frame >= kDay * rate) return std::nullopt;
   const int64_t seconds = frame / rate;
-  // Each field has two binary-coded decimal digits; frames are in the lowest byte. Flag bits are 0.
+  // Each field has two binary-coded decimal digits. The lowest byte has the frames. All flag bits
+  // are 0.
   uint32_t code = 0;
   int shift = 0;
   for (const int64_t field : {frame % rate, seconds % 60, seconds / 60 % 60, seconds / 3600}) {
@@ -541,7 +544,7 @@ std::optional<uint32_t> smpte_time_code(int64_t frame, double fps) {
 std::pair<int32_t, uint32_t> frame_rate_fraction(double fps) {
   const double whole = std::round(fps);
   if (fps == whole && whole <= 1e6) return {int32_t(whole), 1};
-  // Television rates are 1000/1001 of a whole number.
+  // Television rates are 1000/1001 times a whole number.
   const double faster = std::round(fps * 1.001);
   if (std::abs(faster / 1.001 - fps) < 1e-3) return {int32_t(faster * 1000), 1001};
   return {int32_t(std::round(std::min(fps, 1e6) * 1000)), 1000};

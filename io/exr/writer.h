@@ -34,15 +34,15 @@ std::span<const NamedValue<ExrParts>> exr_parts_table();
 // Returns "albedo" for "albedo.R", "RGBA" for R, G, B and A, and any other name without a full stop
 // unchanged.
 std::string layer_of(const std::string& channel);
-// True if the channel is a colour for viewing, which lossy compression may blur, and not a count,
+// True if the channel is a colour for viewing, which lossy compression may blur. False for a count,
 // an id or data for computation.
 bool is_colour(const std::string& channel);
 
-// Returns the time code HH:MM:SS:FF of a frame, with frames numbered from 0, packed as in SMPTE ST
-// 12-1 without drop frames; `fps` is rounded up. Returns nothing for times beyond a day or for more
-// than 39 frames per second, which the format cannot express.
+// Returns the time code HH:MM:SS:FF of a frame. Frames are numbered from 0, and `fps` is rounded
+// up. The time code is packed as in SMPTE ST 12-1 without drop frames. Returns nothing for times
+// beyond a day and for more than 40 frames per second, which the format cannot express.
 std::optional<uint32_t> smpte_time_code(int64_t frame, double fps);
-// Returns the fraction: 24 becomes 24 / 1, and 23.976 becomes 24000 / 1001.
+// Returns the frame rate as a fraction: 24 becomes 24 / 1, and 23.976 becomes 24000 / 1001.
 std::pair<int32_t, uint32_t> frame_rate_fraction(double fps);
 
 struct ExrHeader {
@@ -55,36 +55,39 @@ struct ExrHeader {
   // with other data in R, G or B uses kZip.
   ExrCompression compression = ExrCompression::kZip;
   ExrParts parts = ExrParts::kOne;
-  // String attributes, such as settings, versions, seed, command line.
+  // String attributes, such as the settings, the versions, the seed and the command line.
   std::vector<std::pair<std::string, std::string>> attributes;
 };
 
 class ExrWriter {
  public:
-  // Creates the file and writes its header. Throws RenderError if it cannot (no such folder, a
+  // Creates the file and writes its header. Throws RenderError if this fails (no such folder, a
   // folder of that name, not writable, disk full).
   ExrWriter(const std::string& path, const ExrHeader& header);
   ~ExrWriter();
   ExrWriter(const ExrWriter&) = delete;
   ExrWriter& operator=(const ExrWriter&) = delete;
 
-  // `pixels` holds rect.area() x channels floats, interleaved in header order, rows from rect.y0.
-  // `rect` must be one whole tile (clipped to the data window) in frame coordinates. Each tile must
-  // be written only once.
+  // `pixels` holds rect.area() x channels floats, interleaved in header order, with rows from
+  // rect.y0. `rect` must be one whole tile (clipped to the data window) in frame coordinates. Each
+  // tile must be written only once.
+  //
   // Values of kUint are rounded to nearest and clamped to [0, 2^32 - 1]; they are exact up to 2^24.
   // Values of kHalf are rounded to nearest and clamped to the finite range.
-  // Thread-safe. Throws RenderError (disk full); every later call throws the same error.
+  //
+  // Thread-safe. Throws RenderError (disk full); after that, every call throws the same error.
   void write_tile(const Rect& rect, const std::vector<float>& pixels);
 
-  // Writes all tiles. `pixels` holds the data window's rows from the top, interleaved as above.
+  // Writes all tiles. `pixels` holds the data window's rows from the top, interleaved as in
+  // write_tile().
   void write(std::span<const float> pixels);
 
   // Replaces the value of a header attribute. The new value is padded with blanks to the old length
   // and must not be longer. Call before finish(). Throws RenderError.
   void set_attribute(const std::string& name, const std::string& value);
 
-  // Fills missing tiles with 0, so that a cancelled render is readable, and renames the file. Call
-  // once, after the last write. Throws RenderError and then leaves nothing behind.
+  // Fills missing tiles with 0, so that the file of a cancelled render is readable, and renames the
+  // file. Call once, after the last write. If this throws RenderError, nothing is left behind.
   void finish();
 
  private:

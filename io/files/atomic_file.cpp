@@ -25,20 +25,20 @@
 namespace emberline {
 namespace {
 
-// A slot with the name of a live temporary file. A signal handler can read the slots, since they
-// are in fixed memory and need no lock. Atomic exchange gives a slot to one thread at a time, so a
-// readable name is always complete.
+// A slot for the name of a live temporary file. A signal handler can read the slots, since they are
+// in fixed memory and need no lock. An atomic exchange gives a slot to one thread at a time, so the
+// name in a readable slot is always complete.
 struct UnfinishedFile {
   enum State : int { kFree, kTaken, kReadable };
   std::atomic<int> state{kFree};
   char name[PATH_MAX] = {};
 };
-constexpr size_t kUnfinishedSlots = 64;  // more files than a frame writes at once
+constexpr size_t kUnfinishedSlots = 64;  // a frame writes fewer files at once
 UnfinishedFile g_unfinished[kUnfinishedSlots];
 static_assert(std::atomic<int>::is_always_lock_free);
 
-// Returns the index of the slot, or -1 if none is free or the name is too long. Only the slot's
-// owner and the signal handler read the name.
+// Stores the name in a free slot. Returns the slot's index, or -1 if no slot is free or the name is
+// too long. Only the slot's owner and the signal handler read the name.
 int register_unfinished(const std::string& name) noexcept {
   if (name.size() >= PATH_MAX) return -1;
   for (size_t i = 0; i < kUnfinishedSlots; ++i) {
@@ -73,15 +73,15 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder;
 }
 
-// g_creation_count counts the threads that are creating a temporary file, which has no slot yet.
-// Once g_is_terminating is set, no file may be created.
+// g_creation_count counts the threads that are creating a temporary file, before the file has a
+// slot. Once g_is_terminating is set, no file may be created.
 std::atomic<int> g_creation_count{0};
 std::atomic<bool> g_is_terminating{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-// Guards the creation of a file until the file has its slot, so that a signal handler cannot end
-// the process in between and leave the file behind. Signals are blocked on this thread because the
-// handler waits for it.
+// Guards the creation of a file until the file has its slot. Otherwise a signal handler could end
+// the process before that and leave the file behind. Signals are blocked on this thread, because
+// the handler waits for this thread.
 class CreationGuard {
  public:
   CreationGuard() {
@@ -104,8 +104,8 @@ class CreationGuard {
   sigset_t old_signal_mask_;
 };
 
-// Follows the symbolic links of `path`. If the file does not exist, resolves its folder now, since
-// links to the folder may change while a frame renders.
+// Follows the symbolic links of `path`. If the file does not exist, resolves its folder at this
+// point, since links to the folder may change later, while a frame renders.
 std::string resolve_links(const std::string& path) {
   if (const std::optional<std::string> file = real_path(path)) return *file;
   const std::filesystem::path end = follow_links(path);
@@ -114,8 +114,8 @@ std::string resolve_links(const std::string& path) {
   return folder && !name.empty() ? (std::filesystem::path(*folder) / name).string() : path;
 }
 
-// The start of the temporary file's name for `target`; the process id and, if needed, "-<number>"
-// follow. Stale files are found by name, so no other file may have a name of this form.
+// Returns the start of the temporary file's name for `target`. The process id and, if needed,
+// "-<number>" follow. Stale files are found by name, so no other file may have a name of this form.
 std::string temporary_stem(const std::string& target) {
   const std::filesystem::path path(target);
   // Leaves room for the suffix: a target's name may use all of NAME_MAX.
@@ -136,9 +136,9 @@ bool names_open_file(const std::string& path, int descriptor) {
          named.st_dev == opened.st_dev && named.st_ino == opened.st_ino;
 }
 
-// Creates and locks a file beside `target`. The lock tells other runs that the file is in use.
-// Renders into the same folder have different process ids in their names; a number is added if the
-// name is taken.
+// Creates and locks a file beside `target`. The lock tells other runs that the file is in use. The
+// name contains the process id, so it differs between concurrent runs. If the name is taken, a
+// number is added.
 Descriptor create_temporary(const std::string& target, mode_t mode, std::string* temporary) {
   const std::string stem = temporary_stem(target) + std::to_string(getpid());
   for (int attempt = 0; attempt < 1000; ++attempt) {
@@ -147,8 +147,8 @@ Descriptor create_temporary(const std::string& target, mode_t mode, std::string*
         ::open(temporary->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
     if (descriptor < 0 && errno == EEXIST) continue;
     if (descriptor < 0) return descriptor;
-    // Another run may have removed the file as stale before this run locked it. If flock is not
-    // supported, other runs cannot lock it either, so they do not remove it.
+    // Another run may have removed the file as stale before this run locked it. If the file system
+    // does not support flock, other runs cannot lock the file either, so they do not remove it.
     const bool taken = ::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
     struct stat status = {};
     const bool removed = ::fstat(descriptor, &status) == 0 && status.st_nlink == 0;
@@ -158,8 +158,8 @@ Descriptor create_temporary(const std::string& target, mode_t mode, std::string*
   return Descriptor();
 }
 
-// Removes the file if no run uses it and if a killed run could have left it, that is, if it is a
-// regular file of this user with a single link. Files that cannot be locked stay.
+// Removes the file if no run uses it and if a killed run could have left it: it must be a regular
+// file of this user with a single link. A file that cannot be locked stays.
 void remove_if_stale(const std::string& path) {
   const Descriptor descriptor(::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   if (descriptor < 0) return;
@@ -202,9 +202,9 @@ int parse_descriptor_path(const std::filesystem::path& folder, const std::string
   return std::atoi(name.c_str());
 }
 
-// Finds the descriptor behind a name such as /dev/stdout. Returns its number in this process, or a
-// constant above. Such a file is never replaced, since other programs would continue to write to
-// the old one.
+// Finds the descriptor behind a name such as /dev/stdout. Returns its number in this process, or
+// one of the constants above. The file behind a descriptor is never replaced, since other programs
+// would continue to write to the old file.
 int find_descriptor(const std::string& path) {
   std::error_code error;
   std::filesystem::path at = std::filesystem::absolute(path, error);
@@ -279,7 +279,7 @@ AtomicFile::AtomicFile(const std::string& path, std::string target)
 AtomicFile::~AtomicFile() { discard(); }
 
 void AtomicFile::discard() noexcept {
-  // Unlink while the file is still locked, so that no other run can remove it or take its name.
+  // Unlinks the file while it is still locked, so that no other run can remove it or take its name.
   if (!temporary_.empty()) {
     ::unlink(temporary_.c_str());
     unregister_unfinished(unfinished_slot_);
@@ -297,7 +297,7 @@ void AtomicFile::write_at(const void* bytes, size_t count, uint64_t offset) {
 }
 
 Descriptor AtomicFile::commit_locked(bool must_be_new) {
-  // EINVAL means that the file system cannot flush; no data is lost.
+  // EINVAL means that the file system cannot flush. No data is lost.
   int error = ::fsync(descriptor_) != 0 && errno != EINVAL ? errno : 0;
   // Some network file systems report a full disk only on close. The duplicate descriptor keeps the
   // lock until the file has its final name.
@@ -306,7 +306,7 @@ Descriptor AtomicFile::commit_locked(bool must_be_new) {
   bool linked = false;
   if (error == 0 && must_be_new) {
     linked = ::link(temporary_.c_str(), target_.c_str()) == 0;
-    // Some network file systems have no hard links; the file is then renamed below.
+    // Some network file systems have no hard links. On these, the file is renamed below.
     if (!linked && errno == EEXIST) error = errno;
     if (linked) ::unlink(temporary_.c_str());
   }
@@ -318,8 +318,8 @@ Descriptor AtomicFile::commit_locked(bool must_be_new) {
   unregister_unfinished(unfinished_slot_);
   temporary_.clear();
 
-  // The new name survives a power cut only once the folder is flushed. The file is complete either
-  // way, so errors are ignored.
+  // The new name survives a power cut only if the folder is flushed too. The file is complete in
+  // any case, so errors are ignored.
   const Descriptor folder(::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (folder >= 0) ::fsync(folder);
   return locked;
@@ -445,7 +445,7 @@ ScratchFile::ScratchFile(const std::string& folder, std::string failure)
     : failure_(std::move(failure)),
       descriptor_(::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600)) {
   if (descriptor_ >= 0) return;
-  // Without O_TMPFILE support, create a named file and unlink it at once.
+  // Without support for O_TMPFILE, creates a named file and unlinks it at once.
   if (errno != EOPNOTSUPP && errno != EISDIR) fail(errno);
   std::string name = folder + "/emberline.XXXXXX";
   descriptor_ = Descriptor(::mkostemp(name.data(), O_CLOEXEC));

@@ -1,4 +1,5 @@
-// Atomic file replacement: write a temporary file beside the target, flush it to disk, rename it.
+// Replaces files atomically: writes a temporary file beside the target, flushes it to disk, and
+// renames it.
 #pragma once
 
 #include <cstddef>
@@ -14,11 +15,11 @@
 namespace emberline {
 
 // Writes to a temporary file in the target's folder ("out.exr.emberline.part-<pid>"), which
-// replaces the target in commit(). If it is destroyed without commit(), it leaves nothing behind
-// and the existing target is untouched.
+// replaces the target in commit(). An AtomicFile that is destroyed without commit() leaves no file
+// behind and does not touch an existing target.
 //
 // The temporary file is locked (flock) while it is in use. A temporary file without a lock was left
-// by a killed run; it is removed when the same user next creates an AtomicFile for the same target.
+// by a killed run. It is removed when the same user next creates an AtomicFile for the same target.
 // On a file system without locks, such files stay.
 //
 // If the target is a symbolic link, the link stays and the file that it points to is replaced or
@@ -37,11 +38,11 @@ class AtomicFile {
   // Like write_at(), but returns 0 or an errno value, for callers that must not throw.
   int try_write_at(const void* bytes, size_t count, uint64_t offset) noexcept;
 
-  // Flushes the file, renames it and flushes the folder. If this throws, it has removed the
-  // temporary file.
+  // Flushes the file, renames it and flushes the folder. If this throws, the temporary file has
+  // already been removed.
   void commit();
-  // Like commit(), but keeps the lock until the returned descriptor is closed. With `must_be_new`,
-  // throws if the target exists.
+  // Like commit(), but the lock is kept until the returned descriptor is closed. With
+  // `must_be_new`, throws if the target exists.
   Descriptor commit_locked(bool must_be_new = false);
 
   const std::string& path() const { return path_; }  // as given by the caller
@@ -55,18 +56,18 @@ class AtomicFile {
   std::string path_;          // for messages
   std::string target_;        // path_ with symbolic links resolved
   std::string temporary_;     // empty once renamed or removed
-  int unfinished_slot_ = -1;  // see remove_unfinished_files
+  int unfinished_slot_ = -1;  // see remove_unfinished_files()
   Descriptor descriptor_;
 };
 
 // Whether the path is a pipe or a device, which cannot be replaced by renaming.
 bool is_pipe_or_device(const std::filesystem::path& path);
 
-// Follows a chain of symbolic links; the last name need not exist.
+// Follows a chain of symbolic links. The last name in the chain need not exist.
 std::filesystem::path follow_links(std::filesystem::path path);
 
-// Throws if AtomicFile's constructor would throw for this path, and leaves nothing behind. Callers
-// use this to fail before hours of rendering rather than after them.
+// Throws if AtomicFile's constructor would throw for this path. Leaves nothing behind. Callers use
+// this to fail before hours of rendering and not after them.
 void check_writable(const std::string& path);
 
 // Unlinks the temporary file of every live AtomicFile. Async-signal-safe, for a signal handler that
@@ -80,8 +81,8 @@ void write_file_atomically(const std::string& path, std::string_view bytes);
 // Marks a folder as in use (flock) until this object is destroyed or the process ends.
 class FolderLock {
  public:
-  // Call once. Returns false if another run holds the lock; always true on a file system without
-  // locks.
+  // Call once. Returns false if another run holds the lock. On a file system without locks, always
+  // returns true.
   bool try_lock(const std::string& folder);
 
  private:
@@ -109,8 +110,8 @@ class LockedFile {
   bool owns_path() const noexcept;
   // Unlinks the file if the path still names this file.
   void remove() noexcept;
-  // Renames the file within its folder; replaces any file that has the new name. Throws if this
-  // file was itself removed or replaced.
+  // Renames the file within its folder, and replaces any file that has the new name. Throws if this
+  // file has itself been removed or replaced.
   void rename_to(const std::string& path);
 
   const std::string& path() const { return path_; }
@@ -128,8 +129,8 @@ class LockedFile {
 // that says where the file was and what it was for.
 class ScratchFile {
  public:
-  // Creates the file in the folder of `path`, an output file. That folder should have room, since
-  // it must hold the results.
+  // Creates the file in the folder of `path`, an output file. That folder should have enough room,
+  // since it must also hold the results.
   static ScratchFile beside(const std::string& path);
   // Creates the file in $TMPDIR, or else in /tmp. Messages begin with "cannot `purpose`".
   static ScratchFile temporary(const std::string& purpose);
@@ -139,7 +140,7 @@ class ScratchFile {
   void write_at(const void* bytes, size_t count, uint64_t offset);
   void read_at(void* bytes, size_t count, uint64_t offset) const;
   // Maps `count` bytes from `offset` (a multiple of the page size) for reading. The map lives until
-  // the last copy of the pointer is gone and may outlive the file.
+  // the last copy of the returned pointer is gone, which may be after the ScratchFile is destroyed.
   std::shared_ptr<const std::byte> map(uint64_t offset, uint64_t count) const;
 
  private:

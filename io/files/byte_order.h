@@ -1,4 +1,4 @@
-// Reads integers of a given byte order, whatever the machine's own order is.
+// Reads integers of a given byte order. The machine's own order does not matter.
 #pragma once
 
 #include <cassert>

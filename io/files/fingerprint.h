@@ -1,4 +1,5 @@
-// 64-bit hashes that tell whether a cached result still belongs to a file. Not cryptographic.
+// 64-bit hashes that tell whether a cached result still belongs to a file. The hashes are not
+// cryptographic.
 #pragma once
 
 #include <cstdint>

@@ -14,13 +14,14 @@
 namespace emberline {
 namespace {
 
-// Files are read in parts of this size, each of which takes a few milliseconds. A load can be
+// Files are read in parts of this size. Reading a part takes a few milliseconds, and a load can be
 // cancelled between two parts.
 constexpr uint64_t kPartBytes = uint64_t(8) << 20;
 
 std::string system_message(int error) { return std::generic_category().message(error); }
 
-// With O_NONBLOCK, opening a pipe does not wait for its other end. Regular files ignore it.
+// With O_NONBLOCK, opening a pipe does not wait for its other end. For regular files, the flag has
+// no effect.
 Descriptor open_to_read(const std::filesystem::path& path) {
   int descriptor = -1;
   do {
@@ -49,7 +50,7 @@ const char* describe_kind(mode_t mode) {
 
 InputFile::InputFile(const std::filesystem::path& path, const std::string& place)
     : name_(path.string()), place_(place) {
-  // Check the type before opening, since opening a device may have side effects.
+  // Checks the type before opening, since opening a device may have side effects.
   struct stat status = {};
   if (::stat(path.c_str(), &status) != 0) {
     const int error = errno;

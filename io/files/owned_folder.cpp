@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 constexpr int kMarkerVersion = 1;
 constexpr const char* kVersionMember = "emberline_folder";
 
-// Type of the entry itself; links are not followed.
+// Returns the type of the entry itself; links are not followed.
 fs::file_type type_of(const std::string& path) {
   std::error_code unknown;
   return fs::symlink_status(path, unknown).type();

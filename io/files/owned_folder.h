@@ -17,7 +17,7 @@ namespace emberline {
 struct OwnedFolderKind {
   std::string option;                        // for messages, such as "-o"
   std::string marker;                        // name of the marker file
-  std::vector<std::string> subfolders = {};  // where its files may lie, besides the folder itself
+  std::vector<std::string> subfolders = {};  // may also hold the command's files
   // If true, missing parent folders are created, and an existing folder must be empty or have a
   // marker. If false, the folder may hold other files too.
   bool exclusive = false;
@@ -29,17 +29,17 @@ class OwnedFolder {
   // files that the command did not write are in the way. Throws RenderError if the folder cannot be
   // created or written to, and InputError if its marker is damaged.
   OwnedFolder(const std::string& path, OwnedFolderKind kind);
-  ~OwnedFolder();  // removes the folders that it created and that are still empty
+  ~OwnedFolder();  // removes the folders that the constructor created and that are still empty
 
   const std::string& path() const { return path_; }
   std::string path(const std::string& name) const;
   std::vector<std::string> entries() const;  // all names in the folder
-  // Names of the files that the marker listed and that existed, plus the claimed names.
+  // Names of the files that the marker listed and that existed, and the names claimed since.
   const std::set<std::string>& files() const { return files_; }
 
   // Throws UsageError if one of these names belongs to a file that the command did not write.
   void check(std::span<const std::string> names) const;
-  // Call before writing: does check() and adds the names to the marker. Also throws RenderError.
+  // Call before writing. Does check() and adds the names to the marker. Also throws RenderError.
   void claim(std::span<const std::string> names);
   // Removes the file if it is in files().
   void remove(const std::string& name);

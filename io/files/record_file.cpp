@@ -18,7 +18,7 @@ constexpr char kRecordMagic[4] = {'E', 'M', 'B', 'R'};
 constexpr uint32_t kFormatVersion = 1;
 constexpr uint64_t kMaxHeadBytes = uint64_t(16)
                                    << 20;  // a frame's head contains its Cryptomatte names
-constexpr int kCompressionLevel = 1;       // zstd's fastest; halves the size at disk speed
+constexpr int kCompressionLevel = 1;       // zstd's fastest level; halves the size at disk speed
 
 struct FileHeader {
   char magic[8];

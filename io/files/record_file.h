@@ -7,8 +7,8 @@
 //                  the bytes, packed by zstd
 // clang-format on
 //
-// Numbers are little-endian; checksums are computed with io/files/fingerprint.h. A record is
-// appended in one piece, so a crash leaves at most one incomplete record, the last one.
+// Numbers are little-endian. Checksums are computed with io/files/fingerprint.h. A record is
+// appended in one piece, so a crash leaves at most one incomplete record, at the end.
 #pragma once
 
 #include <cstddef>
@@ -45,7 +45,7 @@ class RecordFile {
 
   const std::string& head() const { return head_; }
   const std::string& path() const { return file_.place(); }
-  // The intact records before the first damaged or incomplete one.
+  // The intact records before the first record that is damaged or incomplete.
   std::span<const RecordEntry> records() const { return records_; }
   uint64_t end() const { return end_; }                  // the end of the last intact record
   bool has_more() const { return end_ < file_.size(); }  // whether more bytes follow

@@ -1,5 +1,5 @@
-// Registers all files that a run reads and writes, so that no output overwrites an input or another
-// output, however their names are spelt.
+// Registers all files that a run reads and writes. This ensures that no output overwrites an input
+// or another output, however their names are spelt.
 #pragma once
 
 #include <deque>
@@ -15,8 +15,8 @@
 namespace emberline {
 
 // Existing files are compared by device and inode, so links and ".." make no difference. New files
-// are compared by folder and name. Case is ignored, as some file systems do. Pipes and devices
-// (/dev/stdout) are not replaced and not registered.
+// are compared by folder and name. Case is ignored, since some file systems ignore it. Pipes and
+// devices (/dev/stdout) are not replaced and not registered.
 //
 // Inputs and outputs may be registered in any order. For a conflicting pair, the second call throws
 // a UsageError that names the output and says what the other file is (`what`: "it is the scene").
@@ -30,8 +30,7 @@ class FileRegister {
   void read(const std::vector<NamedFile>& files, const std::string& what);
   // `option` is the option that names the output, such as "-o".
   void write(const std::string& option, const std::filesystem::path& path);
-  // Reserves all files in `folder` for whose names `names` returns true. Allowed only once per
-  // folder.
+  // Reserves all files in `folder` whose names `names` accepts. Allowed only once per folder.
   void write_in(const std::string& option, const std::filesystem::path& folder,
                 std::function<bool(const std::string& name)> names);
   // Reserves every file in `folder` and in the folders below it.
@@ -53,15 +52,15 @@ class FileRegister {
   struct Output {
     std::string option, given_path;
     ResolvedPath place;
-    std::function<bool(const std::string& name)> names;  // which files of the folder
+    std::function<bool(const std::string& name)> names;  // which files of the folder are reserved
 
     bool names_file(const ResolvedPath& other) const {
       return names(other.path.filename().string());
     }
     bool is_ancestor_of(const ResolvedPath& other) const;
   };
-  // The cached result of resolving a folder's name, since an animation writes thousands of files
-  // into one folder.
+  // The cached result of resolving a folder's name. The cache helps because an animation writes
+  // thousands of files into one folder.
   struct Folder {
     std::filesystem::path path;
     std::optional<FileIdentity> identity;
@@ -72,7 +71,7 @@ class FileRegister {
   void add(Input input);
   // Returns the output that writes this file, or null.
   const Output* find_writer(const ResolvedPath& place) const;
-  // Throws if `covers` is true for an input.
+  // Throws if `covers` returns true for an input.
   void check_inputs(const Output& output,
                     const std::function<bool(const ResolvedPath& place)>& covers) const;
 

@@ -1,4 +1,4 @@
-// Writes files one after another; if one fails, the others are still written.
+// Writes files one after another. If one of them fails, the others are still written.
 #pragma once
 
 #include <functional>

@@ -36,7 +36,7 @@ auto convert_exceptions(const std::string& path, const Read& read) try {
 } catch (const std::bad_alloc&) {
   throw InputError(path, "not enough memory to load the file");
 } catch (const nlohmann::json::exception& error) {
-  // check_schema() should have found this fault. Even if it did not, the fault is the file's.
+  // check_schema() should have found this fault. Even so, it is a fault of the file.
   throw InputError(path, std::string("unexpected structure: ") + error.what());
 }
 
@@ -80,7 +80,7 @@ struct GltfFile::State {
   std::vector<AnimationDescription> animations;
   size_t faults = 0;  // number of faults before any animation was read
   size_t selection_faults = 0;
-  // The chosen animations and whether a time was chosen; all members below depend on this choice.
+  // The chosen animations, and whether a time was chosen. All members below depend on this choice.
   std::optional<std::pair<std::string, bool>> selection;
   GltfAnimation animation;
   nlohmann::json original_members =
@@ -96,7 +96,7 @@ GltfFile::State::State(const std::string& path, const GltfOptions& loading, Load
   faults = document.faults->count();
 }
 
-// If the choice of animations changes, discards what was read for the previous choice.
+// If the choice of animations changes, discards everything that was read for the previous choice.
 void GltfFile::State::select_animation(const GltfOptions& pose_options) {
   const std::pair wanted(pose_options.animation, pose_options.time.has_value());
   if (selection != wanted) {

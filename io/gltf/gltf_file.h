@@ -1,4 +1,5 @@
-// Loads glTF 2.0: .gltf and .glb, with external, embedded and data-URI buffers and images.
+// Loads glTF 2.0 files: .gltf and .glb, with buffers and images that are external, embedded or in
+// data URIs.
 #pragma once
 
 #include <memory>
@@ -13,52 +14,53 @@
 namespace emberline {
 
 struct GltfOptions {
-  // Warn instead of failing: an undecodable image becomes a neutral colour, an invalid material
+  // Warns instead of failing: an undecodable image becomes a neutral colour, an invalid material
   // value becomes the specification's default, and a missing texture is dropped.
   bool lenient = false;
-  // Also read the materials of all variants in the file, with their images and vertex attributes,
-  // so that SceneEdits can choose a variant. Otherwise read only the variants' names.
+  // Also reads the materials of all variants in the file, with their images and vertex attributes,
+  // so that SceneEdits can choose a variant. Otherwise only the variants' names are read.
   bool variants = false;
-  // Give every mesh tangents, so that SceneEdits can make any material anisotropic. Otherwise only
+  // Gives every mesh tangents, so that SceneEdits can make any material anisotropic. Otherwise only
   // meshes whose materials need tangents get them.
   bool tangents = false;
-  // Include all nodes, with their names and parents.
+  // Includes all nodes, with their names and parents.
   bool nodes = false;
-  // Referenced files must lie below this folder once links are followed. Empty: the scene's folder.
+  // Referenced files must lie below this folder after links have been followed. If empty, the
+  // scene's folder is used.
   std::string resource_root = {};
   // The animation that poses the scene: a name, an index, or "all" for all of them in file order.
-  // `time` is in seconds, clamped to the animation's range; the default is 0. If only the time is
-  // set, the file's first animation is used; if neither is set, the scene is at rest.
+  // `time` is in seconds, clamped to the animation's range. The default time is 0. If only the time
+  // is set, the file's first animation is used. If neither is set, the scene is at rest.
   std::string animation = {};
   std::optional<double> time = {};
-  // Shutter interval in seconds relative to `time`. Objects that move during it are loaded with
-  // their motion. If absent, the scene is loaded at a single instant.
+  // The shutter interval in seconds, relative to `time`. Objects that move in this interval are
+  // loaded with their motion. If the interval is absent, the scene is loaded at a single instant.
   struct Shutter {
     double open = 0.0, close = 0.0;
   };
   std::optional<Shutter> shutter = {};
-  // For motion vectors: without a shutter, also loads the positions this many seconds after `time`
+  // For motion vectors without a shutter: also loads the positions this many seconds after `time`
   // (NextFrameInstance).
   std::optional<double> next_frame = {};
 };
 
 // Reads `path`. Throws InputError (with the file, the JSON pointer and what to do) if something
-// that the image needs is unusable: a file that is missing, truncated or not a glTF, out-of-range
-// indices, cyclic nodes, an unsupported extension in extensionsRequired, or only points, lines and
-// broken geometry. Faults in unneeded parts are warnings; a faulty camera stores its error
-// (CameraDescription::fault). If the scene shows nothing at this time, it has no instances, and a
-// warning says so. Throws UsageError, which lists the file's animations, for an unknown animation,
-// and Cancelled before any other error once `progress` is cancelled.
+// that the image needs is unusable. Examples are a file that is missing, truncated or not a glTF,
+// out-of-range indices, cyclic nodes, an unsupported extension in extensionsRequired, and a file
+// with only points, lines and broken geometry. Faults in unneeded parts cause warnings. A faulty
+// camera stores its error (CameraDescription::fault). If the scene shows nothing at this time, it
+// has no instances, and a warning says so. For an unknown animation, throws UsageError, which lists
+// the file's animations. Once `progress` is cancelled, throws Cancelled before any other error.
 //
-// Allocates no more than the file's size justifies, whatever counts it states. The result lists
-// repairs and ignored features; each causes one warning. Decodes images in parallel (TBB).
-// Thread-safe, but must not be called from a log hook.
+// Allocates no more memory than the file's size justifies, whatever counts the file states. The
+// result lists repairs and ignored features. Each of them causes one warning. Decodes images in
+// parallel (TBB). Thread-safe, but must not be called from a log hook.
 SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
                            LoadProgress& progress = LoadProgress::none());
 
 // An open file whose scene can be posed at several times. Everything that does not depend on time
-// is read, checked and decoded once and kept: the document, images, and meshes without their
-// arrays. Buffers are kept as long as a mesh deforms. Not thread-safe.
+// is read, checked and decoded once and then kept: the document, the images, and the meshes without
+// their arrays. Buffers are kept as long as a mesh deforms. Not thread-safe.
 class GltfFile {
  public:
   // Ignores `animation`, `time` and `shutter`. Throws as load_gltf() does.
@@ -71,14 +73,14 @@ class GltfFile {
   // Like load_gltf(), with the animation, time and shutter of `pose_options`. In addition, meshes
   // that never deform have keys. If the caller still holds a mesh and lists its key in `held`
   // (ascending), the mesh comes without arrays. Keys are valid for one animation. Throws as
-  // load_gltf() does; later poses still work.
+  // load_gltf() does. Even after an exception, later calls work.
   SceneDescription pose(const GltfOptions& pose_options, std::span<const uint64_t> held = {},
                         LoadProgress& progress = LoadProgress::none());
 
-  // Reserved bytes, which the caller must return to the budget.
-  uint64_t image_bytes() const;       // all images so far
-  uint64_t static_bytes() const;      // meshes with keys in the latest pose
-  uint64_t new_static_bytes() const;  // the part of static_bytes() that was not held
+  // These are numbers of reserved bytes, which the caller must return to the budget.
+  uint64_t image_bytes() const;       // for all images so far
+  uint64_t static_bytes() const;      // for meshes with keys in the latest pose
+  uint64_t new_static_bytes() const;  // the part of static_bytes() for meshes that were not held
 
  private:
   struct State;

@@ -22,12 +22,12 @@ std::vector<fs::path> scene_files(const std::string& path, const std::string& re
       if (!uri || is_data_uri(uri->get_ref<const std::string&>())) continue;
       try {
         const auto& text = uri->get_ref<const std::string&>();
-        document.open_resource(text, path);  // checks that it exists inside the root
+        document.open_resource(text, path);  // checks that the file exists inside the root
         const fs::path name = resolve_uri(text, document.resources, path).name;
         const fs::path file = (scene.parent_path() / name).lexically_normal();
         if (std::ranges::find(files, file) == files.end()) files.push_back(file);
       } catch (const InputError&) {
-        progress.check();  // loading the scene will report the error
+        progress.check();  // only checks for cancellation; loading the scene will report the error
       }
     }
   }

@@ -1,4 +1,4 @@
-// Lists the files of a scene, so that it can be copied.
+// Lists the files of a scene, so that the scene can be copied.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +9,9 @@
 
 namespace emberline {
 
-// Returns the .gltf or .glb file, then every existing buffer and image file that it refers to. The
-// paths are absolute and without duplicates; links in them are not followed. `resource_root` means
-// the same as in GltfOptions. Throws InputError for an unreadable scene.
+// Returns the .gltf or .glb file, and then every existing buffer and image file that it refers to.
+// The paths are absolute and without duplicates. Links in them are not followed. `resource_root`
+// means the same as in GltfOptions. Throws InputError for an unreadable scene.
 std::vector<std::filesystem::path> scene_files(const std::string& path,
                                                const std::string& resource_root = {},
                                                LoadProgress& progress = LoadProgress::none());

@@ -30,7 +30,7 @@ inline ByteSource make_byte_source(InputFile file) {
           }};
 }
 
-// Buffered reader. The source must outlive it.
+// A buffered reader. The source must outlive it.
 class ByteCursor {
  public:
   // Reads at most the source's first `most` bytes.
@@ -60,7 +60,7 @@ class ByteCursor {
     }
     return count - left;
   }
-  // Returns 0 for a byte past the end or one that cannot be read.
+  // Returns 0 for a byte that is past the end or cannot be read.
   uint8_t byte() {
     uint8_t value = 0;
     if (take(&value, 1) == 0) ++offset_;

@@ -20,9 +20,10 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-// Number of names that a message lists. An EXR may have thousands of channels.
+// Number of names that a message lists. The limit is needed because an EXR may have thousands of
+// channels.
 constexpr size_t kMaxListed = 12;
-constexpr size_t kMaxListedLayers = 40;  // in a message that asks the user to choose one
+constexpr size_t kMaxListedLayers = 40;  // in a message that asks the user to choose a layer
 
 constexpr const char kUnreadPart[] =
     "{}: this part differs from the first in size or repeats channel names; save it as a "
@@ -42,14 +43,14 @@ std::string_view layer_prefix(const std::string& channel) {
   return std::string_view(channel).substr(0, stop == std::string::npos ? 0 : stop + 1);
 }
 
-// Whether a channel, without its layer, has this name or the name's initial, ignoring case: OpenEXR
-// files say R, Nuke's say red.
+// Whether a channel, without its layer, has this name or the name's initial. Ignores case. OpenEXR
+// files use R, and Nuke's files use red.
 bool matches_name(std::string_view leaf, std::string_view name) {
   const std::string text = lower_case(std::string(leaf));
   return text == name || text == name.substr(0, 1);
 }
 
-// The channels of one layer, or those without a layer.
+// The channels of one layer, or the channels without a layer.
 struct Layer {
   std::string prefix;  // "sky.", or empty
   const ImagePart* part = nullptr;
@@ -64,7 +65,8 @@ struct Layer {
   }
 };
 
-// Cryptomatte's channels hold ids and coverage: "CryptoObject00.R" or "crypto_asset01.r".
+// Whether the layer is one of Cryptomatte's, whose channels hold ids and coverage:
+// "CryptoObject00.R" or "crypto_asset01.r".
 bool is_cryptomatte(const std::string& prefix) {
   const std::string name = lower_case(prefix);
   return name.find("crypto") != std::string::npos && name.size() >= 3 && name.back() == '.' &&
@@ -100,7 +102,7 @@ std::vector<Layer> rgb_layers(const std::vector<ImagePart>& parts) {
   return found;
 }
 
-// Lists the channels of a layer that differ only in case: "R, r".
+// Lists those colour channels of a layer whose names differ only in case: "R, r".
 std::string case_duplicates(const Layer& layer) {
   const Names& channels = layer.part->channels;
   Names found;
@@ -137,7 +139,7 @@ bool is_luminance_chroma(const Names& channels) {
 }
 
 // Returns the index of Y, or of R if that is the only channel. Returns -1 if there is neither, or
-// if a channel X shows that Y is a coordinate.
+// if the presence of a channel X shows that Y is a coordinate.
 int find_grey(const Names& channels) {
   int y = -1;
   for (size_t c = 0; c < channels.size(); ++c) {
@@ -172,7 +174,7 @@ constexpr LayerKind kLayerKinds[] = {{"RGBA", {"red", "green", "blue", "alpha"},
                                      {"XYZ", {"x", "y", "z", ""}, 2},
                                      {"UV", {"u", "v", "", ""}, 2}};
 
-// Appends the layers that the channels with this prefix form.
+// Appends the layers that consist of the channels with this prefix.
 void append_layers(const std::string& prefix, const Names& names, std::vector<int> channels,
                    std::vector<ImageLayer>& layers) {
   const std::string layer = prefix.empty() ? "" : prefix.substr(0, prefix.size() - 1);

@@ -10,8 +10,8 @@ namespace emberline {
 namespace {
 
 constexpr size_t kMaxExrHeaderBytes = size_t(16) << 20, kMaxHdrHeaderBytes = size_t(64) << 10;
-// Our limit, since decoders search attributes linearly. The largest real headers have a few
-// hundred.
+// The limit is our choice. It is needed because decoders search attributes linearly. The largest
+// real headers have a few hundred attributes.
 constexpr int kMaxExrAttributes = 4000;
 constexpr int64_t kMaxTileSide = 4096;
 
@@ -75,9 +75,9 @@ std::optional<HdrAxis> read_hdr_axis(std::string_view& text) {
   return axis;
 }
 
-// Checks the size of an attribute whose type OpenEXR knows. OpenEXR reads such a value by its type
-// and ignores the stated size, so with a wrong size, it would read the rest of the header
-// differently from this reader. Also counts the channels of a channel list.
+// Checks the size of an attribute whose type OpenEXR knows. OpenEXR reads the value of such an
+// attribute by its type and ignores the stated size. So if the size were wrong, it would read the
+// rest of the header differently from this reader. Also counts the channels of a channel list.
 void check_exr_attribute(HeaderReader& reader, std::string_view type, uint32_t length,
                          int64_t* channels, const std::string& place) {
   struct Fixed {
@@ -133,8 +133,8 @@ void check_exr_attribute(HeaderReader& reader, std::string_view type, uint32_t l
                               std::string(type) + " with the wrong size");
 }
 
-// Rows per block, in ImfCompression.h's order: none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA,
-// DWAB.
+// Returns the number of rows per block. The table is in ImfCompression.h's order: none, RLE, ZIPS,
+// ZIP, PIZ, PXR24, B44, B44A, DWAA, DWAB.
 uint64_t rows_per_block(uint8_t compression) {
   constexpr std::array<uint64_t, 10> kRows = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
   return compression < kRows.size() ? kRows[compression] : 256;
@@ -169,9 +169,9 @@ void check_tile(const ImageHeader& header, int64_t width, int64_t height,
                    width, height);
 }
 
-// OpenEXR File Layout: magic number, version and flags, then attributes (name, type, size, value)
-// up to an empty name. A multi-part file has one header per part and ends the list with an empty
-// one.
+// The format is that of "OpenEXR File Layout": magic number, version and flags, then attributes
+// (name, type, size, value) up to an empty name. A multi-part file has one header per part and ends
+// the list of headers with an empty one.
 ImageHeader read_exr_header(const ByteSource& source, const std::string& place) {
   constexpr uint32_t kDeep = 0x800, kMultiPart = 0x1000;
   HeaderReader reader(source, kMaxExrHeaderBytes, "EXR", place);
@@ -208,8 +208,8 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
       reader.seek(next);
     }
     if (attributes == 0 && (flags & kMultiPart)) break;
-    // Each tile (or, in an image without tiles, each block of at most 256 rows) has eight bytes in
-    // the offset table and at least eight elsewhere.
+    // Each tile has eight bytes in the offset table and at least eight bytes elsewhere. In an image
+    // without tiles, the same holds for each block of at most 256 rows.
     const int64_t across = tile_width > 0 ? (width + tile_width - 1) / tile_width : 1;
     const int64_t down = (height + (tile_height > 0 ? tile_height : 256) - 1) /
                          (tile_height > 0 ? tile_height : 256);
@@ -232,7 +232,8 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
   return header;
 }
 
-// G. Ward, "Real Pixels" (Graphics Gems II, 1991): lines of text, an empty line, the resolution.
+// The format is that of G. Ward, "Real Pixels" (Graphics Gems II, 1991): lines of text, an empty
+// line, the resolution.
 ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) {
   HeaderReader reader(source, kMaxHdrHeaderBytes, "HDR", place);
   for (std::string line = reader.until('\n'); !line.empty(); line = reader.until('\n')) {
@@ -254,8 +255,8 @@ ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) 
   const bool mirrored = second->sign == '-', upwards = first->sign == '+';
   header.orientation = columns ? 5 : upwards ? (mirrored ? 3 : 4) : (mirrored ? 2 : 1);
   header.pixel_offset = reader.offset();
-  // A row has four bytes per pixel, or it has four bytes and then, for each of the four channels,
-  // runs of at most 127 pixels.
+  // A row either has four bytes per pixel, or it has four bytes followed by runs of at most 127
+  // pixels for each of the four channels.
   const int64_t row = std::min(4 * header.width, 4 + 8 * ((header.width + 126) / 127));
   check_pixels_fit(header, double(row) * double(header.height), source.size, place);
   return header;

@@ -12,7 +12,7 @@ namespace {
 
 using Bytes = std::span<const uint8_t>;
 
-// DEFLATE's best compression ratio: two bits can encode 258 bytes (RFC 1951; zlib's technical
+// DEFLATE's best compression ratio. Two bits can encode 258 bytes (RFC 1951; zlib's technical
 // notes).
 constexpr int kDeflateRatio = 1032;
 // Every scan of a progressive JPEG visits all pixels. Encoders write about ten scans.
@@ -30,7 +30,7 @@ void append(std::vector<uint8_t>& out, Bytes bytes) {
   std::memcpy(out.data() + end, bytes.data(), bytes.size());
 }
 
-// Keeps only chunks that affect the samples. A chunk has a length, a type, data and a CRC (PNG
+// Keeps only the chunks that affect the samples. A chunk has a length, a type, data and a CRC (PNG
 // specification, 5.3).
 CleanImage clean_png(Bytes bytes, const std::string& place) {
   constexpr std::array<std::string_view, 5> kKeptChunks = {"IHDR", "PLTE", "tRNS", "IDAT", "IEND"};
@@ -53,8 +53,8 @@ CleanImage clean_png(Bytes bytes, const std::string& place) {
       clean.header.width = big_endian(chunk, 8, 4);
       clean.header.height = big_endian(chunk, 12, 4);
       row_bits = clean.header.width * depth * (colour < 7 ? kSamples[size_t(colour)] : 4);
-      // An interlaced image is decoded whole and then copied to the result. The first copy has up
-      // to 4 x 16 bits per pixel.
+      // An interlaced image is decoded as a whole and then copied to the result. The decoded image
+      // has up to 4 x 16 bits per pixel.
       clean.header.decoder_bytes_per_pixel = interlaced ? 8 : 0;
     }
     if (is("IDAT")) compressed += int64_t(length);
@@ -81,21 +81,21 @@ size_t end_of_scan(Bytes bytes, size_t offset) {
   return bytes.size();
 }
 
-// Whether the marker begins a frame, be it baseline, extended or progressive, Huffman or
-// arithmetic: C0 to CF, except the markers of tables and extensions.
+// Whether the marker begins a frame of any kind (baseline, extended or progressive, Huffman or
+// arithmetic). These are C0 to CF, except the markers of tables and extensions.
 bool is_frame_marker(uint8_t marker) {
   return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
 }
 
 // Reads a frame header: the frame's size, its number of components, and the minimum number of bits
-// in all its blocks.
+// that all its blocks take together.
 void read_frame_header(Bytes segment, ImageHeader* header, size_t* components_out,
                        int64_t* min_bits) {
   if (segment.size() < 10) return;
   const size_t components = *components_out = segment[9];
   header->height = big_endian(segment, 5, 2);
   header->width = big_endian(segment, 7, 2);
-  int64_t across = 8, down = 8;  // pixels of a minimum coded unit, which has at least one bit
+  int64_t across = 8, down = 8;  // size of a minimum coded unit, which has at least one bit
   for (size_t c = 0; c < components && 12 + 3 * c <= segment.size(); ++c) {
     across = std::max<int64_t>(across, 8 * (segment[11 + 3 * c] >> 4));
     down = std::max<int64_t>(down, 8 * (segment[11 + 3 * c] & 15));
@@ -123,7 +123,7 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
     }
     const uint8_t marker = bytes[offset + 1];
     if (marker == 0xff || marker == 0x00 || marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8)) {
-      offset += marker == 0xff ? 1 : 2;  // fill bytes, and markers without a segment
+      offset += marker == 0xff ? 1 : 2;  // skips a fill byte, or a marker without a segment
       continue;
     }
     if (marker == 0xd9) {
@@ -139,7 +139,7 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
     const bool kept =
         application ? (marker == 0xe0 && starts_with(segment, std::string_view("JFIF\0", 5), 4)) ||
                           (marker == 0xee && starts_with(segment, "Adobe", 4))
-                    : marker < 0xf0;  // from 0xf0 on: JPG extensions, comments
+                    : marker < 0xf0;  // no JPG extensions and comments
     if (!kept) continue;
     if (is_frame_marker(marker) && clean.header.width == 0) {
       read_frame_header(segment, &clean.header, &components, &min_bits);
@@ -165,8 +165,8 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
   return clean;
 }
 
-// RIFF chunks (RFC 9649, 2.3). A still image is a VP8 or VP8L chunk; with alpha, VP8X and ALPH come
-// before it.
+// Reads RIFF chunks (RFC 9649, 2.3). A still image is a VP8 or VP8L chunk. With alpha, VP8X and
+// ALPH come before it.
 CleanImage clean_webp(Bytes bytes, const std::string& place) {
   constexpr std::array<std::string_view, 4> kKeptChunks = {"VP8X", "ALPH", "VP8 ", "VP8L"};
   constexpr uint8_t kAlphaFlag = 0x10, kAnimationFlag = 0x02;
@@ -174,7 +174,7 @@ CleanImage clean_webp(Bytes bytes, const std::string& place) {
   clean.bytes.reserve(bytes.size());
   append(clean.bytes, bytes.first(12));
   // In addition to the result, the reader keeps the decoded picture and, for VP8L, another copy of
-  // it.
+  // that picture.
   clean.header.decoder_bytes_per_pixel = 8;
   const uint64_t stated_size = uint64_t(little_endian(bytes, 4, 4)) + 8;
   if (stated_size > bytes.size()) throw_truncated("WebP", place);
@@ -242,8 +242,8 @@ CleanImage clean_image(ImageFormat format, Bytes bytes, const std::string& place
   return clean_webp(bytes, place);
 }
 
-// TIFF 6.0, section 2: a directory has entries of 12 bytes in ascending order, then the offset of
-// the next directory.
+// In TIFF 6.0, section 2, a directory has entries of 12 bytes in ascending order, and then the
+// offset of the next directory.
 void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
   constexpr std::array<uint32_t, 7> kDroppedTags = {
       700,    // XMP
@@ -282,7 +282,7 @@ void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
   }
   check_pixels_plausible(header, bytes.size(), place);
   check_tile(header, tile_width, tile_height, place);
-  // Ends the list of directories after the first one, since other pages are not read.
+  // Ends the list of directories after the first directory, since other pages are not read.
   const size_t end = directory + 2 + kept * kEntry;
   std::memset(&bytes[end], 0, std::min<size_t>(4, bytes.size() - end));
   bytes[directory] = uint8_t(is_big_endian ? kept >> 8 : kept);

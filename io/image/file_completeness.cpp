@@ -11,12 +11,12 @@
 namespace emberline {
 namespace {
 
-// At most this many bytes before the pixels are searched. Our writers use fewer.
+// The header is searched only up to this many bytes. The headers that we write are shorter.
 constexpr size_t kMaxHeaderBytes = size_t(1) << 20;
 
-// Calls `use` for each attribute of the first header, with its name, its type and the size of its
-// value, until `use` returns false. During the call, the cursor is at the value. Starts after the
-// magic number.
+// Calls `use` for each attribute of the first header, until `use` returns false. Passes the
+// attribute's name, its type and the size of its value. During the call, the cursor is at the
+// value. On entry, the cursor must be after the magic number.
 template <typename Use>
 void for_exr_attributes(ByteCursor& header, const Use& use) {
   header.skip(4);  // version
@@ -88,7 +88,8 @@ struct ExrPartList {
   bool is_multipart = false, readable = false;
 };
 
-// "OpenEXR File Layout": version and flags, then one header of attributes per part.
+// The format is that of "OpenEXR File Layout": version and flags, then one header of attributes per
+// part.
 ExrPartList read_exr_parts(ByteCursor& cursor) {
   constexpr uint64_t kTiled = 0x200, kDeep = 0x800, kMultipart = 0x1000;
   cursor.seek(4);
@@ -117,7 +118,7 @@ ExrPartList read_exr_parts(ByteCursor& cursor) {
 }
 
 // After a power loss, a file can have the right length but end with zeros. Compressed pixels (zip,
-// piz, pxr24, dwa) end with a checksum or codes, never with this many zeros.
+// piz, pxr24, dwa) end with a checksum or with codes, and never with this many zeros.
 constexpr uint64_t kMaxEndZeros = 8;
 
 bool is_compressed(uint8_t compression) {
@@ -135,7 +136,8 @@ bool ends_with_zeros(const ByteSource& file, uint64_t count) {
   return true;
 }
 
-// The offset tables must end at the first chunk, and the last chunk at the end of the file.
+// The offset tables must end at the first chunk, and the last chunk must end at the end of the
+// file.
 bool is_complete_exr(const ByteSource& file) {
   ByteCursor cursor(file);
   const ExrPartList parts = read_exr_parts(cursor);
@@ -163,7 +165,8 @@ bool is_complete_png(const ByteSource& file) {
   return ends_with(file, std::string_view("\0\0\0\0IEND\xae\x42\x60\x82", 12));
 }
 
-// Skips the headers before it looks for the end marker, since thumbnails in them have one, too.
+// Skips the headers before looking for the end marker, since thumbnails in the headers also have
+// one.
 bool is_complete_jpeg(const ByteSource& file) {
   ByteCursor cursor(file);
   cursor.skip(2);

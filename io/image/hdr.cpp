@@ -41,7 +41,7 @@ class HdrDecoder final : public ImageDecoder {
   // Reads exactly `count` bytes, or returns false.
   bool take(uint8_t* bytes, size_t count) { return cursor_.take(bytes, count) == count; }
 
-  // Returns null, or the error.
+  // Returns null on success, or the error.
   const char* read_row() {
     if (!take(row_.data(), 4)) return kTruncated;
     const bool coded = layout_.width >= kMinCodedWidth && layout_.width <= kMaxCodedWidth &&

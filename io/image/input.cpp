@@ -20,7 +20,8 @@
 namespace emberline {
 namespace {
 
-// Our limit on the width and height that images state. The largest panoramas in use are 32k wide.
+// Limit on the width and height that an image states. The value is our choice. The largest
+// panoramas in use are 32k wide.
 constexpr int64_t kMaxSide = 65536;
 // Limit on the data window's position. It keeps sums far from overflow.
 constexpr int64_t kMaxWindowOffset = int64_t(1) << 24;
@@ -101,7 +102,7 @@ class OpenImage {
     open_bytes(bytes, allowed);
   }
   // EXR and HDR are read from the file during decoding, so that a large frame is not in memory
-  // twice; PNG, JPEG, WebP and TIFF files are read whole.
+  // twice. PNG, JPEG, WebP and TIFF files are read as a whole.
   OpenImage(const std::string& path, Formats allowed, const LoadProgress& progress)
       : place_(path), progress_(progress) {
     InputFile file(path);
@@ -133,7 +134,7 @@ class OpenImage {
     return {int(x), int(y), int(x) + s.width, int(y) + s.height};
   }
 
-  // Reads rows [begin, end) of all channels; the range must consist of whole tiles.
+  // Reads rows [begin, end) of all channels. The range must consist of whole tiles.
   void read_rows(int begin, int end, float* values) {
     const ImageLayout& s = layout_;
     const size_t row = size_t(s.width) * size_t(s.channels()) * sizeof(float);
@@ -144,9 +145,9 @@ class OpenImage {
     if (!error.empty()) throw InputError(place_, kDecodeError + error);
   }
 
-  // Reads `channels` channels of the data window, starting with channel `first`; interleaved, rows
-  // from the top. `values` grows as rows are read, because clearing gigabytes at once would take
-  // seconds in which the load could not be cancelled.
+  // Reads `channels` channels of the data window, starting with channel `first`. The values are
+  // interleaved, with rows from the top. `values` grows as rows are read, because clearing
+  // gigabytes at once would take seconds in which the load could not be cancelled.
   template <typename Value>
   void read(int first, int channels, SampleType type, std::vector<Value>& values) {
     constexpr size_t kPartBytes = size_t(4) << 20;  // cancellation is checked between parts
@@ -177,7 +178,8 @@ class OpenImage {
   }
 
  private:
-  // Resizes in steps, since the system clears the reserved memory page by page, which takes time.
+  // Resizes in steps, since the system clears the reserved memory page by page. This takes time, so
+  // cancellation is checked between the steps.
   template <typename Value>
   void resize_in_steps(std::vector<Value>& values, size_t size) const {
     constexpr size_t kStep = (size_t(64) << 20) / sizeof(Value);
@@ -221,7 +223,7 @@ class OpenImage {
   }
 
   void open(ImageFormat format) {
-    // A TIFF's size is known only to its decoder.
+    // Only the decoder knows a TIFF's size.
     if (format != ImageFormat::kTiff) check_size(header_.width, header_.height, place_);
     decoder_memory_.add(uint64_t(header_.width) * uint64_t(header_.height) *
                                 uint64_t(header_.decoder_bytes_per_pixel) +
@@ -238,7 +240,7 @@ class OpenImage {
     if (layout_.chromaticities) layout_.view.space = working_space_of(*layout_.chromaticities);
     const ImageLayout& s = layout_;
     check_size(s.width, s.height, place_);
-    // The decoder must have found the size that was checked, since it may parse an ambiguous header
+    // The decoder must have found the size that was checked. It may parse an ambiguous header
     // differently.
     if (format != ImageFormat::kTiff && (s.width != header_.width || s.height != header_.height)) {
       throw InputError(place_, std::string(kDecodeError) + "its header is ambiguous");
@@ -249,7 +251,7 @@ class OpenImage {
     }
     if (format == ImageFormat::kTiff) {
       header_.orientation = s.orientation;
-      // A strip or tile, which the decoder keeps, may be as large as the image.
+      // The decoder keeps a strip or tile, which may be as large as the image.
       const uint64_t tile =
           uint64_t(s.tile_width) * uint64_t(s.tile_height) * uint64_t(s.channels()) * sizeof(float);
       decoder_memory_.add(std::max(s.bytes, tile), place_);
@@ -287,8 +289,7 @@ class OpenImage {
   ImageLayout layout_;
 };
 
-// Decodes channels of an image whose pixels must cover its frame, and crops pixels outside the
-// frame.
+// Decodes channels of an image whose pixels must cover its frame. Crops pixels outside the frame.
 void read_frame(OpenImage& input, int first, Image& image) {
   const ImageLayout& layout = input.layout();
   const SampleType type = kSampleTypes[size_t(image.type)];
@@ -325,13 +326,13 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
   auto image = std::make_shared<Image>();
   image->name = place;
   image->type = texel_type(layout.type);
-  // Other formats name their channels by position only.
+  // Formats other than EXR define their channels by position only.
   const ColourChannels colour = layout.parts.empty()
                                     ? ColourChannels{0, std::min(layout.channels(), 4)}
                                     : find_colour(layout.channel_names, layout.parts, place);
   image->channels = colour.end() - colour.first;
   read_frame(input, colour.first, *image);
-  // The WebP reader (OpenImageIO 2.4) premultiplies despite the hint, and EXR files are
+  // The WebP reader (OpenImageIO 2.4) premultiplies in spite of the hint. EXR files are
   // premultiplied by convention.
   const bool has_alpha =
       colour.has_alpha || (layout.alpha_channel == image->channels - 1 && image->channels % 2 == 0);
@@ -407,13 +408,13 @@ FloatImage image_description(OpenImage& input) {
   return image;
 }
 
-// Restores the values of UINT channels, and converts other integer channels, except alpha, to
-// linear.
+// Restores the values of UINT channels. Converts other integer channels, except alpha, to linear.
 void convert_stored(const ImageLayout& layout, std::vector<float>& values) {
   const size_t channels = size_t(layout.channels());
   for (size_t c = 0; c < channels; ++c) {
     const SampleType type = layout.channel_types[c];
-    // A UINT channel of an EXR arrives scaled to [0, 1]; this undoes it, exactly up to 2^24.
+    // A UINT channel of an EXR arrives scaled to [0, 1]. This undoes the scaling, exactly for
+    // values up to 2^24.
     const bool is_counter = type == SampleType::kUint32;
     if (is_float(type) || (int(c) == layout.alpha_channel && !is_counter)) continue;
     for (size_t i = c; i < values.size(); i += channels) {

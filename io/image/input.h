@@ -25,29 +25,30 @@ inline constexpr int kMaxChannels = 4096;
 
 struct DecodedImage {
   std::shared_ptr<const Image> image;
-  uint64_t non_finite = 0;  // NaN and infinite texels, set to 0
+  uint64_t non_finite = 0;  // NaN and infinite components, which were set to 0
   bool truncated = false;   // whether a JPEG is truncated; its missing part is grey
   std::string transfer;     // the transfer function that a KTX 2 states: "sRGB" or "linear"
 };
 
 // Decodes an encoded image in memory: PNG, JPEG, WebP, EXR, HDR or KTX 2, detected by its content.
-// Keeps the bit depth; alpha is not premultiplied. Chooses an EXR's channels as read_environment()
-// does, but keeps its alpha. Colour profiles and other metadata are ignored. Throws InputError at
-// `place`, also for a truncated JPEG unless `lenient`.
+// Keeps the bit depth. The result's alpha is not premultiplied. Chooses an EXR's channels as
+// read_environment() does, but keeps its alpha. Ignores colour profiles and other metadata. Throws
+// InputError at `place`, also for a truncated JPEG unless `lenient`.
 DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& place,
                           bool lenient = false,
                           const LoadProgress& progress = LoadProgress::none());
 
 // Reads a latitude-longitude environment map (.hdr or .exr) as linear Rec. 709. Reads the channels
-// that find_colour() chooses: as half if stored as half, otherwise as float. The pixels must cover
-// the frame. An EXR with other primaries is converted; colours outside Rec. 709 are then negative.
-// NaN, infinite and negative texels become 0, and finite ones beyond the type's range are clamped;
-// `*repaired` counts them all. Throws InputError.
+// that find_colour() chooses, as half if they are stored as half, otherwise as float. The pixels
+// must cover the frame. An EXR with other primaries is converted: finite values beyond the type's
+// range are clamped, and colours outside Rec. 709 become negative. Then NaN, infinite and negative
+// components become 0, and their number is added to `*repaired`. Throws InputError.
 std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t* repaired,
                                               const LoadProgress& progress = LoadProgress::none());
 
-// A float image with named channels, for `compare`, `heatmap` and tests: EXR, HDR, PNG, JPEG, WebP,
-// TIFF. Integer formats are converted from sRGB to linear. Contains only the data window.
+// A float image with named channels, for `compare`, `heatmap` and tests. It comes from an EXR, HDR,
+// PNG, JPEG, WebP or TIFF. Integer formats are converted from sRGB to linear. Contains only the
+// data window.
 struct FloatImage {
   int width = 0, height = 0;
   Rect data_window;                       // relative to the frame's corner
@@ -55,8 +56,8 @@ struct FloatImage {
   std::vector<std::string> channel_names;
   std::vector<ImagePart> parts;  // EXR only
   std::vector<float> values;     // interleaved
-  // The sample count at which the frame was stopped, if the header says that the frame is
-  // incomplete (renderer/output/outputs.h).
+  // If the header says that the frame is incomplete: the sample count at which the frame was
+  // stopped (renderer/output/outputs.h).
   std::optional<uint64_t> stopped_after;
   WorkingSpace space = WorkingSpace::kRec709;  // EXR only
   // EXR only: the primaries that its header states. If `space` is not kRec709, these are the
@@ -76,15 +77,15 @@ class FloatImageRows {
   FloatImageRows(const FloatImageRows&) = delete;
   FloatImageRows& operator=(const FloatImageRows&) = delete;
 
-  // The image's description, without values.
+  // The image's description. It has no values.
   const FloatImage& image() const;
   ChannelType channel_type(size_t channel) const;
   // The header's text attributes that begin with "emberline" or "cryptomatte/".
   const std::vector<std::pair<std::string, std::string>>& text_attributes() const;
   const ExrView& view() const;
-  int tile_size() const;     // the tiles' height; 64 for an image stored in rows
-  int rows_at_once() const;  // `rows` must be a multiple of this, or all that remain
-  // Reads the next `rows` rows, interleaved. Throws InputError.
+  int tile_size() const;     // the tiles' height; 64 for an image that is stored in rows
+  int rows_at_once() const;  // `rows` must be a multiple of this number, or all remaining rows
+  // Reads the next `rows` rows, with interleaved channels. Throws InputError.
   void read(int rows, std::vector<float>& values);
 
  private:

@@ -15,7 +15,7 @@ namespace {
 using Bytes = std::span<const uint8_t>;
 
 // libjpeg reports errors by longjmp, so no object with a destructor may be created between setjmp
-// and a call that can fail. Warnings about damaged data are ignored: clean_image()
+// and a call that can fail. Warnings about damaged data are ignored, since clean_image()
 // (io/image/encoded_image.h) has already detected a missing end.
 struct JpegFailure {
   jpeg_error_mgr manager = {};
@@ -92,7 +92,8 @@ class JpegDecoder final : public ImageDecoder {
     return true;
   }
 
-  // Converts a line in place. Inks are stored inverted (255 minus ink), as Adobe's programs do.
+  // Converts a row in place. Inks are stored inverted (255 minus ink), as Adobe's programs write
+  // them.
   static void cmyk_to_rgb(uint8_t* line, size_t pixels) {
     for (size_t i = 0; i < pixels; ++i) {
       const int black = line[4 * i + 3];

@@ -28,7 +28,7 @@ constexpr const char* kLibraryName = "libemberline_images.so";
 
 std::atomic<uint64_t> g_bytes{0};
 
-// Rejects a truncated library file, which would crash the program when mapped. An intact file
+// Rejects a truncated library file, which would crash the program when it is mapped. An intact file
 // contains all its section headers, which come last (ELF-64).
 void check_complete(const std::string& path) {
   const InputFile file(path);
@@ -43,8 +43,8 @@ void check_complete(const std::string& path) {
   }
 }
 
-// Checks the address space in advance: when memory is short, the constructors of OpenImageIO's
-// dependencies abort the program or hang.
+// Checks in advance that there is enough address space. When memory is short, the constructors of
+// OpenImageIO's dependencies abort the program or hang.
 void check_address_space() {
   constexpr size_t kRequiredBytes = size_t(700) << 20;
   rlimit space = {}, data = {};
@@ -61,9 +61,9 @@ void check_address_space() {
   ::munmap(room, kRequiredBytes);
 }
 
-// Looks beside the binary that contains this code, then up to three folders above it, since a
+// Looks beside the binary that contains this code, then in up to three folders above it, since a
 // renderer library for one CPU architecture lies that much deeper (renderer/arches.cmake). Finally
-// looks in the program's ../lib. Returns an empty string if none of them has it.
+// looks in the program's ../lib. Returns an empty string if none of these folders has the library.
 std::string find_bundled_library() {
   namespace fs = std::filesystem;
   std::error_code error;
@@ -83,7 +83,7 @@ std::string find_bundled_library() {
   return {};
 }
 
-// Loads our own copy or, if there is none, one on the system's search path.
+// Loads our own copy of the library. If there is none, loads one from the system's search path.
 void* open_shared_library() {
   const std::string own = find_bundled_library();
   if (!own.empty()) check_complete(own);

@@ -1,8 +1,8 @@
 // Interface to OpenImageIO, for the formats that io/image/codecs.h does not handle.
 //
-// OpenImageIO pulls in about 240 libraries, which take half a second of CPU time to load. It is
-// therefore linked into a separate library (image/openimageio.cpp), which is loaded when the first
-// such image is used.
+// OpenImageIO pulls in about 240 libraries, which take half a second of CPU time to load. Therefore
+// it is linked into a separate library (image/openimageio.cpp). That library is loaded when an
+// image of one of the other formats is used for the first time.
 #pragma once
 
 #include <cstddef>
@@ -40,10 +40,10 @@ struct ImageLayout {
   int orientation = 1;         // as in EXIF and TIFF
   uint64_t bytes = 0;          // size of the stored pixels
   std::vector<std::pair<std::string, std::string>> text_attributes =
-      {};                                             // EXR: our text attributes
+      {};                                             // EXR: our own text attributes
   std::vector<ImagePart> parts = {};                  // EXR: all parts, including unread ones
-  ExrView view = {};                                  // EXR: all members but `space`
-  std::optional<Chromaticities> chromaticities = {};  // EXR: stated in its header
+  ExrView view = {};                                  // EXR: all members except `space`
+  std::optional<Chromaticities> chromaticities = {};  // EXR: as stated in the header
 
   int channels() const { return int(channel_names.size()); }
 };
@@ -60,14 +60,16 @@ class ImageDecoder {
   virtual ~ImageDecoder() = default;
   const ImageLayout& layout() const { return layout_; }
   virtual std::string attribute(const char* /*name*/) const { return ""; }  // its text, or empty
-  // Reads channels [first, last) of `pixels` (relative to the data window's corner), converted and
-  // interleaved, with `row` bytes between the rows of `out`. `pixels` must consist of whole tiles
-  // or, for an image stored in rows, of whole rows. Returns an empty string or the error.
+  // Reads channels [first, last) of `pixels` (relative to the data window's corner). They are
+  // converted to `type` and interleaved, with `row` bytes from one row of `out` to the next.
+  // `pixels` must consist of whole tiles or, for an image stored in rows, of whole rows. Returns an
+  // empty string or the error.
   virtual std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
                            size_t row) = 0;
 
  protected:
-  // Sets the layout of an image without layers; all channels are kUint8, kUint16 or kFloat.
+  // Sets the layout of an image without layers. All channels have the same type: kUint8, kUint16 or
+  // kFloat.
   void set_layout(int width, int height, std::vector<std::string> channels, SampleType type) {
     layout_.width = layout_.full_width = width;
     layout_.height = layout_.full_height = height;
@@ -96,25 +98,27 @@ class ImageLibrary {
  public:
   virtual ~ImageLibrary() = default;
   // `format` is "webp", "openexr" or "tiff". EXR parts with the same pixels are joined into one
-  // image. Alpha is unassociated if the reader supports that. Returns null on failure and sets
+  // image. Alpha is unassociated if the reader supports that. On failure, returns null and sets
   // `error`. `source` must outlive the decoder.
   virtual std::unique_ptr<ImageDecoder> open(const std::string& format, const ByteSource& source,
                                              std::string& error) const = 0;
   // Encodes a tile as DWAA, or as DWAB if `wide`. Returns an empty string or the error.
   virtual std::string encode_dwa(int width, int height, std::span<const EncodedPlane> planes,
                                  bool wide, std::vector<uint8_t>& code) const = 0;
-  // Encodes three-channel pictures of one size as an animation. Returns "" or the error.
+  // Encodes three-channel pictures of the same size as an animation. Returns an empty string or the
+  // error.
   virtual std::string encode_gif(std::span<const ByteImage> pictures, double frame_s,
                                  std::vector<unsigned char>& encoded) const = 0;
 };
 
-// Throws RenderError if the library is missing or has another version than the program.
+// Loads the library on first use. Throws RenderError if it is missing or does not have the
+// program's version.
 const ImageLibrary& image_library();
 
-// Memory that the library uses: a few hundred megabytes, or 0 before it is loaded.
+// Returns the memory that the library uses: a few hundred megabytes, or 0 before it is loaded.
 uint64_t image_library_bytes();
 
-// The library's entry point; returns null if `version` differs from its own.
+// The library's entry point. Returns null if `version` differs from the library's own version.
 extern "C" const ImageLibrary* emberline_image_library(const char* version);
 
 }  // namespace emberline

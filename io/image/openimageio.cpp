@@ -1,5 +1,5 @@
-// The image library: OpenImageIO behind our interface. It is a separate library, so it may use only
-// headers of the program.
+// The image library: wraps OpenImageIO in our interface. It is a separate library, so it may use
+// only headers of the program.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
@@ -61,8 +61,8 @@ oiio::TypeDesc oiio_type(SampleType type) {
   return oiio::TypeDesc::FLOAT;
 }
 
-// Reads the source without a copy. OpenImageIO's own memory proxy (2.4, 3.1) would accept an offset
-// just below zero.
+// Reads the source without making a copy. OpenImageIO's own memory proxy (2.4, 3.1) would accept an
+// offset just below zero.
 class SourceProxy final : public oiio::Filesystem::IOProxy {
  public:
   explicit SourceProxy(const ByteSource& source)
@@ -72,7 +72,7 @@ class SourceProxy final : public oiio::Filesystem::IOProxy {
   size_t pread(void* bytes, size_t count, int64_t offset) override {
     return offset < 0 ? 0 : source_.read(uint64_t(offset), count, bytes);
   }
-  // Called in order, on one thread.
+  // OpenImageIO calls this in order, on one thread.
   size_t read(void* bytes, size_t count) override {
     cursor_.seek(uint64_t(m_pos));
     const size_t got = cursor_.take(bytes, count);
@@ -160,7 +160,7 @@ class Decoder final : public ImageDecoder {
   struct Part {
     oiio::ImageSpec spec;
     int subimage = 0;
-    int first = 0;  // index of its first channel among the image's
+    int first = 0;  // index of the part's first channel among the image's channels
   };
 
   static ImagePart image_part(const oiio::ImageSpec& s, int first) {
@@ -170,8 +170,8 @@ class Decoder final : public ImageDecoder {
             s.get_string_attribute("textureformat") == "CubeFace Environment"};
   }
 
-  // Joins later parts with the first if they have the same windows and tiles as the first and no
-  // channel name occurs twice.
+  // Joins a later part with the first part if it has the same windows and tiles and none of its
+  // channel names occurs twice.
   std::string join_parts() {
     constexpr int kMaxParts = 4096;
     const oiio::ImageSpec first = parts_.front().spec;  // a copy, since `parts_` may reallocate

@@ -126,7 +126,7 @@ class PngDecoder final : public ImageDecoder {
   png_structp png_ = nullptr;
   png_infop info_ = nullptr;
   int passes_ = 1;
-  std::vector<uint8_t> line_, interlaced_image_;  // a row to convert; a whole interlaced image
+  std::vector<uint8_t> line_, interlaced_image_;  // a row to convert, and a whole interlaced image
   std::vector<png_bytep> rows_;
 };
 
@@ -153,7 +153,7 @@ bool write_png(png_structp png, png_infop info, const ByteImage& picture,
   if (picture.srgb) png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_text text = {};
   text.compression = PNG_TEXT_COMPRESSION_NONE;
-  text.key = const_cast<png_charp>(kCompleteAttribute);  // libpng copies it
+  text.key = const_cast<png_charp>(kCompleteAttribute);  // libpng copies the key
   text.text = const_cast<png_charp>("false");
   if (picture.incomplete) png_set_text(png, info, &text, 1);
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);

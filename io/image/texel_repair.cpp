@@ -12,8 +12,8 @@
 namespace emberline {
 namespace {
 
-// Half has 1 sign, 5 exponent and 10 mantissa bits; float has 1, 8 and 23. This code works on the
-// bits, so that no build flag can disable the NaN test.
+// A half has 1 sign bit, 5 exponent bits and 10 mantissa bits. A float has 1, 8 and 23. This code
+// works on the bits, so that no build flag can disable the NaN test.
 template <class Bits>
 uint64_t repair_range(Bits* begin, Bits* end, TexelRange range) {
   constexpr Bits kExponent = sizeof(Bits) == 2 ? Bits(0x7C00u) : Bits(0x7F800000u);
@@ -42,7 +42,7 @@ uint64_t repair_all(Image& image, TexelRange range) {
   return repaired.load();
 }
 
-// `scale` is the stored number that means 1.
+// `scale` is the stored number that stands for 1.
 template <class T>
 void unpremultiply_all(Image& image, float scale) {
   T* texels = reinterpret_cast<T*>(image.texels.data());

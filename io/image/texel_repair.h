@@ -11,7 +11,7 @@ enum class TexelRange {
   kRadiance,  // NaN, infinite and negative texels become 0
 };
 
-// Repairs a half or float image in place, in parallel; does nothing to integer images. Returns the
+// Repairs a half or float image in place, in parallel. Does nothing to integer images. Returns the
 // number of changed components.
 uint64_t repair_texels(Image& image, TexelRange range);
 

@@ -17,12 +17,13 @@ namespace {
 // with random lookups can map a few tens of megabytes.
 constexpr std::chrono::milliseconds kCheckInterval(10);
 
-// Size of the resident pages of all files that this process maps.
+// Returns the size of the resident pages of all files that this process maps.
 uint64_t mapped_file_bytes() { return statm_bytes(StatmField::kShared); }
 
 }  // namespace
 
-// Owns the file, and the thread that limits its resident pages. Images share ownership of it.
+// Owns the file and the thread that limits its resident pages. The images share ownership of the
+// TextureFile.
 class TextureFile : public std::enable_shared_from_this<TextureFile> {
  public:
   explicit TextureFile(uint64_t limit) : limit_(limit), unrelated_bytes_(mapped_file_bytes()) {}

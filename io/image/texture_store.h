@@ -1,10 +1,10 @@
 // Moves textures that exceed the limit (--texture-memory) to an unnamed temporary file and maps
-// them from there (mapped_texels.h). Lookups read the same bytes, so the image is bit-identical. A
-// scene within the limit has no extra cost.
+// them from there (mapped_texels.h). Texture lookups read the same bytes as before, so the picture
+// is bit-identical. A scene within the limit has no extra cost.
 //
 // Resident pages belong to the kernel's page cache, which drops them when memory is short. A thread
-// of ours also releases this process's pages whenever they exceed the limit. If a released page is
-// used again, it comes from the page cache or the disk.
+// of ours also releases this process's pages whenever they exceed the limit. A released page that
+// is used again comes from the page cache or the disk.
 #pragma once
 
 #include <memory>
@@ -21,11 +21,11 @@ class TextureFile;
 
 class TextureStore {
  public:
-  // Adds a decoded image before anyone uses its texels. Once the total exceeds the limit, moves it
-  // and all earlier images of this load to the file, and returns their bytes to the budget.
-  // Thread-safe. Throws RenderError if the temporary folder fails.
+  // Adds a decoded image before any code uses its texels. Once the total size exceeds the limit,
+  // moves this image and all earlier images of this load to the file, and returns their bytes to
+  // the budget. Thread-safe. Throws RenderError if the temporary folder fails.
   void add(const std::shared_ptr<Image>& image, const LoadProgress& progress);
-  // Call when all images of this load have been added. Images in memory then stay there.
+  // Call when all images of this load have been added. Images that are then in memory stay there.
   void finish_load() { in_memory_.clear(); }
 
  private:

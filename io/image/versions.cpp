@@ -11,7 +11,7 @@ namespace emberline {
 namespace {
 
 std::string libjpeg_version() {
-#ifdef LIBJPEG_TURBO_VERSION_NUMBER  // libjpeg-turbo; 2001005 is 2.1.5
+#ifdef LIBJPEG_TURBO_VERSION_NUMBER  // libjpeg-turbo; the number 2001005 means 2.1.5
   constexpr int kNumber = LIBJPEG_TURBO_VERSION_NUMBER;
   return std::to_string(kNumber / 1000000) + "." + std::to_string(kNumber / 1000 % 1000) + "." +
          std::to_string(kNumber % 1000) + " (turbo)";

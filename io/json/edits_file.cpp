@@ -16,7 +16,8 @@
 namespace emberline {
 namespace {
 
-// Keeps members in the order in which they were added, which is easier to read.
+// Keeps members in the order in which they were added, so that people can read the file more
+// easily.
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
@@ -40,9 +41,9 @@ constexpr KindName kKinds[] = {{"punctual", EditedLight::kPunctual},
                                {"material", EditedLight::kMaterial},
                                {"environment", EditedLight::kEnvironment}};
 
-// These list the members of each kind of edit in file order: the name, the variable that holds the
-// value and, for numbers, the valid range. Reading, writing and error messages all use these
-// tables.
+// Each members() function lists the members of one kind of edit in file order: the name, the
+// variable that holds the value and, for numbers, the valid range. Reading, writing and error
+// messages all use these lists.
 void members(EditTarget& edit, const auto& member) {
   member("name", edit.name);
   member("index", edit.index);
@@ -187,7 +188,7 @@ AnimationEdit read_animation(const JsonReader& entry) {
   return edit;
 }
 
-// Does not read the image if `progress` is null.
+// If `progress` is null, does not read the image.
 EnvironmentEdit read_environment_edit(const JsonReader& entry, const std::string& path,
                                       const LoadProgress* progress) {
   EnvironmentEdit edit = read_members<EnvironmentEdit>(entry);
@@ -237,7 +238,7 @@ void check_version(const JsonReader& root) {
   }
 }
 
-// The shortest decimal that reads back as the same float: 0.1, not 0.10000000149011612.
+// Returns the shortest decimal that reads back as the same float: 0.1, not 0.10000000149011612.
 Json number(float value) {
   std::array<char, 32> text;
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;

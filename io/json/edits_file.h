@@ -1,4 +1,5 @@
-// Edits of a scene as a small JSON file beside it ("sidecar"), for people to read and change:
+// Edits of a scene, in a small JSON file beside the scene file ("sidecar") that people can read and
+// change:
 //
 // clang-format off
 //   {
@@ -28,9 +29,10 @@
 // clang-format on
 //
 // Only the version is required. An orthographic view has "orthographic_height" instead of "fov_y"
-// and "f_stop". Colours are linear Rec. 709; angles are in degrees, lengths in metres (thin films
-// in nanometres), times in seconds (shutter times in frames). renderer/description/scene_edits.h
-// explains the members; material_parameters.cpp has the ranges of material parameters.
+// and "f_stop". Colours are linear Rec. 709. Angles are in degrees, lengths in metres (but thin
+// films in nanometres) and times in seconds (but shutter times in frames).
+// renderer/description/scene_edits.h explains the members; material_parameters.cpp has the ranges
+// of material parameters.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -44,9 +46,10 @@ namespace emberline {
 
 inline constexpr int kEditsVersion = 1;
 
-// Throws InputError (with the file, the JSON pointer and what was expected) if the file is missing,
-// is not valid JSON or has another version, or if a member is unknown, duplicated or out of range.
-// Also reads the environment file; a relative path is resolved against the edits' folder.
+// Reads an edits file, and the environment file that it names. A relative path of the environment
+// is resolved against the folder of the edits file. Throws InputError (with the file, the JSON
+// pointer and what was expected) if the file is missing, is not valid JSON or has another version,
+// or if a member is unknown, duplicated or out of range.
 SceneEdits read_edits(const std::string& path, const LoadProgress& progress = LoadProgress::none());
 
 // Parses `text`, named `name` in messages. A relative environment path is resolved against the
@@ -54,12 +57,12 @@ SceneEdits read_edits(const std::string& path, const LoadProgress& progress = Lo
 SceneEdits parse_edits(std::string_view text, const std::string& name,
                        const LoadProgress& progress = LoadProgress::none());
 
-// Like parse_edits(), but takes a parsed document and does not read the environment file, which a
-// session reads itself. A relative path is resolved against the current folder.
+// Like parse_edits(), but takes a parsed document and does not read the environment file, because a
+// session reads that file itself. A relative path is resolved against the current folder.
 SceneEdits edits_from_json(const nlohmann::json& document, const std::string& name);
 
-// Reading the file back gives bit-identical edits. A relative environment path is written relative
-// to the folder of `path`. Throws RenderError.
+// Writes the edits so that reading the file back gives bit-identical edits. A relative environment
+// path is written relative to the folder of `path`. Throws RenderError.
 void write_edits(const std::string& path, const SceneEdits& edits);
 // Returns the text of an edits file, with the environment's path unchanged.
 std::string format_edits(const SceneEdits& edits);

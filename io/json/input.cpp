@@ -28,12 +28,12 @@ constexpr uint64_t kContainerBytes = 64;
 constexpr uint64_t kMemberBytes = 112;  // a map node: name and value
 constexpr uint64_t kStringBytes = 48;   // plus the text
 
-// Memory is reserved, and cancellation checked, whenever this many bytes have been added, which
-// takes a few milliseconds.
+// Whenever this many bytes have been added, memory is reserved and cancellation is checked. Adding
+// them takes a few milliseconds.
 constexpr uint64_t kBytesBetweenChecks = uint64_t(1) << 20;
 
-// Builds the document from the parser's events and tracks the JSON pointer for messages, since the
-// parser reports byte offsets only.
+// Builds the document from the parser's events. Tracks the JSON pointer for messages, since the
+// parser reports only byte offsets.
 class DocumentBuilder final : public json::json_sax_t {
  public:
   DocumentBuilder(const std::string& file, DuplicateMembers duplicates,
@@ -91,8 +91,8 @@ class DocumentBuilder final : public json::json_sax_t {
   }
 
  private:
-  // An array or object that has not been closed yet. The pointers stay valid: nothing is appended
-  // to an array while one of its elements is open.
+  // An array or object that has not been closed yet. The pointers stay valid, since nothing is
+  // appended to an array while one of its elements is open.
   struct Level {
     json* value;
     const std::string* name = nullptr;  // name of the latest member
@@ -116,8 +116,8 @@ class DocumentBuilder final : public json::json_sax_t {
     json::json_pointer pointer;
     for (const Level& level : levels_) {
       if (level.value->is_array()) {
-        // The fault is in the element that would come next in the innermost array. Each outer array
-        // contains it in its last element, which is still open.
+        // The fault is in the element that would come next in the innermost array. In each outer
+        // array, it is in the last element, which is still open.
         pointer.push_back(std::to_string(level.value->size() - (&level != &levels_.back())));
       } else if (level.name) {
         pointer.push_back(*level.name);

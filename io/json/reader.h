@@ -25,12 +25,12 @@ class JsonReader {
 
   std::string place() const { return pointer_.empty() ? file_ : file_ + "#" + shortened(pointer_); }
 
-  // Requires an object that has no other members than these.
+  // Requires an object that has only these members.
   const JsonReader& object(std::span<const std::string_view> members) const;
   const JsonReader& object(std::initializer_list<std::string_view> members) const {
     return object(std::span(members.begin(), members.size()));
   }
-  bool has(const char* member) const;  // false if this is not an object
+  bool has(const char* member) const;  // false if this value is not an object
   JsonReader operator[](const std::string& member) const;
   std::vector<std::string> members() const;  // names of an object's members
   size_t size() const;                       // length of an array

@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-// A null extension, or one with a null required member, counts as absent.
+// Whether the extension counts as absent, because it or one of its required members is null.
 bool is_null_extension(const json& extension, Schema schema) {
   return extension.is_null() || std::ranges::any_of(schema, [&](const Property& property) {
            if (!property.required || !extension.is_object()) return false;
@@ -35,8 +35,8 @@ class SchemaChecker {
   }
 
   void check(Schema schema) {
-    // Members that should be arrays are checked first. An index into one that is not an array then
-    // reports this cause, and not that the index is out of range.
+    // Members that should be arrays are checked first. If one is not an array, the message for an
+    // index into it then names this cause, and does not say that the index is out of range.
     for (const Property& property : schema) {
       if (property.on_fault != OnFault::kPerElement || property.essential || !root_.is_object())
         continue;
@@ -55,7 +55,7 @@ class SchemaChecker {
   }
 
  private:
-  // During its lifetime, appends a name to the JSON pointer.
+  // Appends a name to the JSON pointer for the lifetime of this object.
   class PointerScope {
    public:
     PointerScope(json::json_pointer& pointer, std::string name) : pointer_(pointer) {
@@ -88,7 +88,7 @@ class SchemaChecker {
          (is_scalar ? shortened(found.dump(-1, ' ', true)) : std::string(found.type_name())));
   }
 
-  // The nesting of the tables limits the depth of recursion.
+  // The recursion is only as deep as the tables are nested.
   void check_object(json& value, Schema schema) {
     if (!value.is_object()) fail_type("an object", value);
     for (const Property& property : schema) {
@@ -282,7 +282,7 @@ class SchemaChecker {
   std::set<std::string> required_;  // extensions that the file requires
   std::set<std::string> found_;  // extensions found on objects, at most as many as a report shows
   json::json_pointer pointer_;
-  bool optional_ = false;  // whether this is inside an extension that the file does not require
+  bool optional_ = false;  // whether we are inside an extension that the file does not require
 };
 
 }  // namespace

@@ -10,17 +10,17 @@ namespace emberline::schema {
 
 enum class Kind : uint8_t {
   kInteger,  // minimum..maximum
-  kIndex,    // into the array `target`
+  kIndex,    // index into the array `target`
   kNumber,   // minimum..maximum
-  kNumbers,  // `count` numbers; 0: any number
+  kNumbers,  // `count` numbers; any number of them if `count` is 0
   kBoolean,
   kString,
   kStrings,
   kIndices,    // array of indices into `target`
   kIndexMap,   // object: name -> index into `target` (any index if `target` is null)
   kIndexMaps,  // array of index maps
-  kObject,     // object with members of `schema`
-  kObjects,    // array of objects of `schema`
+  kObject,     // object with the members of `schema`
+  kObjects,    // array of objects with the members of `schema`
 };
 
 struct Property;
@@ -45,8 +45,9 @@ struct Property {
   Schema schema;
   OnFault on_fault = OnFault::kInvalidatesParent;
   bool propagates_fault = false;  // for an index: if its target is broken, so is this object
-  // For an extension: its faults are errors even if the file does not require it. For kPerElement:
-  // a member that is not an array is an error; without this flag, it counts as an empty array.
+  // For an extension: its faults are errors even if the file does not require the extension. For
+  // kPerElement: a member that is not an array is an error; without this flag, the member counts as
+  // an empty array.
   bool essential = false;
 };
 

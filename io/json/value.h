@@ -1,5 +1,5 @@
-// A JSON value that can be a class member without nlohmann/json.hpp, which is slow to compile: only
-// the sources that use the value include that header.
+// A JSON value that can be a class member without including nlohmann/json.hpp, which is slow to
+// compile. Only the sources that use the value include that header.
 #pragma once
 
 #include <memory>

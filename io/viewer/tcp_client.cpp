@@ -46,8 +46,8 @@ LookupResult resolve_host(const std::string& host, uint16_t port, int flags) {
   return {AddressList(list, freeaddrinfo), fault};
 }
 
-// A name lookup cannot be cancelled and may take half a minute. It therefore runs on a detached
-// thread that owns all its data, so that it can be abandoned on timeout.
+// A name lookup cannot be cancelled and may take half a minute. Therefore it runs on a detached
+// thread that owns all its data, and it is abandoned on timeout.
 LookupResult resolve_host_name(const std::string& host, uint16_t port, double deadline,
                                const TcpClient::KeepWaiting& keep_waiting) {
   std::packaged_task<LookupResult()> task([host, port] { return resolve_host(host, port, 0); });
@@ -101,8 +101,8 @@ bool TcpClient::connect_to(const void* address, double deadline) {
   return last_error_ == 0;
 }
 
-// Waits for `events` or an error. Returns the poll events that arrived, or 0 if the wait ended
-// without any.
+// Waits for `events` or an error. Returns the poll events that arrived, or 0 if the wait timed out
+// or was cancelled.
 short TcpClient::wait_for(short events, double deadline) const {
   const double began = now();
   pollfd ready = {socket_, events, 0};

@@ -11,11 +11,11 @@
 
 namespace emberline {
 
-// Not thread-safe. If the peer closes the connection, that is an error and not a signal.
+// Not thread-safe. A connection that the peer closes causes an error and not a signal.
 class TcpClient {
  public:
-  // Called at the start of a wait and then every 20 ms, with the seconds waited so far. If it
-  // returns false, the wait is cancelled.
+  // The client calls this at the start of a wait and then every 20 ms, with the seconds waited so
+  // far. A result of false cancels the wait.
   using KeepWaiting = std::function<bool(double)>;
 
   // Connects to the first of the host's addresses that answers. All attempts together take at most

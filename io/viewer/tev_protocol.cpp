@@ -38,7 +38,7 @@ std::optional<uint16_t> parse_port(std::string_view text) {
   return port;
 }
 
-// Whether this is an IPv6 address, possibly with its interface: "fe80::1%eth0".
+// Whether `text` is an IPv6 address, possibly with its interface: "fe80::1%eth0".
 bool is_ipv6(std::string_view text) {
   const size_t zone = text.find('%');
   in6_addr address;

@@ -12,8 +12,8 @@
 //                 an int64 offset for each channel; an int64 stride for each; floats
 // clang-format on
 //
-// Integers and floats are little-endian, strings end with a zero byte, a bool is a byte. Pixels of
-// the rectangle are numbered in rows from the top. Channel c of pixel i is
+// Integers and floats are little-endian, strings end with a zero byte, and a bool is one byte.
+// Pixels of the rectangle are numbered row by row from the top. Channel c of pixel i is
 // floats[offset[c] + i * stride[c]].
 //
 // All functions are thread-safe.
@@ -33,7 +33,7 @@ namespace emberline {
 struct TevAddress {
   static constexpr uint16_t kDefaultPort = 14158;  // tev's default
 
-  std::string host;  // a name or an address; IPv6 without its brackets
+  std::string host;  // a name or an address; IPv6 addresses without their brackets
   uint16_t port = kDefaultPort;
 
   std::string url() const;  // tev://HOST:PORT
@@ -44,7 +44,7 @@ struct TevAddress {
 // is not a valid one.
 bool is_tev_url(std::string_view text);
 
-// Parses tev://HOST[:PORT]; HOST is a name, an IPv4 address or an IPv6 address in brackets. Throws
+// Parses tev://HOST[:PORT]. HOST is a name, an IPv4 address, or an IPv6 address in brackets. Throws
 // UsageError, whose message shows this form.
 TevAddress parse_tev_url(std::string_view url);
 
@@ -52,9 +52,9 @@ TevAddress parse_tev_url(std::string_view url);
 // viewer replaces an image of the same name. `name` must not contain a zero byte.
 std::vector<std::byte> tev_create_image(std::string_view name, int width, int height);
 
-// Returns the packet that updates `rect` of such an image. `rgba` holds R G B A, interleaved, for
-// every pixel of `layout`, rows from the top; `layout` must contain `rect`. The packet must be
-// shorter than 4 GiB.
+// Returns the packet that updates `rect` of an image made by tev_create_image(). `rgba` holds
+// interleaved RGBA for every pixel of `layout`, with rows from the top. `layout` must contain
+// `rect`. The packet must be shorter than 4 GiB.
 std::vector<std::byte> tev_update_image(std::string_view name, const Rect& rect,
                                         std::span<const float> rgba, const Rect& layout);
 

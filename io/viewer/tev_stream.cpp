@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kConnectSeconds = 5.0;
 
-// Larger rectangles are split, so that each part is shown soon and fits tev's initial 1 MiB packet
-// buffer.
+// Larger rectangles are split, so that each part appears soon and fits into the 1 MiB packet buffer
+// with which tev starts.
 constexpr int kPacketSide = 128;  // in pixels; a packet has 256 KiB
 
 double thread_cpu_seconds() {
@@ -95,7 +95,7 @@ void TevStream::put(QueuedTile part) {
   peak_bytes_ = std::max(peak_bytes_, queued_bytes_);
 }
 
-// Waits for the next part. Returns false if there will be none.
+// Waits for the next part. Returns false if no part will follow.
 bool TevStream::take(QueuedTile& part) {
   std::unique_lock lock(mutex_);
   wake_.wait(lock, [this] { return ended_ || !order_.empty(); });

@@ -20,10 +20,10 @@
 
 namespace emberline {
 
-// Connects and sends on its own thread. Until they are sent, tiles wait in memory, and only the
-// newest pixels of each rectangle are kept. If rectangles do not overlap, at most one frame waits;
-// only a few tiles do if the viewer keeps up. If the viewer cannot be reached or is lost, logs one
-// warning and drops all tiles.
+// Connects and sends on its own thread. Unsent tiles wait in memory; for each rectangle, only the
+// newest pixels are kept. If rectangles do not overlap, at most one frame waits. If the viewer
+// keeps up, only a few tiles wait. If the viewer cannot be reached or is lost, logs one warning and
+// drops all tiles.
 class TevStream {
  public:
   struct Image {
@@ -36,18 +36,18 @@ class TevStream {
     double total_s = 10.0;
   };
 
-  // Returns at once. Once connected, the viewer shows an empty image.
+  // Returns at once. The viewer shows an empty image as soon as it is connected.
   TevStream(const TevAddress& address, Image image);
   ~TevStream();  // drops unsent tiles
 
   // False once the viewer is lost; add() then has no effect. Thread-safe.
   bool open() const { return open_.load(std::memory_order_relaxed); }
 
-  // `rgba` holds R G B A of `rect` (in frame pixels), interleaved, rows from the top. Rectangles
-  // are sent in order of arrival. If the same rectangle is still waiting, its pixels are replaced.
-  // Thread-safe; never waits for the viewer.
+  // `rgba` holds R G B A of `rect` (in frame pixels), interleaved, with rows from the top.
+  // Rectangles are sent in order of arrival. If the same rectangle is still waiting, the new pixels
+  // replace the old ones. Thread-safe; never waits for the viewer.
   void add(const Rect& rect, std::vector<float> rgba);
-  // Adds all of `crop`, in tiles of `tile_size` that start at its corner.
+  // Adds the whole picture of `crop`, in tiles of `tile_size` that start at the crop's corner.
   void add_picture(const Rect& crop, int tile_size, std::vector<float> rgba);
 
   // Waits until everything is sent, and warns if one of `timeouts` is exceeded. Do not call add()

@@ -1,4 +1,5 @@
-// The implementation behind the interface's objects. Maps internal errors to the interface's own.
+// The implementation behind the interface's objects, and the mapping of internal errors to the
+// interface's errors.
 #pragma once
 
 #include <memory>
@@ -34,15 +35,15 @@ struct Scene::State {
   void edit(std::string_view json, const Environment& environment);
 
   Resources resources;
-  FrameSettings settings;  // the scene was opened with these, but the pose is the current one
+  FrameSettings settings;  // the settings of the load, but with the current pose
   LoadLimits limits;
   SceneBuildOptions build;
   WorldBounds bounds;
   AnimationEdit animation;  // from the edits that the scene was opened with
   std::vector<AnimationDescription> animations;
   LoadedFiles files;
-  // Fingerprint of the edits that edit() set last; empty if there were none. Absent if edit() was
-  // never called.
+  // Fingerprint of the edits that edit() set last. It is empty if that call removed all edits, and
+  // absent if edit() was never called.
   std::optional<std::string> edited;
   std::unique_ptr<OpenScene> open;
 };
@@ -70,7 +71,7 @@ struct Access {
 
 int arena_threads(const Resources& resources);
 
-// Runs `work` and maps its errors to those of this interface.
+// Runs `work` and maps its errors to the interface's errors.
 template <typename Work>
 decltype(auto) translate_errors(const Work& work) {
   try {

@@ -9,9 +9,9 @@
 //   const Picture picture = render(scene, settings);
 //
 // The same scene, edits and settings always give bit-identical pictures, whatever the number of
-// threads. They are also bit-identical to the command's pictures. An object may be used by one
-// thread at a time; different objects, such as two scenes or two frames of one scene, may be used
-// concurrently. Errors are thrown and leave nothing changed.
+// threads. The pictures are also bit-identical to those of the command. An object may be used by
+// one thread at a time; different objects, such as two scenes or two frames of one scene, may be
+// used concurrently. Errors are thrown and leave nothing changed.
 #pragma once
 
 #include <cstddef>
@@ -70,7 +70,7 @@ class EMBERLINE_API Settings {
   Settings& operator=(Settings other) noexcept;
   ~Settings();
 
-  // Flags take "yes" or "no". Throws UsageError.
+  // Sets one setting. Flags take "yes" or "no". Throws UsageError.
   Settings& set(std::string_view name, std::string_view text);
   // Returns an empty text if the setting is not set. Throws UsageError for an unknown name.
   std::string get(std::string_view name) const;
@@ -82,7 +82,7 @@ class EMBERLINE_API Settings {
     std::string type;    // type of the value; empty for a flag
     std::string help;    // the default is in brackets
     std::string values;  // one line per valid name
-    bool of_scene;       // whether it only affects how a scene is loaded
+    bool of_scene;       // whether the setting only affects how a scene is loaded
   };
   // Lists all settings, as `emberline render --help-all` does.
   static std::vector<Help> help();
@@ -117,10 +117,10 @@ class EMBERLINE_API Scene {
   // moving parts are stored separately. Since 1.1.0.
   static Scene animated(const std::string& path, const Settings& settings = {},
                         const Resources& resources = {}, const std::stop_token& stop = {});
-  // Moves a scene from animated() to another pose. Uses the settings animation, time or frame, fps
-  // and shutter, and whether aov requests velocities. Keeps the edits. The scene must not be
-  // rendered meanwhile. Throws what the constructor throws, and then leaves the scene unchanged.
-  // Since 1.1.0.
+  // Moves a scene that animated() has loaded to another pose. Uses the settings animation, time or
+  // frame, fps and shutter, and whether aov requests velocities. Keeps the edits. The scene must
+  // not be rendered meanwhile. Throws what the constructor throws, and then leaves the scene
+  // unchanged. Since 1.1.0.
   void pose(const Settings& settings, const std::stop_token& stop = {});
 
   // Replaces all edits with those in `json`, which has the format of --edits. Edits cannot change
@@ -192,7 +192,7 @@ struct Picture {
   uint64_t samples = 0, rays = 0;
   uint64_t non_finite_samples = 0;       // these samples count as black
   std::optional<double> error_estimate;  // expected RMS error of display values, 0 to 1
-  bool complete = false;                 // false if it was stopped early
+  bool complete = false;                 // false if the render was stopped early
   int frame_width = 0, frame_height = 0;
 
   const float* pixel(int column, int row) const {
@@ -204,8 +204,8 @@ struct Picture {
 // space, camera and matte names at the time of rendering. Since 1.1.0.
 class EMBERLINE_API RenderedPicture : public Picture {
  public:
-  // Wraps a picture that render() did not return. It must be in Rec. 709, like one from
-  // read_picture().
+  // Wraps a picture that render() did not return. The picture must be in Rec. 709, like a picture
+  // from read_picture().
   explicit RenderedPicture(Picture picture = {});
 
   // Returns R G B for compare() and flip(), converted from the working space to linear Rec. 709.
@@ -219,18 +219,18 @@ class EMBERLINE_API RenderedPicture : public Picture {
 };
 
 // Renders a frame. All channels are bit-identical to those of the command's EXR. `watch` may be
-// called from any thread, but never from two at once. The bucket driver calls it after each tile;
-// the other drivers call it at every pause, while nothing is being rendered. After a request to
-// `stop`, the unfinished picture is returned; `give_up` ends the call faster, but throws Stopped.
-// "time-limit" counts from the start of the call. Throws UsageError, InputError, RenderError, and
-// whatever `watch` throws.
+// called from any thread, but never from two threads at once. The bucket driver calls it after each
+// tile; the other drivers call it at every pause, while nothing is being rendered. After a request
+// to `stop`, the unfinished picture is returned; `give_up` ends the call faster, but throws
+// Stopped. "time-limit" counts from the start of the call. Throws UsageError, InputError,
+// RenderError, and whatever `watch` throws.
 EMBERLINE_API Picture render(const Scene& scene, const Settings& settings,
                              const Resources& resources = {}, const std::stop_token& stop = {},
                              const std::function<void(const Progress&)>& watch = {},
                              const std::stop_token& give_up = {});
 
-// Where a frame's checkpoint is saved. Another run can resume from it and then gets a bit-identical
-// picture. The format is that of the command (`--checkpoint`). Since 1.1.0.
+// Where a frame's checkpoint is saved. Another run can resume from the checkpoint, and then gets a
+// bit-identical picture. The format is that of the command (`--checkpoint`). Since 1.1.0.
 struct RenderFiles {
   static RenderFiles none() { return {}; }
   // Throws UsageError for an empty name.
@@ -257,32 +257,32 @@ struct RenderFiles {
 // fingerprints. Throws InputError if they have changed since loading, or if the frame to resume
 // does not match (the message lists the differences). Throws UsageError if the file is not a
 // checkpoint or, without `resume`, belongs to another frame. Throws RenderError if the file cannot
-// be created. A failed save is logged as an error; for a part it throws RenderError. Only one call
-// at a time may use the file. Since 1.1.0.
+// be created. A failed save is logged as an error; if the frame is a part, it throws RenderError.
+// Only one call at a time may use the file. Since 1.1.0.
 EMBERLINE_API RenderedPicture render(const RenderFiles& files, const Scene& scene,
                                      const Settings& settings, const Resources& resources = {},
                                      const std::stop_token& stop = {},
                                      const std::function<void(const Progress&)>& watch = {},
                                      const std::stop_token& give_up = {});
 
-// The names in the scene and their ids, for one of the kinds that "cryptomatte" lists. Channels
-// store the ids as the bits of floats. Since 1.1.0.
+// The names in the scene and the names' ids, for one of the kinds that "cryptomatte" lists.
+// Channels store the ids as the bits of floats. Since 1.1.0.
 struct MatteNames {
   std::string layer;  // for example "CryptoObject" for "CryptoObject00.R"
   std::vector<std::pair<std::string, uint32_t>> ids;  // every id occurs once
 };
-// Returns the names for the kinds that the settings request, in that order, for the scene's current
-// pose and edits. Throws UsageError. Since 1.1.0.
+// Returns the names for the scene's current pose and edits. There is one entry for each kind that
+// the settings request, in the order object, material, asset. Throws UsageError. Since 1.1.0.
 EMBERLINE_API std::vector<MatteNames> matte_names(const Scene& scene, const Settings& settings);
 
 // The contents of a checkpoint. Loading the scene with these settings reproduces the frame's scene,
 // except for edits that the program has made. Since 1.1.0.
 struct StoredFrame {
-  std::string scene;  // path of the scene at that time
+  std::string scene;  // path of the scene when the frame was rendered
   Settings settings;  // settings of the frame and of its scene
   std::vector<MatteNames> mattes;
 };
-// Throws InputError. Since 1.1.0.
+// Reads the contents of a checkpoint. Throws InputError. Since 1.1.0.
 EMBERLINE_API StoredFrame stored_frame(const std::string& checkpoint);
 
 // Adds samples to a finished frame whose checkpoint was kept. `more` sets "spp", "noise-threshold"
@@ -338,21 +338,22 @@ struct Comparison {
   double flip = 0;
   double max_abs = 0;
   uint64_t different_pixels = 0;
-  uint64_t non_finite = 0;  // pixels with a NaN or infinity; all of the above exclude them
+  uint64_t non_finite = 0;  // pixels with a NaN or infinity; the values above exclude them
 };
-// Both pictures must be linear Rec. 709, interleaved R G B, top row first (see
+// Compares two pictures. Both must be linear Rec. 709, interleaved R G B, top row first (see
 // RenderedPicture::rec709()). `exposure` is in stops. Throws UsageError if there are no pixels or
-// the exposure is not finite; RenderError.
+// the exposure is not from -100 to 100; also RenderError.
 EMBERLINE_API Comparison compare(const float* image, const float* reference, int width, int height,
                                  double exposure = 0);
-// The FLIP error of each pixel, 0 to 1; 0 where either picture is not finite.
+// Returns the FLIP error of each pixel, 0 to 1; 0 where either picture is not finite.
 EMBERLINE_API std::vector<float> flip(const float* image, const float* reference, int width,
                                       int height, double exposure = 0);
 
 // The options of `emberline study`, with the same names and texts. Since 1.1.0.
 class EMBERLINE_API StudyRequest {
  public:
-  // Results are written to the folder. A stopped study is resumed from it.
+  // The study writes its results to the folder. If a study was stopped, it is resumed from the
+  // folder.
   explicit StudyRequest(std::string folder);
   StudyRequest(const StudyRequest& other);
   StudyRequest(StudyRequest&& other) noexcept;
@@ -360,8 +361,8 @@ class EMBERLINE_API StudyRequest {
   ~StudyRequest();
 
   // Accepts "drivers", "estimators", "samplers", "spp" or "seconds", "seeds", "baseline",
-  // "denoise", "separate", "reference", "reference-spp", "cache" and "restart". Lists are separated
-  // by commas; flags take "yes" or "no". Throws UsageError.
+  // "denoise", "separate", "reference", "reference-spp", "cache" and "restart". The entries of a
+  // list are separated by commas; flags take "yes" or "no". Throws UsageError.
   StudyRequest& set(std::string_view name, std::string_view text);
 
  private:
@@ -374,7 +375,7 @@ struct StudyRow {
   std::string method, driver, sampler, estimator, allocation;
   bool unbiased = false, denoised = false;
   uint32_t seed = 0;
-  std::string failure;  // empty: it did not fail; a failed run has a single row, without numbers
+  std::string failure;  // empty if the run did not fail; a failed run has one row, without numbers
   double budget = 0;    // samples per pixel, or seconds
   uint64_t samples = 0;
   double mean_samples = 0;                             // per pixel
@@ -385,13 +386,14 @@ struct StudyRow {
 struct StudyTable {
   std::vector<StudyRow> rows;  // sorted by seed, then method, then budget
   std::string text;            // summary for people: each method's error, slope and speedup
-  bool complete = false;       // false if it was stopped; the same call resumes it
+  bool complete = false;       // false if the study was stopped; the same call resumes it
 };
 // Renders the scene with every method, seed and budget, and writes study.csv, study.json and
 // study.html into the folder. `settings` apply to all frames; they may set only samples, view,
 // light, scene loading, buckets and the first seed. `on_samples` is called with the number of new
-// samples, from any thread, and possibly from several at once. Throws UsageError, InputError,
-// RenderError, and Stopped if it is stopped before the reference is finished. Since 1.1.0.
+// samples, from any thread, and possibly from several threads at once. Throws UsageError,
+// InputError, RenderError, and Stopped if the study is stopped before the reference is finished.
+// Since 1.1.0.
 EMBERLINE_API StudyTable study(const std::string& scene, const Settings& settings,
                                const StudyRequest& request, const Resources& resources = {},
                                const std::stop_token& stop = {},
@@ -415,7 +417,8 @@ struct DisplayedPicture {
   int width = 0, height = 0;
   std::vector<uint8_t> values;
 };
-// The appearance of a heatmap, as with the options of `emberline heatmap`. Since 1.1.0.
+// The appearance of a heatmap. The members correspond to the options of `emberline heatmap`. Since
+// 1.1.0.
 struct HeatmapLook {
   std::string colors = "grey";  // or viridis, inferno, magma, turbo
   std::optional<std::pair<double, double>>
@@ -431,12 +434,12 @@ EMBERLINE_API DisplayedPicture heatmap(const Picture& picture, const std::string
 // How messages, exceptions and help texts spell settings: noise-threshold, or noise_threshold as a
 // Python argument.
 enum class SettingSpelling { kPlain, kUnderscores };
-// Applies to the whole process. Since 1.1.0.
+// Sets the spelling for the whole process. Since 1.1.0.
 EMBERLINE_API void spell_settings(SettingSpelling spelling);
 
 enum class Message { kError, kWarning, kInfo };
-// Redirects messages to `log`, which may be called from any thread, but never from two at once.
-// Null: to stderr, the default.
+// Redirects messages to `log`, which may be called from any thread, but never from two threads at
+// once. If `log` is null, messages go to stderr, which is the default.
 EMBERLINE_API void set_log(std::function<void(Message, std::string_view)> log);
 
 }  // namespace emberline::api

@@ -13,7 +13,7 @@ bool is_load_setting(SettingGroup group) {
 
 namespace {
 
-// Throws UsageError for frame settings that conflict with the scene's.
+// Throws UsageError for frame settings that conflict with those of the scene.
 void check_matches_scene(const FrameSettings& settings, const Access::SceneState& scene) {
   const SceneBuildOptions& built = scene.build;
   const auto check_same = [](bool same, const char* name) {

@@ -17,7 +17,7 @@ bool is_load_setting(SettingGroup group);
 
 // Returns the options with which the command would write an EXR with the same channels as the
 // library's picture. Takes the loading settings from the scene. Throws UsageError for settings that
-// conflict with the scene's.
+// conflict with those of the scene.
 RenderOptions options_of(const Access::SceneState& scene, const FrameSettings& settings);
 // Returns an empty text if the scene is in the pose that the options and their edits select.
 // Otherwise returns a text that identifies the scene's pose.
@@ -43,7 +43,8 @@ RenderedPicture rendered_picture(Picture picture, const OutputSettings& output,
                                  const SceneLayers& layers, const RenderCounters& counters,
                                  std::optional<double> error_estimate, bool complete);
 
-// Returns the settings in a checkpoint, including its input files. Throws InputError.
+// Returns the settings that a checkpoint stores, including the names of its input files. Throws
+// InputError.
 FrameSettings settings_in(const std::string& checkpoint);
 
 }  // namespace emberline::api

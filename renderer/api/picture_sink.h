@@ -18,9 +18,9 @@ class PictureSink : public RenderSink {
 
   void tile_finished(const FilmTile& tile) override;
 
-  // Call once, after the last tile. Sums samples shared between neighbouring pixels, and denoises
-  // the picture if the settings ask for that. A stop request ends the denoising and leaves the rest
-  // of the picture unfiltered. Uses the calling thread's TBB arena.
+  // Call this once, after the last tile. Sums samples shared between neighbouring pixels, and
+  // denoises the picture if the settings ask for that. A stop request ends the denoising and leaves
+  // the rest of the picture unfiltered. Uses the calling thread's TBB arena.
   Picture finish(const std::stop_token& stop);
 
   // Returns an upper bound on the sink's memory for a frame with these settings, excluding

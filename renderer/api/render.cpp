@@ -104,8 +104,8 @@ class ProgressSink final : public PictureSink {
 };
 
 // Reserves the memory that a frame needs until its picture is finished. Throws InputError if the
-// frame exceeds the memory budget. (It is not a UsageError, because the budget was set for the
-// scene and is not one of the frame's settings.)
+// frame exceeds the memory budget. (The error is not a UsageError, because the budget was set for
+// the scene and is not one of the frame's settings.)
 MemoryReservation reserve_memory(const RenderOptions& options, const OutputSettings& output,
                                  const SceneLayers& layers, const RenderPlan& plan, int threads,
                                  const LoadLimits& limits) {
@@ -125,7 +125,7 @@ MemoryReservation reserve_memory(const RenderOptions& options, const OutputSetti
 }
 
 // Opens the checkpoint, if any. Reads the scene's files again for their fingerprints. Throws
-// whatever reading and Checkpoint throw, and Cancelled after `give_up`.
+// whatever reading the files and opening the checkpoint throw, and Cancelled after `give_up`.
 void open_checkpoint(const RenderOptions& options, const RenderPlan& plan,
                      const SceneLayers& layers, const Access::SceneState& scene, uint64_t max_bytes,
                      const std::stop_token& give_up, RenderJob& job, FrameCheckpoint& checkpoint) {

@@ -46,7 +46,7 @@ std::shared_ptr<const Image> image_of(const Scene::Environment& environment) {
   return image;
 }
 
-// Returns a text that identifies the edits in checkpoints.
+// Returns the text by which checkpoints identify the edits.
 std::string fingerprint_of(std::string_view json, const SceneEdits& edits) {
   const uint64_t text = fingerprint(json);
   if (!edits.environment.image) return hexadecimal(text);

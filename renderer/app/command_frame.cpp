@@ -108,7 +108,7 @@ void CommandFrame::open_outputs() {
   check_overwrite(checkpoint, head);
 }
 
-// Counts the memory of the reference as the frame's, not the scene's.
+// Counts the memory of --reference as part of the frame and not of the scene.
 void CommandFrame::open_snapshots() {
   LoadLimits limits = run_.limits;
   limits.memory = run_.limits.memory->child_budget();
@@ -174,7 +174,7 @@ void CommandFrame::on_picture_changed(const JobProgress& now, const LivePicture&
 
 void CommandFrame::resume() {
   if (checkpoint_path(options_).empty()) return;
-  LoadProgress progress({}, {}, run_.limits);  // a new timeout, as the scene is already loaded
+  LoadProgress progress({}, {}, run_.limits);  // its timeout starts now, after loading
   const nlohmann::json& inputs = run_.scene.inputs(options_, progress);
   checkpoint_.open(checkpoint_head(options_, plan_, layers_, inputs),
                    is_default_checkpoint(options_), take_checkpoint_request, 2 * memory_.bytes(),
@@ -182,9 +182,9 @@ void CommandFrame::resume() {
   report_.resumed_samples = job_->counters().samples;
 }
 
-// Returns the time after which a frame with --resume stops, so that its checkpoint can be saved
-// before the job ends. Such a frame counts as unfinished, so that a scheduler does not take it for
-// done.
+// Returns the time after which a frame with --resume must stop, so that its checkpoint can be saved
+// before the Slurm job ends. A frame that stops then counts as unfinished, so that Slurm does not
+// take it for done.
 std::optional<double> CommandFrame::allotted_seconds() const {
   if (!options_.resume) return std::nullopt;
   const std::optional<double> seconds = slurm_seconds_left();
@@ -224,8 +224,8 @@ void CommandFrame::render() {
   }
 }
 
-// The first stop signal during denoising ends the denoising early. If a signal has already ended
-// rendering, the partial picture is denoised completely.
+// The first stop signal during denoising ends denoising early. If a signal has already ended the
+// render, the partial picture is denoised completely.
 void CommandFrame::denoise() {
   std::stop_source end;
   std::optional<std::jthread> watcher_thread;
@@ -326,7 +326,7 @@ void CommandFrame::report_holes() const {
 int CommandFrame::exit_code() const {
   if (!report_.failed_outputs.empty()) return kExitRenderFailed;
   if (!unfinished()) return kExitDone;
-  // A caller that can resume the frame must learn that it is unfinished. Without such a caller, a
+  // If the caller can resume the frame, it must learn that the frame is unfinished. Otherwise a
   // frame that reaches its time limit counts as done.
   const bool is_resumable = options_.resume || is_part(options_) || denoising_stopped_;
   if (is_resumable || stop_.cause() == PixelStop::kUser) return kExitStopped;

@@ -1,5 +1,5 @@
-// Renders one frame: checks its options, renders it and writes its files and report. The functions
-// must be called in the order in which they are declared.
+// Renders one frame: checks the frame's options, renders the frame and writes its files and report.
+// The functions must be called in the order in which they are declared.
 #pragma once
 
 #include <memory>
@@ -22,15 +22,15 @@ namespace emberline {
 
 class CommandFrame {
  public:
-  // Checks names, ranges and paths, and opens the outputs. If a later step fails, no output file
-  // remains. `run` and `options` must outlive the frame.
+  // Checks names, ranges and paths, and opens the outputs. If a later step fails, no unfinished
+  // output file remains. `run` and `options` must outlive the frame.
   CommandFrame(RenderRun& run, const RenderOptions& options);
 
   void load();
   void build();
-  // Prints the ray and the value of the sample that --replay names. Throws UsageError for an
-  // address that is malformed or outside the frame. Returns kExitDone, or kExitRenderFailed if the
-  // value is not finite.
+  // Prints the ray and the value of the sample that --replay names. Throws UsageError if the
+  // sample's address is malformed or outside the frame. Returns kExitDone, or kExitRenderFailed if
+  // the value is not finite.
   int replay();
   // Opens the checkpoint and loads what an earlier run left in it.
   void resume();

@@ -29,8 +29,8 @@
 namespace emberline {
 namespace {
 
-// Throws UsageError for an empty value (`--env "$UNSET"`), which would later look like an absent
-// option. Skips lists and named choices, because their own check reports the valid values.
+// Throws UsageError for an empty value (`--env "$UNSET"`), because it would later look like an
+// absent option. Skips lists and named choices, because their own checks report the valid values.
 void reject_empty_values(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     const std::string type = option->get_type_name(), name = option->get_name(false, true);
@@ -43,7 +43,7 @@ void reject_empty_values(const CLI::App& app) {
   for (const CLI::App* sub : app.get_subcommands()) reject_empty_values(*sub);
 }
 
-// The options of every subcommand; only those of the chosen one are filled in.
+// The options of all subcommands. Only those of the chosen subcommand are filled in.
 struct AllOptions {
   RenderOptions render;
   ViewOptions view;
@@ -116,8 +116,8 @@ void write_document(const std::filesystem::path& path, const std::string& text) 
   write_file_atomically(path.string(), text);
 }
 
-// Writes man pages, completion and pages of the manual, laid out like the share folder of an
-// installation.
+// Writes the man pages, the shell completions and the generated pages of the manual. `folder` then
+// has the layout of the share folder of an installation.
 void write_documents(const CommandHelp& root, const std::filesystem::path& folder) {
   write_document(folder / "man/man1" / manual_name(root), manual_page(root));
   for (const CommandHelp& command : root.commands) {
@@ -190,7 +190,7 @@ void add_common_options(CLI::App& app, bool& quiet, bool& verbose) {
   add_help_flags(app);
 }
 
-// Lists the commands as values of `emberline help`, for completion.
+// Lists the commands as the values that `emberline help` takes, for completion.
 std::string command_lines() {
   std::string text;
   for (const Command& command : kCommands) {

@@ -200,7 +200,7 @@ void add_live_options(CLI::App* app, RenderOptions& o,
   add_display_options(app, o.display);
 }
 
-// Adds the options of the window itself.
+// Adds the options that concern the window itself.
 void add_window_options(CLI::App* app, ViewOptions& o) {
   add_parsed(app, "--window", "WxH",
              {.section = H::kWindow,
@@ -252,7 +252,8 @@ void add_window_options(CLI::App* app, ViewOptions& o) {
        .full = "Ignore the remembered size and panels of the window, and do not save new ones."});
 }
 
-// Adds the rules of the options to their help texts. The help of settings already has their rules.
+// Adds the rules of the options to their help texts. Skips settings, whose help already has their
+// rules.
 void add_option_rules(CLI::App* app) {
   for (CLI::Option* option : app->get_options()) {
     const std::string name = option->get_single_name();

@@ -26,20 +26,21 @@ namespace emberline {
 // Throws EmberlineError.
 int run_render(const RenderOptions& options);
 
-// `render --frames`: renders frames one after another, with one report for all. Continues after a
-// frame that fails, unless --stop-on-error is given. Returns the highest exit code of the frames.
-// Throws EmberlineError for errors that affect every frame: the command line or the scene.
+// `render --frames`: renders several frames, one after another, with one report for all of them.
+// Continues after a frame that fails, unless --stop-on-error is given. Returns the highest exit
+// code of the frames. Throws EmberlineError for errors that affect every frame: the command line or
+// the scene.
 int run_range(const RenderOptions& options, const std::vector<int>& frames);
 
 // `emberline info`: lists what a scene contains, which features it needs and which of them are
-// approximated or ignored. Can also print an edits file to start from, describe a rendered frame,
-// or list the channels that pictures can have.
+// approximated or ignored. Can also print an edits file that the user can start from, describe a
+// rendered frame, or list the channels that pictures can have.
 struct InfoOptions {
-  std::string scene;      // or a frame (if the file is an EXR); unused with `channels`
+  std::string scene;      // a scene, or a frame if the file is an EXR; unused with `channels`
   bool channels = false;  // list the channels instead of describing a scene
   bool edits = false;     // print edits that change nothing (edits_template.h)
   bool json = false;
-  FrameSettings settings;  // how to load the scene, and its environment
+  FrameSettings settings;  // how to load the scene, and the scene's environment
   LimitOptions limits;
 };
 
@@ -55,9 +56,9 @@ struct HeatmapOptions {
   LimitOptions limits;
 };
 
-// Writes the same pixels as `render --heatmap` would. Returns kExitDone. Throws UsageError
-// (names, style, suffix, output equal to input), InputError (unreadable, channels missing),
-// RenderError (cannot write).
+// Writes the same pixels as `render --heatmap` would. Returns kExitDone. Throws UsageError for
+// wrong options, InputError if the frame is unreadable or lacks channels, and RenderError if the
+// output cannot be written.
 int run_heatmap(const HeatmapOptions& options);
 
 // `emberline show`: converts an EXR to a picture for display.
@@ -69,22 +70,24 @@ struct ShowOptions {
   LimitOptions limits;
 };
 
-// Writes the same .png and .jpg as `render -o` would, with two exceptions: the denoised picture is
-// shown only as the layer "denoised", and values have the precision of the file (half floats, lossy
-// compression). A layer with a single channel whose values are not all between 0 and 1 is shown in
-// grey, with its least value as black and its greatest as white. Keeps only the pictures to be
-// written and a band of rows in memory. Returns the exit code. Throws InputError (unreadable, no
-// picture), UsageError (layer, names), RenderError (cannot write).
+// Writes the same .png and .jpg files as `render -o` would, with two exceptions: the denoised
+// picture is shown only as the layer "denoised", and values have the precision of the file (half
+// floats, lossy compression). A layer with a single channel is shown in grey. If its values are not
+// all between 0 and 1, its least value is black and its greatest value is white. Keeps only the
+// .png and .jpg pictures and a band of rows in memory. Returns the exit code. Throws InputError if
+// the file is unreadable or has no picture, UsageError for an unknown layer or wrong options, and
+// RenderError if an output cannot be written.
 int run_show(const ShowOptions& options);
 
-// `emberline explain`: says in words why a pixel of a finished frame got as many samples as it did.
+// `emberline explain`: says in words why a pixel of a finished frame got its number of samples.
 struct ExplainOptions {
   std::string image;            // an .exr that `emberline render` wrote
   std::string pixel = "worst";  // "X,Y" in the frame, or "worst"
   LimitOptions limits;
 };
 
-// Prints to stdout. Returns kExitDone. Throws like explain_frame(), and UsageError.
+// Prints to stdout. Returns kExitDone. Throws what explain_frame() throws, and UsageError for a
+// malformed pixel.
 int run_explain(const ExplainOptions& options);
 
 // `emberline compare`: measures the difference between two pictures.
@@ -92,26 +95,27 @@ struct CompareOptions {
   std::string image;
   std::string reference;
   bool json = false;       // to stdout, instead of a table
-  std::string difference;  // empty: none; .png/.jpg: FLIP in false colour; .exr: image - reference
+  std::string difference;  // empty: none; .png, .jpg: FLIP in false colour; .exr: image - reference
   float exposure = 0.0f;   // stops, for PSNR, SSIM, FLIP and the FLIP picture
   std::string layer;       // empty: R, G and B
   LimitOptions limits;
 };
 
-// Reads both pictures, in any format that OpenImageIO supports; 8-bit pictures count as sRGB.
-// Compares R, G and B or the channels of the layer; see read_rgb(). Prints the metrics of
-// renderer/statistics/error_metrics.h to stdout and writes the difference picture.
+// Reads both pictures, in any format that OpenImageIO supports. 8-bit pictures count as sRGB.
+// Compares R, G and B or, if `layer` is set, the channels of this layer (see read_rgb()). Prints
+// the metrics of renderer/statistics/error_metrics.h to stdout, and writes the difference picture.
 //
-// JSON: one object with the keys width, height, mse, rmse, relmse, relmse_epsilon, relmse_trimmed,
-// signed_bias, psnr, ssim, flip, max_abs, non_finite, different_pixels. A metric without a finite
-// value is null: the PSNR of identical pictures, the signed bias against a black reference, and
-// every metric if no pixel is finite in both pictures.
+// The JSON is one object with the keys width, height, mse, rmse, relmse, relmse_epsilon,
+// relmse_trimmed, signed_bias, psnr, ssim, flip, max_abs, non_finite, different_pixels. A metric
+// without a finite value is null: the PSNR of identical pictures, the signed bias against a black
+// reference, and every metric if no pixel is finite in both pictures.
 //
-// FLIP picture: see renderer/output/flip_picture.h. EXR: channels R, G, B, unclamped, and "flip".
+// For the FLIP picture, see renderer/output/flip_picture.h. A difference picture in EXR has the
+// channels R, G and B, which are not clamped, and "flip".
 //
-// Returns kExitDone, however different the pictures are. Throws InputError (unreadable, channels
-// missing, sizes differ), UsageError (layer, suffix of the difference picture, exposure),
-// RenderError (cannot write it).
+// Returns kExitDone even if the pictures differ. Throws InputError if a picture is unreadable or
+// lacks channels, or if the sizes differ. Throws UsageError for an unknown layer or wrong options,
+// and RenderError if the difference picture cannot be written.
 int run_compare(const CompareOptions& options);
 
 // `emberline denoise`: denoises a finished frame.
@@ -124,19 +128,21 @@ struct DenoiseOptions {
 };
 
 // The result is bit-identical to that of `render --denoise`. Memory use grows with the frame's
-// width or, for .png and .jpg, with its number of pixels. Returns the exit code. Throws InputError
-// (unreadable, channels missing), UsageError (names), RenderError (cannot write).
+// width or, if a .png or .jpg is written, with its number of pixels. Returns the exit code. Throws
+// InputError if the frame is unreadable or lacks channels, UsageError for wrong options, and
+// RenderError if an output cannot be written.
 int run_denoise(const DenoiseOptions& options);
 
-// `emberline extend`: continues a finished frame to more samples or a lower noise threshold.
+// `emberline extend`: renders further samples of a finished frame, up to more samples per pixel or
+// a lower noise threshold.
 struct ExtendOptions {
   std::string frame;        // a picture that was rendered with --resumable, or its checkpoint
   std::string scene;        // current path of the scene; empty: unchanged
-  RenderOptions overrides;  // samples, threshold, outputs, threads and limits; `frame` has the rest
+  RenderOptions overrides;  // samples, threshold, outputs, threads, limits; rest as in `frame`
 };
 
 // Renders the missing samples, then replaces the picture and its checkpoint. Returns and throws
-// like run_render(); also throws InputError for a frame that cannot be continued.
+// what run_render() does; also throws InputError for a frame that cannot be extended.
 int run_extend(const ExtendOptions& options);
 
 // `emberline merge`: joins the parts of a frame.
@@ -146,10 +152,10 @@ struct MergeOptions {
   RenderOptions frame;  // outputs, reports, threads and limits; the rest comes from the parts
 };
 
-// Writes what `render` would write for the whole frame. The result is bit-identical if the parts
-// are tiles; if they are sample ranges, sums are rounded differently. Returns kExitDone, or
-// kExitRenderFailed if a file could not be written. Throws UsageError, InputError (parts that do
-// not belong together) and RenderError.
+// Writes what `render` would write for the whole frame. If the parts are tiles, the result is
+// bit-identical to that of `render`; if they are sample ranges, sums are rounded differently.
+// Returns kExitDone, or kExitRenderFailed if a file could not be written. Throws UsageError,
+// RenderError, and InputError if the parts do not belong together.
 int run_merge(const MergeOptions& options);
 
 // `emberline farm`: renders a frame in parts, as Slurm jobs. Slurm schedules, watches and restarts
@@ -167,27 +173,28 @@ struct FarmOptions {
   bool json = false;
 };
 
-// Submits the frame, or runs the verb on a submitted one. Returns kExitDone. Throws UsageError,
-// InputError (scene, job.json) and RenderError (no Slurm, a job that Slurm rejects, files).
+// Submits the frame, or runs the verb for a frame that was submitted. Returns kExitDone. Throws
+// UsageError for wrong options, InputError for an invalid scene or job.json, and RenderError if
+// there is no Slurm, if Slurm rejects a job, or if a file cannot be written.
 int run_farm(const FarmOptions& options);
 
 // `emberline study`: measures speed against error for several ways to render one frame. Writes
 // study.csv, study.json, study.html and pictures into a folder. If the study is stopped, running
 // the same command again resumes it.
 //
-// Returns kExitDone even if some runs failed (the results show which); kExitRenderFailed if all
-// failed; kExitStopped after a signal. Throws UsageError, InputError or RenderError for wrong
-// options before the long work begins.
+// Returns kExitDone even if some runs failed (the results show which), kExitRenderFailed if all
+// runs failed, and kExitStopped after a signal. If the options are wrong, throws UsageError,
+// InputError or RenderError before the long work begins.
 int run_study(const StudyOptions& options);
 
 // `emberline study --convergence`: measures the convergence order of the samplers, without a scene.
-// Prints a table, and writes convergence.csv and convergence.json if a folder is given. Throws
-// UsageError, RenderError.
+// Prints a table. If a folder is given, also writes convergence.csv and convergence.json. Throws
+// UsageError and RenderError.
 int run_convergence(const StudyOptions& options);
 
-// `emberline session`: lets a host program control, over standard input and output, a session like
-// that of the window (renderer/session/PROTOCOL.md). Both the command line and the host can set
-// these options.
+// `emberline session`: lets a host program control a session like that of the window, over standard
+// input and output (renderer/session/PROTOCOL.md). Both the command line and the host can set these
+// options.
 struct SessionOptions {
   SessionOptions() { render.driver = kLiveDriver; }
 
@@ -197,10 +204,12 @@ struct SessionOptions {
   bool paused = false, denoise = false;
 };
 
-// Returns kExitDone when the host says "quit". Throws like run_session_host(), and UsageError.
+// Returns kExitDone when the host says "quit". Throws what run_session_host() throws, and
+// UsageError.
 int run_session(const SessionOptions& options);
 
-// `emberline help [COMMAND [OPTION]]`: explains the commands, one of them, or one of its options.
+// `emberline help [COMMAND [OPTION]]`: explains all commands, one command, or one option of a
+// command.
 struct HelpOptions {
   const CLI::App* root = nullptr;
   std::vector<std::string> words;

@@ -46,7 +46,7 @@ constexpr MetricRow kMetrics[] = {
 
 void print_json(const RgbImage& image, const ErrorMetrics& metrics) {
   nlohmann::ordered_json json = {{"width", image.width}, {"height", image.height}};
-  // Values that are not finite are written as null.
+  // The JSON library writes values that are not finite as null.
   for (const MetricRow& row : kMetrics) json[row.key] = metrics.*row.value;
   json["non_finite"] = metrics.non_finite;
   json["different_pixels"] = metrics.different_pixels;

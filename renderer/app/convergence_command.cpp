@@ -17,7 +17,8 @@
 namespace emberline {
 namespace {
 
-// Enough pixels to measure the convergence order to within 0.1, as the samplers' tests do.
+// With this number of pixels, the convergence order is measured to within 0.1, as in the samplers'
+// tests.
 constexpr uint32_t kDefaultPixels = 2000;
 
 constexpr const char* kCsv = "convergence.csv";

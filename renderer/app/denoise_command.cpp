@@ -23,7 +23,7 @@
 namespace emberline {
 namespace {
 
-// Reads the frame's channels except the results of an earlier denoising.
+// Reads the frame's channels, except the results of an earlier denoising.
 class InputRows {
  public:
   InputRows(const std::string& path, const LoadProgress& progress) : file_(path, progress) {
@@ -38,7 +38,8 @@ class InputRows {
   const FloatImageRows& file() const { return file_; }
   const std::vector<std::string>& channels() const { return channels_; }
 
-  // Restores the storage options that the frame's header names: parts, compression, half floats.
+  // Sets the storage options (parts, compression, half floats) to those that the frame's header
+  // names.
   static void restore_storage(ExrHeader& header) {
     std::vector<std::string> half;
     for (const auto& [name, text] : header.attributes) {
@@ -109,7 +110,7 @@ void check_channels(const std::string& path, const std::vector<std::string>& cha
 }
 
 // Throws InputError if a part of the file does not belong to the picture. The result has the
-// channels of only one picture, so those of such a part would be lost.
+// channels of only one picture, so the channels of such a part would be lost.
 void check_parts(const std::string& path, const std::vector<ImagePart>& parts) {
   const auto mismatched = std::ranges::find(parts, -1, &ImagePart::first);
   if (mismatched == parts.end()) return;

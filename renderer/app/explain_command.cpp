@@ -10,7 +10,7 @@
 namespace emberline {
 namespace {
 
-// Returns nothing for "worst".
+// Returns the pixel; nothing for "worst".
 std::optional<Vec2i> parse_pixel(const std::string& text) {
   if (text == "worst") return std::nullopt;
   std::array<int, 2> v;

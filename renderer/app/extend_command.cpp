@@ -15,13 +15,13 @@ namespace {
 
 constexpr std::string_view kCheckpointSuffix = ".checkpoint";
 
-// The message names the command that would have kept the checkpoint: the one in the header of the
-// EXR, if it is there.
+// Throws an InputError that says how to keep the checkpoint. It quotes the command in the header of
+// the EXR, if there is one.
 [[noreturn]] void reject_missing(const std::string& frame, const std::string& checkpoint) {
   if (!InputFile::try_open(frame)) throw InputError(frame, "file not found");
   std::string command = "emberline render ... -o " + shell_quoted(frame);
   for (const auto& [name, text] : exr_texts(frame, "emberline:command")) {
-    // Only these two commands can keep a checkpoint.
+    // Of all commands, only these two can keep a checkpoint.
     if (text.starts_with("emberline render ") || text.starts_with("emberline merge ")) {
       command = text;
     }

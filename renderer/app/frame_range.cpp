@@ -63,8 +63,7 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-// Visits the outputs that each frame writes under a name of its own, together with the options that
-// name them.
+// Calls visit(option, path) for each output that every frame writes under a different name.
 template <typename Options, typename Visit>
 void visit_outputs(Options& o, const Visit& visit) {
   for (auto& path : o.outputs) visit("-o", path);
@@ -75,8 +74,8 @@ void visit_outputs(Options& o, const Visit& visit) {
   if (!o.snapshots.empty()) visit("--snapshots", o.snapshots);
 }
 
-// Each output needs a frame number in its name. No two outputs may have the same name, not even in
-// different frames.
+// Throws UsageError if the name of an output has no frame number, or if two outputs have the same
+// name, even in different frames.
 void check_names(const RenderOptions& options, std::span<const int> frames) {
   size_t count = 0;
   visit_outputs(options, [&](const char* option, const std::string& path) {
@@ -105,7 +104,7 @@ void check_names(const RenderOptions& options, std::span<const int> frames) {
 std::vector<int> parse_frames(std::string_view text) {
   std::vector<int> frames;
   std::unordered_set<int> listed;
-  int64_t count = 0;  // including repeats, because a short text may repeat a long range
+  int64_t count = 0;  // including repeated frames, because a short text may repeat a long range
   for (size_t begin = 0; begin <= text.size();) {
     const size_t end = std::min(text.find(',', begin), text.size());
     const FrameSpan span = parse_span(trimmed(text.substr(begin, end - begin)));
@@ -167,7 +166,7 @@ void check_output_folders(const RenderOptions& options, int first) {
     const std::string folder = std::filesystem::path(path).parent_path().string();
     if (has_frame_number(folder)) return;  // each frame has its own folder
     // A folder for snapshots may already exist, and with --skip-existing all files of the range may
-    // exist. In these cases nothing needs to be created in the parent folder.
+    // already exist. In both cases, nothing needs to be created in the parent folder.
     const bool may_exist = options.skip_existing || option == "--snapshots";
     const int mode = may_exist ? F_OK : W_OK | X_OK;
     if (::access(folder.empty() ? "." : folder.c_str(), mode) == 0) return;

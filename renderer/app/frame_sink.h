@@ -9,17 +9,17 @@
 
 namespace emberline {
 
-// Passes finished tiles to the files and the report. During the render it also updates progress,
+// Passes finished tiles to the files and the report. During the render, also updates the progress,
 // records passes, takes snapshots and updates the viewer.
 class CommandFrame::FrameSink final : public RenderSink {
  public:
-  // `progress` is null when a frame that is already rendered is only delivered to the files.
+  // `progress` is null if the frame is already rendered and is only delivered to the files.
   FrameSink(CommandFrame& frame, ProgressDisplay* progress) : frame_(frame), progress_(progress) {}
 
   void tile_finished(const FilmTile& tile) override {
     write(tile);
-    // Buckets finish one by one, so the finished pixels show the progress of a frame whose number
-    // of samples is unknown because of a noise threshold.
+    // With a noise threshold, the number of samples is unknown. But buckets finish one by one, so
+    // the fraction of finished pixels shows the progress.
     if (progress_ && frame_.job_->is_tiled()) progress_->add_fraction(tile_fraction(tile));
   }
   void tile_loaded(const FilmTile& tile, uint64_t samples) override {

@@ -118,8 +118,8 @@ Json describe_environment(const SceneDescription& scene) {
           {"rotation_degrees", scene.environment->rotation_degrees}};
 }
 
-// Returns an estimate of the memory for the lists of nodes and materials. Their JSON is large
-// compared with their descriptions, but text needs no JSON of nodes.
+// Estimates the memory for the lists of nodes and materials. The JSON of a node or material is
+// larger than its description. For text output, no JSON of the nodes is made.
 uint64_t list_bytes(const SceneDescription& scene, bool as_json) {
   constexpr uint64_t kJsonBytes = 1024, kTreeBytes = 96;
   return bytes_of(scene.materials.size(), kJsonBytes) +
@@ -172,7 +172,7 @@ std::string printable_name(const Json& entry) {
   return printable(shortened(entry["name"].get_ref<const std::string&>()));
 }
 
-// At most this many entries per list, so that a long list does not hide the others.
+// A list shows at most this many entries, so that a long list does not hide the other lists.
 constexpr size_t kMaxLines = 100;
 
 // Appends line(index, entry) for the first kMaxLines entries.
@@ -282,7 +282,8 @@ SceneDescription read_scene(const InfoOptions& options, LoadProgress& progress) 
   return SceneFile(settings, progress, {.nodes = true}).pose(settings, {}, progress);
 }
 
-// Throws UsageError for options about reading a scene, because they have no meaning for a frame.
+// Throws UsageError if options for reading a scene are given, because they have no meaning for a
+// frame.
 void reject_scene_options(const InfoOptions& options) {
   const auto reject = [&](const std::string& option) {
     throw UsageError("`{}` needs a scene, but {} is a frame", option, options.scene);

@@ -28,7 +28,7 @@ class NodeTree {
   std::string text() const;
 
  private:
-  // The roots count as children of an extra entry after the last node.
+  // The roots are treated as children of an extra entry after the last node.
   size_t parent_of(size_t node) const {
     return nodes_[node].parent < 0 ? nodes_.size() : size_t(nodes_[node].parent);
   }
@@ -57,7 +57,7 @@ void NodeTree::list_nodes() {
   }
 }
 
-// Adds each unlisted node to the count in `more_` of its nearest listed ancestor.
+// For each unlisted node, increases the count of its nearest listed ancestor in `more_`.
 void NodeTree::count_others() {
   std::vector<size_t> order = {nodes_.size()}, sizes(nodes_.size(), 1);
   for (size_t next = 0; next < order.size(); ++next) {

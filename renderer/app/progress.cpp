@@ -27,15 +27,15 @@ bool is_capable_terminal() {
   return isatty(STDERR_FILENO) && !(type && std::string_view(type) == "dumb");
 }
 
-// Queried each time, because the terminal may be resized during a render.
+// Queries the width each time, because the user may resize the terminal during a render.
 int terminal_columns() {
   winsize size = {};
   if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return 80;
   return size.ws_col;
 }
 
-// Returns "[====    ] text", shorter than `columns`, because a line that wraps could not be
-// overwritten. A narrow terminal loses the bar first, then the end of the text.
+// Returns "[====    ] text". The line is shorter than `columns`, because a line that wraps could
+// not be overwritten. On a narrow terminal, drops the bar first, then the end of the text.
 std::string bar_line(double fraction, std::string text, int columns) {
   constexpr int kFullWidth = 30, kMinWidth = 5;
   const int width = std::min(kFullWidth, columns - 1 - int(text.size()) - 3);
@@ -92,7 +92,7 @@ void ProgressDisplay::check_stop() {
 }
 
 void ProgressDisplay::run(const std::stop_token& thread_stop) {
-  // With 20 ms, a stop feels immediate, and polling costs next to nothing.
+  // With 20 ms, a stop feels immediate, and polling costs almost nothing.
   constexpr auto kPollInterval = std::chrono::milliseconds(20);
   constexpr double kMaxWait = 1e9;  // seconds; more would overflow the clock
   const auto limit =
@@ -134,7 +134,7 @@ RenderProgress ProgressDisplay::now() const {
 std::string ProgressDisplay::line(const RenderProgress& now) const {
   const uint64_t earlier = std::min(now.samples, resumed_samples_.load(std::memory_order_relaxed));
   const double rate = now.elapsed_s > 0 ? double(now.samples - earlier) / now.elapsed_s : 0.0;
-  if (total_ == 0 && now.done == 0) {  // no known total: a noise threshold decides
+  if (total_ == 0 && now.done == 0) {  // the total is unknown, because a noise threshold decides
     return fmt::format("{}{:.1f} M samples  {}  ({:.2f} M samples/s)", label_,
                        double(now.samples) * 1e-6, readable_seconds(now.elapsed_s), rate * 1e-6);
   }
@@ -151,8 +151,8 @@ void ProgressDisplay::draw() {
     std::fflush(stderr);
     return;
   }
-  // Not a terminal: log a line for every tenth of the frame (every ten seconds if the total is not
-  // known), and at least one line a minute.
+  // The output is not a terminal. Logs a line for every tenth of the frame (every ten seconds if
+  // the total is unknown), and at least one line per minute.
   const int tenth = now.done > 0 || total_ > 0 ? int(10 * now.done) : int(now.elapsed_s / 10.0);
   if (tenth > last_tenth_ || now.elapsed_s > last_line_s_ + 60.0) {
     last_tenth_ = tenth;

@@ -1,4 +1,5 @@
-// Progress with time left: a bar on a terminal, plain lines in a pipe, nothing with --quiet.
+// Shows the progress and the time left: as a bar on a terminal, as plain lines in a pipe, and with
+// --quiet not at all.
 #pragma once
 
 #include <atomic>
@@ -16,11 +17,11 @@
 
 namespace emberline {
 
-// Shows progress from a thread of its own, which also turns a stop signal or the end of a time
-// limit into a stop request. `time_limit_s` is the frame's own limit. `allotted_s` is the time left
-// to this process (process_usage.h); when it ends, the frame counts as stopped by the user. `label`
-// precedes every line. `file`, if not null, reports the same progress during the lifetime of this
-// object.
+// Shows the progress on its own thread. If a stop signal arrives or a time limit ends, this thread
+// requests a stop. `time_limit_s` is the time limit of the frame. `allotted_s` is the time that
+// this process has left (process_usage.h); when it ends, the frame counts as stopped by the user.
+// `label` precedes every line. If `file` is not null, it reports the same progress during the
+// lifetime of this object.
 class ProgressDisplay {
  public:
   ProgressDisplay(uint64_t samples_total, StopRequest& stop,
@@ -29,9 +30,9 @@ class ProgressDisplay {
                   ProgressFile* file = nullptr);
   ~ProgressDisplay();  // erases the bar
 
-  // May be called from any thread.
+  // Thread-safe.
   void add(uint64_t samples) { done_.fetch_add(samples, std::memory_order_relaxed); }
-  // For frames without a known number of samples: adds a finished fraction of the whole work.
+  // For frames whose number of samples is unknown: adds a finished fraction of the whole work.
   void add_fraction(double delta) { fraction_.fetch_add(delta, std::memory_order_relaxed); }
   // Adds the work of an earlier run. This work counts as done, but does not affect the rate or the
   // time left.

@@ -30,8 +30,8 @@ struct FramePosition {
 // Whether `path` is a regular file that was not written by a ProgressFile.
 bool is_foreign_file(const std::string& path);
 
-// Writes a JSON file every two seconds, on its own thread so that a slow disk delays nothing else:
-// {"state", "done", "samples", "elapsed_s", "left_s", "host", "pid", "written"}. `state` is
+// Writes a JSON file every two seconds: {"state", "done", "samples", "elapsed_s", "left_s", "host",
+// "pid", "written"}. Uses its own thread, so that a slow disk delays nothing else. `state` is
 // running, done, stopped or failed; `written` is this machine's time in UTC. Only the first failed
 // write causes a warning. For a range, the values cover the whole range, and "frame" describes the
 // current frame: {"number", "index", "count", "done"}. Skipped frames do not affect the time left.
@@ -41,8 +41,8 @@ class ProgressFile {
   // Sets the state to "failed" if finish() was not called.
   ~ProgressFile();
 
-  // From now on, the object's thread asks `source` for the progress. If `source` is null, the last
-  // values remain.
+  // From now on, this object's thread calls `source` to get the progress. If `source` is null, the
+  // last values remain.
   void set_source(std::function<RenderProgress()> source);
   // From now on, reports the progress of this frame of a range.
   void begin_frame(const FramePosition& frame_position);
@@ -60,7 +60,7 @@ class ProgressFile {
   std::condition_variable wake_;
   std::function<RenderProgress()> source_;
   RenderProgress current_;         // progress of the current frame
-  RenderProgress earlier_frames_;  // sums of earlier frames; `done` is the number of rendered ones
+  RenderProgress earlier_frames_;  // sums of earlier frames; `done` counts the rendered frames
   std::optional<FramePosition> position_;
   const char* state_ = "running";
   bool is_finishing_ = false;

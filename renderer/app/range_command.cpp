@@ -41,7 +41,7 @@ struct FrameOutcome {
 
 struct RangeReport {
   std::vector<FrameOutcome> frames;  // the frames that were begun or skipped, in order
-  std::vector<int> remaining;        // the others
+  std::vector<int> remaining;        // frames that were neither begun nor skipped
   double wall_s = 0, cpu_s = 0;
   int exit_code = 0;
 
@@ -87,7 +87,7 @@ std::vector<int> RangeReport::frames_with_status(FrameStatus status) const {
   return list;
 }
 
-// Returns text for the log, such as "97 frames rendered, 2 skipped, 1 failed: 37".
+// Returns text for the log, such as "frames: 97 rendered, 2 skipped, 1 failed (37)".
 std::string describe(const RangeReport& report) {
   std::string text;
   for (const OutcomeEntry& entry : kOutcomes) {
@@ -103,9 +103,9 @@ std::string describe(const RangeReport& report) {
                             report.remaining.size(), shortened(format_frames(report.remaining)));
 }
 
-// --range-report: {"frames": [{"frame", "state", ...}], "done", "skipped", "stopped", "failed",
-// "left", "time", "settings", "machine", "versions", "exit_code"}. Lists of frames have the syntax
-// of --frames.
+// Returns the contents of the --range-report file: {"frames": [{"frame", "state", ...}], "done",
+// "skipped", "stopped", "failed", "left", "time", "settings", "machine", "versions", "exit_code"}.
+// Lists of frames have the syntax of --frames.
 std::string range_report_json(const RenderOptions& options, const RangeReport& report) {
   Json json;
   for (const OutcomeEntry& entry : kOutcomes)
@@ -135,8 +135,8 @@ class RangeRun {
     options_.frames.clear();  // otherwise the list would be copied for every frame
   }
 
-  // Checks all frames before anything is written, because a frame could overwrite what another one
-  // reads or writes.
+  // Checks all frames before anything is written, because a frame could overwrite a file that
+  // another frame reads or writes.
   void check_names() {
     FileRegister& files = run_.names.emplace();
     register_inputs(options_, files);
@@ -207,7 +207,7 @@ class RangeRun {
     } catch (const UnusableScene&) {
       throw;
     } catch (const std::exception& error) {
-      // A usage error before any frame has rendered is assumed to affect all frames.
+      // If no frame has been rendered yet, a usage error probably affects all frames.
       const Failure failure = failure_of(error);
       if (!rendered_ && failure.exit_code == kExitUsage) throw;
       record_failure(failure, outcome);
@@ -240,7 +240,7 @@ class RangeRun {
   const std::vector<int>& frames_;
   RenderRun run_;
   const Stopwatch wall_;
-  bool rendered_ = false;  // at least one frame
+  bool rendered_ = false;  // whether at least one frame has been rendered
   bool stopped_ = false;   // by the user or the end of the job
   RangeReport report_;
 };

@@ -24,8 +24,8 @@ int render_single(const RenderOptions& options) {
   if (options.skip_existing && is_finished(options)) {
     log_info("skipped: " + skip_reason(options));
   } else {
-    // There is always a report, because a signal that arrives before the first frame begins to
-    // render ends the process.
+    // render_frame() always returns a report here, because a signal that arrives before the first
+    // frame begins to render ends the process.
     exit_code = render_frame(run, options)->exit_code;
   }
   run.end(exit_code);

@@ -16,7 +16,7 @@
 namespace emberline {
 namespace {
 
-// Turns the exceptions of a step that opens the scene into UnusableScene.
+// Runs a step that opens the scene, and turns its exceptions into UnusableScene.
 template <typename Step>
 auto convert_open_errors(const Step& step) {
   try {
@@ -108,7 +108,7 @@ void RenderRun::begin() {
   if (progress_file || !is_foreign_file(options_.progress_file)) begin_progress();
   if (workers) return;
   workers.emplace(options_.threads);
-  // Uses an arena of its own. WorkerThreads only sets a limit, so without the arena there would be
+  // Creates an arena. WorkerThreads only sets an upper limit, so without the arena there would be
   // no more threads than cores.
   arena.emplace(workers->count());
 }

@@ -1,4 +1,4 @@
-// State that outlives a frame of `render`: threads, limits, progress file, scene.
+// The state that the frames of a `render` share: threads, limits, progress file and scene.
 #pragma once
 
 #include <tbb/task_arena.h>
@@ -26,7 +26,7 @@
 
 namespace emberline {
 
-// Thrown if the scene cannot be opened, which would make every frame of the run fail.
+// Thrown if the scene cannot be opened. In this case, every frame of the run would fail.
 struct UnusableScene : EmberlineError {
   using EmberlineError::EmberlineError;
 };
@@ -38,7 +38,7 @@ struct ScenePose {
   WorldBounds bounds;          // for a turntable
 };
 
-// A frame's scene that has been read but not built.
+// The scene of a frame that has been read but not built yet.
 struct ReadPose {
   ScenePose pose;
   std::optional<ReadScene> read;  // absent: the run's scene is already in that pose
@@ -48,7 +48,7 @@ struct ReadPose {
 struct PosedScene {
   std::unique_ptr<OpenScene> open;
   ScenePose pose;
-  size_t warnings = 0;  // number of warnings from before it was built; they apply to every frame
+  size_t warnings = 0;  // number of warnings before the scene was built; they apply to every frame
 
   CameraDescription camera_of(const FrameSettings& settings) const;
   void report(RenderReport& report) const;
@@ -57,7 +57,7 @@ struct PosedScene {
 // The scene of all frames of a run. It is opened once, then posed for each frame if it is animated.
 class RunScene {
  public:
-  // `frames`: whether more than one frame will be loaded.
+  // `frames` says whether more than one frame will be loaded.
   explicit RunScene(bool frames) : has_many_frames_(frames) {}
 
   // Reads the frame's scene. If the run's scene is already open, reads only what the animation
@@ -71,7 +71,8 @@ class RunScene {
   const PosedScene* posed() const { return posed_ ? &*posed_ : nullptr; }
   // Returns the fingerprints of the loaded files. Throws like LoadedFiles::fingerprints().
   const nlohmann::json& inputs(const RenderOptions& options, LoadProgress& progress);
-  // Registers the files that the scene reads. Throws UsageError if an output would overwrite one.
+  // Registers the files that the scene reads. Throws UsageError if an output would overwrite one of
+  // them.
   void register_inputs(FileRegister& files) const;
 
  private:
@@ -92,11 +93,11 @@ class RenderRun {
   // Runs one frame or a range. `options` must outlive it.
   explicit RenderRun(const RenderOptions& options);
 
-  // Called by each frame once its options are checked, so that invalid options leave no trace. The
-  // first call starts the threads and the progress file.
+  // Each frame calls this after its options are checked, so that invalid options leave no files
+  // behind. The first call starts the threads and the progress file.
   void begin();
-  // Call once the scene's files are known and registered, so that the progress file cannot
-  // overwrite one.
+  // Call after the scene's files are known and registered, so that the progress file cannot
+  // overwrite one of them.
   void on_scene_read();
   // Saves the settings once, when the first frame begins to render.
   void save_settings();
@@ -109,15 +110,15 @@ class RenderRun {
   const LoadLimits limits;
   bool first = true;        // the first frame's times include the run's setup
   Stopwatch wall;           // since the frame began
-  double cpu_before_s = 0;  // processor time used before the frame; 0 for the first
+  double cpu_before_s = 0;  // processor time used before this frame; 0 for the first frame
   std::optional<FramePosition> frame_position;
   // The file names of all frames of a range. Absent once the scene has been read.
   std::optional<FileRegister> names;
   std::optional<ProgressFile> progress_file;
   std::optional<WorkerThreads> workers;
   std::optional<tbb::task_arena> arena;
-  // Set when the first frame starts to render: from then on, a first signal lets the current frame
-  // be written.
+  // Set when the first frame starts to render. From then on, after a first stop signal, the current
+  // frame is still written.
   std::optional<GracefulStop> graceful;
   RunScene scene;
 

@@ -35,7 +35,7 @@ HostSettings settings_of(const SessionOptions& options) {
   return settings;
 }
 
-// Parses the host's settings as options that override those of the command line.
+// Parses the host's settings as options, which override the options of the command line.
 HostSettings parse_host_settings(SessionOptions options, const HostTexts& texts) {
   CLI::App app("", "emberline session");
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);

@@ -24,7 +24,7 @@ class Option;
 
 namespace emberline {
 
-// Returns the "name: summary" lines of a table, which follow an option's full help.
+// Returns the "name: summary" lines of a table. These lines follow the full help of an option.
 template <typename Table>
 std::string table_lines(const Table& table) {
   std::string text;
@@ -35,7 +35,8 @@ std::string table_lines(const Table& table) {
 // Stores the help in the option; manual/command_help.cpp reads it from there.
 CLI::Option* describe(CLI::Option* option, const OptionText& text, const std::string& lines = "");
 
-// Appends a sentence to the full help for each rule that rules_of() returns.
+// Appends the rules, a text from rules_of(), to the option's full help, as one sentence for each
+// rule.
 void add_rules(CLI::Option* option, std::string_view rules);
 
 // Adds an option. `read` parses its value and returns false if the value is not `what`, such as "a
@@ -93,8 +94,8 @@ CLI::Option* add_name(CLI::App* app, const std::string& option, std::string& tar
 void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>& bytes,
               const OptionText& help);
 
-// Adds the settings of these groups, except those named in `excluded`, which mean something else in
-// this command.
+// Adds the settings of these groups, except the settings in `excluded`, which have another meaning
+// in this command.
 void add_settings(CLI::App* app, FrameSettings& settings,
                   std::initializer_list<SettingGroup> groups,
                   std::initializer_list<std::string_view> excluded = {});
@@ -108,7 +109,7 @@ void add_threads(CLI::App* app, int& threads);
 // Calls add_threads() and add_limits().
 void add_machine_options(CLI::App* app, RenderOptions& options);
 
-// Adds options for a heatmap's style. Each requires `required_option` unless that is null.
+// Adds options for a heatmap's style. Each of them requires `required_option`, unless this is null.
 void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* required_option);
 void add_heatmaps(CLI::App* app, RenderOptions& options);
 void add_grading(CLI::App* app, DisplaySettings& options);

@@ -26,11 +26,11 @@ namespace emberline {
 namespace {
 
 constexpr const char* kTransparentAttribute = "emberline:transparent";
-// The header attributes that an .exr of one layer copies from the frame.
+// The header attributes that are copied from the frame to an .exr with one layer.
 constexpr std::string_view kKeptAttributes[] = {kCompleteAttribute, "emberline:samples",
                                                 kTransparentAttribute};
 
-// Returns the quantity of the heatmap that needs only this channel; empty if there is none.
+// Returns the heatmap quantity that needs only this channel; "" if there is none.
 std::string_view heatmap_of(std::string_view channel) {
   for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
     if (quantity.channels.size() == 1 && quantity.channels[0] == channel) return quantity.name;
@@ -49,7 +49,7 @@ ImageLayer choose_layer(const ShowOptions& options, const FloatImage& image) {
   }
   ImageLayer layer = find_frame_layer(image, options.layer, options.image);
   if (!layer.is_number()) {
-    // The denoised picture shares the alpha of the raw one.
+    // The denoised picture has the same alpha as the raw picture.
     if (layer.name == kDenoisedLayer) layer.alpha = image.find_channel("A");
     return layer;
   }
@@ -63,8 +63,8 @@ ImageLayer choose_layer(const ShowOptions& options, const FloatImage& image) {
   return layer;
 }
 
-// Whether a .png gets the layer's alpha. In a frame rendered by Emberline, --transparent decides;
-// in other files, an alpha channel is enough.
+// Whether a .png gets the layer's alpha. If Emberline rendered the frame, the frame's --transparent
+// decides. In other files, an alpha channel is enough.
 bool is_transparent(const FloatImageRows& file, const ImageLayer& layer) {
   if (layer.alpha < 0) return false;
   const auto is_ours = [](const auto& attribute) { return attribute.first == kCompleteAttribute; };
@@ -72,9 +72,9 @@ bool is_transparent(const FloatImageRows& file, const ImageLayer& layer) {
          is_marked(file, kTransparentAttribute);
 }
 
-// Returns the width and height of the tiles to be written, which is also the number of rows read at
-// once. It is at least 64 if the picture is that large, because each tile has an entry in the
-// file's table and is compressed by itself.
+// Returns the width and height of the tiles to be written, which is also the number of rows to be
+// read at once. Tiles are at least 64 pixels wide (unless the picture is smaller), because each
+// tile has an entry in the file's table and is compressed separately.
 int tile_side(const FloatImageRows& file) {
   constexpr int kLeast = 64;
   const int step = file.rows_at_once();
@@ -103,7 +103,7 @@ struct GreyRange {
 // Returns the layer's least and greatest values, or 0 and 1 if all values are between 0 and 1.
 GreyRange grey_range(const ShowOptions& options, const LoadProgress& progress,
                      const ImageLayer& layer) {
-  constexpr float kBackground = 1e10f;  // depth of the background, here as in Blender
+  constexpr float kBackground = 1e10f;  // depth that Emberline and Blender write for the background
   FloatImageRows file(options.image, progress);
   const size_t stride = file.image().channel_names.size(), channel = size_t(layer.channels[0]);
   float least = std::numeric_limits<float>::infinity(), greatest = -least;
@@ -245,9 +245,9 @@ class ShownFiles {
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
 };
 
-// Returns the memory for a band of rows of the file, of the layer and of its tiles. Adds, for each
-// .png or .jpg, the 8-bit pixels and the encoded file, which is at most as large, and for each
-// .exr, its table of tiles.
+// Returns the memory for a band of rows of the file, of the layer and of its tiles. For each .png
+// or .jpg, adds the 8-bit pixels and the encoded file, which is at most as large. For each .exr,
+// adds its table of tiles.
 uint64_t shown_bytes(const ShowOptions& options, const FloatImageRows& file,
                      const ImageLayer& layer) {
   const FloatImage& image = file.image();
@@ -291,8 +291,8 @@ int run_show(const ShowOptions& options) {
                     options.image, kDenoisedLayer));
   }
   ShownFiles shown(options, file, layer);
-  // Without --layer, a single channel is the luminance, which is displayed like a picture, without
-  // a range.
+  // Without --layer, a single channel is the luminance. It is displayed like a picture, so it needs
+  // no range.
   const bool needs_range = layer.is_number() && !options.layer.empty() && shown.has_images();
   const GreyRange range = needs_range ? grey_range(options, progress, layer) : GreyRange{};
   const LayerColours colours(image, layer, options.image);

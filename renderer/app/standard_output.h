@@ -1,12 +1,13 @@
-// Results (info, compare, --replay, --version) go to stdout; messages go to stderr (core/log.h).
+// Prints results (of info, compare, --replay and --version) to stdout. Messages go to stderr
+// (core/log.h).
 #pragma once
 
 #include <string_view>
 
 namespace emberline {
 
-// Writes and flushes. Throws RenderError if the write fails, because a full disk behind "> file"
-// must not look like success.
+// Writes the text and flushes stdout. Throws RenderError if this fails, because a full disk behind
+// "> file" must not look like success.
 void print_result(std::string_view text);
 
 // Opens /dev/null for standard streams that are closed. Call it before any file is opened;

@@ -12,7 +12,7 @@ namespace emberline {
 namespace {
 
 // These are atomic because the handler may run on any thread while other threads read them. They
-// must be lock-free, because a signal handler may not lock.
+// must be lock-free, because a signal handler must not lock.
 std::atomic<int> g_signal_count{0};
 std::atomic<int> g_is_graceful{0};
 std::atomic<int> g_checkpoint_requested{0};

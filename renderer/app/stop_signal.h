@@ -12,10 +12,11 @@ void install_stop_handlers();
 
 bool stop_signalled();
 
-// SIGUSR1 requests a checkpoint; it has no effect if the frame keeps none.
+// SIGUSR1 requests that the checkpoint is saved. It has no effect if the frame has no checkpoint.
 bool take_checkpoint_request();  // true: requested since the last call
 
-// While an instance exists, the first signal only requests a stop. At most one may exist at a time.
+// While an instance exists, the first signal only requests a stop. At most one instance may exist
+// at a time.
 class GracefulStop {
  public:
   GracefulStop();

@@ -26,7 +26,7 @@ CLI::Option* add_scene(CLI::App* app, std::string& scene) {
   return add_argument(app, "scene", scene, "The scene: a .gltf or .glb file.");
 }
 
-// Adds the options for the jobs of a farm.
+// Adds the options for the jobs of `emberline farm`.
 void add_job_options(CLI::App* app, FarmOptions& o) {
   add_number(app, "--parts", o.parts, 1u, 4096u,
              {.section = H::kJobs,
@@ -426,7 +426,7 @@ void add_study_options(CLI::App* app, StudyOptions& o) {
 
 void add_help_options(CLI::App* app, HelpOptions& o) {
   app->add_option("command", o.words, "A command, and one of its options with or without dashes.");
-  app->allow_extras();  // accepts an option typed with its dashes
+  app->allow_extras();  // so that the option may have its dashes
   app->footer(
       "emberline help render\n"
       "emberline help render noise-threshold");

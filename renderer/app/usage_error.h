@@ -11,8 +11,8 @@ class ParseError;
 
 namespace emberline {
 
-// Throws UsageError with one line that names the option and says what is valid. `root` is the app
-// that parsed the command line.
+// Throws a UsageError whose message, a single line, names the option and says what is valid. `root`
+// is the app that parsed the command line.
 [[noreturn]] void throw_usage(const CLI::App& root, const CLI::ParseError& error);
 
 // Throws UsageError for the unknown option `word`, and suggests the closest of the `valid` options.

@@ -9,9 +9,9 @@
 //   planner.archive(saving);                     restored.archive(loading);
 //   saving.end();                                loading.end();
 //
-// The bytes are in this machine's byte order. They may come from an untrusted file, so the caller
-// tells each function which values it accepts. Loading throws InputError for any other value, and
-// the object that was being loaded must then be discarded.
+// The bytes are in this machine's byte order. The bytes may come from an untrusted file, so the
+// caller tells each function which values are allowed. Loading throws InputError for any other
+// value; the caller must then discard the object.
 #pragma once
 
 #include <cmath>
@@ -29,7 +29,7 @@ namespace emberline {
 
 class Archive {
  public:
-  // Overwrites `to`.
+  // Saves into `to` and overwrites its contents.
   explicit Archive(std::vector<std::byte>& to) : to_(&to) {}
   explicit Archive(std::span<const std::byte> from) : from_(from) {}
 
@@ -55,7 +55,7 @@ class Archive {
   requires std::is_trivially_copyable_v<T>
   void values(std::span<T> values) { bytes(values.data(), values.size_bytes()); }
   // Saves or loads an array that is empty or has exactly `size` elements. Arrays of floating-point
-  // numbers must not contain NaN; elements that are structs must be checked by the caller.
+  // numbers must not contain NaN; if the elements are structs, the caller must check them.
   template <typename T>
   requires std::is_trivially_copyable_v<T>
   void array(std::vector<T>& values, size_t size) {
@@ -84,8 +84,8 @@ class Archive {
   void check(bool accepted) const {
     if (loading() && !accepted) throw_damaged();
   }
-  // When saving, truncates the buffer to the bytes written; when loading, checks that none are
-  // left.
+  // Call this last. When saving, it truncates the buffer to the bytes written; when loading, it
+  // checks that all bytes have been loaded.
   void end() const {
     check(from_.empty());
     if (!loading()) to_->resize(size_);
@@ -103,7 +103,7 @@ class Archive {
   [[noreturn]] static void throw_damaged() {
     throw InputError("saved frame state", "it is damaged or belongs to another frame");
   }
-  // Copies with all threads if the array is large, such as a film.
+  // Copies large arrays, such as a film, with all threads.
   static void copy(const void* from, std::byte* to, size_t size) {
     constexpr size_t kLarge = size_t(32) << 20, kGrain = size_t(1) << 20;
     if (size < kLarge) {

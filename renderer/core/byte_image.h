@@ -8,10 +8,10 @@ namespace emberline {
 
 struct ByteImage {
   int width = 0, height = 0;
-  int channels = 3;             // 1, 3, or 4 with unassociated alpha last
+  int channels = 3;             // 1, 3 or 4; the fourth is unassociated alpha
   std::vector<uint8_t> values;  // interleaved, row-major, display-encoded
   bool srgb = true;             // whether the encoded file is tagged as sRGB
-  bool incomplete = false;      // from a stopped frame; recorded in PNG and JPEG files
+  bool incomplete = false;      // the frame was stopped early; PNG and JPEG files record this
 };
 
 }  // namespace emberline

@@ -1,5 +1,5 @@
-// Four floats in a GCC or Clang vector: a colour, and a fourth lane in which a function may compute
-// another value at the same time.
+// A GCC or Clang vector of four floats. The first three are a colour. A function may compute
+// another value in the fourth lane at the same time.
 #pragma once
 
 #include "renderer/core/vector.h"

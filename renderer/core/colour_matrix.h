@@ -1,4 +1,4 @@
-// Conversion of linear colours from one set of primaries to another.
+// Converts linear colours from one set of primaries to another.
 #pragma once
 
 #include <memory>
@@ -9,13 +9,13 @@
 namespace emberline {
 
 struct ColourMatrix {
-  Vec3f red, green, blue;  // weights of each output channel
+  Vec3f red, green, blue;  // each holds the weights of the input channels for one output channel
 
   Rgb operator*(const Rgb& c) const { return {dot(red, c), dot(green, c), dot(blue, c)}; }
 };
 
-// Converts colours from linear Rec. 709, which scene descriptions use, to the working space; null
-// if the working space is Rec. 709.
+// Converts colours from linear Rec. 709, which scene descriptions use, to the working space. It is
+// null if the working space is Rec. 709.
 using ToWorkingSpace = std::shared_ptr<const ColourMatrix>;
 
 inline Rgb converted(const ToWorkingSpace& matrix, const Rgb& c) {

@@ -4,7 +4,7 @@
 // Every message is one line that says what is wrong, where it is wrong (file, JSON pointer), and
 // what the user can do. Write setting names in backticks (setting_names.h), and pass names and
 // values that come from outside through shortened(). The constructor truncates an overlong message.
-// A message without format arguments is taken literally, braces included.
+// A message without format arguments is taken literally, including braces.
 #pragma once
 
 #include <fmt/core.h>
@@ -45,8 +45,8 @@ struct UsageError : EmberlineError {
       : UsageError(fmt::format(message, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
-// An input file cannot be used (exit 3). `place` is the file, followed by "#/json/pointer" if it
-// applies.
+// An input file cannot be used (exit 3). `place` is the file, followed by "#/json/pointer" if there
+// is one.
 struct InputError : EmberlineError {
   InputError(const std::string& place, const std::string& message)
       : EmberlineError(kExitInput, place + ": " + message) {}

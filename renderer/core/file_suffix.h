@@ -15,7 +15,7 @@ inline std::string lower_case(std::string text) {
 }
 
 // Returns the part of the file name from its last dot, in lower case: ".exr" for "shots/A.010.EXR".
-// Empty if the name has no dot, or only one at its beginning.
+// Returns an empty string if the name has no dot, or only one at its beginning.
 inline std::string lower_suffix(std::string_view path) {
   return lower_case(std::filesystem::path(path).extension().string());
 }

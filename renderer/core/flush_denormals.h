@@ -1,6 +1,6 @@
-// Scope guard that makes the current thread flush denormals to zero, since arithmetic on them is
-// many times slower. Render workers and all code that resolves a film to pixels use it, so that
-// pixels do not depend on the driver.
+// A scope guard that makes the current thread flush denormals to zero, since arithmetic on
+// denormals is many times slower. Render workers use it, and so does all code that resolves a film
+// to pixels. Therefore pixels do not depend on the driver.
 #pragma once
 
 #if defined(__x86_64__) || defined(_M_X64)
@@ -12,7 +12,8 @@ namespace emberline {
 class FlushDenormals {
  public:
 #if defined(__x86_64__) || defined(_M_X64)
-  // Flush-to-zero and denormals-are-zero, bits 15 and 6 of MXCSR (Intel SDM, section 10.2.3).
+  // Sets flush-to-zero and denormals-are-zero, which are bits 15 and 6 of MXCSR (Intel SDM, section
+  // 10.2.3).
   FlushDenormals() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | 0x8040u); }
   ~FlushDenormals() { _mm_setcsr(saved_); }
 #else

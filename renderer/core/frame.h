@@ -1,4 +1,4 @@
-// An orthonormal shading frame. Local space has the normal along +Z.
+// An orthonormal shading frame. In local space, the normal is +Z.
 #pragma once
 
 #include "renderer/core/vector.h"
@@ -10,9 +10,9 @@ struct ShadingFrame {
   Vec3f bitangent;
   Vec3f normal;
 
-  // Returns an arbitrary right-handed frame whose normal is n, a unit vector. Duff et al. 2017,
-  // "Building an Orthonormal Basis, Revisited", JCGT 6(1), listing 3. The frame is continuous
-  // except where n.z changes sign, and computing it takes no square root.
+  // Returns an arbitrary right-handed frame whose normal is n, a unit vector. The method is listing
+  // 3 of Duff et al. 2017, "Building an Orthonormal Basis, Revisited", JCGT 6(1). The frame is
+  // continuous except where n.z changes sign, and computing it takes no square root.
   static ShadingFrame from_normal(const Vec3f& n) {
     const float sign = std::copysign(1.0f, n.z);
     const float a = -1.0f / (sign + n.z);

@@ -1,5 +1,5 @@
 // Integer hashes. Every seed is computed with them, so that samplers never see raw indices, which
-// are correlated. All are bijective or mix well.
+// are correlated. Each hash is bijective or mixes well.
 #pragma once
 
 #include <bit>
@@ -7,8 +7,9 @@
 
 namespace emberline {
 
-// 32-bit finaliser with low bias, found by search: C. Wellons, "Prospecting for Hash Functions"
-// (2018), constants of the 2-round variant as improved by T. Ettinger (bias 0.107).
+// A 32-bit finaliser with low bias, which was found by search (C. Wellons, "Prospecting for Hash
+// Functions", 2018). The constants are those of the 2-round variant as improved by T. Ettinger
+// (bias 0.107).
 constexpr uint32_t hash32(uint32_t x) {
   x ^= x >> 16;
   x *= 0x21f0aaadu;
@@ -18,8 +19,8 @@ constexpr uint32_t hash32(uint32_t x) {
   return x;
 }
 
-// 64-bit finaliser of SplitMix64 (Steele, Lea & Flood 2014, "Fast Splittable Pseudorandom Number
-// Generators", variant 13 of D. Stafford).
+// The 64-bit finaliser of SplitMix64 (Steele, Lea & Flood 2014, "Fast Splittable Pseudorandom
+// Number Generators"). This is variant 13 of D. Stafford.
 constexpr uint64_t hash64(uint64_t x) {
   x ^= x >> 30;
   x *= 0xbf58476d1ce4e5b9ull;

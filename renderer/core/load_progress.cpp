@@ -33,7 +33,7 @@ double start_of(LoadStage stage) {
   return stage == LoadStage::kReading ? 0.0 : kStages[size_t(stage) - 1].end;
 }
 
-// Timeouts from 1e9 s are ignored, since they might exceed the range of the clock.
+// Timeouts of 1e9 s or more are ignored, since they might exceed the range of the clock.
 std::optional<std::chrono::steady_clock::time_point> deadline(std::optional<double> timeout_s) {
   using Clock = std::chrono::steady_clock;
   if (!timeout_s || !(*timeout_s < 1e9)) return std::nullopt;

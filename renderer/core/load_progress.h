@@ -1,4 +1,4 @@
-// Progress reports, cancellation, and memory and time limits of a load.
+// Handles the progress reports, the cancellation, and the memory and time limits of a load.
 //
 // The caller creates one LoadProgress per load and passes it to load_gltf, build_scene or
 // EditableScene. Loading code reports to this object; without a callback, a report costs one branch
@@ -25,7 +25,7 @@ struct Cancelled : std::exception {
   const char* what() const noexcept override { return "cancelled"; }
 };
 
-// Stages of a load, in their order.
+// The stages of a load, in order.
 enum class LoadStage : uint8_t { kReading, kMeshes, kImages, kEnvironment, kBvh, kLights };
 
 // Limits of a load. `scene` is only for the message of a timeout.
@@ -33,9 +33,9 @@ struct LoadLimits {
   std::shared_ptr<MemoryBudget> memory = MemoryBudget::unlimited();
   std::optional<double> timeout_s;
   std::string scene;
-  // If the textures exceed this size, they are kept in a file, and at most this much of the file is
-  // in memory. The environment map does not count towards this, because all of its rows are read
-  // anyway.
+  // If the textures exceed this size, they are kept in a file, and at most this many bytes of the
+  // file are in memory. The environment map does not count towards this limit, because all of its
+  // rows are read anyway.
   std::optional<uint64_t> texture_bytes = {};
 };
 
@@ -46,9 +46,9 @@ class LoadProgress {
   // times, from any loading thread but never from two at once. It must not throw.
   using Report = std::function<void(const std::string& stage, double fraction)>;
 
-  // Any thread may request `stop`. The load then ends with Cancelled within 40 ms, or within
-  // 250 ms at the start of building a BVH of millions of triangles (tests/bench/results). The
-  // constructor starts the timeout; a load that exceeds it ends with LimitError as promptly.
+  // Any thread may request `stop`. The load then throws Cancelled within 40 ms, or within 250 ms at
+  // the start of building a BVH of millions of triangles (tests/bench/results). The constructor
+  // starts the timeout; a load that exceeds the timeout throws LimitError equally promptly.
   explicit LoadProgress(Report report, std::stop_token stop = {}, LoadLimits limits = {});
   LoadProgress(const LoadProgress&) = delete;
   LoadProgress& operator=(const LoadProgress&) = delete;
@@ -59,7 +59,7 @@ class LoadProgress {
   // ---- for loading code; thread-safe -----------------------------------------------------------
 
   bool watched() const { return watched_; }
-  // Whether check() would throw.
+  // Returns whether check() would throw.
   bool should_stop() const { return watched_ && (stop_.stop_requested() || timed_out()); }
   // Throws Cancelled if the load was cancelled, and LimitError after a timeout. begin() and
   // advance() also do this.

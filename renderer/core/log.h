@@ -1,5 +1,5 @@
-// Messages to the user on stderr. Thread-safe. Each message is one line: control characters in
-// names are escaped (utf8.h).
+// Writes messages to the user on stderr. The functions are thread-safe. Each message is one line:
+// control characters in names are escaped (utf8.h).
 //
 // Results, such as those of `info` and `compare --json`, go to stdout and do not use these
 // functions. A progress line on the same terminal is cleared before a message and redrawn after it.
@@ -19,14 +19,13 @@ void set_log_level(LogLevel level);
 LogLevel log_level();
 
 void log_error(std::string_view message);  // always shown: "emberline: error: ..."
-// Not shown with --quiet. Each distinct text is shown once per process. After a hundred texts,
-// one last line says that there are more.
+// Warnings are not shown with --quiet. Each
 void log_warning(std::string_view message);
 void log_info(std::string_view message);     // not shown with --quiet
 void log_verbose(std::string_view message);  // shown only with --verbose
 
 // Sends messages to `sink` instead of stderr, without a prefix and including repeated warnings;
-// null restores stderr. The sink is called by one thread at a time.
+// null restores stderr. One thread at a time calls the sink.
 enum class LogKind { kError, kWarning, kInfo };
 void set_log_sink(std::function<void(LogKind kind, std::string_view message)> sink);
 

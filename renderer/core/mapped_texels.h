@@ -50,7 +50,8 @@ class MappedTexels {
 
   std::shared_ptr<const std::byte> texels_;
   size_t size_;
-  std::unique_ptr<std::atomic<bool>[]> prefetched_;  // per block, since the last release_pages()
+  std::unique_ptr<std::atomic<bool>[]> prefetched_;  // whether each block was prefetched after the
+                                                     // last release_pages()
 };
 
 }  // namespace emberline

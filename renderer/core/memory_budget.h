@@ -37,13 +37,13 @@ class MemoryBudget {
   // `left` to the number of bytes left.
   bool try_reserve(MemoryPart part, uint64_t bytes, uint64_t* left = nullptr) noexcept;
   void release(MemoryPart part, uint64_t bytes) noexcept;
-  // Returns the message of reserve() without the place. Pass as `left` what the failed
+  // Returns the message of reserve() without the place. For `left`, pass the value that the failed
   // try_reserve() set; other threads may have released memory since then.
   std::string limit_message(MemoryPart part, uint64_t bytes, uint64_t left) const;
 
-  // Returns a separate budget with the same limit that starts with this one's reservations. A load
-  // uses the separate budget and, if it succeeds, reserves the newly_reserved() bytes of that
-  // budget in this one.
+  // Returns a child budget with the same limit, which starts with the reservations of this budget.
+  // A load reserves its memory in the child. If the load succeeds, the caller reserves the child's
+  // newly_reserved() bytes in this budget.
   std::shared_ptr<MemoryBudget> child_budget() const;
   uint64_t newly_reserved() const { return reserved() - inherited_; }
 

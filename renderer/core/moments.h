@@ -27,7 +27,8 @@ class Moments {
 
   uint64_t count() const { return count_; }
   double mean() const { return mean_; }
-  double variance() const { return count_ > 1 ? m2_ / double(count_ - 1) : 0.0; }  // of one value
+  // Returns the variance of the values, not of their mean.
+  double variance() const { return count_ > 1 ? m2_ / double(count_ - 1) : 0.0; }
   double standard_error() const {
     return count_ > 1 ? std::sqrt(variance() / double(count_)) : 0.0;
   }

@@ -35,7 +35,7 @@ std::string_view comparable_part(std::string_view name) {
   return name.substr(std::min(name.find_first_not_of('-'), name.size()), kMaxComparedLength);
 }
 
-// Length of the longest substring that both words contain.
+// Returns the length of the longest substring that both words contain.
 size_t longest_common_run(std::string_view a, std::string_view b) {
   std::vector<size_t> row(b.size() + 1);
   size_t longest = 0;

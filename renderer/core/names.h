@@ -18,7 +18,7 @@ struct NamedValue {
   T value;
 };
 
-// Returns the name of a value; empty if the table does not contain the value.
+// Returns the name of a value, or an empty text if the table does not contain the value.
 template <typename T>
 std::string_view name_of(std::span<const NamedValue<T>> table, T value) {
   for (const NamedValue<T>& entry : table) {
@@ -31,19 +31,20 @@ std::string_view name_of(std::span<const NamedValue<T>> table, T value) {
 // one word into the other (Levenshtein 1966). Takes O(|a| |b|) time.
 size_t edit_distance(std::string_view a, std::string_view b);
 
-// If there are more valid names than this, messages list only the nearest ones instead of all.
+// If there are more valid names than this, messages list only the nearest names instead of all.
 inline constexpr size_t kMaxListedNames = 12;
 
 // Returns the indices in `valid` of the three names that are most similar to `name`, nearest first.
 // Two names also count as similar if one contains most of the other.
 std::vector<size_t> nearest_indices(std::string_view name, std::span<const std::string_view> valid);
-// The nearest names as text, like "'spp', 'min-spp' or 'max-spp'"; empty if `valid` is empty.
+// Returns the nearest names as text, such as "'spp', 'min-spp' or 'max-spp'". The text is empty if
+// `valid` is empty.
 std::string nearest_names(std::string_view name, std::span<const std::string_view> valid);
 
-// "unknown sampler 'sobel' (did you mean 'sobol'?); valid names are sobol, independent". A name is
-// suggested only if the number of edits is at most a third of its length. With more than
-// kMaxListedNames names, the three nearest are suggested instead: "unknown setting 'sp' (did you
-// mean 'spp', 'min-spp' or 'max-spp'?)".
+// Returns a message such as "unknown sampler 'sobel' (did you mean 'sobol'?); valid names are
+// sobol, independent". A name is suggested only if the number of edits is at most a third of the
+// name's length. With more than kMaxListedNames names, the message suggests the three nearest names
+// instead of listing all: "unknown setting 'sp' (did you mean 'spp', 'min-spp' or 'max-spp'?)".
 std::string unknown_name_message(std::string_view kind, std::string_view name,
                                  std::span<const std::string_view> valid);
 

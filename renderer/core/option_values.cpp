@@ -65,7 +65,7 @@ std::string unknown_word_message(const char* kind, const std::string& word,
                                  const std::vector<std::string>& valid) {
   const std::vector<std::string_view> views(valid.begin(), valid.end());
   const std::string message = unknown_name_message(kind, word, views);
-  if (views.size() <= kMaxListedNames) return message;  // which lists them
+  if (views.size() <= kMaxListedNames) return message;  // the message already lists the words
   return fmt::format("{}; valid names are {}", message, fmt::join(valid, ", "));
 }
 

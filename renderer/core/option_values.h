@@ -1,5 +1,6 @@
-// Strict parsing of option values (the whole text, finite, in range), with common error messages.
-// CLI11's own range checks accept NaN and print floats with six decimals.
+// Parses option values strictly: the whole text must be a value, and numbers must be finite and in
+// range. Also composes the common error messages. CLI11's own range checks accept NaN and print
+// floats with six decimals.
 #pragma once
 
 #include <algorithm>

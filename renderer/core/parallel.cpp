@@ -1,7 +1,7 @@
 // Tells ThreadSanitizer about the order that TBB's loops impose: code before a loop happens before
 // the loop's body, and the body happens before the code after the loop. TBB ensures this inside its
 // library, which distributions do not instrument, so ThreadSanitizer would report every loop as a
-// race. Suppressions would hide real races too, since all our threads are TBB's. Therefore only
+// race. Suppressions would also hide real races, since all our threads are TBB's. Therefore only
 // this file instantiates TBB's templates; this file is not instrumented
 // (renderer/core/CMakeLists.txt) and declares the order explicitly.
 #include "renderer/core/parallel.h"

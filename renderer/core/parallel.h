@@ -1,4 +1,4 @@
-// Parallel loops built on TBB. They return when every call of the body has returned; the first
+// Parallel loops built on TBB. A loop returns when every call of its body has returned. The first
 // exception that the body throws ends the loop and is rethrown to the caller. The loops may be
 // called from any thread and may be nested.
 //
@@ -29,7 +29,8 @@ void parallel_ranges(size_t count, size_t grain, const Body& body) {
   parallel_detail::run(count, grain, parallel_detail::Partitioner::kAuto, call, &body);
 }
 
-// Calls body(i) for each i < count, in ranges that TBB chooses as above.
+// Calls body(i) for each i < count, TBB divides the indices into ranges as it does for
+// parallel_ranges().
 template <typename Body>
 void parallel_each(size_t count, size_t grain, const Body& body) {
   parallel_ranges(count, grain, [&](size_t begin, size_t end) {
@@ -41,7 +42,7 @@ void parallel_each(size_t count, const Body& body) {
   parallel_each(count, 1, body);
 }
 
-// Calls body(i) for each i < count, each in a task of its own. Use this for a small number of long
+// Calls body(i) for each i < count, each in a separate task. Use this for a small number of long
 // calls.
 template <typename Body>
 void parallel_tasks(size_t count, const Body& body) {

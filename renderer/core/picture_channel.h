@@ -11,7 +11,7 @@ namespace emberline {
 enum class ChannelType : uint8_t { kFloat, kUint, kHalf };
 
 struct PictureChannel {
-  std::string name;  // "R", "albedo.G", "samples"
+  std::string name;  // such as "R", "albedo.G" or "samples"
   ChannelType type = ChannelType::kFloat;
 };
 

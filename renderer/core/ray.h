@@ -15,7 +15,7 @@ inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // The largest coordinate that the origin or unnormalised direction of a ray may have. Embree
 // accepts up to 1.84e18 (FLT_LARGE in kernels/common/ray.h, 3.13 and 4) and aborts on larger ones
-// if it was built with assertions, as Debian's is. Squares overflow float beyond 1.8e19.
+// if it was built with assertions, as Debian's Embree is. Squares overflow float beyond 1.8e19.
 inline constexpr double kMaxOrigin = 1e18;
 
 // The points origin + t * direction for t in [0, t_max], in the scene's internal space, which is

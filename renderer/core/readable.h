@@ -6,7 +6,7 @@
 
 namespace emberline {
 
-// "14,745,600".
+// Formats an integer, such as "14,745,600".
 std::string readable_count(uint64_t count);
 
 // Adds commas between the thousands of a plain decimal number: "-14,745,600.25".
@@ -16,13 +16,13 @@ std::string with_separators(std::string number);
 // "1,234", "1.5e-07". Returns "none" for NaN and "infinite" for infinity.
 std::string readable_number(double value, int digits = 3);
 
-// "640 B", "12.3 MiB".
+// Formats a size, such as "640 B" or "12.3 MiB".
 std::string readable_bytes(uint64_t bytes);
 
-// "820 us", "59.3 ms", "12.3 s", "3 min 20 s", "2 h 05 min".
+// Formats a duration, such as "820 us", "59.3 ms", "12.3 s", "3 min 20 s" or "2 h 05 min".
 std::string readable_seconds(double seconds);
 
-// "25.3 %", for a fraction in [0, 1].
+// Formats a fraction in [0, 1] as a percentage, such as "25.3 %".
 std::string readable_percent(double share);
 
 }  // namespace emberline

@@ -1,5 +1,5 @@
-// Copies the values of a rectangle's pixels out of or into those of a frame. Pixels are in row
-// order, and each has the same number of values, which are interleaved.
+// Copies the pixels of a rectangle out of a frame or into it. Pixels are in row order. Each pixel
+// has the same number of values, which are interleaved.
 #pragma once
 
 #include <algorithm>

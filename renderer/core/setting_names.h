@@ -1,6 +1,6 @@
-// Spelling of setting names in messages and help texts. The sources write a name in backticks, as
-// `noise-threshold`; each program spells it as its users do: --noise-threshold in the command,
-// noise_threshold in Python.
+// Spelling of setting names in messages and help texts. The sources write a name in backticks, such
+// as `noise-threshold`. Each program spells the name as its users do: --noise-threshold in the
+// command, noise_threshold in Python.
 #pragma once
 
 #include <string>

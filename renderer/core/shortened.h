@@ -15,7 +15,7 @@ inline std::string shortened(std::string_view text) {
 }
 
 // Cuts the middle out of an overlong message, since the beginning says where the error is, and the
-// end what to do.
+// end says what to do.
 inline std::string truncate_middle(std::string_view message) {
   constexpr size_t kHeadLength = 1500, kTailLength = 500;
   if (message.size() <= kHeadLength + kTailLength) return std::string(message);

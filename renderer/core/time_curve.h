@@ -1,5 +1,5 @@
-// Values that change while the shutter is open, from time 0 (open) to time 1 (close). Plain data
-// and pure functions.
+// Values that change while the shutter is open, from time 0 (open) to time 1 (close). The types are
+// plain data with pure functions.
 #pragma once
 
 #include <algorithm>
@@ -9,13 +9,13 @@ namespace emberline {
 
 // A piecewise linear curve with at least one key, which is constant before its first and after its
 // last key. Times are non-decreasing. Where two keys have the same time, the value jumps, and the
-// second of them applies from that time on.
+// second key applies from that time on.
 template <class Value>
 struct TimeCurve {
   std::vector<float> times;
   std::vector<Value> values;
 
-  // Binary search, logarithmic in the number of keys.
+  // Takes logarithmic time in the number of keys (binary search).
   Value at(float time) const {
     const auto next = size_t(std::upper_bound(times.begin(), times.end(), time) - times.begin());
     if (next == 0) return values.front();
@@ -26,7 +26,7 @@ struct TimeCurve {
   }
 };
 
-// Visibility over time: each time in the list toggles it.
+// Visibility over time. Each of `toggle_times` toggles the visibility.
 struct VisibilityTimes {
   bool visible_at_open = true;
   std::vector<float> toggle_times;  // non-decreasing times

@@ -1,4 +1,4 @@
-// UTF-8 validation and escaping, for file names and texts that may contain arbitrary bytes.
+// Validates and escapes UTF-8, for file names and texts that may contain arbitrary bytes.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,8 @@
 
 namespace emberline {
 
-// Length in bytes of the well-formed UTF-8 sequence at the beginning of `text`; 0 if there is none
-// (Unicode 15, table 3-7: no overlong forms, no surrogates, nothing beyond U+10FFFF).
+// Returns the length in bytes of the well-formed UTF-8 sequence at the beginning of `text`, or 0 if
+// there is none (Unicode 15, table 3-7: no overlong forms, no surrogates, nothing beyond U+10FFFF).
 inline size_t utf8_length(std::string_view text) {
   const auto byte = [&](size_t i) {
     return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
@@ -31,7 +31,8 @@ inline size_t utf8_length(std::string_view text) {
   return 0;
 }
 
-// Whether a well-formed UTF-8 sequence is an ASCII or C1 (U+0080 to U+009F) control character.
+// Returns whether a well-formed UTF-8 sequence is an ASCII or C1 (U+0080 to U+009F) control
+// character.
 inline bool is_control(std::string_view sequence) {
   const auto c = static_cast<unsigned char>(sequence[0]);
   if (sequence.size() == 1) return c < 0x20 || c == 0x7f;

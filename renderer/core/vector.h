@@ -1,6 +1,7 @@
 // Value types of the renderer: Imath vectors under project names.
 //
-// Rgb is linear Rec. 709 radiance or reflectance; products of two Rgb are component-wise.
+// Rgb is linear radiance or reflectance. Its primaries are Rec. 709 in scene descriptions and those
+// of the working space in the renderer (colour_matrix.h). The product of two Rgb is component-wise.
 // Directions named wo and wi point away from the surface.
 #pragma once
 
@@ -22,9 +23,10 @@ using Mat44d = Imath::M44d;  // row vectors: p' = p * M, translation in the last
 using Rgb = Imath::V3f;
 
 // a * b + c, rounded once. The compiler does not fuse by itself (-ffp-contract=off), because the
-// bits of an image must not depend on what it inlines. Hot code fuses explicitly with these
-// functions and the vector products below, whereas Imath's own operators round every product. The
-// functions are always_inline, since GCC counts std::fma as a call when it decides what to inline.
+// bits of an image must not depend on what the compiler inlines. Hot code fuses explicitly with
+// these functions and the vector products below, whereas Imath's own operators round every product.
+// The functions are always_inline, since GCC counts std::fma as a call when it decides what to
+// inline.
 [[gnu::always_inline]] inline float fma(float a, float b, float c) { return std::fma(a, b, c); }
 [[gnu::always_inline]] inline double fma(double a, double b, double c) { return std::fma(a, b, c); }
 [[gnu::always_inline]] inline Vec2f fma(const Vec2f& a, float b, const Vec2f& c) {
@@ -62,7 +64,7 @@ inline Vec3d transform_point(const Mat44d& m, const Vec3d& p) {
   return fma(row(m, 0), p.x, fma(row(m, 1), p.y, fma(row(m, 2), p.z, row(m, 3))));
 }
 
-// Rec. 709 luminance (ITU-R BT.709-6, section 3).
+// Returns the Rec. 709 luminance (ITU-R BT.709-6, section 3).
 [[gnu::always_inline]] inline float luminance(const Rgb& c) {
   return dot(c, Rgb(0.2126f, 0.7152f, 0.0722f));
 }

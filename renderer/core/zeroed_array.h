@@ -13,7 +13,7 @@
 namespace emberline {
 
 // Requests pages of 2 MiB instead of 4 KiB for a large array. The first pass of a bisection frame
-// of 1280 x 720 touches 16,000 pages of 4 KiB, which takes a sixth of its time.
+// of 1280 x 720 touches 16,000 pages of 4 KiB, which takes a sixth of the pass's time.
 void advise_huge_pages(void* data, size_t bytes);
 
 // Requests huge pages for memory that is already zero, and touches all of them. Otherwise the

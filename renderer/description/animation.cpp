@@ -38,8 +38,8 @@ Quaternion quaternion_at(const float* numbers) {
   return {numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
-// Appendix C, "Cubic Spline Interpolation". `at` points to the in-tangent of the key before the
-// time.
+// Interpolates as in glTF 2.0, appendix C, "Cubic Spline Interpolation". `at` points to the
+// in-tangent of the key before the time.
 void sample_spline(const float* at, size_t width, const Segment& segment, std::span<double> value) {
   const double t = segment.share, t2 = t * t, t3 = t2 * t;
   const float *from = at + width, *out_tangent = at + 2 * width;
@@ -52,8 +52,8 @@ void sample_spline(const float* at, size_t width, const Segment& segment, std::s
   }
 }
 
-// Normalises a quaternion that a spline has interpolated. Between opposite quaternions, it may be
-// zero; the nearer key is then used instead.
+// Normalises a quaternion that a spline has interpolated. Between opposite quaternions, the result
+// of the spline may be zero; the nearer key is then used instead.
 void normalise(std::span<double> value, const float* from, const float* to, double share) {
   double length = length_of(value);
   if (!(length > 0.0)) {

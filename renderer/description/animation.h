@@ -1,5 +1,5 @@
-// Key frames and their interpolation over time (glTF 2.0, section 3.11 and appendix C). Plain data
-// and pure functions.
+// Key frames and their interpolation over time (glTF 2.0, section 3.11 and appendix C). This file
+// has only plain data and pure functions.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ struct KeyFrames {
   using Numbers = std::shared_ptr<const std::vector<float>>;
 
   Interpolation interpolation = Interpolation::kLinear;
-  bool rotations = false;  // the values are non-zero quaternions
+  bool rotations = false;  // true: the values are non-zero quaternions
   size_t width = 1;        // numbers per value
   Numbers times;           // seconds, finite, increasing; at least one
   Numbers values;  // finite; per key: the value, or in-tangent, value and out-tangent for splines
@@ -29,9 +29,9 @@ struct KeyFrames {
 };
 
 // Writes the value at `time` to `value`, which must have `width` numbers. Before the first key,
-// this is the first key's value, and after the last key, the last key's value. Between keys, it is
-// interpolated; at a key, it is exact. Interpolated rotations are unit quaternions. Takes time
-// logarithmic in the number of keys.
+// this is the value of the first key; after the last key, it is the value of the last key. At a
+// key, it is exactly the key's value. Between keys, it is interpolated. Interpolated rotations are
+// unit quaternions. Takes time logarithmic in the number of keys.
 void sample_keys(const KeyFrames& keys, double time, std::span<double> value);
 
 // Interpolates spherically along the shorter arc between two non-zero quaternions, with `share` in

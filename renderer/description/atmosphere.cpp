@@ -37,14 +37,15 @@ Vec3d cie_1931(double nm) {
           1.217 * lobe(437.0, 11.8, 36.0) + 0.681 * lobe(459.0, 26.0, 13.8)};
 }
 
-// Matrix from IEC 61966-2-1, annex F.
+// Uses the matrix of IEC 61966-2-1, annex F.
 Vec3d rec709_of_xyz(const Vec3d& xyz) {
   return {3.2406 * xyz.x - 1.5372 * xyz.y - 0.4986 * xyz.z,
           -0.9689 * xyz.x + 1.8758 * xyz.y + 0.0415 * xyz.z,
           0.0557 * xyz.x - 0.2040 * xyz.y + 1.0570 * xyz.z};
 }
 
-// Returns the colour in cd/m^2 that each band contributes if it has the sun's full irradiance.
+// Returns, for each band, the colour in cd/m^2 of a radiance equal to the sun's irradiance in the
+// band.
 std::array<Vec3d, kBands> make_colours() {
   constexpr double kLumensPerWatt = 683;
   std::array<Vec3d, kBands> colours;
@@ -59,9 +60,9 @@ std::array<Vec3d, kBands> make_colours() {
 
 }  // namespace
 
-// From E. Bruneton, F. Neyret, "Precomputed Atmospheric Scattering" (EGSR 2008), section 2.1. Air
-// is as in their table, and haze is as in the clear sky of their program. Ozone is as in E.
-// Bruneton, "A Qualitative and Quantitative Evaluation of 8 Clear Sky Models" (TVCG 2017).
+// Returns the values of E. Bruneton, F. Neyret, "Precomputed Atmospheric Scattering" (EGSR 2008),
+// section 2.1. Air is as in their table, and haze is as in the clear sky of their program. Ozone is
+// as in E. Bruneton, "A Qualitative and Quantitative Evaluation of 8 Clear Sky Models" (TVCG 2017).
 const Coefficients& coefficients() {
   static const Coefficients kEarth = [] {
     Coefficients c{};
@@ -84,7 +85,7 @@ Density density(double height) {
 
 double rayleigh_phase(double cosine) { return 3 / (16 * kPiD) * (1 + cosine * cosine); }
 
-// L. Henyey, J. Greenstein, "Diffuse radiation in the galaxy" (1941).
+// Uses the phase function of L. Henyey, J. Greenstein, "Diffuse radiation in the galaxy" (1941).
 double haze_phase(double cosine) {
   constexpr double kAsymmetry = 0.76;
   const double t = 1 + kAsymmetry * kAsymmetry - 2 * kAsymmetry * cosine;

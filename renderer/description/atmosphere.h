@@ -14,8 +14,8 @@ inline constexpr double kGroundRadius = 6360e3, kTopRadius = 6460e3;
 inline constexpr size_t kBands = 16;
 using Spectrum = std::array<float, kBands>;
 
-// Scattering and absorption coefficients per metre, at the ground or, for ozone, at the height of
-// its peak density. Haze is grey.
+// Scattering and absorption coefficients per metre. They hold at the ground or, for ozone, at the
+// height of its peak density. Haze is grey, so it has one value for all bands.
 struct Coefficients {
   Spectrum rayleigh, ozone;
   float haze_scattering, haze_extinction;

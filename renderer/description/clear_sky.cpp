@@ -46,22 +46,22 @@ Spectrum transmittance(const Column& column) {
   return result;
 }
 
-// Return the distance to the top of the atmosphere, or to the ground, from a position at `radius`.
-// `cosine` is the cosine of the angle between the direction and the zenith.
+// These functions return the distance from a position at `radius` to the top of the atmosphere, or
+// to the ground. `cosine` is the cosine of the angle between the direction and the zenith.
 double distance_to_top(double radius, double cosine) {
   const double across = radius * cosine;
   return -across +
          std::sqrt(std::max(0.0, across * across + kTopRadius * kTopRadius - radius * radius));
 }
-double distance_to_ground(double radius, double cosine) {  // negative: no hit
+double distance_to_ground(double radius, double cosine) {  // negative: misses it
   const double across = radius * cosine,
                d = across * across + kGroundRadius * kGroundRadius - radius * radius;
   return cosine < 0 && d >= 0 ? std::max(0.0, -across - std::sqrt(d)) : -1;
 }
 
-// Divides a ray into `steps` pieces, whose length grows with the distance. At the midpoint of each,
-// calls visit(position, radius, length of the piece in metres, density, column from the start of
-// the ray). Returns the column of the whole ray.
+// Divides a ray into `steps` pieces, whose length grows with the distance. At the midpoint of each
+// piece, calls visit(position, radius, length of the piece in metres, density, column from the
+// start of the ray). Returns the column of the whole ray.
 template <typename Visit>
 Column march(const Vec3d& from, const Vec3d& direction, double length, int steps,
              const Visit& visit) {
@@ -81,7 +81,7 @@ Column march(const Vec3d& from, const Vec3d& direction, double length, int steps
 }
 
 // A table of values over two variables: the height, and the angle between zenith and sun. Heights
-// are denser near the ground; angles are within `reach` of `middle`.
+// are denser near the ground. Angles lie within `reach` of `middle`.
 template <typename Value>
 class SkyTable {
  public:
@@ -160,12 +160,13 @@ class Sky {
     return light;
   }
 
-  // Scattered light as seen from the ground, not yet multiplied by the phase functions of single
-  // scattering.
+  // Scattered light as seen from the ground. The phase functions of single scattering have not been
+  // applied yet.
   struct ScatteredLight {
     Vec3d rayleigh = Vec3d(0.0), haze = Vec3d(0.0), multiple = Vec3d(0.0);
   };
-  // Returns the light from a direction above the horizon. `azimuth` is relative to the sun's.
+  // Returns the light from a direction above the horizon. `azimuth` is relative to the azimuth of
+  // the sun.
   ScatteredLight scattered_light(double elevation, double azimuth) const {
     const Coefficients& c = coefficients();
     const Vec3d sun(std::cos(elevation_), std::sin(elevation_), 0);
@@ -198,9 +199,9 @@ class Sky {
   }
 
  private:
-  // Hillaire's equations 5 to 10: computes the light of the second order of scattering at a
-  // position and, as a geometric series, adds the light of all higher orders. The sun's irradiance
-  // outside the atmosphere is 1.
+  // Computes the light of the second order of scattering at a position (Hillaire's equations 5 to
+  // 10). Adds the light of all higher orders as a geometric series. The sun's irradiance outside
+  // the atmosphere is taken to be 1.
   Spectrum compute_multiple_scattering(double radius, double angle) const {
     constexpr int kZeniths = 16, kAzimuths = 4;  // half the sphere; the other half is symmetric
     const Coefficients& c = coefficients();
@@ -247,7 +248,7 @@ class Sky {
   SkySettings settings_;
   double elevation_;
   SkyTable<Column> sun_columns_;
-  SkyTable<Spectrum> multiple_table_;  // for multiple scattering; treated as isotropic
+  SkyTable<Spectrum> multiple_table_;  // light of multiple scattering, taken as isotropic
 };
 
 // Computes the upper half of the map. Scattered light is interpolated between rays, which are
@@ -263,8 +264,8 @@ class SkyPainter {
     });
   }
 
-  // `azimuth` is relative to the sun's and may be more than a full turn. The elevation must not be
-  // negative.
+  // `azimuth` is relative to the azimuth of the sun, and may be more than a full turn. The
+  // elevation must not be negative.
   Vec3d radiance(double elevation, double azimuth) const {
     const double relative_azimuth = std::abs(std::remainder(azimuth, 2 * kPiD));
     const double y = std::sqrt(elevation / (kPiD / 2)) * (kRows - 1);
@@ -314,7 +315,7 @@ EnvironmentDescription clear_sky(const SkySettings& settings) {
                 sizeof value);
   };
 
-  std::vector<Vec3d> row_irradiance(size_t(above), Vec3d(0.0));  // of the ground, from each row
+  std::vector<Vec3d> row_irradiance(size_t(above), Vec3d(0.0));  // of the ground, by row of the map
   parallel_each(size_t(above), [&](size_t row) {
     const double up = kPiD / 2 - kPiD * (double(row) + 0.5) / height;
     for (int x = 0; x < width; ++x) {

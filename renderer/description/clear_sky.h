@@ -1,4 +1,4 @@
-// A clear sky and its sun, as an environment for scenes without one.
+// A clear sky and its sun, as an environment for scenes that have no environment.
 //
 // The light of the sky is sunlight that air and haze scatter towards the ground, and that ozone and
 // haze partly absorb. The earth is spherical (atmosphere.h). Single scattering is integrated along
@@ -12,8 +12,8 @@
 
 namespace emberline {
 
-// The luminance in cd/m^2 that becomes a radiance of 1, which is roughly that of a white surface
-// under a high sun.
+// The luminance in cd/m^2 that becomes a radiance of 1. A white surface under a high sun has
+// roughly this luminance.
 inline constexpr double kUnitLuminance = 32768;
 
 struct SkySettings {
@@ -23,10 +23,11 @@ struct SkySettings {
   // The ground is grey, fills the lower half of the map and illuminates the air.
   double ground_albedo = 0.3;
   bool multiple_scattering = true;  // false: single scattering only
-  int height = 512;                 // of the map
+  int height = 512;                 // of the map, in texels
 };
 
-// Returns a map of float texels, and the sun unless it has set. Uses all threads.
+// Returns an environment with a map of float texels and, unless the sun has set, with the sun. Uses
+// all threads.
 EnvironmentDescription clear_sky(const SkySettings& settings);
 
 }  // namespace emberline

@@ -34,8 +34,8 @@ void add_default_light(SceneDescription& scene) {
         const MaterialDescription* material = material_of(scene, placed);
         return !material || !material->unlit;
       });
-  // If everything is hidden in a frame of an animation, that frame gets the default light too, as
-  // the other frames do, unless some materials are emissive or unlit.
+  // A frame of an animation may hide everything. Such a frame also gets the default light, as the
+  // other frames do, unless some materials are emissive or unlit.
   const bool hidden = scene.instances.empty() && scene.lights.empty() &&
                       std::ranges::none_of(scene.materials, [](const MaterialDescription& m) {
                         return m.unlit || emits(m);

@@ -5,12 +5,13 @@
 
 namespace emberline {
 
-// Returns edits of every light, every material and the environment that reproduce their present
-// values, so that applying the edits changes no bit of a frame. It leaves out values that an edit
-// cannot reproduce exactly, such as an attenuation distance of infinity, and the interior of
-// thin-walled materials.
+// Returns edits of every light, every material and the environment. They have the present values,
+// so applying them changes no bit of a frame. Leaves out values that an edit cannot reproduce
+// exactly, such as an attenuation distance of infinity. Also leaves out the interior of thin-walled
+// materials.
 //
-// Call apply({}, scene) first, which adds the default light and the default material.
+// The caller must first call apply({}, scene), which adds the default light and the default
+// material.
 SceneEdits edits_template(const SceneDescription& scene);
 
 }  // namespace emberline

@@ -8,7 +8,8 @@ namespace emberline {
 
 // Returns the bounds of all placed geometry at all of its time steps.
 WorldBounds world_bounds(const SceneDescription& description);
-// Returns bounds for a view of the whole scene, which are the same at any time of an animation.
+// Returns the bounds that a view of the whole scene frames. They are the same at all times of an
+// animation.
 inline WorldBounds framed_bounds(const SceneDescription& description) {
   return description.rest_bounds ? *description.rest_bounds : world_bounds(description);
 }
@@ -23,7 +24,7 @@ CameraDescription framing_camera(const WorldBounds& bounds, double aspect);
 double lens_radius(double f_stop, double fov_y_radians);
 
 // Returns the camera-to-world matrix of a view from `from` towards `at`. If `up` is parallel to the
-// view, +Y replaces it; if the view is also vertical, the right of the image is +X. Throws
+// view, +Y replaces `up`. If the view is vertical as well, the right of the image is +X. Throws
 // UsageError if `from` and `at` coincide.
 Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at, const Vec3d& up = Vec3d(0.0, 1.0, 0.0));
 

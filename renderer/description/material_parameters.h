@@ -1,5 +1,5 @@
-// The table of material parameters that edits may replace. apply() (scene_edits.h), the edits file
-// (io/json/edits_file.h) and the window's panel use it. To add a parameter, add a member to
+// The table of material parameters that edits may replace. It is used by apply() (scene_edits.h),
+// the edits file (io/json/edits_file.h) and the window's panel. To add a parameter, add a member to
 // MaterialEdit and a row to the table.
 #pragma once
 
@@ -23,9 +23,9 @@ struct MaterialParameter {
   float unit = 1.0f;  // value in MaterialDescription / value in the edit
 };
 
-// All parameters, in the order of the edits file.
+// Returns all parameters, in the order of the edits file.
 std::span<const MaterialParameter> material_parameters();
-// The parameter with this name, which must be in the table (asserted).
+// Returns the parameter with this name, which must be in the table (asserted).
 const MaterialParameter& material_parameter(std::string_view name);
 
 }  // namespace emberline

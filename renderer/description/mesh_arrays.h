@@ -1,5 +1,5 @@
-// The arrays of a triangle mesh, with one entry per vertex or per triangle, as they are loaded and
-// traced.
+// The arrays of a triangle mesh, with one entry per vertex or per triangle. Loading and tracing use
+// the same arrays.
 #pragma once
 
 #include <array>
@@ -23,12 +23,12 @@ struct MeshArrays {
   std::vector<std::array<uint32_t, 3>> triangles;  // indices < positions.size(); CCW is the front
   std::vector<Vec3f> normals;   // unit length, or zero if unusable; empty: flat shading
   std::vector<Vec4f> tangents;  // xyz unit, w = +-1 (MikkTSpace convention); empty: not needed
-  std::vector<std::vector<Vec2f>> uv_sets;  // each empty or complete
+  std::vector<std::vector<Vec2f>> uv_sets;  // each set is empty or complete
   std::vector<Vec4f> colors;                // COLOR_0, linear rgba; empty: white
   std::vector<MeshStep> motion = {};        // see Motion in scene_description.h
   std::vector<Vec3f> next_frame = {};  // positions; see NextFrameInstance in scene_description.h
-  // Identifies the same mesh in all poses of its file, if it does not deform. 0: it deforms, or the
-  // file cannot be posed.
+  // A mesh that does not deform has the same key in all poses of its file. 0 if the mesh deforms,
+  // or if the file cannot be posed.
   uint64_t key = 0;
 };
 

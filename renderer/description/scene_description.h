@@ -1,9 +1,9 @@
 // The contents of a scene file as plain data, before anything is compiled for rendering.
 //
 // `io` fills in a SceneDescription, and `build_scene` reads it. Units are those of glTF: metres,
-// radians, candela (point, spot), lux (directional), radiance for emission. Y is up, right-handed.
-// Indices refer to the vectors of SceneDescription, and are valid once load_gltf has returned; -1
-// means "none".
+// radians, candela (point, spot), lux (directional), radiance for emission. Coordinates are
+// right-handed, and Y is up. Indices refer to the vectors of SceneDescription, and are valid once
+// load_gltf has returned; -1 means "none".
 #pragma once
 
 #include <Imath/ImathBox.h>
@@ -33,9 +33,9 @@ struct InputError;
 enum class TexelType : uint8_t { kUint8, kUint16, kHalf, kFloat };
 
 // A decoded image in the bit depth of its file. Rows start at the top, channels are interleaved,
-// and alpha is not premultiplied. `texels` contains width * height * channels values of `type`. It
-// is empty if the texels are in a memory-mapped file instead (`mapped`; io/image/texture_store.h),
-// where they are in tiled order (mapped_texels.h).
+// and alpha is not premultiplied. `texels` contains width * height * channels values of `type`. If
+// `mapped` is set, `texels` is empty; the texels are then in a memory-mapped file
+// (io/image/texture_store.h), in tiled order (mapped_texels.h).
 struct Image {
   std::string name;  // for messages: URI or "#/images/3"
   int width = 0;
@@ -53,8 +53,8 @@ struct Image {
 
 enum class WrapMode : uint8_t { kRepeat, kMirroredRepeat, kClampToEdge };
 
-// How a texture slot of a material uses an image. UV (0, 0) is the image's top-left corner, as in
-// glTF.
+// Says how a texture slot of a material uses an image. UV (0, 0) is the image's top-left corner, as
+// in glTF.
 struct TextureRef {
   int image = -1;  // -1: no texture in this slot
   int uv_set = 0;  // TEXCOORD_n
@@ -70,22 +70,23 @@ struct TextureRef {
 enum class AlphaMode : uint8_t { kOpaque, kMask, kBlend };
 
 // A glTF 2.0 metallic-roughness material (specification section 3.9 and appendix B) with its
+// A glTF 2.0 metallic-roughness material (specification section 3.9 and appendix B) with its
 // extensions. The default values of an extension have the same effect as its absence. Factors are
-// linear and multiply their texture. Colour textures are sRGB-encoded if their image is
+// linear, and each multiplies its texture. Colour textures are sRGB-encoded if their image is
 // integer-valued; other textures are linear data. In the comments on textures, letters name the
 // channels that are read.
 struct MaterialDescription {
   std::string name;
   Rgb base_color = Rgb(1.0f);
   float alpha = 1.0f;
-  TextureRef base_color_texture;  // rgb, and a as coverage
+  TextureRef base_color_texture;  // rgb: colour, a: coverage
   float metallic = 1.0f;
   float roughness = 1.0f;
   TextureRef metallic_roughness_texture;  // g roughness, b metallic
   TextureRef normal_texture;              // in tangent space; rgb in [0, 1] maps to [-1, 1]
   float normal_scale = 1.0f;
   Rgb emission = Rgb(0.0f);  // radiance: emissiveFactor x emissiveStrength
-  // A factor that varies over time, see Motion; null: constant.
+  // A factor on the emission that varies over time (see "Motion" below); null: constant.
   std::shared_ptr<const TimeCurve<Rgb>> emission_scale = {};
   TextureRef emission_texture;
   AlphaMode alpha_mode = AlphaMode::kOpaque;
@@ -107,8 +108,8 @@ struct MaterialDescription {
   // KHR_materials_transmission, _volume and _dispersion.
   float transmission = 0.0f;          // fraction that the dielectric transmits clearly
   TextureRef transmission_texture;    // r
-  bool thin_walled = true;            // thicknessFactor is 0, so there is no interior
-  Rgb attenuation_color = Rgb(1.0f);  // of white light after attenuation_distance inside
+  bool thin_walled = true;            // true if thicknessFactor is 0; then there is no interior
+  Rgb attenuation_color = Rgb(1.0f);  // colour of white light after attenuation_distance
   float attenuation_distance = std::numeric_limits<float>::infinity();  // metres
   float dispersion = 0.0f;                                              // 20 / Abbe number, >= 0
 
@@ -143,19 +144,19 @@ struct MaterialDescription {
   TextureRef clearcoat_texture;  // r
   float clearcoat_roughness = 0.0f;
   TextureRef clearcoat_roughness_texture;  // g
-  TextureRef clearcoat_normal_texture;     // like normal_texture; none: the vertex normal
+  TextureRef clearcoat_normal_texture;     // like normal_texture; without it: the vertex normal
   float clearcoat_normal_scale = 1.0f;
 };
 
-// Whether the material's surfaces are lights.
+// Returns whether surfaces with this material are lights.
 inline bool emits(const MaterialDescription& material) {
   const auto positive = [](float x) { return x > 0.0f && std::isfinite(x); };
   const Rgb& e = material.emission;
   return !material.unlit && (positive(e.x) || positive(e.y) || positive(e.z));
 }
 
-// Whether the material's textures or parameters use tangent space, even if their factor is 0. If
-// so, load_gltf computes tangents for meshes with this material.
+// Returns whether the material's textures or parameters use tangent space, even if their factor is
+// 0. If so, load_gltf computes tangents for meshes with this material.
 inline bool has_tangent_space(const MaterialDescription& material) {
   return material.normal_texture.image >= 0 || material.clearcoat_normal_texture.image >= 0 ||
          material.anisotropy_texture.image >= 0 || material.anisotropy > 0.0f;
@@ -163,7 +164,7 @@ inline bool has_tangent_space(const MaterialDescription& material) {
 
 // ---- geometry
 
-// Empty by default.
+// A box in world space, which is empty by default.
 struct WorldBounds : Imath::Box3d {
   // Transforms a box to world space and adds it. An empty box adds nothing.
   void add(const WorldBounds& box, const Mat44d& to_world) {
@@ -191,53 +192,53 @@ struct MeshDescription : MeshArrays {
   int material = -1;  // -1: glTF's default material
   // Sorted by variant; in variants that are not listed, the mesh uses `material`.
   std::vector<VariantMaterial> variant_materials;
-  // Whether the mesh may be in another position, or may have more visible instances, at another
-  // time of the animation.
+  // If true, the mesh may have another position, or more visible instances, at another time of the
+  // animation.
   bool may_move = false;
-  // Bounds of the arrays. Set if the arrays are empty because the receiver still has them from an
-  // earlier pose.
+  // If the receiver still has this mesh from an earlier pose, the arrays are empty and this holds
+  // their bounds.
   std::optional<WorldBounds> reused_bounds = {};
 };
 
-// KHR_materials_variants: a set of materials that may replace those of the meshes.
+// KHR_materials_variants: a set of materials that may replace the meshes' own materials.
 struct VariantDescription {
   std::string name;
 };
 
-// Motion while the shutter is open. The ordinary transforms and vertices are those at shutter open.
-// `motion` has those at later times, evenly spaced until shutter close; it is empty if nothing
-// moves. Between these times, vertices, positions and scales are interpolated linearly;
-// rotations are interpolated about an axis.
+// Motion while the shutter is open. The ordinary transforms and vertices hold at shutter open.
+// `motion` holds the transforms and vertices at later times, evenly spaced until shutter close; it
+// is empty if nothing moves. Between these times, vertices, positions and scales are interpolated
+// linearly; rotations are interpolated about an axis.
 //
-// Other values change at their own times (time_curve.h), so that they can switch instantly. Emitted
-// light is described by the maximum of each channel, and by a factor in [0, 1] over time. Code that
-// only uses or edits the maximum need not know the time.
+// Other values change at times of their own (time_curve.h), so that they can switch instantly.
+// Emitted light is stored as the maximum of each channel, and as a factor in [0, 1] that changes
+// over time. Code that only uses or edits the maximum need not know the time.
 
 // A mesh placed in the world. The node hierarchy is flattened at load. Transforms stay in double,
-// so that a distant scene can be rebased before it is rounded to float.
+// so that a distant scene can be moved to the origin before it is rounded to float.
 struct InstanceDescription {
   std::string name;  // node name
   int mesh = -1;
   Mat44d to_world;  // for row vectors; finite; mirrors if its determinant is negative
   std::vector<Mat44d> motion = {};
-  std::shared_ptr<const VisibilityTimes> visibility = {};  // null: always
+  std::shared_ptr<const VisibilityTimes> visibility = {};  // null: always visible
   int node = -1;  // index of the node in the file and in SceneDescription::nodes
 };
 
 // A node of the file. It has the same index in SceneDescription::nodes as in the file.
 struct NodeDescription {
   std::string name;
-  int root = 0;             // the topmost ancestor; itself if it has no parent
-  bool has_mesh = false;    // whether visible or not
+  int root = 0;             // index of the topmost ancestor, or of the node itself
+  bool has_mesh = false;    // even if the mesh is not visible
   int parent = -1;          // -1: none
-  bool has_camera = false;  // also if the camera cannot be used
+  bool has_camera = false;  // even if the camera cannot be used
   bool has_light = false;   // from KHR_lights_punctual
-  bool in_scene = false;    // whether it is in the scene that is rendered
+  bool in_scene = false;    // true if the rendered scene contains the node
 };
 
 // The transform of a moving instance one frame after the rendered instant. If the shutter is
-// instant, the velocity of the instance is computed from this transform. Rays do not see it. Meshes
-// and cameras have a `next_frame` of their own.
+// instant, the velocity of the instance is computed from this transform. Rays never meet the
+// instance at this transform. Meshes and cameras have their own `next_frame`.
 struct NextFrameInstance {
   uint32_t instance = 0;  // into SceneDescription::instances
   Mat44d to_world;
@@ -252,40 +253,40 @@ struct PunctualLightDescription {
   std::string name;
   PunctualType type = PunctualType::kPoint;
   Rgb intensity = Rgb(1.0f);  // colour x intensity: candela, or lux for kDirectional
-  // In radians from the axis, 0 <= inner < outer <= pi/2. If the cones change over time, these are
-  // the maxima.
+  // Angles from the axis in radians, with 0 <= inner < outer <= pi/2. If the cones change over
+  // time, these are the maxima.
   float inner_cone = 0.0f;
   float outer_cone = 0.785398163f;
-  // Distance in metres beyond which the light of a point light or spot does not reach; the maximum
-  // if it changes over time.
+  // A point light or spot reaches no farther than this distance in metres. If the distance changes
+  // over time, this is its maximum.
   float range = std::numeric_limits<float>::infinity();
   Mat44d to_world;  // spots and directional lights emit along -Z
   std::vector<Mat44d> motion = {};
-  // Values over time, see Motion; null: constant.
+  // Values that change over time (see "Motion" above); null: constant.
   std::shared_ptr<const TimeCurve<Rgb>> share = {};
   std::shared_ptr<const TimeCurve<Vec2f>> cones = {};  // inner and outer angle
   std::shared_ptr<const TimeCurve<float>> range_scale = {};
   std::shared_ptr<const VisibilityTimes> visibility = {};
 };
 
-// Whether the light becomes one of the Scene's point lights, which have the same order as the
-// description's lights.
+// Returns whether the light becomes one of the Scene's point lights. These have the same order as
+// the description's lights.
 inline bool shines(const PunctualLightDescription& light) { return !is_black(light.intensity); }
 
 struct CameraDescription {
   std::string name;
   std::string node = {};  // name of the camera's node; may be empty
   bool orthographic = false;
-  bool panorama = false;         // see camera.h; not in files; uses only the position
+  bool panorama = false;         // not in files; only the position is used (camera.h)
   double fov_y = 0.8;            // radians, perspective
-  std::optional<double> aspect;  // width / height; absent: that of the frame
-  double y_mag = 1.0;            // half the height, orthographic
-  // fov_y over time or, if orthographic, y_mag over time; null: constant.
+  std::optional<double> aspect;  // width / height; absent: the frame's ratio
+  double y_mag = 1.0;            // half the height of an orthographic view
+  // fov_y (or, if orthographic, y_mag) as it changes over time; null: constant.
   std::shared_ptr<const TimeCurve<double>> zoom = {};
-  // A thin lens, perspective only; not in files.
+  // A thin lens. Only perspective cameras can have one; files never do.
   double lens_radius = 0.0;     // metres; 0: a pinhole
   double focus_distance = 0.0;  // metres along the axis to the plane of focus; > 0 with a lens
-  Mat44d to_world;              // looks along -Z, +Y up; its scale is ignored
+  Mat44d to_world;              // the camera looks along -Z, +Y is up; its scale is ignored
   std::vector<Mat44d> motion = {};
   std::optional<Mat44d> next_frame = {};  // see NextFrameInstance
   // Set if the camera is invalid in the file. Selecting the camera then throws this error.
@@ -299,7 +300,7 @@ struct SunDisc {
   Rgb irradiance = Rgb(0.0f);        // of the whole disc, on a surface that faces it
 };
 
-// A latitude-longitude environment: u = 0.5 + atan2(z, x) / 2 pi, top row +Y. A
+// A latitude-longitude environment with u = 0.5 + atan2(z, x) / 2 pi, and with +Y in the top row. A
 // `rotation_degrees` of 90 rotates it such that +X moves to -Z.
 struct EnvironmentDescription {
   std::string file;                    // empty: constant colour
@@ -322,11 +323,11 @@ struct AnimationDescription {
   size_t morphs = 0;          // number of nodes whose meshes it morphs
   size_t pointers = 0;        // number of other values that it changes
   size_t without_effect = 0;  // number of channels without a valid target
-  std::string fault;          // error message of selecting it; empty if its JSON is valid
+  std::string fault;          // error of choosing the animation; empty if its JSON is valid
 };
 
-// The features that the file uses, and how they are treated. Entries are extension names, or short
-// phrases such as "occlusionTexture" or "primitive mode LINES".
+// The features that the file uses, and how the renderer treats them. Entries are extension names,
+// or short phrases such as "occlusionTexture" or "primitive mode LINES".
 struct CoverageReport {
   std::vector<std::string> used;          // supported extensions
   std::vector<std::string> approximated;  // rendered approximately; the entry says how
@@ -340,26 +341,28 @@ struct CoverageReport {
 struct LoadRepairs {
   uint64_t degenerate_triangles = 0;  // zero area or repeated vertices, dropped
   uint64_t non_finite_triangles = 0;  // a NaN or infinite vertex, dropped
-  // Vertices with a NaN or infinite colour, normal, tangent or texture coordinate, replaced.
+  // Vertices with a NaN or infinite colour, normal, tangent or texture coordinate. The value is
+  // replaced.
   uint64_t non_finite_attributes = 0;
   uint64_t non_finite_texels = 0;   // NaN, infinite or negative; set to 0 or clamped
   uint64_t singular_instances = 0;  // the transform has no inverse; dropped
   uint64_t replaced_images = 0;     // --lenient: cannot be decoded; replaced by a neutral colour
 };
 
-// The lists of a scene whose entries edits refer to. They are short and cheap to copy.
+// The lists of a scene that edits refer to. They are short and cheap to copy.
 struct SceneLists {
   std::string file;
   std::vector<MaterialDescription> materials;
   std::vector<VariantDescription> variants;
-  // Whether the meshes' variant_materials, and the data that those materials need, have been read.
+  // True if the meshes' variant_materials have been read, and also the data that these materials
+  // need.
   bool variants_read = false;
-  bool tangents_read = false;  // for all meshes, not only those for which has_tangent_space()
+  bool tangents_read = false;  // for all meshes, not only where has_tangent_space() holds
   std::vector<PunctualLightDescription> lights;
   std::vector<CameraDescription> cameras;
   std::optional<EnvironmentDescription> environment;
-  ToWorkingSpace to_working;  // for the Scene; colours in this struct are not converted
-  bool may_be_dark = false;   // whether a scene without light stays dark, without a warning
+  ToWorkingSpace to_working;  // for building the Scene; colours here are not converted
+  bool may_be_dark = false;   // if true, a scene without light stays dark; no warning
 };
 
 struct SceneDescription : SceneLists {
@@ -369,7 +372,7 @@ struct SceneDescription : SceneLists {
   std::vector<MeshDescription> meshes;
   std::vector<InstanceDescription> instances;
   std::vector<NodeDescription> nodes;                   // if requested (GltfOptions::nodes)
-  std::vector<NextFrameInstance> next_frame_instances;  // of moving instances, in order
+  std::vector<NextFrameInstance> next_frame_instances;  // of moving instances, in ascending order
   // If the scene is posed, the bounds of its rest pose, so that a view of the whole scene does not
   // depend on the pose.
   std::optional<WorldBounds> rest_bounds;

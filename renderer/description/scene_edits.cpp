@@ -27,8 +27,8 @@ std::string list_all(const char* what, const std::vector<Named>& list) {
   throw InputError(place.empty() ? "edits" : place, message);
 }
 
-// Returns the index of `target` in `list`. If it is missing, throws an InputError that calls the
-// entries `what`.
+// Returns the index of `target` in `list`. If the target is missing, throws an InputError that
+// calls the entries of the list `what`.
 template <class Named>
 size_t find_target(const EditTarget& target, const char* what, const std::vector<Named>& list) {
   if (const std::optional<size_t> found = find_entry(target, list)) return *found;
@@ -45,8 +45,8 @@ size_t find_target(const EditTarget& target, const char* what, const std::vector
                                shortened(target.name), listed));
 }
 
-// Like find_target(), but if no camera has the target's name and exactly one camera's node has it,
-// returns this camera.
+// Like find_target(), but also finds cameras by their nodes. If no camera has the target's name and
+// exactly one camera has a node of this name, returns this camera.
 size_t find_camera(const EditTarget& target, const std::vector<CameraDescription>& cameras) {
   const auto is_node = [&](const CameraDescription& camera) { return camera.node == target.name; };
   if (!target.name.empty() && !find_entry(target, cameras) &&

@@ -4,8 +4,8 @@
 // scene.
 //
 // Edits are differences from the file: without edits, the scene is that of the file. To undo an
-// edit, the previous edits are applied to the file's scene. Units are those of SceneDescription
-// unless stated otherwise.
+// edit, the caller applies the previous edits to the file's scene. Units are those of
+// SceneDescription unless stated otherwise.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ namespace emberline {
 // unnamed ones.
 struct EditTarget {
   std::string name;
-  int index = -1;     // into the description's list; -1: found by name only
+  int index = -1;     // in the description's list; -1: found by name only
   std::string place;  // for messages: "shot.json#/lights/0"; empty for edits without a file
 
   bool operator==(const EditTarget& other) const {
@@ -63,8 +63,8 @@ struct CameraEdit {
 struct AnimationEdit {
   std::string name = {};            // name, index or "all"; empty: the first one, if `time` is set
   std::optional<double> time = {};  // seconds
-  std::optional<double> fps = {};   // frames per second; converts values in frames
-  // In frames after `time`; set both or neither.
+  std::optional<double> fps = {};   // frames per second, for times in frames
+  // Times relative to `time`, measured in frames; set both or neither.
   std::optional<double> shutter_open = {}, shutter_close = {};
   std::string place = {};  // for messages
 
@@ -88,7 +88,7 @@ struct LightEdit {
   bool operator==(const LightEdit&) const = default;
 };
 
-// Values that replace those of the scene's EnvironmentDescription.
+// Values that replace the values in the scene's EnvironmentDescription.
 struct EnvironmentEdit {
   std::string file;                    // empty: keep the existing environment
   std::shared_ptr<const Image> image;  // contents of `file`; kHalf or kFloat, 3 channels
@@ -103,18 +103,17 @@ struct EnvironmentEdit {
   }
 };
 
-// Parameters that replace those of the file's MaterialDescription. Textures stay, and are
-// multiplied by the new values where they were multiplied by the old ones. material_parameters.h
-// has the names and ranges.
+// Parameters that replace those of the file's MaterialDescription. Textures stay, and the new
+// values multiply them as the old values did. material_parameters.h has the names and ranges.
 struct MaterialEdit {
   EditTarget target;
   std::optional<Rgb> base_color;
   std::optional<float> roughness, metallic, transmission, normal_scale;
-  std::optional<Rgb> emission;  // radiance, before a LightEdit of this material
-  std::optional<float> ior;     // an error for materials that reflect everything
+  std::optional<Rgb> emission;  // radiance, before a LightEdit of this material is applied
+  std::optional<float> ior;     // an error if the material reflects everything
   std::optional<float> specular;
   std::optional<Rgb> specular_color;
-  std::optional<Rgb> attenuation_color;       // this and the next two affect only an interior
+  std::optional<Rgb> attenuation_color;       // these three affect only an interior
   std::optional<float> attenuation_distance;  // metres
   std::optional<float> dispersion;
   std::optional<float> diffuse_transmission;
@@ -129,8 +128,8 @@ struct MaterialEdit {
   bool operator==(const MaterialEdit&) const = default;
 };
 
-// Limits of values in an edits file and on the command line. They keep squared distances, and sums
-// of radiance in a film, finite in float.
+// Limits of values in an edits file and on the command line. They keep squared distances finite in
+// float. They also keep sums of radiance in a film finite in float.
 namespace edit_limits {
 inline constexpr double kMaxDistance = 1e15;    // metres
 inline constexpr double kMaxRadiance = 1e9;     // radiance, and factors on it
@@ -164,25 +163,26 @@ std::optional<size_t> find_entry(const EditTarget& target, const std::vector<Nam
 }
 
 // Applies the edits to a description, which may be complete or come from copy_without_geometry(). A
-// scene without light first gets the plain white environment that build_scene() would add; a scene
-// whose lights are all switched off by edits therefore stays dark. If a placed mesh uses glTF's
-// default material, this material is appended to `description.materials` under the name
+// scene without light first gets the plain white environment that build_scene() would add. So a
+// scene whose lights are all switched off by edits stays dark. If a placed mesh uses glTF's default
+// material, this material is appended to `description.materials` under the name
 // kDefaultMaterialName.
 //
-// The variant is applied first, so that material edits refer to the file's names. Whether a scene
-// has light is decided by the file's own materials. If these emit none, but a variant's materials
-// do, the scene therefore has both the variant's light and the white environment.
+// The variant is applied after that, and before the other edits. Material edits refer to materials
+// by their names in the file. The file's own materials, not the variant's, decide whether the scene
+// has light. So if only the variant's materials emit light, the scene has both their light and the
+// white environment.
 //
-// Throws an InputError that names the edit's place and the valid names: for a missing target, for
-// two edits of one target, for a variant if the scene was loaded without its materials, for an
-// environment edit without an environment, for anisotropy without tangents, and for the index of
-// refraction of a material that reflects everything. No edit has then been applied; only the white
-// environment and the default material may have been added. apply() does not check values;
-// edits_file.h checks those of a file.
+// Throws an InputError that names the edit's place and the valid names. The reasons are: a missing
+// target, two edits of one target, a variant if the scene was loaded without its materials, an
+// environment edit without an environment, anisotropy without tangents, or an index of refraction
+// for a material that reflects everything. After an error, none of the edits has been applied; only
+// the white environment and the default material may have been added. apply() does not check
+// values; edits_file.h checks the values in a file.
 void apply(const SceneEdits& edits, SceneDescription& description);
 inline constexpr const char* kDefaultMaterialName = "default material";
 
-// Whether the edits make a material anisotropic, so that the scene must be loaded with
+// Returns whether the edits make a material anisotropic. If so, the scene must be loaded with
 // GltfOptions::tangents.
 bool need_tangents(const SceneEdits& edits);
 
@@ -191,7 +191,7 @@ bool need_tangents(const SceneEdits& edits);
 size_t edited_light_index(const LightEdit& edit, const SceneDescription& description);
 
 // Applies the edits of the view to `camera` and returns the result. Throws InputError if the camera
-// that the edits select is missing or invalid, if they set a field of view or a lens for an
+// that the edits select is missing or invalid, if the edits set a field of view or a lens for an
 // orthographic view, if a lens has no focus distance, or if look_from and look_at coincide.
 CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription& description,
                                 CameraDescription camera);

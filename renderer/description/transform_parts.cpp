@@ -4,7 +4,8 @@
 
 namespace emberline {
 
-// Orthogonalises the transformed axes by Gram-Schmidt. The part removed is the triangular matrix.
+// Orthogonalises the transformed axes by Gram-Schmidt, which gives the rotation. The scales and
+// skews that this removes form the triangular matrix.
 TransformParts::TransformParts(const Mat44d& m) : translation(row(m, 3)) {
   const Vec3d x = row(m, 0), y = row(m, 1), z = row(m, 2);
   const Vec3d axes[3] = {x.normalized(), (y - x.normalized() * dot(x.normalized(), y)).normalized(),

@@ -16,7 +16,7 @@ struct TransformParts {
   Imath::Quatd rotation;
   Vec3d translation = Vec3d(0.0);
 
-  explicit TransformParts(const Mat44d& m);  // must not be singular
+  explicit TransformParts(const Mat44d& m);  // `m` must not be singular
   Mat44d matrix() const;
 };
 

@@ -25,15 +25,16 @@
 namespace emberline {
 namespace {
 
-// About a millisecond of work, which a picture request may have to wait for.
+// Number of samples in a part: about a millisecond of work. A picture request may have to wait that
+// long.
 constexpr uint64_t kPartSamples = 4096;
 
-// Target count of the step between the first samples and the pilot.
+// Samples per pixel after the step between the first samples and the pilot.
 constexpr uint32_t kStepSamples = 4;
 
-// The tree places the first sample of one pixel in kPixelsPerTreePixel; the other pixels follow in
-// tiles. By then the tree has found the picture's features, and asking it for a pixel takes as long
-// as rendering a sample of a simple scene.
+// One pixel in kPixelsPerTreePixel gets its first sample in the order of the tree; the other pixels
+// follow in tiles. By then the tree has found the picture's features. Asking it for one more pixel
+// would take as long as rendering a sample of a simple scene.
 constexpr size_t kPixelsPerTreePixel = 16;
 constexpr size_t kTreePartPixels = 256;
 
@@ -44,7 +45,7 @@ uint32_t min_count(std::span<const uint32_t> counts) {
 class AdaptiveDriver final : public FrameDriver {
  public:
   // If `is_progressive`, the picture is shown before the frame is finished. All pixels then get a
-  // first sample before any gets a second, so the picture is complete early.
+  // first sample before any pixel gets a second, so the picture is complete early.
   AdaptiveDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings,
                  bool is_progressive)
       : crop_(crop),
@@ -174,8 +175,8 @@ class AdaptiveDriver final : public FrameDriver {
     return planner_.current_stop(i, sample_counts_[i]);
   }
 
-  // With a light mix, an unbiased frame is shown as the mean of all samples, since the averages
-  // over rounds include neither light groups nor the shadows in alpha.
+  // The averages over rounds include neither light groups nor the shadows in alpha. So with a light
+  // mix, an unbiased frame is shown as the mean of all samples.
   void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override {
     FrameDriver::resolve(film, rgba, mix);
     if (!mix && !averages_.empty()) {
@@ -193,7 +194,7 @@ class AdaptiveDriver final : public FrameDriver {
   void end(FilmTile& film, PixelStop unfinished_stop) override {
     end_stop_ = unfinished_stop;
     if (!finished() &&
-        min_count(sample_counts_) > 0) {  // otherwise plan() has just updated the planner
+        min_count(sample_counts_) > 0) {  // in a finished frame, plan() has updated the planner
       planner_.update(film);
       planner_.write_variances(&film);
     }
@@ -285,8 +286,9 @@ class AdaptiveDriver final : public FrameDriver {
   enum class Stage {
     kTree,       // first samples chosen by the refinement tree
     kFirst,      // first samples of all other pixels
-    kPilotStep,  // a few samples for every pixel before a long pilot: otherwise pixels with all
-                 // pilot samples would be shown next to pixels with one, which looks like dirt
+    kPilotStep,  // a few samples for every pixel before a long pilot; without this step, the
+                 // picture would show pixels with all pilot samples next to pixels with one,
+                 // which looks like dirt
     kPilot,
     kRounds,
     kFinished,
@@ -295,7 +297,7 @@ class AdaptiveDriver final : public FrameDriver {
   size_t index(int x, int y) const { return crop_.index_of(x, y); }
   int x_of(size_t i) const { return crop_.x_of(i); }
   int y_of(size_t i) const { return crop_.y_of(i); }
-  // Whether every pixel has a sample.
+  // Returns whether every pixel has a sample.
   bool is_covered() const { return stage_ > Stage::kFirst; }
 
   std::optional<Round> next_tree_round() {
@@ -307,15 +309,15 @@ class AdaptiveDriver final : public FrameDriver {
     return round();
   }
 
-  // How many pixels get their first sample from the tree.
+  // Returns how many pixels get their first sample from the tree.
   size_t tree_pixel_count() const {
     const bool whole = find_estimator(settings_.adaptive.estimator).whole_tree;
     return whole ? sample_counts_.size()
                  : (sample_counts_.size() + kPixelsPerTreePixel - 1) / kPixelsPerTreePixel;
   }
 
-  // The tree is a function of its values, so only these are saved. Loading rebuilds the tree, and
-  // lets it request the pixels of the current round again.
+  // The tree is a function of its values, so only the values are saved. Loading rebuilds the tree,
+  // and lets the tree request the pixels of the current round again.
   void archive_tree(Archive& archive) {
     std::vector<float> rgb;
     for (size_t leaf = 0; tree_ && leaf < tree_->sample_count(); ++leaf) {
@@ -342,7 +344,7 @@ class AdaptiveDriver final : public FrameDriver {
     if (is_round_active) tree_pixels_ = tree_->next_round(tree_pixel_count() - values.size());
   }
 
-  // Starts a round that brings each pixel to its sample count in `targets`.
+  // Starts a round after which each pixel has its sample count in `targets`.
   Round make_round(std::span<const uint32_t> targets, bool ends_pass) {
     targets_ = targets;
     parts_ = cut_into_parts(order_, sample_counts_, targets, kPartSamples);
@@ -361,8 +363,8 @@ class AdaptiveDriver final : public FrameDriver {
 
   size_t part_in_order(size_t part) const { return is_progressive_ ? part_order_[part] : part; }
 
-  // If a stop request interrupted the planning of a round, all pixels count as needing more
-  // samples.
+  // Returns why the pixel gets no more samples. If a stop request interrupted the planning of a
+  // round, all pixels count as needing more samples.
   PixelStop stop_of(size_t i, PixelStop unfinished_stop) const {
     if (sample_counts_[i] == 0) return PixelStop::kNone;
     const bool wants_more =
@@ -370,7 +372,7 @@ class AdaptiveDriver final : public FrameDriver {
     return !finished() && wants_more ? unfinished_stop : planner_.stop_of(i);
   }
 
-  bool has_errors() const { return !planner_.errors().error.empty(); }  // a round was planned
+  bool has_errors() const { return !planner_.errors().error.empty(); }  // after the first update
 
   PixelHistory history_of(size_t i) const {
     PixelHistory history = {.rounds = planner_.records(),
@@ -399,8 +401,8 @@ class AdaptiveDriver final : public FrameDriver {
     return fmt::format("unfinished: {} samples by the end of round {}", target, planner_.round());
   }
 
-  // Fills the pixels without samples. Their values come from those pixels in `rgba` that the tree
-  // has sampled. The film may also have samples of other pixels.
+  // Fills in the pixels without samples. Their values come from those pixels in `rgba` that the
+  // tree has sampled. The film may also have samples of pixels that are not in the tree.
   void fill_from_tree(const FilmTile& film, std::span<float> rgba) const {
     const auto sampled_value = [&](uint32_t leaf) {
       const Vec2i pixel = tree_->sampled_pixel(leaf);
@@ -432,15 +434,15 @@ class AdaptiveDriver final : public FrameDriver {
   const bool is_progressive_, smooth_;
   RoundPlanner planner_;
   RoundAverages averages_;
-  std::optional<RefinementTree> tree_;  // exists until every pixel has a sample, unless kept
+  std::optional<RefinementTree> tree_;  // until every pixel has a sample, or longer if kept
   std::vector<uint32_t> order_;
   std::vector<uint32_t> sample_counts_;  // samples of each pixel so far
   Stage stage_;
   int pass_ = 1;
   bool ends_pass_ = false;          // whether the current round ends the pass
   bool is_round_averaged_ = false;  // whether averages_ includes the last round
-  // The current round: either the pixels that the tree requests, or the target count of each pixel,
-  // the bounds of the parts in order_, and the order in which the parts are rendered.
+  // The current round. It has either the pixels that the tree requests, or the target count of each
+  // pixel, the bounds of the parts in order_, and the order in which the parts are rendered.
   std::span<const Vec2i> tree_pixels_;
   std::span<const uint32_t> targets_;
   std::vector<uint32_t> uniform_targets_;  // equal targets for all pixels
@@ -470,9 +472,9 @@ FilmExtras adaptive_film_extras(const DriverSettings& settings) {
 }
 
 uint64_t adaptive_bytes_per_pixel(const DriverSettings& settings) {
-  // Counts the planner's planes and halves; the order, counts and gains; and the tree at its
-  // largest, with two nodes for each sample. tests/cli/limits_test.cpp compares the result with
-  // bytes().
+  // Counts the planner's planes and halves, and also the order, counts and gains. Counts the tree
+  // at its largest, with two nodes for each sample. tests/cli/limits_test.cpp compares the result
+  // with bytes().
   constexpr uint64_t kPlanner = 28 * sizeof(float), kOrder = 3 * sizeof(uint32_t);
   constexpr uint64_t kTree = 2 * 36 + sizeof(uint32_t);
   constexpr uint64_t kAverages = 10 * sizeof(double);

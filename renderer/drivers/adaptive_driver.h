@@ -1,11 +1,11 @@
-// `adaptive`: each round places samples where the error is (after Painter & Sloan 1989,
-// "Antialiased Ray Tracing by Adaptive Progressive Refinement", with modern estimators in addition
-// to theirs).
+// `adaptive`: each round places samples where the error is. This follows Painter & Sloan 1989,
+// "Antialiased Ray Tracing by Adaptive Progressive Refinement", and adds modern estimators to
+// theirs.
 //
-// It starts with one sample for every pixel, in the order of the refinement tree. Then it takes the
-// estimator's pilot samples. Rounds follow: before each, the planner decides from the film how many
-// samples each pixel gets next. The driver of a tile, whose picture is shown only when finished,
-// starts with the pilot.
+// The driver starts with one sample for every pixel, in the order of the refinement tree. Then it
+// takes the estimator's pilot samples. Rounds follow. Before each round, the planner decides from
+// the film how many samples each pixel gets next. The driver of a tile starts with the pilot, since
+// a tile's picture is shown only when the tile is finished.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,8 @@
 
 namespace emberline {
 
-// Both throw UsageError for an unknown estimator. A tile's picture is shown only when finished.
+// Both throw UsageError for an unknown estimator. A tile's picture is shown only when the tile is
+// finished.
 std::unique_ptr<FrameDriver> adaptive_driver(const Frame& frame, const Rect& crop,
                                              const DriverSettings& settings);
 std::unique_ptr<FrameDriver> adaptive_tile_driver(const Frame& frame, const Rect& tile,
@@ -23,7 +24,7 @@ std::unique_ptr<FrameDriver> adaptive_tile_driver(const Frame& frame, const Rect
 
 FilmExtras adaptive_film_extras(const DriverSettings& settings);
 
-// Upper bound on FrameDriver::bytes(), per pixel.
+// Returns an upper bound on FrameDriver::bytes(), per pixel.
 uint64_t adaptive_bytes_per_pixel(const DriverSettings& settings);
 
 }  // namespace emberline

@@ -15,13 +15,14 @@ namespace emberline {
 namespace {
 
 // Samples in a part of the later passes: about a millisecond of work on neighbouring pixels. Larger
-// parts use the caches only a little better (tests/bench/results).
+// parts would use the caches only a little better (tests/bench/results).
 constexpr uint64_t kPartSamples = 4096;
 
 constexpr uint64_t kFirstPassRounds = 100;
 
-// Parts in a round of the first pass: enough for many threads, but fewer if a part would otherwise
-// have fewer than two batches of samples.
+// A round of the first pass is divided into kFirstPassParts parts, which is enough for many
+// threads. If a part would then have fewer than two batches of samples, the round has fewer parts,
+// but at least kMinFirstPassParts.
 constexpr uint64_t kFirstPassParts = 64, kMinFirstPassParts = 16;
 constexpr uint64_t kTwoBatches = 32;
 
@@ -30,7 +31,8 @@ PartShape shape_of(const SampleRange& samples, BisectionAxis axis) {
   return axis == BisectionAxis::kRows ? PartShape::kRow : PartShape::kColumn;
 }
 
-// The steps of a pass: lines of pixels in the first pass, lines of cells in later ones.
+// Returns the steps of a pass. They are lines of pixels in the first pass, and lines of cells in
+// later passes.
 std::vector<BisectionStep> steps_of(const Rect& crop, const SampleRange& samples,
                                     BisectionAxis axis) {
   const uint64_t cell_pixels =
@@ -38,7 +40,8 @@ std::vector<BisectionStep> steps_of(const Rect& crop, const SampleRange& samples
   return bisection_steps(crop.width(), crop.height(), axis, square_cell(cell_pixels));
 }
 
-// Returns the coverage of the first pass once `parts` are rendered, which must lie in one step.
+// Returns the coverage of the first pass once `parts` have been rendered. The parts must lie in one
+// step.
 BisectionCoverage coverage(const BisectionPass& pass, const RenderedParts& parts, size_t begin) {
   const size_t step = pass.step_of(begin), first = pass.first_part(step);
   if (parts.complete && parts.end == pass.first_part(step + 1)) return {step + 1, 0, 0};
@@ -105,8 +108,8 @@ class BisectionDriver final : public FrameDriver {
     return pass().parts.pixels(begin_ + part) * passes_[pass_].sample_count;
   }
 
-  // After a stop request, parts that were not started have none of the pass's samples. Of the
-  // others, only the interrupted parts lack samples.
+  // After a stop request, parts that were not started have none of the pass's samples. Of the parts
+  // that were started, only the interrupted ones lack samples.
   void rendered(const RenderedParts& parts, const FilmTile& film) override {
     const BisectionPass& all = pass().parts;
     const RenderedParts pass_parts{begin_ + parts.begin, begin_ + parts.end, parts.complete, {}};
@@ -186,10 +189,10 @@ class BisectionDriver final : public FrameDriver {
   const Pass first_;
   std::optional<Pass> later_pass_;
   size_t pass_ = 0;               // index of the current pass
-  size_t begin_ = 0, end_ = 0;    // range of the pass's parts in the current round
+  size_t begin_ = 0, end_ = 0;    // the current round's parts, as a range in the pass
   BisectionCoverage coverage_;    // coverage of the first pass
-  uint32_t min_samples_ = 0;      // fewest of the requested samples that any pixel has
-  uint32_t initial_samples_ = 0;  // samples that every pixel has in the frame that is extended
+  uint32_t min_samples_ = 0;      // number of samples that the passes have given every pixel
+  uint32_t initial_samples_ = 0;  // samples of every pixel in the frame that is extended
 };
 
 }  // namespace

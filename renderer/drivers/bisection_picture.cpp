@@ -50,12 +50,12 @@ std::vector<LineBlend> blend_lines(std::span<const int> lines, int size,
 
 namespace {
 
-// How to compute the picture's columns and rows from a lattice.
+// Describes how the picture's columns and rows are computed from a lattice.
 struct View {
   std::vector<LineBlend> columns, rows;
 };
 
-// Which pixels of a row of the current step have samples: all, some or none.
+// Tells whether all, some or none of the pixels in a row of the current step have samples.
 enum class RowState : uint8_t { kComplete, kMixed, kEmpty };
 
 bool sampled(const FilmTile& film, int x, int y) {
@@ -67,8 +67,8 @@ View view_of(const BisectionPicture& p, const PixelLattice& lattice) {
           blend_lines(lattice.rows, p.film.rect().height(), p.reconstruction)};
 }
 
-// The sampled pixels of a first step that was interrupted. They form a lattice, since the first
-// step is one line or one pixel.
+// Returns the sampled pixels of a first step that was interrupted. They form a lattice, since the
+// first step is one line or one pixel.
 PixelLattice sampled_lattice(const BisectionPicture& p) {
   PixelLattice lattice;
   const PixelLattice& first = p.steps.front().added;
@@ -126,7 +126,8 @@ class RowReader {
     }
   }
 
-  // Must be called before anyone changes the row last written by row(), so that it is not copied.
+  // Forgets the row that row() wrote last, so that it is not copied. Must be called before that row
+  // is changed.
   void invalidate() { view_ = nullptr; }
 
  private:
@@ -149,7 +150,7 @@ class RowReader {
     }
   }
 
-  // Expands a row of the film and fills its gaps.
+  // Reads a row of the film and fills in the pixels between its sampled columns.
   void expand(const View& view, int y, float* out) const {
     float lower[kChannels], upper[kChannels];
     const LineBlend* before = nullptr;
@@ -167,7 +168,7 @@ class RowReader {
   }
 
   // Returns an expanded row, and caches it for the following rows of the picture. Does not evict
-  // the row `other`.
+  // the row `other` from the cache.
   const float* cached_row(const View& view, int line, int other) {
     for (const CachedRow& h : cached_rows_) {
       if (h.view == &view && h.line == line) return h.values.data();
@@ -185,7 +186,7 @@ class RowReader {
   const LightMix* mix_;
   size_t width_;
   const View* view_ = nullptr;
-  Source last_row_;  // the last copied row, and its destination
+  Source last_row_;  // the last row that was not blended, and where it is
   CachedRow cached_rows_[2];
 };
 
@@ -212,8 +213,8 @@ void BisectionPicture::resolve(std::span<float> rgba, const LightMix* mix) const
            sampled(film, columns.lower, rows.upper) && sampled(film, columns.upper, rows.upper);
   };
 
-  // Rows per task: enough that most can be copied from the row before, few enough to occupy all
-  // threads.
+  // Rows per task. This is enough that most rows can be copied from the row before, and few enough
+  // to give all threads work.
   constexpr size_t kGrain = 16;
   parallel_ranges(height, kGrain, [&](size_t begin, size_t end) {
     RowReader from_coarse(film, mix), from_fine(film, mix);

@@ -1,5 +1,5 @@
-// The picture of `bisection` before every pixel has a sample: gaps between lines show the nearest
-// line, or a blend of the two lines around.
+// The picture that `bisection` shows before every pixel has a sample. Gaps between sampled lines
+// show the nearest line, or a blend of the two lines around the gap.
 #pragma once
 
 #include <span>
@@ -19,32 +19,33 @@ std::span<const NamedValue<Reconstruction>> reconstruction_table();
 // Progress of the first pass.
 struct BisectionCoverage {
   size_t complete_steps = 0;
-  // How many parts of the next step are complete, and how many may have begun.
+  // The numbers of parts of the next step that are complete, and that may have begun.
   size_t complete_parts = 0, begun_parts = 0;
 };
 
-// A line of pixels as a blend of two sampled lines; lower == upper if one of them suffices.
+// Describes a line of pixels as a blend of two sampled lines. If one sampled line suffices, `lower`
+// and `upper` are equal.
 struct LineBlend {
   int lower = 0, upper = 0;
   float weight = 0.0f;  // weight of `upper`
 };
-// Returns for each of `size` lines how to show it from `lines`, which must be ascending and not
-// empty: as the nearest of these (the lower one if two are equally near), or as a linear blend of
-// the two around it.
+// Returns, for each of `size` lines, how to show it. `lines` are the sampled lines, which must be
+// ascending and not empty. Depending on `reconstruction`, a line shows the nearest sampled line
+// (the lower one if two are equally near), or a linear blend of the two sampled lines around it.
 std::vector<LineBlend> blend_lines(std::span<const int> lines, int size,
                                    Reconstruction reconstruction);
 
-// The film must not change during resolve(). All referenced objects must outlive this.
+// The film must not change during resolve(). All referenced objects must outlive this object.
 struct BisectionPicture {
   std::span<const BisectionStep> steps;
-  const BisectionPass& first_pass;  // contains how the steps are cut into parts
+  const BisectionPass& first_pass;  // knows how the steps are cut into parts
   const FilmTile& film;
   Reconstruction reconstruction;
   BisectionCoverage coverage;
 
-  // Computes each pixel from the lattice of the current step if all samples needed for the pixel
-  // exist, otherwise from the lattice of the last complete step. The picture is black if there are
-  // no samples. Uses the calling thread's TBB arena.
+  // Computes the whole picture. A pixel comes from the lattice of the current step if all samples
+  // needed for this exist, otherwise from the lattice of the last complete step. The picture is
+  // black if there are no samples. Uses the calling thread's TBB arena.
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const;
 };
 

@@ -10,8 +10,8 @@
 namespace emberline {
 namespace {
 
-// Side of the tiles in which square parts list their pixels. 16 pixels share a batch of samples,
-// whose camera rays are traced together and should be close to each other.
+// Side of the tiles in which square parts list their pixels. The 16 pixels of a tile share a batch
+// of samples. The camera rays of a batch are traced together and should be close to each other.
 constexpr size_t kTile = 4;
 
 constexpr NamedValue<BisectionAxis> kAxes[] = {
@@ -33,8 +33,8 @@ std::vector<int> merged(const std::vector<int>& a, const std::vector<int>& b) {
   return lines;
 }
 
-// The steps that add whole lines level by level along one axis. `lines` is the lattice's member for
-// that axis; `across` is the member for the other axis.
+// Returns the steps that add whole lines level by level along one axis. `lines` is the lattice's
+// member for that axis; `across` is the member for the other axis.
 std::vector<BisectionStep> line_steps(int size, int length, std::vector<int> PixelLattice::*lines,
                                       std::vector<int> PixelLattice::*across) {
   std::vector<BisectionStep> steps;
@@ -73,7 +73,7 @@ std::vector<BisectionStep> lattice_steps(int width, int height) {
   return steps;
 }
 
-// The lines of [0, size) that the cells cover.
+// Returns the lines of [0, size) that the cells cover.
 std::vector<int> lines_of_cells(const std::vector<int>& cells, int cell, int size) {
   std::vector<int> lines;
   for (const int c : cells) {
@@ -91,7 +91,7 @@ BisectionPass::Blocks make_blocks(const PixelLattice& lattice, PartShape shape,
   } else if (shape == PartShape::kColumn) {
     blocks.height = std::min<uint64_t>(rows, part_pixels);
   } else {
-    // If there are only a few rows or columns, makes blocks long instead of small.
+    // If there are only a few rows or columns, the blocks become long instead of small.
     blocks.height = std::min(rows, size_t(square_cell(part_pixels).height));
     blocks.width = std::min<uint64_t>(columns, part_pixels / blocks.height);
     blocks.height = std::min<uint64_t>(rows, part_pixels / blocks.width);

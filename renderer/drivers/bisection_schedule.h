@@ -1,7 +1,8 @@
-// The order of `bisection`, after Arikan & Gudukbay, "Bisection-based progressive refinement"
-// (2000): a line between two halves, then a line in the middle of each half, breadth-first, so that
-// the first few lines already show the frame. The order is a pure function of the crop, so tests
-// can check it without rendering. Line numbers start at the crop's corner.
+// The order in which `bisection` renders, after Arikan & Gudukbay, "Bisection-based progressive
+// refinement" (2000). It begins with a line between two halves of the frame. A line in the middle
+// of each half follows, and so on, breadth-first. So the first few lines already show the frame.
+// The order is a pure function of the crop, so tests can check it without rendering. Line numbers
+// start at the crop's corner.
 #pragma once
 
 #include <cstdint>
@@ -18,10 +19,11 @@ struct PixelWork;
 
 std::span<const NamedValue<BisectionAxis>> bisection_axis_table();
 
-// Returns the lines [0, size) level by level. A queue starts with [0, size); each interval [a, b)
-// taken from it yields line m = (a + b) / 2 and adds [a, m) and [m + 1, b) if they are not empty.
-// The lines of a level are ascending, and each level has at most one line between any two
-// neighbours among all lines of earlier levels. Example for size 7: {3}, {1, 5}, {0, 2, 4, 6}.
+// Returns the lines [0, size) level by level. A queue starts with [0, size). Each interval [a, b)
+// taken from the queue yields line m = (a + b) / 2, and adds [a, m) and [m + 1, b) to the queue if
+// they are not empty. The lines of a level are ascending. Each level has at most one line between
+// any two neighbours among the lines of all earlier levels. Example for size 7: {3}, {1, 5}, {0, 2,
+// 4, 6}.
 std::vector<std::vector<int>> bisection_levels(int size);
 
 // The pixels at the crossings of columns and rows. Both lists are ascending.
@@ -31,47 +33,50 @@ struct PixelLattice {
   uint64_t pixels() const { return uint64_t(columns.size()) * rows.size(); }
 };
 
-// One step adds one level. The pixels of `added` are in no earlier step; after this step, all
+// One step adds one level. No earlier step contains the pixels of `added`. After this step, all
 // pixels of `complete` have samples.
 struct BisectionStep {
   PixelLattice added, complete;
 };
 
-// The size of a cell in pixels. The pixels of a cell stay together, for the caches, and levels
-// consist of lines of cells.
+// The size of a cell in pixels. Levels consist of lines of cells. The pixels of a cell stay
+// together, which suits the caches.
 struct BisectionCell {
   int width = 1, height = 1;
 };
 
-// The steps of a frame.
+// Returns the steps of a frame.
 //   rows     each step is a level of rows with all columns (as in the paper)
 //   columns  each step is a level of columns with all rows
-//   both     the frame's middle pixel first; then a level of columns on the complete rows, or a
-//            level of rows on the complete columns, whichever axis has the longer gaps; columns if
-//            equal. Every complete step is thus a lattice, evenly spread over the frame.
+//   both     the first step is the frame's middle pixel; each later step is a level of columns on
+//            the complete rows, or a level of rows on the complete columns. The axis with the
+//            longer gaps is divided next (columns if the gaps are equal). Every complete step is
+//            thus a lattice, evenly spread over the frame.
 // With cells larger than a pixel, rows and columns of cells are bisected; cells at the right and
 // lower end may be smaller.
 std::vector<BisectionStep> bisection_steps(int width, int height, BisectionAxis axis,
                                            const BisectionCell& cell = {});
 
-// `sample_count` more samples of every pixel.
+// Samples [first_sample, first_sample + sample_count) of every pixel.
 struct SampleRange {
   uint32_t first_sample = 0, sample_count = 0;
   bool operator==(const SampleRange&) const = default;
 };
-// One sample for every pixel, then 1, 2, 4, 8 ... more up to `samples_per_pixel`. Each pass doubles
-// the samples; from the sixth on a pass consists of whole batches of 16.
+// Returns the passes: one sample for every pixel, then 1, 2, 4, 8 ... more samples, up to
+// `samples_per_pixel` in all. Each pass doubles the number of samples. From the sixth pass on, a
+// pass consists of whole batches of 16.
 std::vector<SampleRange> bisection_passes(uint32_t samples_per_pixel);
 
-// A block of `pixels` pixels (a power of two) whose width is equal to its height or twice its
+// Returns a cell of `pixels` pixels (a power of two). Its width is equal to its height or twice its
 // height.
 BisectionCell square_cell(uint64_t pixels);
 
 // The shape of a part: a piece of one row or column, or roughly a square.
 enum class PartShape { kRow, kColumn, kSquare };
 
-// One pass over all steps, cut into parts for the workers: blocks of at most `part_pixels` pixels
-// (a power of two) of a step's lattice, in row-by-row order. `steps` must outlive the object.
+// One pass over all steps, cut into parts for the workers. A part is a block of at most
+// `part_pixels` pixels (a power of two) in a step's lattice. The blocks of a step follow in
+// row-by-row order. `steps` must outlive the object.
 class BisectionPass {
  public:
   BisectionPass(std::span<const BisectionStep> steps, const Rect& crop, const SampleRange& samples,
@@ -85,9 +90,9 @@ class BisectionPass {
   // Appends the part's pixels in order: along its line, or, for square parts, in tiles of 4 x 4.
   void expand(size_t part, std::vector<PixelWork>& list) const;
 
-  // The blocks of a step: block (i, j) is part first_part(step) + j * across + i.
+  // The blocks of a step. Block (i, j) is part first_part(step) + j * across + i.
   struct Blocks {
-    size_t width = 1, height = 1;  // in lattice points; the last of a row or column may be smaller
+    size_t width = 1, height = 1;  // in lattice points; blocks at the far ends may be smaller
     size_t across = 1, down = 1;
   };
   const Blocks& blocks(size_t step) const { return blocks_[step]; }
@@ -104,7 +109,7 @@ class BisectionPass {
   SampleRange samples_;
   PartShape shape_;
   std::vector<Blocks> blocks_;
-  std::vector<size_t> first_parts_;  // one more than there are steps
+  std::vector<size_t> first_parts_;  // one entry more than there are steps
 };
 
 }  // namespace emberline

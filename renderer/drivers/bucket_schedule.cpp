@@ -22,10 +22,11 @@ struct Cell {
   int x, y;
 };
 
-// The step at which Hilbert's curve over a 2^k x 2^k grid passes cell (x, y). From the highest bit
-// down, each pair of bits of the step selects a quadrant and rotates the curve inside it. Example
-// for k = 2: cell (3, 0) is in the last quadrant (3), at the upper right, and within it, after the
-// rotation, again in the last quadrant (3), so its step is 4 x 3 + 3 = 15.
+// Returns the step at which Hilbert's curve over a 2^k x 2^k grid passes cell (x, y). From the
+// highest bit down, each pair of bits of the step selects a quadrant and rotates the curve inside
+// it. Example for k = 2: cell (3, 0) is in the last quadrant (3), at the upper right. Within this
+// quadrant, after the rotation, the cell is again in the last quadrant (3). So its step is 4 x 3 +
+// 3 = 15.
 uint64_t hilbert_step(int k, uint32_t x, uint32_t y) {
   uint64_t step = 0;
   for (int bit = k - 1; bit >= 0; --bit) {
@@ -42,8 +43,8 @@ uint64_t hilbert_step(int k, uint32_t x, uint32_t y) {
   return step;
 }
 
-// Sorts the cells by step. Walking along the curve would visit the whole square around the frame,
-// which took two minutes for a frame of 65536 x 1 buckets.
+// Sorts the cells by step. A walk along the curve would visit the whole square around the frame;
+// this took two minutes for a frame of 65536 x 1 buckets.
 std::vector<Cell> hilbert_cells(int columns, int rows) {
   const int k = std::bit_width(uint32_t(std::max(columns, rows)) - 1);
   std::vector<std::pair<uint64_t, Cell>> steps;
@@ -78,7 +79,7 @@ std::vector<Cell> spiral_cells(int columns, int rows) {
   const size_t total = size_t(columns) * size_t(rows);
   cells.reserve(total);
   int x = (columns - 1) / 2, y = (rows - 1) / 2;
-  // Legs of 1, 1, 2, 2, 3, 3 ... steps: right, down, left, up.
+  // The legs have 1, 1, 2, 2, 3, 3 ... steps. They go right, down, left and up in turn.
   constexpr int kStepX[4] = {1, 0, -1, 0}, kStepY[4] = {0, 1, 0, -1};
   for (int leg = 0; cells.size() < total; ++leg) {
     const int dx = kStepX[leg % 4], dy = kStepY[leg % 4], length = leg / 2 + 1;
@@ -146,9 +147,9 @@ uint64_t bucket_count(const Rect& crop, int bucket_size) {
   return uint64_t((crop.width() + size - 1) / size * ((crop.height() + size - 1) / size));
 }
 
-// Memory per bucket. While the order is computed: a curve step and two cells, then a cell and a
-// rectangle. Later: two rectangles, an error and a count, and in the outputs the places of the
-// bucket's tiles.
+// Counts the memory per bucket. While the order is computed, a bucket needs a curve step and two
+// cells, and then a cell and a rectangle. Later it needs two rectangles, an error and a count, and
+// in the outputs the places of its tiles.
 uint64_t bucket_list_bytes(const Rect& crop, int bucket_size) {
   constexpr uint64_t kBytes = 48;
   return kBytes * bucket_count(crop, bucket_size);

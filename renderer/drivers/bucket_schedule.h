@@ -1,5 +1,5 @@
-// The order of `bucket`. Each bucket is finished, streamed out and released, so memory does not
-// grow with the frame.
+// The order in which `bucket` renders. Each bucket is finished, streamed out and released, so
+// memory does not grow with the frame.
 #pragma once
 
 #include <cstddef>
@@ -25,18 +25,19 @@ std::span<const NamedValue<BucketOrder>> bucket_order_table();
 std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder order,
                                   uint32_t seed);
 
-// The number of a frame's buckets, and the memory that the lists of buckets need.
+// Return the number of a frame's buckets, and the bytes that the lists of buckets need.
 uint64_t bucket_count(const Rect& crop, int bucket_size);
 uint64_t bucket_list_bytes(const Rect& crop, int bucket_size);
 
-// The smallest multiple of the bucket size that is at least `least`: the side of a tile of whole
-// buckets.
+// Returns the smallest multiple of the bucket size that is at least `least`. It is the side of a
+// tile of whole buckets.
 int round_up_to_buckets(int bucket_size, int least);
 
-// The index of a bucket in row-by-row order, independent of the schedule.
+// Returns the index of a bucket in row-by-row order, which does not depend on the schedule.
 size_t bucket_index(const Rect& crop, const Rect& bucket, int bucket_size);
 
-// The buckets that `threads` threads work on at once: how many, and their largest width and height.
+// The buckets on which `threads` threads work at once: their number, and their largest width and
+// height.
 struct ActiveBuckets {
   int64_t count = 0;
   int width = 0, height = 0;

@@ -6,8 +6,8 @@
 
 namespace emberline {
 
-// The maximum number of samples of a pixel. The film's sums are exact beyond it, but the `samples`
-// channel passes through a float, which is exact only up to 2^24.
+// The maximum number of samples of a pixel. The film's sums would be exact for more samples, but
+// the `samples` channel passes through a float, which is exact only up to 2^24.
 inline constexpr uint32_t kMaxSamples = 1u << 24;
 
 // The order of the tiles of `bucket` (bucket_schedule.h).
@@ -19,7 +19,7 @@ enum class BisectionAxis { kRows, kColumns, kBoth };
 // The default estimator of error.
 inline constexpr std::string_view kDefaultEstimator = "nested";
 
-// How pixels without samples are shown: as their nearest neighbour, or blended.
+// Says how a pixel without samples is shown: as its nearest neighbour, or as a blend of pixels.
 enum class Reconstruction { kDuplicate, kLinear };
 
 // The units of error (drivers/adaptive/error_estimator.h).

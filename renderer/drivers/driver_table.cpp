@@ -9,8 +9,8 @@
 namespace emberline {
 namespace {
 
-// Our choice. A frame of 4096 x 4096 pixels then has at most 65536 tiles, and buckets with a side
-// of 16 pixels or more are not joined.
+// This size is our choice. A frame of 4096 x 4096 pixels then has at most 65536 tiles, and buckets
+// with a side of 16 pixels or more are not joined.
 constexpr int kMinTileSize = 16;
 
 bool has_threshold(const DriverSettings& settings) { return settings.adaptive.threshold > 0.0f; }

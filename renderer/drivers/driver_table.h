@@ -26,13 +26,13 @@ struct DriverSettings {
   BisectionAxis bisection_axis = BisectionAxis::kBoth;
   Reconstruction reconstruction = Reconstruction::kDuplicate;
   AdaptiveSettings adaptive = {};
-  std::optional<Vec2i> explained = {};  // the pixel for FrameDriver::explain()
-  bool is_extension = false;  // of a finished frame that had fewer samples and whose pilot is done
-  bool keep_tree = false;     // for DriverFacts::tree
+  std::optional<Vec2i> explained = {};           // the pixel for FrameDriver::explain()
+  bool is_extension = false;                     // extends a finished frame, so the pilot is done
+  bool keep_tree = false;                        // keeps the tree for DriverFacts::tree
   int cryptomattes = 0, cryptomatte_levels = 0;  // as in FilmExtras
 };
 
-// How samples are distributed over the pixels.
+// The ways to distribute samples over the pixels.
 enum class SampleDistribution : uint8_t { kUniform, kUniformWithoutThreshold, kByError };
 
 struct DriverEntry {
@@ -47,16 +47,17 @@ struct DriverEntry {
 };
 std::span<const DriverEntry> driver_table();
 
-// Throws UsageError with the valid names.
+// Throws a UsageError that lists the valid names if the name is unknown.
 const DriverEntry& find_driver(std::string_view name);
 
-// Side of the delivered tiles, which are also the tiles of the EXR. A tile is one bucket, but
-// drivers of the whole frame join small buckets, since each tile takes the outputs extra time.
+// Returns the side of the delivered tiles, which are also the tiles of the EXR. Each tile of a
+// tiled driver is one bucket. Drivers of the whole frame join small buckets, since each tile takes
+// the outputs extra time.
 int tile_size(const DriverEntry& driver, int bucket_size);
 
 struct DriverFactory {
-  // true: each tile has its own driver, and is finished and released before the next. false: one
-  // driver renders the whole crop, which can be shown at any time.
+  // If true, each tile has its own driver, and is finished and released before the next. If false,
+  // one driver renders the whole crop, which can be shown at any time.
   bool tiles = false;
   int tile_size = 64;  // in pixels; a driver of the whole crop also delivers in tiles
   BucketOrder tile_order = BucketOrder::kHilbert;
@@ -66,7 +67,7 @@ struct DriverFactory {
   std::function<std::unique_ptr<FrameDriver>(const Frame& frame, const Rect& pixels)> create;
 };
 
-// Extras of the driver's film, without light groups.
+// Returns the extras of the driver's film, without light groups.
 FilmExtras film_extras(const DriverEntry& driver, const DriverSettings& settings);
 
 // Throws what find_driver() throws.

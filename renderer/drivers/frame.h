@@ -25,7 +25,7 @@ class PixelFilter;     // renderer/film
 struct NonFiniteSample {
   int x = 0, y = 0;
   uint32_t sample = 0;
-  uint32_t seed = 0;  // the frame's seed, or that of the sample's round
+  uint32_t seed = 0;  // the frame's seed, or the seed of the sample's round
 };
 
 struct RayCounters {
@@ -57,7 +57,7 @@ struct RenderCounters {
 
   static constexpr size_t kMaxLocated = 16;
   void locate(const NonFiniteSample& sample);
-  // Adds everything except min_samples and stopped, which workers do not know.
+  // Adds the counts of `other`, except min_samples and stopped, which workers do not know.
   void merge(const RenderCounters& other);
   // Saves or loads everything except `stopped`.
   void archive(Archive& archive);
@@ -66,7 +66,7 @@ struct RenderCounters {
 // Warns if the limits for glass removed light from the picture.
 void warn_about_optics(const OpticsCounters& counters);
 
-// Everything that is constant while a frame renders. Referenced objects must outlive it.
+// Everything that is constant while a frame renders. Referenced objects must outlive the Frame.
 struct Frame {
   const Scene& scene;
   const Camera& camera;
@@ -75,38 +75,38 @@ struct Frame {
   const PixelFilter& filter;
   int width = 0, height = 0;
   Rect crop;                       // the rendered pixels; the whole frame if not cropped
-  uint32_t first_sample = 0;       // index of every pixel's first sample; film counts start at it
-  uint32_t samples_per_pixel = 1;  // of every pixel; adaptive: on average, 0 for no limit
+  uint32_t first_sample = 0;       // index of every pixel's first sample; the film counts from it
+  uint32_t samples_per_pixel = 1;  // per pixel; for `adaptive` the average, 0 for no limit
   uint32_t seed = 0;
   StreamCount streams = StreamCount::kOne;
-  // Number of consecutive samples that go to the same half of the film; must be the size of the
+  // Number of consecutive samples that go to the same half of the film. It must be the size of the
   // blocks in which samples alternate between streams (samplers/sampler.h).
   uint32_t half_block = 8;
   AovSet aovs;
-  double shutter_frames = 1.0;  // shutter time in frames, 1 for an instant; for velocity()
+  double shutter_frames = 1.0;  // shutter time in frames for velocity(); 1 if instant
   bool exact_counts = true;     // whether every pixel gets exactly samples_per_pixel
   float clamp_indirect = 0.0f;  // as in the integrator's settings
   // Light groups of the built scene that are recorded separately, if the integrator supports that
-  // (IntegratorEntry). Null: none.
+  // (IntegratorEntry). Null: no groups.
   const LightGroups* light_groups = nullptr;
   // Cryptomatte ids of the built scene, recorded for each pixel (FilmExtras makes room for them).
-  // Null: none.
+  // Null: no ids.
   const CryptomatteIds* cryptomattes = nullptr;
   // Surface roles of the built scene. Null: camera rays see the same surfaces as other rays.
   const SurfaceRoles* roles = nullptr;
-  // Pixels whose camera rays are not traced. Null: all are traced.
+  // Pixels whose camera rays are not traced. Null: all camera rays are traced.
   std::shared_ptr<const EmptyPixels> empty_pixels;
-  // Solids that contain the camera. Null: none.
+  // Solids that contain the camera. Null: no solids.
   std::shared_ptr<const CameraSolids> camera_solids;
-  // Light guides for SampleBatch. Null: none.
+  // Light guides for SampleBatch. Null: no guide.
   std::shared_ptr<const LightGuide> guide, catcher_guide;
 
   int half_of(uint32_t sample) const {
     return streams == StreamCount::kTwo ? int(sample / half_block & 1u) : 0;
   }
-  // Whether samples have a time.
+  // Returns whether the scene or the camera moves, so that samples have a time.
   bool moves() const;
-  // The initial counters of a worker or of a loaded state.
+  // Returns the initial counters of a worker or of a loaded state.
   RenderCounters empty_counters() const;
   FilmExtras with_light_groups(FilmExtras extras) const;
 };

@@ -29,13 +29,13 @@ struct PixelWork {
   bool operator==(const PixelWork&) const = default;
 };
 
-// The work until the driver decides again. It consists of parts of about a millisecond each, which
+// The work until the driver decides again. It consists of parts of about a millisecond each. Parts
 // are started in order and rendered in parallel. No pixel is in two parts.
 struct Round {
   size_t parts = 0;
   uint32_t seed = 0;       // seed of the round's samples
   int pass = 0;            // in pass 1 every pixel gets its first sample
-  bool ends_pass = false;  // the last part completes the pass
+  bool ends_pass = false;  // true if the last part completes the pass
   bool operator==(const Round&) const = default;
 };
 
@@ -43,8 +43,8 @@ struct Round {
 struct RenderedParts {
   size_t begin = 0, end = 0;
   bool complete = true;  // false: a stop request ended the round. Parts after `end` were not
-                         // started; of those before it, only those in `interrupted` may lack
-                         // samples.
+                         // started. Of the parts before `end`, only those in `interrupted` may
+                         // lack samples.
   std::span<const size_t> interrupted = {};
 };
 
@@ -56,16 +56,16 @@ struct DriverFacts {
   const PixelLattice* lattice = nullptr;
 };
 
-// Drives one film, that of the whole crop or of a tile. After next(), rendered() is called for all
-// parts of the round, in one or more calls, before next() is called again. Only expand() may be
-// called while samples are added.
+// Drives the film of the whole crop or of one tile. Between two calls of next(), the caller must
+// call rendered() for all parts of the round, in one or more calls. While samples are added, only
+// expand() may be called.
 class FrameDriver {
  public:
   virtual ~FrameDriver() = default;
 
-  // Decides the next round from the film, which must have all samples of earlier rounds, and writes
-  // its estimates of sample variances into the film. Returns nothing if the frame is finished, or
-  // if a stop was requested meanwhile.
+  // Decides the next round from the film, which must have all samples of earlier rounds. Writes
+  // estimates of the samples' variances into the film. Returns nothing if the frame is finished, or
+  // if a stop was requested during the call.
   virtual std::optional<Round> next(FilmTile& film, const std::stop_token& stop) = 0;
   // The current round, as next() returned it. Before the first round, it has no parts.
   virtual Round round() const = 0;
@@ -75,28 +75,30 @@ class FrameDriver {
   // Tells the driver that the film has the samples of these parts.
   virtual void rendered(const RenderedParts& parts, const FilmTile& film) = 0;
 
-  // Whether the film has all samples that the driver will request.
+  // Returns whether the film has all samples that the driver will request.
   virtual bool finished() const = 0;
-  // The smallest number of samples of any pixel.
+  // Returns the smallest number of samples of any pixel.
   virtual uint32_t min_samples(const FilmTile& film) const = 0;
-  // The expected RMS error of the displayed picture as of the last decision, if known.
+  // Returns the expected RMS error of the displayed picture as of the last decision, if known.
   virtual std::optional<double> error_estimate() const { return std::nullopt; }
-  // Why the pixel gets no more samples, if already decided; otherwise kUnfinished.
+  // Returns why the pixel gets no more samples, or kUnfinished if that is not decided yet.
   virtual PixelStop current_stop(const FilmTile& film, int x, int y) const = 0;
-  // Implements LivePicture::resolve(). By default shows the film; drivers that fill in pixels
+  // Implements LivePicture::resolve(). The default shows the film. Drivers that fill in pixels
   // override it.
   virtual void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const;
-  // Whether resolve() may show a sampled pixel with a value other than its mean in the film.
+  // Returns whether resolve() may show a sampled pixel with a value other than its mean in the
+  // film.
   virtual bool overrides_means() const { return false; }
   virtual DriverFacts facts() const { return {}; }
-  // A sentence on why the recorded pixel got its samples; empty if no pixel is recorded. Valid at
-  // the same times as facts().
+  // Returns a sentence on why the recorded pixel got its samples, or an empty text if no pixel is
+  // recorded. May be called at the same times as facts().
   virtual std::string history() const { return ""; }
-  // A text for the user that explains the pixel's number of samples so far. Must be called at a
-  // pause or at the end. Empty if the driver does not decide about single pixels.
+  // Returns a text for the user that explains the pixel's number of samples so far. The text is
+  // empty if the driver does not decide about single pixels. Must be called at a pause or at the
+  // end.
   virtual std::string explain(const FilmTile& /*film*/, int /*x*/, int /*y*/) const { return {}; }
-  // Records this pixel for explain() from now on, instead of the settings' pixel. Must be called at
-  // a pause.
+  // From now on, records this pixel for explain(), instead of the settings' pixel. Must be called
+  // at a pause.
   virtual void record_pixel(int /*x*/, int /*y*/) {}
   // Must be called after the last round. Writes each pixel's stop reason into the film
   // (`interrupted` for pixels that a stop request ended), and does all other final work that visits
@@ -108,12 +110,12 @@ class FrameDriver {
   // continue, with a bit-identical result. The caller must store which parts of round() are done.
   // Loading throws InputError for an invalid state.
   virtual void archive(Archive& archive, const FilmTile& film) = 0;
-  // For a new driver whose settings extend those of a finished frame: loads that frame's state and
-  // continues from its film. Drivers whose requests do not depend on the film start again at the
-  // first sample; the caller skips samples that the film already has.
+  // Continues a finished frame with a new driver, whose settings must extend those of the frame.
+  // Loads the frame's state and continues from its film. Drivers whose requests do not depend on
+  // the film start again at the first sample; the caller skips samples that the film already has.
   virtual void extend(Archive& /*finished*/, const FilmTile& /*film*/) {}
 
-  // Memory of the driver, without the film.
+  // Returns the bytes that the driver uses, without the film.
   virtual uint64_t bytes() const { return 0; }
 };
 

@@ -9,17 +9,20 @@
 
 namespace emberline {
 
-// Bytes per pixel of a film, including what RenderJob::deliver() adds for pixels without samples.
+// Returns the bytes per pixel of a film, including what RenderJob::deliver() adds for pixels
+// without samples.
 uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras);
 
-// Upper bound on the bytes that render() and deliver() keep per pixel of the crop; 0 for tiled
-// drivers. Excludes the workers' tiles and light groups: `n` light groups add 24 (n + 1) bytes.
+// Returns an upper bound on the bytes that render() and deliver() keep per pixel of the crop; 0 for
+// tiled drivers. Excludes the workers' tiles and light groups: `n` light groups add 24 (n + 1)
+// bytes.
 uint64_t job_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
-// Bytes per pixel of a worker's tile.
+// Returns the bytes per pixel of a worker's tile.
 uint64_t tile_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
 
-// Additional bytes per pixel that RenderJob::deliver() needs if some pixels have no samples: the
-// displayed values of `layers` layers or lights, and the picture from which these are computed.
+// Returns the additional bytes per pixel that RenderJob::deliver() needs if some pixels have no
+// samples. They store the displayed values of `layers` layers or lights, and the picture from which
+// these values are computed.
 uint64_t delivery_bytes_per_pixel(size_t layers);
 
 // Resets the film to the crop. Throws RenderError if there is not enough memory.

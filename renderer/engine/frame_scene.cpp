@@ -22,7 +22,7 @@
 namespace emberline {
 namespace {
 
-// Throws InputError if the chosen camera is invalid; warns if others are.
+// Throws InputError if the chosen camera is invalid. Warns if other cameras are invalid.
 void check_cameras(const SceneDescription& scene, const CameraDescription* chosen) {
   if (chosen && chosen->fault) throw InputError(*chosen->fault);
   const auto broken = [](const CameraDescription& camera) { return camera.fault != nullptr; };
@@ -34,7 +34,7 @@ void check_cameras(const SceneDescription& scene, const CameraDescription* chose
                           more > 0 ? fmt::format(" (nor can {} more)", more) : ""));
 }
 
-// Returns the index of the first camera that matches; warns if several do.
+// Returns the index of the first camera that matches. Warns if several match.
 size_t find_camera(const std::string& requested, const std::vector<CameraDescription>& cameras) {
   const std::vector<size_t> matching = matching_cameras(requested, cameras);
   std::string listed;
@@ -139,8 +139,8 @@ CameraDescription apply_settings(const FrameSettings& settings, const SceneDescr
   return apply_turntable(std::move(camera), settings, framed_bounds(scene));
 }
 
-// Whether positions one frame later are needed. The velocity channel needs them if there is no
-// shutter interval.
+// Returns whether the positions one frame later are needed. The velocity channel needs them if
+// there is no shutter interval.
 bool needs_next_frame(const FrameSettings& settings) {
   return is_instant(settings) && AovSet::parse(settings.aovs).contains(Aov::kVelocity);
 }

@@ -22,47 +22,47 @@ SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progres
 // is given. Throws UsageError if both are given.
 std::optional<double> pose_time(const FrameSettings& settings);
 
-// Whether the shutter interval is empty.
+// Returns whether the shutter interval is empty.
 bool is_instant(const FrameSettings& settings);
 
 // Fills in the animation, time and shutter from the edits if the settings do not give them.
 void apply_animation(const AnimationEdit& edit, FrameSettings& settings);
 
-// If the shutter is open but the scene is at rest, logs why nothing is blurred.
+// Logs why nothing is blurred if the shutter is open but the scene is at rest.
 void hint_at_rest(const FrameSettings& settings, const SceneDescription& scene);
 
 // Returns the options for reading the scene file, except those that edits need. Throws UsageError.
 GltfOptions load_options(const FrameSettings& settings);
 
-// If texels of a picture had to be repaired, logs a warning. Call once per file.
+// Logs a warning if texels of a picture had to be repaired. Call this once per file.
 void warn_about_repaired(const std::string& file, uint64_t texels);
 
 // Replaces the variant of `edits` with the settings' variant, if any. Throws a UsageError that
-// lists the file's variants.
+// lists the file's variants if there is no such variant.
 void choose_variant(const FrameSettings& settings, const SceneDescription& scene,
                     SceneEdits& edits);
 
 // Returns the camera that the settings choose, with the settings' lens applied. Throws a UsageError
-// that lists the file's cameras.
+// that lists the file's cameras if there is no such camera.
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene);
-// Returns the indices of the cameras that match --camera: first those with this name, then those
-// whose node has this name. If no name matches, `requested` may be an index.
+// Returns the indices of the cameras that match --camera: first the cameras with this name, then
+// the cameras whose node has this name. If no name matches, `requested` may be an index.
 std::vector<size_t> matching_cameras(const std::string& requested,
                                      const std::vector<CameraDescription>& cameras);
-// Returns the camera of the edits, unless the settings choose a view. The settings' lens is applied
-// in both cases. Throws InputError for edits that do not fit the scene.
+// Returns the camera of the edits, or the camera of the settings if these choose a view. The
+// settings' lens is applied in both cases. Throws InputError for edits that do not fit the scene.
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene,
                                 const SceneEdits& edits);
 
-// Moves the camera to the turntable frame that the settings give. Successive frames move it to its
-// right, on a circle around a vertical axis through the centre of the bounds or through the point
-// that the settings choose. choose_camera() calls this with the scene's bounds. Without a turntable
-// the camera is unchanged.
+// Moves the camera to the turntable frame that the settings give. From frame to frame, the camera
+// moves to its right, on a circle around a vertical axis. The axis goes through the centre of the
+// bounds, or through the point that the settings choose. choose_camera() calls this with the
+// scene's bounds. If the settings have no turntable, the camera is unchanged.
 CameraDescription apply_turntable(CameraDescription camera, const FrameSettings& settings,
                                   const WorldBounds& bounds);
 
 // Creates the camera for the frame's size. Throws UsageError if the settings' view or lens is
-// unusable, and InputError if the file's is.
+// unusable, and InputError if the file's view or lens is.
 Camera create_camera(const FrameSettings& settings, const CameraDescription& camera,
                      const Scene& scene);
 

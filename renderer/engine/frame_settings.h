@@ -16,7 +16,7 @@ namespace emberline {
 
 enum class EmbreeIsa;  // renderer/scene/embree_isa.h
 
-// How light samples are distributed: only by each light's power, or guided by a survey of the
+// The ways to distribute light samples: only by each light's power, or guided by a survey of the
 // arriving light (renderer/scene/light_survey.h).
 enum class EnvironmentSampling { kGuided, kByLight };
 
@@ -25,13 +25,13 @@ struct SampleSpan {
   uint32_t first = 0, end = 0;
 };
 
-// When the shutter is open, in frames relative to the frame's time.
+// The times at which the shutter opens and closes, in frames relative to the frame's time.
 struct Shutter {
   double open = 0, close = 0;
 };
 
-// What the vertical axis of a turntable passes through: the centre of the scene's bounds, or the
-// point that the camera looks at.
+// Says which point the vertical axis of a turntable passes through: the centre of the scene's
+// bounds, or the point that the camera looks at.
 enum class TurntableCenter { kBounds, kLookAt };
 
 // A turntable view: the camera orbits a vertical axis.
@@ -81,7 +81,7 @@ struct FrameSettings {
   std::string camera;  // name or index; empty: the first in the file, or a view of the whole scene
   std::optional<Vec3d> look_from, look_at;       // metres
   std::optional<double> fov_y;                   // degrees
-  std::optional<double> f_stop, focus_distance;  // metres; absent: a pinhole
+  std::optional<double> f_stop, focus_distance;  // metres; without f_stop: a pinhole
   bool panorama = false;  // latitude-longitude map of all directions from the camera
   std::optional<Turntable> turntable;
   TurntableCenter turntable_center = TurntableCenter::kBounds;

@@ -23,13 +23,13 @@ class LiveDenoiser {
 
   struct Source {
     const LivePicture& picture;
-    const LivePicture* region;    // a region in which pixels may have more samples; may be null
+    const LivePicture* region;    // a region where pixels may have more samples; or null
     const PixelLattice* lattice;  // the pixels with samples; null: all pixels
     double samples_per_pixel;
     bool mixed;  // light groups were remixed, so the colours differ from those of the film
   };
   // Filters the displayed R G B A (interleaved) of every pixel of the picture. Pixels outside the
-  // lattice copy the nearest lattice pixel. Uses TBB's current arena.
+  // lattice get the filtered value of the nearest lattice pixel. Uses TBB's current arena.
   void denoise(const Source& source, std::span<const float> rgba, std::span<float> denoised);
 
  private:

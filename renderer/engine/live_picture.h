@@ -34,8 +34,8 @@ class LivePicture {
   uint32_t sample_count(int x, int y) const;
   // Number of samples that were NaN or infinite. They count as black.
   uint32_t non_finite(int x, int y) const;
-  // Variance of the pixel's mean, in squared linear radiance; absent if the film does not record
-  // it.
+  // Returns the variance of the pixel's mean, in squared linear radiance, or nothing if the film
+  // does not record it.
   std::optional<Rgb> variance(int x, int y) const;
   // Returns all channels of the film in the order of film_channels(), interleaved, top row first.
   std::vector<float> channels() const;
@@ -57,7 +57,7 @@ class TilePicture final : public LivePicture {
   double completion() const { return double(pixels_) / double(rect().area()); }
   std::span<const float> rgba() const { return rgba_; }
 
-  // Mixes on the calling thread.
+  // Mixes the light groups on the calling thread.
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
   const FilmTile& film() const override { return *film_; }
   // For a pixel of an added tile, returns kNone if the tiles have no `stop` channel.

@@ -35,9 +35,9 @@ struct OpenOptions {
 // reservations are released.
 class ReadScene {
  public:
-  // Reads the settings' file and environment, posed at the settings' time or, if they have none, at
-  // the edits' time. The settings' variant replaces that of `edits`. Throws InputError, UsageError,
-  // RenderError and Cancelled.
+  // Reads the scene's file and the environment that the settings name. Poses the scene at the
+  // settings' time or, if they have none, at the edits' time. The settings' variant replaces that
+  // of `edits`. Throws InputError, UsageError, RenderError and Cancelled.
   ReadScene(const FrameSettings& settings, SceneEdits edits, const OpenOptions& options,
             LoadProgress& progress);
   ReadScene(ReadScene&&) noexcept = default;
@@ -48,7 +48,7 @@ class ReadScene {
   const SceneDescription& description() const { return description_; }
   const SceneEdits& edits() const { return edits_; }
 
-  // Throws what build_scene() does, and UsageError for names that are not in the scene.
+  // Throws what build_scene() throws, and UsageError for names that are not in the scene.
   std::unique_ptr<OpenScene> build(LoadProgress& progress) &&;
 
  private:
@@ -74,21 +74,21 @@ class OpenScene {
   const FrameSettings& settings() const { return settings_; }
   // Returns `settings` with the animation, time and shutter of the current pose.
   FrameSettings posed(FrameSettings settings) const;
-  // Reports on the scene in its current pose.
+  // Return reports on the scene in its current pose.
   const CoverageReport& coverage() const { return coverage_; }
   const LoadRepairs& repairs() const { return repairs_; }
 
-  // Whether the scene has an animation. Requires OpenOptions::poses.
+  // Returns whether the scene has an animation. Requires OpenOptions::poses.
   bool can_pose() const;
   // Reads the scene with other animation settings. The description omits meshes that the scene
   // already has in memory. Throws like the constructor of ReadScene.
   ReadScene read(const FrameSettings& settings, SceneEdits edits, LoadProgress& progress);
-  // Applies a pose from read(), including its edits. scene() must not be in use, and may be a
-  // different object afterwards. Returns false if the pose needed a different internal space, so
-  // that the whole scene was rebuilt. Throws like build().
+  // Applies a pose from read(), including its edits. scene() must not be in use; afterwards, it may
+  // return a different object. Returns false if the pose needed a different internal space, so that
+  // the whole scene was rebuilt. Throws like build().
   bool pose(ReadScene read, LoadProgress& progress);
 
-  // These require OpenOptions::edits.
+  // These functions require OpenOptions::edits.
   EditableScene& editable() { return *editable_; }
   const EditableScene& editable() const { return *editable_; }
 

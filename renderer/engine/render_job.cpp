@@ -16,7 +16,7 @@ namespace emberline {
 namespace {
 
 // Returns what each light group or light-path layer contributes to each pixel, including pixels
-// that are filled in from their neighbours. Ordered by pixel, then by group.
+// that are filled in from their neighbours. The result is ordered by pixel, then by group.
 std::vector<Rgb> resolve_groups(const LivePicture& picture, LightMix::Source of, size_t groups) {
   const auto pixels = size_t(picture.film().rect().area());
   std::vector<Rgb> lights(groups * pixels);
@@ -31,8 +31,8 @@ std::vector<Rgb> resolve_groups(const LivePicture& picture, LightMix::Source of,
   return lights;
 }
 
-// Returns the index after the last part to render before the next pause. This is the number of
-// parts, or less if a picture is wanted after `samples_to_picture` samples.
+// Returns the index after the last part to render before the next pause. This index is the number
+// of parts, or less if a picture is wanted after `samples_to_picture` samples.
 size_t end_before_pause(const FrameDriver& driver, const Round& round, size_t begin,
                         std::optional<uint64_t> samples_to_picture) {
   if (!samples_to_picture) return round.parts;
@@ -194,16 +194,16 @@ void RenderJob::end(PixelStop interrupted) {
   store_driver_picture(*driver_, *film_);
 }
 
-// Delivers tiles with the same sizes and positions as those of the bucket driver. Pixels without
-// samples get the values that the picture shows.
+// Delivers tiles that have the same sizes and positions as the tiles of the bucket driver. Pixels
+// without samples get the values that the picture shows.
 void RenderJob::deliver(RenderSink& sink) {
   if (!driver_) return;
   end(sink.stop_cause());
   const Rect& crop = film_->rect();
   const std::vector<Rect> tiles =
       bucket_schedule(crop, drivers_.tile_size, BucketOrder::kScanline, 0);
-  // Computed before the workers start, because the computation uses TBB. While waiting for it, a
-  // worker could be given a tile that needs its result.
+  // The picture is computed before the workers start, because the computation uses TBB. A worker
+  // that waits for the computation could be given a tile that needs the result.
   std::vector<float> shown;
   if (film_->min_samples() == 0) {
     shown.resize(4 * size_t(crop.area()));

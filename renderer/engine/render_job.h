@@ -27,14 +27,14 @@ class TileOwner;
 // Facts about a finished tile that are not in its film.
 struct TileResult {
   std::optional<double> error = {};  // estimated error of the displayed tile
-  uint32_t min_samples = 0;          // minimum over its pixels
+  uint32_t min_samples = 0;          // minimum over the tile's pixels
   RenderCounters counters = {};
 
   void archive(Archive& archive);
 };
 
-// Stores the state of finished tiles for a later run. Worker threads call it concurrently, once per
-// tile. Tiles are numbered row by row.
+// Stores the state of finished tiles for a later run. Worker threads call these functions
+// concurrently, once per tile. Tiles are numbered row by row.
 class TileStore {
  public:
   virtual ~TileStore() = default;
@@ -43,13 +43,13 @@ class TileStore {
   virtual std::optional<std::vector<std::byte>> load(size_t tile, uint64_t max_bytes) = 0;
   // `state` consists of a TileResult, the film and the driver's state.
   virtual void save(size_t tile, std::span<const std::byte> state) = 0;
-  // Returns the tile's state from the finished frame that this frame extends, which has fewer
+  // Returns the tile's state from the finished frame that this frame extends. That frame has fewer
   // samples.
   virtual std::optional<std::vector<std::byte>> load_finished(size_t /*tile*/, uint64_t /*most*/) {
     return std::nullopt;
   }
-  // Called if a state is unusable: the one from load_finished() if `finished` is true, otherwise
-  // the one from load(). The tile is then rendered.
+  // Called if a state is unusable. If `finished` is true, this is the state from load_finished(),
+  // otherwise the state from load(). The tile is then rendered.
   virtual void report_unusable(bool /*finished*/) {}
 
   // The largest state that a job accepts from load() for a tile whose film has `film_bytes` bytes.
@@ -58,7 +58,7 @@ class TileStore {
 
 struct RenderResult {
   RenderCounters counters;
-  // Whether all samples were rendered. Also true if a time limit ended a frame with one film,
+  // True if all samples were rendered. Also true if a time limit ended a frame with one film,
   // because pixels without samples are then filled in from their neighbours.
   bool complete = false;
   uint64_t unsampled_pixels = 0;  // number of pixels to render that got no sample
@@ -84,48 +84,51 @@ class RenderJob final : public LivePicture {
   const Frame& frame() const { return frame_; }
   bool is_tiled() const { return drivers_.tiles; }
 
-  // Call before render() of a tiled job. Tiles in `store` are loaded; the others are rendered and
-  // stored.
+  // Makes render() of a tiled job load the tiles that are in `store`, and render and store the
+  // other tiles. Call this before render().
   void set_tile_store(TileStore* store) { store_ = store; }
-  // Call before render(), save(), load() and extend() of a job with one film. After a stop request,
-  // the driver then still finishes its current decision, because a decision cannot be saved
-  // halfway.
+  // Makes a job with one film resumable. Call this before render(), save(), load() and extend().
+  // After a stop request, the driver then still finishes its current decision, because a decision
+  // cannot be saved halfway.
   void make_resumable();
   // Resumes a frame with the same settings from a state that save() wrote. The result is
   // bit-identical to that of an uninterrupted render. Throws InputError for an invalid state.
   void load(std::span<const std::byte> state);
   // Starts from the state of a finished frame with fewer samples or a higher threshold.
   void extend(std::span<const std::byte> finished);
-  // Call in picture_changed(), in interrupted() or after render(): saves a TileResult, whether the
-  // frame is finished, the film, the driver's state and the number of finished parts in its round.
+  // Saves a TileResult, a flag that tells whether the frame is finished, the film, the driver's
+  // state and the number of finished parts in its round. May be called in picture_changed(), in
+  // interrupted() and after render().
   void save(std::vector<std::byte>& state);
 
-  // Renders on the calling thread's TBB arena. Call only once. Returns soon after a stop request.
-  // Throws RenderError if the film does not fit into memory, and what the sink throws.
+  // Renders on the calling thread's TBB arena. May be called only once. Returns soon after a stop
+  // request. Throws RenderError if the film does not fit into memory, and also rethrows what the
+  // sink throws.
   RenderResult render(RenderSink& sink, std::stop_token stop);
-  // Call after render(). If the film is kept, records in it why each pixel got no more samples. The
-  // reason is `interrupted` for pixels that a stop request cut short.
+  // Call this after render(). If the film is kept, records in it why each pixel got no more
+  // samples. The reason is `interrupted` for pixels that a stop request cut short.
   void end(PixelStop interrupted);
-  // Call once after render(). Calls end() and, if the film is kept, passes it to the sink as
-  // finished tiles.
+  // Call this once, after render(). It calls end() and, if the film is kept, passes it to the sink
+  // as finished tiles.
   void deliver(RenderSink& sink);
 
-  // Maximum bytes kept per pixel of the crop, excluding workers' tiles and what deliver() adds for
-  // layers (delivery_bytes_per_pixel()); 0 for tiled drivers.
+  // Returns the maximum bytes kept per pixel of the crop; 0 for tiled drivers. Excludes workers'
+  // tiles and the bytes that deliver() adds for layers (delivery_bytes_per_pixel()).
   uint64_t job_bytes_per_pixel() const;
-  // Current memory of the film and the driver, in bytes.
+  // Returns the present memory of the film and the driver, in bytes.
   uint64_t film_bytes() const;
 
   SampleReplay replay(int x, int y, uint32_t sample) const;
 
-  // The counts so far.
+  // Returns the counts so far.
   const RenderCounters& counters() const { return counters_; }
-  // Expected RMS error of the displayed frame, if the driver has estimated it. For a stopped frame,
-  // end() may make the estimate.
+  // Returns the expected RMS error of the displayed frame, if the driver has estimated it. For a
+  // stopped frame, end() may make the estimate.
   std::optional<double> error_estimate() const;
-  // The frame as it can be displayed, valid from the first pause on; null if no film is kept.
+  // Returns the frame as it can be displayed, or null if no film is kept. Valid from the first
+  // pause on.
   const LivePicture* picture() const { return driver_ ? this : nullptr; }
-  // These call the driver. picture() must not be null.
+  // These functions call the driver. picture() must not be null.
   DriverFacts facts() const { return driver_->facts(); }
   std::string history() const { return driver_->history(); }
   std::string explain(int x, int y) const { return driver_->explain(*film_, x, y); }
@@ -164,8 +167,8 @@ class RenderJob final : public LivePicture {
   uint64_t unsampled_pixels_ = 0;
   TileStore* store_ = nullptr;
   bool resumable_ = false;
-  // For a frame with one film: how many parts of the current round are finished, and whether pixels
-  // of later parts may already have samples.
+  // For a frame with one film: the number of finished parts of the current round, and whether
+  // pixels of later parts may already have samples.
   size_t parts_done_ = 0;
   bool film_is_ahead_ = false;
 };
@@ -173,8 +176,8 @@ class RenderJob final : public LivePicture {
 // Returns how many pixels have no sample.
 uint64_t count_unsampled(const FilmTile& film);
 
-// Returns the RMS of the tiles' errors, weighting each tile by its pixel count and summing in the
-// given order. Absent if any error is unknown.
+// Returns the RMS of the tiles' errors, or nothing if any error is unknown. Weights each tile by
+// its pixel count and sums in the given order.
 std::optional<double> error_of_tiles(std::span<const Rect> tiles,
                                      std::span<const std::optional<double>> errors);
 

@@ -1,5 +1,5 @@
-// Runs a frame's workers, adds up their counters, and lets them share tiles. Private to
-// render_job.cpp, render_tiles.cpp and shared_tiles.cpp.
+// Runs a frame's workers, adds up their counters, and lets them share tiles. Only render_job.cpp,
+// render_tiles.cpp and shared_tiles.cpp include this file.
 #pragma once
 
 #include <tbb/task_arena.h>
@@ -32,7 +32,7 @@ class RenderLoop {
              RenderCounters& counters)
       : sink(the_sink), stop(std::move(the_stop)), frame_(frame), counters_(counters) {}
 
-  // Runs work(worker, should_continue) on all threads, but on at most `max_threads`.
+  // Runs work(worker, should_continue) on all threads, but on no more than `max_threads`.
   // should_continue() returns false once a worker has thrown or a stop is requested. Rethrows what
   // a worker throws.
   template <typename Work>
@@ -67,13 +67,14 @@ class RenderLoop {
   std::mutex mutex_;
 };
 
-// If the driver's picture is not made of the film's means, writes that picture into the film.
+// If the driver shows other values than the film's means, writes these values into the film.
 void store_driver_picture(const FrameDriver& driver, FilmTile& film);
 
 // The parts of one round. Any number of workers take them in order.
 class RoundWork {
  public:
-  // Hands out parts [begin, end). `film_is_ahead`: pixels may already have some of these samples.
+  // Hands out parts [begin, end). If `film_is_ahead`, pixels may already have some of their
+  // samples.
   RoundWork(const FrameDriver& driver, FilmTile& film, size_t begin, size_t end, bool film_is_ahead)
       : driver_(driver),
         film_(film),
@@ -102,8 +103,8 @@ class RoundWork {
   void abandon() { next_.store(end_, std::memory_order_relaxed); }
 
   size_t parts_left() const { return end_ - std::min(end_, next_.load(std::memory_order_relaxed)); }
-  // Call after all workers have returned, but not after abandon(). `stopped`: if parts are left,
-  // the reason is a stop request and not a pause.
+  // Must be called after all workers have returned, but not after abandon(). If parts are left,
+  // `stopped` says that the reason is a stop request and not a pause.
   RenderedParts rendered(bool stopped) const;
 
  private:
@@ -120,7 +121,7 @@ class RoundWork {
   std::vector<size_t> interrupted_;
 };
 
-// Shares the last tiles of a frame: a worker that finds no tile left helps with the rounds of other
+// Shares the last tiles of a frame. A worker that finds no tile left helps with the rounds of other
 // workers' tiles, so that no thread is idle while the most expensive tile is finished.
 class SharedTiles {
  public:
@@ -160,7 +161,8 @@ class TileOwner {
   TileOwner& operator=(const TileOwner&) = delete;
 
   // Renders the round together with helpers, whose counts are added to `counters`. Returns after
-  // all helpers have finished. If one throws, no further part begins and the exception is rethrown.
+  // all helpers have finished. If one of the threads throws, no further part begins and execute()
+  // rethrows the exception.
   void execute(RoundWork& work, RenderWorker& worker, RenderCounters& counters);
 
  private:

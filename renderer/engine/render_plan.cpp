@@ -27,7 +27,8 @@ double shutter_frames_of(const FrameSettings& settings) {
   return is_instant(settings) ? 1.0 : settings.shutter->close - settings.shutter->open;
 }
 
-// Returns the requested number of streams; by default two for denoising, otherwise `fallback`.
+// Returns the requested number of streams. The default is two for denoising, and otherwise
+// `fallback`.
 StreamCount streams_of(const FrameSettings& o, StreamCount fallback) {
   if (o.streams) return static_cast<StreamCount>(*o.streams);
   return aovs_of(o).contains(Aov::kDenoising) ? StreamCount::kTwo : fallback;

@@ -1,4 +1,4 @@
-// Checks a frame's settings and creates the job that renders them.
+// Checks a frame's settings and creates the job that renders the frame.
 #pragma once
 
 #include <cstdint>
@@ -24,11 +24,11 @@ class OpenScene;
 
 // Choices that a client makes in addition to the settings.
 struct PrepareOptions {
-  // Replaces the channels that the settings request.
+  // Channels that replace those that the settings request.
   std::optional<AovSet> aovs = {};
-  // Finding empty pixels (EmptyPixels) takes one thread about 20 ms per 10^5 triangles before the
-  // frame begins. It does not change the bits, so clients that need the first picture soon turn it
-  // off.
+  // If true, empty pixels (EmptyPixels) are found before the frame begins, which takes one thread
+  // about 20 ms per 10^5 triangles. This does not change the bits, so clients that need the first
+  // picture soon turn it off.
   bool find_empty_pixels = true;
   std::optional<Vec2i> explained = {};  // the pixel for RenderJob::explain()
   bool keep_tree = false;               // RenderJob::facts() has the refinement tree
@@ -50,7 +50,7 @@ struct RenderPlan {
   // the setting, the reason and the valid values.
   explicit RenderPlan(const FrameSettings& settings, const PrepareOptions& options = {});
 
-  // Creates the job. The plan, scene and camera must outlive it. May survey the lights first
+  // Creates the job. The plan, scene and camera must outlive the job. May survey the lights first
   // (renderer/scene/light_survey.h). After a stop request the survey is incomplete, so the job must
   // not be rendered.
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
@@ -58,8 +58,8 @@ struct RenderPlan {
   // Like the function above, but with `parts` instead of the open scene's parts.
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
                                      const SceneParts& parts, const std::stop_token& stop) const;
-  // Prepares a stage, without roles and mattes. It computes the same samples as the frame, unless
-  // the sampler's weights depend on the sample count.
+  // Prepares a stage, without roles and mattes. The stage computes the same samples as the frame,
+  // unless the sampler's weights depend on the sample count.
   std::unique_ptr<RenderJob> prepare_stage(const OpenScene& scene, const Camera& camera,
                                            const StageOptions& stage) const;
   // Returns the frame without creating a job. Ignores a shutter that the edits set, because only
@@ -67,8 +67,8 @@ struct RenderPlan {
   Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
               const std::stop_token& stop = {}) const;
   DriverFactory drivers() const { return driver_factory(driver->name, driver_settings); }
-  // Number of buckets that are divided among the parts of the frame. Throws UsageError if there are
-  // too many.
+  // Returns the number of buckets that are divided among the parts of the frame. Throws UsageError
+  // if there are too many buckets.
   size_t buckets() const;
 
   const DriverEntry* driver;
@@ -77,7 +77,7 @@ struct RenderPlan {
   Rect crop;  // the whole frame by default
   uint32_t first_sample = 0;
   uint32_t samples_per_pixel = 0;  // of each pixel, or on average; 0: until the threshold is met
-  bool is_uniform = true;          // every pixel gets the same number
+  bool is_uniform = true;          // every pixel gets the same number of samples
   uint32_t seed;
   StreamCount streams = StreamCount::kOne;
   static constexpr uint32_t kStreamBlock = 8;
@@ -93,24 +93,26 @@ struct RenderPlan {
   std::unique_ptr<Sampler> sampler;
 };
 
-// Whether every pixel gets the same number of samples. Throws UsageError for an unknown driver.
+// Returns whether every pixel gets the same number of samples. Throws UsageError for an unknown
+// driver.
 bool samples_uniformly(const FrameSettings& settings);
 
-// Whether the driver finishes tile by tile and has no picture of the whole frame before the end.
+// Returns whether the driver finishes tile by tile and has no picture of the whole frame before the
+// end.
 bool is_tiled(const FrameSettings& settings);
 
-// Returns the error metric by which samples are allocated. Empty if every pixel gets the same
-// number of samples, or if the error estimate only decides which pixels are finished.
+// Returns the error metric by which samples are allocated. The text is empty if every pixel gets
+// the same number of samples, or if the error estimate only decides which pixels are finished.
 std::string_view allocation_of(const FrameSettings& settings);
 
-// Whether the settings request a denoised picture, directly or for `allocation` denoised.
+// Returns whether the settings request a denoised picture, directly or for `allocation` denoised.
 bool denoises(const FrameSettings& settings);
 
 // Returns the channels that the settings request or need.
 AovSet aovs_of(const FrameSettings& settings);
 
-// Minimum samples per pixel for which each stream gets a block of eight. With fewer, the halves are
-// the first and the second half of the samples.
+// Minimum samples per pixel for which each stream gets a block of eight. With fewer samples, the
+// halves are the first and the second half of the samples.
 inline constexpr uint32_t kMinStreamSamples = 16;
 
 // Returns the crop, which is the whole frame by default.

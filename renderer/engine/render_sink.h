@@ -13,11 +13,11 @@ class FilmTile;
 // Progress of a progressive render.
 struct JobProgress {
   int pass = 0;             // passes begun; pass 1 gives every pixel its first sample
-  uint64_t samples = 0;     // number so far
-  uint64_t rays = 0;        // number so far
+  uint64_t samples = 0;     // number of samples so far
+  uint64_t rays = 0;        // number of rays so far
   double completion = 0.0;  // completed fraction of the first pass, in [0, 1]
   bool pass_finished = false;
-  // The driver's estimate, if it has one, for the picture at the end of the previous pass.
+  // The driver's error estimate, if it has one, for the picture at the end of the previous pass.
   std::optional<double> error_estimate;
 };
 
@@ -44,12 +44,13 @@ class RenderSink {
   // A stop request has cut a progressive driver's round short. Called like picture_changed(), but
   // only to save the frame.
   virtual void interrupted() {}
-  // Asked after each part. If it returns true, a progressive driver does not finish the round, but
-  // pauses after the current parts (a few milliseconds). The pause does not change what is
+  // Called after each part. If this returns true, a progressive driver does not finish the round,
+  // but pauses after the current parts (a few milliseconds). The pause does not change what is
   // rendered.
   virtual bool needs_picture() const { return false; }
-  // The frame's sample count at which the next picture is wanted. A progressive driver pauses after
-  // the part that reaches this count, whatever the number of threads. Asked at pauses.
+  // Returns the frame's sample count at which the next picture is wanted. A progressive driver
+  // pauses after the part that reaches this count, whatever the number of threads. Called at
+  // pauses.
   virtual std::optional<uint64_t> next_picture_at() const { return std::nullopt; }
   // Says why a stop was requested. The cause is recorded for the pixels that the stop cut short.
   virtual PixelStop stop_cause() const { return PixelStop::kUser; }

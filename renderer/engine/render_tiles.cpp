@@ -66,7 +66,7 @@ void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& wo
 
 // Workers take the next tile from a counter, so that tiles begin in order however fast the threads
 // are. A thread that owns tiles is isolated: while it waits for TBB during a driver's decision, it
-// must not start work that waits for its own tile.
+// must not start work that waits for the thread's own tile.
 void RenderJob::render_tiles(RenderLoop& loop) {
   const std::vector<Rect> tiles = this->tiles();
   std::atomic<size_t> next{0};
@@ -130,8 +130,8 @@ void RenderJob::save_tile(FrameDriver& driver, FilmTile& film, TileResult& resul
   store_->save(bucket_index(frame_.crop, film.rect(), drivers_.tile_size), state);
 }
 
-// Creates the tile's driver. If this frame extends another and that frame has a usable state for
-// the tile, starts from that state.
+// Creates the tile's driver. If this frame extends another frame, and that frame has a usable state
+// for the tile, starts from that state.
 std::unique_ptr<FrameDriver> RenderJob::begin_tile(RenderLoop& loop, const Rect& tile,
                                                    FilmTile& film, TileResult& result) {
   film.reset(tile);

@@ -15,8 +15,8 @@
 namespace emberline {
 namespace {
 
-// Number of dimensions of slot 0 that a camera ray uses: kPixelX and kPixelY; with a lens, also
-// kLensX and kLensY. If something moves, uses all of these and kTime.
+// Returns the number of dimensions of slot 0 that a camera ray uses. These are kPixelX and kPixelY
+// and, with a lens, also kLensX and kLensY. If something moves, they are all of these and kTime.
 int camera_dimensions(const Frame& frame) {
   return frame.moves() ? 5 : frame.camera.has_lens() ? 4 : 2;
 }
@@ -51,8 +51,8 @@ void RenderWorker::begin_batch(int x, int y, uint32_t first_sample, int count) {
   samples_.start_batch({uint32_t(x), uint32_t(y), seed_}, first_sample, count);
 }
 
-// Restarts each sample to draw its lens dimensions. This is separate, because only some frames need
-// them.
+// Restarts each sample to draw its lens dimensions. These are drawn separately, because only some
+// frames need them.
 void RenderWorker::generate_lens_rays(std::span<const Vec2f> film) {
   Vec2f lens[kSampleLanes];
   for (int i = 0; i < count_; ++i) {
@@ -62,7 +62,7 @@ void RenderWorker::generate_lens_rays(std::span<const Vec2f> film) {
   frame_.camera.rays(film, {lens, film.size()}, rays_);
 }
 
-// Generates rays for a frame in which something moves, each at its own time.
+// Generates the rays of a frame in which something moves, each ray at its own time.
 void RenderWorker::generate_timed_rays(std::span<const Vec2f> film) {
   const Camera& camera = frame_.camera;
   if (!camera.moves()) {
@@ -91,7 +91,7 @@ void RenderWorker::generate_rays(std::span<const Vec2f> film) {
   }
 }
 
-// Whether no surface is visible in any pixel of the batch.
+// Returns whether no surface is visible in any pixel of the batch.
 bool RenderWorker::all_empty() const {
   if (!frame_.empty_pixels) return false;
   return std::all_of(addresses_, addresses_ + count_, [this](const SampleAddress& a) {

@@ -41,8 +41,8 @@ std::optional<uint64_t> cgroup_memory_limit(std::string_view groups, const fs::p
     const fs::path mount = unified ? root : root / "memory";
     const char* const name = unified ? "memory.max" : "memory.limit_in_bytes";
     // Parent groups limit their children, so each of them is checked. In a container, the path may
-    // be that of the host. The folders of such a path are missing, and the root is the container's
-    // own group.
+    // be a path on the host. Its folders are then missing, and the root is the container's own
+    // group.
     for (fs::path group = fs::path(line.substr(second + 1)).relative_path();;
          group = group.parent_path()) {
       if (const auto limit = read_number_from(mount / group / name)) {

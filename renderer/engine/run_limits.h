@@ -22,7 +22,8 @@ struct LimitOptions {
   std::optional<uint64_t> texture_bytes = {};  // absent: all textures stay in memory
 };
 
-// Creates a new budget. The timeout starts when a LoadProgress is created with these limits.
+// Returns limits with a new budget. The timeout starts when a LoadProgress is created with these
+// limits.
 LoadLimits limits_of(const LimitOptions& options, const std::string& scene);
 
 // Returns limits for reading back a picture of this many pixels. Another file may have replaced the
@@ -41,9 +42,9 @@ void raise_open_file_limit();
 // on other processes.
 uint64_t default_memory_limit();
 
-// Returns the lowest limit that a process's control groups set; nullopt if there is none. Supports
-// versions 1 and 2 (Linux: Documentation/admin-guide/cgroup-v2.rst and cgroup-v1/memory.rst).
-// `groups` is the text of /proc/self/cgroup; `root` is the mount point.
+// Returns the lowest limit that a process's control groups set, or nothing if they set none.
+// Supports versions 1 and 2 (Linux: Documentation/admin-guide/cgroup-v2.rst and
+// cgroup-v1/memory.rst). `groups` is the text of /proc/self/cgroup; `root` is the mount point.
 std::optional<uint64_t> cgroup_memory_limit(std::string_view groups,
                                             const std::filesystem::path& root);
 

@@ -27,7 +27,7 @@ class SceneFile {
   // Ignores animation, time and shutter of the settings. Throws InputError and Cancelled.
   SceneFile(const FrameSettings& settings, LoadProgress& progress, const AdditionalParts& parts);
 
-  // Returns the scene in the settings' pose. For `held` and what it throws see GltfFile::pose().
+  // Returns the scene in the settings' pose. GltfFile::pose() explains `held` and the exceptions.
   SceneDescription pose(const FrameSettings& settings, std::span<const uint64_t> held,
                         LoadProgress& progress);
   const GltfFile& gltf() const { return *gltf_; }
@@ -54,11 +54,11 @@ class SceneSource {
   void open(const FrameSettings& settings, LoadProgress& progress, const AdditionalParts& parts);
   bool is_open() const { return file_ != nullptr; }
   SceneFile& file() { return *file_; }
-  // Call when no further pose will be read.
+  // Closes the file. No further pose can be read afterwards.
   void close() { file_.reset(); }
 
-  // Call begin() before reading and building a pose. Afterwards, call commit() to release the
-  // reservations of the previous pose, or roll_back() to release those made since begin().
+  // begin() must be called before reading and building a pose. Afterwards, commit() releases the
+  // reservations of the previous pose, or roll_back() releases those made since begin().
   void begin();
   void commit();
   void roll_back();
@@ -67,8 +67,8 @@ class SceneSource {
   using Reservations = std::array<uint64_t, 4>;
 
   Reservations reserved() const;
-  // Returns the reservations made since begin(), except those that the file keeps. Adds the latter
-  // to scene_reservations_.
+  // Returns the reservations made since begin(), except those that the file keeps. Adds the
+  // reservations that the file keeps to scene_reservations_.
   Reservations take_reservations();
   void release(const Reservations& use);
 

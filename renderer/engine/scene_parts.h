@@ -7,8 +7,8 @@ class CryptomatteIds;
 class LightGroups;
 class SurfaceRoles;
 
-// A pointer is null if the settings ask for nothing of that kind. All are valid until the scene is
-// posed.
+// A pointer is null if the settings ask for nothing of that kind. All pointers are valid until the
+// scene is posed.
 struct SceneParts {
   const LightGroups* light_groups = nullptr;
   const CryptomatteIds* cryptomattes = nullptr;

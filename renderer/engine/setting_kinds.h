@@ -55,7 +55,7 @@ std::string member_text(const FrameSettings& settings) {
   return text_of(settings.*Member);
 }
 
-// A setting whose value is a number, or an optional number, in [min, max].
+// Returns a setting whose value is a number, or an optional number, in [min, max].
 template <auto Member, typename T>
 Setting number(const std::string& name, SettingGroup group, T min, T max, const OptionText& help,
                std::optional<T> (*parse)(std::string_view) = parse_number<T>) {
@@ -80,7 +80,7 @@ std::vector<SettingChoice> choices_of(const Table& table) {
   return choices;
 }
 
-// A setting whose member stores a name from `table`.
+// Returns a setting whose member stores a name from `table`.
 template <auto Member, typename Table>
 Setting named(const std::string& name, SettingGroup group, const std::string& kind,
               const OptionText& help, const Table& table) {
@@ -90,7 +90,7 @@ Setting named(const std::string& name, SettingGroup group, const std::string& ki
   return {name, group, "NAME", help, read, member_text<Member>, choices_of(table)};
 }
 
-// A setting whose member stores a value from `table`. An optional member may be unset.
+// Returns a setting whose member stores a value from `table`. An optional member may be unset.
 template <auto Member, typename T>
 Setting choice(const std::string& name, SettingGroup group, const std::string& kind,
                const OptionText& help, std::span<const NamedValue<T>> table) {
@@ -121,8 +121,8 @@ Setting flag(const std::string& name, SettingGroup group, const OptionText& help
   return {name, group, "", help, read, member_text<Member>};
 }
 
-// A setting of `N` numbers, separated by `separator`. `make` converts them to the member's value.
-// If it returns nullopt, the message says that the text is not `expected`.
+// Returns a setting of `N` numbers, separated by `separator`. `make` converts the numbers to the
+// member's value. If `make` returns nullopt, the message says that the text is not `expected`.
 template <auto Member, size_t N, typename T, typename Make>
 Setting numbers(const std::string& name, SettingGroup group, const std::string& type,
                 char separator, const std::string& expected, const OptionText& help,
@@ -137,7 +137,7 @@ Setting numbers(const std::string& name, SettingGroup group, const std::string& 
   return {name, group, type, help, read, member_text<Member>};
 }
 
-// A setting that is a list of names from `table`; `check` throws for other names.
+// Returns a setting that is a list of names from `table`. `check` throws for other names.
 template <auto Member, typename Table>
 Setting names(const std::string& name, const OptionText& help, const Table& table,
               void (*check)(std::string_view)) {

@@ -26,11 +26,11 @@ using enum SettingGroup;
 using H = HelpSection;
 using S = FrameSettings;
 
-// Metres. This is larger than any scene, yet squared distances are still finite in double. Only
-// float rounding in the rebased scene limits the picture's precision.
+// In metres. The limit is larger than any scene, yet squared distances are still finite in double.
+// Only float rounding in the rebased scene limits the picture's precision.
 constexpr double kMaxDistance = 1e15;
 constexpr double kMaxLensScale =
-    1e9;  // f-stops may be 1e-9 to 1e9, because scenes come at any scale
+    1e9;  // f-stops may be 1e-9 to 1e9, because scenes may have any scale
 constexpr float kMinClamp = 1e-6f, kMaxClamp = 1e9f;
 constexpr int kMaxLightSamples = PixelSamples::kAuxiliarySlots + 1;
 constexpr double kMinTimeLimit = 0.001, kMaxTimeLimit = 1e9;  // a millisecond to thirty years
@@ -244,7 +244,7 @@ std::vector<Setting> channel_settings() {
                                .example = "--cryptomatte object,material"},
                               cryptomatte_table(),
                               [](std::string_view list) { parse_cryptomattes(list); }),
-      // Omitted by default, because it has no effect without `cryptomatte`.
+      // The default is omitted, because it has no effect without `cryptomatte`.
       omit_default(number<&S::cryptomatte_levels>(
           "cryptomatte-levels", kChannels, 1, kMaxCryptomatteLevels,
           {.section = H::kOutput,
@@ -551,7 +551,7 @@ std::vector<Setting> loading_settings() {
                          .full = "Show the scene at this frame of the animation. Fractions are "
                                  "allowed.",
                          .example = "--frame 36 --fps 24"}),
-      // Omitted by default, because it has no effect without an animation.
+      // The default is omitted, because it has no effect without an animation.
       omit_default(number<&S::fps>("fps", kLoading, kMinFps, kMaxFps,
                                    {.section = H::kScene,
                                     .full = "Set the frames per second, for `frame`, `frames` and "

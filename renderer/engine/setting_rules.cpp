@@ -121,8 +121,8 @@ AnyCondition values_of(std::string_view setting, const Table& table, const Fits&
   return values;
 }
 
-// Drivers that sample uniformly only without a threshold come last, because the text of their
-// condition is longer.
+// Returns the drivers with this distribution. Drivers that sample uniformly only without a
+// threshold come last, because the text of their condition is longer.
 AnyCondition drivers_of(SampleDistribution distribution, SettingCondition by_threshold) {
   AnyCondition drivers =
       find_drivers([&](const DriverEntry& driver) { return driver.distribution == distribution; });
@@ -176,7 +176,8 @@ std::vector<SettingRule> view_rules() {
   };
 }
 
-// Whether lossy compression would mistake the row's channels for colours because of their names.
+// Returns whether lossy compression would mistake the row's channels for colours because of their
+// names.
 bool would_blur(const ChannelRow& row) {
   return row.setting == "aov" && row.use != ChannelUse::kColour &&
          std::ranges::any_of(row.components, [](std::string_view component) {

@@ -22,10 +22,10 @@ struct SettingCondition {
   std::string_view with = {};     // this setting must be given as well
   std::string_view without = {};  // this setting must not be given
 };
-using AnyCondition = std::vector<SettingCondition>;  // holds if at least one of them does
+using AnyCondition = std::vector<SettingCondition>;  // holds if one of its conditions holds
 
-// Applies if one of `about` and none of `unless` holds. Then one of `needs` and none of `excludes`
-// must hold.
+// A rule applies if one of `about` and none of `unless` holds. Then one of `needs` and none of
+// `excludes` must hold.
 struct SettingRule {
   AnyCondition about;
   AnyCondition needs = {};
@@ -46,7 +46,7 @@ std::span<const SettingRule> setting_rules();
 using SettingHolds = std::function<bool(const SettingCondition&)>;
 bool setting_holds(const FrameSettings& settings, const SettingCondition& condition);
 
-// Returns a one-line error; empty if the settings obey the rule.
+// Returns a one-line error, or an empty text if the settings obey the rule.
 std::string find_violation(const SettingRule& rule, const FrameSettings& settings,
                            const SettingHolds& holds);
 // Throws UsageError for the first broken rule. The message names the setting, what the setting
@@ -57,18 +57,20 @@ void check_rules(const FrameSettings& settings);
 // Checks only the rules about this setting.
 void check_rules(const FrameSettings& settings, std::string_view about);
 
-// Whether the rules allow this setting together with the others, whether or not it is given.
+// Returns whether the rules allow this setting together with the other given settings. This setting
+// itself need not be given.
 bool setting_is_allowed(const FrameSettings& settings, std::string_view name);
 
-// Returns conditions for the drivers for which `fits` is true.
+// Returns one condition for each driver for which `fits` is true.
 AnyCondition find_drivers(const std::function<bool(const DriverEntry&)>& fits);
 
 // Describes the rules about a setting or one of its values, for example "; requires `env` or
-// `sun`". Empty if there are none.
+// `sun`". The text is empty if there are no rules.
 std::string rules_of(std::span<const SettingRule> rules, std::string_view name,
                      std::string_view value = {});
 
-// The text to append to a setting's help: its rules, and a line with rules for each valid name.
+// The texts to append to a setting's help: the setting's rules, and for each valid name a line with
+// the name's rules.
 struct RulesHelp {
   std::string rules, values;
 };

@@ -50,8 +50,8 @@ enum class HelpSection : uint8_t {
 };
 std::string_view title_of(HelpSection section);
 
-// The help of one option. Rows of the setting table contain it; other options get it where they are
-// added.
+// The help of one option. Rows of the setting table contain it. Code that adds other options gives
+// their help itself.
 struct OptionText {
   HelpSection section;
   // One line for --help, at most 70 characters. Empty: only --help-all lists the option.
@@ -84,22 +84,23 @@ std::string default_of(const Setting& setting, const FrameSettings& settings);
 // Returns null for an unknown name.
 const Setting* find_setting(std::string_view name);
 
-// Returns the names and texts of all given settings in table order, or only those of some groups.
-// Without `files`, omits settings that are paths.
+// Returns the names and texts of all given settings in table order. If `groups` is not empty,
+// returns only the settings of these groups. If `files` is false, omits settings that are paths.
 using SettingTexts = std::vector<std::pair<std::string, std::string>>;
 SettingTexts setting_texts(const FrameSettings& settings,
                            std::initializer_list<SettingGroup> groups = {}, bool files = true);
 
-// Converts a JSON value to the text that one would give to an option. Throws an InputError that
+// Converts a JSON value to the text that a user would give to an option. Throws an InputError that
 // names the place in the file, which `reader` knows.
 std::string text_of_json(const nlohmann::json& value, const JsonReader& reader);
 
 // Reads a settings file: a JSON object whose keys are names of settings and whose values are texts,
 // numbers, true or false. The file says how to render a frame, but not which scene. Relative paths
-// in it are relative to its folder. Settings that it does not name are unchanged. Throws an
-// InputError that names the place in the file.
+// in the file are relative to the file's folder. Settings that the file does not name are
+// unchanged. Throws an InputError that names the place in the file.
 void read_settings(const std::string& path, FrameSettings& settings);
-// Returns all settings that differ from the defaults, in the format of read_settings().
+// Returns all settings that differ from the defaults, in the format of read_settings(). Paths are
+// relative to the folder of `path`.
 std::string settings_json(const FrameSettings& settings, const std::string& path);
 
 }  // namespace emberline

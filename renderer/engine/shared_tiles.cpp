@@ -5,7 +5,7 @@
 namespace emberline {
 
 // Expands a part and leaves out samples that the film already has. Because samples are added in
-// index order, a pixel's sample count tells which ones it has.
+// index order, a pixel's sample count tells which samples the pixel has.
 void RoundWork::expand(size_t part, std::vector<PixelWork>& list) const {
   list.clear();
   driver_.expand(part, list);
@@ -66,7 +66,7 @@ void SharedTiles::help(RenderWorker& worker) {
     ++round->helpers;
     lock.unlock();
     const std::exception_ptr thrown = take_parts(round->work, worker);
-    lock.lock();  // once it is released, the owner may destroy `round`
+    lock.lock();  // once the lock is released, the owner may destroy `round`
     if (--round->helpers == 0) changed_.notify_all();
     if (thrown) {
       round->thrown = thrown;
@@ -86,7 +86,7 @@ std::exception_ptr SharedTiles::take_parts(RoundWork& work, RenderWorker& worker
   }
 }
 
-// Returns the open round with the most parts left; null if none has any.
+// Returns the open round with the most parts left, or null if no round has parts left.
 SharedTiles::OpenRound* SharedTiles::longest_round() const {
   const auto longest = std::ranges::max_element(
       open_rounds_, {}, [](const OpenRound* round) { return round->work.parts_left(); });

@@ -9,12 +9,13 @@
 namespace emberline {
 
 // Limits TBB to a number of threads while this object exists. TBB starts threads on demand and ends
-// the process if one cannot be started, so the constructor first tests whether all of them can.
+// the process if a thread cannot be started. So the constructor first tests whether all threads
+// can.
 class WorkerThreads {
  public:
-  // 0 requests one thread per usable processor, or fewer if the Slurm job has fewer processors or
-  // the system cannot start as many (with a warning). Throws RenderError if a number above 0 is
-  // requested and cannot be started.
+  // 0 requests one thread per usable processor. There are fewer threads if the Slurm job has fewer
+  // processors or, with a warning, if the system cannot start as many. Throws RenderError if a
+  // number above 0 is requested and cannot be started.
   explicit WorkerThreads(int requested);
 
   int count() const { return count_; }

@@ -31,7 +31,7 @@ using Feed = ChannelFeed;
 using Use = ChannelUse;
 using Components = std::span<const std::string_view>;
 
-// Adds a member of FirstHit: a number or a vector.
+// Adds a member of FirstHit, which is a number or a vector, to the sums.
 template <auto kMember>
 void add_first_hit(const FilmSample& sample, double* sums) {
   const auto& value = sample.value.first_hit.*kMember;
@@ -133,7 +133,8 @@ constexpr ChannelRow kRows[] = {
          "the samples; two-stream and `streams` 2 estimate it from the two streams; otherwise it "
          "is estimated as for independent samples, which is too high for stratified ones",
      .put = put_variance},
-    // A mean over all samples, as denoisers expect: a half-covered pixel has half the albedo.
+    // The albedo is a mean over all samples, as denoisers expect: a half-covered pixel has half the
+    // albedo.
     of_first_hit<&FirstHit::albedo>("albedo", kRgb, Kind::kMean, Use::kColour, SumGroup::kSurface,
                                     "", "directional albedo of the first surface"),
     of_first_hit<&FirstHit::normal>("N", kXyz, Kind::kMean, Use::kNumber, SumGroup::kSurface, "",
@@ -290,7 +291,7 @@ static_assert(is_named(Aov::kVariance, "variance") && is_named(Aov::kVelocity, "
               is_named(Aov::kRays, "rays"));
 static_assert(std::size(kRows) <= AovSet::kMaxAovs);
 
-// "albedo.R", but plain "R" for the picture.
+// Returns a name such as "albedo.R", but plain "R" for the picture.
 std::string name_of_component(const ChannelRow& row, std::string_view component) {
   if (&row == &kRows[size_t(Aov::kPicture)]) return std::string(component);
   return fmt::format("{}.{}", row.name, component);

@@ -43,7 +43,7 @@ enum class Aov : uint8_t {
   kRays,
 };
 
-// How the samples of a pixel become its value.
+// How a pixel's value follows from the pixel's samples.
 enum class ChannelKind : uint8_t {
   kMean,        // mean over all samples
   kMeanOfHits,  // mean over the samples that hit a surface; `background` if none did
@@ -97,19 +97,20 @@ struct ChannelRow {
   ChannelFeed feed;
   ChannelUse use;
   std::string_view unit = {};        // empty: no unit, or the unit of radiance
-  std::string_view setting = "aov";  // the setting that requests it; empty: always present
+  std::string_view setting = "aov";  // the setting that requests the row; empty: always present
   std::string_view summary;
   bool denoised = false;  // `denoise` also writes a denoised version
   SumGroup group = SumGroup::kNone;
   // Adds a finite sample to the row's sums: one sum per component unless `sums` says otherwise.
-  // kMeanOfHits and kVarianceOfHits get only the samples that hit a surface.
+  // Rows of kMeanOfHits and kVarianceOfHits get only the samples that hit a surface.
   void (*add)(const FilmSample& sample, double* sums) = nullptr;
   uint32_t sums = 0;
   float background = 0.0f;  // value if no sample hit a surface
-  // kCount: adds a sample to the row's counters, one per component. kFirstHit: writes the sample's
-  // number; not called again once the number is not 0.
+  // For kCount, adds a sample to the row's counters, one per component. For kFirstHit, writes the
+  // sample's number; it is not called again once the number is not 0.
   void (*count)(const FilmSample& sample, uint32_t* numbers) = nullptr;
-  // Writes the values of pixel i. Null: the film computes them from the sums according to `kind`.
+  // Writes the values of pixel i. If null, the film computes the values from the sums according to
+  // `kind`.
   void (*put)(const FilmTile& film, size_t i, float* values) = nullptr;
   // Returns the channels, if `components` cannot express them.
   std::vector<PictureChannel> (*channels)() = nullptr;
@@ -121,7 +122,7 @@ struct ChannelRow {
   }
 };
 
-// All channels, in picture order.
+// Returns the rows of all channels, in the order in which a picture has them.
 std::span<const ChannelRow> channel_table();
 const ChannelRow& row_of(Aov aov);
 // The rows that the setting `aov` accepts.
@@ -131,14 +132,14 @@ std::span<const NamedValue<Aov>> aov_table();
 // programs use.
 struct AovAlias {
   std::string_view name;
-  std::string_view list;  // the names in aov_table() that it stands for
+  std::string_view list;  // the names in aov_table() that the alias stands for
 };
 std::span<const AovAlias> aov_aliases();
 // Replaces the aliases in `list` by names in aov_table(). Throws a UsageError that suggests valid
 // names.
 std::string canonical_aovs(std::string_view list);
 
-// The rows that a film has in addition to those always present.
+// The rows that a film has in addition to the rows that are always present.
 class AovSet {
  public:
   static constexpr size_t kMaxAovs = 64;
@@ -150,7 +151,8 @@ class AovSet {
   // this group.
   bool needs(ChannelFeed feed) const;
   bool needs(SumGroup group) const;
-  // Parses a list such as "variance,N", aliases included. Throws UsageError with the valid names.
+  // Parses a list such as "variance,N", which may contain aliases. Throws UsageError with the valid
+  // names.
   static AovSet parse(std::string_view list);
 
  private:

@@ -11,8 +11,8 @@
 namespace emberline {
 namespace {
 
-// Leaves room for more than 2^43 contributions at the limit. The unit is 2^-17 to 2^-16 of the
-// limit.
+// This maximum leaves room for more than 2^43 contributions at the limit. The unit is 2^-17 to
+// 2^-16 of the limit.
 constexpr uint64_t kMaxUnits = uint64_t(1) << 60;
 
 double luminance_of(const std::array<uint64_t, 3>& sum) {

@@ -1,11 +1,11 @@
-// Cryptomatte: which objects a pixel shows, and how much of it each covers (J. Friedman, A. Jones,
-// "Fully automatic ID mattes with support for motion blur and transparency", SIGGRAPH 2015 posters;
-// specification 1.2).
+// Cryptomatte sums, which tell what objects a pixel shows and how much of the pixel each object
+// covers (J. Friedman, A. Jones, "Fully automatic ID mattes with support for motion blur and
+// transparency", SIGGRAPH 2015 posters; specification 1.2).
 //
 // For each kind, a pixel keeps a list of ids, and for each id the summed filter weights of the
-// samples that saw it. If the list is full, a new id replaces the one with the least sum. That sum
-// is added to the dropped weight, so no weight is lost. The list depends only on the samples,
-// because one owner adds them in index order.
+// samples that saw it. If the list is full, a new id replaces the id with the smallest sum. The
+// smallest sum is then added to the dropped weight, so no weight is lost. The list depends only on
+// the samples, because one owner adds them in index order.
 #pragma once
 
 #include <cstddef>
@@ -20,13 +20,13 @@
 namespace emberline {
 
 enum class CryptomatteKind : uint8_t { kObject, kMaterial, kAsset };
-// The table behind --cryptomatte, its --help and its error message.
+// The table that --cryptomatte, its --help and its error message use.
 std::span<const NamedValue<CryptomatteKind>> cryptomatte_table();
-// Parses "object,asset" to kinds in table order, without duplicates. Throws UsageError with the
-// valid names.
+// Parses a list such as "object,asset". Returns kinds in table order, without duplicates. Throws
+// UsageError with the valid names.
 std::vector<CryptomatteKind> parse_cryptomattes(std::string_view list);
 
-// A view of a pixel's lists, which its film owns.
+// A view of a pixel's lists, which the film owns.
 class CryptomatteSums {
  public:
   // `ids` points to id_bytes() bytes, where 0 marks a free slot; `weights` points to weight_bytes()
@@ -49,11 +49,11 @@ class CryptomatteSums {
   };
   // Writes the ranks of one kind, largest coverage first; `ranks` must have room for all levels.
   // `samples` is the pixel's sample count. Returns the share of the pixel that was dropped. The
-  // coverages and this share add up to the pixel's alpha, clamped to [0, 1], because filters with
-  // negative lobes may exceed this range.
+  // coverages and this share add up to the pixel's alpha. This alpha is clamped to [0, 1], since
+  // filters with negative lobes may exceed this range.
   float resolve(size_t kind, double samples, std::span<Rank> ranks) const;
-  // Whether all weights are in range, and all ids are valid as floats, which is how files store
-  // them.
+  // Whether all weights are in range, and all ids are valid as floats, since files store ids as
+  // floats.
   bool is_valid() const;
 
  private:

@@ -208,12 +208,12 @@ double FilmTile::variance_of_mean(size_t i, size_t c) const {
   const double n0 = sums.count[0], n1 = sums.count[1], n = n0 + n1;
   if (has_sample_variance(i)) return double(sample_variances_[i].rgb[c]) / n;
   if (n0 > 0 && n1 > 0) {
-    // Two independent streams: the squared difference of their means estimates the variance of a
-    // sample times (1 / n0 + 1 / n1), however correlated the samples within a stream are.
+    // With two independent streams, the squared difference of their means estimates the variance of
+    // a sample times (1 / n0 + 1 / n1), however correlated the samples within a stream are.
     return square(sums.rgb[0][c] / n0 - sums.rgb[1][c] / n1) * (n0 * n1) / (n * n);
   }
-  // The samples of the only stream are assumed to be independent, and non-finite ones to be black:
-  // (sum of squares - n mean^2) / (n (n - 1)).
+  // With one stream, the samples are assumed to be independent, and non-finite samples count as
+  // black. The variance is (sum of squares - n mean^2) / (n (n - 1)).
   const double sum = sums.rgb[0][c] + sums.rgb[1][c];
   const double spread = squares(i)[c] - (n > 0 ? sum * sum / n : 0.0);
   return n > 1 ? std::max(0.0, spread) / (n * (n - 1)) : 0.0;
@@ -234,7 +234,8 @@ void FilmTile::put_rgba(size_t i, float* out) const {
   out[3] = to_finite_float(std::clamp(alpha * scale, 0.0, 1.0));
 }
 
-// If the pixel's value is overridden, the layers are scaled to add up to that value.
+// Writes the mean of one layer. If the pixel's value is overridden, the layers are scaled so that
+// they add up to the override.
 void FilmTile::put_layer(size_t i, PathLayer layer, float* rgb) const {
   const PixelSums& sums = this->sums(i);
   const double n = sums.samples();

@@ -2,7 +2,7 @@
 //
 // Each pixel has one owner at a time, which adds its samples in index order. So pixels with the
 // same samples are bit-identical, whatever the schedule (law 2). There are no locks. Sums are
-// double: 2^25 samples of 0.1 stay exact to 1e-9.
+// double: the sum of 2^25 samples of 0.1 is exact to 1e-9.
 #pragma once
 
 #include <cassert>
@@ -31,14 +31,15 @@ class FilmTile {
   explicit FilmTile(const AovSet& aovs, const FilmExtras& extras = {})
       : layout_({aovs, extras}), layers_(aovs) {}
 
-  // Resets the film to empty pixels over `rect`; keeps its memory. New memory is committed on first
-  // use if its pages are small, and by this call if they are huge (renderer/core/zeroed_array.h).
+  // Resets the film to empty pixels over `rect`, and keeps the film's memory. New memory is
+  // committed on first use if it has small pages, and by this call if it has huge pages
+  // (renderer/core/zeroed_array.h).
   void reset(const Rect& rect);
   const Rect& rect() const { return rect_; }
   const AovSet& aovs() const { return layout_.contents().aovs; }
   const FilmExtras& extras() const { return layout_.contents().extras; }
 
-  // Adds the sample's value times its filter weight. If any of its values is NaN or infinite,
+  // Adds the sample's value times its filter weight. If any value of the sample is NaN or infinite,
   // returns false and counts the sample as black and non-finite.
   bool add(int x, int y, const FilmSample& sample);
   void prefetch(int x, int y) const { layout_.prefetch(pixel(index(x, y))); }
@@ -48,10 +49,10 @@ class FilmTile {
   bool stores_sample_variance() const {
     return extras().sample_variance && aovs().contains(Aov::kVariance);
   }
-  // Sets the variance of one sample of pixel i; it must be finite, and the pixel must have samples.
-  // A driver calls this if it knows the variance better than the film does. The variance of the
-  // mean is this value divided by the sample count. The value holds until the next call, so later
-  // samples are assumed to be as noisy as earlier ones.
+  // Sets the variance of one sample of pixel i. The variance must be finite, and the pixel must
+  // have samples. A driver calls this if it knows the variance better than the film does. The
+  // variance of the mean is this value divided by the sample count. The value holds until the next
+  // call, so later samples are assumed to be as noisy as earlier ones.
   void set_sample_variance(size_t i, const Rgb& variance);
   // Sets the part of a merged frame that the tile comes from; the first part is 1.
   void set_part(uint32_t part) { part_ = part; }
@@ -66,10 +67,10 @@ class FilmTile {
     return layout_.has(Sums::kStop) ? *at<PixelStop>(Sums::kStop, index(x, y)) : PixelStop::kNone;
   }
   Rgb mean(int x, int y) const;
-  // Variance of the pixel's mean, as in the `variance` channel: the driver's value if it set one,
-  // otherwise estimated from the difference of two streams, otherwise as if samples were
-  // independent. Empty if unknown: with fewer than two samples, or with neither two streams nor
-  // squares.
+  // Returns the variance of the pixel's mean, as in the `variance` channel. This is the driver's
+  // value if the driver set one. Otherwise, it is estimated from the difference of the two streams
+  // or, with one stream, as if samples were independent. The result is empty if the variance is
+  // unknown: with fewer than two samples, or with neither two streams nor squares.
   std::optional<Rgb> variance(int x, int y) const;
   void rgba(int x, int y, float* out) const { put_rgba(index(x, y), out); }
   void put_rgba(size_t i, float* out) const;
@@ -83,7 +84,8 @@ class FilmTile {
   };
   Surface surface(int x, int y) const;
 
-  // These take a pixel index, counted row by row from rect().y0. The film must have the block.
+  // These functions take a pixel index, which counts row by row from rect().y0. The film must have
+  // the block.
   bool has(Sums block) const { return layout_.has(block); }
   template <class T>
   const T* block(Sums block, size_t i) const {
@@ -98,7 +100,7 @@ class FilmTile {
   const HalfSums& halves(size_t i) const { return *at<HalfSums>(Sums::kHalves, i); }
   CryptomatteSums mattes(size_t i) const { return mattes_at(layout_, pixel(i)); }
 
-  // Undoes set_override().
+  // Undoes all calls of set_override().
   void clear_overrides() { overrides_.reset(0); }
   // Copies the sums and the override of a pixel from a tile with the same channels.
   void copy_pixel(const FilmTile& from, int x, int y);
@@ -124,8 +126,9 @@ class FilmTile {
   void resolve_rgba(std::span<float> out) const;
 
   uint64_t bytes() const;
-  // Saves or loads all sums exactly. A film that loads must have been reset to the rectangle, with
-  // the same channels and extras. Throws InputError for invalid sums; the film is then unusable.
+  // Saves or loads all sums exactly. Before loading, the film must have been reset to the saved
+  // rectangle, and it must have the same channels and extras. Throws InputError for invalid sums;
+  // the film is then unusable.
   void archive(Archive& archive);
 
  private:
@@ -167,8 +170,8 @@ class FilmTile {
   ZeroedArray<ValueOverride> overrides_;          // allocated by the first set_override()
 };
 
-// Copies the tile's channels into `values`, the channels of a frame that contains the tile, in the
-// layout of resolve(). Tiles that do not overlap may be copied concurrently.
+// Copies the tile's channels into `values`, which holds the channels of a frame that contains the
+// tile, in the layout of resolve(). Tiles that do not overlap may be copied concurrently.
 void put_channels(const FilmTile& tile, const Rect& frame, std::span<float> values);
 
 }  // namespace emberline

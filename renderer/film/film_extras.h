@@ -1,4 +1,4 @@
-// Sums that a film keeps in addition to its channels.
+// Sums that a film keeps in addition to those of its channels.
 #pragma once
 
 namespace emberline {
@@ -9,8 +9,8 @@ struct FilmExtras {
   bool rays = false;     // rays traced for a pixel, as the cost of its samples
   // Room for set_sample_variance(), if the film has the `variance` channel: 16 bytes per pixel.
   bool sample_variance = false;
-  // Number of light groups; -1: light groups are not recorded. Memory per pixel: 24 bytes for each
-  // group, plus 24.
+  // Number of light groups, or -1 if light groups are not recorded. Each pixel takes 24 bytes for
+  // each group, plus 24 bytes.
   int light_groups = -1;
   // Number of Cryptomatte kinds, and number of ids kept for each kind (CryptomatteSums).
   int cryptomattes = 0, cryptomatte_levels = 0;

@@ -90,7 +90,7 @@ struct Halves : HalfSums {
   }
 };
 
-// The sums of a part's rows, and the number of hits in them.
+// The sums of a part's rows, and the number of hits if the part has hits_only.
 struct RowBlock {
   const Part& part;
   double* sums;
@@ -133,7 +133,7 @@ struct NumberBlock {
   static bool is_valid() { return true; }
 };
 
-// Light by group or by layer; with kSecondHalf, only from the second half of the samples.
+// The light by group or by layer. With kSecondHalf, only the second half of the samples counts.
 template <const LightGroupValues* FilmSample::*kValues, bool kSecondHalf = false>
 struct LightBlock : LightGroupSums {
   LightBlock(const FilmLayout& layout, const Part& part, const FilmPixel& at)
@@ -155,7 +155,8 @@ struct MatteBlock : CryptomatteSums {
   }
 };
 
-// Storage that belongs to the preceding block, whose add(), merge() and is_valid() handle it.
+// Storage that belongs to the preceding block, whose add(), merge() and is_valid() handle this
+// storage.
 struct SecondaryBlock {
   SecondaryBlock(const FilmLayout&, const Part&, const FilmPixel&) {}
   static void merge(const SecondaryBlock&) {}
@@ -209,7 +210,7 @@ constexpr SumsType with_channel() {
       [](const FilmContents& c) { return c.aovs.contains(kAov) ? sizeof(Block) : 0; });
 }
 
-// `bytes` says only whether the block is present; make_part() computes its size.
+// Here, `bytes` tells only whether the block is present; make_part() computes the block's size.
 template <SumGroup kGroup>
 constexpr SumsType with_group() {
   return type_of_block<RowBlock, double>(
@@ -276,7 +277,8 @@ Part make_part(Sums block, const FilmContents& contents) {
   return part;
 }
 
-// The part for a row outside all groups; 0 bytes if the row has no sums or counters of its own.
+// Returns the part for a row outside all groups. It has 0 bytes if the row has no sums or counters
+// of its own.
 Part part_of_row(const ChannelRow& row) {
   Part part{.block = Sums::kRow};
   if (row.add && row.group == SumGroup::kNone) set_rows({&row, 1}, part);

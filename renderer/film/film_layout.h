@@ -42,7 +42,7 @@ struct FilmContents {
   FilmExtras extras;
 };
 
-// The blocks of sums, in checkpoint order.
+// The blocks of sums, in the order in which checkpoints store them.
 enum class Sums : uint8_t {
   kPixel,    // PixelSums; always present
   kSquares,  // double[3]: squares of weighted R G B
@@ -95,7 +95,8 @@ class FilmLayout {
   bool has(Sums block) const { return part(block).bytes > 0; }
   size_t bytes_per_pixel() const { return bytes_; }
 
-  // The part that contains a row's sums or counters, and the index of the first within the part.
+  // The part that contains a row's sums or counters, and the index of the row's first sum within
+  // the part.
   struct RowSums {
     const Part* part;
     size_t first;
@@ -107,7 +108,8 @@ class FilmLayout {
   void add(const FilmPixel& at, const FilmSample& sample, bool finite) const;
   // Adds another film's sums of the pixel. Both films must have the same layout.
   void merge(const FilmPixel& at, const FilmPixel& more) const;
-  // Whether samples can have produced these sums: finite, and within the limits of the arithmetic.
+  // Whether samples can have produced these sums, that is, whether the sums are finite and within
+  // the limits of the arithmetic.
   bool is_valid(const FilmPixel& at) const;
   // Prefetches a pixel's memory ahead of add().
   void prefetch(const FilmPixel& at) const;
@@ -123,7 +125,7 @@ template <class T>
 T* sums_at(const FilmLayout::Part& part, const FilmPixel& at) {
   return reinterpret_cast<T*>(at.planes[part.index] + part.bytes * at.index);
 }
-// The number of samples that hit a surface, for a part with hits_only.
+// Returns the number of samples that hit a surface, for a part with hits_only.
 inline uint32_t& hits_at(const FilmLayout::Part& part, const FilmPixel& at) {
   return *reinterpret_cast<uint32_t*>(sums_at<double>(part, at) + part.sums);
 }

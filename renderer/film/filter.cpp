@@ -18,24 +18,24 @@ double box(double) { return 1.0; }
 double gaussian(double x) { return std::exp(-4.5 * x * x) - std::exp(-4.5); }
 
 // The minimum four-term window of F. J. Harris 1978, "On the Use of Windows for Harmonic Analysis
-// with the Discrete Fourier Transform", Proceedings of the IEEE 66(1), table on page 65; shifted so
-// that its peak is at 0.
+// with the Discrete Fourier Transform", Proceedings of the IEEE 66(1), table on page 65. The window
+// is shifted so that its peak is at 0.
 double blackman_harris(double x) {
   const double t = kPiD * x;
   return 0.35875 + 0.48829 * std::cos(t) + 0.14128 * std::cos(2 * t) + 0.01168 * std::cos(3 * t);
 }
 
 // Mitchell & Netravali 1988, "Reconstruction Filters in Computer Graphics", SIGGRAPH, equation 8
-// with B = C = 1/3; the paper's domain is [-2, 2]. Negative from t = 8/7 on, because the outer
-// piece equals -7/18 (2 - t)^2 (t - 8/7).
+// with B = C = 1/3. The paper's domain is [-2, 2]. The filter is negative beyond t = 8/7, because
+// the outer piece equals -7/18 (2 - t)^2 (t - 8/7).
 double mitchell(double x) {
   const double t = 2.0 * std::abs(x);
   if (t < 1.0) return (7.0 * t * t * t - 12.0 * t * t + 16.0 / 3.0) / 6.0;
   return -7.0 / 18.0 * (2.0 - t) * (2.0 - t) * (t - 8.0 / 7.0);
 }
 
-// Radii follow production renderers: Blackman-Harris spans three pixels as in Cycles, which doubles
-// its setting of 1.5 px; the Gaussian and Mitchell have pbrt-v4's radii.
+// The radii follow production renderers: Blackman-Harris spans three pixels as in Cycles, which
+// doubles its setting of 1.5 px; the Gaussian and Mitchell have pbrt-v4's radii.
 constexpr FilterEntry kFilters[] = {
     {"box", "the pixel's square: sharpest without ringing, but most aliasing", 0.5f, box},
     {"gaussian", "soft; sigma is a third of the radius", 1.5f, gaussian},

@@ -1,8 +1,8 @@
 // Pixel reconstruction filters by importance sampling: the filter chooses the point, in or around
-// the pixel, through which a sample's camera ray passes, and nothing is splatted into neighbours.
-// So a pixel has one owner, its estimate is unbiased (no ratio of sums), and the film needs no
-// locks (Ernst, Stamminger & Greiner 2006, "Filter Importance Sampling", Symposium on Interactive
-// Ray Tracing).
+// the pixel, through which a sample's camera ray passes. No sample is splatted into neighbouring
+// pixels. So a pixel has one owner, its estimate is unbiased (no ratio of sums), and the film needs
+// no locks (Ernst, Stamminger & Greiner 2006, "Filter Importance Sampling", Symposium on
+// Interactive Ray Tracing).
 //
 // Lengths are in pixels; offsets are from the pixel's centre, x to the right, y downwards.
 #pragma once
@@ -34,12 +34,12 @@ struct FilterEntry {
 };
 std::span<const FilterEntry> filter_table();
 
-// Immutable, so threads may share a filter. It takes about 4 KiB and allocates nothing. All filters
-// are separable products f(x) f(y) with support [-radius, radius]^2.
+// A filter is immutable, so threads may share it. It takes about 4 KiB and allocates nothing. All
+// filters are separable products f(x) f(y) with support [-radius, radius]^2.
 class PixelFilter {
  public:
-  // Throws UsageError for an unknown name (with the valid ones) or a radius outside (0,
-  // kMaxRadius]. The default radius is the table's.
+  // Throws UsageError for an unknown name (the message lists the valid names) or a radius outside
+  // (0, kMaxRadius]. The default radius comes from the table.
   static PixelFilter create(std::string_view name, std::optional<float> radius = {});
   static constexpr float kMaxRadius = 32.0f;
 
@@ -51,8 +51,8 @@ class PixelFilter {
   // Returns a sample's weights (its shares) for each of the 3 x 3 pixels around it. The receiving
   // pixel combines the samples of the 3 x 3 pixels around itself by the balance heuristic (Veach &
   // Guibas 1995): it sums, over these pixels, each pixel's mean of radiance x share. The
-  // expectation of this sum is the receiving pixel's value, with less variance than from its own
-  // samples alone.
+  // expectation of this sum is the receiving pixel's value, and the sum has less variance than the
+  // mean of the pixel's own samples.
   SampleShares shares(const Vec2f& offset) const;
   float radius() const { return radius_; }
 
@@ -75,8 +75,8 @@ class PixelFilter {
   float radius_;
   bool uniform_ = false;  // true for the box, which needs no table
   float weight_ = 1.0f;   // integral |f| / integral f, in one dimension
-  // Tables for x from 0 to radius: |f| at the knots, linear in between, with unit integral; the CDF
-  // of |f|; the bins where quantile searches start; the sign of f in each bin.
+  // Tables for x from 0 to the radius: |f| at the knots (linear in between, with unit integral),
+  // the CDF of |f|, the bins where quantile searches start, and the sign of f in each bin.
   std::array<float, kBins + 1> density_{};
   std::array<float, kBins + 1> cdf_{};
   std::array<uint8_t, kGuides> guide_{};

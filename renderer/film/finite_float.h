@@ -8,8 +8,9 @@
 
 namespace emberline {
 
-// Sums and squares of finite radiance may exceed the range of float, and sums from a foreign
-// checkpoint even that of double, but files must contain only finite values (law 4). NaN becomes 0.
+// Converts a sum to a finite float, since files must contain only finite values (law 4). Sums and
+// squares of finite radiance may exceed the range of float, and sums from a foreign checkpoint may
+// even exceed that of double. NaN becomes 0.
 inline float to_finite_float(double x) {
   constexpr double kMaxFloat = std::numeric_limits<float>::max();
   return std::isnan(x) ? 0.0f : float(std::clamp(x, -kMaxFloat, kMaxFloat));

@@ -17,7 +17,7 @@ static_assert(std::size(kNames) == 3 + kFeatureValues);
 
 double per(uint32_t count) { return count > 0 ? 1.0 / count : 0.0; }
 
-// The pixel's value, which may be overridden, minus the mean of its samples.
+// Returns the pixel's value, which may be overridden, minus the mean of the pixel's samples.
 std::array<double, 3> override_offset(const FilmTile& tile, size_t i) {
   const PixelSums& sums = tile.sums(i);
   float rgba[4];

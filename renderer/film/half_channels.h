@@ -1,13 +1,15 @@
 // The channels of `--aov denoising`: means over each half of a pixel's samples.
 //
-// For the first half: half1.{R,G,B}; half1.albedo.{R,G,B}, half1.N.{X,Y,Z}, half1.nearness and
-// half1.visibility (see DenoiserFeatures); half1.samples; and half1.shared.K.{R,G,B,A}, the
-// contribution of these samples to the K-th of the 3 x 3 pixels around this one, and its weight
-// (PixelFilter::shares). The second half has the same channels. In a finished frame the shared
-// values are summed (shared_samples.h). With light groups there is also half1.light.NAME.{R,G,B}.
+// The channels of the first half are half1.{R,G,B}; half1.albedo.{R,G,B}, half1.N.{X,Y,Z},
+// half1.nearness and half1.visibility (see DenoiserFeatures); half1.samples; and
+// half1.shared.K.{R,G,B,A}, the contribution of these samples to the K-th of the 3 x 3 pixels
+// around this pixel, and the weight of that contribution (PixelFilter::shares). The second half has
+// the same channels. In a finished frame the shared values are summed (shared_samples.h). With
+// light groups there is also half1.light.NAME.{R,G,B}.
 //
 // The picture is the mean of both halves, each weighted by its sample count. If a pixel's value is
-// overridden (FilmTile::set_override), both halves are shifted by the difference.
+// overridden (FilmTile::set_override), both halves are shifted by the difference between the
+// override and the mean of the samples.
 #pragma once
 
 #include <cstddef>

@@ -17,7 +17,7 @@ inline constexpr size_t kSharedValues = 4 * kSharedPixels;
 struct HalfSums {
   // Sums over the samples of each half, in the order of DenoiserFeatures.
   std::array<double, kFeatureValues> features[2];
-  // Sums of radiance x share, and of the shares.
+  // Sums of radiance x share, and sums of the shares.
   std::array<float, kSharedValues> shared[2];
 
   // Arguments must be finite, and a pixel's samples must be added in index order.

@@ -21,8 +21,8 @@ Color4 load4(const float* p) {
   return four;
 }
 
-// These access only three floats: the fourth may belong to the next pixel, which another thread may
-// own.
+// These functions access only three floats. The fourth float may belong to the next pixel, which
+// another thread may own.
 Color4 load3(const float* p) { return Color4{p[0], p[1], p[2], 0.0f}; }
 void store3(Color4 value, float* p) { std::memcpy(p, &value, 3 * sizeof(float)); }
 
@@ -30,8 +30,8 @@ void store3(Color4 value, float* p) { std::memcpy(p, &value, 3 * sizeof(float));
 
 void LightGroupSums::add_to(size_t at, Color4 value) {
   const Color4 sum = load3(&sums_[at]);
-  // Knuth's exact sum of any two values (The Art of Computer Programming, volume 2, section 4.2.2,
-  // theorem B), then Dekker's exact sum of a large and a small number.
+  // First comes Knuth's exact sum of any two values (The Art of Computer Programming, volume 2,
+  // section 4.2.2, theorem B), then Dekker's exact sum of a large and a small number.
   const Color4 rounded = sum + value;
   const Color4 of_value = rounded - sum;
   const Color4 roundoff =

@@ -1,9 +1,9 @@
-// Light of each light group, or of each light-path layer, in a pixel of a film.
+// The light of each light group, or of each light-path layer, in a pixel of a film.
 //
 // A sum is stored as two floats: the sum rounded to float, and the remainder (the double-length
 // arithmetic of Dekker 1971, "A Floating-Point Technique for Extending the Available Precision").
 // One float alone would lose 1e-4 of a constant background after a few thousand samples. Relighting
-// reads only the rounded floats, half as much memory as doubles.
+// reads only the rounded floats, which take half as much memory as doubles would.
 //
 // One more sum holds the pixel's sample count and alpha, so relighting needs nothing else from the
 // film.
@@ -22,17 +22,17 @@ namespace emberline {
 class LightGroupValues;
 class LightMix;
 
-// A view of a pixel's sums, which its film owns.
+// A view of a pixel's sums, which the film owns.
 class LightGroupSums {
  public:
-  // `sums` and `remainders` each point to bytes_per_pixel(groups) / 2 bytes. With -1 groups nothing
-  // is kept; with 0 no light is recorded, but relighting works.
+  // `sums` and `remainders` each point to bytes_per_pixel(groups) / 2 bytes. With -1 groups,
+  // nothing is kept. With 0 groups, no light is recorded, but relighting works.
   LightGroupSums(float* sums, float* remainders, int groups)
       : sums_(sums), remainders_(remainders), groups_(groups) {}
   static size_t bytes_per_pixel(int groups) { return 2 * 3 * size_t(groups + 1) * sizeof(float); }
 
   int groups() const { return groups_; }
-  // The sums of the pixel whose index in the same film is higher by `offset`.
+  // Returns the sums of the pixel whose index in the same film is higher by `offset`.
   LightGroupSums at_offset(size_t offset) const {
     return {sums_ + offset * size(), remainders_ + offset * size(), groups_};
   }
@@ -45,17 +45,17 @@ class LightGroupSums {
   // Adds another film's sums of the pixel.
   void merge(const LightGroupSums& more);
 
-  // The mean over the pixel's samples, or 0 without samples.
+  // Returns the mean over the pixel's samples, or 0 if there are none.
   Rgb mean(int group) const;
   std::array<double, 3> sum(int group) const;
-  // Writes R G B A of the pixel, with each group multiplied by its weight; see relight() in
-  // light_mix.h. Reads one float beyond the pixel's sums.
+  // Writes R G B A of the pixel, with each group multiplied by its weight in `mix`; see relight()
+  // in light_mix.h. Reads one float beyond the pixel's sums.
   void relight_pixel(const LightMix& mix, float* rgba) const;
   // Whether the sums are finite and the sample count is 0 or at least 1.
   bool is_valid() const;
 
  private:
-  // (samples, alpha, unused), then R G B of each group.
+  // The number of floats: (samples, alpha, unused), then R G B of each group.
   size_t size() const { return 3 * size_t(groups_ + 1); }
   void add_to(size_t at, Color4 value);
   double compensated_sum(size_t at) const { return double(sums_[at]) + double(remainders_[at]); }

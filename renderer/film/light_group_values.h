@@ -1,4 +1,4 @@
-// Radiance from each light group for each sample of a batch, passed from the integrator to the
+// The radiance from each light group for each sample of a batch. The integrator passes it to the
 // film.
 //
 // A group is an index (renderer/scene/light_groups.h). For each sample, one bit per group marks the
@@ -23,7 +23,7 @@ class LightGroupValues {
   explicit LightGroupValues(int groups = 0)
       : groups_(groups), values_(kRayBatch * size_t(groups)) {}
 
-  // Clears the values of all samples, or of one.
+  // Clear the values of all samples, or of one sample.
   void clear() {
     for (uint64_t& lit : lit_) lit = 0;
   }

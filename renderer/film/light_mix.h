@@ -18,8 +18,8 @@ class LightGroupSums;
 class LightMix {
  public:
   enum class Source { kLights, kPaths };
-  // weights[g] is the weight of group g and must be finite; there must be one for each group of the
-  // film.
+  // weights[g] is the weight of group g and must be finite. There must be one weight for each group
+  // of the film.
   explicit LightMix(std::span<const Rgb> weights, Source source = Source::kLights);
 
   LightGroupSums sums(const FilmTile& film, size_t pixel) const;
@@ -34,9 +34,10 @@ class LightMix {
 
 // Writes R G B A of every pixel of a film with light groups, interleaved, rows from the top: the
 // weighted sum of the groups' means, and the alpha of the samples. All values are finite; pixels
-// without samples are black. Values set by FilmTile::set_override() are ignored. With all weights 1
-// the result equals the film's own picture to within a relative 1e-5, since each group is rounded
-// separately. Uses the calling thread's TBB arena, which does not affect the result's bits.
+// without samples are black. Values set by FilmTile::set_override() are ignored. If all weights are
+// 1, the result equals the film's own picture to within a relative error of 1e-5, since each group
+// is rounded separately. Uses the calling thread's TBB arena, which does not affect the result's
+// bits.
 void relight(const FilmTile& film, const LightMix& mix, std::span<float> rgba);
 
 }  // namespace emberline

@@ -20,7 +20,7 @@ struct FirstHit {
   Vec2f uv = Vec2f(0.0f);        // TEXCOORD_0, V upwards; 0 if absent
   float roughness = 0.0f;        // as in glTF
   float metallic = 0.0f;
-  float ambient_visibility = 0.0f;  // whether a direction above the surface is open: 0 or 1
+  float ambient_visibility = 0.0f;  // 1 if a direction above the surface is open, else 0
   uint32_t id = 0;                  // 1 + instance index; 0: no hit
   uint32_t material = 0;            // 1 + material index
   // In pixels per frame, to the right and up; finite. The background's velocity if nothing was hit.
@@ -49,12 +49,12 @@ struct SampleValue {
   Rgb clamped = Rgb(0.0f);  // radiance removed by IntegratorSettings::clamp_indirect
 };
 
-// Denoiser features of a sample. Smooth mirrors and smooth clear glass are looked through: the
-// features are those of the first other surface, or of the background. A pixel's mean of each value
-// is linear in the fraction of the pixel that a surface covers.
+// Denoiser features of a sample. The features look through smooth mirrors and smooth clear glass:
+// they are those of the first other surface, or of the background. A pixel's mean of each value is
+// linear in the fraction of the pixel that a surface covers.
 struct DenoiserFeatures {
   // Directional albedo plus emission, tinted by the mirrors and glass in front of the surface; at
-  // most 1. If no such surface is seen, the background's radiance.
+  // most 1. If no surface is seen, this is the background's radiance.
   Rgb albedo = Rgb(0.0f);
   Vec3f normal = Vec3f(0.0f);  // shading normal, world axes; 0 for the background
   // 1 / depth along the viewing axis (scene units). For a surface seen in mirrors, the depth is
@@ -79,8 +79,8 @@ struct CatcherSample {
 };
 bool is_finite(const CatcherSample& sample);
 
-// Depth where no surface was hit. It is finite because filters and viewers need that; Cycles writes
-// the same value.
+// Depth where no surface was hit. It is finite because filters and viewers need a finite depth.
+// Cycles writes the same value.
 inline constexpr float kBackgroundDepth = 1e10f;
 
 }  // namespace emberline

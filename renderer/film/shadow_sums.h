@@ -1,4 +1,4 @@
-// Light received by shadow catchers: with the whole scene, and with the plate's objects only.
+// The light that shadow catchers receive: with the whole scene, and with the plate's objects only.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ void add_shadow(const FilmSample& sample, double* sums);
 // Writes the R G B factor for the plate, in [0, 1]: received over unshadowed light on catchers, 1
 // elsewhere.
 void put_shadow(const double* sums, float* rgb);
-// Alpha of the shadows on hidden catchers, summed over the pixel's samples.
+// Returns the alpha of the shadows on hidden catchers, summed over the pixel's samples.
 double shadow_alpha(const double* sums);
 
 }  // namespace emberline

@@ -1,9 +1,9 @@
 // Combines each pixel's samples with those of its neighbours (PixelFilter::shares).
 //
-// A film stores with each pixel what its samples contribute to the 3 x 3 pixels around it, 9 x 4
-// values for each half, because a pixel's owner never writes to its neighbours. In a finished frame
-// the contributions are summed for each receiving pixel: half1.shared.{R,G,B} replaces
-// half1.shared.K.{R,G,B,A}, and half2 is treated alike.
+// With each pixel, a film stores what the pixel's samples contribute to the 3 x 3 pixels around it
+// (9 x 4 values for each half), because a pixel's owner never writes to neighbouring pixels. In a
+// finished frame the contributions are summed for each receiving pixel: half1.shared.{R,G,B}
+// replaces half1.shared.K.{R,G,B,A}, and half2 is treated in the same way.
 #pragma once
 
 #include <functional>
@@ -15,10 +15,11 @@
 
 namespace emberline {
 
-// The channel names after summing. Channels other than the shares keep their names.
+// Returns the channel names after the shares are summed. Channels other than the shares keep their
+// names.
 std::vector<std::string> resolved_channel_names(std::span<const std::string> channels);
 
-// Reads rows of a frame and replaces the shares in them by their sums.
+// Reads rows of a frame, and replaces each pixel's shares by the sums for that pixel.
 class ShareResolver {
  public:
   // Reads rows of the crop with all of `channels`, interleaved. It is called more than once for

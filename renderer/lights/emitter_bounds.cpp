@@ -31,10 +31,10 @@ double angle_between(const Vec3f& a, const Vec3f& b) {
   return std::acos(std::clamp(double(dot(a, b)), -1.0, 1.0));
 }
 
-// Returns bounds on all steps and on the motion between them. Between consecutive steps, points
-// move along a line or an arc of less than an eighth of a turn. Such an arc leaves the box around
-// its ends by less than a quarter of the distance between the ends. Along the arc, the axis turns
-// by no more than the angle between its directions at the ends.
+// Returns bounds that hold at all steps and during the motion between them. Between consecutive
+// steps, points move along a line or an arc of less than an eighth of a turn. Such an arc leaves
+// the box around its ends by less than a quarter of the distance between the ends. Along the arc,
+// the axis turns by no more than the angle between its directions at the ends.
 EmitterBounds swept_bounds(std::span<const EmitterBounds> steps) {
   EmitterBounds all;
   Vec3f axis(0.0f);
@@ -73,7 +73,8 @@ EmitterBounds swept_bounds(std::span<const EmitterBounds> steps) {
   return all;
 }
 
-// The emitter turns by less than half a turn in a segment, so by less than an eighth in a step.
+// The emitter turns by less than half a turn in a segment, so by less than an eighth of a turn in a
+// step.
 constexpr int kStepsPerSegment = 4;
 
 EmitterBounds moving_bounds(const EmissiveTriangle& t, const EmitterMotion& motion) {
@@ -97,7 +98,7 @@ EmitterBounds point_bounds(const PointLight& light, const PointLightPlace& place
   }
   b.axis = place.direction;
   // If the inner and outer cone nearly coincide, the falloff formula makes the falloff between them
-  // wider, but it stays within these bounds.
+  // wider, but the light stays within these bounds.
   const double outer = std::acos(std::clamp(double(light.cos_outer), -1.0, 1.0));
   const double inner = std::acos(std::clamp(double(light.cos_inner), -1.0, 1.0));
   b.cos_theta_o = float(std::cos(std::min(inner, outer)));

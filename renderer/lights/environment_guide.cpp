@@ -19,21 +19,22 @@ using sky_tiles::kColumns;
 using sky_tiles::kCount;
 using sky_tiles::kRows;
 
-// Weight of unguided samples, which are chosen by light alone, relative to guided ones. It is
-// kUnguidedShare + kUnguidedPoints / (1 + number of the region's survey points). Chosen by us.
+// The weight of unguided samples, which are chosen by light alone, relative to guided samples is
+// kUnguidedShare + kUnguidedPoints / (1 + number of the region's survey points). We chose both
+// values.
 constexpr double kUnguidedShare = 0.3, kUnguidedPoints = 1.0;
 // A region that sees less than this fraction of all light is not guided, since its factors could
 // overflow float.
 constexpr double kMinVisibleLight = 1e-9;
 // Lower bound on the mean weight that the tables leave out of a tile's texels, as a fraction of the
-// largest weight that they leave out of any texel.
+// largest weight that the tables leave out of any texel.
 constexpr double kMinResidual = 1e-3;
-// The residual of a tile is averaged over a grid with at least this many texels along each side of
-// the tile (or all, if there are fewer), but less than twice as many.
+// The residual of a tile is averaged over a grid of texels. Along each side of the tile, the grid
+// has at least this many texels (or all, if there are fewer), but less than twice as many.
 constexpr int kTexelsPerSide = 16;
 
-// Returns the last entry of the running sums [first, last] that begins at or before `at`, which
-// must be below the end of the last entry.
+// Returns the last entry of the running sums [first, last] that begins at or before `at`. Requires
+// that `at` is below the end of the last entry.
 template <class Number>
 const Number* entry_at(const Number* first, const Number* last, double at) {
   return std::upper_bound(first, last + 1, at, [](double a, Number b) { return a < double(b); }) -
@@ -46,8 +47,8 @@ float remainder(double at, double from, double to) {
   return std::min(float((at - from) / (to - from)), kOneMinusEpsilon);
 }
 
-// Writes the running sums of `count` probabilities. From the end of the last entry whose
-// probability is positive onwards, they are exactly 1.
+// Writes the running sums of `count` probabilities. The sums after the last entry with a positive
+// probability are exactly 1.
 void build_running_sums(const auto& share, int count, float* sums) {
   double sum = 0;
   int end = 0;  // end of the last entry that can be chosen
@@ -164,7 +165,7 @@ void EnvironmentGuide::measure_residual_light() {
     Tile& tile = tiles_[t];
     if (!(tile.solid_angle > 0)) continue;
     // Use at least kMinResidual, since texels between the examined ones may be bright even if all
-    // examined ones are black.
+    // examined texels are black.
     const double weight =
         light_.image_ ? std::max(mean_residual(tile), kMinResidual * double(light_.threshold_))
                       : 1 / (4 * kPiD);
@@ -204,8 +205,8 @@ void EnvironmentGuide::build_region(int region) {
   build_running_sums([&](int row) { return row_shares[row]; }, kRows, rows);
 }
 
-// Chooses the row of tiles by u.y and the column by u.x, which keeps the stratification of both
-// numbers, and rescales both to the position within the tile.
+// Chooses the row of tiles by u.y and the column by u.x. Both numbers keep their stratification.
+// They are rescaled to the position within the tile.
 int EnvironmentGuide::choose_tile(int region, Vec2f* u) const {
   const float* const rows = &sums_[size_t(region) * kSums];
   const auto choose = [](const float* sums, int count, float* number) {
@@ -253,7 +254,7 @@ void EnvironmentGuide::choose_uniformly(int tile_index, const Vec2f& u, float* c
                                         float* row) const {
   const Tile& tile = tiles_[size_t(tile_index)];
   *column = float(tile.first_column) - 0.5f + u.x * float(tile.end_column - tile.first_column);
-  // These are 1 - y and 1 + y, of which one is small near a pole.
+  // `down` is 1 - y and `up` is 1 + y. One of them is small near a pole.
   const double down = (1 - tile.top) + double(u.y) * (tile.top - tile.bottom), up = 2 - down;
   const float theta = fast_atan2(float(std::sqrt(std::max(0.0, down * up))), float(1 - down));
   *row = theta * light_.row_scale_ - 0.5f;

@@ -1,13 +1,13 @@
 // Samples an environment that is mostly hidden, such as the sky as seen from inside a room. In each
-// region of the scene (SkyRegions), it prefers the part of the environment that the region sees, so
-// that few samples are occluded.
+// region of the scene (SkyRegions), the guide prefers the part of the environment that the region
+// sees, so that few samples are occluded.
 //
 // The method follows Atanasov et al. 2018, "Adaptive Environment Sampling on CPU and GPU" (SIGGRAPH
-// Talks). A region samples each tile of the sphere in proportion to its light x the root mean
-// square of (visibility x cosine). Within a tile, the density is that of EnvironmentLight's tables,
-// which have MIS compensation, plus a constant for the light that the compensation removed. Some
-// samples are chosen by light alone, without regard to visibility, so that errors in the survey
-// cause only noise.
+// Talks). In a region, the guide chooses a tile of the sphere in proportion to the tile's light
+// times the root mean square of (visibility x cosine). Within a tile, the density is that of
+// EnvironmentLight's tables, which have MIS compensation, plus a constant for the light that the
+// compensation removed. Some samples are chosen by light alone, without regard to visibility, so
+// that errors in the survey cause only noise.
 //
 // The EnvironmentLight must outlive the guide, which refers to it. All const functions are pure and
 // thread-safe, and accept up to kRayBatch directions at once.
@@ -37,9 +37,9 @@ class EnvironmentGuide {
   explicit EnvironmentGuide(const EnvironmentLight& light);
   void set_regions(SkyRegions regions);
 
-  // For the survey. light_fraction() returns a tile's fraction of all light; direction_in() samples
-  // a direction in a tile in proportion to the light. u_part and u must be in [0, 1), and the tile
-  // must have some light. Both functions exclude the sun.
+  // These two functions are for the survey. light_fraction() returns a tile's fraction of all
+  // light; direction_in() samples a direction in a tile in proportion to the light. u_part and u
+  // must be in [0, 1), and the tile must have some light. Both functions exclude the sun.
   double light_fraction(int tile) const { return mass(tile) / mass_; }
   Vec3f direction_in(int tile, float u_part, const Vec2f& u) const;
 
@@ -68,8 +68,8 @@ class EnvironmentGuide {
     double table_mass = 0;     // probability of these texels in the light's tables
     double residual_mass = 0;  // light that the tables leave out, in the unit of table_mass
   };
-  // A choice among the texels of a row that are in a tile: a position `along` their running sums,
-  // which are [first, last].
+  // A choice among those texels of a row that are in a tile. [first, last] are the running sums of
+  // these texels, and `along` is a position in their range.
   struct RowChoice {
     const uint32_t* first = nullptr;
     const uint32_t* last = nullptr;

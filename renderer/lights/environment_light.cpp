@@ -52,10 +52,10 @@ Color4 load(const void* texels, size_t index) {
   return load(static_cast<const Texel*>(texels) + 3 * index);
 }
 
-// Applies a lower limit, which also replaces NaN, to a number before it is converted to an integer.
+// Applies a lower limit to a number that is then converted to an integer. NaN becomes the limit.
 float clamp_below(float x, float limit) { return x > limit ? x : limit; }
 
-// The inverse of the integral of a tent filter. Maps r in [0, 1) to [-1, 1].
+// Samples a tent filter, by the inverse of its integral. Maps r in [0, 1) to [-1, 1].
 float sample_tent(float r) {
   return r < 0.5f ? std::sqrt(2.0f * r) - 1.0f : 1.0f - std::sqrt(2.0f * (1.0f - r));
 }
@@ -70,7 +70,8 @@ float sample_row_shape(int row, int height, float r) {
 }
 
 // Returns the integral of a row's bilinear weight times sin theta, which is the row's solid angle
-// divided by 2 pi, in closed form for tents (interior rows) and for clamped half tents.
+// divided by 2 pi. There are closed forms for tents (interior rows) and for clamped half tents (the
+// first and the last row).
 double row_weight(int row, int height) {
   const double step = kPiD / height;
   if (height == 1) return 2.0;
@@ -80,8 +81,8 @@ double row_weight(int row, int height) {
   return std::sin((row + 0.5) * step) * 4.0 * half_sine * half_sine / step;
 }
 
-// Coefficient of limb darkening, linear in the cosine; 0.6 is that of the sun in green light (C.
-// Allen, "Astrophysical Quantities", 1973).
+// The coefficient of limb darkening, which is modelled as linear in the cosine. The value 0.6 is
+// that of the sun in green light (C. Allen, "Astrophysical Quantities", 1973).
 constexpr float kLimbDarkening = 0.6f;
 
 constexpr size_t kRowGrain = 16;
@@ -123,21 +124,22 @@ void EnvironmentLight::adjust(const EnvironmentAdjustment& adjustment) {
   const auto& [strength, tint, rotation_degrees] = adjustment;
   factor_ = color4(tint * strength);
   constant_ = to_working_space(map_constant_ * (tint * strength));
-  // The tint's effect on a grey map; exactly 1 without a tint. It only affects how often this light
-  // is chosen, so the exact mean of a coloured map is not worth another pass.
+  // `tinted` is the tint's effect on a grey map. It is exactly 1 without a tint. It only affects
+  // how often this light is chosen, so the exact mean of a coloured map is not worth another pass.
   const double tinted = double(luminance(tint)) / double(luminance(Rgb(1.0f)));
   mean_luminance_ = std::min(map_mean_luminance_ * double(strength) * tinted,
                              double(std::numeric_limits<float>::max()));
   if (!(mean_luminance_ > 0)) mean_luminance_ = 0;
   // Rotating the map by +90 degrees moves +X (phi = 0) to -Z (phi = -90), so lookups use phi +
-  // rotation. The offset is in [0, width), so columns are within one width of the map.
+  // rotation. The offset is in [-0.5, width - 0.5), so columns are within one width of the map.
   double turns = 0.5 + double(rotation_degrees) / 360.0;
   turns -= std::floor(turns);
   column_offset_ = float(turns * width_ - 0.5);
   if (sun_.share > 0.0f) update_sun();
 }
 
-// The sun's share of the samples is a power of two, which divides (0, 2)-sequences exactly.
+// Chooses the sun's share of the samples. It is a power of two, because such a share divides
+// (0, 2)-sequences exactly.
 void EnvironmentLight::choose_sun_share() {
   const double sun = double(luminance(sun_disc_->irradiance)), sky = kPiD * map_mean_luminance_;
   if (!(sun > 0) || !(sky > 0)) return;  // in front of a black map, the sun is ignored
@@ -242,7 +244,8 @@ void EnvironmentLight::build_tables(float mis_compensation) {
   build_fixed_cdf(row_sum, row_sums_.data(), row_guide_.data());
 
   // In texel coordinates (s, t), the density is (row probability) x (column probability),
-  // interpolated. It is converted by ds dt = width height / (2 pi^2 sin theta) d omega.
+  // interpolated. It is converted to solid angle by ds dt = width height / (2 pi^2 sin theta) d
+  // omega.
   row_density_.resize(height);
   const double scale = double(width) * double(height) / (2.0 * kPiD * kPiD) / total;
   for (size_t row = 0; row < height; ++row)
@@ -282,7 +285,8 @@ void EnvironmentLight::find_taps(std::span<const Vec3f> directions, BilinearTaps
   for (size_t first = 0; first < directions.size(); first += kGroup) {
     for (size_t i = first; i < first + kGroup; ++i) {
       const float sine = std::sqrt(fma(x[i], x[i], z[i] * z[i]));
-      // acos(y) would be inaccurate near the poles, where its error is the square root of float's.
+      // acos(y) would be inaccurate near the poles, where its error is the square root of float's
+      // rounding error.
       const float theta = fast_atan2(sine, y[i]);
       const float phi = fast_atan2(z[i], x[i]);
       column[i] = clamp_below(fma(phi, column_scale_, column_offset_), min_column);
@@ -297,7 +301,8 @@ struct EnvironmentLight::Corners {
   Color4 upper0, upper1, lower0, lower1;
 
   Color4 interpolate(float s, float t) const {
-    // Use products: a difference could round to a weight of -1e-8, negative light at a sun.
+    // Use products for the weights. A difference could round to -1e-8, which would make the light
+    // next to a sun negative.
     const Color4 upper = fma(upper1, s * (1.0f - t), upper0 * ((1.0f - s) * (1.0f - t)));
     return fma(lower1, s * t, fma(lower0, (1.0f - s) * t, upper));
   }
@@ -425,7 +430,7 @@ void EnvironmentLight::sample_sun_or_map(std::span<const Vec2f> u, EnvironmentSa
       add_sun({&out[i].direction, 1}, &out[i].radiance, &out[i].pdf);
       continue;
     }
-    // Uniform in the squared chord is uniform in solid angle.
+    // A point that is uniform in the squared chord is uniform in solid angle.
     const Vec2f disk = square_to_disk({u[i].x / sun_.share, u[i].y});
     const float chord2 = (disk.x * disk.x + disk.y * disk.y) * sun_.radius2;
     const float aside = std::sqrt(sun_.radius2 * (1.0f - 0.25f * chord2));
@@ -468,7 +473,7 @@ void EnvironmentLight::sample_map(std::span<const Vec2f> u, EnvironmentSample* o
   for (size_t i = 0; i < count; ++i) prefetch_sums(sums_of(i), guide_of(i), column_bits_, u[i].x);
 
   // Evaluate radiance and density at the sampled texel position, not from the direction. Next to a
-  // sun, the rounding of a direction would change them by more than the allowed error.
+  // sun, the rounding of a direction would change both by more than the allowed error.
   alignas(64) float column[kRayBatch] = {}, row[kRayBatch] = {};
   for (size_t i = 0; i < count; ++i) {
     const CdfChoice chosen = choose_entry(sums_of(i), guide_of(i), column_bits_, u[i].x);

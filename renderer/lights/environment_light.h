@@ -1,13 +1,14 @@
 // A latitude-longitude environment with bilinear radiance and exact importance sampling.
 //
-// u = 0.5 + atan2(z, x) / 2 pi, v = acos(y) / pi, top row +Y; u wraps, v clamps. Radiance is the
-// bilinear interpolation of texels. The sampling density is the bilinear interpolation of per-texel
-// weights (luminance x solid angle, MIS-compensated after Karlik et al. 2019, "MIS Compensation:
-// Optimizing Sampling Techniques in Multiple Importance Sampling"), so even a sun that is one texel
-// large is sampled in proportion to its radiance.
+// A direction has the map coordinates u = 0.5 + atan2(z, x) / 2 pi and v = acos(y) / pi. The top
+// row is at +Y. u wraps around, and v is clamped. Radiance is the bilinear interpolation of texels.
+// The sampling density is the bilinear interpolation of per-texel weights (luminance x solid angle,
+// MIS-compensated after Karlik et al. 2019, "MIS Compensation: Optimizing Sampling Techniques in
+// Multiple Importance Sampling"), so even a sun that is one texel large is sampled in proportion to
+// its radiance.
 //
-// A sun (SunDisc) may be in front of the map. Half of the samples go to the sun, or fewer if it is
-// dim, and the densities of the sun and the map are added.
+// A sun (SunDisc) may be in front of the map. Half of the samples go to the sun, or fewer if the
+// sun is dim, and the densities of the sun and the map are added.
 //
 // All const functions are pure and thread-safe. Directions are unit vectors in world space.
 #pragma once
@@ -32,16 +33,16 @@ struct SunDisc;
 struct EnvironmentSample {
   Vec3f direction = Vec3f(0.0f);
   Rgb radiance = Rgb(0.0f);
-  float pdf = 0.0f;  // per solid angle; 0: nothing sampled
+  float pdf = 0.0f;  // per solid angle; 0 if nothing was sampled
 };
 
 // Factor of MIS compensation: the weight of a texel is max(0, radiance - factor x mean), so light
 // up to this multiple of the mean is left to BSDF sampling. For MIS with a uniform technique,
-// Karlik et al. 2019 derive a factor of 1, which pbrt-v4 uses. For a mixture of equal parts with a
-// uniform technique, 1/2 would be best. For five HDRIs with Lambertian and glossy surfaces, factors
-// of 1/2, 3/4 and 1 reduced the variance to 0.87, 0.86 and 0.86 of that without compensation
-// (tests/bench/results). A factor of 1 is best for a sun in an even sky, because the sky is then
-// left entirely to BSDF sampling, which has no variance there.
+// Karlik et al. 2019 derive a factor of 1, which pbrt-v4 uses. For an equal mixture with a uniform
+// technique, a factor of 1/2 would be best. For five HDRIs with Lambertian and glossy surfaces,
+// factors of 1/2, 3/4 and 1 reduced the variance to 0.87, 0.86 and 0.86 of that without
+// compensation (tests/bench/results). A factor of 1 is best for a sun in an even sky, because the
+// sky is then left entirely to BSDF sampling, which has no variance there.
 inline constexpr float kMisCompensation = 1.0f;
 
 struct EnvironmentLightSettings {
@@ -72,7 +73,7 @@ class EnvironmentLight {
   // Returns the memory that sampling an image needs besides its texels: two words per texel.
   static uint64_t table_bytes(const Image& image);
 
-  // Changes strength, tint and rotation. The light is then bit-identical to a new one with these
+  // Changes strength, tint and rotation. The light is then bit-identical to a new light with these
   // settings. This is cheap, since the tables depend on none of the three. Not thread-safe.
   void adjust(const EnvironmentAdjustment& adjustment);
   const EnvironmentAdjustment& adjustment() const { return adjustment_; }
@@ -83,7 +84,8 @@ class EnvironmentLight {
   EnvironmentSample sample(const Vec2f& u) const;
   // Takes up to kRayBatch samples at once, so that cache misses in the large tables overlap.
   void sample(std::span<const Vec2f> u, EnvironmentSample* out) const;
-  // For rays that leave the scene: computes both values for little more than the cost of one.
+  // Compute radiance and density together, for rays that leave the scene. This costs little more
+  // than computing one of them.
   void radiance_and_pdf(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const;
   Rgb radiance_and_pdf(const Vec3f& direction, float* pdf) const;
 
@@ -95,9 +97,9 @@ class EnvironmentLight {
  private:
   friend class EnvironmentGuide;
 
-  // For each direction, has the two columns and two rows of the four texels around it, its
-  // fractional position between the columns and between the rows, and the sine of its angle to the
-  // pole.
+  // For each direction, holds the two columns and the two rows of the four texels around the
+  // direction, the direction's fractional position between the columns and between the rows, and
+  // the sine of its angle to the pole.
   struct BilinearTaps {
     alignas(64) int column0[kRayBatch], column1[kRayBatch], row0[kRayBatch], row1[kRayBatch];
     alignas(64) float to_column1[kRayBatch], to_row1[kRayBatch], sin_theta[kRayBatch];
@@ -167,10 +169,11 @@ class EnvironmentLight {
   double map_mean_luminance_ = 0.0;
   double mean_luminance_ = 0.0;  // with strength and tint
 
-  // Running sums over the columns of each row, with width + 1 words per row, then the running sums
-  // over the rows, each with guide tables (see fixed_cdf.h). Densities are not read from these
+  // The running sums over the columns of each row, with width + 1 words per row, and the running
+  // sums over the rows. Both have guide tables (see fixed_cdf.h). Densities are not read from these
   // tables but computed from the same texels as the radiance: pdf = interpolated (row density x
-  // weight) / sin theta. The two agree to within the sums' step of 2^-32.
+  // weight) / sin theta. These densities agree with the tables to within 2^-32, the step of the
+  // sums.
   std::vector<uint32_t> column_sums_, column_guides_, row_sums_, row_guide_;
   std::vector<float> row_density_;
   float weight_scale_ = 1.0f, threshold_ = 0.0f;
@@ -182,7 +185,7 @@ class EnvironmentLight {
     ShadingFrame frame;
     float radius2 = 0.0f;             // squared chord from the centre of the disc to its edge
     float density = 0.0f;             // pdf of a direction in the disc, per solid angle
-    float share = 0.0f;               // fraction of the samples; 0: there is no sun
+    float share = 0.0f;               // fraction of the samples; 0 if there is no sun
     Rgb center_radiance = Rgb(0.0f);  // radiance at the centre
   };
   std::shared_ptr<const SunDisc> sun_disc_;

@@ -6,9 +6,9 @@
 // inexact (off by a third for a 16k x 8k map). An entry of positive weight, however small, has at
 // least one step of 2^-32, so the density is positive wherever the weight is.
 //
-// Guide table: Chen & Asau 1974, "On Generating Random Variates from an Empirical Distribution".
-// Unlike with an alias table, the chosen entry is monotone in u, so stratified numbers stay
-// stratified.
+// The guide table follows Chen & Asau 1974, "On Generating Random Variates from an Empirical
+// Distribution". The chosen entry is monotone in u, which it would not be with an alias table, so
+// stratified numbers stay stratified.
 #pragma once
 
 #include <cstddef>
@@ -35,17 +35,18 @@ inline int guide_bits(size_t count) {
 }
 inline size_t guide_words(size_t count) { return (size_t(1) << guide_bits(count)) + 1; }
 
-// Fills `sums` (weights.size() + 1 words, first 0) and `guide` (guide_words). Weights must be
-// finite and not negative. If all weights are 0, every sum is 0, and choose_entry() must not be
-// called.
+// Fills `sums` (weights.size() + 1 words, of which the first is 0) and `guide`
+// (guide_words(weights.size()) words). Weights must be finite and not negative. If all weights are
+// 0, every sum is 0, and choose_entry() must not be called.
 void build_fixed_cdf(std::span<const double> weights, uint32_t* sums, uint32_t* guide);
 
 inline uint32_t guide_cell(int bits, float u) {
   return uint32_t(uint64_t(uint32_t(double(u) * double(kCdfTotal))) >> (32 - bits));
 }
 
-// For choices from many large distributions at once: these prefetch the memory that choose_entry()
-// reads. Call prefetch_guide() for all of them first, since prefetch_sums() reads the guide.
+// These functions prefetch the memory that choose_entry() reads, for choices from many large
+// distributions at once. Call prefetch_guide() for all distributions first, since prefetch_sums()
+// reads the guide.
 inline void prefetch_guide(const uint32_t* guide, int bits, float u) {
   __builtin_prefetch(guide + guide_cell(bits, u));
 }

@@ -15,8 +15,9 @@
 namespace emberline {
 namespace {
 
-// Added to cosines before testing whether any light arrives; ten times the rounding error of the
-// code below. As a result, directions slightly outside a cone also get a small probability.
+// The code adds this slack to cosines before it tests whether any light arrives. The slack is ten
+// times the rounding error of the code below. As a result, directions slightly outside a cone also
+// get a small probability.
 constexpr float kCosineSlack = 1e-5f;
 // Lower limit on the squared distance, in the tree's scaled coordinates, which keeps importances
 // finite at a point light.
@@ -49,7 +50,7 @@ Lanes dot(Lanes ax, Lanes ay, Lanes az, Lanes bx, Lanes by, Lanes bz) {
   return fma(az, bz, fma(ay, by, ax * bx));
 }
 
-// Returns cos(max(0, a - b)) for angles in [0, pi] whose cosines and sines are given.
+// Returns cos(max(0, a - b)) for angles a and b in [0, pi], whose cosines and sines are given.
 Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
   return cos_a > cos_b ? all(1.0f) : fma(cos_a, cos_b, sin_a * sin_b);
 }
@@ -72,7 +73,7 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
   const Lanes sin_u = radius * inverse_d;
   const Lanes cos_u = sqrt(max(zero, d2 - radius2)) * inverse_d;
 
-  // The smallest angle between a direction from an emitter to the query and the cone of full
+  // Find the smallest angle between a direction from an emitter to the query and the cone of full
   // intensity.
   const Lanes axis_x = load(pair.axis[0]), axis_y = load(pair.axis[1]), axis_z = load(pair.axis[2]);
   const Lanes length2 = dot(axis_x, axis_y, axis_z, axis_x, axis_y, axis_z);
@@ -89,7 +90,7 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
   const Lanes cos_emitted = cos_difference(cos_x, sin_x, cos_u, sin_u) + kCosineSlack;
   const Lanes cos_e = load(pair.cos_theta_e) * (1.0f / 32767.0f);
 
-  // The smallest angle between the query's normal and a direction to the bounding sphere.
+  // Find the smallest angle between the query's normal and a direction to the bounding sphere.
   const Lanes below = dot(all(query.normal.x), all(query.normal.y), all(query.normal.z), x, y, z);
   const Lanes cos_i = (query.both_sides ? max(below, -below) : -below) * inverse_d;
   const Lanes sin_i = sqrt(max(zero, fma(-below, below, d2))) * inverse_d;

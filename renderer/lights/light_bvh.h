@@ -1,6 +1,7 @@
-// A bounding hierarchy over finite emitters, which picks an emitter in proportion to a bound on its
-// contribution: Conty Estevez & Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree
-// Splitting", in the one-light-per-vertex form of pbrt-v4 (BVHLightSampler), with three changes:
+// A bounding volume hierarchy over finite emitters, which picks an emitter in proportion to a bound
+// on the emitter's contribution. The method is that of Conty Estevez & Kulla 2018, "Importance
+// Sampling of Many Lights with Adaptive Tree Splitting", in the form of pbrt-v4 (BVHLightSampler),
+// which picks one light per vertex. There are three changes:
 // - the power of an emitter is its peak radiant intensity, so that triangles, points and spots are
 //   compared by irradiance;
 // - the distance is clamped to at least the radius of the node's bounding sphere (pbrt clamps a
@@ -22,12 +23,13 @@
 namespace emberline {
 
 // A light above the query's horizon is weighted as if it were at most 87 degrees from the query's
-// normal, because the BSDF may use another normal (geometric, interpolated or mapped). Chosen by
-// us.
+// normal, because the BSDF may use another normal (geometric, interpolated or mapped). We chose the
+// value.
 constexpr float kMinReceiverCosine = 0.05f;
 
-// Bounds on the position and directions of an emitter. Within an angle of theta_o from the axis, it
-// may emit its full intensity; beyond theta_o + theta_e, it emits nothing (figure 2 of the paper).
+// Bounds on the position and directions of an emitter. Within an angle of theta_o from the axis,
+// the emitter may emit its full intensity; beyond theta_o + theta_e, it emits nothing (figure 2 of
+// the paper).
 struct EmitterBounds {
   Vec3f lower, upper;
   Vec3f axis;                // unit
@@ -38,8 +40,8 @@ struct EmitterBounds {
   float reach = kInfinity;   // no light arrives farther than this from the box
 };
 
-// Returns bounds over the whole shutter time. Their intensity is 0 if the emitter is black or has
-// no area that floats can represent. `motion` is used only for moving triangles.
+// Return bounds over the whole shutter time. The intensity of the bounds is 0 if the emitter is
+// black or has no area that floats can represent. `motion` is used only for moving triangles.
 EmitterBounds bounds_of(const EmissiveTriangle& triangle, const EmitterMotion* motion);
 EmitterBounds bounds_of(const PointLight& light);
 
@@ -75,13 +77,13 @@ static_assert(sizeof(LightBvhPair) == 64);
 
 class LightBvh {
  public:
-  // Requires at least one emitter and fewer than 2^30. Deterministic. O(n log n): 1e6 emitters take
-  // about a second.
+  // Requires at least one emitter and fewer than 2^30. The build is deterministic and takes
+  // O(n log n) time, about a second for 1e6 emitters.
   explicit LightBvh(std::span<const EmitterBounds> emitters);
 
   struct Pick {
     uint32_t emitter = 0;
-    float probability = 0.0f;  // 0: nothing picked, since no emitter on u's path reaches the query
+    float probability = 0.0f;  // 0 if nothing was picked: no light reaches the query
   };
   // Picks an emitter for u in [0, 1), which is a double because every level of the tree uses up
   // some of its digits.
@@ -102,7 +104,7 @@ class LightBvh {
   // For each pair, the squared distance from each child's centre beyond which none of the child's
   // light arrives. Empty if no emitter has a finite reach.
   std::vector<std::array<float, 2>> reaches2_;
-  std::vector<uint64_t> paths_;  // per emitter: bit k is the child on the way to it at depth k
+  std::vector<uint64_t> paths_;  // per emitter: bit k is the child to take at depth k
   uint32_t root_ = 0;            // a link
   float scale_ = 1.0f;
   int depth_ = 0;

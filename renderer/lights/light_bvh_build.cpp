@@ -1,4 +1,4 @@
-// Construction of the light BVH: top down, with 12 buckets along each axis and the surface area
+// Builds the light BVH from the top down, with 12 buckets along each axis and the surface area
 // orientation heuristic of Conty Estevez & Kulla 2018, section 4.1.
 #include <Imath/ImathBox.h>
 
@@ -16,10 +16,10 @@ namespace emberline {
 namespace {
 
 constexpr int kBuckets = 12;  // as in pbrt-v4
-// Added to theta_o to cover the rounding of the 16-bit axis (5e-5 rad) and of the cosines in
-// bound().
+// This angle (in rad) is added to theta_o to cover the rounding of the 16-bit axis (5e-5 rad) and
+// of the cosines in bound().
 constexpr double kAxisMargin = 2e-4;
-// Fraction of the squared diagonal that is added to the area of a box. Without it, all splits of
+// This fraction of a box's squared diagonal is added to the box's area. Without it, all splits of
 // emitters on a line along an axis would cost the same, since their boxes have no area.
 constexpr float kDiagonalShare = 0.01f;
 // If the relative difference between two costs is smaller than this, the more balanced split wins.
@@ -41,8 +41,8 @@ struct BuildEmitter {
   Vec3f center() const { return (lower + upper) * 0.5f; }
 };
 
-// Returns one of the two directions of a two-sided emitter, which is the same for all parallel
-// emitters.
+// Returns one of the two directions of a two-sided emitter. It is the same direction for all
+// parallel emitters.
 Vec3f canonical(const Vec3f& axis) {
   const float side = axis.x * 0.267f + axis.y * 0.535f + axis.z * 0.802f;
   return side < 0 ? -axis : axis;
@@ -90,8 +90,8 @@ struct Bucket {
     count += b.count;
   }
   // The heuristic needs only an estimate of cos theta_o, not a bound. If directions are spread
-  // evenly over a cap, their mean has the length (1 + cos theta_o) / 2, which is solved for cos
-  // theta_o.
+  // evenly over a cap, their mean has the length (1 + cos theta_o) / 2. The code solves this for
+  // cos theta_o.
   float cost(const OrientationMeasure& measure) const {
     const float resultant = std::sqrt(dot(axis_sum, axis_sum)) / float(count);
     return intensity * measure(2 * resultant - 1) * measure_of(box);

@@ -14,12 +14,12 @@ class EnvironmentGuide;  // environment_guide.h
 // for finite lights.
 struct KindFactors {
   float environment = 1.0f, directional = 1.0f;
-  // Infinite lights get at least this fraction of the samples, and so do finite ones. Without a
+  // Infinite lights get at least this fraction of the samples, and so do finite lights. Without a
   // survey, neither kind's irradiance is known well: walls may hide the sky from a room, or a lamp
-  // may face away. Chosen by us.
+  // may face away. We chose the value.
   float min_share = 0.2f;
-  // Minimum number of samples for directional lights above the horizon, as a fraction of those for
-  // the environment.
+  // The minimum number of samples for directional lights above the horizon, as a fraction of the
+  // number of samples for the environment.
   float min_directional = 0.0f;
 
   bool operator==(const KindFactors&) const = default;

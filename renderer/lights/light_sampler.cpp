@@ -28,8 +28,9 @@ constexpr float kMinConeDifference = 0.001f;
 bool emits(const Rgb& value) { return is_finite(value) && luminance(value) > 0.0f; }
 
 // Extends u_pick beyond the 24 bits of a float. Otherwise, with thousands of lights, the interval
-// of some light could lie between two floats, so that it would never be picked. The additional bits
-// are a hash of the sample's own numbers, so the function stays pure and the stratification intact.
+// of some light could lie between two floats, so that this light would never be picked. The
+// additional bits are a hash of the sample's own numbers, so the function stays pure and the
+// numbers stay stratified.
 double refine(float u_pick, const Vec2f& u) {
   uint32_t h = hash_combine(hash32(std::bit_cast<uint32_t>(u.x)), std::bit_cast<uint32_t>(u.y));
   h = hash_combine(h, std::bit_cast<uint32_t>(u_pick));
@@ -235,7 +236,7 @@ LightSample LightSampler::sample_directional(const LightQuery& query, const Infi
   for (uint32_t index : directional_) {
     const float weight = directional_weight(query, points_[index], choice.directional_factor);
     if (weight <= 0.0f) continue;
-    picked = index;  // the last one, if rounding leaves a remainder
+    picked = index;  // stays the last light if rounding leaves a remainder
     picked_weight = weight;
     if (rest < double(weight)) break;
     rest -= double(weight);
@@ -292,7 +293,7 @@ LightSampler::FinitePick LightSampler::pick_in_reach(const LightQuery& query, do
   for (uint32_t i = 0; i < emitters_.size(); ++i) {
     if (!reaches(query, i)) continue;
     const double share = power_sums_[i + 1] - power_sums_[i];
-    pick = {i, float(share / total)};  // the last one, if rounding leaves a remainder
+    pick = {i, float(share / total)};  // stays the last light if rounding leaves a remainder
     if (rest < share) break;
     rest -= share;
   }

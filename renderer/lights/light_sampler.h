@@ -26,20 +26,20 @@ struct GuidedRequest;    // environment_guide.h
 struct LightGuide;       // light_guide.h
 class TriangleBatch;     // triangle_sampling.h
 
-// A triangle of one instance of an emissive mesh, in world space. If it moves, this is its position
-// at shutter open.
+// A triangle of one instance of an emissive mesh, in world space. If the triangle moves, the
+// vertices are those at shutter open.
 struct EmissiveTriangle {
   Vec3f p0, p1, p2;   // counter-clockwise as seen from the emitting side
   Rgb mean_radiance;  // mean over the area, including textures; maximum over time
   bool two_sided = false;
   bool moves = false;                 // EmitterMotion provides its position
   bool has_visibility_times = false;  // EmitterMotion provides its visibility
-  uint32_t instance = 0;              // by it, the integrator finds material and attributes
+  uint32_t instance = 0;              // the integrator finds material and attributes by it
   uint32_t primitive = 0;
 };
 
-// Position and visibility of moving triangles over time. The owner of the geometry implements it,
-// since light samples must lie on the surfaces that rays hit.
+// The position and visibility of moving triangles over time. The owner of the geometry implements
+// this interface, since light samples must lie on the surfaces that rays hit.
 class EmitterMotion {
  public:
   virtual ~EmitterMotion() = default;
@@ -48,7 +48,7 @@ class EmitterMotion {
   // Returns the number of equal segments into which the shutter time must be divided so that, in
   // each of them, the vertices move along lines or along arcs of less than half a turn.
   virtual int segments(const EmissiveTriangle& triangle) const = 0;
-  // Whether a triangle whose `has_visibility_times` is set is visible at this time.
+  // Whether the triangle is visible at this time. Its `has_visibility_times` must be set.
   virtual bool visibility(const EmissiveTriangle& triangle, float time) const = 0;
 };
 
@@ -77,8 +77,8 @@ struct PointLight : PointLightState {
   // Later positions and directions, at equal time steps until shutter close. They are interpolated
   // linearly.
   std::vector<PointLightPlace> motion = {};
-  // Values over time; null: constant. `share` and `range_scale` are factors on intensity and range,
-  // `cones` has the inner and outer angle.
+  // Curves over time; null means constant. `share` and `range_scale` are factors on intensity and
+  // range. `cones` has the inner and the outer angle.
   std::shared_ptr<const TimeCurve<Rgb>> share = {};
   std::shared_ptr<const TimeCurve<Vec2f>> cones = {};
   std::shared_ptr<const TimeCurve<float>> range_scale = {};
@@ -101,14 +101,14 @@ struct PointLight : PointLightState {
 // A point at which illumination is requested.
 struct LightQuery {
   Vec3f point;
-  Vec3f normal;             // of the hemisphere that receives light; ignored if `both_sides`
+  Vec3f normal;             // of the receiving hemisphere; `both_sides` ignores its sign
   bool both_sides = false;  // the surface transmits, so it also receives light from behind
   float time = 0.0f;        // as in Ray
 };
 
 struct LightRequest {
   LightQuery query;
-  float u_pick = 0.0f;  // chooses the light; its remainder is used again
+  float u_pick = 0.0f;  // chooses the light; the remainder makes further choices
   Vec2f u;              // chooses the point on the light
 };
 
@@ -118,7 +118,7 @@ struct LightSample {
   LightKind kind = LightKind::kNone;   // kNone: no light; the contribution is 0
   uint32_t index = 0;                  // into triangles() or points()
   Vec3f direction = Vec3f(0.0f);       // unit, from the query point towards the light
-  float distance = 0.0f;               // infinity for directional and environment
+  float distance = 0.0f;               // infinite for directional lights, environment
   Vec3f position = Vec3f(0.0f);        // on the light (triangle, point, spot)
   Vec3f emitter_normal = Vec3f(0.0f);  // triangle: geometric, unit
   Vec2f barycentric = Vec2f(0.0f);     // triangle: weights of p1 and p2
@@ -129,7 +129,7 @@ struct LightSample {
   bool delta = false;  // no ray can hit the light; pdf is only the probability of picking it
 };
 
-// The kinds of light among which sampling first chooses.
+// Sampling first chooses one of these kinds of light.
 enum { kEnvironmentKind, kDirectionalKind, kFiniteKind, kLightKinds };
 
 class LightSampler {
@@ -139,7 +139,8 @@ class LightSampler {
   static constexpr uint32_t kBvhThreshold = 16;
 
   // `environment` may be null, and a black one is treated as null. `motion` must outlive the
-  // sampler, and may be null if no triangle moves. Only tests set `bvh_threshold`.
+  // sampler, and may be null if no triangle moves or has visibility times. Only tests set
+  // `bvh_threshold`.
   LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<PointLight> points,
                std::shared_ptr<const EnvironmentLight> environment,
                const EmitterMotion* motion = nullptr, uint32_t bvh_threshold = kBvhThreshold);
@@ -150,15 +151,15 @@ class LightSampler {
   bool empty() const;  // nothing to sample
 
   // Picks a light and a point on it for each of up to kRayBatch requests; the results do not depend
-  // on how requests are grouped. `out` must point to constructed samples. `guide` may be null.
-  // Otherwise, it must come from a survey of these lights, and samples and densities must use the
-  // same guide.
+  // on how requests are grouped. `out` must point to constructed samples. `guide` may be null. If
+  // it is not null, it must come from a survey of these lights, and samples and densities must use
+  // the same guide.
   void sample(std::span<const LightRequest> requests, LightSample* const* out,
               const LightGuide* guide = nullptr) const;
 
   // Returns the density, per solid angle at query.point, with which sample() returns a point on
-  // triangle `index` that is `distance` away. It is 0 on the back of a one-sided triangle. The
-  // time is O(depth of the light BVH).
+  // triangle `index` that is `distance` away. The density is 0 if query.point is behind a one-sided
+  // triangle. The function takes O(depth of the light BVH) time.
   float pdf_triangle(const LightQuery& query, uint32_t index, float distance,
                      const LightGuide* guide = nullptr) const;
   // Returns the probability of picking the environment, which is the factor of the density that
@@ -175,7 +176,8 @@ class LightSampler {
   const std::vector<PointLight>& points() const { return points_; }
 
   // For the report. describe() says how lights are picked, such as "light BVH (1204 emitters)" or
-  // "power (3 emitters), environment". bytes() is the memory used, without the environment's.
+  // "power (3 emitters), environment". bytes() returns the memory used, not counting the
+  // environment.
   std::string describe() const;
   uint64_t bytes() const;
 
@@ -200,11 +202,11 @@ class LightSampler {
   std::vector<uint32_t> directional_;       // indices into points_
   std::vector<double> power_sums_;          // without a BVH: running sums of relative power
 
-  // The choice between infinite lights (directional, environment) and finite ones, in proportion to
-  // irradiance times KindFactors, with the minimum shares given there. The irradiance of the finite
-  // lights is estimated as if a single lamp with their total intensity were at their centre. The
-  // irradiance of the infinite lights is exact, except that the environment is assumed to be
-  // uniform.
+  // The choice between infinite lights (directional, environment) and finite lights. It is made in
+  // proportion to irradiance times the factors in KindFactors, and keeps the minimum shares in
+  // KindFactors. The irradiance of the finite lights is estimated as if a single lamp with their
+  // total intensity were at their centre. The irradiance of the infinite lights is exact, except
+  // that the environment is assumed to be uniform.
   struct InfiniteChoice {
     float probability = 0.0f;  // of choosing any infinite light
     float environment = 0.0f;  // weight of the environment
@@ -221,8 +223,8 @@ class LightSampler {
   InfiniteChoice weigh_infinite(const LightQuery& query, const LightGuide* guide) const;
   FinitePick pick_finite(const LightQuery& query, double u) const;
   float finite_probability(const LightQuery& query, uint32_t emitter) const;
-  // For the case that there is no BVH and some emitters have a range. An emitter is then picked by
-  // power among those that reach the query.
+  // These functions are used if there is no BVH and some emitters have a range. An emitter is then
+  // picked by power among the emitters that reach the query.
   bool reaches(const LightQuery& query, uint32_t emitter) const;
   double share_in_reach(const LightQuery& query) const;
   FinitePick pick_in_reach(const LightQuery& query, double u) const;
@@ -230,8 +232,8 @@ class LightSampler {
   LightSample sample_directional(const LightQuery& query, const InfiniteChoice& choice,
                                  double u_weight) const;
   LightSample sample_point(const LightQuery& query, uint32_t index, float probability) const;
-  // In each result, the caller must have set `pdf` to the probability of picking the light, and
-  // `index` to the triangle.
+  // In each sample of `out`, the caller must have set `pdf` to the probability of picking the
+  // light. sample_triangles() also requires that `index` is that of the triangle.
   void sample_triangles(TriangleBatch& batch, LightSample* const* out) const;
   void sample_environment(std::span<const GuidedRequest> requests, const EnvironmentGuide* guide,
                           LightSample* const* out) const;

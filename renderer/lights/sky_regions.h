@@ -1,7 +1,7 @@
-// Visibility of the environment from the parts of a scene. A grid divides the scene into cells, and
-// each cell has six regions, one for each main direction that a surface may face. For each region,
-// the visibility of every tile of the sphere is stored. renderer/scene/light_survey.h measures it
-// with rays, and EnvironmentGuide reads it.
+// The visibility of the environment from the parts of a scene. A grid divides the scene into cells,
+// and each cell has six regions, one for each main direction that a surface may face. For each
+// region, the visibility of every tile of the sphere is stored. renderer/scene/light_survey.h
+// measures it with rays, and EnvironmentGuide reads it.
 //
 // Points are in the scene's internal space; directions are unit vectors in world space. Once the
 // survey is complete, all const functions are thread-safe.
@@ -59,14 +59,15 @@ class SkyRegions {
   }
 
   // For each tile, the root mean square of visibility times the cosine at the surface. Visibility
-  // is 0, 1, or the transmittance of a translucent surface in between.
+  // is 1 if nothing is in the way, 0 behind an opaque surface, and the transmittance of a
+  // translucent surface behind one.
   std::span<float> visibility(int region) {
     return {&visibility_[first_tile(region)], sky_tiles::kCount};
   }
   std::span<const float> visibility(int region) const {
     return {&visibility_[first_tile(region)], sky_tiles::kCount};
   }
-  // Frees `visibility` after it has been read.
+  // Frees the memory of the visibilities. Call this when they have been read.
   void release_visibility() { visibility_ = std::vector<float>(); }
   // The number of points in the region from which the environment was surveyed.
   uint32_t& places(int region) { return places_[size_t(region)]; }
@@ -84,7 +85,7 @@ class SkyRegions {
   std::array<int, 3> cells_ = {0, 0, 0};
   int count_ = 0;
   bool is_single_region_ = false;
-  std::vector<uint16_t> numbers_;  // per slot (slot_of()): region + 1; 0: no region
+  std::vector<uint16_t> numbers_;  // per slot (slot_of()): region + 1, or 0 for no region
   std::vector<float> visibility_;
   std::vector<uint32_t> places_;
 };

@@ -9,14 +9,14 @@
 namespace emberline {
 namespace {
 
-// All of the following is branch-free, so that loops over the samples of a batch vectorise.
+// The following functions are branch-free, so that loops over the samples of a batch vectorise.
 
 [[gnu::always_inline]] inline double length(const Vec3d& v) { return std::sqrt(dot(v, v)); }
 
 // Returns 1 / x, or 0 for 0.
 [[gnu::always_inline]] inline double reciprocal(double x) { return x > 0 ? 1.0 / x : 0.0; }
 
-// Returns a vector along v with this squared length, which rounding may have made slightly
+// Returns a vector along v with the squared length `length2`, which rounding may have made slightly
 // negative.
 [[gnu::always_inline]] inline Vec3d of_length2(const Vec3d& v, double length2) {
   const double scale2 = length2 * reciprocal(dot(v, v));
@@ -63,7 +63,8 @@ template <class... Coefficients>
 }
 
 // Returns the solid angle of the triangle between the unit vectors a, b, c. `volume` is |a . (b x
-// c)|. The caller passes it, as it may know a more exact value if the vectors are nearly equal.
+// c)|. The caller passes the volume, as the caller may know a more exact value if the vectors are
+// nearly equal.
 [[gnu::always_inline]] inline double solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c,
                                                  double volume) {
   return 2.0 * angle_of(volume, 1.0 + dot(a, b) + dot(a, c) + dot(b, c));
@@ -94,9 +95,10 @@ template <class... Coefficients>
 
 // Samples a direction in the spherical triangle by Arvo's method, rearranged for precision. The
 // sine and cosine of the vertex angle come from the normals of planes, and 1 - cos and 1 + cos
-// replace cos. The cosine of the arc from a is Arvo's quotient; 1 minus it equals (1 - cos area) (1
-// + cos c) divided by a sum that cancels only towards c. This is accurate even if a and b are
-// opposite, which they are as seen from the foot of a wall.
+// replace cos. Arvo's quotient is the cosine of the arc from a. The code computes 1 minus this
+// quotient, which equals (1 - cos area) (1 + cos c) divided by a sum that cancels only towards c.
+// The result is accurate even if a and b are opposite, as they are when seen from the foot of a
+// wall.
 [[gnu::always_inline]] inline Vec3d sample_direction(const ProjectedTriangle& t, const Vec2f& u) {
   const Vec3d plane_ab = cross(t.a, t.b), plane_ac = cross(t.a, t.c);
   const double scale = reciprocal(std::sqrt(dot(plane_ab, plane_ab) * dot(plane_ac, plane_ac)));

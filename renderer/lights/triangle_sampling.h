@@ -1,15 +1,15 @@
 // Samples points on a triangle uniformly in solid angle as seen from a point.
 //
-// For solid angles between kMinSphericalAngle and kMaxSphericalAngle, this uses Arvo 1995,
+// For solid angles between kMinSphericalAngle and kMaxSphericalAngle, sampling follows Arvo 1995,
 // "Stratified Sampling of Spherical Triangles". Outside this range, samples are uniform in area,
 // with density d^2 / (A |cos|). Below the range, the spherical triangle is flat to float accuracy
-// and both methods agree; above it, the point is almost on the triangle.
-// The choice of method depends only on the triangle and the point, so a ray that hits the triangle
-// by chance gets the same density as a sample of the same position.
+// and both methods agree; above it, the point is almost on the triangle. The choice of method
+// depends only on the triangle and the point, so a ray that hits the triangle by chance gets the
+// same density as a sample of the same position.
 //
 // The geometry is computed in double, since differences of positions cancel, and a spherical excess
-// of 3e-4 sr would have no significant digits in float. The code works at any scale with
-// coordinates between 1e-30 and 1e30.
+// of 3e-4 sr would have no significant digits in float. The code works at any scale at which
+// coordinates are between 1e-30 and 1e30.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ namespace emberline {
 // pbrt-v4's limits are 3e-4 and 6.22 (Triangle::MinSphericalSampleArea, MaxSphericalSampleArea). As
 // we use double, our upper limit can be almost a hemisphere. Sampling by area is bad at such large
 // solid angles: for a point whose height above a triangle is a thousandth of an edge, 1e5 samples
-// find only a sixth of its light (triangle_sampling_test, "a thousandth").
+// find only a sixth of the triangle's light (triangle_sampling_test, "a thousandth").
 inline constexpr double kMinSphericalAngle = 3e-4;
 inline constexpr double kMaxSphericalAngle = 2 * kPiD - 1e-4;
 
@@ -49,7 +49,7 @@ struct TriangleSample {
   Vec3f position = Vec3f(0.0f);
   Vec3f direction = Vec3f(0.0f);  // unit, from the point
   float distance = 0.0f;
-  float pdf = 0.0f;  // per solid angle; 0: nothing sampled
+  float pdf = 0.0f;  // per solid angle; 0 if nothing was sampled
 };
 
 // Computes up to kRayBatch samples at once with vector instructions. This takes a third of the time

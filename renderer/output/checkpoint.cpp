@@ -21,8 +21,8 @@ using Json = nlohmann::json;
 
 constexpr uint64_t kBlockBytes = uint64_t(4) << 20;
 
-// Throws an InputError that lists all differences between the head `now` and that of the file.
-// Warns if the processor maker or the Embree version differs.
+// Throws an InputError that lists the differences if the head `now` differs from the file's head.
+// Warns if only the processor maker or the Embree version differs.
 void check_frame(const RecordFile& file, const Json& now,
                  std::initializer_list<std::string_view> ignored = {}) {
   const Json then = parse_json(file.head(), file.path());
@@ -67,7 +67,7 @@ void warn_lost_tiles(const std::string& why) {
   log_warning(why + "; the lost tiles are rendered again");
 }
 
-// Returns nullopt if the file lacks the tile or, with a warning, if the tile is damaged.
+// Returns nullopt if the file does not have the tile. If the tile is damaged, also warns.
 std::optional<std::vector<std::byte>> load_tile(const RecordFile* file, const Tiles& tiles,
                                                 size_t tile, uint64_t max_bytes) {
   const auto at = tiles.find(tile);
@@ -245,7 +245,7 @@ void Checkpoint::save(size_t tile, std::span<const std::byte> state) {
     file_->append(record);
     has_unsynced_tiles_ = true;
     report_.bytes = file_->size();
-  } catch (const std::exception& error) {  // including out of memory
+  } catch (const std::exception& error) {  // including std::bad_alloc
     const std::lock_guard lock(mutex_);
     record_failure(error.what());
   }
@@ -307,9 +307,9 @@ void Checkpoint::save(RenderJob& job) {
   wake_.notify_all();
 }
 
-// Sets the expected size of copies. Touching the memory of a large copy for the first time takes
-// longer than copying, so the background thread touches it before the first save, while workers
-// render.
+// Sets the expected size of a copy. The first access to newly allocated memory takes longer than
+// the copying itself. So the background thread accesses the memory before the first save, while the
+// workers render.
 void Checkpoint::set_copy_size(uint64_t film_bytes) {
   const std::lock_guard lock(mutex_);
   copy_bytes_ = film_bytes + film_bytes / 8;  // leaves room for the driver's state, which grows
@@ -367,7 +367,7 @@ void Checkpoint::run() {
         write_state(copy_);
       } catch (const RenderError& error) {  // its message names the file
         why = error.what();
-      } catch (const std::exception& error) {  // including out of memory
+      } catch (const std::exception& error) {  // including std::bad_alloc
         why = path_ + ": " + error.what();
       }
       lock.lock();
@@ -398,7 +398,7 @@ void Checkpoint::run() {
 }
 
 // Reads the file back, because another program may have removed, replaced, truncated or overwritten
-// it. If it was truncated and then appended to, it has a hole.
+// it. If another program truncates the file and this run then appends to it, the file has a hole.
 void Checkpoint::check_file() {
   try {
     if (file_->owns_path()) {

@@ -1,17 +1,19 @@
 // Saves an unfinished frame to a file, so that a later run can resume it with a bit-identical
 // result.
 //
-// A tiled frame appends each tile as it finishes; a frame with one film replaces the whole file at
-// intervals. The file (io/files/record_file.h) starts with a JSON head (checkpoint_head.h):
+// A tiled frame appends each tile to the file when the tile is finished. A frame with one film
+// replaces the whole file at intervals. The file (io/files/record_file.h) starts with a JSON head
+// (checkpoint_head.h):
 //   "bits"        kBitsVersion; "emberline" has the readable version
-//   "settings"    settings that affect the bits, by name (setting_table.h); "schedule": the others
+//   "settings"    settings that affect the bits, by name (setting_table.h); "schedule": the rest
 //   "inputs"      fingerprints of the input files; "files" has their paths
 //   "machine"     host, instruction sets, processor maker, Embree version
 //   "light layers"  layer names, if there are light groups
-// Records follow the head. A tiled frame has one record per tile with the bytes of a TileResult,
-// the film and the driver state; if a tile has two records, the later one counts. A frame with one
-// film stores RenderJob::save() in blocks of at most 4 MiB, followed by an empty end record. Each
-// class defines its byte layout in archive(); numbers are in native byte order (little-endian).
+// Records follow the head. A tiled frame has one record per tile, with the bytes of the TileResult,
+// of the tile's film and of the driver's state. If a tile has two records, the later record counts.
+// A frame with one film stores the result of RenderJob::save() in blocks of at most 4 MiB, followed
+// by an empty end record. Each class defines its byte layout in archive(). Numbers are in native
+// byte order (little-endian).
 #pragma once
 
 #include <atomic>
@@ -35,20 +37,21 @@
 
 namespace emberline {
 
-// Record kinds. A tile record is numbered by bucket_index(). Block records are numbered from 0,
-// and the end record has the next number.
+// The kinds of records. The number of a tile record is the tile's bucket_index(). Block records are
+// numbered from 0, and the end record has the next number.
 inline constexpr uint32_t kTileRecord = 1, kBlockRecord = 2, kEndRecord = 3;
 
 // Throws if saving to the path would replace a file that is not a checkpoint, or would create the
 // target of a dangling link. The error is a UsageError or, with `resume`, an InputError.
 void check_checkpoint(const std::string& path, bool resume);
 
-// Whether the checkpoint's path is the default, OUTPUT.checkpoint. False if it is a link, because
-// it could lead to another frame's checkpoint. A default checkpoint may be replaced even if its
-// settings differ.
+// Whether the checkpoint's path is the default path, OUTPUT.checkpoint. A checkpoint at the default
+// path may be replaced even if its settings differ from those of the new frame. Returns false if
+// the file is a symbolic link or has several hard links, because it could then be another frame's
+// checkpoint.
 bool is_default_checkpoint(const RenderOptions& options);
-// Throws UsageError if starting over would replace the checkpoint of another frame. If `head` has
-// no "inputs", only the settings are compared.
+// Throws UsageError if a new checkpoint with this head would replace a damaged checkpoint or the
+// checkpoint of another frame. Does not compare "inputs" if `head` has none.
 void check_overwrite(const std::string& path, const nlohmann::json& head);
 
 // Returns the saved state of a frame with one film, or nullopt if none was saved. Throws InputError
@@ -59,9 +62,9 @@ struct CheckpointReport {
   std::string file;                          // empty: no checkpoint was requested
   int written = 0;                           // number of saves or, if tiled, of syncs to disk
   uint64_t bytes = 0;                        // final file size
-  double paused_s = 0, longest_pause_s = 0;  // time that rendering was paused
+  double paused_s = 0, longest_pause_s = 0;  // total and longest pause of rendering
   bool kept = false;
-  std::string error;  // why the save is incomplete; empty: it succeeded
+  std::string error;  // why the save is incomplete; empty if it is complete
 };
 
 struct CheckpointOptions {
@@ -70,41 +73,44 @@ struct CheckpointOptions {
   bool resume = false;      // resume from an existing file
   double interval_s = 300;  // between two saves
   bool is_default = true;   // result of is_default_checkpoint()
-  // Checkpoint of the finished frame that this frame extends. Its settings are the same except for
-  // fewer samples or a higher threshold. When this frame is done, its checkpoint replaces that one.
-  // Empty: none.
+  // Path of the checkpoint of the finished frame that this frame extends; empty if it extends none.
+  // The finished frame has fewer samples or a higher threshold; its other settings are the same.
+  // When this frame is done, its own checkpoint replaces that of the finished frame.
   std::string finished;
-  // Whether a save was requested since the last call. Called from any thread. May be empty.
+  // Returns whether a save was requested since the last call. Any thread may call it. May be empty.
   std::function<bool()> save_now = {};
 };
 
 class Checkpoint final : public TileStore {
  public:
-  // Locks the file, and resumes from its contents or starts a new one. Throws RenderError if
-  // another run has locked the file or it cannot be written; throws InputError if it is damaged or
-  // belongs to another frame (the message lists the differences).
+  // Locks the file. Then resumes from its contents or starts a new checkpoint. Throws RenderError
+  // if another run has locked the file or if the file cannot be written. Throws InputError if the
+  // file is damaged or belongs to another frame; the message lists the differences.
   Checkpoint(const CheckpointOptions& options, const nlohmann::json& head);
   ~Checkpoint() override;
 
   bool is_resumed() const { return resumed_ != nullptr; }
 
-  // Any thread may call the functions for tiles.
+  // The next four functions are for tiled frames. They are thread-safe.
   std::optional<std::vector<std::byte>> load(size_t tile, uint64_t max_bytes) override;
   std::optional<std::vector<std::byte>> load_finished(size_t tile, uint64_t max_bytes) override;
   void report_unusable(bool finished) override;
   void save(size_t tile, std::span<const std::byte> state) override;
 
-  // Call before the job renders: resumes from an earlier run or from the frame that is extended.
-  // The saved state must not be larger than `max_bytes` bytes. Throws an InputError that names the
-  // file.
+  // Makes the job resume from an earlier run or from the frame that it extends. Call before the
+  // job renders. The saved state must not be larger than `max_bytes` bytes. Throws an InputError
+  // that names the file.
   void begin(RenderJob& job, uint64_t max_bytes);
-  // For frames with one film: whether a save is due; the job must pause for it. Any thread.
+  // For frames with one film: whether a save is due. The job must pause before it is saved.
+  // Thread-safe.
   bool is_due() const;
-  // Copies the frame, and writes the copy in the background once the previous write has finished.
+  // Waits until the previous write has finished. Then copies the frame's state, and writes the copy
+  // in the background.
   void save(RenderJob& job);
 
-  // Waits until everything is on disk. Removes the file unless `keep` is set. If the frame is done
-  // and the file is intact, moves it over the checkpoint of the extended frame, if there is one.
+  // Waits until everything is on disk. Removes the file unless `keep` is set. If the frame extends
+  // another frame, is done and its file is intact, moves the file over the other frame's
+  // checkpoint.
   CheckpointReport finish(bool done, bool keep);
 
  private:
@@ -123,8 +129,8 @@ class Checkpoint final : public TileStore {
   const std::string head_;
   const double interval_s_;
   std::unique_ptr<LockedFile> file_;
-  std::unique_ptr<RecordFile> resumed_;   // from an earlier run
-  std::unique_ptr<RecordFile> extended_;  // the frame that is extended
+  std::unique_ptr<RecordFile> resumed_;   // the file that an earlier run left
+  std::unique_ptr<RecordFile> extended_;  // checkpoint of the frame that is extended
   std::unordered_map<uint64_t, RecordEntry> tiles_, extended_tiles_;
   CheckpointReport report_;
   Stopwatch clock_;
@@ -133,7 +139,7 @@ class Checkpoint final : public TileStore {
   mutable std::atomic<bool> save_requested_{false};
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::vector<std::byte> copy_;  // state to be written; used only by thread_ while busy_
+  std::vector<std::byte> copy_;  // state to be written; while busy_ is set, only thread_ uses it
   uint64_t copy_bytes_ = 0;
   bool writing_ = false, ending_ = false, warned_ = false, has_unsynced_tiles_ = false;
   bool created_ = false;           // the file was created by this run

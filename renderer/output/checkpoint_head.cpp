@@ -30,7 +30,8 @@ using Json = nlohmann::json;
 constexpr std::array<std::string_view, 6> kIgnoredSettings = {
     "time-limit", "bucket-order", "denoise", "half", "exr-compression", "exr-parts"};
 
-// Calls `found` for each member of `part` that one of the heads lacks or that differs between them.
+// Compares the members of the object `part` in both heads. Calls `found` for each member whose
+// value differs or that only one head has.
 void compare(
     const Json& now, const Json& then, const char* part,
     const std::function<void(const std::string& name, const Json* now, const Json* then)>& found) {
@@ -66,8 +67,8 @@ std::string text_of(const Json* value) {
   return shortened(value->dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-// Returns names and paths of the input files other than the scene's own. Checkpoints store these
-// names, so every client must use the same names.
+// Returns the names and paths of all input files except those of the scene itself. Checkpoints
+// store these names, so every client must use the same names.
 std::vector<std::pair<std::string, std::string>> named_inputs(const FrameSettings& settings,
                                                               const LoadProgress& progress) {
   std::vector<std::pair<std::string, std::string>> files;
@@ -215,8 +216,8 @@ std::vector<std::string> machine_differences(const Json& now, const Json& then) 
   std::vector<std::string> list;
   compare(now, then, "machine",
           [&](const std::string& name, const Json* current, const Json* stored) {
-            // Embree's instruction set is compared as a setting. Emberline's own code computes the
-            // same bits with every instruction set.
+            // The instruction set that Embree uses is a setting, so differences() compares it.
+            // Emberline's own code computes the same bits with every instruction set.
             if (name == "host" || name == "instruction sets") return;
             list.push_back(
                 fmt::format("{}: {} (now {})", shortened(name), text_of(stored), text_of(current)));

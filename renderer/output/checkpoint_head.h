@@ -1,5 +1,5 @@
-// The JSON head of a checkpoint. It lists everything that the frame's bits depend on, for
-// comparison, and the machine and the paths of the input files, for messages.
+// The JSON head of a checkpoint. It lists everything that the frame's bits depend on, so that heads
+// can be compared. It also lists the machine and the paths of the input files, for messages.
 #pragma once
 
 #include <initializer_list>
@@ -20,19 +20,19 @@ namespace emberline {
 // what loading them would throw.
 nlohmann::json input_fingerprints(const FrameSettings& settings, LoadProgress& progress);
 
-// Remembers the files that a scene was loaded from, with their size and time, so that their
-// fingerprints can be computed later, at the first save.
+// Remembers the files that a scene was loaded from, with their size and modification time. Thus the
+// fingerprints of these files can be computed later.
 class LoadedFiles {
  public:
   LoadedFiles() = default;
-  // Records the files named by the settings; call before they are read. Throws InputError.
+  // Records the files that the settings name. Call before these files are read. Throws InputError.
   LoadedFiles(const FrameSettings& settings, const LoadProgress& progress);
   // Adds the files named by the scene description.
   void add(const std::vector<NamedFile>& files);
 
   // Returns input_fingerprints() of the loaded files. Throws InputError if a file has been replaced
-  // or its size or time has changed. The edits file and the files that it names are checked only if
-  // `settings` still has edits.
+  // or if its size or modification time has changed. The edits file and the files that it names are
+  // checked only if `settings` still has edits.
   nlohmann::json fingerprints(const FrameSettings& settings, LoadProgress& progress) const;
 
  private:
@@ -47,17 +47,17 @@ nlohmann::json checkpoint_head(const RenderOptions& options, const RenderPlan& p
 // Returns all settings in a head, including those that do not affect the bits, but not the paths of
 // input files. Throws an InputError that names `place` if the head is invalid.
 FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
-// Returns the text `name` from the head's `part`, which is "files" (paths by setting) or "machine".
-// Empty if absent.
+// Returns the text called `name` from the head's member `part`, which is "files" (paths by setting)
+// or "machine". Returns "" if there is no such text.
 std::string find_text(const nlohmann::json& head, const char* part, const char* name);
 
-// Lists the differences that prevent the frame `now` from resuming the checkpoint `then`, in a few
-// words each; empty if the result is bit-identical. Settings in `ignored` may differ. `then` may be
-// arbitrary JSON.
+// Lists the differences that prevent the frame with the head `now` from resuming a checkpoint with
+// the head `then`, each in a few words. The list is empty if the resumed frame is bit-identical.
+// Settings in `ignored` may differ. `then` may be arbitrary JSON.
 std::vector<std::string> differences(const nlohmann::json& now, const nlohmann::json& then,
                                      std::initializer_list<std::string_view> ignored = {});
-// Like differences(), but compares only the processor maker and the Embree version, because
-// rounding may depend on them.
+// Like differences(), but compares only the processor maker and the Embree version, because the
+// rounding of results may depend on these two.
 std::vector<std::string> machine_differences(const nlohmann::json& now, const nlohmann::json& then);
 
 }  // namespace emberline

@@ -1,5 +1,5 @@
-// `--cryptomatte`: mattes as EXR layers, with their manifests in the header, following Cryptomatte
-// specification 1.2.
+// `--cryptomatte`: stores mattes as EXR layers and their manifests in the EXR header, according to
+// the Cryptomatte specification 1.2.
 #pragma once
 
 #include <algorithm>
@@ -16,16 +16,18 @@ namespace emberline {
 
 class FilmTile;
 
-// Returns "CryptoObject" and so on.
+// Returns the name of the layer for a kind of matte, such as "CryptoObject".
 const char* cryptomatte_layer_name(CryptomatteKind kind);
 
-// Returns the channel names of each kind. CryptoObject00.{R,G,B,A} and so on each hold the ids and
-// coverages of two ranks (zero if unused). They are followed by dropped.CryptoObject, the coverage
+// Returns the channel names of all kinds. For the kind "object", these are
+// CryptoObject00.{R,G,B,A}, CryptoObject01.{R,G,B,A} and so on, each with the ids and coverages of
+// two ranks (zero if unused). The last channel of the kind is dropped.CryptoObject, the coverage
 // that did not fit.
 std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKind> kinds,
                                                    int levels);
 
-// For one kind: the number of names, and the number of pixels so far with more ids than levels.
+// A report on one kind of matte: how many names it has, and how many pixels so far have more ids
+// than levels.
 struct CryptomatteReport {
   CryptomatteKind kind = CryptomatteKind::kObject;
   size_t names = 0;
@@ -39,8 +41,8 @@ struct CryptomatteReport {
   }
 };
 
-// Writes the values of cryptomatte_channel_names() for pixel i of the tile, using `ranks` as
-// scratch space. Updates the report of each kind.
+// Writes the values of the channels in cryptomatte_channel_names() for pixel i of the tile to
+// `values`. Uses `ranks` as scratch space. Updates the report of each kind.
 void put_cryptomattes(const FilmTile& tile, size_t i, float* values,
                       std::vector<CryptomatteSums::Rank>& ranks,
                       std::span<CryptomatteReport> reports);

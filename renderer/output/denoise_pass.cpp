@@ -21,7 +21,8 @@ namespace emberline {
 namespace {
 
 constexpr int kReadRows = 64;
-// Bytes that denoise() needs per pixel, including results, and further bytes per light group.
+// Bytes that denoise() needs per pixel, including the results, and the bytes that it needs per
+// pixel for each light group.
 constexpr uint64_t kFilterBytes = 368, kLightGroupBytes = 88;
 constexpr std::array kChannels = {"R", "G", "B"};
 constexpr std::array kColour = {".R", ".G", ".B"};
@@ -33,8 +34,8 @@ bool has(Names channels, const std::string& name) {
   return std::ranges::find(channels, name) != channels.end();
 }
 
-// Returns the layers of the light groups, such as "light.key", found in the first half's channels.
-// Sorts them, because they are summed and their order in the file must not affect the bits.
+// Finds the layers of the light groups, such as "light.key", among the channels of the first half.
+// Sorts the layers, because they are summed and their order in the file must not affect the bits.
 std::vector<std::string> light_layers(Names channels) {
   const std::string begin = std::string(kHalfNames[0]) + "." + kLightLayer;
   std::vector<std::string> layers;
@@ -58,13 +59,13 @@ int64_t window_rows(const Rect& crop, int tile_size, int rows_at_once) {
                   int64_t(band_rows(tile_size)) + 2 * kDenoiseMargin + rows_at_once);
 }
 
-// A sliding window of rows, stored as planes.
+// A sliding window of rows. Each channel is stored as a plane.
 class PlaneWindow {
  public:
   PlaneWindow(int width, Names channels)
       : width_(size_t(width)), names_(channels.begin(), channels.end()), planes_(channels.size()) {}
 
-  // Reserves the largest number of rows that the window will hold.
+  // Reserves memory for `rows` rows, the largest number that the window will hold.
   void reserve(int64_t rows) {
     for (std::vector<float>& plane : planes_) plane.reserve(size_t(rows) * width_);
   }
@@ -168,8 +169,8 @@ class DenoisePass {
     write(picture, begin, end);
   }
 
-  // Returns the unfiltered input, for rows after a stop. The error is unknown, so it is set to its
-  // upper bound.
+  // Returns the unfiltered rows [begin, end), for use after a stop. Their error is unknown, so it
+  // is set to its upper bound.
   DenoisedPicture unfiltered(int begin, int end) {
     constexpr float kMaxError = 0.5f;
     stopped_ = true;
@@ -193,7 +194,8 @@ class DenoisePass {
     return picture;
   }
 
-  // Pixels without samples keep their value in the frame, which may come from their neighbours.
+  // Gives pixels without samples the values that they have in the frame, which may come from their
+  // neighbours.
   void copy_unsampled(int begin, int end, DenoisedPicture* picture) const {
     const HalfPlanes samples = window_.halves("samples");
     const size_t first = window_.index_of(0, begin), count = window_.index_of(0, end) - first;

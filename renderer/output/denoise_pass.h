@@ -1,5 +1,5 @@
-// Denoises a frame band by band. Only a band and its margin are in memory. The result is
-// bit-identical to denoising the whole frame at once.
+// Denoises a frame band by band. Only one band and its margins are in memory at a time. The result
+// is bit-identical to that of denoising the whole frame at once.
 #pragma once
 
 #include <cstdint>
@@ -21,23 +21,23 @@ struct DenoiseReport {
   bool stopped = false;  // stopped early; the remaining pixels are unfiltered
 };
 
-// Returns text such as "denoised in 3 s: expected error 0.02 -> 0.004, 12 % of the pixels left
-// unfiltered".
+// Returns text such as "denoised in 3 s: expected error 0.02 -> 0.004, 12 % of the pixels are
+// unchanged".
 std::string describe(const DenoiseReport& report);
 
-// Returns the channels that denoise() needs but that are missing in `channels`.
+// Returns the channels that denoise() needs but `channels` lacks.
 std::vector<std::string> missing_denoise_channels(std::span<const std::string> channels);
 // Returns the channels that denoising adds: denoised.{R,G,B}, denoised.error and, for each light
 // group, denoised.light.NAME.{R,G,B}.
 std::vector<std::string> denoise_results(std::span<const std::string> channels);
 
-// Returns the denoised R G B A of `pixels`, each of which has the values of `channels` followed by
-// those of denoise_results().
+// Returns the denoised R, G, B and A of `pixels`. Each pixel has the values of `channels`, followed
+// by the values of denoise_results().
 std::vector<float> denoised_rgba(std::span<const float> pixels,
                                  std::span<const std::string> channels);
 
-// Returns an upper bound on the memory of a DenoiseJob. `channels` are those of a film, before
-// shared samples are summed.
+// Returns an upper bound on the memory that a DenoiseJob needs. `channels` are the channels of a
+// film, in which shared samples have not been summed yet.
 uint64_t denoise_bytes(const Rect& crop, int tile_size, std::span<const std::string> channels,
                        int rows_at_once = 1);
 
@@ -45,11 +45,13 @@ struct DenoiseJob {
   Rect crop;
   std::vector<std::string> channels;  // of the input pixels; must have all that denoise() needs
   int tile_size = 64;                 // of the output tiles
-  // `read` stores these rows of the crop as interleaved values. It is called for consecutive ranges
-  // from top to bottom; all but the last have a multiple of `rows_at_once` rows.
+  // `read` reads these rows of the crop and stores them in `pixels` as interleaved values. It is
+  // called for consecutive ranges of rows, from top to bottom. Every range except the last has a
+  // multiple of `rows_at_once` rows.
   int rows_at_once = 1;
   std::function<void(const Rect& rows, std::vector<float>& pixels)> read;
-  // Receives a tile of the crop: for each pixel, `channels` followed by the results. Any thread.
+  // `write` receives a tile of the crop. Each pixel has the values of `channels`, followed by the
+  // results. Any thread may call it.
   std::function<void(const Rect& tile, const std::vector<float>& pixels)> write;
   // After a stop request, the remaining rows are left unfiltered.
   std::stop_token stop = {};
@@ -58,12 +60,12 @@ struct DenoiseJob {
 // Runs on the calling thread's TBB arena, whose size does not affect the bits. Throws what `read`
 // and `write` throw.
 DenoiseReport denoise_frame(const DenoiseJob& job);
-// Like denoise_frame(), but for the channels and rows of a film: first sums the samples shared
-// between neighbouring pixels (renderer/film/shared_samples.h).
+// Like denoise_frame(), but reads the channels of a film. First sums the samples that neighbouring
+// pixels share (renderer/film/shared_samples.h).
 DenoiseReport denoise_film_rows(DenoiseJob job);
 
-// Like denoise_film_rows(), for a film's channels in memory. `write` receives the channels of
-// resolved_channel_names().
+// Like denoise_film_rows(), but for a film whose values are in memory. `write` receives the
+// channels of resolved_channel_names(), followed by the results.
 DenoiseReport denoise_film(const Rect& crop, int tile_size, std::span<const std::string> channels,
                            std::span<const float> values,
                            std::function<void(const Rect&, const std::vector<float>&)> write,
@@ -76,13 +78,14 @@ void finish_film(const Rect& crop, int tile_size, bool denoises, std::vector<std
 // A scratch file to which tiles are written and from which rows are read.
 class PixelSpool {
  public:
-  // Creates the scratch file beside `beside`, the file to be written. Throws RenderError.
+  // Creates the scratch file in the same folder as the output file `beside`. Throws RenderError.
   PixelSpool(const std::string& beside, const Rect& crop, size_t channels)
       : file_(ScratchFile::beside(beside)), crop_(crop), channels_(channels) {}
 
-  // Takes interleaved values. Each pixel must be written once. Any thread. Throws RenderError.
+  // Takes interleaved values. Each pixel must be written only once. Thread-safe. Throws
+  // RenderError.
   void write_tile(const Rect& tile, const std::vector<float>& pixels);
-  // Pixels without a tile are black.
+  // Pixels that were never written are black.
   void read_rows(const Rect& rows, std::vector<float>& pixels) const;
 
  private:

@@ -14,14 +14,15 @@ namespace emberline {
 
 class ExposureHint {
  public:
-  // `transform` decides which radiance is displayed as white, since views may compress highlights.
+  // `transform` decides which radiance is displayed as white, because a view may compress
+  // highlights.
   ExposureHint(const DisplayTransform& transform, float exposure);
 
-  // Counts the pixels of a tile (interleaved RGBA), except those that are fully transparent. Any
-  // thread.
+  // Counts the pixels of a tile (interleaved RGBA), except those that are fully transparent.
+  // Thread-safe.
   void add(std::span<const float> rgba);
-  // Returns the exposure, in whole stops, that makes the median pixel middle grey; nullopt unless
-  // most pixels are brighter than white.
+  // Returns the exposure, in whole stops, that makes the median pixel middle grey. Returns nullopt
+  // unless most pixels are brighter than white.
   std::optional<int> suggestion() const;
 
  private:

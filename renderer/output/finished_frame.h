@@ -7,16 +7,16 @@
 
 namespace emberline {
 
-// True if all pictures, heatmaps, trees and reports that the options name exist, are not truncated
-// (file_completeness.h) and do not come from a stopped frame (pictures and JSON reports record
-// whether they are "complete"). Snapshots that exist must be intact, and no checkpoint may be
-// waiting to be resumed. Does not compare settings.
+// Returns true if every picture, heatmap, tree and report that the options name exists, is not
+// truncated (file_completeness.h) and does not come from a stopped frame. (Pictures and JSON
+// reports record whether they are "complete".) In addition, existing snapshots must be intact, and
+// there must be no checkpoint to resume. Does not compare settings.
 bool is_finished(const RenderOptions& options);
 
 // Says why a finished frame is skipped: "all its outputs exist". If one of them is an EXR that was
 // rendered with other settings (RecordedSettings::changes()), adds ", but a.exr has other settings:
-// `spp` 64 (now 256)". PNG and JPEG files do not store settings, and a changed scene, environment
-// or edits file is not noticed.
+// `spp` 64 (now 256)". Cannot check PNG and JPEG files, which do not store settings. Does not
+// notice a changed scene, environment or edits file.
 std::string skip_reason(const RenderOptions& options);
 
 }  // namespace emberline

@@ -9,9 +9,9 @@
 
 namespace emberline {
 
-// Uses the magma map: from black (0) via purple and orange to light yellow (1). Pixels that are not
-// finite (`masked` is not 0) are green. `flip` has one value per pixel of `image`. Throws
-// UsageError for an unknown suffix, and RenderError if the file cannot be written.
+// Draws the values of `flip`, one per pixel of `image`, with the magma map: from black (0) via
+// purple and orange to light yellow (1). Pixels that are not finite (`masked` is not 0) are green.
+// Throws UsageError for an unknown suffix, and RenderError if the file cannot be written.
 void write_flip_picture(const std::string& path, const RgbImage& image,
                         const std::vector<float>& flip, const std::vector<uint8_t>& masked);
 

@@ -1,5 +1,5 @@
-// The channels of a frame in files and in the library's pictures: first those of the film, then
-// those with names from the scene (light groups and mattes).
+// The channels that a frame has in files and in the library's pictures. The channels of the film
+// come first. The channels whose names come from the scene (light groups and mattes) follow.
 #pragma once
 
 #include <mutex>
@@ -22,8 +22,8 @@ struct FrameContents {
 // Returns the channels of a tile with these light-group layers.
 std::vector<PictureChannel> tile_channels(const FrameContents& contents,
                                           const std::vector<std::string>& light_layers);
-// Returns the channels of a finished frame. Its shared samples are summed, so these are the
-// channels of resolved_channel_names(); if `denoised` is set, denoise_results() follow.
+// Returns the channels of a finished frame, in which shared samples are summed: the channels of
+// resolved_channel_names() and, if `denoised` is set, those of denoise_results().
 std::vector<PictureChannel> finished_channels(const std::vector<PictureChannel>& of_tile,
                                               bool denoised);
 
@@ -34,9 +34,9 @@ class FrameChannels {
   // Adds the scene's layers. Call once the scene is loaded, before the first tile.
   void add_scene(const SceneLayers& layers);
 
-  // The channels that tile_channels() returns.
+  // The channels of a tile; see tile_channels().
   const std::vector<PictureChannel>& list() const { return list_; }
-  // Writes the values of the tile's channels to `pixels`, interleaved, row by row. Any thread.
+  // Writes the values of the tile's channels to `pixels`, interleaved, row by row. Thread-safe.
   void resolve(const FilmTile& tile, std::vector<float>& pixels);
   // Returns a report on each kind of matte, for the tiles resolved so far.
   std::vector<CryptomatteReport> mattes() const;

@@ -16,9 +16,9 @@ class FrameCheckpoint {
  public:
   explicit FrameCheckpoint(const RenderOptions& options) : options_(options) {}
 
-  // Locks the file named by the options and resumes from its state, which must not be larger than
-  // `max_bytes` bytes. Call before the job renders. `is_default` is the result of
-  // is_default_checkpoint(). For `save_now` see CheckpointOptions. Throws as Checkpoint does.
+  // Locks the file that the options name, and resumes from the state in it, which must not be
+  // larger than `max_bytes` bytes. Call before the job renders. `is_default` is the result of
+  // is_default_checkpoint(). For `save_now`, see CheckpointOptions. Throws what Checkpoint throws.
   void open(const nlohmann::json& head, bool is_default, const std::function<bool()>& save_now,
             uint64_t max_bytes, RenderJob& job);
   bool is_open() const { return checkpoint_.has_value(); }
@@ -27,14 +27,14 @@ class FrameCheckpoint {
   void save(RenderJob& job) {
     if (checkpoint_) checkpoint_->save(job);
   }
-  // Call after rendering: saves the frame if it is finished and its checkpoint is to be kept.
+  // Call after rendering. Saves the frame if it is finished and its checkpoint is to be kept.
   void save_if_retained(bool stopped, PixelStop cause, RenderJob& job);
-  // Call when an output could not be written: saves the frame unless it is already saved.
+  // Call if an output could not be written. Saves the frame unless it is already saved.
   void save_if_unwritten(bool stopped, RenderJob& job);
-  // Waits until everything is on disk. Keeps the checkpoint if the frame is unfinished, if its
-  // outputs were not all written, or if the options ask for it.
+  // Waits until everything is on disk. Keeps the checkpoint if the frame is unfinished, if not all
+  // outputs were written, or if the options require it.
   CheckpointReport finish(bool stopped, bool written, RenderJob& job);
-  // Logs why the save is incomplete.
+  // If the save is incomplete, logs the reason.
   void log_failure(const CheckpointReport& report) const;
 
  private:

@@ -63,7 +63,7 @@ struct FrameSummary {
   Vec2i pixel = {};
   std::vector<float> values;  // the pixel's channels
   double pixels = 0, samples = 0, least = INFINITY, most = 0;
-  double errors = 0, error_squares = 0, above = 0;  // only over pixels with an error
+  double errors = 0, error_squares = 0, above = 0;  // only over the pixels that have an error
   float largest_error = -1;
 };
 
@@ -106,7 +106,8 @@ class FrameReader {
   const PixelQuantity samples, error;
 
  private:
-  // Adds these rows to the summary. If no `pixel` is given, chooses the one with the largest error.
+  // Adds these rows to the summary. If no `pixel` is given, chooses the pixel with the largest
+  // error.
   void add(const Rect& rows, const std::vector<float>& values, std::optional<Vec2i> pixel,
            FrameSummary& summary) const {
     const size_t channels = image().channel_names.size();
@@ -165,8 +166,8 @@ std::string describe_stop(float stop, const StatedSettings& settings) {
   return fmt::format("The value {} of its channel stop is unknown.\n", number(double(stop)));
 }
 
-// Describes in words the error that is compared with `noise-threshold`. The file does not contain
-// that error.
+// Returns a description of the error that the driver compares with `noise-threshold`. The file does
+// not contain this error itself.
 std::string threshold_error(const StatedSettings& s) {
   if (s.recorded.settings().allocation == ErrorMetric::kDenoised) {
     return "the error of the denoised picture";

@@ -16,7 +16,8 @@
 namespace emberline {
 namespace {
 
-// Replaces the frame's limits with the requested ones, which must not be lower.
+// Replaces the frame's limits with those in `more`. Throws UsageError if a new limit would stop the
+// frame earlier than the present limit.
 void raise_limits(const FrameSettings& more, const std::string& path, FrameSettings& settings) {
   const auto reject_lower_limit = [&](const char* option, const auto& current) {
     throw UsageError("`{}`: {} already has {}; a frame can only be extended", option, path,

@@ -9,24 +9,24 @@
 
 namespace emberline {
 
-// Returns the settings in a checkpoint's head, including its input files. Throws an InputError that
-// names `path`, the checkpoint.
+// Returns the settings in a checkpoint's head, including the paths of the input files. Throws an
+// InputError that names `path`, the path of the checkpoint.
 FrameSettings stored_settings(const nlohmann::json& head, const std::string& path);
 
 // Applies `spp`, `noise-threshold`, `max-spp` and `time-limit` of `more` to `settings`. Throws
 // InputError if the frame cannot be extended. Throws UsageError if `more` sets none of the first
-// three, or if it sets a limit that the frame does not have or that is less strict than the
-// frame's.
+// three. Also throws UsageError for a limit that the frame does not have, or that would stop the
+// frame earlier than its present limit.
 void extend_settings(const FrameSettings& more, const std::string& path, FrameSettings& settings);
 
 // Returns the path of the checkpoint that --resumable keeps beside a picture.
 std::string checkpoint_beside(const std::string& picture);
 
-// Throws an InputError that names `path` if frames of these settings cannot be extended.
+// Throws an InputError that names `path` if frames with these settings cannot be extended.
 void check_extensible(const FrameSettings& settings, const std::string& path);
 
-// Says why this checkpoint cannot be used to extend the frame whose finished picture records these
-// settings. Empty if it can, judging by the settings alone.
+// Says why this checkpoint cannot be used to extend the frame whose picture records these settings.
+// Returns "" if it can be used; compares only the settings.
 std::string extension_obstacle(const std::string& checkpoint, const RecordedSettings& picture);
 
 }  // namespace emberline

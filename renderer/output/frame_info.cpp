@@ -51,7 +51,7 @@ InfoJson unread_parts(const FloatImage& image) {
   return list;
 }
 
-// Says why the frame cannot be extended; empty if it can.
+// Says why the frame cannot be extended. Returns "" if it can.
 std::string obstacle_of(const std::string& checkpoint, const RecordedSettings& recorded,
                         bool complete) {
   if (!file_identity(checkpoint)) {

@@ -7,8 +7,8 @@
 
 namespace emberline {
 
-// Whether the file is an EXR, judging by its content and not its name. False if the file does not
-// exist. Throws InputError if it cannot be read.
+// Whether the file's contents, regardless of its name, are an EXR. Returns false if the file does
+// not exist. Throws InputError if the file cannot be read.
 bool is_exr_file(const std::string& path);
 
 // Returns text, or JSON: {"file", "width", "height", "window", "working_space", "layers": [{"name",

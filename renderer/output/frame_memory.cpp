@@ -103,15 +103,15 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
                       const std::vector<std::string>& layers) {
   uint64_t per_pixel = 0;
   for (const std::string& path : options.outputs) {
-    // The picture, and its encoded file, which is at most as large.
+    // Counts the picture and its encoded file, which is at most as large.
     if (!is_exr(path)) per_pixel += 2 * (settings.transparent ? 4 : 3);
   }
   for (const std::string& path : options.heatmaps) {
     per_pixel += sizeof(float) + (is_exr(path) ? 0 : 2 * 3);
   }
   const uint64_t bytes = bytes_of(uint64_t(settings.crop.area()), per_pixel);
-  // The adaptive driver denoises while it renders; the outputs are denoised after the render. The
-  // two never overlap, so the memory is counted once.
+  // The adaptive driver denoises while it renders; the outputs are denoised after the render. These
+  // two never happen at the same time, so their memory is counted once.
   const bool denoises_while_rendering = options.allocation == ErrorMetric::kDenoised;
   if (options.outputs.empty() && !denoises_while_rendering) return bytes;
   const std::vector<std::string> names = names_of(tile_channels(settings, layers));
@@ -125,7 +125,8 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
   return saturating_sum(bytes, more);
 }
 
-// Includes the pixels, EXR rows and the EXR library's copies; measured with 5 and 15 channels.
+// The factor 5 covers the pixels, the EXR rows and the EXR library's copies. We measured it with 5
+// and 15 channels.
 uint64_t write_bytes_per_pixel(size_t channels) { return 5 * sizeof(float) * channels; }
 
 void reserve_pixels(uint64_t bytes, const Rect& crop, MemoryReservation& memory) {

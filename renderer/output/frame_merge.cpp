@@ -27,7 +27,8 @@
 namespace emberline {
 namespace {
 
-// Reports invalid settings as an error in the file, since they do not come from this run's options.
+// Turns a UsageError into an InputError for the file, because the invalid settings come from the
+// file and not from this run's options.
 template <typename Make>
 auto convert_usage_errors(const std::string& path, const Make& make) {
   try {
@@ -54,7 +55,8 @@ StoredFrame::StoredFrame(const std::string& path, MemoryBudget* budget)
       layers_(scene_layers_of(*head_, path)),
       extras_(extras_of(plan_, settings_, layers_)),
       is_tiled_(plan_.driver->tiles) {
-  // Counts the bucket lists, because a head of a few kilobytes may imply millions of buckets.
+  // Reserves memory for the bucket lists, because a head of a few kilobytes may imply millions of
+  // buckets.
   if (budget) {
     budget->reserve(MemoryPart::kFilm, bucket_list_bytes(plan_.crop, tile_size()), path);
   }
@@ -77,7 +79,7 @@ void StoredFrame::load_film(MemoryBudget& budget) {
   if (is_tiled_) return;
   const uint64_t bytes_per_pixel = film_bytes_per_pixel(plan_.aovs, extras_) +
                                    plan_.driver->bytes_per_pixel(plan_.driver_settings);
-  // Memory for the film and for the state from which it is read.
+  // Reserves memory for the film and for the saved state from which the film is read.
   const uint64_t state_bytes = bytes_of(uint64_t(plan_.crop.area()), 2 * bytes_per_pixel);
   budget.reserve(MemoryPart::kFilm, state_bytes, path());
   const auto state = read_film_state(file_, state_bytes + (1 << 20));
@@ -98,7 +100,7 @@ void StoredFrame::load_film(MemoryBudget& budget) {
   if (!finished) film_.reset();
 }
 
-// Returns a result whose counters are those of Frame::empty_counters() in the frame that wrote the
+// Returns a result with the same counters as Frame::empty_counters() of the frame that wrote the
 // checkpoint.
 TileResult StoredFrame::empty_result() const {
   TileResult result;
@@ -165,7 +167,7 @@ FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, 
   }
   check_frames(strict);
   const FrameSettings& settings = first().settings();
-  // Reserves a list for the bucket schedule and, for each group, a list of parts, errors and
+  // Reserves memory for the bucket schedule and, for each group, for its lists of parts, errors and
   // counts. There are at most as many groups as frames.
   const uint64_t lists = bucket_list_bytes(first().plan().crop, first().tile_size());
   for (size_t i = 0; i <= frames_.size(); ++i) {
@@ -185,14 +187,14 @@ void FrameMerge::check_stop() const {
   if (stop_.stop_requested()) throw Cancelled();
 }
 
-// Each thread holds a film (two if there are several groups), and either the state from which a
-// film is read or the data being written.
+// Each thread holds one film (two if there are several groups). In addition, it holds either the
+// saved state from which a film is read, or the data that is being written.
 void FrameMerge::reserve(const RenderOptions& options, const OutputSettings& settings, int threads,
                          MemoryBudget& budget) const {
   const std::vector<std::string>& lights = first().layers().lights;
   const uint64_t film = film_bytes_per_pixel(settings.aovs, first().film_extras());
-  // The tile's state and its packed record hold the film and the driver's state. A third copy of
-  // the driver's state is the one that was loaded.
+  // The tile's state and the packed record each hold the film and the driver's state. The driver's
+  // state that was loaded from a part is a third copy.
   const RenderPlan& plan = first().plan();
   const uint64_t saved =
       options.resumable ? 2 * film + 3 * plan.driver->bytes_per_pixel(plan.driver_settings) : 0;
@@ -304,8 +306,8 @@ FrameSettings FrameMerge::settings() const {
   return settings;
 }
 
-// Adds up the tile's films. Each pixel's samples are added seed by seed and, within a seed, in
-// index order.
+// Adds up the films that the groups have for this tile. Adds the samples of a pixel seed by seed
+// and, within a seed, in the order of their indices.
 void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
                             RenderCounters& counters, const SaveTile& save) {
   const size_t number = tile_index(tile);
@@ -362,7 +364,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& s
   std::mutex mutex;
   const auto threads = size_t(std::max(1, tbb::this_task_arena::max_concurrency()));
   parallel_tasks(std::min(tiles_.size(), threads), [&](size_t) {
-    const FlushDenormals flush;  // the render workers do the same
+    const FlushDenormals flush;  // as the render workers do
     FilmTile film(aovs, first().film_extras());
     FilmTile more(aovs, first().film_extras());
     RenderCounters counters;

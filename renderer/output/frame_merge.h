@@ -1,4 +1,4 @@
-// Merges parts of one frame: different tiles, sample ranges, or seeds.
+// Merges the parts of a frame. The parts differ in their tiles, sample ranges or seeds.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@
 
 namespace emberline {
 
-// A part of a frame, or a whole one, read from a checkpoint that `render` kept.
+// A part of a frame, or a whole frame, that was read from a checkpoint that `render` kept.
 class StoredFrame {
  public:
   // Throws InputError if the file is not a checkpoint, is damaged or has invalid settings, or if
@@ -40,13 +40,14 @@ class StoredFrame {
 
   // Loads the whole film if the driver has only one; does nothing for a tiled frame.
   void load_film(MemoryBudget& budget);
-  // Tiles are numbered by bucket_index().
+  // Whether the frame has the tile with this bucket_index().
   bool has_tile(size_t tile) const;
-  // Loads a tile into `film`, which must have been reset to the tile. For a tiled frame, also
-  // returns the tile's result and, if `driver` is not null, stores the driver's state in it. Any
-  // thread. Throws InputError.
+  // Loads a tile into `film`, which the caller must have reset to this tile. For a tiled frame,
+  // also returns the tile's result and, if `driver` is not null, stores the driver's state in
+  // `*driver`. Thread-safe. Throws InputError.
   TileResult load(size_t tile, FilmTile& film, std::vector<std::byte>* driver = nullptr) const;
-  // Whether this is the given part, with no tile missing or damaged. Reads all of its tiles.
+  // Whether this frame is the given part and no tile of it is missing or damaged. Reads all of its
+  // tiles.
   bool is_complete_part(const FramePart& part) const;
   // Returns the fraction of this part's tiles that are finished.
   double completed_fraction() const;
@@ -69,15 +70,15 @@ class StoredFrame {
   std::optional<TileResult> film_result_;
 };
 
-// Receives the state of a merged tile, like TileStore::save(). Any thread.
+// Receives the state of a merged tile, like TileStore::save(). Any thread may call it.
 using SaveTile = std::function<void(size_t tile, std::span<const std::byte> state)>;
 
 class FrameMerge {
  public:
   // Checks that the parts belong to one frame and share no samples. Unless `allow_holes` is set,
   // also checks that no samples are missing. With `strict`, also checks that all parts come from
-  // the same kind of machine. Throws an InputError that names the part. The constructor and
-  // deliver() throw Cancelled soon after a stop request.
+  // the same kind of machine. Throws an InputError that names the part at fault. The constructor
+  // and deliver() throw Cancelled soon after a stop request.
   FrameMerge(const std::vector<std::string>& paths, bool allow_holes, bool strict,
              MemoryBudget& budget, std::stop_token stop = {});
 
@@ -91,10 +92,10 @@ class FrameMerge {
   // InputError.
   void reserve(const RenderOptions& options, const OutputSettings& settings, int threads,
                MemoryBudget& budget) const;
-  // Passes every tile to the sink with the parts' channels and, if `aovs` has it, the channel
-  // `part`. Runs on the calling thread's TBB arena with two films per thread. `save` may be null;
-  // otherwise the parts must be tiled and have one seed. Throws InputError and what the sink
-  // throws.
+  // Passes every tile to the sink. A tile has the channels of the parts and, if `aovs` contains it,
+  // the channel `part`. Runs on the calling thread's TBB arena, with two films per thread. `save`
+  // may be null; if it is not, the parts must be tiled and have the same seed. Throws InputError
+  // and what the sink throws.
   void deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& save = nullptr);
   // Valid after deliver().
   const RenderCounters& counters() const { return counters_; }
@@ -102,8 +103,8 @@ class FrameMerge {
   std::optional<double> error_estimate() const { return error_; }
 
  private:
-  // Parts with the same seed and sample range. Unless there are holes, together they cover all
-  // tiles.
+  // The parts that have the same seed and sample range. Unless the frame has holes, they cover all
+  // tiles together.
   struct Group {
     uint32_t seed = 0, first_sample = 0, end_sample = 0;
     std::vector<const StoredFrame*> frames_by_tile;  // by tile number; null if missing

@@ -22,8 +22,8 @@ struct HeatmapRequest {
   std::string path;
   const HeatmapQuantity* quantity = nullptr;
 };
-// Pairs each --heatmap-of with the --heatmap at the same position; the remaining heatmaps show
-// samples. Throws UsageError for an unknown quantity or an unsuitable style.
+// Pairs each --heatmap-of with the --heatmap at the same position. The remaining heatmaps show the
+// number of samples. Throws UsageError for an unknown quantity or an unsuitable style.
 std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options);
 
 // Throws a UsageError that starts with `option` if the suffix is unknown or the picture is too
@@ -52,7 +52,7 @@ class HeatmapFile {
     std::vector<std::pair<std::string, std::string>> attributes;
   };
   // Opens the file at once, as ExrWriter does, so that an unwritable path fails before rendering.
-  // If finish() is not called, no file remains. For `channels` see QuantityPlane. Throws
+  // If finish() is not called, no file remains. For `channels`, see QuantityPlane. Throws
   // RenderError.
   HeatmapFile(const HeatmapRequest& request, const HeatmapStyle& style, const Frame& frame,
               std::span<const std::string> channels);
@@ -62,7 +62,7 @@ class HeatmapFile {
     plane_.write_tile(rect, pixels);
   }
   const std::string& path() const { return path_; }
-  // Four bytes per pixel, allocated at construction.
+  // Returns the size of the values: four bytes per pixel, allocated at construction.
   uint64_t bytes() const { return plane_.bytes(); }
 
   // Draws the picture, writes it and renames the file. Call once, after the last write_tile().

@@ -14,7 +14,8 @@
 namespace emberline {
 namespace {
 
-// EXR names have at most 255 bytes, and a channel name and a number may be appended to this one.
+// EXR names have at most 255 bytes. A prefix, a number and the name of a channel may be added to
+// the group's name.
 constexpr size_t kMaxNameLength = 200;
 
 std::string safe_name(const std::string& name) {

@@ -1,4 +1,5 @@
-// `--light-groups`: each light's contribution as EXR layers, for relighting in compositing.
+// `--light-groups`: writes the contribution of each light group as an EXR layer, for relighting in
+// compositing.
 #pragma once
 
 #include <span>
@@ -12,13 +13,14 @@ namespace emberline {
 
 class FilmTile;
 
-// Returns a layer name for each group: "light." and the group's name. EXR separates layers by full
-// stops and compositors use the names as identifiers, so every character except ASCII letters,
-// digits, '-' and '_' becomes '_'. Empty or duplicate names get a number.
+// Returns a layer name for each group: "light." and the group's name. In the group's name, every
+// character except ASCII letters, digits, '-' and '_' becomes '_', because full stops separate the
+// layers of an EXR and compositors use layer names as identifiers. Empty or duplicate names get a
+// number.
 std::vector<std::string> light_layer_names(std::span<const LightGroup> groups);
 
-// Returns the channels .R .G .B of each layer; with `denoising`, also those of each half, such as
-// half1.light.NAME.R.
+// Returns the channels .R, .G and .B of each layer. If `aovs` contains `denoising`, also returns
+// those of each half, such as half1.light.NAME.R.
 std::vector<std::string> light_channel_names(const std::vector<std::string>& layers,
                                              const AovSet& aovs);
 

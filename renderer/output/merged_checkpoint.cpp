@@ -14,8 +14,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Throws InputError unless the merged frame can be extended. Extending continues after the last
-// sample of a single seed, tile by tile.
+// Throws InputError unless the merged frame can be extended. `extend` continues tile by tile, after
+// the last sample of a single seed.
 void check_mergeable(const FrameMerge& frame) {
   const StoredFrame& first = frame.first();
   if (!is_tiled(first.settings())) {
@@ -39,14 +39,15 @@ void check_mergeable(const FrameMerge& frame) {
   }
 }
 
-// Converts the head of a part to the head of the whole frame; see checkpoint_head().
+// Converts the head of the first part to the head of the whole frame; see checkpoint_head().
 Json whole_head(const FrameMerge& frame) {
   Json head = frame.first().head();
   const FrameSettings& part = frame.first().settings();
   Json& settings = head["settings"];
   if (part.part) {
     settings.erase("part");
-    // The bucket order affects which buckets belong to a part, but not the whole frame.
+    // The bucket order decides which buckets belong to a part, but does not affect the bits of the
+    // whole frame.
     Json& schedule = head["schedule"];
     if (!schedule.is_object()) schedule = Json::object();
     if (settings.contains("bucket-order")) schedule["bucket-order"] = settings["bucket-order"];
@@ -83,7 +84,7 @@ void MergedCheckpoint::save(size_t tile, std::span<const std::byte> state) {
   try {
     const std::string record = pack_record(kTileRecord, tile, state);
     file_->write_at(record.data(), record.size(), end_.fetch_add(record.size()));
-  } catch (const std::exception& error) {  // including out of memory
+  } catch (const std::exception& error) {  // including std::bad_alloc
     const std::lock_guard lock(mutex_);
     failure_ = error.what();
   }

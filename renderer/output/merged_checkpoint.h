@@ -1,4 +1,4 @@
-// `merge --resumable`: writes a checkpoint of the merged frame, so that the frame can be extended.
+// `merge --resumable`: writes a checkpoint of the merged frame, so that `extend` can add samples.
 #pragma once
 
 #include <atomic>
@@ -17,14 +17,16 @@ namespace emberline {
 // Writes the head and the tile records that `render --resumable` of the whole frame would write.
 class MergedCheckpoint {
  public:
-  // The path is checkpoint_path() of the merged frame's options. Locks the file there until
-  // commit() replaces it. Throws InputError if a frame merged from these parts cannot be extended,
-  // RenderError if the path is not writable or another run has locked it, and UsageError if it
-  // would replace a file of another kind or, through a link, another frame's checkpoint.
+  // The path is checkpoint_path() of the merged frame's options. If a file exists there, locks it
+  // until commit() replaces it. Throws InputError if a frame that was merged from these parts
+  // cannot be extended. Throws RenderError if the path is not writable or another run has locked
+  // the file. Throws UsageError if the checkpoint would replace a file of another kind or, through
+  // a link, another frame's checkpoint.
   MergedCheckpoint(const RenderOptions& options, const FrameMerge& frame);
 
   const std::string& path() const { return file_->path(); }
-  // For FrameMerge::deliver(). Any thread. commit() reports failures.
+  // For the argument `save` of FrameMerge::deliver(). Thread-safe. If writing fails, stores the
+  // error for commit().
   void save(size_t tile, std::span<const std::byte> state);
   // Throws RenderError.
   void commit();
@@ -34,7 +36,7 @@ class MergedCheckpoint {
   std::optional<AtomicFile> file_;
   std::atomic<uint64_t> end_;
   std::mutex mutex_;
-  std::string failure_;  // message of the last save that failed
+  std::string failure_;  // message of the last failure in save()
 };
 
 }  // namespace emberline

@@ -12,7 +12,7 @@
 namespace emberline {
 namespace {
 
-// Conditions on options that are not frame settings or that matter only for frame ranges.
+// A condition on an option that is not a frame setting or that matters only for frame ranges.
 struct OptionState {
   std::string_view name, value;
   bool (*holds)(const RenderOptions& options);
@@ -24,7 +24,7 @@ bool is_full_turntable(const RenderOptions& o) {
 }
 
 constexpr OptionState kStates[] = {
-    // A replay writes no outputs, so it needs no EXR and counts as having one.
+    // A replay writes no outputs, so the rules that require an EXR do not apply to it.
     {"output", "FILE.exr",
      [](const RenderOptions& o) { return o.replay || std::ranges::any_of(o.outputs, is_exr); }},
     {"report", "FILE.html",

@@ -11,12 +11,12 @@ namespace emberline {
 
 std::span<const SettingRule> option_rules();
 
-// Says why the pixel cannot be explained; empty if it is in the crop.
+// Returns a message that the pixel is outside the crop; "" if the pixel is in the crop.
 std::string outside_message(const Vec2i& pixel, const Rect& crop);
 
 bool option_holds(const RenderOptions& options, const SettingCondition& condition);
 
-// Throws UsageError for options or settings that exclude each other.
+// Throws UsageError if the options break one of these rules or one of the rules for frame settings.
 void check_options(const RenderOptions& options);
 
 }  // namespace emberline

@@ -28,7 +28,7 @@ constexpr const char* kSamplesAttribute = "emberline:samples";
 constexpr const char* kClampedAttribute = "emberline:clamped";
 constexpr size_t kMaxDigits = 20;  // length of a 64-bit number
 
-// Returns the primaries and, if the settings give a time, the time code and frame rate.
+// Returns the header's primaries and, if the settings give a time, its time code and frame rate.
 ExrView view_of(const FrameSettings& settings) {
   ExrView view;
   view.space = settings.working_space;
@@ -142,7 +142,7 @@ void register_inputs(const RenderOptions& options, FileRegister& files) {
 
 void check_picture_format(const std::string& path, const Rect& crop) {
   const std::string suffix = lower_suffix(path);
-  // libjpeg's own limit (JPEG_MAX_DIMENSION); beyond it, libjpeg ends the process.
+  // libjpeg's own limit (JPEG_MAX_DIMENSION). libjpeg ends the process if a side is longer.
   constexpr int kJpegLimit = 65500;
   if (suffix == ".jpg" || suffix == ".jpeg") {
     if (crop.width() > kJpegLimit || crop.height() > kJpegLimit) {
@@ -212,7 +212,7 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
 
 // Opens the file with all channels known so far.
 void FrameOutputs::begin(ExrOutput& exr) {
-  exr.writer.reset();  // deletes its file
+  exr.writer.reset();  // deletes the unfinished file
   exr.writer = std::make_unique<ExrWriter>(
       exr.path,
       frame_header(settings_, finished_channels(channels_.list(), settings_.denoise), layers_));
@@ -234,7 +234,7 @@ void FrameOutputs::add_scene(const SceneLayers& layers) {
 }
 
 void FrameOutputs::tile_finished(const FilmTile& tile) {
-  thread_local std::vector<float> pixels;  // reused: no allocation per bucket
+  thread_local std::vector<float> pixels;  // reused, so that a bucket needs no allocation
   if (spool_ || !exrs_.empty() || !heatmaps_.empty()) {
     channels_.resolve(tile, pixels);
     for (const auto& heatmap : heatmaps_) heatmap->write_tile(tile.rect(), pixels);
@@ -266,7 +266,8 @@ void FrameOutputs::write(ExrOutput& exr, const Rect& tile, const std::vector<flo
   }
 }
 
-// Once rendering has ended, stores a failure for finish() instead of throwing.
+// Throws RenderError. Once rendering has ended, stores the error for finish() instead of throwing
+// it.
 void FrameOutputs::spool(const Rect& tile, const std::vector<float>& pixels) {
   try {
     spool_->write_tile(tile, pixels);

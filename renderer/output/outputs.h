@@ -1,4 +1,4 @@
-// Writes a frame's files while it renders.
+// Writes a frame's files while the frame renders.
 #pragma once
 
 #include <atomic>
@@ -45,10 +45,10 @@ struct OutputSettings : ExrHeader, FrameContents {
 // Includes the channels that the heatmaps need.
 OutputSettings output_settings(const RenderOptions& options, const Rect& crop);
 
-// State recorded in the EXR header: "emberline:complete" ("true " or "false"), "emberline:samples",
-// "emberline:clamped" (the fraction of light removed) if --clamp-indirect is given, and
-// kExplanationAttribute if --explain is given. The header reserves room for these values with
-// blanks, because they are set long after it is written.
+// The state that the EXR header records: "emberline:complete" ("true " or "false"),
+// "emberline:samples", with --clamp-indirect "emberline:clamped" (the fraction of light that was
+// removed), and with --explain kExplanationAttribute. These values are set long after the header is
+// written, so the header reserves room for them with blanks.
 struct FrameState {
   bool complete = false;
   uint64_t samples = 0;
@@ -67,9 +67,9 @@ void write_film_exr(const std::string& path, const AovSet& aovs, int width, int 
                     const Rect& crop, std::vector<std::pair<std::string, std::string>> attributes,
                     std::vector<float> values);
 
-// Passes finished tiles on to every file, including heatmaps. If the frame has `denoising`
-// channels, tiles wait in a scratch file until finish_spooled(), because resolving a tile needs the
-// rows around it.
+// Passes finished tiles to all files, including heatmaps. If the frame has `denoising` channels,
+// stores the tiles in a scratch file until finish_spooled() is called, because resolving a tile
+// then needs the rows around it.
 class FrameOutputs final : public RenderSink {
  public:
   // Opens the files at once, so that an unwritable path fails before rendering. `stop` says why the
@@ -78,8 +78,8 @@ class FrameOutputs final : public RenderSink {
   FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
                const StopRequest& stop);
 
-  // If writing a file fails (for example because the disk is full), finish() reports it. Throws
-  // RenderError once every file has failed, because continuing would be useless.
+  // If a file cannot be written (for example because the disk is full), finish() reports this.
+  // Throws RenderError once every file has failed, because continuing would be useless.
   void tile_finished(const FilmTile& tile) override;
   PixelStop stop_cause() const override { return stop_.cause(); }
 
@@ -87,14 +87,14 @@ class FrameOutputs final : public RenderSink {
   // Throws RenderError.
   void add_scene(const SceneLayers& layers);
 
-  // Call when rendering has ended: from then on tile_finished() no longer throws when all files
+  // Call when rendering has ended. After this call, tile_finished() no longer throws when all files
   // have failed.
   void rendering_ended() { rendered_ = true; }
   // Call after the last tile. Writes the tiles from the scratch file, denoised if the settings ask
-  // for it. Runs on the calling thread's TBB arena. finish() reports files that fail. After a stop
-  // request, the remaining tiles are left unfiltered.
+  // for it. Runs on the calling thread's TBB arena. finish() reports the files that cannot be
+  // written. After a stop request, the remaining tiles are left unfiltered.
   std::optional<DenoiseReport> finish_spooled(const std::stop_token& stop = {});
-  // Completes and renames each file independently. `state` goes into the EXR header.
+  // Completes and renames each file, even if other files fail. Writes `state` into the EXR headers.
   void finish(const FrameState& state, WriteAttempts& attempts);
 
   // Returns the peak film memory for the report: each thread's pixel sums and channels, plus the
@@ -136,14 +136,15 @@ class FrameOutputs final : public RenderSink {
   std::map<std::thread::id, uint64_t> thread_bytes_;  // peak memory of each thread
 };
 
-// Registers the files that the options name for reading.
+// Registers the input files that the options name.
 void register_inputs(const RenderOptions& options, FileRegister& files);
 
 // Register the files that a frame writes, and those that a whole range writes.
 void register_frame_outputs(const RenderOptions& options, FileRegister& files);
 void register_run_outputs(const RenderOptions& options, FileRegister& files);
 
-// Throws UsageError for an -o with an unknown suffix, or if the format cannot store the picture.
+// Throws UsageError if the path, given with -o, has an unknown suffix or if its format cannot store
+// a picture of this size.
 void check_picture_format(const std::string& path, const Rect& crop);
 
 // Registers all inputs and outputs. Throws UsageError for an unknown suffix, a file named twice, an

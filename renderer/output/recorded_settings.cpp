@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::array<std::string_view, 2> kWithoutEffect = {"time-limit", "bucket-order"};
 
-// Ignores the order of the channels and whether `denoising` is listed, because merged and extended
-// frames list channels in table order and include those that denoising added.
+// Whether two lists of channels are equal, apart from their order and from `denoising`. Merged and
+// extended frames list their channels in table order and include the channels that denoising added.
 bool are_same_channels(std::string_view a, std::string_view b) {
   try {
     AovSet first = AovSet::parse(a), second = AovSet::parse(b);
@@ -47,7 +47,7 @@ RecordedSettings::RecordedSettings(
     if (setting.file || value.empty()) continue;
     try {
       setting.read(settings_, value);
-    } catch (const UsageError&) {  // written by another version
+    } catch (const UsageError&) {  // written by another version of Emberline
     }
   }
 }
@@ -58,7 +58,7 @@ std::string RecordedSettings::text(const std::string& name) const {
 }
 
 std::vector<std::pair<std::string, std::string>> RecordedSettings::given() const {
-  // If no estimator or allocation is given, a frame records the one that it uses.
+  // If the user gives no estimator or no allocation, the frame records the default that it uses.
   FrameSettings unnamed = settings_;
   unnamed.estimator.clear();
   unnamed.allocation.reset();

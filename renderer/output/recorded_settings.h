@@ -1,4 +1,4 @@
-// The settings that the header of an EXR states (settings_attributes() in report.h), read back.
+// Reads back the settings that the header of an EXR records (settings_attributes() in report.h).
 #pragma once
 
 #include <map>
@@ -20,15 +20,17 @@ class RecordedSettings {
 
   // Whether `emberline render` or `merge` wrote the file.
   bool is_ours() const { return texts_.contains("command"); }
-  // The text of an attribute, such as "spp" or "complete"; empty if there is none.
+  // Returns the text of the attribute with this name, such as "spp" or "complete"; "" if there is
+  // no such attribute.
   std::string text(const std::string& name) const;
-  // The recorded settings. Input files, and settings that cannot be read, have their defaults.
+  // The recorded settings. Input files have their defaults, as have settings that cannot be read.
   const FrameSettings& settings() const { return settings_; }
-  // Names and texts of the settings that differ from the defaults, input files included, in table
-  // order. The instruction set, which every frame records, is left out.
+  // Returns the names and texts of the settings that differ from the defaults, including input
+  // files, in the order of setting_table(). Leaves out the instruction set, which every frame
+  // records.
   std::vector<std::pair<std::string, std::string>> given() const;
-  // Lists the settings in which a frame rendered with `now` would differ, each as "`spp` 64 (now
-  // 256)". Leaves out input files, whose names depend on the folder in which a command runs, and
+  // Lists the recorded settings that differ from `now`, each as "`spp` 64 (now 256)". Leaves out
+  // input files, because their names depend on the folder in which a command runs. Also leaves out
   // settings that change no pixel: `time-limit`, `bucket-order` and, unless `now` sets it, the
   // instruction set.
   std::vector<std::string> changes(const FrameSettings& now) const;

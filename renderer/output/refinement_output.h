@@ -13,19 +13,20 @@ namespace emberline {
 
 class RefinementTree;
 
-// Draws half-transparent leaf borders over interleaved RGBA whose first pixel is the crop's corner,
-// with `width` pixels per row. Alpha is unchanged. Leaves of a single pixel get no border, because
-// it would hide the picture where it is complete.
+// Draws the half-transparent borders of the tree's leaves over `rgba`, an interleaved RGBA picture
+// with `width` pixels per row that begins at the upper left corner of the crop. Does not change
+// alpha. Leaves of a single pixel get no border, because in a finished part of the picture, borders
+// would cover every pixel.
 void draw_leaf_borders(const RefinementTree& tree, std::span<float> rgba, int width);
 
-// One JSON object:
+// Returns one JSON object:
 //   window           [x0, y0, x1, y1], half-open, in pixels
-//   phase, rounds    refinement_phase_name(), rounds inserted
+//   phase, rounds    refinement_phase_name(), number of rounds inserted
 //   samples, pixels  number of inserted samples, number of pixels
 //   settings         the tree's settings
-//   leaves_by_area   [n0, n1, ...]: leaves of 2^k .. 2^(k+1) - 1 pixels
-//   open             leaves that can still be split
-//   next             the first `max_leaves` of them by priority:
+//   leaves_by_area   [n0, n1, ...]: nk is the number of leaves of 2^k .. 2^(k+1) - 1 pixels
+//   open             number of leaves that can still be split
+//   next             the first `max_leaves` of these leaves by priority:
 //                    {rect, value, v_int, v_ext, priority}
 std::string refinement_json(const RefinementTree& tree, size_t max_leaves = 1024);
 

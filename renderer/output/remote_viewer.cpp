@@ -15,8 +15,8 @@ namespace {
 constexpr double kMinInterval = 0.1;
 
 // Fraction of the render time that whole pictures may cost. The cost is the pauses for copying, in
-// which workers are idle, plus the sending thread's CPU time divided by the thread count. The limit
-// is half of the 2 % that a viewer may cost; the other half covers costs that are not measured here
+// which workers are idle, plus the sending thread's CPU time divided by the thread count. A viewer
+// may cost 2 % of the render time in all. Half of this is left for costs that are not measured here
 // (kernel, caches, a viewer on the same machine).
 constexpr double kMaxCostFraction = 0.01;
 

@@ -8,20 +8,22 @@
 
 namespace emberline {
 
-// Sends each tile when it is finished. With a progressive driver, sends whole pictures instead, so
-// rarely that they cost almost no render time.
+// Sends each tile when it is finished. With a progressive driver, sends whole pictures instead;
+// these are so rare that they cost almost no render time.
 class RemoteViewer {
  public:
   // options.viewer must be set. The image is named after the output and the scene.
   RemoteViewer(const RenderOptions& options, const Rect& crop, int threads);
 
-  // Any thread.
+  // Thread-safe.
   void add(const FilmTile& tile);
-  // Call when the driver pauses, `elapsed_s` after the start: sends the picture if one is due.
+  // Call when the driver pauses, `elapsed_s` seconds after the start. Sends the picture if one is
+  // due.
   void update(const LivePicture& picture, double elapsed_s);
-  // Whether update() would send a picture now. Any thread, but not during update().
+  // Whether update() would send a picture now. Any thread may call this, but not during update().
   bool is_due(double elapsed_s) const;
-  // Waits briefly until pending data is sent; at most 0.5 s if the user stopped the frame.
+  // Waits until pending data is sent, but only briefly: at most 0.5 s if the user stopped the
+  // frame.
   void finish(PixelStop stop_cause);
 
   uint64_t bytes() const { return stream_.peak_bytes(); }

@@ -14,8 +14,8 @@
 
 namespace emberline {
 
-// The window's default driver, which is not in driver_table(): bisection until every pixel has a
-// sample, then adaptive.
+// The window's default driver, which uses bisection until every pixel has a sample, and then
+// adaptive sampling. It is not in driver_table().
 inline constexpr const char* kLiveDriver = "live";
 
 struct RenderOptions : FrameSettings {
@@ -38,8 +38,8 @@ struct RenderOptions : FrameSettings {
   std::vector<std::string> trees;     // refinement tree files
   std::string save_settings;          // file; empty: none
   std::string checkpoint;             // file; empty: checkpoint_path()
-  bool resumable = false;             // keep the checkpoint when the frame is done
-  bool resume = false;                // resume from an existing checkpoint
+  bool resumable = false;             // keep the checkpoint after the frame is done
+  bool resume = false;                // resume from a checkpoint if there is one
   double checkpoint_interval_s = 300;
   std::string extended;       // checkpoint of the frame to extend; empty: none
   std::string progress_file;  // file; empty: none
@@ -56,7 +56,7 @@ bool is_part(const FrameSettings& settings);
 // Whether the checkpoint is kept when the frame is done.
 bool retains_checkpoint(const RenderOptions& options);
 // Returns the path of the checkpoint, which is beside the first output unless the options name
-// another. Empty if there is no checkpoint.
+// another path. Returns "" if there is no checkpoint.
 std::string checkpoint_path(const RenderOptions& options);
 
 }  // namespace emberline

@@ -149,7 +149,7 @@ OrderedJson optics_json(const OpticsCounters& optics) {
        optics.point_light_samples > 0 ? OrderedJson(optics.blocked_fraction()) : OrderedJson()}};
 }
 
-// Null if clamping was off.
+// Returns null if clamping was off.
 OrderedJson clamped_json(const RenderReport& r) {
   const ClampedLight& clamped = r.counters.clamped;
   if (!clamped.clamps()) return OrderedJson();
@@ -165,7 +165,7 @@ OrderedJson clamped_json(const RenderReport& r) {
           {"groups", groups}};
 }
 
-// Null if no mattes were requested.
+// Returns null if no mattes were requested.
 OrderedJson cryptomattes_json(const RenderReport& r) {
   OrderedJson kinds;
   for (const CryptomatteReport& kind : r.cryptomattes) {
@@ -177,7 +177,7 @@ OrderedJson cryptomattes_json(const RenderReport& r) {
   return kinds;
 }
 
-// Null without denoising.
+// Returns null if the frame was not denoised.
 OrderedJson denoise_json(const std::optional<DenoiseReport>& denoise) {
   if (!denoise) return OrderedJson();
   return {{"error_before", denoise->error_before},
@@ -266,7 +266,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   json["optics"] = optics_json(c.optics);
   json["clamped"] = clamped_json(r);
   json["cryptomattes"] = cryptomattes_json(r);
-  // Uniform sampling makes no error estimate.
+  // Uniform sampling has no error estimate.
   json["error"] = {{"estimator", r.estimator},
                    {"of", options.allocation == ErrorMetric::kDenoised ? "denoised" : "raw"},
                    {"estimate", number_or_null(r.error_estimate)}};

@@ -17,18 +17,19 @@
 namespace emberline {
 
 struct RenderTimes {
-  // wall_s is the wall time from the start of the command until it writes its reports. The others
-  // are its phases, which add up to more than 98 % of it. The setup phase reads options and
-  // --reference and opens the outputs.
+  // wall_s is the wall time from the start of the command until the command writes its reports. The
+  // other times are phases of wall_s; they add up to more than 98 % of it. The setup phase reads
+  // the options and --reference, and opens the outputs.
   double wall_s = 0, setup_s = 0, load_s = 0, build_s = 0, render_s = 0, write_s = 0;
   double snapshots_s = 0;  // copying (not in render_s), encoding and measuring snapshots
-  // Time before wall_s begins, in which the process and its libraries are loaded.
+  // Time from the start of the process until wall_s begins. In this time, the process and its
+  // libraries are loaded.
   std::optional<double> start_s;
   double cpu_s = 0;         // CPU time of the process
   double render_cpu_s = 0;  // CPU time during render_s
-  // Time from the start of the process (including the loading of libraries) until a worker has
-  // finished its first 2048 samples, which take about a millisecond. Absent if no samples were
-  // taken.
+  // Time until a worker has finished its first 2048 samples, which take about a millisecond. The
+  // time starts with the process (before libraries are loaded) or, for the later frames of a range,
+  // with the frame. Absent if no samples were taken.
   std::optional<double> first_sample_s, first_sample_cpu_s;
 };
 
@@ -73,27 +74,29 @@ struct RenderReport {
   int exit_code = 0;
 };
 
-// Keys: time, samples, rays, memory, numerics, error, features, gltf, passes, settings, versions,
-// output and others.
+// Returns an object with the keys time, samples, rays, memory, numerics, error, features, gltf,
+// passes, settings, versions, output and others.
 std::string report_json(const RenderOptions& options, const RenderReport& report);
 
-// Returns the --replay arguments that recompute the sample, with --seed if it differs from `seed`.
+// Returns the --replay arguments that recompute the sample. Adds --seed if the sample's seed
+// differs from `seed`.
 std::string replay_arguments(const NonFiniteSample& sample, uint32_t seed);
 
-// Warns unless all samples were finite, and says how to replay the first one that was not. `how` is
-// "with", followed by any further options that the replay needs.
+// If some samples were not finite, warns and says how to replay the first of them. `how` is "with",
+// followed by further options if the replay needs any.
 void warn_about_non_finite(const RenderCounters& counters, uint32_t seed,
                            const std::string& how = "with");
 
 // Fills in the defaults that a frame uses, so that its reports and headers record them.
 FrameSettings with_recorded_defaults(FrameSettings settings);
-// Returns settings, versions and seed as strings, for EXR header attributes.
+// Returns the settings, including the seed, and the versions as texts, for the attributes of EXR
+// headers.
 std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& options);
 
 // Returns the versions of the libraries in use, such as {"embree", "3.13.5"}.
 std::vector<std::pair<std::string, std::string>> library_versions();
-// Returns the instruction set for which this binary was compiled and the widest that Embree uses on
-// this machine, for example "x86-64-v3, Embree avx2".
+// Returns the instruction set for which this binary was compiled and the widest instruction set
+// that Embree uses on this machine, for example "x86-64-v3, Embree avx2".
 std::string instruction_sets();
 // Returns "Intel", "AMD", "ARM" or "other". Embree's reciprocals round differently on processors of
 // different makers.

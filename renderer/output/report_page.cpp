@@ -19,7 +19,7 @@ namespace {
 
 using Row = std::vector<PageCell>;
 
-// A name-value table without a header.
+// Returns a table of names and values, without a header.
 PageTable pair_table(std::vector<Row> rows) { return {"", {{""}, {"", true}}, std::move(rows)}; }
 
 std::string file_name(const std::string& path) {
@@ -113,8 +113,9 @@ void add_numbers(HtmlPage& page, const RenderOptions& o, const RenderReport& r) 
   page.table(pair_table(std::move(rows)));
 }
 
-// Returns the borders of bars of equal width, or of equal ratio if `logarithmic`. Borders are whole
-// numbers, so that every bar covers the counts that it appears to cover.
+// Returns the borders of the bars of a histogram. The bars have about the same width or, if
+// `logarithmic`, about the same ratio of right to left border. Borders are whole numbers, so that
+// every bar covers the counts that it appears to cover.
 std::vector<double> bar_borders(uint32_t min, uint32_t max, bool logarithmic) {
   constexpr int kBars = 40;
   std::vector<double> borders = {double(min)};
@@ -147,7 +148,7 @@ Markup samples_histogram(const std::map<uint32_t, uint64_t>& pixels) {
   return histogram_chart(chart);
 }
 
-// Repeats the legend's numbers as text, because that is more readable on a phone.
+// Repeats the numbers of the legend as text, because text is more readable on a phone.
 std::string map_caption(const ReportPictures::Map& map) {
   const PlaneStatistics s = plane_statistics(map.plane);
   std::string text(map.quantity->summary);
@@ -232,7 +233,8 @@ void add_error_chart(HtmlPage& page, const RenderOptions& o, const RenderReport&
                                         "sqrt(time) is a line of slope -1/2."}});
 }
 
-// Longer tables keep only this many rows, evenly spaced and including the last.
+// From a longer table, only this many rows are kept. They are evenly spaced and include the last
+// row.
 constexpr size_t kMaxRows = 24;
 
 template <typename Entry>

@@ -50,13 +50,13 @@ void ReportPictures::add(const FilmTile& tile) {
   const Rect& rect = tile.rect();
   const size_t stride = film_channels_.size(), pixels = size_t(rect.area());
   std::map<uint32_t, uint64_t> counts;
-  auto count = counts.end();  // cached, since neighbouring pixels mostly have equal counts
+  auto count = counts.end();  // cached, because neighbouring pixels mostly have equal counts
   for (size_t i = 0; i < pixels; ++i) {
     const uint32_t samples = tile.sample_count(rect.x_of(i), rect.y_of(i));
     if (count == counts.end() || count->first != samples) count = counts.try_emplace(samples).first;
     ++count->second;
   }
-  // Tiles can share a pixel of these pictures if the frame is scaled down.
+  // If the frame is scaled down, several tiles can contribute to the same pixel of these pictures.
   const std::lock_guard lock(mutex_);
   for (const auto& [samples, number] : counts) pixels_by_samples_[samples] += number;
   for (size_t i = 0; i < pixels; ++i) {
@@ -90,7 +90,7 @@ ByteImage ReportPictures::picture() const {
 std::vector<ReportPictures::Map> ReportPictures::maps() const {
   std::vector<Map> maps;
   for (const MapSums& sums : maps_) {
-    // Where no tile was added, the channels are 0, as in the EXR.
+    // Pixels for which no tile was added have channels of 0, as in the EXR.
     const std::vector<float> zeros(sums.channels.size(), 0.0f);
     const float default_value = sums.quantity->value(zeros.data());
     Plane plane{width_, height_, sums.sums};
@@ -110,7 +110,7 @@ std::map<uint32_t, uint64_t> ReportPictures::pixels_by_samples() const {
   std::map<uint32_t, uint64_t> pixels = pixels_by_samples_;
   uint64_t counted = 0;
   for (const auto& [samples, count] : pixels) counted += count;
-  // Pixels of a stopped frame whose tiles were never started have no samples.
+  // In a stopped frame, some tiles were never started. Their pixels have no samples.
   if (counted < uint64_t(crop_.area())) pixels[0] += uint64_t(crop_.area()) - counted;
   return pixels;
 }

@@ -1,6 +1,6 @@
-// Pictures for the report page: the frame, and a map of each quantity for which the film has
-// channels. Created only if a page was requested. They are needed because a frame that is written
-// bucket by bucket is never in memory as a whole.
+// Collects the pictures of the report page: the frame, and a map of each quantity for which the
+// film has channels. Does so during the render, because a frame that is written bucket by bucket is
+// never in memory as a whole. Used only if a page was requested.
 #pragma once
 
 #include <cstdint>
@@ -31,19 +31,20 @@ class ReportPictures {
   // `aovs` are the channels of the film. Throws UsageError for an unknown display or view.
   ReportPictures(const RenderOptions& options, const Rect& crop, const AovSet& aovs);
 
-  // Adds a finished tile within the crop. Each pixel must be added only once. Any thread.
+  // Adds a finished tile, which must be within the crop. Each pixel must be added only once.
+  // Thread-safe.
   void add(const FilmTile& tile);
 
   // One pixel of these pictures covers factor x factor pixels of the frame (fewer at the right and
   // lower edges).
   int factor() const { return factor_; }
-  // Returns display values; black where no tile was added.
+  // Returns the frame as display values. Pixels for which no tile was added are black.
   ByteImage picture() const;
 
   struct Map {
     const HeatmapQuantity* quantity;
-    // Each value is the mean over the pixels that have one; for errors it is the root mean square,
-    // and for stop reasons the value of a single pixel.
+    // A value is the mean over the pixels of the frame that have a value. For errors, it is the
+    // root mean square; for stop reasons, it is the value of a single pixel.
     Plane plane;
   };
   std::vector<Map> maps() const;
@@ -70,7 +71,7 @@ class ReportPictures {
   std::vector<std::string> film_channels_;
   std::mutex mutex_;
   std::vector<float> rgb_;       // sums
-  std::vector<uint32_t> count_;  // pixels added
+  std::vector<uint32_t> count_;  // number of pixels added
   std::vector<MapSums> maps_;
   std::map<uint32_t, uint64_t> pixels_by_samples_;
 };

@@ -21,7 +21,7 @@ std::string describe(const Rect& crop, int frame_width, int frame_height) {
                      crop.height(), crop.x0, crop.y0, frame_width, frame_height);
 }
 
-// Returns R, G and B of the file. Throws InputError if it does not have them.
+// Returns the channels R, G and B of the file. Throws InputError if the file does not have them.
 ImageLayer find_picture(const FloatImage& file, const std::string& path,
                         const LayerChoice& choice) {
   const ColourChannels colour = find_colour(file.channel_names, file.parts, path, choice.remedy);
@@ -33,8 +33,8 @@ ImageLayer find_picture(const FloatImage& file, const std::string& path,
   return {"", {colour.first, colour.first + 1, colour.first + 2}, -1, true};
 }
 
-// Returns the name of the reference's layer with which `layer` is compared; empty: the reference's
-// picture.
+// Returns the name of the layer of the reference with which `layer` is compared; "" if this is the
+// reference's picture.
 std::string reference_layer(const FloatImage& file, const std::string& path,
                             const std::string& layer) {
   const auto has = [&](const std::string& name) {

@@ -14,7 +14,8 @@ namespace emberline {
 // Warns if the frame was stopped early.
 void warn_if_stopped(const std::string& path, const FloatImage& image);
 
-// Whether the header has this attribute with the text "yes", as settings that are flags are stored.
+// Whether the header has this attribute with the text "yes". Settings that are flags are stored in
+// this way.
 bool is_marked(const FloatImageRows& file, const char* attribute);
 
 // Reads all channels of a picture and warns if its frame was stopped early. Throws InputError.
@@ -23,8 +24,8 @@ FloatImage read_frame(const std::string& path, const LoadProgress& progress);
 // The layer of a denoised picture.
 inline constexpr std::string_view kDenoisedLayer = "denoised";
 
-// Like find_layer(), but if a frame could have the layer, the message names the setting that adds
-// it.
+// Like find_layer(). However, if the layer is missing but a render can add it, the error message
+// names the setting that does so.
 ImageLayer find_frame_layer(const FloatImage& image, const std::string& name,
                             const std::string& path);
 
@@ -35,7 +36,7 @@ struct RgbFile {
   RgbImage pixels;
   Rect crop;
   int frame_width = 0, frame_height = 0;
-  // The file also has a denoised picture, but these pixels are not from it.
+  // Whether the file has a denoised picture but `pixels` come from another layer.
   bool has_denoised = false;
 
   bool is_whole_frame() const { return crop == Rect{0, 0, frame_width, frame_height}; }
@@ -50,8 +51,8 @@ struct LayerChoice {
   std::string_view remedy = "save one of them as a separate file";  // see find_colour()
 };
 
-// Returns the pixels of the data window in linear Rec. 709. X, Y and Z of a layer count as R, G and
-// B; a layer with a single channel uses it for all three. Throws InputError if the file is
+// Returns the pixels of the data window in linear Rec. 709. The channels X, Y and Z of a layer
+// count as R, G and B. A single channel counts as all three. Throws InputError if the file is
 // unreadable or find_colour() finds no R, G and B, and UsageError if the layer is unknown or has
 // two channels.
 RgbFile read_rgb(const std::string& path, const LoadProgress& progress,
@@ -59,12 +60,13 @@ RgbFile read_rgb(const std::string& path, const LoadProgress& progress,
 
 // Returns the reference pixels with which `crop` is compared. If the reference's frame has the same
 // size, these are the pixels at the same position. If the frames differ in size, the reference must
-// be as large as `crop`, and one of the two must be a whole frame; then these are all of its
-// pixels. Otherwise throws an InputError that calls the compared picture `what`.
+// have the size of `crop`, and the reference or `crop` must be a whole frame; then these are all
+// pixels of the reference. Otherwise throws an InputError that calls the compared picture `what`.
 RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect& crop,
                           int frame_width, int frame_height);
 
-// Returns an image of the first three of a crop's interleaved channels.
+// Returns an image of the first three channels. `values` are the interleaved channels of the crop's
+// pixels.
 RgbImage to_rgb_image(std::span<const float> values, size_t channels, const Rect& crop);
 
 }  // namespace emberline

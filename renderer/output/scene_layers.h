@@ -1,5 +1,5 @@
-// The part of a frame's files that depends on the scene: layer names and the camera. A checkpoint's
-// head also stores it, so that the frame can be read without its scene.
+// The part of a frame's files that depends on the scene: the names of layers, and the camera. A
+// checkpoint's head also stores this part, so that the frame can be read without its scene.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -30,7 +30,7 @@ constexpr NamedValue<SnapshotFormat> kFormats[] = {
 constexpr const char* kAnimation = "refinement.gif";
 constexpr const char* kMarker = "emberline-snapshots.json";
 
-// A unit's suffix in the option, and its label in file names.
+// A unit, its suffix in the option, and its label in file names.
 struct UnitEntry {
   Unit unit;
   std::string_view suffix, label;
@@ -56,7 +56,7 @@ SnapshotMoment parse_moment(std::string_view text) {
       shortened(text), kMaxSamples);
 }
 
-// Numbers are padded with zeros, so that names sort by number.
+// Pads numbers with zeros, so that the names sort by number.
 std::string label(const SnapshotMoment& moment) {
   const auto entry = std::ranges::find(kUnits, moment.unit, &UnitEntry::unit);
   if (entry == std::end(kUnits)) return "first";
@@ -132,15 +132,15 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& cro
     reference_ = reference_pixels(read_rgb(options.reference, progress), "the frame to measure",
                                   crop, options.width, options.height);
   }
-  image_library();  // the animation needs it; fails here, before rendering, if it is missing
+  image_library();  // needed by the animation; if it is missing, fails now and not after rendering
   folder_.emplace(options.snapshots, OwnedFolderKind{"`snapshots`", kMarker});
   for (const std::string& name : folder_->entries()) {
     if (matches_pending(name)) folder_->check(std::array{name});
   }
 }
 
-// Whether `name` is that of the animation or of the file of a pending moment, such as
-// "003_0005pct.png" with any number in place of 003.
+// Whether `name` is the name of the animation or of a pending moment's file. Such a file is called,
+// for example, "003_0005pct.png", with any number in place of 003.
 bool SnapshotRecorder::matches_pending(const std::string& name) const {
   if (name == kAnimation) return true;
   const std::optional<std::string> suffix = suffix_after_number(name);

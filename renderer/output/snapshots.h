@@ -1,5 +1,5 @@
-// Snapshots of a progressive render: pictures at given moments, an animation of them, and their
-// error against a reference.
+// Takes snapshots of a progressive render: pictures at given moments, an animation of these
+// pictures, and their errors against a reference.
 #pragma once
 
 #include <memory>
@@ -20,8 +20,8 @@
 
 namespace emberline {
 
-// A moment is due at the first pause at which its value has been reached. The driver pauses for it
-// once the parts in progress are finished.
+// A moment is due at the driver's first pause after its value is reached. The driver pauses for it
+// as soon as the parts in progress are finished (render_sink.h).
 struct SnapshotMoment {
   enum class Unit : uint8_t { kFirstPause, kPercentCovered, kSeconds, kSamplesPerPixel };
   Unit unit = Unit::kFirstPause;
@@ -44,27 +44,27 @@ bool is_snapshot_name(const std::string& name);
 struct SnapshotReport {
   std::string file;         // in the folder of --snapshots; empty: could not be written
   double completion = 0.0;  // fraction of the first pass, in [0, 1]
-  uint64_t samples = 0;     // number in the frame so far
+  uint64_t samples = 0;     // number of samples in the frame so far
   double elapsed_s = 0.0;   // render time, excluding earlier snapshots
   // Error against the reference, if there is one. rmse is computed from display values (sRGB, 0 to
-  // 1, after --exposure), and the others from radiance, as in error_metrics.h.
+  // 1, after --exposure). mse and rel_mse are computed from radiance. See error_metrics.h.
   std::optional<double> rmse, mse, rel_mse;
 };
 
 class SnapshotRecorder {
  public:
-  // Checks all options and creates the folder if needed; removes it at the end if it is still
-  // empty. Throws UsageError, for example if a file of another program has the name of a snapshot.
-  // Throws RenderError for an unwritable folder, and InputError for a reference that cannot be read
-  // or does not cover the crop.
+  // Checks all options. Creates the folder if it does not exist; the destructor removes it again if
+  // it is still empty. Throws UsageError, for example if a file of another program has the name of
+  // a snapshot. Throws RenderError for an unwritable folder, and InputError for a reference that
+  // cannot be read or does not cover the crop.
   SnapshotRecorder(const RenderOptions& options, const Rect& crop, const LoadProgress& progress);
 
-  // Copies the picture if a snapshot is due `elapsed_s` after the start of rendering.
+  // Copies the picture if a snapshot is due. `elapsed_s` is the render time so far.
   void update(const JobProgress& progress, const LivePicture& picture, double elapsed_s);
 
-  // For RenderSink: is_due() says whether a moment given in seconds is due; next_sample_count()
-  // returns the sample count at which the next of the other moments is due. Any thread, but not
-  // during update().
+  // For RenderSink. is_due() returns whether a moment that is given in seconds is due.
+  // next_sample_count() returns the number of samples at which the next of the other moments is
+  // due. Any thread may call these functions, but not during update().
   bool is_due(double elapsed_s) const;
   std::optional<uint64_t> next_sample_count() const;
 

@@ -14,10 +14,10 @@ constexpr size_t pair(size_t k, size_t l) {
   return k > l ? k * (k + 1) / 2 + l : l * (l + 1) / 2 + k;
 }
 
-// The terms of the error of one pixel, or their pooled sums, in units of the pixel's squared
-// brightness.
+// The terms of the error, either of one pixel or pooled over neighbours, in units of the pixel's
+// squared brightness.
 struct Terms {
-  BorderedPlane unit;  // factor on squared radiance; only in the terms of one pixel
+  BorderedPlane unit;  // factor on squared radiance; set only by measure()
   std::array<BorderedPlane, kBandwidths> gains;  // V - C_k
   std::array<BorderedPlane, kPairs> squares;     // D_kl
 };
@@ -25,9 +25,10 @@ struct Terms {
 // Errors are relative, so that a bright pixel does not dominate its dark neighbours. Below this
 // squared radiance, which is almost black on a display, errors are absolute.
 constexpr float kMinSquaredRadiance = 1e-5f;
-// Pixels in noisy neighbourhoods count less. Otherwise the terms of rare light would drown those of
-// the dark pixels around it. The value was chosen on the lamps' reflections in `thin_wires`, whose
-// dark pixels get worse with a smaller value (tests/bench/results/denoising.md).
+// This factor makes pixels in noisy neighbourhoods count less. Otherwise the terms of rare light
+// would drown the terms of the dark pixels around it. The value was chosen on the lamps'
+// reflections in `thin_wires`, where dark pixels get worse with a smaller value
+// (tests/bench/results/denoising.md).
 constexpr float kNoiseWeight = 80.0f;
 
 void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& own) {
@@ -86,14 +87,14 @@ Terms measure(const Halves& h, const Candidates& candidates) {
 // other half measures how far these pixels should change.
 constexpr float kDarkRatio = 0.25f;
 // Noisy pixels count less in these pools, although they matter most, so the pooled fraction is
-// multiplied by this. With this value, uniform noise is filtered as if dark pixels were not treated
-// separately. This value and kDarkRatio were chosen on `thin_wires` and `hotel_room`
+// multiplied by this factor. With this value, uniform noise is filtered as if dark pixels were not
+// treated separately. This value and kDarkRatio were chosen on `thin_wires` and `hotel_room`
 // (tests/bench/results/denoising.md).
 constexpr float kDarkScale = 1.25f;
 
-// Terms of the dark pixels of both halves: sums of (F_k - r)(r' - r) and of (F_k - r)(F_l - r),
-// where r and F_k belong to one half and r' to the other. In expectation r' can be replaced by the
-// truth.
+// Adds the terms of the dark pixels of both halves: (F_k - r)(r' - r) and (F_k - r)(F_l - r), where
+// r and F_k belong to one half and r' belongs to the other half. The expectation of r' is the true
+// value.
 void measure_dark_row(const Halves& h, const Candidates& candidates, const BorderedPlane& units,
                       int y, Terms& dark) {
   const size_t width = size_t(h.width);
@@ -154,7 +155,7 @@ Terms pooled(const Terms& own, int radius) {
 
 using Shares = std::array<float, kBandwidths>;
 
-// The sums sum_k a_k (V - C_k) and sum_kl a_k a_l D_kl of a pixel.
+// For one pixel, `gain` is sum_k a_k (V - C_k), and `square` is sum_kl a_k a_l D_kl.
 struct Change {
   float gain = 0.0f, square = 0.0f;
 };
@@ -169,8 +170,8 @@ Change change_at(const Terms& terms, const Shares& a, int x, int y) {
   return change;
 }
 
-// Finds the non-negative weights with a sum of at most 1 that minimise the error, by coordinate
-// descent.
+// least_error() finds the non-negative weights, with a sum of at most 1, that minimise the error.
+// It uses coordinate descent.
 constexpr int kIterations = 16;
 constexpr float kMinBlendDivisor = 1e-30f;
 
@@ -191,9 +192,9 @@ Shares least_error(const Terms& terms, int x, int y) {
   return a;
 }
 
-// The nearest neighbours may change far more than their noise explains, for example next to a lamp
-// whose noise dominates the pool. The weight is then limited to kMaxSupportRatio times the weight
-// that these neighbours support.
+// The pooled weights may change the nearest neighbours far more than their noise explains, for
+// example next to a lamp whose noise dominates the pool. The weights are then limited to
+// kMaxSupportRatio times the weights that these neighbours support.
 constexpr int kNearRadius = 1;
 constexpr float kMaxSupportRatio = 3.0f;
 
@@ -281,8 +282,8 @@ BorderedPlane pool_smoothly(const BorderedPlane& own) {
   return box_sum(box_sum(own, kFirstPool), kSecondPool);
 }
 
-// The typical weight w of a pixel in pool_smoothly(): sum w^2 / sum w, which is 36 for two boxes of
-// 9 x 9 pixels.
+// Returns the typical weight of a pixel in pool_smoothly(): sum w^2 / sum w, over the weights w of
+// the neighbourhood. It is 36 for two boxes of 9 x 9 pixels.
 constexpr float pixel_weight() {
   float sum = 0.0f, squares = 0.0f;
   for (int i = -kPoolRadius; i <= kPoolRadius; ++i) {
@@ -294,7 +295,8 @@ constexpr float pixel_weight() {
   return (squares / sum) * (squares / sum);
 }
 
-// The rarity of a pixel's light: 1 if one half saw all of the light, 0 if both saw the same amount.
+// Returns the rarity of each pixel's light: 1 if one half saw all of the light, 0 if both saw the
+// same amount.
 BorderedPlane rarity(const Halves& h) {
   BorderedPlane rare(h.width, h.height);
   for_each_pixel(h.width, h.height, [&](int x, int y) {
@@ -310,8 +312,8 @@ BorderedPlane rarity(const Halves& h) {
 }
 
 // Adds the error of unseen rare light. Where few pixels have most of the error, both halves may
-// have missed the light of another such pixel. So this adds the error that one such pixel would
-// have: the mean of the seen errors, weighted by error and rarity.
+// have missed the light of another such pixel. So this function adds the error that one such pixel
+// would have, which is the mean of the seen errors, weighted by error and rarity.
 void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPlane& pool) {
   constexpr float kMaxPixelError = 1.0f;  // squared error of a displayed pixel
   BorderedPlane errors = own, squares = own;
@@ -328,7 +330,7 @@ void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPla
   });
 }
 
-// `rare` may be null: then unseen light is ignored.
+// If `rare` is null, unseen light is ignored.
 BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own, const BorderedPlane* rare) {
   BorderedPlane error = pool_smoothly(own);
   if (rare != nullptr) add_unseen(own, *rare, error);

@@ -1,5 +1,6 @@
-// Chooses the weight of each filtered image per pixel. With the raw image r and candidates F_k, the
-// expected squared error of r + sum_k a_k (F_k - r) is, whatever the bias of F_k,
+// Chooses, for each pixel, the weights of the filtered images. Let r be the raw image, and let the
+// candidates F_k be the filtered images. Whatever the bias of F_k, the expected squared error of
+// r + sum_k a_k (F_k - r) is
 //   V - 2 sum_k a_k (V - C_k) + sum_kl a_k a_l D_kl,
 // where V is the variance of r, C_k the covariance of r and F_k, and D_kl the mean product of F_k -
 // r and F_l - r. All these terms can be measured (Stein, "Estimation of the Mean of a Multivariate
@@ -24,7 +25,7 @@ using Candidates = std::array<Candidate, kBandwidths>;
 
 // Weights and errors of the whole image; the weights also apply to its parts.
 struct Blend {
-  std::array<BorderedPlane, kBandwidths> shares;  // weight of each candidate; the rest is raw
+  std::array<BorderedPlane, kBandwidths> shares;  // weight of each candidate; r gets the rest
   ColourPlanes colour;
   std::optional<OutlierEnergy> outlier_energy;  // its light is already in `colour`
   // Expected squared error of the displayed pixel, in the raw and in the blended image.

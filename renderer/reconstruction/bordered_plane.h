@@ -18,9 +18,9 @@ class BorderedPlane {
  public:
   BorderedPlane() = default;
   BorderedPlane(int width, int height) { resize(width, height); }
-  // Keeps the memory; the contents become undefined. Planes that are read together need different
-  // values of `cache_slot`, starting at 0. Otherwise their rows would compete for the same few
-  // lines of the L1 cache.
+  // Resizes the plane. It keeps its memory, but its contents become undefined. Planes that are read
+  // together need different values of `cache_slot`, starting at 0. Otherwise their rows would
+  // compete for the same few lines of the L1 cache.
   void resize(int width, int height, int cache_slot = 0) {
     width_ = width;
     height_ = height;
@@ -33,8 +33,8 @@ class BorderedPlane {
   int height() const { return height_; }
   bool empty() const { return values_.empty(); }
 
-  // Pointer to pixel x = 0. A run that begins at any pixel may be read, and so may kPad values on
-  // either side of it.
+  // Returns a pointer to pixel x = 0. The caller may read a run that begins at any pixel, and kPad
+  // values on either side of the run.
   float* row(int y) { return values_.data() + size_t(y) * stride_ + offset_; }
   const float* row(int y) const { return values_.data() + size_t(y) * stride_ + offset_; }
   // Like row(), but with y clamped to the image.

@@ -58,8 +58,8 @@ std::array<std::vector<float>, 3> rows_of(const ColourPlanes& colour, int begin,
   return out;
 }
 
-// Whether any of kLanes pixels has noise. If not, the fits around them can be skipped: noisy pixels
-// in their windows get all they need from their own fits.
+// Whether any of the kLanes pixels from x on has noise. If none has, the fits around these pixels
+// can be skipped: noisy pixels in their windows get all that they need from their own fits.
 bool has_noise(const Halves& halves, int x, int y) {
   for (const Half& half : halves.half) {
     const float* noise = half.noise.row(y) + x;
@@ -71,8 +71,8 @@ bool has_noise(const Halves& halves, int x, int y) {
 }
 
 // Calls body(fit, half, bandwidth) for each fit that contributes to rows [begin, end), from several
-// threads. Fits that contribute to the same pixel are never processed concurrently, and always in
-// the same order.
+// threads. Fits that contribute to the same pixel are never processed concurrently, and are always
+// processed in the same order.
 template <typename Body>
 void for_each_fit(const Halves& halves, FrameOffset frame_offset, int begin, int end,
                   const std::stop_token& stop, const Body& body) {
@@ -100,8 +100,8 @@ void for_each_fit(const Halves& halves, FrameOffset frame_offset, int begin, int
   });
 }
 
-// Weight of a pixel's own value relative to the fits: if no fit is similar, the pixel stays
-// unchanged.
+// The weight of a pixel's own value, relative to the weights of the fits. If no fit is similar,
+// this weight keeps the pixel unchanged.
 constexpr float kOwnWeight = 0.02f;
 constexpr float kMinWeight = 1e-30f;  // avoids division by zero
 
@@ -173,8 +173,8 @@ Part read_part(const Halves& h, const HalfColour& colour) {
   return part;
 }
 
-// [bandwidth][half]: the factor for a fit's weighted prediction of a pixel; includes the division
-// by the total weight.
+// [bandwidth][half] is the factor for a fit's weighted prediction of a pixel. It includes the
+// division by the total weight.
 using Factors = std::array<std::array<BorderedPlane, 2>, kBandwidths>;
 Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& shares) {
   Factors factors;

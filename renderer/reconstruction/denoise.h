@@ -3,10 +3,11 @@
 // Each pixel is the mean of first-order regressions over the features of the pixels around it,
 // weighted by the similarity of their colours (Bitterli et al. 2016, "Nonlinearly Weighted
 // First-order Regression for Denoising Monte Carlo Renderings"). A frame's samples come as two
-// independent halves, and each half is filtered with the other's weights, so that noise does not
-// influence its own weights. The error of each filtered image is measured by the difference of its
-// two halves and by its difference from the raw image (Rousselle et al. 2012, 2013). For each pixel
-// the best combination of the filtered images and the raw image is chosen.
+// independent halves, and each half is filtered with the weights of the other half, so that the
+// noise in a half does not influence the weights that filter it. The error of each filtered image
+// is measured by the difference of its two halves and by its difference from the raw image
+// (Rousselle et al. 2012, 2013). For each pixel the best combination of the filtered images and the
+// raw image is chosen.
 #pragma once
 
 #include <array>
@@ -30,28 +31,29 @@ struct DenoiseInput {
   int x0 = 0, y0 = 0;  // the first pixel's position, if this is a part of a frame
   HalfPlanes samples;  // sample counts
   HalfColour colour;
-  HalfColour albedo;                 // also used as a feature; empty spans: unknown
+  HalfColour albedo;                 // also used as a feature; empty if unknown
   std::vector<HalfPlanes> features;  // one channel each, in any scale: normals, depth, visibility …
   std::vector<HalfColour> parts;     // images whose sum is `colour`, such as light groups
-  // The image after each pixel's samples are combined with those of its neighbours
-  // (renderer/film/shared_samples.h), which halves the noise before any filter. Empty spans:
-  // unknown. Parts have no such image: their own samples are filtered, and the difference between
-  // the whole and the sum of the parts is distributed in proportion to the parts.
+  // The image in which each pixel's samples are combined with those of its neighbours
+  // (renderer/film/shared_samples.h). This halves the noise before any filter. The spans are empty
+  // if the image is unknown. Parts have no such image: their own samples are filtered, and the
+  // difference between the whole and the sum of the parts is distributed in proportion to the
+  // parts.
   HalfColour shared;
 };
 
 struct DenoisedPicture {
   std::array<std::vector<float>, 3> colour;
   std::vector<float> error;  // expected RMS error of the displayed pixel (display_error.h)
-  std::vector<std::array<std::vector<float>, 3>> parts;  // with `colour`'s weights; add up to it
+  std::vector<std::array<std::vector<float>, 3>> parts;  // filtered like `colour`, their sum
   double squared_error_before = 0.0;  // of the displayed raw image, summed over pixels
   double squared_error_after = 0.0;
   size_t unchanged_pixels = 0;  // number of pixels that look unchanged
 };
 
-// A row depends on this many rows above and below. If the input of a band of a large frame includes
-// this margin (less at the frame's border), the band is bit-identical to the same rows of the whole
-// frame.
+// A row depends on this many rows above it and below it. If the input of a band of a large frame
+// includes this margin (less at the frame's border), the band is bit-identical to the same rows of
+// the whole frame.
 inline constexpr int kDenoiseMargin = 46;
 // Rows per band; a small frame has fewer. The margins are filtered again for each band.
 inline constexpr int kDenoiseBandRows = 384;

@@ -14,8 +14,11 @@
 namespace emberline {
 namespace {
 
-// The constants were tuned on four scenes of `scenes/` at 1 to 64 samples (tests/bench/results).
-// Factor for the distance between two normals; at a scaled distance of 1 they are dissimilar.
+// The following constants were tuned on four scenes of `scenes/` at 1 to 64 samples
+// (tests/bench/results).
+//
+// Factor on the distance between two normals. At a scaled distance of 1, the normals are
+// dissimilar.
 constexpr float kNormalScale = 1.7f;
 // Tolerated squared difference between two pixels, relative to their variance.
 constexpr float kNoiseScale = 10.0f;
@@ -47,8 +50,8 @@ bool is_known(const float* rgba, const FeatureRow& row, int x) {
   return row.samples[x] > 0.0f && finite;
 }
 
-// Whether all pixels of a row are known; fast. May return false for a known row whose sums
-// overflow, so the caller then checks each pixel.
+// A fast test whether all pixels of a row are known. It may return false for a known row whose sums
+// overflow. So if it returns false, the caller checks each pixel.
 bool all_known(int width, const float* __restrict rgba, const FeatureRow& row) {
   const float *ar = row.albedo[0], *ag = row.albedo[1], *ab = row.albedo[2];
   const float *nx = row.normal[0], *ny = row.normal[1], *nz = row.normal[2];
@@ -94,12 +97,13 @@ void fill_unknown(int width, float* rgba, const FeatureRow& row) {
   fill(row.variance, 1);
 }
 
-// Processes eight pixels at a time, because the sums of sixteen do not fit into the AVX registers.
+// The filter processes eight pixels at a time, because the sums of sixteen pixels do not fit into
+// the AVX registers.
 using Float8 = Lanes::Part;
 constexpr int kAtOnce = kLanes / 2;
 
-// a * b + c, rounded once if compiled for processors with FMA, so an image's last bits depend on
-// that.
+// Returns a * b + c. The result is rounded only once if the code is compiled for processors with
+// FMA, so an image's last bits depend on the target processor.
 [[gnu::always_inline]] inline Float8 fused(const Float8& a, const Float8& b, const Float8& c) {
 #ifdef __FMA__
   return __builtin_ia32_vfmaddps256(a, b, c);
@@ -108,15 +112,16 @@ constexpr int kAtOnce = kLanes / 2;
 #endif
 }
 
-// Reciprocals of positive numbers, with a relative error of up to 1/500: negates the exponent, then
-// does one Newton step.
+// Returns the reciprocals of positive numbers, with a relative error of up to 1/500. The code
+// negates the exponent, then does one Newton step.
 [[gnu::always_inline]] inline Float8 reciprocal(const Float8& value) {
   using Words [[gnu::vector_size(sizeof(Float8))]] = int32_t;
   const auto out = std::bit_cast<Float8>(0x7EF311C7 - std::bit_cast<Words>(value));
   return out * fused(-value, out, Float8{} + 2.0f);
 }
 
-// Divides one channel by its albedo. Writes the divisor to `albedo` and the quotient to `out`.
+// Divides one channel of the colour by its albedo. Writes the divisor to `albedo` and the quotient
+// to `out`.
 void demodulate_albedo(int width, int channel, const float* __restrict rgba, const FeatureRow& row,
                        float* __restrict albedo, float* __restrict out) {
   const float *red = row.albedo[0], *green = row.albedo[1], *blue = row.albedo[2];
@@ -138,8 +143,8 @@ void to_luminance(int width, float* __restrict red, float* __restrict green,
   }
 }
 
-// Computes the noise of luminance divided by albedo, multiplied by kNoiseScale; -1 where it is
-// unknown.
+// Computes the variance of the luminance after the division by albedo, and multiplies it by
+// kNoiseScale. Writes -1 where the variance is unknown.
 void scale_noise(int width, const float* __restrict variance, const float* __restrict red,
                  const float* __restrict green, const float* __restrict blue,
                  float* __restrict noise) {
@@ -302,10 +307,11 @@ class FastFilter::Planes {
       plane->extend_row(y);
   }
 
-  // A pixel's noise is the larger of its own estimate and that of its neighbourhood. The latter is
-  // the squared mean of the deviations, so that a few much noisier pixels do not dominate. A single
-  // sample has no estimate; then the spread of the surrounding colours and the pixel's distance
-  // from their mean are used.
+  // A pixel's noise is the larger of its own estimate and the estimate from its neighbourhood. The
+  // neighbourhood's estimate is the squared mean of the deviations, so that a few much noisier
+  // pixels do not dominate. A pixel with a single sample has no estimate of its own. For such a
+  // pixel, the function uses the spread of the surrounding luminances and the pixel's distance from
+  // their mean.
   void find_noise(int y) {
     Layer& layer = layers_[0];
     thread_local std::vector<float> sums;

@@ -4,8 +4,8 @@
 // Wavelet Transform for fast Global Illumination Filtering") on the colour divided by albedo. The
 // similarity of pixels depends on normal, depth, and brightness relative to its noise (Schied et
 // al. 2017, "Spatiotemporal Variance-Guided Filtering"). As more samples reduce the noise, the
-// filter changes less, so the image converges to the raw one. There is no error estimate; use
-// denoise.h for that.
+// filter changes less, so the filtered image converges to the raw image. There is no error
+// estimate; use denoise.h for that.
 #pragma once
 
 #include <array>
@@ -25,14 +25,14 @@ struct FeatureRow {
   float* variance;  // variance of the mean's luminance; negative: unknown
 };
 
-// Keeps its memory between images. Filters one image at a time, on TBB's current arena; the
-// result's bits do not depend on the number of threads.
+// The filter keeps its memory between images. It filters one image at a time, on TBB's current
+// arena. The result's bits do not depend on the number of threads.
 class FastFilter {
  public:
   FastFilter();
   ~FastFilter();
 
-  // Called from several threads, once per row.
+  // The filter calls this function from several threads, once per row.
   using ReadRow = std::function<void(int y, const FeatureRow& row)>;
 
   // Level l reaches 2^l pixels; the total reach, 2^levels - 1, must fit into a plane's border.

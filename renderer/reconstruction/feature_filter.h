@@ -7,8 +7,9 @@
 
 namespace emberline {
 
-// Filters each half by non-local means with the other half's weights, and returns the mean of both.
-// `variance` is the variance of one sample. A row depends on rows up to kFeatureReach away.
+// Filters each half by non-local means with the other half's weights, and returns the mean of the
+// two filtered halves. `variance` is the variance of one sample. A row depends on rows up to
+// kFeatureReach away.
 inline constexpr int kFeatureReach = 4;
 Feature filter_feature(const Halves& halves, const BorderedPlane& a, const BorderedPlane& b,
                        const BorderedPlane& variance);

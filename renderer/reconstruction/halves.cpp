@@ -26,13 +26,14 @@ BorderedPlane padded_plane(std::span<const float> values, int width, int height)
   return plane;
 }
 
-// Variance of one sample, from the difference d of two independent means of n_a and n_b samples.
+// Returns the variance of one sample, estimated from the difference d of two independent means of
+// n_a and n_b samples.
 float sample_variance(float d, float n_a, float n_b) {
   return n_a > 0 && n_b > 0 ? d * d * (n_a * n_b / (n_a + n_b)) : 0.0f;
 }
 
-// The mean of difference(x, y, n_a, n_b) over neighbours with both halves known. `both_known` is
-// the number of such neighbours.
+// Returns the mean of difference(x, y, n_a, n_b) over the neighbours of which both halves are
+// known. `both_known` is the number of such neighbours.
 template <typename Difference>
 BorderedPlane pooled_variance(const Halves& h, const BorderedPlane& both_known,
                               const Difference& difference) {
@@ -68,12 +69,13 @@ void read_counts(const DenoiseInput& input, Halves& h) {
   });
 }
 
-// A pixel of a half is an outlier if it is this many times as bright as all other nearby pixels in
-// either half. Neighbours say nothing about such rare excess light, so it stays in place,
-// unfiltered. A value as far below black is not light, so its pixel stays unfiltered entirely.
+// A pixel of a half is an outlier if it is this many times as bright as every other nearby pixel in
+// either half. Neighbours say nothing about such rare excess light, so the excess stays in place,
+// unfiltered. A value that is as far below black is not light, so a pixel with such a value stays
+// entirely unfiltered.
 constexpr float kOutlierRatio = 20.0f;
 
-// For each pixel, the largest value of its channels, and how far the smallest is below black.
+// For each pixel, the largest value of its channels, and how far the smallest value is below black.
 struct Extremes {
   BorderedPlane brightest, below;  // their borders are black
 };

@@ -8,9 +8,9 @@ namespace emberline {
 
 inline constexpr int kLanes = 16;
 
-// Two GCC or Clang vectors of AVX register size; each lane is rounded like a float. Without a
-// register of that size, a single vector of sixteen floats would go through memory at each load,
-// and the filter would take 1.6 times as long.
+// Two GCC or Clang vectors of AVX register size; each lane is rounded like a float. If the
+// processor has no registers for sixteen floats, a single vector of sixteen floats would go through
+// memory at each load, and the filter would take 1.6 times as long.
 struct Lanes {
   using Part [[gnu::vector_size(32)]] = float;
 

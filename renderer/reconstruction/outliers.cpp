@@ -8,8 +8,8 @@
 namespace emberline {
 namespace {
 
-// A loss comes from an outlier if its square exceeds this multiple of the (robustly estimated)
-// variance of the loss.
+// A loss is attributed to an outlier if its square exceeds this multiple of the (robustly
+// estimated) variance of the loss.
 constexpr float kOutlierThreshold = 4.0f;
 // Ratio of the variance to the squared mean deviation of a pixel, for three channels that mostly
 // deviate together.

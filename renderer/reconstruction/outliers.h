@@ -1,8 +1,8 @@
 // Gives back the light of rare bright samples, which filtering would lose: the pixel with such a
-// sample becomes as dark as its neighbours, which reject its light. If a neighbourhood loses more
-// light than its usual noise explains, the loss is returned to the neighbourhood's noisiest pixels,
-// where the light came from. This is linear in the images, so light groups still add up to the
-// whole.
+// sample becomes as dark as its neighbours, and the neighbours reject the pixel's light. If a
+// neighbourhood loses more light than its usual noise explains, the loss is returned to the
+// neighbourhood's noisiest pixels, where the light came from. This is linear in the images, so
+// light groups still add up to the whole.
 #pragma once
 
 #include "renderer/reconstruction/halves.h"
@@ -18,7 +18,8 @@ class OutlierEnergy {
   // away.
   void restore(const BorderedPlane& raw, BorderedPlane& filtered) const;
 
-  // If filtering changes only one pixel, the fraction of the change that is returned to this pixel.
+  // Returns, for each pixel, the fraction of a change that is returned to the pixel if filtering
+  // changes only this pixel.
   const BorderedPlane& own_fraction() const { return own_fraction_; }
 
  private:

@@ -14,8 +14,9 @@ inline constexpr int kPatchPad = 8;     // extra columns on either side of a run
 inline constexpr int kPatchRun = kRun + 2 * kPatchPad;
 static_assert(kPatchRadius <= kPatchPad && kPatchPad <= kPad);
 
-// exp(-x) for x >= 0 with an error of at most 1e-5, and 0 for x >= 87; branch-free. The library's
-// function does not vectorise in code that must preserve NaN.
+// Returns exp(-x) for x >= 0 with an error of at most 1e-5, and 0 for x >= 87. The function has no
+// branches, so it vectorises. The library's function does not vectorise in code that must preserve
+// NaN.
 inline float exp_minus(float x) {
   const float t = std::min(x, 87.0f) * -1.44269504f;  // in powers of two
   const int whole = int(t) - 1;                       // at most t, since t <= 0
@@ -31,9 +32,9 @@ inline float exp_minus(float x) {
   return x < 87.0f ? p * scale : 0.0f;
 }
 
-// distance(y, out) must write the kPatchRun per-pixel distances of row y, which start kPatchPad
-// columns to the left of the run. Writes to `means` the mean distance over the patch around each of
-// the run's pixels, for kTileRows rows from row y0 on.
+// Writes to `means` the mean distance over the patch around each of the run's pixels, for the
+// kTileRows rows from y0 on. distance(y, out) must write the kPatchRun per-pixel distances of row
+// y, beginning kPatchPad columns to the left of the run.
 template <int Radius, typename Distance>
 void patch_means(int y0, const Distance& distance, float (*means)[kRun]) {
   float single[kTileRows + 2 * Radius][kPatchRun];

@@ -11,23 +11,24 @@ constexpr int offset_x(int offset) { return offset % kWindow - kWindowRadius; }
 constexpr int offset_y(int offset) { return offset / kWindow - kWindowRadius; }
 constexpr int term(int row, int column) { return row * (row + 1) / 2 + column; }
 
-// A ridge relative to the feature's variance in the window; avoids extreme slopes if features are
-// collinear.
+// Ridges are added to the features' variances. This ridge is relative to the feature's variance in
+// the window. It avoids extreme slopes if features are collinear.
 constexpr float kRidge = 1e-3f;
-// A ridge relative to the feature's mean squared difference from its value at the pixel; covers the
-// rounding error where the variance is 0.
+// This ridge is relative to the feature's mean squared difference from its value at the pixel. It
+// covers the rounding error where the variance is 0.
 constexpr float kRoundingRidge = 1e-5f;
-// A ridge relative to the feature's noise; limits the influence of features that vary by no more
-// than their noise.
+// This ridge is relative to the feature's noise. It limits the influence of features that vary by
+// no more than their noise.
 constexpr float kNoiseRidge = 4.0f;
-// Minimum independent part of a feature's variance, relative to the variance; less is rounding
-// error.
+// The minimum independent part of a feature's variance, relative to the variance. A smaller part is
+// only rounding error.
 constexpr float kMinPivot = 1e-5f;
 // A feature is ignored in windows where its spread(), or the spread() of its difference from a
 // feature already chosen, is at most this.
 constexpr float kMinSpread = 4e-6f;
 constexpr float kMinDivisor = 1e-30f;
-// Limit for a pixel's weight in its own fit. In the mean of a full window, that weight is smaller.
+// Limit for a pixel's weight in its own fit. In the weighted mean over a full window, the pixel has
+// a smaller weight than this.
 constexpr float kMaxWeight = 1e6f;
 
 WindowWeights::WindowWeights() : weights_(new Rows[2 * kOffsets]) {}
@@ -89,8 +90,8 @@ void WindowFit::choose_features() {
   }
 }
 
-// The range of the values in the windows, or of their differences from `less` if given, divided by
-// the largest magnitude of the values.
+// Returns the range of the values in the windows (or, if `less` is not null, of their differences
+// from `less`), divided by the largest magnitude of the values.
 float WindowFit::spread(const BorderedPlane& of, const BorderedPlane* less) const {
   static_assert(kLanes >= 2 * kWindowRadius);  // so two loads per row cover all windows
   constexpr float kMaxFloat = std::numeric_limits<float>::max();
@@ -180,7 +181,8 @@ void WindowFit::subtract_means() {
   }
 }
 
-// Cholesky decomposition, row by row, in place except for the diagonal.
+// Computes the Cholesky decomposition, row by row. It is stored in place, except for the diagonal,
+// whose inverses are stored in inverse_.
 void WindowFit::decompose() {
   for (int k = 0; k < features(); ++k) {
     Lanes* m = moments_ + term(k + 1, 1);

@@ -19,8 +19,8 @@ inline constexpr int kOffsets = kWindow * kWindow;
 // for_each_tile_in_phases() requires this, since a fit writes to its whole window.
 static_assert(kTileRows >= 2 * kWindowRadius && kRun >= 2 * kWindowRadius);
 
-// Number of bandwidths of the weights. Narrower weights are powers of the widest: exp(-d)^4 has
-// half the bandwidth of exp(-d) (Bitterli et al.: k of 1 and .5).
+// Number of bandwidths of the weights. Narrower weights are powers of the widest weights: exp(-d)^4
+// has half the bandwidth of exp(-d) (in Bitterli et al., k is 1 and 0.5).
 inline constexpr int kBandwidths = 2;
 
 // For each half, the similarity of each pixel of a tile to the pixels of its window: exp(-d), where
@@ -49,7 +49,7 @@ class WindowFit {
   void fit(const WindowWeights& weights, size_t half, int bandwidth);
 
   // apply() fits an image of the same half. add_to() adds the predictions for the window's pixels
-  // to `sums`, multiplied by the pixels' weights in the fit and by `factor` unless it is null;
+  // to `sums`, multiplied by the pixels' weights in the fit and, unless it is null, by `factor`.
   // add_weights_to() adds the weights alone.
   using Picture = std::array<const BorderedPlane*, 3>;
   void apply(const Picture& picture);
@@ -88,8 +88,8 @@ class WindowFit {
   Lanes center_[kMaxFeatures];   // the pixel's own features
   Lanes mean_[kMaxFeatures];     // weighted means of the features, minus center_
   Lanes inverse_[kMaxFeatures];  // inverses of the decomposition's diagonal
-  // The fit of each channel, constant + slopes * (features - center_). Until it is solved, this
-  // holds sums of products.
+  // The fit of each channel, constant + slopes * (features - center_). Until the fit is solved,
+  // this array holds sums of products.
   Lanes fit_[3][kMaxFeatures + 1];
 };
 

@@ -1,4 +1,4 @@
-// Rectangles that one thread processes at a time, small enough for its caches.
+// Rectangles that one thread processes at a time. They are small enough for a core's caches.
 #pragma once
 
 #include <algorithm>

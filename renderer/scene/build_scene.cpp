@@ -43,7 +43,7 @@ double largest_entry(const std::array<Vec3d, 3>& rows) {
 }
 
 // Returns the inverse transpose of the linear part, up to a positive factor. This is the cofactor
-// matrix times the determinant's sign, which keeps the front side in front under mirroring.
+// matrix times the sign of the determinant. The sign keeps the front side in front under mirroring.
 std::array<Vec3d, 3> normal_rows(const Mat44d& m) {
   std::array<Vec3d, 3> rows = cofactors(m);
   // The rows are scaled to a largest entry of 1, since the cofactors of a 1e-6 transform are 1e-12.
@@ -52,7 +52,8 @@ std::array<Vec3d, 3> normal_rows(const Mat44d& m) {
   return rows;
 }
 
-// Upper bound on the factor by which the inverse enlarges a vector's largest coordinate.
+// Returns an upper bound on the factor by which the inverse of `m` enlarges a vector's largest
+// coordinate.
 double inverse_growth(const Mat44d& m) {
   return 3.0 * largest_entry(cofactors(m)) / std::abs(determinant3(m));
 }
@@ -68,18 +69,18 @@ Space space_of(const WorldBounds& bounds) {
   const double radius = bounds.radius();
   const Vec3d center = bounds.isEmpty() ? Vec3d(0.0) : bounds.center();
   // Keeping an origin that is at most two radii from the centre costs at most one bit of precision,
-  // so ordinary scenes keep it and thus their exact coordinates.
+  // so ordinary scenes keep their origin and thus their exact coordinates.
   if (center.length() > 2.0 * radius && !bounds.isEmpty()) space.origin = center;
-  // Scales extreme scenes, whose squared lengths would underflow or overflow. A power of two is
-  // exact.
+  // Scales extreme scenes, whose squared lengths would underflow or overflow. Scaling by a power of
+  // two is exact.
   if (radius > 0 && (radius < 1e-3 || radius > 1e5)) {
     space.scale = std::exp2(-std::round(std::log2(radius)));
   }
   return space;
 }
 
-// Whether geometry in these bounds can use a space made for other bounds, losing at most four bits
-// of precision (our choice).
+// Returns whether geometry in these bounds can use a space that was made for other bounds. It may
+// lose at most four bits of precision (our choice).
 bool is_precise_for(const Space& space, const WorldBounds& bounds) {
   if (bounds.isEmpty()) return true;
   const double radius = bounds.radius(), scaled = radius * space.scale;
@@ -87,7 +88,8 @@ bool is_precise_for(const Space& space, const WorldBounds& bounds) {
          scaled <= 1e5;
 }
 
-// Whether both instances have the same placement. Valid only without motion.
+// Returns whether both instances have the same placement. Call this only for instances without
+// motion.
 bool has_same_placement(const Instance& a, const Instance& b) {
   if (a.mesh != b.mesh || a.transformed != b.transformed || a.moving_index != b.moving_index)
     return false;
@@ -157,7 +159,7 @@ void SceneBuilder::begin() {
   scene_->instances_.resize(description_.instances.size());
 }
 
-// Runs the steps that follow place_meshes(). They may throw.
+// Runs the steps that follow place_meshes(). These steps may throw.
 void SceneBuilder::finish_build(SceneUpdater& updater, const Scene* before) {
   updater.assign_materials();
   if (!options_.editable) drop_unread_attributes();
@@ -183,7 +185,7 @@ bool SceneBuilder::repose(std::unique_ptr<Scene>& before) {
       updater.reuse_from(*before, previous_mesh_indices_);
       finish_build(updater, before.get());
       handover.commit();
-      before.reset();  // must be freed before memory is counted
+      before.reset();  // free it before memory is counted
       updater.update_memory_and_features();
       before = std::move(scene_);
       progress_.finish();
@@ -195,8 +197,8 @@ bool SceneBuilder::repose(std::unique_ptr<Scene>& before) {
   return true;
 }
 
-// Fills previous_mesh_indices_. Returns whether `before` has all meshes that this pose reuses,
-// baked or instanced as this pose needs them.
+// Fills previous_mesh_indices_. Returns whether `before` has all meshes that this pose reuses, and
+// has them baked or instanced as this pose needs.
 bool SceneBuilder::find_reused_meshes(const Scene& before) {
   std::unordered_map<uint64_t, uint32_t> previous_by_key;
   for (uint32_t i = 0; i < before.meshes_.size(); ++i) {
@@ -215,7 +217,7 @@ bool SceneBuilder::find_reused_meshes(const Scene& before) {
   });
 }
 
-// Whether the scene has exactly the meshes and placements of `before`.
+// Returns whether the scene has exactly the meshes and placements of `before`.
 bool SceneBuilder::has_same_layout(const Scene& before) const {
   if (previous_mesh_indices_.size() != before.meshes_.size()) return false;
   for (const Scene* scene : {&before, static_cast<const Scene*>(scene_.get())}) {
@@ -236,8 +238,8 @@ void SceneBuilder::choose_space() {
     throw InputError(description_.file, "the scene's extent is not finite");
   }
   Space space = space_of(bounds);
-  // A pose uses the rest pose's space while that is precise enough, so that all poses share one
-  // space.
+  // A pose uses the rest pose's space while that space is precise enough, so that all poses share
+  // one space.
   if (const auto& rest = description_.rest_bounds;
       rest && is_precise_for(space_of(*rest), bounds)) {
     space = space_of(*rest);
@@ -258,7 +260,7 @@ Mat44d SceneBuilder::to_internal(const Mat44d& to_world) const {
 
 void SceneBuilder::move_arrays(MeshDescription& source, Mesh& mesh) {
   const auto pad = [](std::vector<Vec3f>& positions) {
-    // Embree reads 16 bytes per vertex, so a spare one is added. reserve() avoids doubling the
+    // Embree reads 16 bytes per vertex, so add a spare vertex. reserve() avoids doubling the
     // capacity.
     positions.reserve(positions.size() + 1);
     positions.emplace_back(0.0f);
@@ -306,8 +308,8 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
   }
 }
 
-// Lowers max_origin_ so that ray origins are within Embree's range in the instance's object space,
-// too.
+// Lowers max_origin_ so that ray origins are also within Embree's range in the object space of the
+// instance.
 void SceneBuilder::limit_origins(const Mat44d& m, const std::string& mesh) {
   const double growth = inverse_growth(m) / scene_->scale_;
   const Vec3d at = (row(m, 3) - scene_->origin_) * scene_->scale_;
@@ -336,7 +338,7 @@ void SceneBuilder::place(const InstanceDescription& placed, Instance& instance) 
   for (const Mat44d& step : placed.motion) limit_origins(step, mesh);
 }
 
-// Whether the instance is the only one of its mesh and never moves.
+// Returns whether the instance is the only one of its mesh and never moves.
 bool SceneBuilder::is_baked(const InstanceDescription& placed) const {
   const auto mesh = size_t(placed.mesh);
   return instance_counts_[mesh] == 1 && placed.motion.empty() &&
@@ -421,7 +423,7 @@ void SceneBuilder::build_geometry(const Scene* before) {
       before ? before->geometry_->device()
              : std::make_shared<scene_detail::EmbreeDevice>(options_.isa.value_or(widest_isa()),
                                                             progress_.budget(), description_.file);
-  // Editable scenes need query filters, too, because an edit may turn any mesh into a solid.
+  // Editable scenes also need query filters, because an edit may turn any mesh into a solid.
   device->has_query_filters =
       options_.editable || (scene.solids_ && scene.solids_->touching_faces() > 0);
   scene.geometry_ = std::make_unique<Geometry>(device);

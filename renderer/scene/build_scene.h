@@ -13,7 +13,7 @@ enum class EmbreeIsa;  // renderer/scene/embree_isa.h
 class Scene;
 
 struct SceneBuildOptions {
-  bool show_backfaces = false;  // single-sided materials are visible from behind, too
+  bool show_backfaces = false;  // single-sided materials are also visible from behind
   // If false, the scene lists its features but cannot be traced.
   bool bvh = true;
   // If true, keeps texture coordinates that no material reads, for the integrator that shows them.
@@ -34,15 +34,16 @@ std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuil
                                    LoadProgress& progress = LoadProgress::none());
 
 // Replaces a scene's materials, lights and environment. The scene then renders bit-identically to
-// one built from `description`, but keeps its BVH. The description may differ from the scene's only
-// by SceneEdits; its geometry is not read, so an outline is enough. `options` must be those
-// passed to build_scene(), with `editable` set. The scene must not be used during the call. Uses
-// TBB. Throws InputError for an invalid texture, leaving the scene unchanged.
+// one built from `description`, but keeps its BVH. `description` may differ from the description of
+// the scene only by SceneEdits. Its geometry is not read, so an outline is enough. `options` must
+// be those passed to build_scene(), with `editable` set. The scene must not be used during the
+// call. Uses TBB. Throws InputError for an invalid texture, leaving the scene unchanged.
 //
-// Unchanged parts are reused: emitters if their material emits as before (averaging an emissive
-// texture over triangles is the most expensive part); the light sampler if neither emitters nor
-// punctual lights have changed; an environment's tables if it was only rotated, tinted or scaled;
-// the result of the search for flush emitters if the same triangles emit.
+// Unchanged parts are reused. Emitters are reused if their material emits as before; averaging an
+// emissive texture over triangles is the most expensive part. The light sampler is reused if
+// neither emitters nor punctual lights have changed. The tables of an environment are reused if it
+// was only rotated, tinted or scaled. The result of the search for flush emitters is reused if the
+// same triangles emit.
 void update_scene(Scene& scene, const SceneDescription& description,
                   const SceneBuildOptions& options);
 

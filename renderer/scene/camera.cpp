@@ -103,7 +103,7 @@ Camera::Pose Camera::pose_of(const Mat44d& m, const std::string& name, const Vec
   const auto require = [&](bool condition, const char* what) {
     if (!condition) throw InputError("camera '" + shortened(name) + "'", what);
   };
-  // The camera ignores scale in the node's transform (glTF 2.0, section 3.10.1), and shear: rebuild
+  // The camera ignores scale (glTF 2.0, section 3.10.1) and shear in the node's transform. Rebuild
   // an orthonormal frame around the viewing axis.
   const Vec3d back = row(m, 2);
   const Vec3d up_hint = row(m, 1);
@@ -191,7 +191,7 @@ Vec3d Camera::to_view_space(const Pose& pose, const Vec3d& displacement) const {
           dot(displacement, pose.axis)};
 }
 
-// The inverse of view_from().
+// Inverts the projection of view_from().
 Vec3d Camera::project_to_film(const Vec3d& point) const {
   const Vec3d p = to_view_space(pose_, point - pose_.position);
   return {(p.x + shape_.half_width * p.z) / shape_.per_column,
@@ -227,10 +227,11 @@ Vec2f Camera::velocity(const Vec3d& direction, double frames) const {
                        frames);
 }
 
-// Film velocity of a point that moves from `from` to `to`, each in the view space at its time.
+// Returns the film velocity of a point that moves from `from` to `to`. Each position is in the view
+// space at its own time.
 Vec2f Camera::film_velocity(const Vec3d& from, const Vec3d& to, double frames) const {
-  // Chosen by us. At this fraction of a depth, a point appears a hundred times as far from the axis
-  // as at the full depth.
+  // We chose this ratio. At this fraction of a depth, a point appears a hundred times as far from
+  // the axis as at the full depth.
   constexpr double kMinDepthRatio = 0.01;
   const double min_depth = kMinDepthRatio * std::max(from.z, to.z);
   const auto project_to_film = [&](const Vec3d& p, const Vec3d& other) {
@@ -244,7 +245,8 @@ Vec2f Camera::film_velocity(const Vec3d& from, const Vec3d& to, double frames) c
           pixels_per_frame(displacement.y / -shape_.per_row, frames)};
 }
 
-// Film velocity of a point that moves from `from` to `to`, each relative to the camera at its time.
+// Returns the film velocity of a point that moves from `from` to `to`. Each position is relative to
+// the camera at its own time.
 Vec2f Camera::panorama_velocity(const Vec3d& from, const Vec3d& to, double frames) const {
   const auto longitude = [](const Vec3d& v) { return std::atan2(v.z, v.x) / (2 * kPiD); };
   const auto latitude = [](const Vec3d& v) { return std::atan2(v.y, std::hypot(v.x, v.z)) / kPiD; };

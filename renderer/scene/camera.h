@@ -40,65 +40,69 @@ class Camera {
   // downwards. Takes at most kRayBatch points, so that the arithmetic vectorises. Each ray depends
   // only on its own point.
   void rays(std::span<const Vec2f> film, Ray* out) const { generate_rays(view_, film, out); }
-  // Whether there is a lens, so that rays need lens samples.
+  // Returns whether there is a lens. If so, rays need lens samples.
   bool has_lens() const { return shape_.lens; }
-  // Rays through the lens: `lens` is uniform in the unit square, one sample per film point.
+  // Computes rays through the lens. `lens` contains one sample per film point, uniform in the unit
+  // square.
   void rays(std::span<const Vec2f> film, std::span<const Vec2f> lens, Ray* out) const {
     generate_rays(view_, film, lens, out);
   }
-  // The ray through the lens's centre.
+  // Returns the ray through the lens's centre.
   Ray ray(const Vec2f& film) const {
     Ray result;
     rays({&film, 1}, &result);
     return result;
   }
 
-  // Whether the camera moves or zooms during the shutter. The functions above use its state at
-  // shutter open.
+  // Returns whether the camera moves or zooms while the shutter is open. The functions above use
+  // the camera's state at shutter open.
   bool moves() const { return zoom_ || !steps_.empty(); }
-  // The ray at a shutter time in [0, 1]. `lens` is as above, and ignored if the camera has no lens.
+  // Returns the ray at a shutter time in [0, 1]. `lens` is a sample as for rays(); it is ignored if
+  // the camera has no lens.
   Ray ray(const Vec2f& film, const Vec2f& lens, float time) const;
 
-  // Bounds of ray origins in internal space while the shutter is open, for film points in an area
-  // twice as wide and high as the frame.
+  // Returns the bounds of ray origins in internal space while the shutter is open, for film points
+  // in an area twice as wide and high as the frame.
   Imath::Box3f origin_bounds() const;
 
-  // Whether the camera is a perspective pinhole that does not move while the shutter is open.
-  // pixel_size() and project_to_film() require this.
+  // Returns whether the camera is a perspective pinhole that does not move while the shutter is
+  // open. pixel_size() and project_to_film() require this.
   bool is_static_pinhole() const {
     return !shape_.orthographic && !shape_.panorama && !shape_.lens && !moves();
   }
   bool is_panorama() const { return shape_.panorama; }
   const Vec3d& position() const { return pose_.position; }
-  // Width and height of a pixel at distance 1.
+  // Returns the width and height of a pixel at distance 1.
   Imath::V2d pixel_size() const { return {shape_.per_column, -shape_.per_row}; }
   // Returns (x * depth, y * depth, depth) of a point in internal space, with x and y in pixels.
   Vec3d project_to_film(const Vec3d& point) const;
 
-  // The matrices from world space at shutter open that OpenEXR defines for its header; `origin` is
+  // The matrices from world space at shutter open that OpenEXR defines for its header. `origin` is
   // Scene::origin(). to_camera maps to the axes right, up and ahead. After division by w, to_ndc
-  // maps to the frame, from (0, 0) at the upper left corner to (1, 1) at the lower right one; z is
-  // 1 / depth (orthographic: the depth). Not for panoramas, whose projection is not a matrix.
+  // maps the frame's upper left corner to (0, 0) and its lower right corner to (1, 1), and z is 1 /
+  // depth. For an orthographic camera, z is the depth. Panoramas have no such matrices, because
+  // their projection is not a matrix.
   struct WorldMatrices {
     Mat44d to_camera, to_ndc;
   };
   WorldMatrices world_matrices(const Vec3d& origin) const;
 
-  // Distance from the lens plane along the viewing axis; for a panorama, distance from the camera.
+  // Returns the distance from the lens plane along the viewing axis or, for a panorama, the
+  // distance from the camera.
   float axial_depth(const Vec3f& point, float time) const {
     if (moves()) [[unlikely]]
       return axial_depth(view_at(time), point);
     return axial_depth(view_, point);
   }
 
-  // Film velocity in pixels per frame, to the right and up, of a point that is at `from` at shutter
-  // open and at `to` at shutter close, `frames` frames later. With an instant shutter, these times
-  // are the rendered instant and one frame later (CameraDescription::next_frame). The point is seen
-  // through the lens's centre. The part of its path at less than a hundredth of the farther end's
-  // depth is clipped off. The result fits a half float. In a panorama, the motion takes the shorter
-  // way round.
+  // Returns the film velocity of a point in pixels per frame, to the right and up. The point is at
+  // `from` at shutter open, and at `to` at shutter close, `frames` frames later. With an instant
+  // shutter, these times are the rendered instant and one frame later
+  // (CameraDescription::next_frame). The point is seen through the lens's centre. The part of its
+  // path at less than a hundredth of the farther end's depth is clipped off. The result fits a half
+  // float. In a panorama, the motion takes the shorter way round.
   Vec2f velocity(const Vec3d& from, const Vec3d& to, double frames) const;
-  // Film velocity of a point at infinity, due to the camera's rotation.
+  // Returns the film velocity that the camera's rotation gives to a point at infinity.
   Vec2f velocity(const Vec3d& direction, double frames) const;
 
  private:
@@ -121,7 +125,7 @@ class Camera {
     double lens_radius = 0.0;
     float inverse_focus_distance = 0.0f;  // 1 / distance of the plane of focus; 0: infinity
   };
-  // Pose and shape at one time.
+  // The camera's pose and shape at one time.
   struct View {
     Vec3f position = Vec3f(0.0f);
     Vec3f axis = Vec3f(0.0f, 0.0f, -1.0f);
@@ -132,7 +136,8 @@ class Camera {
     Vec3f lens_x = Vec3f(0.0f), lens_y = Vec3f(0.0f);  // lens radius, as vectors
   };
 
-  // Half the image height; `size` is the vertical field of view or (orthographic) magnification.
+  // Returns half the image height. `size` is the vertical field of view or, if the camera is
+  // orthographic, the magnification.
   double half_height_of(double size, double scale) const;
   Pose pose_of(const Mat44d& to_world, const std::string& name, const Vec3d& origin, double scale,
                double max_origin) const;

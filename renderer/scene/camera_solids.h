@@ -1,4 +1,4 @@
-// The solids that contain the camera, so that its rays start with the right interior.
+// Finds the solids that contain the camera, so that the camera's rays start in the right interior.
 #pragma once
 
 #include <memory>
@@ -12,8 +12,8 @@ class Camera;
 
 class CameraSolids {
  public:
-  // Null if no camera ray starts in a solid. Warns about an open solid that seems to enclose the
-  // camera and ignores it. The scene must outlive the result.
+  // Returns null if no camera ray starts in a solid. Warns about an open solid that seems to
+  // enclose the camera and ignores it. The scene must outlive the result.
   static std::shared_ptr<const CameraSolids> find(const Scene& scene, const Camera& camera);
 
   // Stores in `out` the interior in which each ray starts. A ray's interior depends only on its
@@ -24,7 +24,7 @@ class CameraSolids {
   explicit CameraSolids(const Scene& scene) : scene_(scene) {}
 
   const Scene& scene_;
-  // Whether interiors differ between rays; if not, all are `common_interior_`.
+  // True if rays may start in different interiors. If false, all rays start in `common_interior_`.
   bool differs_per_ray_ = false;
   Interior common_interior_;
 };

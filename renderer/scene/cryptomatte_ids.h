@@ -19,8 +19,9 @@
 
 namespace emberline {
 
-// The id of a name: MurmurHash3_32, with the lowest exponent bit flipped if the float with these
-// bits would be 0, denormal, infinite or NaN (specification 1.2, "Hash to float conversion").
+// Returns the id of a name. This is its MurmurHash3_32. If the float with these bits would be 0,
+// denormal, infinite or NaN, the lowest exponent bit is flipped (specification 1.2, "Hash to float
+// conversion").
 uint32_t cryptomatte_id(std::string_view name);
 
 // The names and ids of one kind of entity.
@@ -41,7 +42,7 @@ class CryptomatteIds {
   std::span<const uint32_t> ids_of_hit(uint32_t hit_id) const {
     return std::span(ids_).subspan(size_t(hit_id) * names_.size(), names_.size());
   }
-  // One entry per kind; it lists only names that the scene uses.
+  // Contains one entry per kind, which lists only names that the scene uses.
   const std::vector<CryptomatteNames>& names() const { return names_; }
 
  private:

@@ -1,11 +1,11 @@
 // A built scene that follows edits without rebuilding its BVH, for interactive rendering.
 //
 // An edited scene renders bit-identically to one built from the edited description. The BVH depends
-// on materials only through its filter (geometry.h): back-face culling, which transmission turns
-// off, and coverage, which variants may change. In an editable scene, the filter reads these from
-// the mesh at every candidate hit wherever they may change. It does so for culling if any of the
-// mesh's possible materials is single-sided, and for coverage if the mesh has several possible
-// materials and one of them has alpha.
+// on materials only through its filter (geometry.h). The filter handles back-face culling, which
+// transmission turns off, and coverage, which variants may change. In an editable scene, wherever
+// culling or coverage may change, the filter reads it from the mesh at every candidate hit. It does
+// so for culling if any of the mesh's possible materials is single-sided, and for coverage if the
+// mesh has several possible materials and one of them has alpha.
 #pragma once
 
 #include <memory>
@@ -24,9 +24,10 @@ class EditableScene {
   explicit EditableScene(SceneDescription description, SceneBuildOptions options = {},
                          LoadProgress& progress = LoadProgress::none());
 
-  // Replaces all current edits; to undo, pass the previous ones. Camera and animation edits have no
-  // effect here (see repose()). scene() must not be used during the call. Throws like apply(), and
-  // InputError for an invalid texture that an edit starts to use; the scene is then unchanged.
+  // Replaces all current edits; to undo a change, pass the previous edits. Camera and animation
+  // edits have no effect here (see repose()). scene() must not be used during the call. Throws like
+  // apply(), and InputError for an invalid texture that an edit starts to use; the scene is then
+  // unchanged.
   void set(const SceneEdits& edits);
   // Changes to another pose of the file, with these edits (see repose_scene()). scene() may be
   // another object afterwards. On an exception or false, the scene is unchanged.
@@ -35,7 +36,8 @@ class EditableScene {
 
   const Scene& scene() const { return *scene_; }
   const SceneEdits& edits() const { return edits_; }
-  // The file in this pose, without edits or geometry. EditTarget indices refer to its lists.
+  // Returns the description of the file in this pose, without edits or geometry. EditTarget indices
+  // refer to its lists.
   const SceneDescription& original() const { return original_; }
 
  private:

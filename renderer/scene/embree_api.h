@@ -1,4 +1,5 @@
-// The only file that distinguishes Embree 3.13 from 4. Only this folder's .cpp files include it.
+// The only file that distinguishes Embree 3.13 from 4. In the renderer, only this folder includes
+// it.
 #pragma once
 
 #ifndef EMBERLINE_EMBREE_MAJOR
@@ -25,10 +26,10 @@ using QueryContext = RTCRayQueryContext;
 using QueryContext = RTCIntersectContext;
 #endif
 
-// Bytes per object that Embree takes from malloc without telling the memory monitor, including the
-// scene's table entries. Measured with Embree 3.13.5 and 4.4.1 as the growth of mallinfo2()'s
-// figure over 200,000 objects of each kind. They matter only in scenes with very many small meshes
-// or instances.
+// The bytes per object that Embree takes from malloc without telling the memory monitor, including
+// the scene's table entries. We measured them with Embree 3.13.5 and 4.4.1 as the growth of
+// mallinfo2()'s figure over 200,000 objects of each kind. These bytes matter only in scenes with
+// very many small meshes or instances.
 #if EMBERLINE_EMBREE_MAJOR >= 4
 inline constexpr uint64_t kTriangleObjectBytes = 502;
 inline constexpr uint64_t kInstanceObjectBytes = 54;  // the transform is monitored
@@ -44,8 +45,8 @@ inline constexpr uint64_t kSceneObjectBytes = 2700;
 //
 // Below a transmittance of 1/16, Russian roulette decides, so that a ray need not visit a hundred
 // nearly transparent surfaces. The ray ends at a thickness chosen in advance: 4 plus a random
-// number with an exponential distribution of base 2. So it passes a thickness S > 4 with
-// probability 2^(4-S). Its transmittance is then 1/16, so the expected value is 2^-S.
+// number with an exponential distribution of base 2. So the ray passes a thickness S > 4 with
+// probability 2^(4-S). Its transmittance is then 1/16, so the expected transmittance is 2^-S.
 class Thickness {
  public:
   explicit Thickness(CoverageKey key) : key_(key) {}
@@ -74,7 +75,7 @@ class Thickness {
   int64_t sum_ = 0;
 };
 
-// Ray data that filter callbacks need in addition to Embree's.
+// Ray data that filter callbacks need in addition to Embree's own.
 struct RayContext {
   QueryContext base;               // must be first, so that the callback can cast back
   CoverageKey coverage_key;        // decides stochastic coverage; see Scene::intersect

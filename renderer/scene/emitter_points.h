@@ -1,4 +1,4 @@
-// A tree of emitter points, for finding those within reach of a surface. Private to this folder.
+// A tree of emitter points that finds the points within reach of a surface. Private to this folder.
 #pragma once
 
 #include <cmath>
@@ -11,12 +11,12 @@ namespace emberline::scene_detail {
 
 struct EmitterPoint {
   Vec3d position;
-  float error;  // plane error of its triangle
+  float error;  // plane error of the emitter's triangle
   uint32_t emitter;
 };
 
-// A query for points in a box and near a plane. For each point, both are widened by `margin` plus
-// twice the point's error. If the normal is 0, there is no plane.
+// A query for points in a box and near a plane. For each point, the box and the plane are widened
+// by `margin` plus twice the point's error. If the normal is 0, there is no plane.
 struct PointSearch {
   Vec3f lower, upper;
   Vec3d plane, normal;

@@ -21,7 +21,7 @@ constexpr int64_t kMaxCells = int64_t(1) << 20;
 // Maximum number of triangles; chosen by us. Each takes about 200 ns of one thread
 // (tests/bench/results).
 constexpr uint64_t kMaxTriangles = uint64_t(1) << 20;
-// Limit on the work: the number of marks per cell, on average.
+// Limit on the work: the average number of marks per cell.
 constexpr int64_t kMaxMarksPerCell = 64;
 // A map with a smaller fraction of empty cells is not worth its cost.
 constexpr double kMinEmptyFraction = 1.0 / 64;
@@ -35,7 +35,8 @@ constexpr double kErrorScale = 16;
 
 double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
-// Condition number of an instance's transform in the Frobenius norm; 3 for similarities.
+// Returns the condition number of an instance's transform in the Frobenius norm. It is 3 for
+// similarities.
 double condition_of(const scene_detail::Instance& instance) {
   if (!instance.transformed) return 3;
   const auto& m = instance.to_internal;
@@ -67,12 +68,12 @@ class EmptyPixels::Projection {
     pixels_per_error_ = 1 / std::min(pixel.x, pixel.y) + 2.0 * (width + height) + 4.0 * reach;
   }
 
-  // Marks the cells in which a triangle may be visible. Adds their number plus the number of their
-  // rows to `*marks`, as a measure of the work. Returns false if no bound on these cells can be
-  // given.
+  // Marks the cells in which a triangle may be visible. Adds the number of these cells plus the
+  // number of their rows to `*marks`, as a measure of the work. Returns false if no bound on these
+  // cells can be given.
   bool mark(const std::array<Vec3d, 3>& corners, double error, int64_t* marks) const;
-  // Bound on the distance between a triangle's points and where rays may hit them;
-  // `plane_error_bound` is the triangle's plane_error().
+  // Returns a bound on the distance between a point of a triangle and the position where a ray may
+  // hit it. `plane_error_bound` is the triangle's plane_error().
   double error(float plane_error_bound, double condition) const {
     return kErrorScale * condition * (double(plane_error_bound) + camera_error_);
   }
@@ -93,8 +94,8 @@ class EmptyPixels::Projection {
   double pixels_per_error_;    // largest shift on the film, in pixels, for an error of 1 at depth 1
 };
 
-// Lower bound on the depth of the triangle's visible points, derived from the camera's distance to
-// the triangle's plane.
+// Returns a lower bound on the depth of the triangle's visible points, derived from the camera's
+// distance to the triangle's plane.
 double EmptyPixels::Projection::min_visible_depth(const std::array<Vec3d, 3>& p) const {
   const Vec3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
   const double length = normal.length();
@@ -130,14 +131,14 @@ bool EmptyPixels::Projection::mark(const std::array<Vec3d, 3>& corners, double e
   return true;
 }
 
-// Marks, in each row, the cells between the left and right ends of a convex outline.
+// In each row, marks the cells between the left and right ends of a convex outline.
 void EmptyPixels::Projection::mark_outline(std::span<const Vec2d> outline, double slack,
                                            int64_t* marks) const {
   Imath::Box2d box;
   for (const Vec2d& p : outline) box.extendBy(p);
   const int first = std::max(0, cell_at(box.min.y - slack, map_.rows_));
   const int last = std::min(cell_at(box.max.y + slack, map_.rows_), map_.rows_ - 1);
-  const bool small = last - first < 2;  // for most triangles; the box is then exact enough
+  const bool small = last - first < 2;  // true for most triangles; the box is then exact enough
   for (int row = first; row <= last; ++row) {
     if (small) {
       mark_cells(box.min.x - slack, box.max.x + slack, row, marks);

@@ -1,9 +1,10 @@
-// Pixels near which there is no surface: their camera rays hit nothing and need not be traced.
+// Finds the pixels near which there is no surface. The camera rays of these pixels hit nothing and
+// need not be traced.
 //
 // Every triangle is projected onto the film and widened by the pixel filter's reach and by a bound
 // on the rounding errors. The remaining pixels are certainly empty; a pixel that a triangle
-// narrowly misses counts as used. The map is a pure function of scene, camera and frame, so all
-// drivers, crops and replays skip the same rays.
+// narrowly misses counts as used. The map is a pure function of the scene, the camera and the
+// frame, so all drivers, crops and replays skip the same rays.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +26,7 @@ class EmptyPixels {
   static std::shared_ptr<const EmptyPixels> find(const Scene& scene, const Camera& camera,
                                                  int width, int height, float reach);
 
-  // Whether a pixel of the frame is empty. Thread-safe.
+  // Returns whether a pixel of the frame is empty. Thread-safe.
   bool contains(int x, int y) const {
     return used_[size_t(y >> shift_) * size_t(columns_) + size_t(x >> shift_)] == 0;
   }

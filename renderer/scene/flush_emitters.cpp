@@ -109,7 +109,7 @@ void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
 
 bool FlushEmitters::find_lowest_emitter(const Ray& ray, float t, float cosine,
                                         CoverageKey coverage_key, Candidate* candidate) const {
-  // Twice the reach, since `cosine` belongs to the surface that was hit, not to the emitter.
+  // Use twice the reach, since `cosine` belongs to the surface that was hit, not to the emitter.
   const float slack = cosine > 0.0f ? 2.0f * max_reach_ / cosine : t;
   RTCRayHit ray_hit = make_ray_hit(make_ray(ray.origin, ray.direction, t + slack, ray.time));
   ray_hit.ray.tnear = std::max(0.0f, t - slack);

@@ -4,8 +4,8 @@
 // much as one. Instead, such an emitter is always in front of the surface that it lies in, on every
 // side on which it emits; among emitters, the one with the lowest index is in front.
 //
-// A scene without such emitters has no object of this class and one untaken branch per hit.
-// Immutable and thread-safe once built. Private to this folder.
+// A scene without such emitters has no object of this class and pays only one untaken branch per
+// hit. Immutable and thread-safe once built. Private to this folder.
 #pragma once
 
 #include <memory>
@@ -42,12 +42,12 @@ inline uint64_t surface_key(uint32_t instance, uint32_t primitive) {
 
 // Searches static geometry. It tests four points of each emitting triangle (one if there are many
 // emitters), so it misses overlaps that contain none of these points. It also misses some surfaces
-// if more than about a hundred coincide. O(n log n). Throws Cancelled.
+// if more than about a hundred coincide. Takes O(n log n) time. Throws Cancelled.
 FlushSurfaces find_flush_surfaces(const PlacedEmitters& placed, LoadProgress& progress);
 
 class FlushEmitters {
  public:
-  // Returns null if there are no such emitters. `geometry` must be committed. See
+  // Returns null if no emitter lies in a surface. `geometry` must be committed. See
   // find_flush_surfaces(). Throws Cancelled.
   static std::unique_ptr<FlushEmitters> find(const PlacedEmitters& placed, const Geometry& geometry,
                                              LoadProgress& progress);
@@ -57,16 +57,17 @@ class FlushEmitters {
 
   size_t size() const { return flush_emitters_.size(); }
   bool contains(uint32_t emitter) const { return surfaces_.reach[emitter] > 0.0f; }
-  // Ray offset for a triangle that is flush or has a flush emitter in it; otherwise 0.
+  // Returns the ray offset of a triangle that is flush or contains a flush emitter, and 0 for any
+  // other triangle.
   float offset(uint32_t instance, uint32_t primitive) const;
 
   struct Candidate {
     uint32_t emitter;  // only lower indices are searched
     float t, u, v;     // u, v for the order of the mesh's vertices
   };
-  // Whether an emitter with an index below candidate->emitter lies in the surface that the ray hits
-  // at `t`. `cosine` is the absolute dot product of that surface's normal and the unnormalised
-  // direction. If so, the one with the lowest index replaces *candidate.
+  // Returns whether an emitter with an index below candidate->emitter lies in the surface that the
+  // ray hits at `t`. `cosine` is the absolute dot product of that surface's normal and the
+  // unnormalised direction. If so, replaces *candidate with the emitter that has the lowest index.
   bool find_lowest_emitter(const Ray& ray, float t, float cosine, CoverageKey coverage_key,
                            Candidate* candidate) const;
 

@@ -1,9 +1,10 @@
 // The search for emitters that lie in other surfaces (flush_emitters.h).
 //
-// Each triangle has its own plane_error(), which grows with its coordinates: the error of a distant
-// triangle may exceed the size of a hundred near ones. So each surface triangle searches a tree of
-// emitter points within a radius of its own, which grows with its error and the point's error. If
-// all triangles used the radius for the largest error, every emitter would meet every other.
+// Each triangle has its own plane_error(), which grows with the triangle's coordinates. The error
+// of a distant triangle may exceed the size of a hundred near triangles. Therefore each surface
+// triangle searches a tree of emitter points with its own radius, which grows with the errors of
+// the triangle and of the point. With one radius for the largest error, every emitter would meet
+// every other emitter.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -29,7 +30,7 @@ constexpr uint64_t kMaxTriangles = uint64_t(1) << 26;
 constexpr size_t kRangeSize = 4096;
 // Maximum number of points examined. The total is limited to kMaxVisits plus an allowance per
 // triangle; a range has its own limit. Chosen by us. An ordinary triangle meets about ten points,
-// whereas a wall meets those of all the lamps on it.
+// whereas a wall meets the points of all lamps on it.
 constexpr uint64_t kMaxVisits = uint64_t(1) << 24, kVisitsPerTriangle = 32,
                    kMaxVisitsPerRange = 1 << 22;
 
@@ -71,14 +72,14 @@ class Surface {
         scale_(1.0 / n_.length2()) {}
 
   const Plane& plane() const { return plane_; }
-  // Whether `emitter` lies in the surface at its point `point`; `error` is the sum of both plane
-  // errors.
+  // Returns whether `emitter` lies in the surface at `point`, which is a point of the emitter.
+  // `error` is the sum of both plane errors.
   bool contains(const EmissiveTriangle& emitter, const Vec3d& point, double error) const {
     // Without this test, a triangle smaller than the error would count as lying in every plane
     // through it.
     if (!(plane_.distance(point) <= 2.0 * error) || !covers(point)) return false;
-    // It is enough if one triangle lies in the other's plane, since the smaller one's plane is
-    // inaccurate at the far end of the larger one.
+    // It is enough if one triangle lies in the other's plane, since the plane of the smaller
+    // triangle is inaccurate at the far end of the larger one.
     const Corners corners = corners_of(emitter);
     if (plane_.distance(corners) <= error) return true;
     return Plane{corners[0], unit_normal(corners)}.distance(corners_) <= error;
@@ -225,8 +226,8 @@ void FlushSearch::visit_points(const TriangleRange& range, const Visit& visit) c
   }
 }
 
-// Returns the number of visits allowed per range, such that the total stays within the limit. It
-// does not depend on the number of threads.
+// Returns the number of visits allowed per range, such that the total stays within the limit. The
+// number does not depend on the number of threads.
 uint64_t FlushSearch::max_visits_per_range(const std::vector<TriangleRange>& ranges) const {
   std::vector<uint64_t> counts(ranges.size(), 0);
   parallel_each(ranges.size(), [&](size_t i) {

@@ -20,7 +20,8 @@ void on_error(void* /*user*/, RTCError /*code*/, const char* message) {
   log_verbose(std::string("Embree: ") + message);
 }
 
-// When a filter culls or tests coverage: never, always, or if the mesh asks for it at the hit.
+// Says when a filter culls or tests coverage: never, always, or only for hits at which the mesh
+// asks for it.
 enum class FilterRule { kNever, kAlways, kPerHit };
 
 FilterRule filter_rule(bool now, bool may_change) {
@@ -49,8 +50,8 @@ uint32_t placed_instance(const RTCFilterFunctionNArguments* arguments, unsigned 
 }
 
 // The filter that Embree calls for every candidate hit of geometry with culling or coverage; each
-// specialisation does only the tests that it needs. It is a pure function of ray, triangle and key,
-// so the result does not depend on the traversal order.
+// specialisation does only the tests that it needs. The filter is a pure function of ray, triangle
+// and key, so the result does not depend on the traversal order.
 template <FilterRule kCulls, FilterRule kCovers>
 void filter(const RTCFilterFunctionNArguments* arguments) {
   int* valid = arguments->valid;
@@ -275,7 +276,7 @@ EmbreeScene::EmbreeScene(std::shared_ptr<EmbreeDevice> embree_device)
   add_object_bytes(embree::kSceneObjectBytes);
   scene = rtcNewScene(device->handle());
   // In robust mode the builder does not split triangles, so a shadow ray's filter sees each
-  // triangle only once, as Thickness requires. In other modes, moreover, light may leak between
+  // triangle only once, as Thickness requires. In other modes, light may also leak between
   // triangles.
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
   if (device->has_query_filters) embree::enable_query_filters(scene);

@@ -21,7 +21,8 @@ namespace emberline::scene_detail {
 // Per-geometry data for the filter callback.
 struct GeometryRecord {
   const Mesh* mesh = nullptr;
-  // The instance that salts the coverage decision; kRayInstance means the one that the ray is in.
+  // The instance that salts the coverage decision; kRayInstance means the instance that the ray is
+  // in.
   uint32_t instance = kRayInstance;
   bool tests_visibility = false;  // whether Mesh::visibility is set
   static constexpr uint32_t kRayInstance = RTC_INVALID_GEOMETRY_ID;
@@ -33,7 +34,7 @@ struct GeometryRecord {
 RTCDevice new_device(EmbreeIsa isa);
 
 // An Embree device that reserves its memory from the budget, block by block. `place` appears in its
-// error messages. Scenes keep it alive.
+// error messages. EmbreeScene objects keep the device alive.
 class EmbreeDevice {
  public:
   EmbreeDevice(EmbreeIsa isa, std::shared_ptr<MemoryBudget> budget, std::string place);
@@ -45,7 +46,8 @@ class EmbreeDevice {
   // Counts memory that Embree's monitor does not report; see embree_api.h.
   void add_object_bytes(uint64_t bytes);
   void release_object_bytes(uint64_t bytes) noexcept;
-  // Bytes held by Embree: BVHs, and its objects for meshes, instances and scenes.
+  // Returns the number of bytes that Embree holds: BVHs, and objects for meshes, instances and
+  // scenes.
   uint64_t bytes() const;
   // Throws InputError if Embree has exceeded the budget since the last call, and RenderError after
   // any other failure.
@@ -61,8 +63,8 @@ class EmbreeDevice {
   const std::shared_ptr<MemoryBudget> budget_;
   const std::string place_;
   std::atomic<int64_t> monitored_bytes_{0};  // reported by Embree's memory monitor
-  // The size of the first block that exceeded the budget, and what was left of the budget then. It
-  // is stored because a failing build releases memory before check() reports the error.
+  // The size of the first block that exceeded the budget, and the rest of the budget at that time.
+  // Both are stored because a failing build releases memory before check() reports the error.
   struct Rejection {
     uint64_t bytes = 0, left = 0;
   };
@@ -105,7 +107,7 @@ class Geometry {
   uint32_t add_moving_instance(const EmbreeScene& mesh_scene, std::span<const Mat44d> steps,
                                uint32_t instance);
   // Adds meshes that no pose moves. They go into a separate BVH below the top level, keeping their
-  // ids. Reuses the BVH of `before` if that was built for the same list.
+  // ids. Reuses the BVH of `before` if that BVH was built for the same list.
   struct StaticInstance {
     uint32_t mesh, instance;
     uint64_t key;
@@ -115,10 +117,10 @@ class Geometry {
   };
   void add_static_group(std::vector<StaticInstance> list, std::vector<Mesh>& meshes,
                         const Geometry* before, LoadProgress& progress);
-  // The transform of a moving instance, in exactly the floats that Embree uses.
+  // Returns the transform of a moving instance, in exactly the floats that Embree uses.
   Affine transform_at(uint32_t moving_index, float time) const;
   size_t steps(uint32_t moving_index) const { return moving_instances_[moving_index].steps; }
-  // `instances`: total number of instances.
+  // `instances` is the total number of instances.
   void commit(uint32_t instances, LoadProgress& progress);
 
   RTCScene top() const { return top_.scene; }
@@ -147,10 +149,10 @@ template <class Values>
   return fma(values[index[2]], v, fma(values[index[1]], u, values[index[0]] * (1.0f - u - v)));
 }
 
-// Texture coordinates and colour at barycentric (u, v) of a triangle.
+// Returns the texture coordinates and the colour at barycentric (u, v) of a triangle.
 SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, float u, float v);
 
-// Whether a ray with this key hits the surface, rather than passing through because of coverage.
+// Returns whether a ray with this key hits the surface. If not, coverage lets the ray pass through.
 bool is_covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
                 CoverageKey coverage_key);
 
@@ -159,12 +161,13 @@ inline Vec3d transform_point(const Affine& m, const Vec3d& p) {
              fma(to_double(m.y), p.y, fma(to_double(m.z), p.z, to_double(m.translation))));
 }
 
-// Bounds of a transformed box, and bounds of vertices whose last entry is padding.
+// The first function returns the bounds of a transformed box. The second returns the bounds of
+// vertices; it ignores the last entry, which is padding.
 Imath::Box3f transformed(const Imath::Box3f& box, const Affine& m);
 Imath::Box3f bounds_of(const std::vector<Vec3f>& positions);
 
-// The time segment that contains `time`, given `count` evenly spaced steps over [0, 1]. Computed in
-// float exactly as Embree does.
+// The time segment that contains `time`, given `count` evenly spaced steps over [0, 1]. It is
+// computed in float exactly as Embree computes it.
 struct TimeSegment {
   size_t step = 0;
   float fraction = 0.0f;  // weight of step + 1
@@ -176,13 +179,13 @@ struct TimeSegment {
   }
 };
 
-// Vertices of a deforming mesh at one of its time steps.
+// Returns the vertices of a deforming mesh at one of its time steps.
 inline const std::vector<Vec3f>& positions_at(const Mesh& mesh, size_t step) {
   return step == 0 ? mesh.positions : mesh.motion[step - 1].positions;
 }
 std::array<Vec3d, 3> moved_corners(const Mesh& mesh, uint32_t primitive, float time);
 
-// A triangle's corners in object space at a time.
+// Returns a triangle's corners in object space at a time.
 [[gnu::always_inline]] inline std::array<Vec3d, 3> corners_at(const Mesh& mesh, uint32_t primitive,
                                                               float time) {
   if (!mesh.motion.empty()) [[unlikely]]
@@ -192,7 +195,8 @@ std::array<Vec3d, 3> moved_corners(const Mesh& mesh, uint32_t primitive, float t
           to_double(mesh.positions[index[2]])};
 }
 
-// A placed triangle's corners in internal space; `instance` must have its transform at `time`.
+// Returns a placed triangle's corners in internal space; `instance` must have its transform at
+// `time`.
 inline std::array<Vec3d, 3> placed_corners(const Mesh& mesh, const Instance& instance,
                                            uint32_t primitive, float time = 0.0f) {
   std::array<Vec3d, 3> p = corners_at(mesh, primitive, time);
@@ -201,23 +205,24 @@ inline std::array<Vec3d, 3> placed_corners(const Mesh& mesh, const Instance& ins
   return p;
 }
 
-// Whether the placed mesh's position depends on the ray's time.
+// Returns whether the placed mesh's position depends on the ray's time.
 inline bool moves(const Mesh& mesh, const Instance& instance) {
   return instance.moving_index != Instance::kStatic || !mesh.motion.empty();
 }
 
-// Upper bound, in internal space, on the distance between a triangle's plane and the points that
-// Embree or Scene::interaction() computes for hits on it; `instance` must have its transform at
-// `time`. The second form is for triangles whose coordinates are at most `largest` in magnitude.
+// Returns an upper bound, in internal space, on the distance between a triangle's plane and the
+// points that Embree or Scene::interaction() computes for hits on the triangle. `instance` must
+// have its transform at `time`. The second form is for triangles whose coordinates are at most
+// `largest` in magnitude.
 float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive,
                   float time = 0.0f);
 float plane_error(float largest, const Instance& instance);
 
-// The scene counts as `items` items of `progress`. Throws Cancelled.
+// Builds the BVH of a scene, which counts as `items` items of `progress`. Throws Cancelled.
 void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items);
 
 RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max, float time = 0.0f);
-// A ray that has hit nothing yet.
+// Returns a ray that has hit nothing yet.
 RTCRayHit make_ray_hit(const RTCRay& ray);
 
 }  // namespace emberline::scene_detail

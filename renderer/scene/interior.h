@@ -1,4 +1,4 @@
-// Which solids contain a ray, and how crossing a face changes that.
+// Tracks which solids contain a ray, and updates them when the ray crosses a face.
 #pragma once
 
 #include <cstdint>
@@ -19,24 +19,25 @@ class Interior {
   Interior() {}  // leaves the array uninitialised
 
   bool empty() const { return count_ == 0; }
-  // The material of the solid that counts as the medium; null outside all solids. Of two closed
-  // solids, the one with priority counts (Solids::has_priority). If one of the two is open, the one
-  // that was entered later counts.
+  // Returns the material of the solid that counts as the medium, or null outside all solids. If two
+  // solids are closed, the solid with priority counts (Solids::has_priority). If one of them is
+  // open, the solid that was entered later counts.
   const Material* medium() const { return medium_; }
-  // The instance of the solid that counts as the medium, or kNone.
+  // Returns the instance of the solid that counts as the medium, or kNone.
   uint32_t instance() const { return instance_; }
 
-  // Returns false if the list was full.
+  // Returns false if the list was full, so that a solid was dropped.
   bool enter(const Scene& scene, uint32_t instance) {
     if (count_ > 0) return enter_nested(scene, instance);
     entered_[count_++] = instance_ = instance;
     medium_ = &scene.material_of(instance);
     return true;
   }
-  // Leaves a solid. If this instance is closed but was never entered, leaves a part of the same
-  // body, provided that one was entered. If it is open and was never entered, leaves the most
-  // recently entered solid with the same material, because a solid may consist of several open
-  // meshes; if there is none, leaves the solid that counts as the medium.
+  // Leaves a solid. If this instance is closed but was never entered, leaves another part of the
+  // same body, provided that such a part was entered. If this instance is open and was never
+  // entered, leaves the most recently entered solid with the same material, because a solid may
+  // consist of several open meshes. If no such solid was entered, leaves the solid that counts as
+  // the medium.
   void leave(const Scene& scene, uint32_t instance) {
     if (count_ != 1 || instance_ != instance) return leave_nested(scene, instance);
     count_ = 0;
@@ -57,9 +58,10 @@ class Interior {
   uint32_t entered_[kLimit];  // in order of entry
 };
 
-// The solid faces that a ray crosses at a hit. There may be several if faces coincide, such as
-// those of a liquid and its glass, and there is none for a solid so flat that its own faces
-// coincide. A surface that lies in the face, such as the table under a glass, is hit instead of it.
+// The solid faces that a ray crosses at a hit. There may be several faces if they coincide, such as
+// those of a liquid and its glass. There is no face if the solid is so flat that its own faces
+// coincide. If another surface lies in the face, such as the table under a glass, the ray hits that
+// surface instead of the face.
 class SolidCrossing {
  public:
   // Faces coincide with the hit face if they lie within this multiple of its error bound.
@@ -76,7 +78,8 @@ class SolidCrossing {
     }
   }
 
-  // Updates the interior from the near to the far side. Returns false if the list was full.
+  // Updates the interior from the near to the far side of the faces. Returns false if the
+  // interior's list was full.
   bool cross(const Scene& scene, Interior* interior) const {
     for (const CrossedFace& face : *this) {
       if (face.is_exit) interior->leave(scene, face.hit.instance);
@@ -87,16 +90,17 @@ class SolidCrossing {
     }
     return fits;
   }
-  // The coincident face that scatters. It belongs to the side whose solid has priority.
+  // Returns the coincident face that scatters light. Of the solids on the near and the far side, it
+  // belongs to the one that has priority.
   const SurfaceHit& visible_face(const Scene& scene, const Interior& near,
                                  const Interior& far) const {
     return count_ == 1 ? faces_[0].hit : priority_face(scene, near, far);
   }
-  // The offset from the surface that puts a ray's origin beyond all of the faces.
+  // Returns the offset from the surface that puts a ray's origin beyond all of the faces.
   float offset() const { return offset_; }
-  // Whether the ray leaves the solid that was hit.
+  // Returns whether the ray leaves the solid that was hit.
   bool is_exit() const { return faces_[0].is_exit && !is_flat_; }
-  // The surface on which the ray ends here, or null.
+  // Returns the surface on which the ray ends here, or null.
   const SurfaceHit* surface() const { return has_surface_ ? &surface_ : nullptr; }
   const CrossedFace* begin() const { return faces_ + (is_flat_ ? 1 : 0); }
   const CrossedFace* end() const { return faces_ + count_; }

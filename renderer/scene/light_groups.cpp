@@ -20,8 +20,8 @@ std::vector<bool> used_materials(const SceneDescription& description) {
   return used;
 }
 
-// Returns the parts that a LightEdit may change and that apply() needs. Materials without a placed
-// mesh become black.
+// Returns the parts of the description that a LightEdit may change and that apply() needs.
+// Materials without a placed mesh become black.
 SceneDescription light_parameters_of(const SceneDescription& description,
                                      const std::vector<bool>& used) {
   SceneDescription lights;
@@ -35,7 +35,7 @@ SceneDescription light_parameters_of(const SceneDescription& description,
 
 Rgb radiance_of(const EnvironmentDescription& e) { return e.tint * e.strength; }
 
-// Whether the two differ in nothing but radiance_of().
+// Returns whether the two environments have the same light apart from radiance_of().
 bool have_same_environment(const std::optional<EnvironmentDescription>& a,
                            const std::optional<EnvironmentDescription>& b) {
   if (!a || !b) return a.has_value() == b.has_value();
@@ -43,8 +43,8 @@ bool have_same_environment(const std::optional<EnvironmentDescription>& a,
          a->rotation_degrees == b->rotation_degrees;
 }
 
-// Returns the factor from `before` to `after`; nullopt if `before` is black or either is at the
-// limit of float's range, where products are clipped.
+// Returns the factor from `before` to `after`, or nullopt if `before` is black or if either value
+// is at the limit of float's range, where products are clipped.
 std::optional<float> ratio(float before, float after) {
   if (before == after) return 1.0f;
   if (!(before >= kMinFloat && before < kMaxFloat && after < kMaxFloat)) return std::nullopt;
@@ -62,7 +62,8 @@ std::optional<Rgb> ratio(const Rgb& before, const Rgb& after) {
   return result;
 }
 
-// Light that the material emits. An unlit material shows its base colour but emits no light.
+// Returns the light that the material emits. An unlit material shows its base colour but emits no
+// light.
 Rgb emission_of(const MaterialDescription& material) {
   return material.unlit ? Rgb(0.0f) : material.emission;
 }

@@ -3,9 +3,9 @@
 // whether other light settings can be shown from these sums alone.
 //
 // A group is the target of one LightEdit: a punctual light, everything that one material emits, or
-// the environment. Black lights have no group. If there would be more than kMaxLightGroups groups,
-// the last one is "all others" and cannot be edited separately. It also contains unlit materials,
-// which show their base colour and which no LightEdit affects.
+// the environment. Black lights have no group. The last group may be "all others", which cannot be
+// edited separately. It contains the lights that would exceed kMaxLightGroups groups. It also
+// contains unlit materials, which show their base colour and which no LightEdit affects.
 #pragma once
 
 #include <cstdint>
@@ -38,18 +38,19 @@ class LightGroups {
   std::span<const LightGroup> list() const { return list_; }
   int size() const { return int(list_.size()); }
 
-  // The group of a point light (LightSample::index), a material
+  // Return the group of a point light (LightSample::index), a material
   // (SurfaceInteraction::material_index) or the environment. Call these only for lights that emit.
   uint32_t of_point(uint32_t index) const { return of_point_[index]; }
   uint32_t of_material(uint32_t material_index) const { return of_material_[material_index]; }
   uint32_t of_environment() const { return of_environment_; }
 
-  // Returns the weights that turn a frame rendered with the baseline into one with `edits` (with
-  // different noise), or nullopt if new rays are needed. They are needed if anything has changed
-  // other than the intensity, colour or on/off state of lights and the environment's strength. They
-  // are also needed if a channel that is black in the baseline must shine (see neutral_baseline()).
-  // A light raised far above its baseline is noisy, because it got few samples. A light that is
-  // flush with another surface still hides that surface when it is off. Throws like apply().
+  // Returns the weights that turn a frame rendered with the baseline into a frame with `edits`
+  // (with different noise), or nullopt if new rays are needed. New rays are needed if anything has
+  // changed other than the intensity, colour or on/off state of lights and the environment's
+  // strength. New rays are also needed if a channel that is black in the baseline must shine (see
+  // neutral_baseline()). A light raised far above its baseline is noisy, because it got few
+  // samples. A light that is flush with another surface still hides that surface when it is off.
+  // Throws like apply().
   std::optional<LightMix> mix(const SceneEdits& edits) const;
 
  private:
@@ -62,16 +63,16 @@ class LightGroups {
   SceneEdits baseline_;
   SceneDescription built_;  // `original_` with the baseline's edits
   std::vector<LightGroup> list_;
-  // The group of each light and material, by index in the description; of_point_ counts only the
-  // lights that shine.
+  // The group of each light and material, by index in the description. The indices of of_point_
+  // count only the lights that shine.
   std::vector<uint8_t> of_light_, of_point_, of_material_;
   uint8_t of_environment_ = kNone;
 };
 
-// Returns edits to render with, so that every light that `edits` switch off, or set to 0 in a
-// channel, can come back without new rays. The returned edits switch such lights on and replace
-// zeros in their intensity and colour. mix(edits) then shows `edits`. The price is that some rays
-// are spent on lights that `edits` switch off.
+// Returns edits to render with. They let every light that `edits` switch off or set to 0 in a
+// channel come back without new rays: they switch such lights on and replace zeros in their
+// intensity and colour. mix(edits) then shows `edits`. The price is that some rays are spent on
+// lights that `edits` switch off.
 SceneEdits neutral_baseline(const SceneEdits& edits);
 
 }  // namespace emberline

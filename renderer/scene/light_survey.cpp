@@ -20,10 +20,11 @@
 namespace emberline {
 namespace {
 
-// The following constants were chosen by us; tests/bench/results has results for other values.
-// Number of camera paths (log2) and of surfaces per path: the "pilot" decides whether a guide is
-// worthwhile; the "survey" builds one. A guide takes no more paths than the frame has
-// pixels, but always at least as many as the pilot.
+// We chose the following constants; tests/bench/results has results for other values.
+//
+// The number of camera paths (log2) and the number of surfaces per path. The "pilot" decides
+// whether a guide is worthwhile; the "survey" builds a guide. A guide takes no more paths than the
+// frame has pixels, but always at least as many as the pilot.
 constexpr int kPilotBits = 9, kPilotSurfaces = 2;
 constexpr int kSurveyBits = 14, kSurveySurfaces = 4;
 // A guide is worthwhile if the relative variance of samples at one surface point is at least
@@ -31,11 +32,11 @@ constexpr int kSurveyBits = 14, kSurveySurfaces = 4;
 // light.
 constexpr double kMinRelativeVariance = 3, kMinEnvironmentFraction = 0.3;
 constexpr int kPilotSamples = 8;
-// To choose the factors of the kinds of light, powers of two from 2^-kMaxDoublings to
-// 2^kMaxDoublings are tried, with kKindSamples light samples per surface point. The paths for this
-// have more surfaces, because a sunlit patch may light a room that does not see the sun. Each
-// doubling or halving must reduce the noise by the fraction kDoublingPenalty. If even the best
-// factors leave kMaxNoiseRatio of the noise or more, none is used.
+// To choose the factors of the kinds of light, we try powers of two from 2^-kMaxDoublings to
+// 2^kMaxDoublings, with kKindSamples light samples per surface point. The paths for this have more
+// surfaces, because a sunlit patch may light a room that does not see the sun. Each doubling or
+// halving must reduce the noise by the fraction kDoublingPenalty. If even the best factors leave
+// kMaxNoiseRatio of the noise or more, no factors are used.
 constexpr int kKindSurfaces = 4, kKindSamples = 16, kMaxDoublings = 8;
 // Number of cells of the frame over which samples are pooled. A path's low bits give its cell.
 constexpr uint32_t kCells = 32;
@@ -141,7 +142,8 @@ Ray LightSurvey::camera_ray(uint32_t path, int bits, Rng& rng) const {
   return camera_.ray(film, rng.pair(), time);
 }
 
-// Follows the ray to the next surface, straight through a limited number of smooth walls.
+// Follows the ray to the next surface. The ray passes straight through a limited number of smooth
+// walls.
 LightSurvey::HitKind LightSurvey::next_surface(const Ray& from, CoverageKey key,
                                                SurfacePoint* out) const {
   Ray ray = from;
@@ -255,9 +257,9 @@ double LightSurvey::environment_light(const SurfacePoint& place, Rng& rng) const
   return sum;
 }
 
-// Whether the environment contributes enough of the light, and only a few samples at a surface
-// point receive light from it. With a sun, either all samples at a point receive its light or none
-// do, so guiding is useless.
+// Returns whether the environment contributes enough of the light, and only a few samples at a
+// surface point receive light from it. With a sun, either all samples at a point receive its light
+// or none do, so guiding is useless.
 bool LightSurvey::is_guide_useful(std::span<const SurfacePoint> places) const {
   std::vector<double> lamps(places.size());
   std::vector<Moments> environment(places.size());

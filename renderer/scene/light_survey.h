@@ -1,6 +1,6 @@
-// Traces a few rays to the lights, from the surfaces that a camera's paths meet. They tell which
-// kinds of light arrive there, whether little of the environment is visible, and if so, which part
-// of it is visible from where.
+// Traces a few rays to the lights, from the surfaces that a camera's paths meet. The rays tell
+// which kinds of light arrive there and whether little of the environment is visible. If so, they
+// also tell which part of it is visible from where.
 //
 // The environment guide follows the learning phase of Atanasov et al. 2018
 // (renderer/lights/environment_guide.h). The guide is a pure function of the scene and the whole
@@ -18,10 +18,10 @@ class Scene;
 struct LightGuide;
 
 // Returns null if light samples are good enough without a guide; finding that out takes about ten
-// thousand rays. An environment guide takes up to 11 MB, and up to 13 million more rays to build (1
-// million in the rooms that were tried, where rays through panes cost more). Frames with fewer than
-// 16384 pixels need fewer rays. Also returns null soon after a stop request. The result refers to
-// the scene. Uses all threads.
+// thousand rays. An environment guide takes up to 11 MB of memory and up to 13 million more rays.
+// In the rooms that we tried, it took 1 million rays; rays through panes cost more. Frames with
+// fewer than 16384 pixels need fewer rays. Also returns null soon after a stop request. The result
+// refers to the scene. Uses all threads.
 std::shared_ptr<const LightGuide> find_light_guide(const Scene& scene, const Camera& camera,
                                                    int width, int height,
                                                    const std::stop_token& stop);

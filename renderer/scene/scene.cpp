@@ -17,15 +17,15 @@ using scene_detail::Mesh;
 namespace {
 
 // Relative error bound of a computed surface point and of Embree's plane test: 4 ulp of the largest
-// coordinate. In tests with scenes of 1e-6 to 1e6 units, some far from the origin, it avoids leaks
-// and self-intersections where fixed epsilons fail; see README.md, "Ray offsets".
+// coordinate. In tests with scenes of 1e-6 to 1e6 units, some far from the origin, this bound
+// avoids leaks and self-intersections where fixed epsilons fail; see README.md, "Ray offsets".
 constexpr float kOffsetUlps = 4.0f * 0x1p-23f;
 
 [[gnu::always_inline]] inline Vec3f transform_vector(const Affine& m, const Vec3f& v) {
   return fma(m.z, v.z, fma(m.y, v.y, m.x * v.x));
 }
 
-// |M| |p| + |t|: the magnitude of the summed terms, to which rounding errors are proportional.
+// Returns |M| |p| + |t|, the magnitude of the summed terms. Rounding errors are proportional to it.
 float transformed_magnitude(const Affine& m, const Vec3f& p) {
   Vec3f sum;
   for (int c = 0; c < 3; ++c) {
@@ -36,8 +36,8 @@ float transformed_magnitude(const Affine& m, const Vec3f& p) {
 }
 
 // Returns a normal for a triangle that collapsed when it was placed and rounded. Embree's rounding
-// may give it a plane, so it still closes the surface between its neighbours; any normal
-// perpendicular to its longer edge will do.
+// may give the triangle a plane, so the triangle still closes the surface between its neighbours.
+// Any normal perpendicular to its longer edge will do.
 Vec3d degenerate_normal(const Vec3d& e1, const Vec3d& e2) {
   const Vec3d e = e1.length2() > e2.length2() ? e1 : e2;
   const Vec3d n = std::abs(e.x) < std::abs(e.y) ? Vec3d(0, -e.z, e.y) : Vec3d(e.z, 0, -e.x);
@@ -298,7 +298,7 @@ void Scene::interpolate(const Mesh& mesh, const Instance& instance, const Surfac
   s.tangent = Vec4f(direction.x, direction.y, direction.z, handedness);
 }
 
-// Slow path for moving instances, kept out of line.
+// The slow path, for moving instances. It is kept out of line.
 [[gnu::noinline, gnu::cold]] const Instance& Scene::moved_instance(const Instance& instance,
                                                                    float time,
                                                                    Instance* moved) const {
@@ -343,7 +343,8 @@ void Scene::interaction(const SurfaceHit& hit, float time, SurfaceInteraction* o
   const auto [v0, v1, v2] = corners_at(mesh, hit.primitive, time);
 
   SurfaceInteraction& s = *out;
-  // Computed in double and rounded once: this has about a tenth of the error of origin + t * d.
+  // The position is computed in double and rounded once. Its error is about a tenth of the error of
+  // origin + t * d.
   const Vec3d e1 = v1 - v0;
   const Vec3d e2 = v2 - v0;
   Vec3d position = fma(e2, double(hit.v), fma(e1, double(hit.u), v0));
@@ -436,8 +437,9 @@ std::array<Vec3f, 3> Scene::corners(const EmissiveTriangle& triangle, float time
   return corners;
 }
 
-// The transform and the mesh may have different numbers of steps. The returned number is a common
-// multiple, so that each segment lies within one segment of each.
+// The transform and the mesh may have different numbers of segments. Returns their least common
+// multiple, so that each returned segment lies within one segment of the transform and one segment
+// of the mesh.
 int Scene::segments(const EmissiveTriangle& triangle) const {
   const Instance& instance = instances_[triangle.instance];
   const size_t mesh_steps = std::max(meshes_[instance.mesh].motion.size(), size_t(1));
@@ -469,7 +471,7 @@ float Scene::surface_offset(uint32_t index, uint32_t primitive, float time) cons
   return offset_of(instance_at(index, time, &moved), index, primitive, time);
 }
 
-// Rounding chose the hit among coincident surfaces. Replaces it by a hit on the one that is in
+// Rounding chose the hit among coincident surfaces. Replaces it by a hit on the surface that is in
 // front according to flush_emitters.h.
 void Scene::resolve_flush_emitter(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const {
   Instance moved;

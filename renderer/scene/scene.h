@@ -1,6 +1,6 @@
 // The parts of a scene that this frame needs, ready for tracing: geometry in an Embree BVH,
-// compiled materials, the light sampler. Built by build_scene(); afterwards immutable and
-// thread-safe, except for update_scene() on editable scenes.
+// compiled materials and the light sampler. build_scene() builds the object. Afterwards it is
+// immutable and thread-safe, except for update_scene() on editable scenes.
 //
 // Internal space: internal = (world - origin()) * scale(). A scene far from the world's origin is
 // translated in double precision before it is rounded to float; a scene of extreme size is scaled
@@ -48,7 +48,8 @@ struct SurfaceInteraction {
   uint32_t instance = 0;
   uint32_t primitive = 0;
   const Material* material = nullptr;
-  uint32_t material_index = 0;  // index in the description; one past the last: the default material
+  uint32_t material_index = 0;  // index in the description; one past the last means the default
+                                // material
 };
 
 // Moves a ray's origin off the surface, to the side of `direction`. The distance is an error bound,
@@ -69,9 +70,10 @@ struct CrossedFace {
 // Memory use of a built scene. Only the images of materials that placed meshes use are kept and
 // counted.
 struct SceneMemory {
-  uint64_t geometry_bytes = 0;  // vertices, indices, attributes, instances, emitters, light BVH
-  uint64_t bvh_bytes = 0;       // Embree: what its monitor reports, plus the sizes in embree_api.h
-  uint64_t texture_bytes = 0;   // resident texels, each image once; environment and its tables
+  uint64_t geometry_bytes = 0;      // vertices, indices, attributes, instances, emitters, light BVH
+  uint64_t bvh_bytes = 0;           // what Embree's monitor reports, plus the sizes in embree_api.h
+  uint64_t texture_bytes = 0;       // resident texels, each image once, and the environment and its
+                                    // tables
   uint64_t texture_file_bytes = 0;  // texels kept in a file instead (LoadLimits)
 };
 
@@ -93,10 +95,10 @@ struct SolidShape {
 struct GeometryRecord;  // mesh data for the BVH's filter
 struct EmbreeScene;     // an Embree scene
 
-// A mesh's arrays and their Embree data, in object space if instanced, otherwise in internal space.
-// A new pose takes them over unchanged. `positions` has a spare entry at the end, because Embree
-// reads 16 bytes per vertex. `next_frame`, for NextFramePlacement, is in object space; if it is
-// empty, `positions` is used instead.
+// A mesh's arrays and their Embree data, which a new pose takes over unchanged. They are in object
+// space if the mesh is instanced, otherwise in internal space. `positions` has a spare entry at the
+// end, because Embree reads 16 bytes per vertex. `next_frame`, for NextFramePlacement, is in object
+// space; if it is empty, `positions` is used instead.
 struct ReusableMesh : MeshArrays {
   std::optional<SolidShape> solid;  // computed on demand
   bool is_baked = false;
@@ -110,7 +112,7 @@ struct Mesh : ReusableMesh {
   bool cull_backfaces = false;
   bool culling_may_change = false;  // an update may change cull_backfaces
   bool coverage_may_change = false;
-  // Whether the material reads the result of interpolate_attributes().
+  // True if the material reads the result of interpolate_attributes().
   bool has_attributes = false;
   bool has_coverage = false;
   const InstanceVisibility* visibility = nullptr;  // set if an instance is not always visible
@@ -124,7 +126,7 @@ struct Affine {
 
 struct Instance {
   uint32_t mesh = 0;
-  bool transformed = false;  // false: the mesh is already in internal space
+  bool transformed = false;  // if false, the mesh is already in internal space
   bool mirrored = false;
   uint32_t first_emitter = 0xffffffffu;  // index of triangle 0's emitter, if the mesh emits
   // Index among Geometry's moving instances, or kStatic. If the instance moves, to_internal is its
@@ -135,7 +137,7 @@ struct Instance {
   Affine normal_transform;  // rows of the inverse transpose; translation is unused
 };
 
-// Where a moving instance is one frame after the rendered instant (NextFrameInstance).
+// The placement of a moving instance one frame after the rendered instant (NextFrameInstance).
 struct NextFramePlacement {
   uint32_t instance = 0;
   // Transform to internal space. It applies to the mesh's `next_frame` or, if that is empty, to its
@@ -153,24 +155,24 @@ class Scene : private EmitterMotion {
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
-  // Finds the closest surface along the ray; returns false if there is none. Back faces of
-  // single-sided materials and holes of alpha coverage are skipped; whether a partly covered
-  // surface is hit depends only on (coverage_key, instance, primitive), not on Embree's traversal
-  // order.
+  // Finds the closest surface along the ray; returns false if there is none. The ray skips back
+  // faces of single-sided materials and holes of alpha coverage. Whether it hits a partly covered
+  // surface depends only on (coverage_key, instance, primitive), not on Embree's traversal order.
   bool intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const;
 
-  // Transmittance between `from` and `to`, both already offset from their surfaces: 0 if something
-  // opaque lies between, otherwise the product of 1 - coverage. Values below 1/16 are randomly
-  // replaced by 1/16 or 0, as `coverage_key` decides; the expected value agrees with intersect().
+  // Returns the transmittance between `from` and `to`, both already offset from their surfaces. It
+  // is 0 if something opaque lies between the two points, otherwise the product of 1 - coverage.
+  // Values below 1/16 are randomly replaced by 1/16 or 0, as `coverage_key` decides. The expected
+  // value agrees with intersect().
   float transmittance(const Vec3f& from, const Vec3f& to, float time,
                       CoverageKey coverage_key) const;
   // Like transmittance(), but from `from` to infinity.
   float transmittance_to_infinity(const Vec3f& from, const Vec3f& direction, float time,
                                   CoverageKey coverage_key) const;
 
-  // Whether a sampled emitter point lies in another emitter that counts as being in front of it.
-  // Call this if transmittance() is not 0, since the shadow ray ends before both emitters. See
-  // flush_emitters.h.
+  // Returns whether a sampled emitter point lies in another emitter that counts as being in front
+  // of it. Call this if transmittance() is not 0, since the shadow ray ends before both emitters.
+  // See flush_emitters.h.
   bool is_behind_flush_emitter(const Vec3f& from, const LightSample& light, float time,
                                CoverageKey coverage_key) const;
 
@@ -180,39 +182,42 @@ class Scene : private EmitterMotion {
   size_t faces_along(const Vec3f& from, const Vec3f& direction, float length, float time,
                      CoverageKey coverage_key, std::span<CrossedFace> out) const;
 
-  // Whether coverage keys matter, because some material has alpha.
+  // Returns whether some material has alpha, so that coverage keys matter.
   bool has_coverage() const { return has_coverage_; }
-  // Whether some material transmits light.
+  // Returns whether some material transmits light.
   bool is_transmissive() const { return is_transmissive_; }
-  // Whether some transmissive material may be a smooth thin wall (Material::is_smooth_wall).
+  // Returns whether some transmissive material may be a smooth thin wall
+  // (Material::is_smooth_wall).
   bool has_smooth_walls() const { return has_smooth_walls_; }
   bool has_smooth_solids() const { return has_smooth_solids_; }  // Material::is_smooth_solid
 
   bool moves(uint32_t instance) const;
-  // Whether the bounding box of some face of this instance intersects `box` at shutter open.
+  // Returns whether the bounding box of some face of this instance intersects `box` at shutter
+  // open.
   bool has_faces_near(uint32_t instance, const Imath::Box3f& box) const;
-  // Null if the scene has no solids.
+  // Returns null if the scene has no solids.
   const Solids* solids() const { return solids_.get(); }
 
-  // Whether anything moves or changes during the shutter, so that the ray's time matters.
+  // Returns whether anything moves or changes during the shutter, so that the ray's time matters.
   bool moves() const { return moves_; }
 
   // Prefetch the memory that interaction() reads: first the triangle and, once it has arrived, its
   // vertices.
   void prefetch_triangle(const SurfaceHit& hit) const;
   void prefetch_vertices(const SurfaceHit& hit) const;
-  // Computes the shading data of a hit; `time` is the ray's.
+  // Computes the shading data of a hit; `time` is the ray's time.
   void interaction(const SurfaceHit& hit, float time, SurfaceInteraction* out) const;
 
-  // Positions of the hit point in internal space, at shutter open and at shutter close. With an
-  // instant shutter, they are those at the rendered instant and one frame later.
+  // The positions of the hit point in internal space at shutter open and at shutter close. With an
+  // instant shutter, they are the positions at the rendered instant and one frame later.
   struct Motion {
     Vec3d from, to;
   };
   Motion motion_of(const SurfaceHit& hit) const;
 
   static constexpr uint32_t kNoEmitter = 0xffffffffu;
-  // The light sampler's index for a hit triangle, or kNoEmitter if the triangle is no emitter.
+  // Returns the light sampler's index for a hit triangle, or kNoEmitter if the triangle is no
+  // emitter.
   uint32_t emitter_index(uint32_t instance, uint32_t primitive) const {
     const uint32_t first = instances_[instance].first_emitter;
     return first == kNoEmitter ? kNoEmitter : first + primitive;
@@ -221,31 +226,32 @@ class Scene : private EmitterMotion {
                                        const Vec2f& barycentric) const;
   const Material& material_of(uint32_t instance) const;
   uint32_t material_index_of(uint32_t instance) const;  // as in SurfaceInteraction
-  // Whether the first set of texture coordinates exists and was kept
+  // Returns whether the first set of texture coordinates exists and was kept
   // (SceneBuildOptions::unread_uv).
   bool has_uv(uint32_t instance) const;
-  // SurfaceInteraction::offset for any point of a triangle.
+  // Returns SurfaceInteraction::offset, which is the same for all points of a triangle.
   float surface_offset(uint32_t instance, uint32_t primitive, float time) const;
 
   const LightSampler& lights() const { return *lights_; }
 
   const Vec3d& origin() const { return origin_; }
   double scale() const { return scale_; }
-  // Limit on the coordinates of ray origins and targets in internal space: Embree must be able to
-  // transform them into every instance's space.
+  // Returns the limit on the coordinates of ray origins and targets in internal space: Embree must
+  // be able to transform them into every instance's space.
   double max_origin() const { return max_origin_; }
   float radius() const { return radius_; }  // of the geometry's bounds, in internal space
   uint64_t triangle_count() const { return triangle_count_; }
   size_t instance_count() const { return instances_.size(); }
 
   const SceneMemory& memory() const { return memory_; }
-  // Number of BVHs built over the scene's geometry so far: one per instanced mesh, one for the top
-  // level and, in a posable scene, one for the static group. Updates build none; each pose adds
-  // those that it builds. The separate BVH of flush emitters is not counted.
+  // Returns the number of BVHs built over the scene's geometry so far: one per instanced mesh, one
+  // for the top level and, in a posable scene, one for the static group. Updates build no BVHs;
+  // each pose adds the BVHs that it builds. The separate BVH of flush emitters is not counted.
   uint32_t bvh_builds() const;
-  // Keys of the meshes that the next pose can take over (MeshDescription::key), ascending.
+  // Returns the keys of the meshes that the next pose can take over (MeshDescription::key),
+  // ascending.
   std::vector<uint64_t> mesh_keys() const;
-  // Short phrases for the report that say what was built and why.
+  // Returns short phrases for the report that say what was built and why.
   const std::vector<std::string>& features() const { return features_; }
 
  private:
@@ -254,13 +260,13 @@ class Scene : private EmitterMotion {
   friend class SceneUpdater;
   friend class Solids;
   Scene();
-  // Positions of moving emitters.
+  // Returns the positions of moving emitters.
   const EmitterMotion& emitter_motion() const { return *this; }
   std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const override;
   int segments(const EmissiveTriangle& triangle) const override;
   bool visibility(const EmissiveTriangle& triangle, float time) const override;
   // Returns the instance itself if it is at rest; otherwise sets `moved` to the instance's state at
-  // `time` and returns that.
+  // `time` and returns `moved`.
   const scene_detail::Instance& instance_at(uint32_t index, float time,
                                             scene_detail::Instance* moved) const {
     const scene_detail::Instance& instance = instances_[index];

@@ -25,7 +25,7 @@ uint64_t vector_bytes(const Vector& v) {
 
 std::string megabytes(uint64_t bytes) { return fmt::format("{:.1f} MiB", double(bytes) / 1048576); }
 
-// Whether the search for flush emitters has the same result for both.
+// Returns whether the search for flush emitters has the same result for both emitters.
 bool same_flush_surfaces(const EmissiveTriangle& a, const EmissiveTriangle& b) {
   return a.instance == b.instance && a.primitive == b.primitive && a.two_sided == b.two_sided &&
          is_black(a.mean_radiance) == is_black(b.mean_radiance);
@@ -226,8 +226,8 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
   return light;
 }
 
-// Returns whether the light sampler must be rebuilt; an environment that keeps its image is only
-// adjusted in place.
+// Sets the environment. An environment that keeps its image is only adjusted in place. Returns
+// whether the light sampler must be rebuilt.
 bool SceneUpdater::set_environment() {
   std::shared_ptr<EnvironmentLight>& light = scene_.environment_;
   const EnvironmentLight* before = light.get();

@@ -18,7 +18,7 @@ class SceneUpdater {
       : scene_(scene), description_(description), options_(options), progress_(progress) {}
 
   // Reuses the emitters and the environment of a scene of the same file in another pose. `from`
-  // maps each mesh to its index in that scene, or kNone. Call it first; `before` is not needed
+  // maps each mesh to its index in that scene, or to kNone. Call this first; `before` is not needed
   // after build_lights().
   static constexpr uint32_t kNone = ~0u;
   void reuse_from(const Scene& before, const std::vector<uint32_t>& from);

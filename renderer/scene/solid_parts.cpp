@@ -1,4 +1,5 @@
-// Solids made of several meshes: parts of a node's mesh that only together form a closed surface.
+// Finds solids made of several meshes: the parts of a node's mesh that only together form a closed
+// surface.
 #include <algorithm>
 #include <map>
 
@@ -14,14 +15,14 @@ using scene_detail::SolidShape;
 
 namespace {
 
-// Whether both materials refract and absorb light alike. Their faces may look different, for
-// example on a partly frosted bottle.
+// Returns whether both materials refract and absorb light alike. Their faces may look different,
+// for example on a partly frosted bottle.
 bool have_same_medium(const Material& a, const Material& b) {
   return a.ior() == b.ior() && a.dispersion() == b.dispersion() &&
          a.attenuation() == b.attenuation();
 }
 
-// Whether every ray that hits the mesh ends there, from either side.
+// Returns whether every ray that hits the mesh ends there, from either side.
 bool is_opaque(const Mesh& mesh) {
   return !mesh.triangles.empty() && !mesh.material->is_transmissive() && !mesh.has_coverage &&
          !mesh.cull_backfaces;

@@ -32,7 +32,7 @@ class Boundary {
   bool empty() const { return sum_ == 0; }
 
  private:
-  static constexpr double kCells = 1 << 16;  // number along the longest side; chosen by us
+  static constexpr double kCells = 1 << 16;  // cells along the longest side; chosen by us
 
   uint64_t corner(const Vec3f& p) const {
     uint64_t h = 0;

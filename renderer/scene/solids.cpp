@@ -99,15 +99,15 @@ Imath::Box3f Solids::bounds_over_shutter(const Scene& scene, uint32_t i) const {
     const Affine m = scene.geometry_->transform_at(instance.moving_index, float(k) / kTimes);
     box.extendBy(scene_detail::transformed(solids_[i].mesh_bounds, m));
   }
-  // The margin is larger than a corner can stray from the box between two of these times.
+  // The margin exceeds the distance by which a corner can leave the box between two of these times.
   const Vec3f margin(0.05f * box.size().length());
   box.min -= margin;
   box.max += margin;
   return box;
 }
 
-// Marks solids that are near another one, by a sweep along x. Solids with too many neighbours along
-// x count as near without a test.
+// Marks solids that are near another solid, by a sweep along x. A solid with too many neighbours
+// along x counts as near without a test.
 void Solids::find_near() {
   constexpr size_t kMaxNeighbours = 256;
   std::vector<uint32_t> order = instances_;
@@ -138,7 +138,7 @@ static constexpr float kReach = 8.0f;
 // move together.
 struct Solids::Face {
   Vec3f low, high;  // bounds
-  float error;      // how far from its plane a ray may hit it
+  float error;      // maximum distance from its plane at which a ray may hit it
   uint32_t instance, primitive;
   bool is_solid_face;
 
@@ -174,7 +174,7 @@ std::array<Vec3d, 3> Solids::corners_of(const Scene& scene, uint32_t instance, u
   return scene_detail::placed_corners(scene.meshes_[placed.mesh], placed, primitive);
 }
 
-// Whether one face lies in the other's plane.
+// Returns whether one face lies in the other's plane.
 bool Solids::are_coplanar(const Scene& scene, const Face& a, const Face& b) {
   const auto p = corners_of(scene, a.instance, a.primitive);
   const auto q = corners_of(scene, b.instance, b.primitive);
@@ -305,8 +305,8 @@ void Solids::mark_touching(const Scene& scene, const Face& face) {
   touching[face.primitive] = true;
 }
 
-// Pairs a face with one of the strips that it overlaps; the strips divide the y axis. Faces are
-// compared along x within strips; two faces that may touch share a strip.
+// Pairs a face with one of the strips that it overlaps. The strips divide the y axis. Two faces
+// that may touch share a strip, so faces are compared only within strips, along x.
 struct Solids::StripFace {
   uint32_t strip, face;
 };
@@ -343,8 +343,8 @@ std::vector<Solids::StripFace> Solids::sort_into_strips(const std::vector<Face>&
   return order;
 }
 
-// Marks the faces that coincide with one of another body, by a sweep along x in each strip. If the
-// work reaches a limit, all remaining faces count as touching.
+// Marks the faces that coincide with a face of another body, by a sweep along x in each strip. If
+// the work reaches a limit, all remaining faces count as touching.
 void Solids::find_touching(const Scene& scene, const std::string& file, LoadProgress& progress) {
   constexpr uint64_t kMaxPairs = 100'000'000;  // less than a second
   FaceList list(progress.budget(), file);

@@ -1,6 +1,6 @@
 // The scene's solids: instances whose material transmits light into an interior
-// (Material::is_solid). They are found when the scene is built; the object is immutable and
-// thread-safe afterwards.
+// (Material::is_solid). They are found when the scene is built or updated; afterwards, the object
+// is immutable and thread-safe.
 #pragma once
 
 #include <Imath/ImathBox.h>
@@ -34,52 +34,53 @@ SolidShape shape_of(std::span<const Mesh* const> meshes, const std::string* name
 
 class Solids {
  public:
-  // Null if the scene has no solid. Stores each mesh's shape in the mesh. `description` provides
-  // names. Throws Cancelled.
+  // Returns null if the scene has no solid. Stores each mesh's shape in the mesh. `description`
+  // provides names. Throws Cancelled.
   static std::unique_ptr<const Solids> find(Scene& scene, const SceneDescription& description,
                                             LoadProgress& progress);
 
   const std::vector<uint32_t>& instances() const { return instances_; }
-  // Whether the solid has an inside. This is so if each edge of its mesh, or of several meshes of a
-  // node together, is used equally often in both directions. Corners at the same position count as
-  // one.
+  // Returns whether the solid has an inside. It has one if each edge of its mesh, or of several
+  // meshes of a node together, is used equally often in both directions. Corners at the same
+  // position count as one.
   bool closed(uint32_t instance) const { return solids_[instance].closed; }
-  // The body of an instance: the first of the instances that are closed together, or the instance
-  // itself. All parts of a closed body count as closed and contain the same medium.
+  // Returns the body of an instance: the first of the instances that are closed together, or the
+  // instance itself. All parts of a closed body count as closed and contain the same medium.
   uint32_t body(uint32_t instance) const {
     return parts_.empty() ? instance : solids_[instance].body;
   }
   bool has_joined_parts() const { return !parts_.empty(); }
-  // Maps the instances of opaque surfaces that close a solid, such as a label on a bottle, to its
-  // body.
+  // Maps the instances of opaque surfaces that close a solid, such as a label on a bottle, to the
+  // solid's body.
   const std::map<uint32_t, uint32_t>& opaque_parts() const { return opaque_parts_; }
-  // Whether `a` rather than `b` fills a point that both closed solids enclose. The smaller solid
-  // fills it, so that a solid inside another always takes effect. The rule depends only on the
-  // point, not on the path that reaches it. It is a priority as in C. Schmidt & B. Budge, "Simple
-  // Nested Dielectrics in Ray Traced Images" (JGT 7(2), 2002), but derived from the geometry.
+  // Returns whether `a` rather than `b` fills a point that both closed solids enclose. The smaller
+  // solid fills it, so that a solid inside another always takes effect. The rule depends only on
+  // the point, not on the path that reaches it. It is a priority as in C. Schmidt & B. Budge,
+  // "Simple Nested Dielectrics in Ray Traced Images" (JGT 7(2), 2002), but derived from the
+  // geometry.
   bool has_priority(uint32_t a, uint32_t b) const { return solids_[a].rank < solids_[b].rank; }
-  // Whether a face may coincide with another one. For a face of a solid, faces of other solids and
-  // of surfaces without an interior count; if the solid is flat, its own other faces count, too.
-  // For a face of a surface without an interior, only faces of solids count.
+  // Returns whether a face may coincide with another face. For a face of a solid, faces of other
+  // solids and of surfaces without an interior count; if the solid is flat, its own other faces
+  // also count. For a face of a surface without an interior, only faces of solids count.
   bool may_coincide(uint32_t instance, uint32_t primitive) const {
     const std::vector<bool>& faces = solids_[instance].touching;
     return !faces.empty() && faces[primitive];
   }
-  // Whether the solid is closed and the faces of all its parts lie in one plane. Such a solid has
-  // no inside for a path and acts as a thin wall.
+  // Returns whether the solid is closed and the faces of all its parts lie in one plane. Such a
+  // solid has no inside for a path and acts as a thin wall.
   bool is_flat(uint32_t instance) const { return solids_[instance].is_flat; }
-  // Whether the solid's faces only refract light (Material::is_clear_solid).
+  // Returns whether the solid's faces only refract light (Material::is_clear_solid).
   bool is_clear(uint32_t instance) const { return solids_[instance].is_clear; }
-  // Whether light may pass straight through a face from outside of all solids, because the solid
-  // does not refract or is flat.
+  // Returns whether light may pass straight through a face from outside of all solids, because the
+  // solid does not refract or is flat.
   bool transmits_straight(uint32_t instance) const { return solids_[instance].transmits_straight; }
   bool has_straight_transmission() const { return has_straight_transmission_; }
-  // Whether some solids are so near to each other that they or their faces may overlap.
+  // Returns whether some solids are so near to each other that they or their faces may overlap.
   bool has_near_solids() const { return !near_.empty(); }
   uint64_t touching_faces() const { return touching_faces_; }
-  // Bounds of the whole body in internal space. The scene must have its BVH.
+  // Returns the bounds of the whole body in internal space. The scene must have its BVH.
   Imath::Box3f bounds_over_shutter(const Scene& scene, uint32_t instance) const;
-  // The mesh name of an open solid.
+  // Returns the mesh name of an open solid.
   const std::string& open_name(uint32_t instance) const { return open_names_.at(instance); }
 
  private:
@@ -90,7 +91,7 @@ class Solids {
     double volume = 0.0;
     // Bounds of the whole body, in object space and (at shutter open) in internal space.
     Imath::Box3f mesh_bounds, bounds;
-    std::vector<bool> touching;  // by face: whether it touches another; empty if none does
+    std::vector<bool> touching;  // by face: whether it touches another face; empty if no face does
   };
   struct Face;
   struct FaceList;
@@ -116,10 +117,11 @@ class Solids {
 
   std::vector<Solid> solids_;  // by instance
   std::vector<uint32_t> instances_;
-  std::map<uint32_t, std::vector<uint32_t>> parts_;  // for bodies of several parts, opaque too
+  std::map<uint32_t, std::vector<uint32_t>> parts_;  // for bodies of several parts; includes opaque
+                                                     // parts
   std::map<uint32_t, uint32_t> opaque_parts_;
   std::map<uint32_t, std::string> open_names_;
-  std::vector<uint32_t> near_;  // solids that have another one near
+  std::vector<uint32_t> near_;  // solids that are near another solid
   uint64_t touching_faces_ = 0;
   bool has_straight_transmission_ = false;
 };

@@ -97,7 +97,8 @@ void assign_role(const char* option, SurfaceRole role, std::string_view list, co
   }
 }
 
-// Each node without a role of its own takes the role of its nearest ancestor that has one.
+// Gives each node without a role the role of its nearest ancestor that has one, or the ordinary
+// role if there is none.
 void inherit_roles(const Nodes& nodes, std::vector<std::optional<SurfaceRole>>& roles) {
   std::vector<size_t> path;
   for (size_t i = 0; i < nodes.size(); ++i) {

@@ -18,10 +18,10 @@ enum class SurfaceRole : uint8_t {
 
 class SurfaceRoles {
  public:
-  // `scene` must not have been built yet and must contain its nodes (GltfOptions::nodes). A named
-  // node passes its role to all descendants that are not named themselves; a name applies to all
-  // nodes that have it. Throws a UsageError for an unknown name (listing the nearest ones), for
-  // a node without visible geometry, and for a name in both lists.
+  // `scene` must not have been built yet and must contain its nodes (GltfOptions::nodes). A name
+  // applies to all nodes that have it. A named node passes its role to all descendants that are not
+  // named themselves. Throws a UsageError for an unknown name (its message lists the nearest
+  // names), for a node without visible geometry, and for a name in both lists.
   SurfaceRoles(const SceneDescription& scene, std::string_view catchers, std::string_view holdouts);
 
   SurfaceRole of(uint32_t instance) const { return roles_[instance]; }

@@ -12,7 +12,7 @@
 
 namespace emberline {
 
-// Several threads add buckets, so callers of all other functions must hold lock().
+// Several threads add buckets, so callers must hold lock() while they call any other function.
 class BucketPicture {
  public:
   BucketPicture(const RenderPlan& plan, std::vector<float> before)

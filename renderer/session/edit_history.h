@@ -1,5 +1,5 @@
-// Undo and redo. Each step stores the complete edits, that is, every difference from the file
-// (scene_edits.h). Undo returns to the edits of the previous step.
+// Implements undo and redo. Each step stores the complete edits, that is, every difference from the
+// file (scene_edits.h). Undo returns to the edits of the previous step.
 #pragma once
 
 #include <cstddef>
@@ -16,9 +16,9 @@ class EditHistory {
   // The scene was opened with `edits`, and undo cannot go back beyond them.
   explicit EditHistory(SceneEdits edits = {}) { steps_.push_back(std::move(edits)); }
 
-  // Adds a step and discards undone ones. Edits that equal the current ones add no step.
+  // Adds a step and discards undone steps. Edits that equal the current edits add no step.
   // Consecutive steps with the same non-empty `gesture` are merged, for example the steps of one
-  // drag, or those of a slider that is moved repeatedly.
+  // drag, or the steps of a slider that is moved repeatedly.
   void record(const SceneEdits& edits, const std::string& gesture = {}) {
     if (edits == current()) return;
     const bool continues_gesture = !gesture.empty() && gesture == gesture_;
@@ -38,7 +38,7 @@ class EditHistory {
 
   bool can_undo() const { return current_ > 0; }
   bool can_redo() const { return current_ + 1 < steps_.size(); }
-  // Return the edits to set, which are the current ones if there is nothing to undo or redo.
+  // Return the edits to set, which are the current edits if there is nothing to undo or redo.
   const SceneEdits& undo() {
     gesture_.clear();
     if (can_undo()) --current_;

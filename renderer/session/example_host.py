@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""A host for `emberline session` using only Python's standard library: opens a scene, orbits it once, prints how soon each
-first picture arrived, and writes the last picture when finished:    example_host.py SCENE OUT.pfm [EMBERLINE [WxH [SPP]]]"""
+"""A host for `emberline session` that needs only Python's standard library. It opens a scene, orbits it once, prints
+how soon each first picture arrived, and writes the last picture once that is finished. Its arguments are
+SCENE OUT.pfm [EMBERLINE [WxH [SPP]]]."""
 import array, json, math, mmap, subprocess, sys, time  # noqa: E401
 
 
@@ -29,7 +30,7 @@ class Session:
         return self.receive(lambda m: m.get("id") == self.commands)
 
     def picture(self, good):
-        """Returns the next `good` picture and its bytes, which stay valid until two more pictures are announced."""
+        """Returns the next picture that is `good`, and its bytes, valid until two more pictures are announced."""
         p = self.receive(lambda m: m.get("event") == "picture" and good(m))
         if p["segment"] != self.segment:
             with open(p["memory"], "rb") as file:

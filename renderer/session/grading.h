@@ -15,7 +15,7 @@ class DisplayTable;
 // perhaps for values within a few units in the last place of the threshold between two bytes.
 class Grading {
  public:
-  // Throws what DisplayTransform throws.
+  // Throws the same errors as DisplayTransform.
   explicit Grading(const DisplaySettings& settings);
   // Reuses the transform of `other`, with a different exposure.
   Grading(const Grading& other, float exposure);
@@ -27,7 +27,7 @@ class Grading {
   // pixels and rows are converted only once, so that the large uniform areas of a frame's first
   // pictures cost almost nothing. Uses the calling thread's TBB arena.
   void grade(std::span<const float> rgba, int width, std::span<uint8_t> rgba8) const;
-  // Like grade(), for a row or any other run of pixels, on the calling thread alone.
+  // Like grade(), but converts a row or any other run of pixels, on the calling thread alone.
   void grade_run(std::span<const float> rgba, std::span<uint8_t> rgba8) const;
 
   // Converts to display values in [0, 1] in place, so that the caller can draw over the picture
@@ -37,7 +37,7 @@ class Grading {
  private:
   DisplaySettings settings_;
   std::shared_ptr<const DisplayTransform> transform_;  // at exposure 0
-  std::shared_ptr<const DisplayTable> table_;          // null if the transform cannot be a table
+  std::shared_ptr<const DisplayTable> table_;          // null if the transform cannot be tabulated
   float scale_;
 };
 

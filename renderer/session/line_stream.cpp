@@ -15,10 +15,11 @@
 namespace emberline {
 namespace {
 
-// More than all events sent at one time, and more than most answers.
+// This is more than all events that are sent at one time, and more than most answers.
 constexpr size_t kMaxUnreadBytes = size_t(64) << 10;
 constexpr size_t kReadBytes = size_t(64) << 10;
-// A pipe with room accepts this much without blocking the writer (POSIX, pipe(7)).
+// A pipe that is ready for writing accepts this many bytes without blocking the writer (POSIX,
+// pipe(7)).
 constexpr size_t kWriteBytes = PIPE_BUF;
 constexpr auto kFlushTime = std::chrono::seconds(2);
 

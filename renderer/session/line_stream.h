@@ -12,7 +12,7 @@ namespace emberline {
 
 class LineStream {
  public:
-  // Enough for an edit of thousands of materials, the longest realistic command.
+  // This is enough for an edit of thousands of materials, the longest realistic command.
   static constexpr size_t kMaxLineBytes = size_t(4) << 20;
 
   LineStream(int in, int out);
@@ -20,18 +20,18 @@ class LineStream {
   LineStream(const LineStream&) = delete;
   LineStream& operator=(const LineStream&) = delete;
 
-  // Returns the next complete line, without its line end; absent if none has arrived. Throws
+  // Returns the next complete line, without its line end, or nullopt if no line has arrived. Throws
   // InputError if a line is too long.
   std::optional<std::string> next_line();
-  // Whether the input has ended.
+  // Returns whether the input has ended.
   bool ended() const { return ended_; }
-  // Whether there is input after the last line end.
+  // Returns whether there is input after the last line end.
   bool has_partial_line() const { return !in_text_.empty(); }
 
   // Queues a line; wait() and flush() write it.
   void write(const std::string& line);
-  // Whether the reader of the output lags behind. If so, accept no commands and write no optional
-  // lines.
+  // Returns whether the reader of the output lags behind. If so, accept no commands and write no
+  // optional lines.
   bool congested() const;
 
   // Waits for input, space for output, wake() or the timeout. Without a timeout, it may wait

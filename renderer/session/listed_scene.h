@@ -28,12 +28,11 @@ struct ListedScene {
   SceneDescription outline;
   // The camera without edits, for the frame size that the scene was opened for.
   CameraDescription camera;
-  bool camera_frames_scene =
-      false;                  // fitted to scene and frame: neither the file nor the user chose it
-  WorldBounds bounds;         // of the geometry; empty (min > max) if there is none
-  Vec3d center = Vec3d(0.0);  // centre of the bounds
-  double radius = 1.0;        // > 0, even without geometry
-  std::vector<NamedFile> inputs;  // input files, including a separate environment
+  bool camera_frames_scene = false;  // no camera was chosen, so it is fitted
+  WorldBounds bounds;                // of the geometry; empty (min > max) if there is none
+  Vec3d center = Vec3d(0.0);         // centre of the bounds
+  double radius = 1.0;               // > 0, even without geometry
+  std::vector<NamedFile> inputs;     // input files, including a separate environment
   std::vector<AnimationDescription> animations;
   std::vector<std::string> features;  // what was built and why
   std::vector<std::string> warnings;  // from loading and building

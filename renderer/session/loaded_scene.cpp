@@ -51,8 +51,8 @@ SceneDescription apply_to_lists(SceneEdits edits, const LoadedScene& scene) {
   return lists;
 }
 
-// Moves the options' lens into the edits. There, the artist can change the lens, it keeps its
-// f-number when the angle of view changes, and it is saved.
+// Moves the options' lens into the edits. There, the artist can change the lens, and the lens is
+// saved. It also keeps its f-number when the angle of view changes.
 void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
   const bool has_lens = options.f_stop || options.focus_distance;
   if (has_lens && edit.place.empty()) edit.place = "`f-stop`";

@@ -14,18 +14,19 @@ struct LoadedScene {
   std::shared_ptr<const ListedScene> open;
   SceneEdits edits;             // from the edits file; includes the options' variant, lens and time
   SceneDescription edit_lists;  // only the lists that edits refer to: cheap to copy
-  std::unique_ptr<OpenScene> scene;  // this and all below are used by the rendering thread alone
+  std::unique_ptr<OpenScene> scene;  // only the rendering thread uses this and the members below
   RenderOptions options;             // without animation, time and variant, which are in `edits`
   AnimationEdit current_animation;   // the current pose
-  CameraDescription view;            // the camera without edits, in that pose
+  CameraDescription view;            // the camera without edits, in the current pose
   std::shared_ptr<MemoryBudget> budget;
   MemoryReservation memory = {};  // the part of the session's budget that this scene uses
 
   // Returns the camera without edits for a frame of this size. If neither the file nor the user
-  // chose a camera, the returned one shows the whole scene in such a frame, as on the command line.
+  // chose a camera, the returned camera shows the whole scene in such a frame, as on the command
+  // line.
   CameraDescription camera(int width, int height) const;
   // needs_repose() returns whether the edits need another pose; pose() applies that pose and the
-  // edits. pose() throws what loading throws, and then leaves the scene unchanged.
+  // edits. pose() throws the same errors as loading; the scene is then unchanged.
   bool needs_repose(const SceneEdits& target_edits) const;
   void pose(const SceneEdits& target_edits);
 };

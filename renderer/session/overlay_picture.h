@@ -18,7 +18,8 @@ class RefinementTree;
 
 struct OverlayEntry {
   std::string_view name, summary;
-  std::string_view quantity;  // name in heatmap_quantity_table(); empty: not a heatmap
+  std::string_view quantity;  // name in heatmap_quantity_table(); empty if the overlay is not a
+                              // heatmap
 };
 // Indexed by ViewOverlay.
 std::span<const OverlayEntry> overlay_table();

@@ -83,7 +83,7 @@ void PicturePublisher::regrade() {
     const std::shared_ptr<SessionPicture> fresh = grade_copy(*old, *grading);
     {
       const std::lock_guard lock(mutex_);
-      if (picture_ != old) continue;  // a newer one was published meanwhile
+      if (picture_ != old) continue;  // a newer picture was published meanwhile
       fresh->serial = ++serial_;
       picture_ = fresh;
       picture_grading_ = grading;

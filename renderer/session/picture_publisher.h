@@ -34,7 +34,8 @@ class PicturePublisher {
   std::shared_ptr<const SessionPicture> picture() const;
 
   // Grades an older picture in the background with the current display settings, and again after
-  // each change of these settings. Does not change a picture with an overlay. Null: no comparison.
+  // each change of these settings. Does not change a picture with an overlay. A null pointer ends
+  // the comparison.
   void compare_with(std::shared_ptr<const SessionPicture> comparison);
   std::shared_ptr<const SessionPicture> graded_comparison() const;  // null until graded
 
@@ -69,7 +70,7 @@ class PicturePublisher {
   std::mutex wake_mutex_;  // held while wake_ runs, so that it is not called after on_change({})
   std::function<void()> wake_;
 
-  TaskThread grader_;  // last: its tasks use all of the above
+  TaskThread grader_;  // declared last, because its tasks use all members above
 };
 
 }  // namespace emberline

@@ -70,7 +70,7 @@ RenderOptions main_options(const ViewSettings& settings) {
 AovSet required_aovs(const ViewSettings& settings) {
   AovSet aovs = AovSet::parse(settings.render.aovs);
   // Drivers that render the whole frame at once report stop reasons while rendering; bucket frames
-  // need the channel for them.
+  // need the channel for stop reasons.
   const bool reports_stops =
       settings.overlay == ViewOverlay::kStop && !is_main_driver_tiled(settings.render);
   const std::optional<Aov> aov = overlay_aov(settings.overlay);

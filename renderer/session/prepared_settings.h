@@ -1,5 +1,5 @@
-// A session's settings, checked and prepared for rendering frames. This is repeated only when they
-// change.
+// Checks a session's settings and prepares them for rendering frames. This is repeated only when
+// the settings change.
 #pragma once
 
 #include "renderer/engine/render_plan.h"
@@ -7,14 +7,15 @@
 
 namespace emberline {
 
-// Whether the driver is `live`: bisection, then adaptive.
+// Returns whether the driver is `live`, which means bisection followed by adaptive.
 bool is_live(const RenderOptions& options);
 
-// Whether the main driver finishes one bucket after another. The main driver of `live` is adaptive.
+// Returns whether the main driver finishes one bucket after another. The main driver of `live` is
+// adaptive.
 bool is_main_driver_tiled(const RenderOptions& options);
-// Whether the main driver allows this setting (renderer/engine/setting_rules.h).
+// Returns whether the main driver allows this setting (renderer/engine/setting_rules.h).
 bool main_driver_allows(const RenderOptions& options, std::string_view setting);
-// Whether light groups can be recorded, so that light changes need no new samples.
+// Returns whether light groups can be recorded, so that light changes need no new samples.
 bool can_relight(const RenderOptions& options);
 
 // Returns the main driver's options for a session's settings. If the settings do not limit the
@@ -24,8 +25,8 @@ RenderOptions main_options(const ViewSettings& settings);
 // Returns the channels that the settings need, including those of the overlay.
 AovSet required_aovs(const ViewSettings& settings);
 
-// Whether a frame rendered with the settings `a` has the same samples as one rendered with `b`, and
-// all channels that `b` needs.
+// Returns whether a frame rendered with the settings `a` has the same samples as a frame rendered
+// with `b`, and all channels that `b` needs.
 bool frame_satisfies(const ViewSettings& a, const ViewSettings& b);
 
 struct PreparedSettings {
@@ -35,7 +36,7 @@ struct PreparedSettings {
   RenderOptions options;
   bool live;
   RenderPlan plan;
-  bool light_groups;  // requested and possible
+  bool light_groups;  // whether they are requested and possible
 };
 
 }  // namespace emberline

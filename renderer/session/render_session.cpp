@@ -18,9 +18,9 @@
 namespace emberline {
 namespace {
 
-// Writes the picture atomically: a .exr with all channels, linear; a .png or .jpg with display
-// values. A .png has alpha if the environment is transparent. Throws UsageError for another suffix,
-// and RenderError.
+// Writes the picture atomically. A .exr contains all channels with linear values; a .png or .jpg
+// contains display values. A .png has alpha if the environment is transparent. Throws UsageError
+// for another suffix, and RenderError.
 void write_picture(const std::string& path, const FilmCopy& film, const DisplaySettings& display) {
   if (lower_suffix(path) == ".exr") {
     write_film_exr(path, film.aovs, film.options.width, film.options.height, film.crop,
@@ -41,8 +41,8 @@ const HeatmapQuantity& heatmap_of(ViewOverlay overlay) {
   return *quantity;
 }
 
-// Writes a heatmap: with its legend (.png, .jpg), or its values (.exr). Throws UsageError if the
-// overlay is not a heatmap, and RenderError if the film lacks its channel.
+// Writes a heatmap. A .png or .jpg shows it with its legend; a .exr contains its values. Throws
+// UsageError if the overlay is not a heatmap, and RenderError if the film lacks its channel.
 void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay overlay) {
   const HeatmapQuantity& quantity = heatmap_of(overlay);
   const Rect& crop = film.crop;

@@ -19,7 +19,8 @@ class SceneLoader {
   // load(), cancel() and poll() never block and may be called from any thread.
   void load(const RenderOptions& options);
   void cancel();
-  // Returns the status. Moves a scene that has been loaded to `new_scene`, or sets it to null.
+  // Returns the status. If a scene has been loaded, moves it to `new_scene`; otherwise sets
+  // `new_scene` to null.
   LoadStatus poll(std::shared_ptr<LoadedScene>* new_scene);
 
  private:
@@ -34,7 +35,7 @@ class SceneLoader {
   LoadStatus status_;
   std::shared_ptr<LoadedScene> loaded_;
   std::shared_ptr<MemoryBudget> memory_;  // for all scenes; used by the loader's thread
-  TaskThread thread_;                     // last: its tasks use all of the above
+  TaskThread thread_;                     // declared last, because its tasks use all members above
 };
 
 }  // namespace emberline

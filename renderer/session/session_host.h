@@ -3,7 +3,7 @@
 //
 // One thread owns the session, executes the host's commands and sends events in between. An event
 // describes the current state and is sent only while the host is reading. So a slow host gets fewer
-// events, and none pile up.
+// events, and events never pile up.
 #pragma once
 
 #include <functional>

@@ -14,14 +14,14 @@ namespace emberline {
 
 // A picture and the frame's state at that time. Immutable once published.
 struct SessionPicture {
-  uint64_t edit = 0;    // the last edit that it shows; see RenderSession::edit()
+  uint64_t edit = 0;    // the last edit that the picture shows; see RenderSession::edit()
   uint64_t serial = 0;  // increases with each picture
   int width = 0, height = 0;
-  int x = 0, y = 0;  // position in the frame; 0 if it is not cropped
+  int x = 0, y = 0;  // position in the frame; 0 if the frame is not cropped
   Rect rect() const { return {x, y, x + width, y + height}; }
-  // `filled`: every pixel shows this edit, though perhaps with a neighbour's sample. It is false
-  // while a region is surrounded by the previous picture. `complete`: every pixel has a sample of
-  // its own or, with buckets, all of its samples.
+  // `filled` means that every pixel shows this edit, though perhaps with a neighbour's sample. It
+  // is false while a region is surrounded by the previous picture. `complete` means that every
+  // pixel has its own sample or, with buckets, all of its samples.
   bool filled = false;
   bool complete = false;
   bool finished = false;          // the last picture of the frame
@@ -50,17 +50,18 @@ struct PixelInspection {
   float alpha = 0.0f;
   std::optional<Rgb> denoised;  // if the picture is denoised
   // The following members describe the state at the frame's last pause, which is shortly before or
-  // after the newest picture. They are invalid while `known` is false, before the first pause after
-  // the request.
+  // after the newest picture. They are invalid while `known` is false, that is, before the first
+  // pause after the request.
   bool known = false;
   uint32_t samples = 0;
   std::optional<Rgb>
       variance;             // variance of the mean, if the film has it (adaptive or error overlay)
   uint32_t non_finite = 0;  // number of samples that were not finite and count as black
   PixelStop stop = PixelStop::kNone;  // kUnfinished if more samples may come
-  uint32_t id = 0;                    // 1 + instance; 0: background
+  uint32_t id = 0;                    // 1 + instance; 0 for the background
   std::string object;                 // name of the instance's node or mesh
-  int material = -1;            // index in the materials of ListedScene::outline; -1: nothing hit
+  int material = -1;            // index in the materials of ListedScene::outline; -1 if nothing was
+                                // hit
   Vec3d position = Vec3d(0.0);  // point on the visible surface, in world space
   std::string explanation;      // FrameDriver::explain(); only for the picked pixel
 };

@@ -36,8 +36,8 @@ int create_anonymous_file() {
 #endif
 }
 
-// Seals the file, so that its size can no longer change, since truncation would crash the readers.
-// From Linux 5.1 on, it can then be written only through the existing mapping.
+// Seals the file so that its size can no longer change, because truncating the file would crash its
+// readers. From Linux 5.1 on, the sealed file can be written only through the existing mapping.
 void seal([[maybe_unused]] int file) {
 #if defined(__linux__)
   constexpr int kFutureWrite = 0x10;  // F_SEAL_FUTURE_WRITE, Linux 5.1

@@ -1,9 +1,9 @@
 // Writes pictures to memory shared with another process: an anonymous file (memfd_create) that
-// disappears when neither process holds it, however they end. The other process opens it read-only
-// as /proc/PID/fd/N, which only the same user can.
+// disappears when neither process holds it any longer, however the processes end. The other process
+// opens the file read-only as /proc/PID/fd/N. Only processes of the same user can do this.
 //
-// There are two slots, which are written alternately, so a picture stays intact until the next but
-// one is written.
+// There are two slots, which are written alternately. So a picture stays intact until the second
+// picture after it is written.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ class SharedFrames {
   // Where a picture is stored.
   struct Location {
     std::string path;
-    uint64_t segment = 0;  // number of the file, which changes when a new one is created
+    uint64_t segment = 0;  // number of the file; it increases when a new file is created
     uint64_t bytes = 0;    // size of the file
     uint64_t offset = 0;   // offset in the file
   };
@@ -31,8 +31,8 @@ class SharedFrames {
   SharedFrames(const SharedFrames&) = delete;
   SharedFrames& operator=(const SharedFrames&) = delete;
 
-  // Creates a new file if the size has changed. Throws an InputError that names `place` if the
-  // budget is exceeded. Throws RenderError. After an error there is no file.
+  // Creates a new file if the size or the budget has changed. Throws an InputError that names
+  // `place` if the budget is exceeded. Throws RenderError. After an error there is no file.
   Location write(std::span<const std::byte> picture, const std::shared_ptr<MemoryBudget>& budget,
                  const std::string& place);
 

@@ -8,8 +8,8 @@
 namespace emberline {
 namespace {
 
-// Limits of the distance, relative to the scene's radius: close enough to count the threads of a
-// cloth, and so far away that the scene is out of sight.
+// Limits of the distance, relative to the scene's radius. The nearest distance is close enough to
+// count the threads of a cloth; at the farthest distance, the scene is out of sight.
 constexpr double kMinDistance = 1e-5, kMaxDistance = 1e5;
 
 // Below this cosine of the elevation, the azimuth is undefined.
@@ -18,8 +18,8 @@ constexpr double kPole = 1e-9;
 // Returns the direction to the picture's right for a view without roll.
 Vec3d horizontal_right(double azimuth) { return {std::cos(azimuth), 0.0, -std::sin(azimuth)}; }
 
-// Sets azimuth, elevation and roll. `back` must be a unit vector, and `right` perpendicular to it
-// and not mirrored.
+// Sets azimuth, elevation and roll. `back` must be a unit vector. `right` must be perpendicular to
+// `back` and must not be mirrored.
 void set_angles(const Vec3d& back, const Vec3d& right, ViewCamera& view) {
   const double level = std::hypot(back.x, back.z);
   view.elevation = std::atan2(back.y, level);
@@ -174,7 +174,7 @@ ViewCamera frame_all(ViewCamera view, const Vec3d& center, double radius, double
   // of 5 %.
   if (view.orthographic) {
     view.half_height = 1.05 * radius / std::min(1.0, aspect);
-    return with_distance(view, view.move_scale());  // with the whole sphere in front of the eye
+    return with_distance(view, view.move_scale());  // puts the whole sphere in front of the eye
   }
   const double half = std::atan(std::tan(view.fov_y / 2) * std::min(1.0, aspect));
   return with_distance(view, 1.05 * radius / std::sin(half));

@@ -1,13 +1,13 @@
-// A view that mouse and keys move. Converts a scene's camera to such a view, and a view to the
-// CameraEdit that reproduces it. Pure arithmetic.
+// A view that mouse and keys move. The functions convert a scene's camera to such a view, and a
+// view to the CameraEdit that reproduces it. They are pure arithmetic.
 //
 // Everything is in world space, metres and radians; +Y is up, as in glTF. The view is a turntable,
 // described by angles around a pivot on its axis, so that many small moves never tilt the horizon.
-// A rolled camera keeps its roll, and a mirrored one stays mirrored. An orthographic view is scaled
-// instead of moving closer; its eye only determines the near limit of visibility. A view straight
-// up or down is valid; its azimuth follows from the direction to the picture's right. All values
-// are doubles, and moves are proportional to the distance or the frame, so that scenes of any size
-// feel the same.
+// A rolled camera keeps its roll, and a mirrored camera stays mirrored. An orthographic view is
+// scaled instead of moving closer; its eye only determines the near limit of visibility. A view
+// straight up or down is valid; its azimuth follows from the direction to the picture's right. All
+// values are doubles, and moves are proportional to the distance or the frame, so that scenes of
+// any size feel the same.
 #pragma once
 
 #include "renderer/core/constants.h"
@@ -21,8 +21,8 @@ struct ViewCamera {
   double distance = 1.0;   // from eye to pivot, > 0
   double azimuth = 0.0;    // the eye's angle around the pivot: 0 at +Z, pi / 2 at +X
   double elevation = 0.0;  // the eye's angle above the pivot, in [-pi / 2, pi / 2]
-  // Counterclockwise angle from the horizon to the direction to the picture's right (if mirrored,
-  // to its left).
+  // Counterclockwise angle from the horizon to the picture's right or, if the view is mirrored, to
+  // the picture's left.
   double roll = 0.0;
   bool mirrored = false;  // left and right are swapped
   bool orthographic = false;
@@ -31,13 +31,14 @@ struct ViewCamera {
   // Moves keep `distance` or, in an orthographic view, `half_height` within this range.
   double min_distance = 0.0, max_distance = 1e300;
 
-  // Orthonormal directions in world space: the picture's right and up, and from pivot to eye.
+  // Orthonormal directions in world space: the picture's right, the picture's up, and the direction
+  // from the pivot to the eye.
   struct Axes {
     Vec3d right, up, back;
   };
   Axes axes() const;
   Vec3d eye() const { return pivot + axes().back * distance; }
-  // The frame's height at the pivot, and the angle that this height spans at the eye.
+  // Return the frame's height at the pivot, and the angle that this height spans at the eye.
   double frame_height() const;
   double frame_angle() const;
   // Moves are proportional to this length: the distance or, for orthographic views, the distance at
@@ -50,8 +51,8 @@ inline constexpr double kMinFov = 1e-3, kMaxFov = 3.0;  // 0.06 and 172 degrees
 inline constexpr double kDefaultFov = kPiD / 6;
 
 // Returns the view of a camera. The pivot lies on the camera's axis, at the depth of the scene's
-// `center`, or `radius` away if the centre is behind the camera. `radius` is the scene's and must
-// be > 0.
+// `center`, or `radius` away if the centre is behind the camera. `radius` is the radius of the
+// scene and must be > 0.
 ViewCamera view_of(const CameraDescription& camera, const Vec3d& center, double radius);
 
 // Returns the edit that gives any camera this view. Keeps the other members of `before`, such as
@@ -61,7 +62,8 @@ CameraEdit edit_of(const ViewCamera& view, const CameraEdit& before = {});
 // Moves the eye around the pivot, to the picture's right and up. Stops when the view is straight up
 // or down.
 ViewCamera orbit(ViewCamera view, double azimuth, double elevation);
-// Turns around the eye, which moves the pivot: `yaw` to the picture's left, `pitch` upwards.
+// Turns the view around the eye, which moves the pivot. `yaw` turns to the picture's left, and
+// `pitch` turns upwards.
 ViewCamera turn(ViewCamera view, double yaw, double pitch);
 // Moves the view so that the scene at the pivot follows the cursor, which has moved to the right
 // and down by these fractions of the frame's height.

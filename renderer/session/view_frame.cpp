@@ -16,12 +16,13 @@ namespace emberline {
 namespace {
 
 // An edit's first picture is shown when this fraction of the pixels has a sample, which takes 10 to
-// 20 ms for 1280 x 720 on two cores, or after kFirstPictureTimeout_s, which helps in slow scenes.
+// 20 ms for 1280 x 720 on two cores. In slow scenes, it is shown earlier, after
+// kFirstPictureTimeout_s.
 constexpr double kFirstCoverage = 1.0 / 64;
 constexpr double kFirstPictureTimeout_s = 0.012;
 
 // Later pictures come no faster than the eye can follow, and may only use a fraction of the render
-// time. In the first second, while the artist waits for the effect of an edit, this is
+// time. In the first second, while the artist waits for the effect of an edit, this fraction is
 // kInteractiveCostFraction; after that, it is kIdleCostFraction.
 constexpr double kMinInterval_s = 1.0 / 30;
 constexpr double kInteractive_s = 1.0;
@@ -33,7 +34,8 @@ constexpr uint32_t kRegionSamples = 16;
 
 // The first picture of a bucket frame may take additional samples, up to this fraction of the
 // frame's samples. For this limit, the frame counts as having at least kMinJudgedSamples per pixel,
-// which is the minimum that an estimator needs (and exactly that if its number is unknown).
+// the minimum that an estimator needs. If the frame's number of samples is unknown, it counts as
+// having exactly that minimum.
 constexpr double kFirstPictureFraction = 0.005;
 constexpr uint32_t kMinJudgedSamples = 16;
 
@@ -164,7 +166,7 @@ bool ViewFrame::complete() const {
 void ViewFrame::finish(const RenderCounters& counters) {
   if (counters.stopped && !bucket_picture_) main_->end(stop_->cause());
   finished_ = true;
-  if (!first_) {  // else time ran out before the main driver had sampled every pixel
+  if (!first_) {  // otherwise time ran out before the main driver had sampled every pixel
     progress_.samples = counters.samples;
     progress_.rays = counters.rays.total();
     progress_.error_estimate = main_->error_estimate();
@@ -319,7 +321,7 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
     }
   }
   if (const HeatmapQuantity* quantity = overlay_quantity(overlay)) {
-    // If the frame lacks the channel, it will be replaced by one that has it.
+    // If this frame lacks the channel, a frame that has it will follow.
     if (!quantity->aov || prepared_.plan.aovs.contains(*quantity->aov)) {
       const FilmCopy film = copy();
       const std::vector<std::string> names = film_channel_names(film.aovs);
@@ -390,7 +392,7 @@ void ViewFrame::denoise(SessionPicture& picture) {
   }
   const DisplayMode as = display_mode_.load();
   const bool filtered = possible && as.filtered() && (lattice || complete());
-  // The picture may be a reused one with old values; resize() keeps its memory.
+  // The picture may be a reused picture with old values; resize() keeps its memory.
   picture.denoised.resize(filtered ? picture.rgba.size() : 0);
   picture.raw8.resize(filtered && as.include_raw ? picture.rgba.size() : 0);
   if (!filtered) return;

@@ -1,9 +1,9 @@
 // One frame of a session: from an edit to the last sample, or to the edit that replaces it.
 //
-// A frame is rendered in stages. Each is a job with its own driver and film: the region, if any;
-// for `live` and `bucket` a first picture by bisection; then the main driver. The displayed picture
-// switches to the next stage's film once that film is at least as good everywhere. Buckets instead
-// replace the first picture one by one.
+// A frame is rendered in stages. Each stage is a job with its own driver and film. The stages are:
+// the region, if there is one; for `live` and `bucket`, a first picture by bisection; then the main
+// driver. The displayed picture switches to the next stage's film once that film is at least as
+// good everywhere. Buckets instead replace the first picture one by one.
 #pragma once
 
 #include <atomic>
@@ -50,25 +50,25 @@ struct FilmCopy {
   AovSet aovs;
   std::vector<float> channels;  // film_channels(), interleaved; unsampled pixels: RGBA as displayed
   std::vector<float> stops;     // PixelStop; empty if unknown
-  RenderOptions options;        // used for rendering
+  RenderOptions options;        // the options used for rendering
 };
 
 class ViewFrame final : private RenderSink {
  public:
-  // Called at a pause of the driver; may read the frame and may wait. `is_published`: whether the
-  // newest picture shows the present state.
+  // This callback is called at a pause of the driver. It may read the frame and may wait.
+  // `is_published` says whether the newest picture shows the present state.
   using Pause = std::function<void(bool is_published)>;
 
   // All references must outlive the frame. The request's edits must have been applied to the scene,
-  // which must not change. `display_mode` and `pause_requested` may change during rendering; the
-  // latter says that another thread is waiting for a pause. Throws UsageError and InputError if the
-  // view is invalid.
+  // which must not change. `display_mode` and `pause_requested` may change during rendering;
+  // `pause_requested` says that another thread is waiting for a pause. Throws UsageError and
+  // InputError if the view is invalid.
   ViewFrame(RenderRequest request, const PreparedSettings& prepared, PicturePublisher& publisher,
             LiveDenoiser& denoiser, std::shared_ptr<StopRequest> stop,
             const std::atomic<DisplayMode>& display_mode, const std::atomic<bool>& pause_requested,
             Pause pause);
-  // Call before render(). Makes the frame record these light groups. The picture shows them mixed
-  // by `mix` or, if that is absent, the light as rendered.
+  // Call before render(). Makes the frame record these light groups. The picture shows the groups
+  // mixed by `mix` or, if `mix` is absent, the light as rendered.
   void set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix);
   ~ViewFrame() override;
 
@@ -80,12 +80,12 @@ class ViewFrame final : private RenderSink {
   void republish();
   void relight(const RelightRequest& lights);
   bool has_picture() const { return live_picture_ != nullptr; }
-  // Whether there is a picture of the whole frame, not only of the region.
+  // Returns whether there is a picture of the whole frame, not only of the region.
   bool has_whole_picture() const { return live_picture_ && stage_ != Stage::kRegion; }
   FilmCopy copy() const;
-  // `explained`: adds the driver's explanation.
+  // If `explained` is true, adds the driver's explanation.
   PixelInspection inspect_pixel(int x, int y, bool explained) const;
-  // Excludes the time that was spent waiting at a pause from the frame's time.
+  // Subtracts time that was spent waiting at a pause from the frame's time.
   void exclude_time(ViewClock::duration waited) { paused_time_ += waited; }
 
   bool has_published() const { return published_; }
@@ -156,7 +156,7 @@ class ViewFrame final : private RenderSink {
   const ViewClock::time_point started_ = ViewClock::now();
   ViewClock::duration paused_time_{0};
   bool published_ = false, complete_published_ = false;
-  bool may_publish_ = true;  // false: the driver's picture is still worse than the one shown
+  bool may_publish_ = true;  // false while the driver's picture is still worse than the one shown
   double published_at_s_ = 0, cost_s_ = 0;
 };
 

@@ -45,8 +45,8 @@ class ViewRenderer::LowPriorityWorkers final : public tbb::task_scheduler_observ
   void on_scheduler_entry(bool /*worker*/) override {
 #if defined(__linux__)
     // A thread with this nice value gets about a quarter of a processor that it shares with a
-    // thread of normal priority, and all of one that is otherwise idle. With a nice value of 10 it
-    // would get only a tenth next to another busy program.
+    // thread of normal priority, and all of a processor that is otherwise idle. With a nice value
+    // of 10, the thread would get only a tenth next to another busy program.
     constexpr int kNice = 5;
     const auto thread = id_t(gettid());
     if (getpriority(PRIO_PROCESS, thread) < kNice) (void)setpriority(PRIO_PROCESS, thread, kNice);
@@ -86,7 +86,7 @@ void ViewRenderer::post(RenderRequest request, bool only_edits) {
     } else {
       relighting_.reset();
       // A request that replaces a pending one may wait for the first picture only if the pending
-      // one could.
+      // request could.
       let_first_picture_finish_ = only_edits && (!request_ || let_first_picture_finish_);
       request_ = std::move(request);
       if (stop_ && (!let_first_picture_finish_ || frame_published_))
@@ -95,7 +95,7 @@ void ViewRenderer::post(RenderRequest request, bool only_edits) {
   });
 }
 
-// Returns how the current frame's light groups must be mixed to show the request; absent if they
+// Returns how to mix the current frame's light groups to show the request, or nullopt if the groups
 // cannot show it.
 std::optional<LightMix> ViewRenderer::mix_of(const RenderRequest& request) const {
   std::shared_ptr<const LightGroups> groups;
@@ -318,7 +318,7 @@ std::shared_ptr<const LightGroups> ViewRenderer::apply_edits(const RenderRequest
   return nullptr;
 }
 
-// Keeps the previous frame, for inspection and saving, until nothing can fail any longer.
+// Until nothing can fail any longer, keeps the previous frame for inspection and saving.
 void ViewRenderer::render(RenderRequest request) {
   std::unique_ptr<PreparedSettings> prepared = prepare(request.settings);
   set_threads(request.settings.render.threads);

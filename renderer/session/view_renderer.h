@@ -39,9 +39,10 @@ class ViewRenderer {
 
   // Copies the film at the next pause of a frame that has a picture.
   std::future<FilmCopy> copy();
-  // Two pixels are inspected independently. The picked one also gets an explanation.
+  // Two pixels are inspected independently. The picked pixel also gets an explanation.
   enum class InspectionTarget : uint8_t { kPointed, kPicked };
-  // From the next pause on, inspection() describes this pixel, and is updated with each picture.
+  // From the next pause on, inspection() describes this pixel. The description is updated with each
+  // picture.
   void inspect(InspectionTarget target, std::optional<Vec2i> pixel);
   std::optional<PixelInspection> inspection(InspectionTarget target) const;
 
@@ -94,7 +95,7 @@ class ViewRenderer {
   std::atomic<DisplayMode> display_mode_{DisplayMode()};
   std::atomic<bool> pause_requested_{false};  // another thread is waiting for the next pause
 
-  // Used by the rendering thread alone.
+  // Only the rendering thread uses the following members.
   std::unique_ptr<PreparedSettings> prepared_;
   ViewSettings prepared_for_;
   LiveDenoiser denoiser_;

@@ -15,9 +15,9 @@ namespace emberline {
 // pixels.
 enum class ViewOverlay : uint8_t { kNone, kSamples, kError, kStop, kTime, kNonFinite, kTree };
 
-// Number of samples per pixel if the options do not limit it: so large that a picture left
-// open keeps improving. Bucket frames instead use the default of `render`, because they finish one
-// bucket after another.
+// The number of samples per pixel if the options do not limit it. It is so large that a picture
+// that stays open keeps improving. Bucket frames instead use the default of `render`, because they
+// finish one bucket after another.
 inline constexpr uint32_t kViewSamples = 4096;
 
 // How a frame's film is shown as a picture.
@@ -34,9 +34,9 @@ struct alignas(4) DisplayMode {
 };
 
 struct ViewSettings : DisplayMode {
-  // As for `render`: driver, integrator, sampler, filter, estimator, limits, threads, seed, size,
-  // environment. Outputs, reports, snapshots, `scene`, `edits` and `display` are ignored, because
-  // scene and edits are arguments of open(), and `display` below replaces the display.
+  // The same options as for `render`: driver, integrator, sampler, filter, estimator, limits,
+  // threads, seed, size, environment. Outputs, reports and snapshots are ignored. So are `scene`
+  // and `edits`, which are arguments of open(), and `display`, which the member below replaces.
   RenderOptions render;
   DisplaySettings display;
   const DisplayMode& display_mode() const { return *this; }

@@ -72,8 +72,8 @@ BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
 
 [[gnu::always_inline]] inline BsdfSample SurfaceBsdf::sample_plain(const Vec2f& u) const {
   BsdfSample result;
-  // The lobes divide the unit square between them, so that stratified points stay stratified over
-  // each part. A separate random choice would give each lobe a random subset.
+  // The lobes divide the unit square between them, so that stratified points stay stratified within
+  // each lobe's part. A separate random choice would give each lobe a random subset.
   const bool specular = u.y < specular_pick_;
   const float share = select(specular, specular_pick_, 1.0f - specular_pick_);
   const float v =

@@ -1,19 +1,20 @@
-// The scattering function of one surface point, compiled from a material's values there.
+// The scattering function at one surface point, built from the material's values at that point.
 //
 // Local shading space: the shading normal is +Z; wo and wi are unit vectors that point away from
-// the surface. eval and weight include the cosine |wi.z|. Densities are per solid angle. The class
-// does not depend on samplers or the scene, and has no virtual calls.
+// the surface. eval() and BsdfSample::weight include the cosine |wi.z|. Densities are per solid
+// angle. The class does not depend on samplers or the scene, and has no virtual calls.
 //
-// Model (glTF 2.0 appendix B, energy-compensated): one GGX reflection lobe whose F0 interpolates
-// between the dielectric's and the base colour by metalness, with the energy of multiple scattering
-// restored (Kulla & Conty 2017), over a Lambertian base weighted by the dielectric's transmittance.
-// It is reciprocal and conserves energy in a white furnace at every metalness and roughness. See
-// README.md for the formulas and their sources.
+// Model (glTF 2.0 appendix B, with energy compensation): one GGX reflection lobe lies over a
+// Lambertian base. Metalness interpolates the lobe's F0 between that of the dielectric and the base
+// colour. The lobe also returns the energy of multiple scattering (Kulla & Conty 2017). The base is
+// weighted by the dielectric's transmittance. The model is reciprocal, and conserves energy in a
+// white furnace at every metalness and roughness. README.md gives the formulas and their sources.
 //
-// A material that transmits, or that has any LayerParameters, is a list of lobes: this model as the
-// base (whose reflection may be anisotropic or under a thin film), a TransmissionLobe, diffuse
-// transmission, sheen, clear coat. Other materials have no list and pay one untaken branch. wi may
-// be below the surface if a lobe transmits.
+// A material that transmits light, or that has any of the LayerParameters, is represented by a list
+// of lobes: the base, which is this model with an optional anisotropic reflection or thin film; a
+// TransmissionLobe; diffuse transmission; sheen; and clear coat. Other materials have no list,
+// which costs them only a branch that is not taken. If a lobe transmits light, wi may be below the
+// surface.
 //
 // If the geometric normal differs from the shading normal, directions below the geometric surface
 // contribute nothing, and the cosine lobe is softened towards the shadow terminator
@@ -40,16 +41,17 @@ namespace emberline {
 struct BsdfParameters {
   Rgb base_color = Rgb(0.5f);
   float metallic = 0.0f;
-  float roughness = 1.0f;  // glTF's: alpha = roughness^2
-  // KHR_materials_ior: >= 1, or 0 for a dielectric that reflects everything (the extension's
-  // compatibility value). The default is plain glTF's.
+  float roughness = 1.0f;  // glTF's roughness; alpha = roughness^2
+  // The index of refraction (KHR_materials_ior): at least 1, or 0 for a dielectric that reflects
+  // everything (the extension's compatibility value). The default is that of glTF without the
+  // extension.
   float ior = 1.5f;
   // Scales the dielectric's F0 and F90; 0 leaves a bare Lambertian base.
   float specular = 1.0f;
   // Scales the dielectric's F0 per channel, to at most 1 (KHR_materials_specular).
   Rgb specular_color = Rgb(1.0f);
   // Fraction of the dielectric that is clear instead of diffuse (KHR_materials_transmission). The
-  // fields below matter only if it is above 0.
+  // fields below matter only if this or LayerParameters::diffuse_transmission is above 0.
   float transmission = 0.0f;
   bool thin_walled = true;  // no refraction, no interior; false with KHR_materials_volume
   bool inside = false;      // wo is inside the solid; see also LayerParameters::behind
@@ -65,14 +67,16 @@ class SurfaceBsdf {
   SurfaceBsdf(const BsdfParameters& parameters, const LayerParameters& layers, const Vec3f& wo,
               const Vec3f& geometric_normal);
 
-  // f(wo, wi) |wi.z| without delta lobes; 0 if wi is below the surface, unless a lobe transmits.
+  // Returns f(wo, wi) |wi.z| without delta lobes. The result is 0 if wi is below the surface and no
+  // lobe transmits.
   Rgb eval(const Vec3f& wi) const;
   // Returns eval() and stores in *pdf the density with which sample() returns wi (without delta
   // lobes). Costs little more than eval().
   Rgb eval_and_pdf(const Vec3f& wi, float* pdf) const;
-  // u_lobe chooses from the list of lobes; the base divides u between its two lobes.
+  // `u_lobe` chooses a lobe from the list. The base divides `u` between its own two lobes.
   BsdfSample sample(float u_lobe, const Vec2f& u) const;
-  // The part of eval() from the Lambertian base and sheen; 0 below the surface.
+  // Returns the part of eval() that the Lambertian base and the sheen contribute; 0 below the
+  // surface.
   Rgb eval_diffuse(const Vec3f& wi) const;
 
   // Whether next-event estimation can contribute, because some lobe is not a delta.
@@ -81,20 +85,22 @@ class SurfaceBsdf {
   }
   // Whether light samples from below the surface can contribute (LightQuery::both_sides).
   bool transmits_non_delta() const { return list_ && list_->transmits_non_delta; }
-  // Directional albedo at wo, for the `albedo` AOV.
-  Rgb albedo() const { return to_rgb(albedo_); }  // including transmitted light
-  // Unrefracted transmission to -wo if the surface is a smooth thin wall; otherwise 0. Equals the
-  // mean of the `transmitted` delta samples of sample().
+  // Returns the directional albedo at wo, including transmitted light, for the `albedo` AOV.
+  Rgb albedo() const { return to_rgb(albedo_); }
+  // Returns the transmittance along -wo, without refraction, if the surface is a smooth thin wall;
+  // otherwise 0. The result is the expected weight of sample(), if only delta samples with
+  // `transmitted` count.
   Rgb straight_transmittance() const;
 
  private:
   enum class SpecularKind : uint8_t { kNone, kMirror, kGgx, kAnisotropic };
-  // Inputs of the base: F0 and F90 of its reflection, and the lobe's albedo at wo.
+  // The inputs of make_base(): F0 and F90 of the base's reflection, and the albedo of the
+  // reflection lobe at wo.
   struct Reflection {
     Color4 metal;       // F0; fourth lane: the dielectric's largest channel
     Color4 dielectric;  // F0; fourth lane: its largest channel
     float dielectric_f90;
-    bool coloured;  // the dielectric's channels may differ
+    bool coloured;  // the dielectric's channels may be unequal
     SpecularAlbedo::Value at_wo;
     float average_loss, average_schlick;
   };
@@ -102,9 +108,10 @@ class SurfaceBsdf {
   // ---- the base
   // Returns the channel sum of the reflection's albedo without multiple scattering.
   float make_base(const BsdfParameters& parameters, const Reflection& reflection);
-  // f |wi.z| of the diffuse base and of multiple scattering, which share a cosine lobe.
+  // Returns f |wi.z| of the diffuse base and of multiple scattering, which share a cosine lobe.
   Color4 eval_cosine(const Vec3f& wi, const SpecularAlbedo::Value& at_wi) const;
-  // Albedo of the dielectric interface at the angle to which `loss` and `schlick` belong.
+  // Returns the albedo of the dielectric interface at one angle, given `loss` and `schlick` at that
+  // angle.
   float dielectric_reflectance(float loss, float schlick) const {
     const float single =
         fma(dielectric_f90_ - dielectric_f0_, schlick, dielectric_f0_ * (1 - loss));
@@ -119,7 +126,7 @@ class SurfaceBsdf {
 
   // ---- the list of lobes (bsdf_lobes.cpp); out of line, at no cost to plain materials
   enum Lobe : uint8_t { kBase, kClear, kDiffuseTransmission, kSheen, kCoat, kLobes };
-  // What the base has in addition to the plain model.
+  // The additional data of a base that is in a list of lobes.
   struct SpecialBase {
     Color4 bare_f0 = splat4(0.0f);  // without film
     float bare_f90 = 0.0f;
@@ -143,7 +150,7 @@ class SurfaceBsdf {
     float coat_transmittance_o = 1.0f, sheen_transmittance_o = 1.0f;  // T(wo) of each alone
   };
   struct LobeList {
-    float pick[kLobes] = {};                        // probabilities with sum 1; 0 if absent
+    float pick[kLobes] = {};                        // sum to 1; 0 if a lobe is absent
     int last = 0;                                   // last lobe that is present
     float base_weight = 0.0f, clear_weight = 0.0f;  // fractions of the material
     bool solid = false, behind = false;             // solid: has an interior; behind: wo is in it
@@ -162,7 +169,7 @@ class SurfaceBsdf {
   void attenuate_base();
   void set_picks();
   float coat_transmittance(float mu) const;
-  float sheen_transmittance(const auto& at) const;  // a cosine, or its column in the sheen's table
+  float sheen_transmittance(const auto& at) const;  // a cosine or a column of the sheen's table
   float layer_transmittance(const Vec3f& w) const;
   SpecularAlbedo::Value reflection_albedo(const Vec3f& w) const;
   Color4 base_fresnel(float cos_d) const;

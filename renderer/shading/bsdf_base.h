@@ -12,24 +12,26 @@ namespace emberline {
 
 inline float sum(Color4 c) { return c[0] + c[1] + c[2]; }
 
-// Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering". f90 is 1 in plain glTF.
+// Evaluates the approximation of Schlick 1994, "An Inexpensive BRDF Model for Physically-based
+// Rendering". In plain glTF, f90 is 1.
 inline Color4 schlick(Color4 f0, float f90, float cos_d) {
   return fma(f90 - f0, pow5(1.0f - cos_d), f0);
 }
 
-// Colour of light that leaves after two or more bounces between microfacets: every bounce reflects
-// by the cosine-weighted mean Fresnel reflectance F, and a fraction `loss` of the light goes on to
-// another bounce. Follows Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks",
-// with F^2 for the first two bounces (Hill 2018, "A Multi-Faceted Exploration, Part 3").
+// Returns the colour of the light that leaves after two or more bounces between microfacets. Every
+// bounce multiplies the light by F, the cosine-weighted mean of the Fresnel reflectance, and a
+// fraction `loss` of the light goes on to another bounce. Follows Kulla & Conty 2017, "Revisiting
+// Physically Based Shading at Imageworks", but uses F^2 for the first two bounces (Hill 2018, "A
+// Multi-Faceted Exploration, Part 3").
 inline Color4 multiple_fresnel(Color4 f0, Color4 f90, float loss) {
   const Color4 f = fma(f90 - f0, 1.0f / 21.0f, f0);  // mean of Schlick: 2 int (1 - mu)^5 mu dmu
   return f * f * (1.0f - loss) / fma(-f, loss, splat4(1.0f));
 }
 
-// A lobe that contributes a small fraction of the albedo is picked with a higher probability than
-// this fraction: kPickBoost times as high, up to the lobe's floor. The specular lobe needs this
-// because it shows the brightest features (highlights); the cosine lobe needs it because its weight
-// at grazing wi is many times its mean. Chosen by us.
+// A lobe that contributes only a small fraction of the albedo is picked with a higher probability:
+// kPickBoost times that fraction, but at most the lobe's floor. The specular lobe needs this
+// because it shows the brightest features (highlights). The cosine lobe needs this because its
+// weight at grazing wi is many times its mean. We chose all three values.
 inline constexpr float kPickBoost = 4.0f;
 inline constexpr float kSpecularPickFloor = 0.1f;
 inline constexpr float kCosinePickFloor = 0.02f;
@@ -45,7 +47,7 @@ inline float pick_probability(float specular, float cosine) {
 
 inline bool is_grey(const Rgb& c) { return c.x == c.y && c.y == c.z; }
 
-// F0 of the dielectric; the fourth lane is the largest of its channels.
+// Returns F0 of the dielectric. The fourth lane is the largest of the three channels.
 [[gnu::always_inline]] inline Color4 dielectric_f0(const BsdfParameters& p) {
   const float bare = square((p.ior - 1.0f) / (p.ior + 1.0f));
   const auto channel = [&](float color) { return p.specular * std::min(1.0f, color * bare); };
@@ -59,7 +61,7 @@ inline bool is_grey(const Rgb& c) { return c.x == c.y && c.y == c.z; }
   const float metallic = parameters.metallic, dielectric_weight = 1.0f - metallic;
   assert(metallic >= 0 && metallic <= 1 && max_component(parameters.base_color) <= 1);
 
-  // The fourth lane carries the dielectric's F0, F90, Fms and albedo.
+  // In the following colours, the fourth lane carries the dielectric's F0, F90, Fms and albedo.
   dielectric_f90_ = r.dielectric_f90;
   dielectric_f0_ = r.dielectric[3];
   const Color4 pure90{1.0f, 1.0f, 1.0f, dielectric_f90_};
@@ -100,7 +102,7 @@ inline bool is_grey(const Rgb& c) { return c.x == c.y && c.y == c.z; }
   return specular;
 }
 
-// `at_wi` is the reflection's albedo at wi.
+// `at_wi` is the albedo of the reflection lobe at wi.
 [[gnu::always_inline]] inline Color4 SurfaceBsdf::eval_cosine(
     const Vec3f& wi, const SpecularAlbedo::Value& at_wi) const {
   const float reflected = dielectric_reflectance(at_wi.loss, at_wi.schlick);

@@ -1,10 +1,12 @@
 // The list of lobes of a SurfaceBsdf, for materials that transmit or have layers.
 //
-// From top to bottom: clear coat; sheen; then, side by side, the base, the clear part and diffuse
-// transmission. Along a direction, a layer transmits T, which is 1 minus its albedo. Lobes below it
-// are scaled by min(T(wo), T(wi)), which is reciprocal and never gains energy. Cosine lobes use
-// T(wo) T(wi) / K instead, where K is the mean of T under the lobe: this is reciprocal, too, and
-// loses nothing (the coupling of Ashikhmin & Shirley 2000, as in the base itself).
+// The lobes are, from top to bottom, the clear coat, the sheen, and below them, side by side, the
+// base, the clear part and the diffuse transmission. Along a direction, a layer transmits the
+// fraction T, which is 1 minus the layer's albedo. The lobes below a layer are scaled by min(T(wo),
+// T(wi)). This factor is reciprocal and never adds energy. Cosine lobes are scaled by
+// T(wo) T(wi) / K instead, where K is the mean of T over the lobe. This factor is also reciprocal,
+// and it loses no energy (it is the coupling of Ashikhmin & Shirley 2000, which the base itself
+// uses as well).
 #include <array>
 
 #include "renderer/core/warps.h"
@@ -16,18 +18,19 @@ namespace emberline {
 namespace {
 
 constexpr float kCoatF0 = 0.04f;  // index 1.5 (KHR_materials_clearcoat)
-// Like kSpecularPickFloor in bsdf_base.h, but the same for every lobe. Chosen by us.
+// Like kSpecularPickFloor in bsdf_base.h, but for every lobe of the list. We chose the value.
 constexpr float kLobePickFloor = 0.1f;
 
-// Returns w in axes rotated about Z, with x along the unit vector `axis`.
+// Returns w in a frame that is rotated about Z so that its x axis is the unit vector `axis`.
 Vec3f rotate(const Vec3f& w, const Vec2f& axis) {
   return {fma(w.x, axis.x, w.y * axis.y), fma(w.y, axis.x, -w.x * axis.y), w.z};
 }
 Vec3f rotate_back(const Vec3f& w, const Vec2f& axis) { return rotate(w, Vec2f(axis.x, -axis.y)); }
 
-// Approximates a film's reflectance in Schlick's form with F90 = 1. With F0 = `f0`, the form
-// has the film's hemispherical mean. `max_f0` is the smallest F0 with which it is nowhere below the
-// film's largest channel, so that the layer below the film never returns more than it gets.
+// Approximates a film's reflectance by Schlick's formula with F90 = 1. With F0 = `f0`, the formula
+// has the same hemispherical mean as the film. With F0 = `max_f0`, the formula is nowhere below the
+// film's largest channel, so that the layer below the film never returns more light than it gets.
+// `max_f0` is the smallest value with this property.
 struct SchlickFit {
   Rgb f0;
   float max_f0;
@@ -46,7 +49,7 @@ SchlickFit fit_film(const ThinFilm& film, const Rgb& base_f0) {
   return fit;
 }
 
-// Quadrature directions of attenuate_base(), the same for every surface.
+// The quadrature directions that attenuate_base() uses for every surface.
 struct CoverRule {
   static constexpr size_t kNodes = 8;
   std::array<Vec3f, kNodes> direction;
@@ -56,7 +59,7 @@ struct CoverRule {
   CoverRule() {
     static const GaussLegendre<kNodes> rule;
     for (size_t i = 0; i < kNodes; ++i) {
-      // With mu = x^2, nodes concentrate at grazing angles, where layers reflect.
+      // With mu = x^2, the nodes concentrate at grazing angles, where layers reflect most.
       const auto x = float(rule.x[i]);
       const float mu = square(x);
       const float across = safe_sqrt(0.5f * (1.0f - mu * mu));
@@ -91,8 +94,9 @@ const LayerParameters SurfaceBsdf::kNoLayers;
       !parameters.thin_walled && (parameters.transmission > 0 || layers.diffuse_transmission > 0);
   list.behind = list.solid && layers.behind;
   list.film = {layers.iridescence, layers.iridescence_ior, layers.iridescence_thickness};
-  // The material is a mix of metal (weight m), clear dielectric (weight (1 - m) t) and diffuse
-  // dielectric (the rest). The base is the two opaque parts; its metalness is metal's share of it.
+  // With metalness m and transmission t, the material is a mix of metal (weight m), clear
+  // dielectric (weight (1 - m) t) and diffuse dielectric (the rest). The base consists of the metal
+  // and the diffuse dielectric. The base's metalness is the share of metal in the base.
   const float clear = parameters.transmission * (1.0f - parameters.metallic);
   list.clear_weight = clear;
   list.base_weight = 1.0f - clear;
@@ -179,7 +183,7 @@ void SurfaceBsdf::make_layered_base(const BsdfParameters& p, const LayerParamete
   specular_pick_ = pick_probability(specular, sum(albedo_) - specular);
 }
 
-// Directional albedo of the base's reflection with F = 1.
+// Returns the directional albedo of the base's reflection lobe for F = 1.
 SpecularAlbedo::Value SurfaceBsdf::reflection_albedo(const Vec3f& w) const {
   if (specular_ != SpecularKind::kAnisotropic) return table_.at(w.z);
   const SpecialBase& base = *list_->base;
@@ -223,7 +227,8 @@ float SurfaceBsdf::sheen_transmittance(const auto& at) const {
   return 1.0f - layers.sheen_max * layers.sheen.albedo(at);
 }
 
-// Transmittance of the layers; 1 on the inner side of a solid, which has no layers.
+// Returns the transmittance of the layers along w. It is 1 on the inner side of a solid, which has
+// no layers.
 float SurfaceBsdf::layer_transmittance(const Vec3f& w) const {
   const LobeList& list = *list_;
   if (!list.layers || (list.solid && list.behind == (w.z > 0.0f))) return 1.0f;
@@ -231,7 +236,7 @@ float SurfaceBsdf::layer_transmittance(const Vec3f& w) const {
          sheen_transmittance(std::abs(w.z));
 }
 
-// Scales the cosine lobes by T(wo) / K.
+// Scales the cosine lobes by T(wo) / K (see the top of this file).
 void SurfaceBsdf::attenuate_base() {
   static const CoverRule rule;
   LobeList& list = *list_;
@@ -262,7 +267,8 @@ void SurfaceBsdf::attenuate_base() {
       list.solid ? list.transmittance_o : covered(diffuse, transmitted_diffuse_sum);
 }
 
-// Picks each lobe in proportion to its albedo for white light, but weak lobes more often.
+// Sets the pick probability of each lobe in proportion to its albedo for white light, but raises
+// the probability of weak lobes.
 void SurfaceBsdf::set_picks() {
   LobeList& list = *list_;
   Color4 albedo[kLobes] = {};
@@ -300,7 +306,7 @@ void SurfaceBsdf::set_picks() {
                    (list.pick[kCoat] > 0.0f && !list.layers->coat_albedo.is_mirror());
 }
 
-// Fresnel reflectance of the base at a microfacet; cos_d is the cosine of incidence.
+// Returns the Fresnel reflectance of a microfacet of the base. `cos_d` is the cosine of incidence.
 Color4 SurfaceBsdf::base_fresnel(float cos_d) const {
   const SpecialBase& base = *list_->base;
   const ThinFilm& film = list_->film;
@@ -334,7 +340,8 @@ Color4 SurfaceBsdf::eval_base(const Vec3f& wi, float transmittance, float transm
   return value;
 }
 
-// A cosine lobe under the dielectric's interface; `cos_geometric` is measured on wi's side.
+// Evaluates a white cosine lobe under the dielectric's interface. `above` is wi, mirrored to wo's
+// side if needed. `cos_geometric` is the cosine between wi and the geometric normal on wi's side.
 float SurfaceBsdf::interface_cosine(const Vec3f& above, float cos_geometric) const {
   const SpecularAlbedo::Value at = reflection_albedo(above);
   float scale = above.z * kInvPi;
@@ -416,7 +423,7 @@ float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
   return to_rgb(value);
 }
 
-// Samples the base. Sets only the direction, except that the sample of a mirror is complete.
+// Samples the base. Sets only the direction, but for a mirror also the weight.
 BsdfSample SurfaceBsdf::sample_base(const Vec2f& u) const {
   BsdfSample result;
   result.valid = true;

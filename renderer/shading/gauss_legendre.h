@@ -1,4 +1,4 @@
-// Quadrature rules for tables that are built at startup.
+// Quadrature rules for tables that are built at run time.
 #pragma once
 
 #include <array>
@@ -9,8 +9,9 @@
 
 namespace emberline {
 
-// Gauss-Legendre nodes and weights on [0, 1], by Newton iteration on the Legendre polynomial
-// (Press et al. 2007, "Numerical Recipes", section 4.6).
+// The nodes and weights of Gauss-Legendre quadrature on [0, 1]. The constructor finds them by
+// Newton iteration on the Legendre polynomial (Press et al. 2007, "Numerical Recipes", section
+// 4.6).
 template <int N>
 struct GaussLegendre {
   std::array<double, N> x, w;

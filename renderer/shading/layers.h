@@ -1,4 +1,4 @@
-// What glTF extensions add to the metallic-roughness model at a surface point.
+// The parameters that glTF extensions add to the metallic-roughness model at a surface point.
 #pragma once
 
 #include <algorithm>
@@ -8,12 +8,12 @@
 
 namespace emberline {
 
-// Complements BsdfParameters for a material with any of these extensions. All defaults mean that
-// the extension is absent. Weights, roughnesses and colours are in [0, 1].
+// Complements BsdfParameters for a material with any of these extensions. Each default means that
+// its extension is absent. Weights, roughnesses and colours are in [0, 1].
 struct LayerParameters {
-  // Whether wo is behind the face; the coat and sheen of a solid are then on the other side. This
-  // may differ from BsdfParameters::inside, which for touching solids says whether wo is in the
-  // denser one.
+  // Whether wo is behind the face. If so, the coat and the sheen of a solid are on the far side of
+  // the face. This flag may differ from BsdfParameters::inside: where two solids touch, `inside`
+  // tells whether wo is in the denser one.
   bool behind = false;
   // KHR_materials_anisotropy, for the base's reflection.
   float anisotropy = 0.0f;
@@ -34,15 +34,15 @@ struct LayerParameters {
   Vec3f clearcoat_normal = Vec3f(0.0f, 0.0f, 1.0f);  // unit, local shading space
 };
 
-// The layers as a material gives them. Directions are in tangent space, with x along the mesh's
+// The layers as a material defines them. Directions are in tangent space, with x along the mesh's
 // tangent.
 struct MaterialLayers {
   LayerParameters parameters;
   bool has_clearcoat_normal_map = false;  // if false, use the vertex normal, not clearcoat_normal
 };
 
-// Transmittance of a clear coat for emission from below, at a cosine to the geometric normal
-// (KHR_materials_clearcoat, "Emission").
+// Returns the fraction of the emission from below that a clear coat transmits. `cosine` is that of
+// the angle to the geometric normal (KHR_materials_clearcoat, "Emission").
 inline float emission_through_coat(float clearcoat, float cosine) {
   const float m = 1.0f - std::min(1.0f, std::abs(cosine));
   return 1.0f - clearcoat * fma(0.96f * square(square(m)), m, 0.04f);

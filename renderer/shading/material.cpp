@@ -15,7 +15,7 @@ namespace emberline {
 
 namespace {
 
-float saturate(float x) { return x > 0.0f ? std::min(x, 1.0f) : 0.0f; }  // NaN: 0
+float saturate(float x) { return x > 0.0f ? std::min(x, 1.0f) : 0.0f; }  // 0 for NaN
 
 Rgb saturate(const Rgb& c) { return {saturate(c.x), saturate(c.y), saturate(c.z)}; }
 
@@ -23,18 +23,19 @@ float non_negative(float x) { return x > 0.0f && std::isfinite(x) ? x : 0.0f; }
 
 Rgb non_negative(const Rgb& c) { return {non_negative(c.x), non_negative(c.y), non_negative(c.z)}; }
 
-// Replaces invalid indices of refraction by the default.
+// Replaces an invalid index of refraction by `otherwise`.
 float usable_ior(float ior, float otherwise) {
   return ior >= 1.0f ? std::min(ior, 1e4f) : otherwise;
 }
 
 float usable_scale(float scale) { return std::isfinite(scale) ? scale : 1.0f; }
 
-// Clamps a film thickness (in nanometres) to a millimetre. Such a film shows no colours, but its
-// phases can still be computed precisely.
+// Clamps a film thickness (in nanometres) to a millimetre. A film of a millimetre shows no colours,
+// but its phases can still be computed precisely.
 float usable_thickness(float thickness) { return std::min(non_negative(thickness), 1e6f); }
 
-// Returns the unit direction in a texel's red and green; if there is none, the tangent's direction.
+// Returns the unit direction that a texel's red and green encode. If they encode none, returns the
+// direction of the tangent.
 Vec2f direction_of(const Vec4f& texel) {
   const Vec3f d = normalize_or(Vec3f(2.0f * texel.x - 1.0f, 2.0f * texel.y - 1.0f, 0.0f),
                                Vec3f(1.0f, 0.0f, 0.0f));
@@ -326,7 +327,7 @@ void Material::apply_textures(const TexelPositions& texels, Rgb& base, MaterialP
 
 void Material::apply_layer_textures(const TexelPositions& texels, MaterialLayers& out) const {
   LayerParameters& p = out.parameters;
-  // Multiplies the value by a slot's texel.
+  // Multiplies the value by one channel of the slot's texel.
   const auto scale = [&](float& value, Slot slot, int channel) {
     if (slot) value = saturate(value * read(slot, texels)[channel]);
   };
@@ -386,8 +387,8 @@ float Material::coverage(const SurfaceAttributes& a, float u_texture) const {
   if (alpha_mode_ == AlphaMode::kOpaque) return 1.0f;
   float alpha = alpha_ * a.color.w;
   if (alpha_mode_ == AlphaMode::kMask) {
-    // The cutoff must apply to the filtered alpha, because a step of the mean is not the mean of
-    // steps.
+    // The cutoff must apply to the filtered alpha: first filtering and then applying the step is
+    // not the same as the reverse.
     if (base_color_texture_) {
       alpha *= base_color_texture_->bilinear_alpha(uv_of(*base_color_texture_, a));
     }

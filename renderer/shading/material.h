@@ -32,7 +32,8 @@ struct SurfaceAttributes {
 
   SurfaceAttributes() { uv.fill(Vec2f(0.0f)); }
   // For a mesh whose attributes are not read. Coordinates are 0, since the `uv` integrator shows
-  // them. The colour is left uninitialised, since it is never read and this runs at every hit.
+  // them. The colour is left uninitialised, since it is never read and this constructor runs at
+  // every hit.
   struct Unread {};
   explicit SurfaceAttributes(Unread) : color() { uv.fill(Vec2f(0.0f)); }
 };
@@ -62,15 +63,16 @@ class Material {
            std::deque<Texture>* textures);
 
   // Uses one random number for all textures, so that slots with the same parametrisation get the
-  // same texel; base colour and roughness then match. Normal maps are filtered. Finding and reading
-  // texels are separate, so that those of many points can be prefetched before the first is read.
+  // same texel; base colour and roughness then match. Normal maps are filtered. Finding texels is
+  // separate from reading them, so that the texels of many points can be prefetched before the
+  // first texel is read.
   void find_texels(const SurfaceAttributes& attributes, float u_texture, TexelPositions* out) const;
   void evaluate(const SurfaceAttributes& attributes, const TexelPositions& texels,
                 MaterialPoint& out) const {
     out = constant_;
     if (needs_uv() || attributes.has_color) evaluate_varying(attributes, texels, out);
   }
-  // Evaluates the layers, which evaluate() leaves out. Call it only if has_layers().
+  // Evaluates the layers, which evaluate() leaves out. Call this only if has_layers() is true.
   void evaluate_layers(const TexelPositions& texels, MaterialLayers& out) const {
     out = layers_;
     if (layers_vary_) apply_layer_textures(texels, out);
@@ -79,21 +81,24 @@ class Material {
   // The layers' values without textures; a textured value is multiplied by its texel.
   const LayerParameters& layers() const { return layers_.parameters; }
 
-  // The radiance emitted below any clear coat (emission_through_coat); if unlit(), the base colour.
+  // Returns the radiance that is emitted below the clear coat, if there is one (see
+  // emission_through_coat()). If unlit(), returns the base colour.
   Rgb emission(const SurfaceAttributes& attributes, float u_texture) const {
     return emission_varies_ ? varying_emission(attributes, u_texture) : emission();
   }
-  const Rgb& emission() const { return constant_.emission; }  // call only if constant
+  const Rgb& emission() const { return constant_.emission; }  // call only if it does not vary
   // If the emission is animated, emission() is its maximum, and emission_scale() is the factor at a
   // given time.
   bool is_emission_animated() const { return emission_scale_ != nullptr; }
   Rgb emission_scale(float time) const { return emission_scale_->at(time); }
-  // Mean emission over a triangle with these corners, for light power. 0 for unlit materials.
+  // Returns the mean emission over a triangle with these corners, for the power of the light. It is
+  // 0 for unlit materials.
   Rgb mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,
                     const SurfaceAttributes& a2) const;
 
-  // Probability that a ray hits the surface. It is 1 for opaque materials and alpha for blended
-  // ones. For masks, it is 0 or 1: the cutoff is applied to the filtered alpha.
+  // Returns the probability that a ray hits the surface. It is 1 for opaque materials and alpha for
+  // blended materials. For masks, it is 0 or 1, because the cutoff is applied to the filtered
+  // alpha.
   float coverage(const SurfaceAttributes& attributes, float u_texture) const;
 
   // Whether coverage() can differ from 1. Vertex colours may contain alpha.
@@ -106,11 +111,14 @@ class Material {
   bool has_uniform_emission() const {
     return !emission_varies_ && !(layers().clearcoat > 0.0f) && alpha_mode() == AlphaMode::kOpaque;
   }
-  // Whether shading or coverage reads vertex attributes. `vertex_colors`: the mesh has colours.
+  // Whether shading or coverage reads vertex attributes. `vertex_colors` tells whether the mesh has
+  // colours.
   bool reads_attributes(bool vertex_colors) const {
     return needs_uv() || vertex_colors || needs_tangents() || alpha_mode() != AlphaMode::kOpaque;
   }
-  bool is_emissive() const { return is_emissive_; }  // whether it is a light; never if unlit
+  bool is_emissive() const {
+    return is_emissive_;
+  }  // whether the material is a light; never if unlit
   // Whether a triangle is the same light with both materials, that is, mean_emission() and the
   // emitting sides are the same.
   bool has_same_emission(const Material& other) const;
@@ -121,8 +129,8 @@ class Material {
   }
   bool double_sided() const { return double_sided_; }
   // Whether the material transmits light, clearly or diffusely. Its back faces are then visible
-  // even if it is single-sided, and the integrator sets MaterialPoint::bsdf.inside if the back was
-  // hit.
+  // even if it is single-sided, and the integrator sets MaterialPoint::bsdf.inside if the ray hit
+  // the back.
   bool is_transmissive() const { return has_transmission() || has_diffuse_transmission(); }
   // Whether transmitted light enters an interior rather than crossing a thin wall.
   bool is_solid() const { return !thin_walled_; }
@@ -170,7 +178,8 @@ class Material {
     return slot->read(texels.place[slot.place]);
   }
 
-  // Colours are multiplied in the description's space and converted at the end.
+  // Colours are multiplied in the colour space of the description. The product is converted at the
+  // end.
   Rgb to_working_space(const Rgb& c) const {
     if (to_working_) [[unlikely]]
       return *to_working_ * c;
@@ -187,7 +196,7 @@ class Material {
                    const MaterialDescription& description, const SceneDescription& scene,
                    std::deque<Texture>* textures);
   Slot slot_of(const Texture& texture);
-  // Each of these compiles one part; `add` creates the texture of a slot.
+  // Each of these functions compiles one part of the material. `add` creates the texture of a slot.
   void compile_base(const MaterialDescription& d, const auto& add);
   void compile_layers(const MaterialDescription& d, const auto& add);
   void compile_diffuse_transmission(const MaterialDescription& d, const auto& add);
@@ -269,7 +278,7 @@ class MaterialSet {
   // The following functions are for the report.
   uint64_t texture_bytes() const { return texture_bytes_; }  // resident texels, each image once
   uint64_t texture_file_bytes() const { return texture_file_bytes_; }  // texels kept in a file
-  uint64_t bytes() const;  // texels, tables and materials
+  uint64_t bytes() const;  // resident texels, Texture objects and materials
   // Features that the scene's materials use: "textures (2 images)", "normal maps", "emission",
   // "transmission", "absorption", "dispersion", "diffuse transmission", "anisotropy",
   // "iridescence", "sheen", "clear coat", "unlit", "double-sided". Empty for a plain scene.

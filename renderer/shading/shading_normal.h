@@ -14,7 +14,7 @@ namespace emberline {
 struct SurfaceFrame {
   ShadingFrame shading;      // normal is +Z of local space; dot(normal, wo) > 0 up to rounding
   Vec3f geometric_normal;    // world; dot with wo >= 0
-  bool back_facing = false;  // wo was behind the face (its CCW side is the front)
+  bool back_facing = false;  // wo was behind the face, whose CCW side is the front
 };
 
 // Returns the normal given by a tangent-space map: x T + y B + z N with B = w cross(N, T), without
@@ -25,34 +25,35 @@ struct SurfaceFrame {
 Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
                     const Vec3f& map_normal);
 
-// Builds the frame. `face_normal` is the unit geometric normal, on the side from which the triangle
-// is CCW (for a mirrored instance: the transformed front side). `vertex_normal` is interpolated and
-// may have any length; if it is too short or not finite, the face normal is used. `shading_normal`
-// is the mapped normal, or vertex_normal again. `wo` is a unit vector.
+// Builds the frame. `face_normal` is the unit geometric normal, on the side from which the
+// triangle's vertices run counter-clockwise (for a mirrored instance, on the transformed front
+// side). `vertex_normal` is interpolated and may have any length; if it is too short or not finite,
+// the face normal is used. `shading_normal` is the mapped normal, or `vertex_normal` if there is no
+// normal map. `wo` is a unit vector.
 //
-// All normals are flipped to wo's side, the shading normal together with the vertex normal (which
-// may disagree with the winding). Then the shading normal is tilted towards the geometric one as
-// far as needed to keep the mirror direction of wo above the surface: R.Ng >= min(0.9 Ng.wo, 0.01)
-// (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System", section A.3; the
-// bound is taken from Cycles).
+// The face normal is flipped to wo's side. If the vertex normal is then on the other side, the
+// shading normal is flipped (the vertex normal may disagree with the winding). Then the shading
+// normal is tilted towards the geometric normal Ng, as far as needed to keep the mirror direction R
+// of wo above the surface: R.Ng >= min(0.9 Ng.wo, 0.01) (Keller et al. 2017, "The Iray Light
+// Transport Simulation and Rendering System", section A.3; the bound is taken from Cycles).
 //
 // Directions wi with dot(wi, geometric_normal) <= 0 are below the surface and get nothing from
 // reflection lobes, whatever the shading normal is; SurfaceBsdf ensures this.
 SurfaceFrame make_surface_frame(const Vec3f& face_normal, const Vec3f& vertex_normal,
                                 const Vec3f& shading_normal, const Vec3f& wo);
 
-// Shadow-terminator softening for cosine lobes: GGX masking by unseen microgeometry. Its roughness
-// follows from the angle delta between the normals: alpha^2 = tan^2(delta) / 8. See Estevez, Lecocq
-// & Zeltner 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem", Ray
-// Tracing Gems, chapter 12. The softening is a factor of f itself, so light sampling and BSDF
-// sampling both include it.
+// These functions soften the shadow terminator of cosine lobes by GGX masking, as if there were
+// unseen microgeometry. The roughness of the microgeometry follows from the angle delta between the
+// two normals: alpha^2 = tan^2(delta) / 8. See Estevez, Lecocq & Zeltner 2019, "A Microfacet-Based
+// Shadowing Function to Solve the Bump Terminator Problem", Ray Tracing Gems, chapter 12. The
+// softening is a factor of f itself, so light sampling and BSDF sampling both include it.
 inline float terminator_alpha2(float cos_delta) {
   const float cos2 = square(cos_delta);
-  // At a right angle the roughness is the maximum (the chapter clamps to [0, 1]).
+  // At a right angle, the roughness has its maximum (the chapter clamps to [0, 1]).
   if (!(cos2 > 0.0f)) return 1.0f;
   return std::clamp((1.0f - cos2) / cos2 * 0.125f, 0.0f, 1.0f);
 }
-// `cos_geometric` is dot(wi, geometric normal). The factor is in [0, 1]; 0 at and below the
+// `cos_geometric` is dot(wi, geometric normal). The factor is in [0, 1], and 0 at and below the
 // surface.
 inline float terminator_factor(float cos_geometric, float alpha2) {
   if (!(cos_geometric > 0.0f)) return 0.0f;

@@ -8,11 +8,13 @@ namespace emberline {
 // Converts an encoded value in [0, 1] to a linear one in [0, 1] (IEC 61966-2-1).
 double srgb_to_linear(double encoded);
 
-// Values of all 8-bit codes: linear light for colour, code / 255 for data.
+// These return the values of all 8-bit codes: srgb8_table() decodes sRGB to linear light, and
+// linear8_table() holds code / 255.
 const std::vector<float>& srgb8_table();
 const std::vector<float>& linear8_table();
 
-// Values of all 16-bit sRGB codes: 256 KiB, built (2 ms) for the first 16-bit colour texture.
+// Returns the linear values of all 16-bit sRGB codes. The table (256 KiB) is built for the first
+// 16-bit colour texture, in 2 ms.
 const std::vector<float>& srgb16_table();
 
 }  // namespace emberline

@@ -16,7 +16,8 @@ namespace {
 
 constexpr std::array<float, 6> kNoTransform = {1, 0, 0, 0, 1, 0};
 
-// The image readers clean texels; this keeps any remaining bad one from corrupting a path.
+// The image readers repair bad texels. This function keeps a bad texel that remains from corrupting
+// a path.
 float finite_or_zero(float x) { return std::isfinite(x) ? x : 0.0f; }
 
 template <typename T>
@@ -32,7 +33,8 @@ float half_to_float(uint16_t bits) {
   return float(h);
 }
 
-// Folds a texture coordinate into [0, 1]; NaN and infinity become 0.
+// Folds a texture coordinate into [0, 1]. NaN and infinity become 0, except that clamping makes
+// +infinity 1.
 float fold(float c, WrapMode wrap) {
   switch (wrap) {
     case WrapMode::kRepeat:
@@ -199,8 +201,8 @@ Vec4f Texture::read(size_t place) const {
 }
 
 size_t Texture::choose(const TexelCorners& corners, float u_texture) const {
-  // One number chooses both neighbours: after the first choice, the rescaled remainder is uniform
-  // again.
+  // One number chooses both the column and the row: after the first choice, the rescaled remainder
+  // is uniform again.
   const bool right = u_texture < corners.right;
   const float rest = (u_texture - select(right, 0.0f, corners.right)) /
                      select(right, corners.right, 1.0f - corners.right);

@@ -1,16 +1,17 @@
 // A texture: a material slot's view of an image's texels, which keep their file's bit depth and are
 // never copied. The texels are in memory, or in tiled order in a mapped file.
 //
-// A lookup fetches ONE texel: the bilinear filter is an expectation, which is estimated by choosing
-// a neighbour with u_texture (Pharr, Wronski, Salvi & Fajardo 2024, "Filtering After Shading With
-// Stochastic Texture Filtering"). This adds noise only where a texture is magnified. It costs a
-// third as much as reading four texels, and at most a tenth as much as a cached texture system
-// (figures in tests/bench/results). Normal maps are filtered before shading, with all four texels:
-// otherwise a polished surface under a magnified map would show four reflections at once.
+// A lookup fetches only one texel. It chooses one of the four neighbours with u_texture, so that
+// the expected value is the bilinearly filtered value (Pharr, Wronski, Salvi & Fajardo 2024,
+// "Filtering After Shading With Stochastic Texture Filtering"). This adds noise only where a
+// texture is magnified. It costs a third as much as reading four texels, and at most a tenth as
+// much as a cached texture system (figures in tests/bench/results). Normal maps are filtered before
+// shading, with all four texels: otherwise a polished surface under a magnified map would show four
+// reflections at once.
 //
-// uv may be huge, negative, NaN or infinite. NaN and infinite coordinates count as 0 (before
-// wrapping); coordinates so large that float cannot resolve a texel read an arbitrary one. All
-// functions are const, pure and thread-safe.
+// uv may be huge, negative, NaN or infinite. NaN and infinite coordinates count as 0, except that
+// +infinity with clamping counts as 1. Coordinates that are so large that float cannot resolve a
+// texel read an arbitrary texel. All functions are const, pure and thread-safe.
 #pragma once
 
 #include <array>
@@ -31,18 +32,19 @@ struct TexelCorners {
 
 class Texture {
  public:
-  // `srgb`: the colour (not alpha) of an integer-valued image is sRGB-encoded; ignored for half and
-  // float images, which are linear. `image` must not be empty and must hold width * height *
-  // channels texels (asserted).
+  // `srgb` tells whether the colour (not the alpha) of an image with integer texels is
+  // sRGB-encoded. It is ignored for half and float images, which are linear. `image` must not be
+  // empty and must hold width * height * channels texels (asserted).
   Texture(std::shared_ptr<const Image> image, const TextureRef& ref, bool srgb);
 
-  // One texel, linear rgba; its mean over uniform u_texture in [0, 1) is bilinear(uv). If channels
-  // are missing, grey is replicated and alpha is 1. Non-finite texels read as 0. `uv` is the vertex
-  // attribute; KHR_texture_transform is applied here.
+  // Returns one texel as linear rgba. Its mean over uniform u_texture in [0, 1) is bilinear(uv). If
+  // channels are missing, grey is replicated and alpha is 1. Non-finite texels read as 0. `uv` is
+  // the vertex attribute; KHR_texture_transform is applied here.
   Vec4f lookup(const Vec2f& uv, float u_texture) const { return read(place(uv, u_texture)); }
 
-  // The steps of lookup(), for many lookups at once: find the texel's position, then read its
-  // value. Textures with same_parametrisation() have the same positions.
+  // place() and read() are the two steps of lookup(), for callers that do many lookups at once:
+  // find the texel's position, then read its value. Textures with same_parametrisation() have the
+  // same positions.
   size_t place(const Vec2f& uv, float u_texture) const { return choose(corners(uv), u_texture); }
   size_t choose(const TexelCorners& corners, float u_texture) const;
   void prefetch(size_t place) const {
@@ -52,26 +54,29 @@ class Texture {
   }
   Vec4f read(size_t place) const;
 
-  // The exactly filtered value of four texels; with nearest filtering, all four are the same texel.
+  // Returns the exactly filtered value of four texels. With nearest filtering, all four are the
+  // same texel.
   Vec4f bilinear(const Vec2f& uv) const { return read(corners(uv)); }
   TexelCorners corners(const Vec2f& uv) const;
   void prefetch(const TexelCorners& corners) const {
     for (int row : corners.row) prefetch(place(corners.column[0], row));  // columns are adjacent
   }
   Vec4f read(const TexelCorners& corners) const;
-  // Whether all texels are opaque; stops at the first that is not.
+  // Whether all texels are opaque. The search stops soon after the first texel that is not.
   bool is_opaque() const;
-  // Only the alpha of bilinear(); 1 for an image without alpha.
+  // Returns only the alpha of bilinear(); 1 for an image without alpha.
   float bilinear_alpha(const Vec2f& uv) const;
 
-  // Mean colour over a triangle in uv, from the texels whose centres are inside: all of them if
-  // there are at most 4 Mi, otherwise a regular subset. If the triangle covers only a few texels,
-  // 16 filtered points are used instead. Deterministic; used for light power.
+  // Returns the mean colour over a triangle in uv, from the texels whose centres are inside. It
+  // uses all of these texels if there are at most 4 Mi, otherwise a regular subset. If the triangle
+  // covers only a few texels, it uses 16 filtered points instead. Deterministic; used for light
+  // power.
   Rgb mean_over_triangle(const Vec2f& uv0, const Vec2f& uv1, const Vec2f& uv2) const;
 
-  // Whether both use the same image in the same way.
+  // Whether both textures use the same image in the same way.
   bool same_use(const Texture& other) const;
-  // Whether the images have the same size and order of texels, and the same parametrisation.
+  // Whether the images have the same size and order of texels, and the same parametrisation (UV
+  // set, transform, wrapping and filtering).
   bool same_parametrisation(const Texture& other) const;
 
   const Image& image() const { return *image_; }

@@ -10,10 +10,10 @@ namespace emberline {
 
 namespace {
 
-// Beyond this number of texels, or of texels in a row, a regular subset is used. Chosen by us: a
-// triangle then takes 15 ms, and a sliver about 40 ms.
+// If a triangle has more texels than this, or more rows, or more texels in a row, a regular subset
+// is used. We chose the value: a triangle then takes 15 ms, and a sliver about 40 ms.
 constexpr double kMaxTexels = double(1 << 22);
-// If fewer texels are inside the triangle, filtered points are used instead.
+// If fewer texels than this are inside the triangle, filtered points are used instead.
 constexpr int kMinTexels = 16;
 
 int wrap_index(int64_t i, int size, WrapMode wrap) {
@@ -56,8 +56,8 @@ Rgb Texture::mean_over_triangle(const Vec2f& uv0, const Vec2f& uv1, const Vec2f&
   if (usable && area >= kMinTexels) {
     const auto stride = int64_t(std::ceil(std::sqrt(std::max(1.0, area / kMaxTexels))));
     const auto [y_min, y_max] = std::minmax({y[0], y[1], y[2]});
-    // A sliver can be long despite a small area: it has many rows of few texels, or one row of
-    // many.
+    // A sliver can be long despite a small area: it has many rows of few texels each, or one row of
+    // many texels.
     const auto first_row = int64_t(std::ceil(y_min)), last_row = int64_t(std::floor(y_max));
     const int64_t row_stride =
         std::max(stride, int64_t(std::ceil(double(last_row - first_row + 1) / kMaxTexels)));
@@ -82,7 +82,7 @@ Rgb Texture::mean_over_triangle(const Vec2f& uv0, const Vec2f& uv1, const Vec2f&
   if (count < kMinTexels) {
     std::fill(sum, sum + 3, 0.0);
     count = 0;
-    for (int i = 0; i < 16; ++i) {  // 4 x 4 strata of the square, area-preserving map
+    for (int i = 0; i < 16; ++i) {  // 4 x 4 strata of the square, mapped with equal areas
       const Vec2f b = square_to_triangle(
           Vec2f((float(i % 4) + 0.5f) / 4.0f, (float(i / 4) + 0.5f) / 4.0f));  // NOLINT: integer
       add(bilinear(uv0 * (1.0f - b.x - b.y) + uv1 * b.x + uv2 * b.y));

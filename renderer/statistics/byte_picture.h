@@ -10,7 +10,7 @@
 
 namespace emberline {
 
-// Three channels, sRGB.
+// A picture with three sRGB channels.
 struct BytePicture : ByteImage {
   BytePicture() = default;
   BytePicture(int w, int h, const Rgb8& colour) {

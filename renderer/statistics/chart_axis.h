@@ -12,7 +12,7 @@ enum class AxisScale : uint8_t { kLinear, kLog };
 
 struct AxisTick {
   double value = 0;
-  std::string label;  // empty: a tick without label
+  std::string label;  // empty: the tick has no label
 };
 
 // Maps values to [0, 1] along an axis.
@@ -27,15 +27,15 @@ class AxisRange {
   // 1e-100 are not drawable either.
   static bool drawable(AxisScale scale, double value);
 
-  // 0 at the start of the axis, 1 at its end, and outside [0, 1] for values beyond the ends.
-  // `value` must be drawable.
+  // Returns 0 at the start of the axis, 1 at its end, and a number outside [0, 1] for a value
+  // beyond the ends. `value` must be drawable.
   double position(double value) const;
   double min() const { return min_; }
   double max() const { return max_; }
-  // Returns round numbers inside the range, ascending; about `target_count` of them have a label.
-  // They are multiples of 1, 2 or 5 times a power of ten (Heckbert 1990, "Nice Numbers for Graph
-  // Labels", Graphics Gems). On a logarithmic axis, they are powers of ten and, if there are few of
-  // these, also 2 and 5 times each power.
+  // Returns ticks inside the range, ascending; about `target_count` of them have a label. On a
+  // linear axis, ticks are at the multiples of 1, 2 or 5 times a power of ten (Heckbert 1990, "Nice
+  // Numbers for Graph Labels", Graphics Gems). On a logarithmic axis, they are at powers of ten
+  // and, if the range has few of these, also at 2 and 5 times each power.
   std::vector<AxisTick> ticks(int target_count = 6) const;
 
  private:

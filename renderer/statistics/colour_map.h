@@ -3,8 +3,8 @@
 // viridis, inferno and magma are from S. van der Walt and N. Smith 2015, "mpl colormaps", CC0.
 // Their steps are perceptually even (CAM02-UCS) and their lightness rises, so they can be read by
 // colour-blind readers and in a grey print. turbo is from A. Mikhailov 2019, "Turbo, an improved
-// rainbow colormap for visualization", Google AI Blog; Apache-2.0. turbo distinguishes more values,
-// but a brighter colour does not mean a larger value.
+// rainbow colormap for visualization", Google AI Blog; Apache-2.0. With turbo, more values can be
+// told apart, but a brighter colour does not mean a larger value.
 #pragma once
 
 #include <array>
@@ -24,12 +24,13 @@ struct ColourMapEntry {
   ColourMap map;
   Rgb8 no_value;  // for pixels without a value; differs from every colour of the map
 };
-// The table behind --colors, its --help and its error message, in enumeration order.
+// The table from which --colors, its help and its error message are made, in the order of
+// ColourMap.
 std::span<const ColourMapEntry> colour_map_table();
 ColourMap parse_colour_map(std::string_view name);  // throws UsageError
 
-// The colour of `value`, which is clamped to [0, 1]; for NaN, the map's no_value. Interpolates
-// between 33 samples of each published table; the error is at most 2 out of 255.
+// Returns the colour of `value`, which is clamped to [0, 1]. Returns the map's no_value for NaN.
+// Interpolates between 33 samples of each published table; the error is at most 2 of 255 levels.
 Rgb8 colour_of(ColourMap map, double value);
 
 }  // namespace emberline

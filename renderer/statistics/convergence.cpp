@@ -62,14 +62,14 @@ void add_errors(const Sampler& sampler, const PixelKey& pixel, size_t first, siz
 
 Errors measure(const SamplerEntry& entry, uint32_t pixels, uint32_t seed) {
   const std::vector<uint32_t> all = counts();
-  std::vector<std::unique_ptr<Sampler>> samplers;  // one, or one for each count
+  std::vector<std::unique_ptr<Sampler>> samplers;  // one for all counts, or one for each count
   if (entry.counts == SampleCounts::kAny) {
     samplers.push_back(create_sampler(entry.name, {}));
   } else {
     for (const uint32_t n : all)
       samplers.push_back(create_sampler(entry.name, {.samples_per_pixel = n}));
   }
-  // Pixels are summed in groups of kRow, which keeps the number of partial sums small.
+  // Sums the errors of pixels in groups of kRow, so that there are few partial sums.
   constexpr uint32_t kRow = 64;
   return sum_rows<Errors>(int((pixels + kRow - 1) / kRow), [&](int y) {
     Errors errors;
@@ -86,7 +86,7 @@ Errors measure(const SamplerEntry& entry, uint32_t pixels, uint32_t seed) {
   });
 }
 
-// The slope of the least-squares line through log variance against log N, negated.
+// Fits a least-squares line to log variance against log N, and returns its slope, negated.
 double fitted_order(const ConvergenceCurve& curve) {
   std::vector<double> counts, variances;
   for (size_t i = 0; i < curve.counts.size(); ++i) {

@@ -12,10 +12,10 @@
 
 namespace emberline {
 
-// An integrand, and the convergence order of jittered samples on it. An edge cuts about sqrt(N) of
-// N cells, so the variance is ~ N^-1.5. A smooth function varies within a cell in proportion to the
-// cell's side, so its variance is ~ N^-2 (Mitchell 1996, "Consequences of Stratified Sampling in
-// Graphics").
+// An integrand, and the convergence order of jittered samples of it. If the integrand is an edge,
+// the edge cuts about sqrt(N) of N cells, so the variance falls as N^-1.5. If the integrand is
+// smooth, it varies within a cell in proportion to the cell's side, so the variance falls as N^-2
+// (Mitchell 1996, "Consequences of Stratified Sampling in Graphics").
 struct ConvergenceIntegrand {
   Integrand integrand;
   double stratified_order;
@@ -31,8 +31,8 @@ struct ConvergenceCurve {
 };
 
 // Computes a curve for every integrand, from the errors of `pixels` pixels that are sampled with
-// `seed`. Samplers that must know N in advance are created for each N. Throws UsageError for an
-// unknown name. Runs in parallel; the result is bit-identical for any number of threads.
+// `seed`. Creates a new sampler for each N if the sampler must know N in advance. Throws UsageError
+// for an unknown name. Runs in parallel; the result is bit-identical for any number of threads.
 std::vector<ConvergenceCurve> convergence_curves(const std::string& sampler, uint32_t pixels,
                                                  uint32_t seed);
 

@@ -26,12 +26,12 @@ struct CompareSettings {
   float exposure = 0.0f;
 };
 
-// Metrics are NaN if no pixel remains.
+// The metrics of an image. A metric is NaN if no pixel remains.
 struct ErrorMetrics {
   double mse = kNone;  // mean((x - r)^2) over pixels and channels
   double rmse = kNone;
   // mean((x - r)^2 / (r^2 + eps)), averaged over channels, as in Rousselle et al. 2011. eps is 0.01
-  // (mean r)^2, so that the metric does not depend on the scale of radiance; if mean r is 0, eps is
+  // (mean r)^2, so that the metric does not depend on the scale of radiance. If mean r is 0, eps is
   // 0.01.
   double rel_mse = kNone;
   double rel_mse_epsilon = kNone;
@@ -47,12 +47,12 @@ struct ErrorMetrics {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 };
 
-// Upper bound on the additional bytes per pixel needed to compare two pictures: for display-encoded
-// copies and for the maps of FLIP and SSIM. We measured 50 bytes.
+// Upper bound on the bytes per pixel that a comparison of two pictures needs in addition to them:
+// for display-encoded copies and for the maps of FLIP and SSIM. We measured 50 bytes.
 inline constexpr uint64_t kComparisonBytesPerPixel = 64;
 
-// The fraction of pixels that rel_mse_trimmed excludes, and epsilon for a black reference. We chose
-// both.
+// The fraction of pixels that rel_mse_trimmed excludes, and epsilon for a black reference. Both
+// values are our own choice.
 inline constexpr double kTrimmedFraction = 0.001, kBlackEpsilon = 0.01;
 
 // The images must not be empty and must have equal size (asserted).

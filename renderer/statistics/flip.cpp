@@ -19,13 +19,13 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Sections 4.1.3 and 4.3: exponent qc and knee (pc, pt) of the colour error, and exponent qf of the
-// feature error.
+// Sections 4.1.3 and 4.3: the exponent qc and the knee (pc, pt) of the colour error, and the
+// exponent qf of the feature error.
 constexpr double kQc = 0.7;
 constexpr double kPc = 0.4;
 constexpr double kPt = 0.95;
 constexpr double kQf = 0.5;
-// Section 4.2: width in degrees of the features that are detected.
+// Section 4.2: the width, in degrees, of the features that are detected.
 constexpr double kFeatureWidth = 0.082;
 
 // Section 4.1.1, table 1: the spatial contrast sensitivity of each channel of YCxCz is a sum of one
@@ -39,7 +39,8 @@ constexpr std::array<Gaussian, 2> kBlueYellow = {{{34.1, 0.04}, {13.5, 0.025}}};
 
 // ---- colour ------------------------------------------------------------------------------------
 
-// Linear sRGB to XYZ (row vectors) from the primaries and white of ITU-R BT.709.
+// Returns the matrix from linear sRGB to XYZ (for row vectors), which follows from the primaries
+// and the white of ITU-R BT.709.
 Imath::M33d rgb_to_xyz_matrix() {
   constexpr double kPrimaries[3][2] = {{0.64, 0.33}, {0.30, 0.60}, {0.15, 0.06}};
   const Vec3d white(0.3127 / 0.3290, 1.0, (1 - 0.3127 - 0.3290) / 0.3290);
@@ -65,7 +66,7 @@ double srgb_to_linear(double v) {
   return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
 }
 
-// Linearised L*a*b* (the paper's YCxCz): opponent channels that are linear in light.
+// Converts to linearised L*a*b* (the paper's YCxCz), whose opponent channels are linear in light.
 Vec3d xyz_to_ycxcz(const Vec3d& xyz) {
   const Vec3d n = xyz / kWhite;
   return {116 * n.y - 16, 500 * (n.x - n.y), 200 * (n.y - n.z)};
@@ -76,8 +77,8 @@ Vec3d ycxcz_to_xyz(const Vec3d& c) {
   return Vec3d(y + c.y / 500, y, y - c.z / 200) * kWhite;
 }
 
-// CIE L*a*b* with Hunt-adjusted a* and b*: a* and b* are multiplied by lightness / 100, since
-// colour differences look smaller in the dark.
+// Converts to CIE L*a*b* with Hunt-adjusted a* and b*: these are multiplied by lightness / 100,
+// because colour differences look smaller in the dark.
 Vec3d linear_rgb_to_hunt_lab(const Vec3d& rgb) {
   constexpr double kDelta = 6.0 / 29.0;
   const auto f = [](double t) {
@@ -89,16 +90,18 @@ Vec3d linear_rgb_to_hunt_lab(const Vec3d& rgb) {
   return {lightness, 0.01 * lightness * 500 * (fx - fy), 0.01 * lightness * 200 * (fy - fz)};
 }
 
-// The HyAB distance: city-block distance of lightness, plus Euclidean distance of a* and b*.
+// Returns the HyAB distance: the absolute difference in lightness, plus the Euclidean distance in
+// a* and b*.
 double hyab(const Vec3d& a, const Vec3d& b) {
   return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z);
 }
 
-// The largest HyAB distance in the sRGB gamut, between green and blue, to the power qc.
+// The HyAB distance between green and blue, which is the largest in the sRGB gamut, to the power
+// qc.
 const double kLargestColourError =
     std::pow(hyab(linear_rgb_to_hunt_lab({0, 1, 0}), linear_rgb_to_hunt_lab({0, 0, 1})), kQc);
 
-// Section 4.1.3: errors below pc times the largest error are mapped to [0, pt], larger ones to [pt,
+// Section 4.1.3: maps errors below pc times the largest error to [0, pt], and larger errors to [pt,
 // 1].
 double redistribute(double distance) {
   const double error = std::pow(distance, kQc);
@@ -129,7 +132,7 @@ Taps scaled(Taps taps, double factor) {
 
 Taps normalized(const Taps& taps) { return scaled(taps, 1 / sum(taps)); }
 
-// Scales the positive taps to a sum of 1, and the negative ones to -1.
+// Scales the positive taps to a sum of 1, and the negative taps to a sum of -1.
 Taps balanced(Taps taps) {
   double positive = 0, negative = 0;
   for (const double tap : taps) (tap > 0 ? positive : negative) += std::abs(tap);
@@ -139,7 +142,7 @@ Taps balanced(Taps taps) {
 
 struct Kernels {
   int spatial_radius = 0, feature_radius = 0;
-  Taps achromatic, red_green;       // sum 1 each
+  Taps achromatic, red_green;       // the sum of each is 1
   std::array<Taps, 2> blue_yellow;  // one per Gaussian; the squares of their sums add up to 1
   Taps smooth, edge, point;         // Gaussian with sum 1; its derivatives, balanced()
 };
@@ -168,7 +171,7 @@ Kernels make_kernels(double pixels_per_degree) {
   }
   for (Taps& taps : k.blue_yellow) taps = scaled(taps, 1 / std::sqrt(total));
 
-  // Section 4.2: first and second derivative of a Gaussian whose width is that of the features to
+  // Section 4.2: the first and second derivatives of a Gaussian that is as wide as the features to
   // detect.
   const double sigma = 0.5 * kFeatureWidth * pixels_per_degree;
   k.feature_radius = int(std::ceil(3 * sigma));
@@ -180,8 +183,8 @@ Kernels make_kernels(double pixels_per_degree) {
   return k;
 }
 
-// Returns row `y` of the filtered channel, which is filtered vertically with `down` and
-// horizontally with `along`. Beyond the border, the values at the border are repeated.
+// Filters the plane vertically with `down` and horizontally with `along`, and returns row `y` of
+// the result. Beyond the border, repeats the values at the border.
 std::vector<double> filter(const Plane& plane, int y, const Taps& down, const Taps& along) {
   const size_t width = size_t(plane.width), margin = along.size() / 2;
   const int radius = int(down.size() / 2);
@@ -217,7 +220,8 @@ Opponent to_opponent(const RgbImage& picture) {
   return planes;
 }
 
-// Section 4.1: the colours of a row as perceived at the viewing distance, in Hunt-adjusted L*a*b*.
+// Section 4.1: returns the colours of a row as perceived at the viewing distance, in Hunt-adjusted
+// L*a*b*.
 std::vector<Vec3d> perceived_row(const Opponent& planes, int y, const Kernels& k) {
   const std::vector<double> luminance = filter(planes[0], y, k.achromatic, k.achromatic);
   const std::vector<double> red_green = filter(planes[1], y, k.red_green, k.red_green);
@@ -237,7 +241,8 @@ struct Features {
   double edge, point;
 };
 
-// Section 4.2: strength of edges and points in luminance, in [0, sqrt 2].
+// Section 4.2: returns the strength, in [0, sqrt 2], of the edges and points in the luminance of a
+// row.
 std::vector<Features> feature_row(const Plane& luminance, int y, const Kernels& k) {
   const std::vector<double> edge_x = filter(luminance, y, k.smooth, k.edge);
   const std::vector<double> edge_y = filter(luminance, y, k.edge, k.smooth);
@@ -272,7 +277,7 @@ std::vector<float> flip_map(const RgbImage& picture, const RgbImage& reference,
       const double edge = std::abs(our_features[x].edge - their_features[x].edge);
       const double point = std::abs(our_features[x].point - their_features[x].point);
       const double feature = std::pow(std::max(edge, point) / std::numbers::sqrt2, kQf);
-      // Section 4.3: differing features make a colour error more visible.
+      // Section 4.3: a difference in features makes a colour error more visible.
       row[x] = float(std::pow(colour, 1 - feature));
     }
   });

@@ -9,12 +9,14 @@
 
 namespace emberline {
 
-// The paper's viewing conditions: 0.7 m from a 0.7 m wide display of 3840 pixels.
+// The paper's viewing conditions: the observer is 0.7 m from a display that is 0.7 m wide and has
+// 3840 pixels per row.
 constexpr double kFlipPixelsPerDegree = 67.0;
 
 // Returns the error per pixel, in [0, 1], row-major. Both pictures must contain finite sRGB-encoded
 // values in [0, 1] (see to_display), must have equal size and must not be empty (asserted).
-// Symmetric in its arguments. Parallel and deterministic.
+// Swapping the two pictures does not change the result. Runs in parallel; the result is
+// deterministic.
 std::vector<float> flip_map(const RgbImage& picture, const RgbImage& reference,
                             double pixels_per_degree = kFlipPixelsPerDegree);
 

@@ -31,7 +31,7 @@ std::string share_text(uint64_t part, uint64_t total) {
   return fmt::format("{:.{}f} %", percent, part == total || part == 0 ? 0 : 1);
 }
 
-// Colours each pixel; fn(value) returns its colour.
+// Gives each pixel the colour fn(value).
 template <typename Function>
 void paint(BytePicture& picture, const Plane& plane, const Function& fn) {
   for_each_row(plane.height, [&](int y) {
@@ -49,7 +49,8 @@ std::string title_text(const HeatmapSettings& settings, const DisplayUnit& unit)
   return title;
 }
 
-// Adds the percentages of values below and above the scale, which the clamped colours do not show.
+// Adds the percentages of values below and above the scale to the items, because the clamped
+// colours do not show them.
 void add_out_of_range(const Plane& plane, const ValueScale& scale, uint64_t values,
                       std::vector<LegendItem>* items) {
   uint64_t below = 0, above = 0;
@@ -75,7 +76,8 @@ std::vector<LegendItem> describe(const Plane& plane, const HeatmapSettings& sett
     items.push_back({"mean " + format_value(s.mean)});
     if (settings.rms) items.push_back({"RMS " + format_value(s.rms)});
     items.push_back({"maximum " + format_value(s.maximum)});
-    // If at most 1 % of the pixels are nonzero, they are easily overlooked.
+    // If at most 1 % of the pixels are nonzero, they are easily overlooked, so the legend counts
+    // them.
     if (s.nonzero * 100 <= s.values) items.push_back({"nonzero in " + pixels_text(s.nonzero)});
     add_out_of_range(plane, scale, s.values, &items);
   }

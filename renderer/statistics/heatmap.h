@@ -2,8 +2,8 @@
 // there are many samples, as in figure 1 of Painter & Sloan 1989), error, time, or stop reason.
 //
 // The frame's pixels are in the upper left corner, at their original size; the legend is below them
-// and covers none of them. The picture is only for viewing; the numbers are channels of the EXR.
-// Identical planes and settings result in identical bytes.
+// and covers none of them. The picture is only for viewing; the EXR has the numbers as channels.
+// Pictures of equal planes with equal settings are identical in every byte.
 #pragma once
 
 #include <optional>
@@ -44,14 +44,14 @@ struct HeatmapSettings : HeatmapStyle {
 // The plane must not be empty (asserted).
 BytePicture draw_heatmap(const Plane& plane, const HeatmapSettings& settings);
 
-// Like draw_heatmap(), for categories: for each category that occurs, the legend shows a swatch,
-// the name and the percentage of pixels. A value that belongs to no category counts as missing. Of
-// the settings, only `title` and `plain` are used.
+// Like draw_heatmap(), but for categories. For each category that occurs, the legend shows a
+// swatch, the name and the percentage of pixels. A value that belongs to no category counts as
+// missing. Uses only `title` and `plain` of the settings.
 BytePicture draw_category_map(const Plane& plane, std::span<const Category> categories,
                               const HeatmapSettings& settings);
 
-// Return the layout of the legend that draw_heatmap() or draw_category_map() draws unless the
-// settings are `plain`.
+// Return the layout of the legend that draw_heatmap() or draw_category_map() draws if `plain` is
+// not set.
 LegendLayout heatmap_layout(const Plane& plane, const HeatmapSettings& settings);
 LegendLayout category_layout(const Plane& plane, std::span<const Category> categories,
                              const HeatmapSettings& settings);

@@ -66,8 +66,8 @@ class LegendBuilder {
     return item.swatch ? px(kSwatch) + px(kSwatchGap) : 0;
   }
 
-  // Splits an item that is wider than the legend into lines, between words. Nothing follows on the
-  // last of these lines, so that the next item does not read as a continuation.
+  // Splits an item that is wider than the legend into lines, between words. No other item follows
+  // on the last of these lines, so that the next item does not look like a continuation.
   void add_pieces(const LegendItem& item, const Rgb8& colour,
                   std::vector<LegendPiece>* pieces) const {
     LegendItem rest = item;
@@ -147,8 +147,9 @@ bool whole_numbers(const Plane& plane) {
                              [](float v) { return !std::isfinite(v) || v == std::round(v); });
 }
 
-// Bins of equal width over the scale. If all values are whole numbers and the scale is linear, each
-// bin covers the same number of whole numbers, and the first bin begins 0.5 below the scale.
+// A histogram with bins of equal width over the scale. If all values are whole numbers and the
+// scale is linear, each bin covers the same number of whole numbers, and the first bin begins 0.5
+// below the scale.
 struct Bins {
   std::vector<uint64_t> counts;
   double first = 0,
@@ -184,7 +185,7 @@ void draw_histogram(BytePicture& picture, const LegendLayout& layout, const Lege
     const double middle = area.x0 + (h.first + (double(i) + 0.5) * h.bin) * area.width();
     const int x0 = std::clamp(int(std::lround(middle - 0.5 * width)), area.x0, area.x1 - 1);
     const int x1 = std::clamp(int(std::lround(middle + 0.5 * width)), x0 + 1, area.x1);
-    // The column of a bin that is not empty is at least as high as a border is thick.
+    // If a bin is not empty, its column is at least as high as a border is thick.
     const double share = double(h.counts[i]) / double(max);
     const int height = std::max(layout.line, int(std::lround(share * area.height())));
     picture.fill({x0, area.y1 - height, x1, area.y1}, kHistogram);

@@ -15,7 +15,7 @@
 
 namespace emberline {
 
-// A text. If it explains a colour, a swatch of this colour precedes it.
+// A text in the legend. If the text explains a colour, a swatch of this colour precedes it.
 struct LegendItem {
   std::string text;
   std::optional<Rgb8> swatch = std::nullopt;
@@ -29,7 +29,8 @@ struct LegendBar {
   double factor = 1;  // labels show value x factor
 };
 
-// Coordinates in the whole picture. The frame is in the upper left corner.
+// The layout of a legend. Coordinates are those of the whole picture, which has the frame in its
+// upper left corner.
 struct LegendLayout {
   struct Text {
     std::string text;
@@ -43,7 +44,7 @@ struct LegendLayout {
   int letter = 0;  // pixels per em
   int line = 1;    // thickness of borders and ticks
   Rect picture, frame;
-  std::vector<Text> texts;  // one per item; a long item is broken into several
+  std::vector<Text> texts;  // one for each item; a long item is broken into several texts
   std::vector<Swatch> swatches;
   Rect histogram, bar;            // empty without a bar
   std::vector<Rect> ticks;        // below the bar

@@ -13,7 +13,7 @@
 namespace emberline {
 namespace {
 
-// `channels` has samples, R, G, B, and the variances of R, G, B.
+// `channels` are samples, R, G, B, and the variances of R, G and B.
 float display_error(const float* channels) {
   const float samples = channels[0], *mean = channels + 1, *variance = channels + 4;
   if (!(samples >= 2.0f)) return NAN;
@@ -24,7 +24,7 @@ float display_error(const float* channels) {
   return std::sqrt(sum * (1.0f / 3));
 }
 
-// A quantity that is one of the channels of `rays`.
+// Returns a quantity that is one of the channels of the AOV `rays`.
 HeatmapQuantity ray_quantity(std::string_view name, std::string_view summary,
                              std::string_view title) {
   return {.name = name, .summary = summary, .title = title, .aov = Aov::kRays, .channels = {name}};
@@ -33,8 +33,9 @@ HeatmapQuantity ray_quantity(std::string_view name, std::string_view summary,
 }  // namespace
 
 std::span<const HeatmapQuantity> heatmap_quantity_table() {
-  // If a thread is interrupted, the pause is added to the time of the pixel that it is sampling. On
-  // a busy machine, this affects more than one pixel in a hundred.
+  // If a thread is interrupted, the pause is added to the time of the pixel that the thread is
+  // sampling. On a busy machine, this affects more than one pixel in a hundred, so the bright end
+  // must be a lower quantile than usual.
   constexpr double kTimeBright = 0.95;
   static const std::vector<HeatmapQuantity> table = {
       {.name = "samples",

@@ -71,8 +71,8 @@ figcaption { color: var(--faint); font-size: 0.86rem; margin-top: 0.35rem; }
   thead { display: table-header-group; } }
 )";
 
-// Browsers may break a line after any hyphen, even in "2.37e-06", so a word with a hyphen is kept
-// on one line.
+// Keeps a word with a hyphen on one line, because browsers may break a line after any hyphen, even
+// in "2.37e-06".
 std::string number_markup(std::string_view text) {
   std::string html;
   while (true) {
@@ -122,8 +122,8 @@ std::string base64(std::span<const unsigned char> bytes) {
   std::string text;
   text.reserve((bytes.size() + 2) / 3 * 4);
   for (size_t i = 0; i < bytes.size(); i += 3) {
-    // Every three bytes become four letters of six bits each: "Man" = 4d 61 6e = 010011 010110
-    // 000101 101110.
+    // Three bytes become four letters, each of which stands for six bits: "Man" = 4d 61 6e = 010011
+    // 010110 000101 101110.
     const size_t byte_count = std::min<size_t>(3, bytes.size() - i);
     uint32_t bits = 0;
     for (size_t k = 0; k < 3; ++k) bits = bits << 8 | (k < byte_count ? bytes[i + k] : 0u);

@@ -1,9 +1,9 @@
-// Self-contained HTML pages: one file without external resources or scripts. Pages follow the
-// reader's setting of light or dark mode, and suit phones and print.
+// Makes self-contained HTML pages: each is one file without external resources or scripts. Pages
+// follow the reader's setting of light or dark mode, and are suitable for phones and for print.
 //
 // All strings are treated as text and escaped, so that a file called "<b>&.glb" is shown correctly.
-// Markup has a type of its own, Markup, and comes from the functions below or from svg_chart.h.
-// Pages share no state, so separate pages may be built on separate threads.
+// Only values of the type Markup are not escaped; the functions below and those of svg_chart.h
+// return such values. Pages share no state, so separate pages may be built on separate threads.
 #pragma once
 
 #include <cstdint>
@@ -46,8 +46,8 @@ struct PageTable {
     bool number = false;  // right-aligned
   };
   std::string caption;                      // empty: no caption
-  std::vector<Column> columns;              // without names, the table has no head
-  std::vector<std::vector<PageCell>> rows;  // missing cells of a row are empty
+  std::vector<Column> columns;              // if no column has a name, the table has no head
+  std::vector<std::vector<PageCell>> rows;  // if a row has too few cells, the others are empty
 };
 
 struct PageFigure {

@@ -1,6 +1,6 @@
 // Integrands whose means are known exactly, for comparing samplers. They are functions of the
-// random numbers of the camera's slot, and resemble what occurs in a pixel, such as an edge, a disc
-// or a gradient.
+// random numbers in the camera's slot. They resemble what occurs in a pixel, such as an edge, a
+// disc or a gradient.
 #pragma once
 
 #include <cmath>
@@ -23,7 +23,7 @@ struct Integrand {
 inline double smooth(const SlotNumbers& n) {
   return double(n.u[0]) * n.u[0] * std::exp(double(n.u[1]));
 }
-// An edge at 1/3 cuts one of N = 2^m strata, always at 1/3 or 2/3 of the stratum's width, so the
+// The edge at 1/3 cuts one of N = 2^m strata, always at 1/3 or 2/3 of the stratum's width, so the
 // variance is exactly 2/9 / N^2.
 inline constexpr float kThird = 1.0f / 3.0f;
 inline double axis_edge(const SlotNumbers& n) { return n.u[0] < kThird ? 1.0 : 0.0; }

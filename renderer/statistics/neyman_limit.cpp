@@ -9,7 +9,7 @@ namespace emberline {
 namespace {
 
 // Half the width of the interval over which the slope of the display curve is measured, and the
-// minimum that is used for this slope. The adaptive driver's display metric uses the same values.
+// minimum of the slope. The adaptive driver's display metric uses the same two values.
 constexpr float kSlopeHalfWidth = 1e-3f;
 constexpr double kMinSlope = 0.02;
 

@@ -1,4 +1,4 @@
-// A number for each pixel of a frame, and its statistics.
+// A plane of numbers, one for each pixel of a frame, and statistics of these numbers.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,8 @@
 
 namespace emberline {
 
-// Rows start at the top. A non-finite entry means that the pixel has no value; statistics only
-// count such pixels.
+// Rows start at the top. A non-finite number means that the pixel has no value. Statistics count
+// such pixels but otherwise ignore them.
 struct Plane {
   int width = 0, height = 0;
   std::vector<float> values;

@@ -28,7 +28,8 @@ struct PixelError {
   double square, product;  // relative errors, averaged over channels; `product` uses both halves
 };
 
-// Returns the mean product, without the kTrimmedFraction of the pixels whose squares are largest.
+// Drops the pixels with the largest `square`, a fraction kTrimmedFraction of all pixels, and
+// returns the mean `product` of the others.
 double trimmed_mean(std::vector<PixelError> errors) {
   const size_t kept = errors.size() - size_t(kTrimmedFraction * double(errors.size()));
   std::ranges::stable_sort(errors, {}, &PixelError::square);
@@ -116,8 +117,8 @@ void ReferencePicture::set_noise(StudyReference* out) const {
   out->noise_mse = squares / values;
   out->noise_rel_mse = relative / values;
   out->noise_display_mse = displayed / values;
-  // This assumes that pixels are independent and that the channels of a pixel are fully correlated,
-  // so the result is an upper bound.
+  // The formula assumes that pixels are independent. It also assumes that the channels of a pixel
+  // are fully correlated, so the result is an upper bound.
   out->noise_bias = std::sqrt(3 * squares) / std::abs(sum_);
   out->rel_mse_epsilon = epsilon_;
 }

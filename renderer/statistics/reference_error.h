@@ -1,15 +1,16 @@
-// Errors of a picture against a reference that is itself rendered and therefore noisy.
+// Measures the errors of a picture against a reference that is itself rendered and therefore noisy.
 //
 // The reference consists of two pictures A and B with independent noise. If x is independent of
-// both, the expectation of (x - A)(x - B) is the squared error of x against the truth: the variance
-// of A or B adds to (x - A)^2 or (x - B)^2, but not to the product. The price is that a mean of
-// products may be negative if x is closer to the truth than A and B are. mse, relmse, trimmed
-// relmse and display_mse are computed in this way.
+// both, the expectation of (x - A)(x - B) is the squared error of x against the truth. The variance
+// of A adds to (x - A)^2 and that of B adds to (x - B)^2, but neither adds to the product. The
+// drawback is that a mean of products may be negative if x is closer to the truth than A and B are.
+// mse, relmse, trimmed relmse and display_mse are computed in this way.
 //
-// Metrics that are not means of squares (FLIP, percentiles) compare x with the mean of A and B, and
-// so include the noise of this mean. The noise also affects the weights of relmse and the choice of
-// trimmed pixels, which are those with the largest squared differences from the mean. The signed
-// bias includes the noise of the reference's sum, which `noise_bias` estimates.
+// Metrics that are not means of squares (FLIP, percentiles) compare x with the mean of A and B, so
+// they include the noise of this mean. The noise also affects the weights of relmse. It also
+// affects which pixels are trimmed, because these are the pixels with the largest squared
+// differences from the mean. The signed bias includes the noise of the reference's sum, which
+// `noise_bias` estimates.
 #pragma once
 
 #include <vector>
@@ -22,7 +23,7 @@ namespace emberline {
 class ReferencePicture {
  public:
   // The halves must have equal size and must not be empty (asserted). Pixels with a NaN or infinity
-  // in either half are excluded everywhere.
+  // in either half are excluded from all metrics.
   ReferencePicture(const RgbImage& a, const RgbImage& b);
   // Treats a single picture as the truth, so that errors are plain squares.
   explicit ReferencePicture(const RgbImage& picture);
@@ -34,9 +35,9 @@ class ReferencePicture {
   std::vector<float> flip(const RgbImage& picture) const;
 
   const RgbImage& mean() const { return mean_; }
-  double epsilon() const { return epsilon_; }  // of relmse: 0.01 (mean r)^2, or 0.01 if that is 0
-  // Sets the members of `out` that describe the noise of the mean, and epsilon. The noise is 0 if
-  // the reference is a single picture.
+  double epsilon() const { return epsilon_; }  // of relmse: 0.01 (mean r)^2; 0.01 if mean r is 0
+  // Sets epsilon and the noise of the mean in `out`. The noise is 0 if the reference is a single
+  // picture.
   void set_noise(StudyReference* out) const;
 
  private:

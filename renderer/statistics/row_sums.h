@@ -1,4 +1,4 @@
-// Sums over an image, which are bit-identical for any number of threads.
+// Computes sums over an image. They are bit-identical for any number of threads.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,8 @@ void for_each_row(int height, const Function& fn) {
   parallel_each(size_t(height > 0 ? height : 0), [&](size_t y) { fn(int(y)); });
 }
 
-// fn(row) returns a row's sum; the sums are added with +=, from the first row to the last.
+// Returns the sum over all rows. fn(row) returns the sum of a row; these sums are added with +=,
+// from the first row to the last.
 template <typename Sum, typename Function>
 Sum sum_rows(int height, const Function& fn) {
   std::vector<Sum> partial(size_t(height > 0 ? height : 0));

@@ -17,7 +17,7 @@ constexpr double kSigma = 1.5;
 constexpr double kC1 = 0.01 * 0.01;  // (K1 L)^2 with range L = 1
 constexpr double kC2 = 0.03 * 0.03;  // (K2 L)^2
 
-// Gaussian weights around the middle of the window, with sum 1.
+// Returns the Gaussian weights around the middle of the window. Their sum is 1.
 std::vector<double> window_weights(int length) {
   const int size = std::min(length, kWindow);
   std::vector<double> weights(static_cast<size_t>(size));
@@ -31,7 +31,8 @@ std::vector<double> window_weights(int length) {
   return weights;
 }
 
-// Weighted moments of a window: means of a, b, a^2, b^2 and a b, and the fraction that is masked.
+// The weighted means of a, b, a^2, b^2 and a b over a window, and a sum that is positive if one of
+// the window's pixels is masked.
 using Moments = std::array<double, 6>;
 
 double ssim_of(const Moments& m) {
@@ -61,7 +62,7 @@ double mean_ssim(const std::vector<float>& a, const std::vector<float>& b,
   const std::vector<double> wx = window_weights(width), wy = window_weights(height);
 
   const auto row_of_windows = [&](int top) {
-    // Filters columns first, then rows: the Gaussian window is separable.
+    // Filters first along columns, then along rows, because the Gaussian window is separable.
     std::vector<Moments> columns(size_t(width), Moments{});
     for (size_t j = 0; j < wy.size(); ++j) {
       const size_t start = (size_t(top) + j) * size_t(width);

@@ -1,5 +1,5 @@
-// Results of a study of speed against error, as plain data. `emberline study` produces them; other
-// code summarizes (study_summary.h), draws or saves them.
+// The results of a study of speed against error, as plain data. `emberline study` produces these
+// results. Other code summarizes (study_summary.h), draws or saves them.
 //
 // A study renders one view of one scene by several methods, each with several seeds. At several
 // checkpoints of each run, it compares the picture with a reference. Times include rendering and
@@ -31,7 +31,7 @@ struct StudyError {
   double p95_display = 0;      // like p95_absolute, for display values
 };
 
-// The errors in StudyError that decrease with more samples; tables, axes and options refer to them.
+// The errors in StudyError that decrease with more samples. Tables, axes and options use these.
 enum class StudyMetric : uint8_t {
   kMse,
   kRelMse,
@@ -46,8 +46,8 @@ struct StudyMetricEntry {
   std::string_view summary;
   StudyMetric metric;
   double StudyError::*value;
-  // Whether the metric is a mean of squares, which falls as 1 / N with independent samples; other
-  // metrics fall as 1 / sqrt(N).
+  // Whether the metric is a mean of squares. With N independent samples, such metrics fall as 1 /
+  // N, and others as 1 / sqrt(N).
   bool squared;
 };
 std::span<const StudyMetricEntry> study_metric_table();  // in the order of StudyMetric
@@ -55,14 +55,14 @@ const StudyMetricEntry& study_metric_entry(StudyMetric metric);
 
 // A way to render the frame.
 struct StudyMethod {
-  std::string name;  // as "adaptive/two-stream"; with several samplers, as "bucket/sobol"
+  std::string name;  // such as "adaptive/two-stream" or, with several samplers, "bucket/sobol"
   std::string driver, sampler;
   std::string estimator, allocation;  // for adaptive drivers, otherwise empty
   bool unbiased = false;
   bool denoised = false;  // whether its pictures are denoised
   // Names of the picture files, relative to the study's folder; empty if there is no picture. The
-  // pictures are those of the first seed at the largest budget. The EXR has the channels R, G, B, A
-  // and `samples`; the FLIP picture shows the difference from the reference.
+  // pictures come from the first seed and the largest budget. The EXR has the channels R, G, B, A
+  // and `samples`. The FLIP picture shows the difference from the reference.
   struct Pictures {
     std::string exr, png, flip_png;
     uint32_t seed = 0;
@@ -70,29 +70,28 @@ struct StudyMethod {
   } pictures;
 };
 
-// Cost of denoising, and the fraction of pixels that it left unchanged.
+// The cost of denoising, and the fraction of pixels that denoising left unchanged.
 struct StudyFilter {
   double cpu_s = 0;
   double unchanged_fraction = 0;  // of the pixels
 };
 
-// A checkpoint of a run is the first moment after its budget is spent at which a picture is
-// available.
+// A checkpoint of a run: the first moment at which the budget is spent and a picture is available.
 struct StudyCheckpoint {
   double budget = 0;        // one of StudySettings::budgets
   uint64_t samples = 0;     // of the whole frame
   double mean_samples = 0;  // per pixel
   double wall_s = 0;        // of rendering
-  double cpu_s = 0;         // of all threads, during wall_s
+  double cpu_s = 0;         // of all threads together, during wall_s
   StudyError error;
-  // The RMS error of the displayed picture as estimated by the driver or, for a denoised picture,
-  // by the filter.
+  // The RMS error of the displayed picture, as the driver estimates it or, for a denoised picture,
+  // the filter.
   std::optional<double> estimate;
   std::optional<StudyFilter> filter;  // for a denoised picture; wall_s and cpu_s include it
 };
 
-// The error of a picture as the driver estimated it, after a round or at the end, and its true
-// error.
+// The driver's estimate of a picture's error, and the picture's true error. The picture was taken
+// after a round or at the end.
 struct CalibrationPoint {
   double mean_samples = 0;  // per pixel
   double estimate = 0;      // RMS error of the displayed picture
@@ -116,17 +115,17 @@ struct StudyReference {
   std::string driver, sampler;     // if rendered by the study
   uint32_t samples_per_pixel = 0;  // of both halves together; 0 if unknown
   std::array<uint32_t, 2> seeds = {};
-  bool two_halves = false;  // if so, mean squares exclude the reference's noise
-  // Noise in the mean of the halves, estimated from the difference between them.
+  bool two_halves = false;  // if true, mean squared errors exclude the reference's noise
+  // The noise in the mean of the halves, estimated from the difference between the halves.
   double noise_mse = 0, noise_rel_mse = 0, noise_display_mse = 0, noise_bias = 0;
   double rel_mse_epsilon = 0;
   std::string exr, png;  // of the mean of the halves, in the study's folder
 };
 
-// The largest possible speedup, at the same error, over giving every pixel the same number of
-// samples. It assumes independent samples: mean(v) mean(c) / mean(sqrt(v c))^2, where v is the
-// variance of one sample of a pixel in the metric and c is the cost of the sample (Neyman 1934;
-// neyman_limit.h). At least 1.
+// The largest possible speedup, at the same error, over a render that gives every pixel the same
+// number of samples. It is mean(v) mean(c) / mean(sqrt(v c))^2, where v is the variance of one
+// sample of a pixel in the metric and c is the cost of this sample (Neyman 1934; neyman_limit.h).
+// It assumes independent samples and is at least 1.
 struct NeymanLimits {
   double mse = 0, rel_mse = 0, display = 0;
 };
@@ -150,7 +149,7 @@ struct StudyResults {
   StudyReference reference;
   std::optional<NeymanLimits> limits;  // absent if the user gave the reference
   std::vector<StudyMethod> methods;
-  std::vector<StudyRun> runs;  // by seed, then method; without runs that were not started
+  std::vector<StudyRun> runs;  // sorted by seed, then method; only runs that were started
   bool complete = true;        // false: stopped before all runs had finished
 };
 

@@ -28,8 +28,8 @@ constexpr StudyMetricEntry kMetrics[] = {
      &StudyError::p95_display, false},
 };
 
-// The probability that |t| is below sqrt(degrees) tan(angle), by the finite sums of Abramowitz &
-// Stegun 1964, equations 26.7.3 (odd) and 26.7.4 (even).
+// Returns the probability that |t| is below sqrt(degrees) tan(angle). Uses the finite sums of
+// Abramowitz & Stegun 1964, equations 26.7.3 (odd) and 26.7.4 (even).
 double student_t_central(int degrees, double angle) {
   const double c = std::cos(angle), s = std::sin(angle);
   const bool odd = degrees % 2 == 1;
@@ -46,9 +46,8 @@ struct LogPoint {
 };
 using LogCurve = std::vector<LogPoint>;
 
-// Converts a run to a curve of log error against log position, by ascending position. Points
-// without a logarithm are dropped; of several checkpoints at the same position, the last one
-// counts.
+// Converts a run to a curve of log error against log position, by ascending position. Drops points
+// without a logarithm. If several checkpoints have the same position, keeps the last one.
 LogCurve log_curve(const StudyRun& run, const StudyMetricEntry& metric, StudyAxis axis) {
   LogCurve curve;
   for (const StudyCheckpoint& checkpoint : run.checkpoints) {
@@ -70,9 +69,9 @@ struct Crossing {
 };
 
 // Finds where the coordinate `from` of the curve first reaches the value `at`, and interpolates the
-// coordinate `to` there. Along the curve, `from` should rise (`direction` 1) or fall (-1); if it
-// does not in the segment used, the result is empty. A curve that has only one point is extended as
-// a line with this `slope`, d(to) / d(from).
+// coordinate `to` there. Along the curve, `from` should rise (`direction` 1) or fall (-1). Returns
+// nothing if it does not do so in the segment that is used. A curve with only one point is extended
+// as a line with this `slope`, d(to) / d(from).
 std::optional<Crossing> interpolate(const LogCurve& curve, double LogPoint::*from,
                                     double LogPoint::*to, double direction, double slope,
                                     double at) {
@@ -90,11 +89,11 @@ std::optional<Crossing> interpolate(const LogCurve& curve, double LogPoint::*fro
                   beyond(a.*from, at) || beyond(at, b.*from)};
 }
 
-// The slope of log error over log position that is assumed for a curve with only one point. It is
-// the slope of independent samples.
+// Returns the slope of log error over log position with independent samples. It is used for a curve
+// with only one point.
 double expected_slope(const StudyMetricEntry& metric) { return metric.squared ? -1.0 : -0.5; }
 
-// The position at which the curve first reaches the error.
+// Returns the position at which the curve first reaches the error.
 std::optional<Crossing> position_at(const LogCurve& curve, double error,
                                     const StudyMetricEntry& metric) {
   return interpolate(curve, &LogPoint::error, &LogPoint::position, -1.0,
@@ -134,8 +133,8 @@ void for_each_pair(const StudyResults& results, size_t method, size_t budget,
                       });
 }
 
-// Returns the mean of the values and its Student-t interval, after applying `to_result` to each of
-// these numbers.
+// Returns the mean of the values and its Student-t interval, with `to_result` applied to the mean
+// and to both ends of the interval.
 std::optional<Estimate> student_interval(std::span<const double> values,
                                          double (*to_result)(double)) {
   if (values.empty()) return std::nullopt;

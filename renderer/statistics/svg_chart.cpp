@@ -24,7 +24,7 @@ constexpr double kLine = 1.45 * kTextSize;
 constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73",      "#cc79a7",
                                     "#e69f00", "#56b4e9", "currentColor", "#f0e442"};
 constexpr const char* kDashes[] = {"", "7 3", "2 3", "9 3 2 3", "12 4"};
-// SVG paths that start at the point; the empty one stands for a circle.
+// SVG paths that start at the point. The empty path stands for a circle.
 constexpr const char* kMarkers[] = {"",
                                     "m-3.2 -3.2h6.4v6.4h-6.4z",
                                     "m0 -4.2l4.2 7.2h-8.4z",
@@ -58,7 +58,7 @@ auto written(const T& value) {
   }
 }
 
-// Formats SVG; floating-point numbers are written by number().
+// Formats SVG text. number() formats the floating-point numbers.
 std::string svg(const char* format, const auto&... values) {
   return fmt::format(fmt::runtime(format), written(values)...);
 }
@@ -119,7 +119,7 @@ double widest_label(const std::vector<AxisTick>& ticks) {
 }
 
 Frame make_frame(int width, int height, const AxisRange& x, const AxisRange& y, int legend_lines) {
-  const double last = widest_label(x.ticks());  // half of the last label may be outside the plot
+  const double last = widest_label(x.ticks());  // half of the last label may extend beyond the plot
   return {kLine + widest_label(y.ticks()) + 14,
           width - std::max(14.0, last / 2 + 2),
           kLine + 12,
@@ -128,7 +128,7 @@ Frame make_frame(int width, int height, const AxisRange& x, const AxisRange& y, 
           y};
 }
 
-// The number of tick labels that fit side by side below the plot.
+// Returns the number of tick labels that fit side by side below the plot.
 int tick_count(const Frame& frame) {
   const double widest = widest_label(frame.x_range.ticks());
   return std::clamp(int((frame.right - frame.left) / (widest + 18)), 2, 8);
@@ -190,7 +190,7 @@ bool drawable(const LineChart& chart, const ChartPoint& p) {
   return AxisRange::drawable(chart.x.scale, p.x) && AxisRange::drawable(chart.y.scale, p.y);
 }
 
-// Writes a series: the connected parts of its line, its band and its markers.
+// Writes a series: its line, band and markers, in connected parts.
 class SeriesWriter {
  public:
   SeriesWriter(const Frame& frame, const LineChart& chart, size_t index)
@@ -241,7 +241,7 @@ class SeriesWriter {
   }
 
   std::string markers(const std::vector<ChartPoint>& run) const {
-    // A point without neighbours gets a marker in any case, since it would be invisible otherwise.
+    // A point without neighbours always gets a marker, because without one it would be invisible.
     if (!series_.markers && run.size() > 1) return "";
     std::string text;
     for (const ChartPoint& p : run) {
@@ -251,7 +251,7 @@ class SeriesWriter {
     return text;
   }
 
-  // The text of a marker's tooltip.
+  // Returns the text of a marker's tooltip.
   std::string tooltip(const ChartPoint& p) const {
     std::string text = series_.name + ": " + number_text(p.x) + ", " + number_text(p.y);
     if (has_interval(p)) text += " (" + number_text(p.low) + " to " + number_text(p.high) + ")";
@@ -284,7 +284,8 @@ class SeriesWriter {
                points, colour(style_));
   }
 
-  // Formats a point of an SVG list of points, with a blank after it. `y` is already a coordinate.
+  // Formats a point of an SVG list of points, with a blank after it. `x` is a value of the chart;
+  // `y` is already a coordinate of the picture.
   std::string point_text(double x, double y) const { return svg("{},{} ", frame_.x(x), y); }
 
   const Frame& frame_;
@@ -304,8 +305,8 @@ Markup line_chart(const LineChart& chart) {
       if (!drawable(chart, p)) continue;
       xs.push_back(p.x);
       ys.push_back(p.y);
-      // On a logarithmic axis, ignore the end of an interval that almost reaches 0, since it would
-      // compress the points. Also ignore a very high end.
+      // Makes the y axis include the interval. On a logarithmic axis, ignores an end that is almost
+      // 0 or very high, because it would compress the points.
       const bool log = chart.y.scale == AxisScale::kLog;
       if (!log || p.low > 0.1 * p.y) ys.push_back(p.low);
       if (!log || p.high < 10 * p.y) ys.push_back(p.high);

@@ -1,9 +1,9 @@
-// Charts as SVG text, for use inline in pages or as separate files. Lines and text have the colour
-// of the surrounding text, so charts suit light and dark pages. Identical charts result in
-// identical text in any locale.
+// Draws charts as SVG text, for use within pages or as separate files. Lines and text have the
+// colour of the surrounding text, so charts look good on light and dark pages. Equal charts result
+// in identical SVG text, in any locale.
 //
-// Series differ in colour (Okabe & Ito 2008, "Color Universal Design", for colour-blind readers),
-// and also in marker and dash, for print without colour.
+// Series differ in colour (Okabe & Ito 2008, "Color Universal Design", for colour-blind readers).
+// They also differ in their markers and dashes, for print without colour.
 #pragma once
 
 #include <cstdint>
@@ -26,11 +26,11 @@ struct ChartPoint {
 enum class ChartSpread : uint8_t { kBars, kBand };
 
 // A point that cannot be drawn (AxisRange::drawable) is skipped and interrupts the line. If an end
-// of an interval cannot be drawn (0 on a logarithmic axis), it is moved to the plot's edge.
+// of an interval cannot be drawn (such as 0 on a logarithmic axis), it is moved to the plot's edge.
 struct ChartSeries {
   std::string name;  // empty: not in the legend
   std::vector<ChartPoint> points = {};
-  int style = -1;  // colour, marker and dash; -1: the index of the series
+  int style = -1;  // selects colour, marker and dash; -1: the index of the series
   bool markers = true;
   ChartSpread spread = ChartSpread::kBars;
 };

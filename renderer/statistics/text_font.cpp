@@ -1,7 +1,7 @@
 #include "renderer/statistics/text_font.h"
 
 #include <ft2build.h>
-// The macros of ft2build.h must come first.
+// ft2build.h must come first, because it defines the macros below.
 #include FT_FREETYPE_H
 #include FT_ADVANCES_H
 #include FT_OUTLINE_H
@@ -22,7 +22,7 @@ constexpr unsigned char kFaceBytes[] = {
 #include "dejavu_sans.inc"
 };
 
-// Height of the highest glyph above the baseline, and depth of the lowest below it, in em.
+// Height of the highest glyph above the baseline, and depth of the lowest glyph below it, in em.
 constexpr double kAscent = 0.82, kDescent = 0.24;
 
 void check(FT_Error error) {
@@ -112,7 +112,7 @@ void TextFont::draw(BytePicture& picture, int x, int y, std::string_view text,
   while (!text.empty()) {
     const FT_UInt glyph = state_->glyph_of(pop_character(&text));
     check(FT_Load_Glyph(state_->face.get(), glyph, FT_LOAD_NO_HINTING));
-    // Glyphs may begin between pixels, since rounding to whole pixels would space small letters
+    // Lets glyphs begin between pixels, because rounding to whole pixels would space small letters
     // unevenly. FreeType's unit here is 1/64 of a pixel.
     FT_Outline_Translate(&slot->outline, FT_Pos((pen & 0xffff) >> 10), 0);
     check(FT_Render_Glyph(slot, FT_RENDER_MODE_NORMAL));

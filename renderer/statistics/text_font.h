@@ -1,7 +1,7 @@
 // Draws text into a picture, in DejaVu Sans (font/), anti-aliased, in any size.
 //
-// Glyphs are not hinted, so FreeType's environment variables have no effect, and identical texts
-// result in identical bytes.
+// Glyphs are not hinted, so FreeType's environment variables have no effect, and equal texts result
+// in identical pixels.
 #pragma once
 
 #include <memory>
@@ -21,12 +21,12 @@ class TextFont {
   TextFont(const TextFont&) = delete;
   TextFont& operator=(const TextFont&) = delete;
 
-  // Distances in pixels from the top of a line: ascent() to its baseline, height() to its lowest
-  // descender.
+  // ascent() and height() return the distances in pixels from the top of a line to its baseline and
+  // to its lowest descender.
   int ascent() const;
   int height() const;
-  // Width of the line in pixels, rounded up. The text is UTF-8; a character that is not in the
-  // font, and each invalid byte, is treated as '?'.
+  // Returns the width of the line in pixels, rounded up. The text is UTF-8. A character that the
+  // font lacks and an invalid byte count as '?'.
   int width(std::string_view text) const;
   // Draws one line with its upper left corner at (x, y), clipped to the picture.
   void draw(BytePicture& picture, int x, int y, std::string_view text, const Rgb8& colour) const;

@@ -22,7 +22,8 @@ double nearest_rank_quantile(std::vector<T> values, double fraction) {
   return double(values[size_t(rank)]);
 }
 
-// Slope of the least-squares line through the points (x, y), of which there must be at least two.
+// Returns the slope of the least-squares line through the points (x, y). There must be at least two
+// points.
 inline double least_squares_slope(std::span<const double> x, std::span<const double> y) {
   assert(x.size() == y.size() && x.size() >= 2);
   const auto n = double(x.size());

@@ -16,7 +16,7 @@ namespace {
 constexpr double kDarkQuantile = 0.005;
 // Tolerance, as a fraction of a step, for ticks that rounding puts slightly outside the range.
 constexpr double kTickRounding = 1e-9;
-// A logarithmic range around a smaller constant would reach the limits of double.
+// With smaller constants, a logarithmic range around the constant would reach the limits of double.
 constexpr double kMinConstant = 1e-300;
 
 template <typename Predicate>
@@ -103,7 +103,7 @@ std::vector<double> ValueScale::decade_ticks(int max, double factor) const {
     return ticks;
   };
   std::vector<double> ticks = gather({1, 2, 5}, 1);
-  if (ticks.size() < 2) return {};  // narrower than a factor of five
+  if (ticks.size() < 2) return {};  // the range is narrower than a factor of five
   for (int every = 1; int(ticks.size()) > max; ++every) ticks = gather({1}, every);
   return ticks;
 }

@@ -14,14 +14,14 @@ struct ValueRange {
 };
 
 // The bright end of an automatic range is this quantile of the nonzero values, so that outliers do
-// not darken everything else. We chose it for density maps of frames with a noise threshold;
-// with 0.995, they are black.
+// not darken everything else. We chose 0.98 for density maps of frames with a noise threshold; with
+// 0.995, these maps are black.
 inline constexpr double kBrightQuantile = 0.98;
 
-// The default range of a plane. Linear: from 0 (or the minimum, if negative) to the `bright`
-// quantile of the nonzero values. Logarithmic: from the 0.5 % quantile of the positive values to
-// the maximum. If the plane is constant, its value is in the middle of the range. The range is
-// never empty, and is positive if `logarithmic`.
+// Returns the default range of a plane. A linear range extends from 0 (or the minimum, if negative)
+// to the `bright` quantile of the nonzero values. A logarithmic range extends from the 0.5 %
+// quantile of the positive values to the maximum. If the plane is constant, its value is in the
+// middle of the range. The range is never empty; if `logarithmic`, it is positive.
 ValueRange automatic_range(const Plane& plane, bool logarithmic, double bright = kBrightQuantile);
 
 class ValueScale {
@@ -31,20 +31,21 @@ class ValueScale {
 
   const ValueRange& range() const { return range_; }
   bool logarithmic() const { return logarithmic_; }
-  // 0 at the smallest value of the range, 1 at the largest, and outside [0, 1] for values beyond
-  // the range; NaN for non-finite values. On a logarithmic scale, the position of 0 and of negative
-  // values is minus infinity.
+  // Returns 0 at the smallest value of the range, 1 at the largest, a number outside [0, 1] for
+  // values beyond the range, and NaN for non-finite values. On a logarithmic scale, returns minus
+  // infinity for 0 and negative values.
   double position(double value) const;
 
-  // Returns at most `max` (>= 2) ticks inside the range, ascending. Labels show value x `factor`,
-  // which is a multiple of 1, 2 or 5 times a power of ten. On a logarithmic scale, it is a power of
-  // ten or, if there are few of these, also 2 or 5 times one.
+  // Returns at most `max` (>= 2) ticks inside the range, ascending. The label of a tick is its
+  // value times `factor`. On a linear scale, the labels are multiples of 1, 2 or 5 times a power of
+  // ten. On a logarithmic scale, they are powers of ten and, if the range has few of these, also 2
+  // and 5 times each power.
   std::vector<AxisTick> ticks(int max, double factor = 1.0) const;
 
  private:
   std::vector<AxisTick> linear_ticks(int max, double factor) const;
-  // Returns the labels' numbers on a logarithmic scale; empty if fewer than two of them are in the
-  // range.
+  // Returns the numbers of the labels on a logarithmic scale; nothing if fewer than two of them are
+  // in the range.
   std::vector<double> decade_ticks(int max, double factor) const;
 
   ValueRange range_;
@@ -55,8 +56,8 @@ class ValueScale {
 // "1.5×10⁻⁷". Numbers from a thousand to a million are rounded to whole numbers: "123,456".
 std::string number_text(double value);
 
-// The unit in which values of a certain size are displayed, and the factor that converts them to
-// it: "s" may become "ms", "µs" or "ns"; other units do not change.
+// The unit in which values of a certain size are displayed, and the factor that converts values to
+// this unit: "s" may become "ms", "µs" or "ns"; other units do not change.
 struct DisplayUnit {
   double factor = 1;
   std::string name;

@@ -20,7 +20,7 @@ void Screenshot::take(GLFWwindow* window, const std::string& path) {
   glReadPixels(0, 0, image.width, image.height, GL_RGB, GL_UNSIGNED_BYTE, rows.data());
   path_ = path;
   pending_ = std::async(std::launch::async, [image, rows, row, path]() mutable {
-    image.values.resize(rows.size());  // OpenGL's first row is the bottom one
+    image.values.resize(rows.size());  // OpenGL's first row is the bottom row
     for (size_t y = 0; y < size_t(image.height); ++y) {
       std::copy_n(&rows[(size_t(image.height) - 1 - y) * row], row, &image.values[y * row]);
     }

@@ -13,15 +13,15 @@ struct ViewOptions {
   // Options of `render`, except those for output files. The scene may be empty: the user can drop
   // one onto the window or open one from the menu.
   RenderOptions render;
-  std::optional<float> interface_scale;  // scale of text and panels; absent: the screen's
-  std::optional<Vec2i> window_size;      // absent: the remembered size
-  std::string screenshot;  // output file for a screenshot; closes the window when written
-  double screenshot_after_s =
-      0.0;              // seconds after the first complete picture; 0: when the frame is finished
-  std::string measure;  // output file for edit latencies; closes the window when measured
-  std::string measure_script;          // empty: the built-in script
+  std::optional<float> interface_scale;  // scale of text and panels; if absent, the screen's scale
+  std::optional<Vec2i> window_size;      // if absent, the remembered size
+  std::string screenshot;  // output file for a screenshot; the window closes when it is written
+  double screenshot_after_s = 0.0;  // seconds after the first complete picture; if 0, when the
+                                    // frame is finished
+  std::string measure;  // output file for edit latencies; the window closes when they are measured
+  std::string measure_script;          // if empty, the built-in script
   std::string journal;                 // output file for the journal, in JSON lines
-  std::function<bool()> stopped = {};  // polled: whether to close the window; may be empty
+  std::function<bool()> stopped = {};  // polled; returns whether to close the window; may be empty
   bool forget = false;                 // do not read or write the remembered state
 };
 

@@ -1,5 +1,5 @@
-// `emberline view`: GLFW, OpenGL and Dear ImGui around a Workbench, and an event loop that wakes up
-// on demand. Only this file includes the headers of all three.
+// Implements `emberline view`: GLFW, OpenGL and Dear ImGui around a Workbench, and an event loop
+// that wakes up on demand. Only this file includes the headers of all three libraries.
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
@@ -33,8 +33,8 @@ namespace {
 // Minimum time between redraws: 1/60 s after input, 1/30 s while the picture only gains samples.
 // With software OpenGL, redraws take time away from rendering.
 constexpr double kInputPause_s = 1.0 / 60.0, kPicturePause_s = 1.0 / 30.0;
-// Maximum time between redraws while rendering, so that the status line shows the current time, and
-// when idle.
+// Maximum time between redraws. kStatusPause_s applies while rendering, so that the status line
+// shows the current time; kIdlePause_s applies when idle.
 constexpr double kStatusPause_s = 0.5, kIdlePause_s = 5.0;
 // Number of frames to draw after input. The first frame handles the input, but ImGui may show its
 // effect (hover, popups, fields) only in the next frames.
@@ -265,8 +265,8 @@ class Window {
     closing_ |= path == options_.screenshot;
   }
 
-  // Takes the screenshot for --screenshot once the picture is finished or the requested time has
-  // passed.
+  // Takes the screenshot for --screenshot once the picture is finished, the requested time has
+  // passed, or loading has failed.
   void check_screenshot_option(double now) {
     if (options_.screenshot.empty() || screenshot_.is_writing() || closing_) return;
     const auto& picture = picture_.drawn();

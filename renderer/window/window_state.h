@@ -20,8 +20,8 @@ struct WindowState {
   bool operator==(const WindowState&) const = default;
 };
 
-// Returns $XDG_CONFIG_HOME/emberline/view.json, or else ~/.config/emberline/view.json. Empty if
-// neither XDG_CONFIG_HOME nor HOME is set.
+// Returns $XDG_CONFIG_HOME/emberline/view.json, or else ~/.config/emberline/view.json. The result
+// is empty if neither XDG_CONFIG_HOME nor HOME is set.
 std::string window_state_file();
 
 // Returns the defaults if the file is missing or unusable; warns if it is unusable. Members out of

@@ -1,1 +1,1 @@
-"""The modules of make_scenes.py: one per scene, and shared helpers."""
+"""This package contains the modules of make_scenes.py: one module per scene, and shared helpers."""

@@ -1,5 +1,5 @@
-"""A gold ring and a glass ball on a table, lit by one small bulb. The caustics inside the ring and behind the
-ball come only from paths that happen to hit the bulb."""
+"""A gold ring and a glass ball on a table, lit by one small bulb. Only paths that hit the bulb by chance render the
+caustics inside the ring and behind the ball."""
 
 from .gltf import Gltf, srgb
 from .mesh import arc, lathe, sphere, sweep_wall

@@ -1,5 +1,5 @@
-"""A checkered plane up to the horizon, the classic aliasing test, under dusk.hdr: long shadows, a mirror ball,
-and columns that shrink in the distance."""
+"""A checkered plane that reaches the horizon, which is the classic test for aliasing. It is lit by dusk.hdr, with long
+shadows. On it stand a mirror ball and columns that shrink in the distance."""
 
 from . import textures
 from .gltf import Gltf, srgb
@@ -8,7 +8,8 @@ from .vec import axis_angle, quaternion_product
 
 
 def _column():
-    """A 6 m column: base, swelling shaft, capital. It is round, so the square plinth is a separate mesh."""
+    """A 6 m column with a base, a swelling shaft and a capital. This mesh is round, so the square plinth is a separate
+    mesh."""
     shaft = smooth([(0.40, 0.62), (0.405, 1.6), (0.395, 3.0), (0.365, 4.4), (0.335, 5.4)], 5)
     return lathe([[(0.0, 0.22), (0.46, 0.22)], arc((0.46, 0.32), 0.10, -90, 90, 8),
                   [(0.46, 0.42), (0.44, 0.47)], arc((0.43, 0.54), 0.06, -70, 90, 6), [(0.43, 0.60), (0.40, 0.62)],

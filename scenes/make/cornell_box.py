@@ -1,5 +1,6 @@
-"""The Cornell box as measured (Cornell University Program of Computer Graphics, "Cornell Box Data", 1998; first in
-Goral et al. 1984): geometry in millimetres, camera and spectra as published there."""
+"""The Cornell box as measured by the Cornell University Program of Computer Graphics ("Cornell Box Data", 1998). It
+first appeared in Goral et al. 1984. The geometry (in millimetres), the camera and the spectra are as published in
+1998."""
 
 import math
 
@@ -7,7 +8,7 @@ from .gltf import Gltf
 from .mesh import Mesh
 from .vec import cross, normalize, sub
 
-# Reflectances at 400, 404, ... 700 nm.
+# These tables contain reflectances at 400, 404, ... 700 nm.
 WHITE = """.343 .445 .551 .624 .665 .687 .708 .723 .715 .710 .745 .758 .739 .767 .777 .765 .751 .745 .748 .729 .745
 .757 .753 .750 .746 .747 .735 .732 .739 .734 .725 .721 .733 .725 .732 .743 .744 .748 .728 .716 .733 .726 .713 .740
 .754 .764 .752 .736 .734 .741 .740 .732 .745 .755 .751 .744 .731 .733 .744 .731 .712 .708 .729 .730 .727 .707 .703
@@ -20,11 +21,12 @@ RED = """.040 .046 .048 .053 .049 .050 .053 .055 .057 .056 .059 .057 .061 .061 .
 .059 .057 .058 .058 .058 .056 .055 .056 .059 .057 .055 .059 .059 .058 .059 .061 .061 .063 .063 .067 .068 .072 .080
 .090 .099 .124 .154 .192 .255 .287 .349 .402 .443 .487 .513 .558 .584 .620 .606 .609 .651 .612 .610 .650 .638 .627
 .620 .630 .628 .642 .639 .657 .639 .635 .642"""
-LIGHT = ((400, 0.0), (500, 8.0), (600, 15.6), (700, 18.4))  # emission, relative
+LIGHT = ((400, 0.0), (500, 8.0), (600, 15.6), (700, 18.4))  # (wavelength in nm, relative emission)
 
 
 def _cie_1931(nm):
-    """Colour matching functions, the piecewise Gaussian fit of Wyman, Sloan & Shirley 2013 (JCGT 2:2), eq. 4."""
+    """Returns the colour matching functions at a wavelength. Uses the piecewise Gaussian fit of Wyman, Sloan & Shirley
+    2013 (JCGT 2:2), eq. 4."""
     def lobe(mean, below, above):
         t = (nm - mean) * (below if nm < mean else above)
         return math.exp(-0.5 * t * t)
@@ -49,8 +51,8 @@ def _integrate(spectrum):
 
 
 def reflectance(table):
-    """Returns linear Rec. 709 under an equal-energy illuminant with full adaptation: a constant reflectance of 1 is
-    (1, 1, 1)."""
+    """Returns the colour of a reflectance spectrum in linear Rec. 709, under an equal-energy illuminant with full
+    adaptation. A constant reflectance of 1 has the colour (1, 1, 1)."""
     values = [float(v) for v in table.split()]
     white = _linear_rgb(_integrate(lambda k: 1.0))
     rgb = _linear_rgb(_integrate(lambda k: values[k]))
@@ -58,8 +60,8 @@ def reflectance(table):
 
 
 def emission(scale):
-    """Returns the lamp's emission, with green equal to `scale`. The published spectrum is (1.90, 1, 0.25) in linear
-    Rec. 709; taking the square root removes half of this warm tint, as an adapting eye or camera would."""
+    """Returns the lamp's emission, whose green is `scale`. The published spectrum has the colour (1.90, 1, 0.25) in
+    linear Rec. 709. Taking its square root removes half of this warm tint, as an adapting eye or camera would."""
     def power(k):
         nm = 400 + 4 * k
         for (a, pa), (b, pb) in zip(LIGHT, LIGHT[1:]):
@@ -70,7 +72,7 @@ def emission(scale):
 
 
 def _faces(*corners):
-    """Returns a mesh of quads. The corners of each must be counter-clockwise as seen from its front."""
+    """Returns a mesh of quads. The corners of each quad must be counter-clockwise as seen from its front."""
     mesh = Mesh()
     for a, b, c, d in corners:
         n = normalize(cross(sub(b, a), sub(d, a)))
@@ -83,8 +85,8 @@ def _faces(*corners):
 
 
 def _block(top):
-    """Returns a block from the published top face (counter-clockwise from above) down to the floor. As published, it
-    has no bottom."""
+    """Returns a block that reaches from its published top face down to the floor. The corners of the top face must be
+    counter-clockwise as seen from above. Like the published block, it has no bottom."""
     foot = [(x, 0, z) for x, _, z in top]
     sides = [(foot[k], foot[(k + 1) % 4], top[(k + 1) % 4], top[k]) for k in range(4)]
     return _faces(tuple(top), *sides)
@@ -102,10 +104,11 @@ def build():
     g.add_object("back wall", _faces(((549.6, 0, 559.2), (0, 0, 559.2), (0, 548.8, 559.2), (556, 548.8, 559.2))), white)
     g.add_object("right wall", _faces(((0, 0, 559.2), (0, 0, 0), (0, 548.8, 0), (0, 548.8, 559.2))), green)
     g.add_object("left wall", _faces(((552.8, 0, 0), (549.6, 0, 559.2), (556, 548.8, 559.2), (556, 548.8, 0))), red)
-    # The published lamp lies in the plane of the ceiling. We move it down by 0.5 mm, so that the two do not coincide.
+    # The published lamp lies in the plane of the ceiling. We move it down by 0.5 mm, so that lamp and ceiling do not
+    # coincide.
     g.add_object("light", _faces(((343, 548.3, 227), (343, 548.3, 332), (213, 548.3, 332), (213, 548.3, 227))), lamp)
     g.add_object("short block", _block([(130, 165, 65), (82, 165, 225), (240, 165, 272), (290, 165, 114)]), white)
     g.add_object("tall block", _block([(423, 330, 247), (265, 330, 296), (314, 330, 456), (472, 330, 406)]), white)
-    # Focal length 35 mm, film 25 mm square.
+    # The published camera has a focal length of 35 mm and a film of 25 mm x 25 mm.
     g.camera("camera", (278, 273, -800), (278, 273, 0), 2 * math.degrees(math.atan(0.0125 / 0.035)), 1.0, near=1)
     return g.glb()

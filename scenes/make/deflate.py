@@ -1,13 +1,14 @@
-"""Deflate (RFC 1951) in a zlib frame (RFC 1950). Implemented here because the scene files must have the same
-bytes everywhere, but zlib guarantees only the decoded data: zlib-ng, zlib 1.3 and Debian's zlib differ.
-Uses greedy LZ77 with short hash chains, and dynamic Huffman codes. Its output is a few per cent larger than zlib -9's."""
+"""Compresses with Deflate (RFC 1951) in a zlib frame (RFC 1950). The scene files must have the same bytes everywhere,
+but zlib guarantees only the decoded data: zlib-ng, zlib 1.3 and Debian's zlib write different bytes. Therefore this
+module implements Deflate with greedy LZ77, short hash chains and dynamic Huffman codes. Its output is a few per cent
+larger than that of zlib -9."""
 
 import heapq
 import zlib
 
 _WINDOW = 32768
 _LONGEST = 258
-_CHAIN = 12  # candidates per position; with more, our textures would be less than 1 % smaller
+_CHAIN = 12  # candidates per position; more candidates would make our textures less than 1 % smaller
 _BLOCK = 1 << 15  # tokens per Huffman block
 
 _LENGTH_BASE = [3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 15, 17, 19, 23, 27, 31, 35, 43, 51, 59, 67, 83, 99, 115, 131, 163,
@@ -54,7 +55,7 @@ class _Bits:
 
 
 def _tokens(data):
-    """Returns literals as ints, and matches as (length, distance)."""
+    """Returns the tokens of `data`: literals as ints, and matches as (length, distance)."""
     tokens = []
     chains = {}
     i, end = 0, len(data)
@@ -88,11 +89,11 @@ def _tokens(data):
 
 
 def _code_lengths(frequencies, limit):
-    """Returns Huffman code lengths of at most `limit` bits. Flattens the counts until the tree is shallow enough,
-    which compresses slightly worse than package-merge, but takes a quarter of the code."""
+    """Returns Huffman code lengths of at most `limit` bits. Flattens the counts until the tree is shallow enough. This
+    compresses slightly worse than package-merge, but needs only a quarter of the code."""
     counts = list(frequencies)
     used = [s for s, n in enumerate(counts) if n]
-    while len(used) < 2:  # a decoder may reject a code with a single word
+    while len(used) < 2:  # a decoder may reject a Huffman code with a single code word
         counts[0 if not counts[0] else 1] += 1
         used = [s for s, n in enumerate(counts) if n]
     while True:
@@ -111,7 +112,7 @@ def _code_lengths(frequencies, limit):
 
 
 def _codes(lengths):
-    """Returns the canonical codes (RFC 1951, 3.2.2), bit-reversed for `put`."""
+    """Returns the canonical codes (RFC 1951, 3.2.2), with their bits reversed for `_Bits.put`."""
     codes = [0] * len(lengths)
     code = 0
     for n in range(1, 16):

@@ -1,5 +1,5 @@
-"""The two environment maps. u = 0.5 + atan2(z, x) / 2 pi: the image's centre shows the direction +X,
-u = 0.25 shows -Z, and the top row shows +Y. The scenes' cameras are at +Z and look towards -Z."""
+"""Makes the two environment maps. A direction is at u = 0.5 + atan2(z, x) / 2 pi: the image's centre shows +X, u = 0.25
+shows -Z, and the top row shows +Y. The scenes' cameras are at +Z and look towards -Z."""
 
 import math
 
@@ -24,8 +24,8 @@ def _step(edge, width, x):
 
 
 def _axes(azimuth, elevation):
-    """Returns the centre, right and up vectors of a panel. The azimuth is in degrees from -Z (behind the subject)
-    towards +X."""
+    """Returns the centre, right and up vectors of a panel. The azimuth is measured in degrees from -Z, which is behind
+    the subject, towards +X."""
     a, e = math.radians(azimuth), math.radians(elevation)
     centre = (math.cos(e) * math.sin(a), math.sin(e), -math.cos(e) * math.cos(a))
     right = (math.cos(a), 0.0, math.sin(a))
@@ -33,7 +33,8 @@ def _axes(azimuth, elevation):
     return centre, right, up
 
 
-# azimuth, elevation, half width and half height (tangents), softness of the edge, radiance
+# Each panel has an azimuth and an elevation in degrees, a half width and a half height as tangents, the softness of its
+# edge, and its radiance.
 _PANELS = [
     (-122, 38, 0.62, 0.46, 0.16, (10.5, 8.6, 6.4)),   # key: a large warm box, in front on the left
     (104, 20, 0.16, 0.62, 0.10, (4.2, 5.8, 8.0)),     # rim: a tall cool strip, right
@@ -57,9 +58,9 @@ def studio():
             else:
                 t = math.sqrt(-y)
                 r, g, b = 0.17 - 0.08 * t, 0.175 - 0.095 * t, 0.19 - 0.12 * t
-            warm = 0.5 - 0.5 * x  # 1 on the left
+            warm = 0.5 - 0.5 * x  # 1 on the left and 0 on the right
             r, g, b = r * (0.8 + 0.35 * warm), g * (0.9 + 0.1 * warm), b * (1.12 - 0.3 * warm)
-            if z < 0:  # the backdrop: a pool of light behind the subject
+            if z < 0:  # the backdrop, with a pool of light behind the subject
                 pool = math.exp(-(x * x * 5.0 + (y - 0.04) ** 2 * 14.0)) * z * z
                 r, g, b = r + 0.30 * pool, g + 0.34 * pool, b + 0.39 * pool
             for centre, right, up, half_w, half_h, soft, colour in panels:
@@ -79,7 +80,7 @@ def studio():
     return images.radiance_hdr(rows)
 
 
-SUN_AZIMUTH, SUN_ELEVATION, SUN_RADIUS = -38.0, 9.0, 0.9  # degrees; azimuth from -Z towards +X
+SUN_AZIMUTH, SUN_ELEVATION, SUN_RADIUS = -38.0, 9.0, 0.9  # in degrees; the azimuth is measured from -Z towards +X
 
 
 def dusk():
@@ -104,18 +105,18 @@ def dusk():
             glow = math.exp((d - 1) * 26.0)
             r, g, b = r + 1.0 * glow, g + 0.46 * glow, b + 0.14 * glow
             if y > 0.012:
-                # The clouds form a flat layer, so distant ones crowd towards the horizon. They fade out near the
-                # horizon and overhead.
+                # The clouds form a flat layer, so distant clouds crowd towards the horizon. The clouds fade out near
+                # the horizon and overhead.
                 s = 46.0 / (y + 0.10)
                 c = noise.sample(clouds, x * s + 90.0, z * s * 1.6 + 31.0)
                 c = _step(0.60, 0.34, c) * _step(0.05, 0.09, y) * (1 - _step(0.62, 0.5, y))
                 lit = 0.16 + 0.74 * near * near * math.exp(-h * 2.0)
                 r, g, b = (v + (w - v) * 0.72 * c for v, w in
                            zip((r, g, b), (0.05 + 1.05 * lit, 0.07 + 0.50 * lit, 0.12 + 0.30 * lit)))
-            if y < 0:  # haze below the horizon, then ground
+            if y < 0:  # haze fades into the ground below the horizon
                 t = min(1.0, -y * 14.0)
                 r, g, b = (v + (w - v) * t for v, w in zip((r, g, b), (0.06, 0.055, 0.055)))
-            # The sun's disc with scattered light around it, which hides the disc's texels.
+            # Draw the sun's disc, with scattered light around it that hides the jagged edge of the disc.
             if d > edge:
                 r, g, b = r + 14000.0, g + 7400.0, b + 2900.0
             elif d > 0.98:

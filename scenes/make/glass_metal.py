@@ -8,8 +8,8 @@ from .vec import axis_angle
 
 
 def _wine_glass():
-    """A wine glass, 20.5 cm high, with a wall of 1.2 mm. The profile is closed: up the outside, over the rim, down the
-    inside."""
+    """A wine glass, 20.5 cm high, with a wall of 1.2 mm. Its profile is closed: it goes up the outside, over the rim,
+    and down the inside."""
     foot = smooth([(0.0365, 0.0022), (0.030, 0.0036), (0.014, 0.0072), (0.0060, 0.014), (0.0042, 0.030),
                    (0.0040, 0.060), (0.0045, 0.078), (0.0085, 0.0885), (0.0210, 0.0990), (0.0340, 0.118),
                    (0.0395, 0.140), (0.0385, 0.165), (0.0345, 0.190), (0.0318, 0.205)], 4)
@@ -20,7 +20,7 @@ def _wine_glass():
 
 
 def _wine():
-    """The wine in the glass, up to a height of 14.2 cm, with a gap of 0.1 mm to the glass."""
+    """The wine in the glass. It reaches a height of 14 cm, with a gap of 0.1 mm between wine and glass."""
     side = smooth([(0.0, 0.0919), (0.0079, 0.0936), (0.0204, 0.1013), (0.0327, 0.1191), (0.0382, 0.1400)], 6)
     return lathe([side, [(0.0382, 0.1400), (0.0, 0.1400)]], 64)
 
@@ -73,7 +73,7 @@ def build():
 
     g.add_object("table", rounded_box(1.5, 0.04, 0.8, 0.006, uv_per_unit=1.35), marble, translation=(0, -0.02, -0.05))
     g.add_object("wall", sweep_wall(6, 3, 3, 0.6), wall, translation=(0, -0.9, 0.3))
-    gap = 0.0002  # keeps the glass clear of the marble: seen through glass, coincident surfaces would look wrong
+    gap = 0.0002  # between glass and marble, because coincident surfaces would look wrong through the glass
     g.add_object("carafe", _carafe(), green, translation=(-0.020, gap, -0.085))
     g.add_object("wine glass", _wine_glass(), glass, translation=(0.105, gap, 0.005))
     g.add_object("wine", _wine(), wine, translation=(0.105, gap, 0.005))

@@ -1,5 +1,5 @@
-"""Writes glTF 2.0 binary files. Numbers are rounded to a grid before they are stored, so that differences in
-the last bit of libm's results do not change the file."""
+"""Writes glTF 2.0 binary files. Rounds numbers to a grid before it stores them, so that differences in the last bit of
+libm's results do not change the file."""
 
 import json
 import math
@@ -7,7 +7,7 @@ import struct
 
 from .vec import axis_angle, facing, sub
 
-_GRID = float(1 << 22)  # positions, normals and texture coordinates: 2.4e-7
+_GRID = float(1 << 22)  # positions, normals and texture coordinates are multiples of 1 / _GRID, which is 2.4e-7
 _FLOAT, _USHORT, _UINT = 5126, 5123, 5125
 _ARRAY, _ELEMENTS = 34962, 34963
 
@@ -32,7 +32,7 @@ def _snap(values):
 
 
 class Gltf:
-    """One scene. Methods return glTF indices; the file keeps the order of calls."""
+    """One scene. Methods that add something return its glTF index. The file keeps the order of the calls."""
 
     def __init__(self, title):
         self._bin = bytearray()
@@ -64,7 +64,7 @@ class Gltf:
         return len(self._views) - 1
 
     def _accessor(self, values, kind, component=_FLOAT, target=None, bounds=False):
-        """`values` is a list of tuples."""
+        """Adds an accessor for `values`, a list of tuples."""
         flat = [v for item in values for v in item]
         if component == _FLOAT:
             flat = _snap(flat)
@@ -98,9 +98,9 @@ class Gltf:
     def material(self, name, colour=(1, 1, 1), metallic=0.0, roughness=0.5, texture=None, normal=None,
                  normal_scale=1.0, roughness_texture=None, emission=None, emission_texture=None, two_sided=False,
                  transmission=0.0, ior=None, attenuation=None, repeat=None, layers=None):
-        """`colour` is linear; `emission` is linear radiance; `attenuation` is (colour, distance) for solid glass;
-        `repeat` tiles all textures of the material; `layers` maps the names of further
-        extensions, without KHR_materials_, to their contents in glTF's form."""
+        """Adds a material. `colour` is linear, and `emission` is linear radiance. `attenuation` is (colour, distance)
+        for solid glass. `repeat` tiles all textures of the material. `layers` maps the names of further extensions,
+        without the prefix KHR_materials_, to their contents as in a glTF file."""
         pbr = {"baseColorFactor": _numbers(tuple(colour) + (1.0,)), "metallicFactor": _number(metallic),
                "roughnessFactor": _number(roughness)}
         if texture is not None:
@@ -166,7 +166,7 @@ class Gltf:
             else:
                 component = _USHORT if len(geometry.positions) < 65536 else _UINT
                 accessor = self._accessor([(i,) for i in geometry.indices], "SCALAR", component, _ELEMENTS)
-            self._geometry[key] = (accessor, geometry)  # keeps the geometry alive, so that id() stays unique
+            self._geometry[key] = (accessor, geometry)  # keeps the geometry alive, so that its id() stays unique
         return self._geometry[key][0]
 
     def node(self, name, mesh=None, translation=None, rotation=None, scale=None, children=None, root=True, **more):
@@ -188,13 +188,13 @@ class Gltf:
         return index
 
     def rotate_scene(self, degrees):
-        """Moves everything added so far, including the camera, below a node that is rotated about +Y."""
+        """Makes everything added so far, including the camera, a child of a node that is rotated about +Y."""
         roots = list(self._doc["scenes"][0]["nodes"])
         self._doc["scenes"][0]["nodes"].clear()
         return self.node("turned", rotation=axis_angle((0, 1, 0), degrees), children=roots)
 
     def add_object(self, name, geometry, material, **placement):
-        """Adds a mesh and its only node."""
+        """Adds a mesh and a node that places it."""
         return self.node(name, self.mesh(name, geometry, material), **placement)
 
     def camera(self, name, eye, target, fov_y, aspect=16 / 9, near=0.01, far=None):
@@ -205,8 +205,8 @@ class Gltf:
         return self.node(name, translation=eye, rotation=facing(sub(eye, target)), camera=camera)
 
     def light(self, name, kind, colour, intensity, eye, target, inner=None, outer=None):
-        """Adds a light that shines from `eye` towards `target`. `kind`: spot (intensity in candela) or directional
-        (in lux)."""
+        """Adds a light that shines from `eye` towards `target`. `kind` is spot or directional. The intensity of a spot
+        is in candela, and that of a directional light is in lux."""
         light = {"name": name, "type": kind, "color": _numbers(colour), "intensity": _number(intensity)}
         if kind == "spot":
             light["spot"] = {"innerConeAngle": _number(math.radians(inner)),
@@ -217,7 +217,7 @@ class Gltf:
                          extensions={"KHR_lights_punctual": {"light": len(self._lights) - 1}})
 
     def softbox(self, name, centre, target, geometry, emission, texture=None, roll_up=(0.0, 1.0, 0.0)):
-        """Adds an emitting surface and turns it towards `target`. Its geometry must face +Z."""
+        """Adds an emitting surface and turns it towards `target`. `geometry` must face +Z."""
         dark = self.material(name, (0, 0, 0), roughness=1.0, emission=emission, emission_texture=texture)
         return self.add_object(name, geometry, dark, translation=centre, rotation=facing(sub(target, centre), roll_up))
 

@@ -1,4 +1,5 @@
-"""Encodes images: PNG for textures, Radiance RGBE for environments. Deterministic; standard library only."""
+"""Encodes textures as PNG, and environments as Radiance RGBE. The encoded bytes are the same on every machine. Uses
+only the standard library."""
 
 import math
 import struct
@@ -12,8 +13,8 @@ def _chunk(kind, body):
 
 
 def _filtered(rows, bpp):
-    """Filters each row with the PNG filter that minimises the sum of absolute residuals (PNG specification,
-    12.8). Also used for palette images: our palettes are gradients, so neighbouring indices are close."""
+    """Filters each row with the PNG filter that minimises the sum of absolute residuals (PNG specification, 12.8). This
+    also helps with palette images: our palettes are gradients, so neighbouring indices are close."""
     out = bytearray()
     above = bytes(len(rows[0]))
     for row in rows:
@@ -50,19 +51,21 @@ def _png(width, height, kind, rows, extra=b""):
 
 
 def png_rgb(rows):
-    """`rows`: lists of (r, g, b) in 0..255, as stored (sRGB for colours, linear for data)."""
+    """Encodes `rows`, which are lists of (r, g, b) in 0..255. The values are stored as they are, so colours must be in
+    sRGB, and data must be linear."""
     packed = [bytes(v for pixel in row for v in pixel) for row in rows]
     return _png(len(rows[0]), len(rows), 2, packed)
 
 
 def png_palette(rows, palette):
-    """`rows`: lists of indices into `palette`, a list of at most 256 (r, g, b) in 0..255."""
+    """Encodes `rows`, which are lists of indices into `palette`. The palette has at most 256 colours (r, g, b) in
+    0..255."""
     plte = _chunk(b"PLTE", bytes(v for colour in palette for v in colour))
     return _png(len(rows[0]), len(rows), 3, [bytes(row) for row in rows], plte)
 
 
 def png_gradient(field, stops, levels=64):
-    """Maps a field of floats in [0, 1] through a colour gradient; `stops` are (position, (r, g, b) in 0..255)."""
+    """Maps a field of floats in [0, 1] to colours of a gradient, whose `stops` are (position, (r, g, b) in 0..255)."""
     palette = [_gradient(stops, i / (levels - 1)) for i in range(levels)]
     top = levels - 1
     rows = [[min(top, max(0, int(v * top + 0.5))) for v in row] for row in field]
@@ -89,7 +92,8 @@ def _rgbe(colour):
 
 
 def _run_length(line):
-    """Encodes one channel of a scanline in the new run-length format: runs of at least 4, literals up to 128."""
+    """Encodes one channel of a scanline in the new run-length format of RGBE, with runs of at least 4 bytes and at most
+    128 literals at a time."""
     out = bytearray()
     i, n = 0, len(line)
     literal = bytearray()
@@ -114,7 +118,7 @@ def _run_length(line):
 
 
 def radiance_hdr(rows):
-    """`rows`: lists of linear Rec. 709 (r, g, b), top row first."""
+    """Encodes `rows`, which are lists of linear Rec. 709 (r, g, b). The top row is first."""
     width, height = len(rows[0]), len(rows)
     out = bytearray(b"#?RADIANCE\nSOFTWARE=emberline scenes/make_scenes.py\nFORMAT=32-bit_rle_rgbe\n\n")
     out += f"-Y {height} +X {width}\n".encode()

@@ -1,7 +1,8 @@
-"""Shows each material extension in a row of balls, with its strength increasing from 0 (left) to 1 (right).
+"""Shows each material extension in a row of balls. Its strength increases from 0 (left) to 1 (right).
 
-From the top: clear coat on red lacquer, sheen on blue cloth, anisotropy of steel, a film of 450 nm on dark glaze,
-coloured specular reflection, diffuse transmission of a leaf-green lamp shade, dispersion of a dense glass."""
+From the top, the rows show clear coat on red lacquer, sheen on blue cloth, anisotropy of steel, a film of 450 nm on
+dark glaze, coloured specular reflection, diffuse transmission of a leaf-green lamp shade, and dispersion of a dense
+glass."""
 
 from . import textures
 from .gltf import Gltf, srgb
@@ -10,11 +11,11 @@ from .mesh import rounded_box, sphere
 COLUMNS = 11
 RADIUS = 0.115
 SPACING = 0.305
-STEP = 0.25  # height and depth offset of each row
+STEP = 0.25  # how much higher and farther back each row is than the row in front of it
 
 
 def _rows(strength):
-    """Returns (name, keywords of Gltf.material) for each row, from back to front."""
+    """Returns (name, keyword arguments of Gltf.material) for each row, from back to front."""
     s = strength
     return [
         ("clear coat", dict(colour=srgb("#8c1008"), roughness=0.55, layers={

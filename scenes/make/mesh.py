@@ -1,4 +1,5 @@
-"""Triangle meshes. Every surface is a grid that maps (u, v) to points, oriented so that du x dv points outwards."""
+"""Triangle meshes. Every surface is a grid that maps (u, v) to points. With the directions du and dv in which u and v
+increase, du x dv points outwards."""
 
 import math
 
@@ -6,7 +7,8 @@ from .vec import add, cross, length, mul, normalize, rotate, sub
 
 
 class Mesh:
-    """Positions, normals, texture coordinates (v downwards, as in glTF) and counter-clockwise triangles."""
+    """A mesh has positions, normals, texture coordinates and counter-clockwise triangles. v increases downwards, as in
+    glTF."""
 
     def __init__(self):
         self.positions = []
@@ -16,7 +18,7 @@ class Mesh:
 
     def grid(self, nu, nv, point):
         """Adds nu x nv cells. point(u, v), with u and v in [0, 1], must return (position, normal, uv). Skips triangles
-        without area, as at poles."""
+        without area, which occur at the poles of a sphere."""
         base = len(self.positions)
         for j in range(nv + 1):
             for i in range(nu + 1):
@@ -48,8 +50,9 @@ class Mesh:
         return self
 
     def tangents(self):
-        """Computes glTF tangents: the direction of increasing u, and the sign with which cross(normal, tangent) points
-        against v (in glTF v runs downwards, and a normal map's y upwards). Triangles are weighted by their area."""
+        """Computes glTF tangents. A tangent points in the direction of increasing u. Its sign is such that
+        sign * cross(normal, tangent) points in the direction of decreasing v, because in glTF v increases downwards and
+        the y of a normal map points upwards. Triangles are weighted by their area."""
         sums = [(0.0, 0.0, 0.0)] * len(self.positions)
         signs = [0.0] * len(self.positions)
         for t in range(0, len(self.indices), 3):
@@ -86,7 +89,7 @@ def quad(width, height, uv_scale=(1.0, 1.0), cells=1):
 
 
 def floor(width, depth, uv_per_unit=1.0, cells=1):
-    """A rectangle in the xz plane, facing +Y; texture coordinates in world units."""
+    """A rectangle in the xz plane, facing +Y. The texture coordinates are the world units times `uv_per_unit`."""
     return Mesh().grid(cells, cells, lambda u, v: (((u - 0.5) * width, 0, (0.5 - v) * depth), (0, 1, 0),
                                                    (u * width * uv_per_unit, (1 - v) * depth * uv_per_unit)))
 
@@ -121,8 +124,9 @@ def torus(major, minor, segments=64, sides=24):
 
 def lathe(sections, segments=64, uv_scale=(1.0, 1.0)):
     """Rotates a profile around the y axis. `sections` are polylines of (radius, height). Normals are smooth within a
-    section; there are creases between sections. The outside is to the right of the profile's direction: start at the
-    bottom of the axis, go up the outside and, for a vessel, come down the inside."""
+    section, and there are creases between sections. The outside is to the right of the profile's direction. So a
+    profile starts at the bottom of the axis and goes up the outside. The profile of a vessel then comes down the
+    inside."""
     mesh = Mesh()
     total = sum(math.dist(a, b) for s in sections for a, b in zip(s, s[1:]))
     run = 0.0
@@ -146,9 +150,9 @@ def lathe(sections, segments=64, uv_scale=(1.0, 1.0)):
 def _profile_normal(section, k):
     r, y = section[k]
     a, b = section[max(k - 1, 0)], section[min(k + 1, len(section) - 1)]
-    if r == 0:  # on the axis the surface is level
+    if r == 0:  # on the axis, the surface is horizontal
         return (0.0, -1.0 if b[0] > a[0] else 1.0)
-    if 0 < k < len(section) - 1:  # a parabola through three points, accurate for uneven steps
+    if 0 < k < len(section) - 1:  # the tangent of a parabola through three points, which is accurate for uneven steps
         la, lb = math.dist(a, (r, y)), math.dist((r, y), b)
         tr = (r - a[0]) / la * lb + (b[0] - r) / lb * la
         ty = (y - a[1]) / la * lb + (b[1] - y) / lb * la
@@ -159,7 +163,7 @@ def _profile_normal(section, k):
 
 
 def smooth(points, steps=6):
-    """A Catmull-Rom spline through the points (end points doubled), with `steps` segments between two points."""
+    """A Catmull-Rom spline through the points, with `steps` segments between two points. The end points are doubled."""
     p = [points[0]] + list(points) + [points[-1]]
     out = []
     for i in range(1, len(p) - 2):
@@ -172,13 +176,14 @@ def smooth(points, steps=6):
 
 
 def arc(centre, radius, start, end, steps=8):
-    """Returns profile points on a circle. Angles are in degrees from +r towards +y."""
+    """Returns points of a profile (radius, height) on a circle. Angles are in degrees from +radius towards +height."""
     return [(centre[0] + radius * math.cos(math.radians(start + (end - start) * k / steps)),
              centre[1] + radius * math.sin(math.radians(start + (end - start) * k / steps))) for k in range(steps + 1)]
 
 
 def rounded_box(width, height, depth, radius, steps=3, uv_per_unit=1.0):
-    """A box with rounded edges, centred at the origin; texture coordinates per face, in world units."""
+    """A box with rounded edges, centred at the origin. Each face has its own texture coordinates, which are the world
+    units times `uv_per_unit`."""
     half = (width / 2, height / 2, depth / 2)
     inner = tuple(h - radius for h in half)
     angles = [math.tan(math.pi / 4 * k / steps) for k in range(steps + 1)]
@@ -190,7 +195,7 @@ def rounded_box(width, height, depth, radius, steps=3, uv_per_unit=1.0):
                 a, b = b, a
             lines = [[-inner[x] - radius * t for t in reversed(angles)] + [inner[x] + radius * t for t in angles]
                      for x in (a, b)]
-            # Keeps textures upright on the sides: the horizontal axis is the one that is not y.
+            # Textures must be upright on the sides, so their horizontal axis is the axis that is not y.
             ua, va = {0: (2, 1), 1: (0, 2), 2: (0, 1)}[axis]
 
             def point(u, v, axis=axis, sign=sign, a=a, b=b, lines=lines, ua=ua, va=va):
@@ -208,7 +213,7 @@ def rounded_box(width, height, depth, radius, steps=3, uv_per_unit=1.0):
 
 
 def cylinder(radius, height, segments=48, bevel=0.0, steps=3):
-    """A closed cylinder that stands on y = 0. `bevel` is the radius of its rounded rims."""
+    """A closed cylinder that stands on the plane y = 0. `bevel` is the radius of its rounded rims."""
     if bevel <= 0:
         sections = [[(0, 0), (radius, 0)], [(radius, 0), (radius, height)], [(radius, height), (0, height)]]
     else:
@@ -220,8 +225,8 @@ def cylinder(radius, height, segments=48, bevel=0.0, steps=3):
 
 
 def tube(path, radius, sides=12, closed=False, caps=True):
-    """A round wire along `path`. Propagates the frame by projection, which is good enough for our gentle turns; double
-    reflection would be better for sharp ones."""
+    """A round wire along `path`. Projects the frame from each point to the next, which is good enough for our gentle
+    turns. Double reflection would be better for sharp turns."""
     n = len(path)
     tangents = []
     for k in range(n):
@@ -257,8 +262,8 @@ def tube(path, radius, sides=12, closed=False, caps=True):
 
 
 def sweep_wall(width, depth, height, radius, uv_per_unit=1.0, steps=16):
-    """A studio cyclorama: a floor towards +Z, a round corner at the back, then a wall at z = -depth / 2. It is
-    single-sided and faces the front."""
+    """A studio cyclorama: a floor that reaches towards +Z, a round corner at the back, and a wall at z = -depth / 2. It
+    is single-sided and faces the front."""
     back = -depth / 2
     path = [(0.0, depth / 2), (0.0, back + radius)]
     normals = [(1.0, 0.0), (1.0, 0.0)]

@@ -1,5 +1,5 @@
-"""Veach & Guibas 1995, "Optimally combining sampling techniques", figure 2: four lamps of equal power and different
-sizes, reflected in four plates of different roughness. Positions from S. Marschner's model of the scene."""
+"""Figure 2 of Veach & Guibas 1995, "Optimally combining sampling techniques": four plates of different roughness
+reflect four lamps of equal power and different sizes. The positions are from S. Marschner's model of the scene."""
 
 import math
 
@@ -7,10 +7,10 @@ from .gltf import Gltf, srgb
 from .mesh import rounded_box, sphere, sweep_wall
 from .vec import cross, facing, normalize
 
-# Upper and lower edge of each plate as (y, z), and its GGX alpha; glTF's roughness is the square root of alpha.
+# Each plate has an upper and a lower edge at (y, z), and a GGX alpha. glTF's roughness is the square root of alpha.
 PLATES = [((-2.08375, -0.526323), (-2.70651, 0.25609), 0.005), ((-2.83856, 0.476536), (-3.28825, 1.36972), 0.02),
           ((-3.43378, 1.74564), (-3.73096, 2.70046), 0.05), ((-3.82069, 3.08221), (-3.99615, 4.0667), 0.1)]
-# x, radius and tint; radiance 1 / (0.81 radius^2) gives all lamps the same power.
+# Each lamp has an x, a radius and a tint. A radiance of 1 / (0.81 radius^2) gives all lamps the same power.
 LAMPS = [(-3.75, 0.033333, "#ffd9a8"), (-1.25, 0.1, "#ffb066"), (1.25, 0.3, "#9fd0ff"), (3.75, 0.9, "#7fa2ff")]
 
 

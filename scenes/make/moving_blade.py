@@ -1,4 +1,4 @@
-"""A desk fan. The blades turn (animation "blades", four revolutions per second), for motion blur and --time."""
+"""A desk fan that shows motion blur and --time. The animation "blades" turns its blades four times per second."""
 
 import math
 
@@ -11,9 +11,10 @@ BLADES = 4
 
 
 def _blade():
-    """One blade about +Z: a twisted, cambered leaf 1.6 mm thick, closed."""
+    """One blade of a rotor around +Z. It is a closed mesh: a twisted, cambered leaf that is 1.6 mm thick."""
     def middle(s, t):
-        """Returns a point of the blade's midsurface: s runs along the radius, t across it, both in [0, 1]."""
+        """Returns a point halfway between the blade's two sides. s increases along the radius and t across it, both in
+        [0, 1]."""
         r = 0.026 + 0.112 * s
         width = 0.030 + 0.062 * math.sin(math.pi * min(1.0, 0.12 + 0.80 * s)) ** 0.8
         if s > 0.8:
@@ -21,7 +22,7 @@ def _blade():
         across = (t - 0.5) * width
         pitch = math.radians(38 - 16 * s)
         camber = 0.010 * (1 - (2 * t - 1) ** 2) * s
-        a = across * math.cos(pitch) / r + 0.35 * s  # swept forward
+        a = across * math.cos(pitch) / r + 0.35 * s  # the blade is swept forward
         return (r * math.cos(a), r * math.sin(a), across * math.sin(pitch) + camber)
 
     def normal(s, t):
@@ -49,12 +50,12 @@ def _blade():
 
 
 def _turned(mesh):
-    """Rotates a mesh so that the axis of lathe(), y, becomes the fan's axis, z."""
+    """Rotates a mesh whose axis is y, as lathe() makes it, so that its axis becomes z, the axis of the fan."""
     return Mesh().append(mesh, rotation=axis_angle((1, 0, 0), 90))
 
 
 def _spoke(z_sign):
-    """One wire of the cage, from the badge outwards and around to the rim."""
+    """One wire of the cage. It runs from the badge outwards and bends to the rim."""
     path = smooth([(0.030, 0, 0.052), (0.060, 0, 0.0535), (0.100, 0, 0.0490), (0.132, 0, 0.036), (0.1475, 0, 0.014),
                    (0.1500, 0, 0.0)], 4)
     return tube([(x, y, z * z_sign) for x, y, z in path], 0.0009, 6)
@@ -81,7 +82,8 @@ def build():
     g.add_object("dial", cylinder(0.011, 0.010, 40, 0.002), brass, translation=(0, 0.0215, 0.058),
           rotation=axis_angle((1, 0, 0), 24))
 
-    # The head is tilted up slightly and turned to the light; all its parts are below one node, in that node's axes.
+    # The head is tilted up slightly and turned to the light. All its parts are children of one node and use that node's
+    # axes.
     head = []
 
     def part(name, mesh, **placement):

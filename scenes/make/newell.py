@@ -1,4 +1,4 @@
-"""Newell's patches as a triangle mesh with exact surface normals."""
+"""Converts the patches of Newell's teapot to a triangle mesh with exact surface normals."""
 
 import math
 
@@ -26,8 +26,9 @@ def _blend(points, row_weights, column_weights):
 
 
 def _normal(points, u, v):
-    """Returns the surface normal. Where a side of the patch is collapsed to a point (lid knob, bottom), the cross
-    product vanishes. There, uses the normal at a small distance along v or, on the axis, the direction of the axis."""
+    """Returns the surface normal. The cross product vanishes where a side of the patch is collapsed to a point, at the
+    lid's knob and at the bottom. There, returns the normal at a small distance along v or, on the axis, the direction
+    of the axis."""
     du = _blend(points, _bernstein(v), _bernstein_slope(u))
     dv = _blend(points, _bernstein_slope(v), _bernstein(u))
     n = cross(du, dv)
@@ -43,18 +44,19 @@ def _normal(points, u, v):
 
 
 def _mirrored(points, x, y):
-    """Mirrors a patch. A single reflection turns it inside out, so its rows are then reversed as well."""
+    """Mirrors a patch in x, in y or in both. A single reflection turns the patch inside out, so its rows are then
+    reversed."""
     out = [(px * x, py * y, pz) for px, py, pz in points]
     if x * y < 0:
         out = [out[4 * j + 3 - i] for j in range(4) for i in range(4)]
     return out
 
 
-# As published, the lid's rim has a radius of 1.3 and does not touch the pot's rim, whose radius is 1.4. The surface has
-# no thickness, and its back faces are visible inside the pot, so its material should be two-sided.
+# In the published data, the lid's rim has a radius of 1.3 and does not touch the pot's rim, whose radius is 1.4. The
+# surface has no thickness, and its back faces are visible inside the pot. So its material should be two-sided.
 def teapot(cells, parts=None):
-    """All 32 patches, or those of `parts`, each with cells x cells quads. Stands on y = 0, y is up, and the spout points
-    towards +x."""
+    """Returns a mesh of all 32 patches, or only of the patches that `parts` names. Each patch has cells x cells quads.
+    The teapot stands on the plane y = 0, y points up, and the spout points towards +x."""
     mesh = Mesh()
     for name, quarters, indices in PATCHES:
         if parts and name not in parts:

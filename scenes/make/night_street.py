@@ -1,5 +1,6 @@
-"""A wet street at night with hundreds of lamps far behind a bollard, which is in focus at a wide aperture. The lamps are
-small, bright, defocused emitters; their radiances range from a lit window's to a headlamp's."""
+"""A wet street at night, with hundreds of lamps far behind a bollard. The camera has a wide aperture and focuses on the
+bollard. The lamps are small, bright and out of focus. Their radiances range from that of a lit window to that of a
+headlamp."""
 
 import random
 
@@ -40,7 +41,7 @@ def build():
     bulb = sphere(1.0, 10, 6)
     meshes = {}
     for k in range(260):
-        # Brighter lamps are smaller: with 20 times the radiance, the radius is about a third.
+        # Brighter lamps are smaller: each step has 20 times the radiance and about a third of the radius.
         step = min(4, int(5 * source.random() ** 1.5))
         which = int(len(_COLOURS) * source.random())
         if (step, which) not in meshes:

@@ -1,10 +1,10 @@
-"""Periodic value noise. A field is a list of rows of floats; a field of size n tiles with period n."""
+"""Periodic value noise. A field is a list of rows of floats. A field of size n repeats with period n."""
 
 import random
 
 
 def constant_free(rows):
-    """Stretches the field to [0, 1]."""
+    """Returns the field, scaled and shifted so that its values range from 0 to 1."""
     low, high = min(map(min, rows)), max(map(max, rows))
     return [[(v - low) / (high - low) for v in row] for row in rows]
 
@@ -31,7 +31,7 @@ def _octave(width, height, fx, fy, source):
 
 
 def fractal(width, height, fx, fy, octaves, seed, gain=0.5):
-    """Sums octaves of value noise, the first with fx x fy lattice cells, and stretches the result to [0, 1]."""
+    """Sums octaves of value noise and stretches the result to [0, 1]. The first octave has fx x fy lattice cells."""
     source = random.Random(seed)
     total = [[0.0] * width for _ in range(height)]
     weight = 1.0
@@ -46,7 +46,7 @@ def fractal(width, height, fx, fy, octaves, seed, gain=0.5):
 
 
 def sample(rows, x, y):
-    """Interpolates bilinearly and periodically; x and y are in texels."""
+    """Interpolates a field bilinearly and periodically. x and y are in texels."""
     height, width = len(rows), len(rows[0])
     i, j = int(x // 1), int(y // 1)
     s, t = x - i, y - j
@@ -57,6 +57,6 @@ def sample(rows, x, y):
 
 
 def warped(rows, dx, dy, amount):
-    """Looks up `rows` at positions that the fields `dx` and `dy` displace by at most `amount` texels."""
+    """Resamples the field `rows`. The fields `dx` and `dy` displace each position by at most `amount` texels."""
     return [[sample(rows, x + (dx[y][x] - 0.5) * 2 * amount, y + (dy[y][x] - 0.5) * 2 * amount)
              for x in range(len(rows[0]))] for y in range(len(rows))]

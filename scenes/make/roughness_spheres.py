@@ -1,4 +1,5 @@
-"""Roughness 0, 0.1, ... 1 from left to right: gold in front, a red dielectric behind, under studio.hdr."""
+"""Two rows of spheres under studio.hdr: gold in front, and a red dielectric behind. Their roughness increases from left
+to right: 0, 0.1, ... 1."""
 
 from . import textures
 from .gltf import Gltf, srgb

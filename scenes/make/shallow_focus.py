@@ -1,5 +1,5 @@
-"""A row of chessmen receding from the camera, with lamps far behind, for depth of field. The focus is on
-the white king, 0.58 m from the camera."""
+"""Chessmen at increasing distances from the camera, with lamps far behind them. The scene shows depth of field: the
+camera focuses on the white king, which is 0.58 m away."""
 
 import math
 import random
@@ -13,7 +13,7 @@ SQUARE = 0.05
 
 
 def _foot(r):
-    """The base mouldings that all pieces share, up to the start of the body."""
+    """The mouldings at the base of each piece, up to the start of the body. All pieces share them."""
     return [[(0, 0), (r, 0)], arc((r, 0.0035), 0.0035, -90, 90, 8), [(r, 0.007), (r * 0.93, 0.0085)],
             arc((r * 0.86, 0.0115), 0.0028, -80, 90, 7)]
 
@@ -104,7 +104,7 @@ def build():
                     translation=(0, -0.0114, 0))]
     men = {"pawn": _pawn(), "rook": _rook(), "bishop": _bishop(), "queen": _queen(), "king": _king()}
     meshes = {}
-    position = [  # kind, white, file, rank (0 is nearest the camera)
+    position = [  # (kind, is white, file, rank); rank 0 is nearest to the camera
         ("king", True, 3, 2), ("queen", False, 4, 4), ("pawn", True, 4, 1), ("pawn", True, 2, 1),
         ("rook", True, 6, 3), ("bishop", True, 1, 3), ("pawn", False, 3, 4), ("pawn", False, 5, 5),
         ("bishop", False, 2, 5), ("rook", False, 7, 7), ("king", False, 5, 7), ("rook", False, 1, 7),

@@ -1,5 +1,5 @@
-"""Spheres with shadows and textures (Painter & Sloan 1989, figure 1): a bare spot light for sharp shadows, a
-large soft box for soft ones."""
+"""Spheres with shadows and textures, after Painter & Sloan 1989, figure 1. A bare spot light casts sharp shadows, and a
+large soft box casts soft shadows."""
 
 from . import textures
 from .gltf import Gltf, srgb
@@ -59,7 +59,7 @@ def build():
     g.light("sun", "spot", (1.0, 0.86, 0.70), 75, (-2.9, 2.75, 2.0), (0.1, 0.2, 0), 19, 25)
     g.softbox("soft box", (2.4, 1.9, 2.2), (0, 0.2, 0), quad(1.6, 1.6), (2.3, 2.5, 2.9))
     g.softbox("overhead", (0, 3.4, 0.6), (0, 0, 0), quad(2.4, 1.6), (1.1, 1.08, 1.05), roll_up=(0, 0, -1))
-    # A dim surface in place of the rest of the room, because otherwise the chrome would reflect a void.
+    # A dim surface replaces the rest of the room. Without it, the chrome would reflect blackness.
     g.softbox("room", (0, 3.2, 5.6), (0, 0.2, 0), quad(10, 6), (0.10, 0.105, 0.115))
     g.camera("camera", (0.03, 0.80, 3.3), (0.02, 0.315, 0), 20)
     return g.glb()

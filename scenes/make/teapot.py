@@ -1,4 +1,4 @@
-"""After Painter & Sloan 1989, figure 1: Newell's teapot on a textured table, lit by area lights."""
+"""Newell's teapot on a textured table, lit by area lights, after Painter & Sloan 1989, figure 1."""
 
 from . import textures
 from .gltf import Gltf, srgb

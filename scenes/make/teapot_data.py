@@ -1,11 +1,12 @@
-"""Newell's teapot (Martin Newell, University of Utah, 1975), public domain; bicubic Bezier patches.
+"""Newell's teapot (Martin Newell, University of Utah, 1975) as bicubic Bezier patches. It is in the public domain.
 
 The published 32 patches with 306 vertices are symmetric: rim, body, lid and bottom consist of four quarters; handle and
-spout consist of two halves. This file has one piece of each, in the published units. z is up, the spout points to +x, and
-the height is Blinn's, 3/4 of the real pot's.
+spout consist of two halves. This file contains one quarter or half of each, in the published units. z points up, and
+the spout points towards +x. The height is that of Blinn's version, 3/4 of the real pot's height.
 """
 
-# (name, whether it is mirrored in x as well as in y, sixteen indices into POINTS, row by row along v)
+# Each patch has a name, a flag, and sixteen indices into POINTS, row by row along v. The flag is true if the patch is
+# mirrored in x and y, and false if it is mirrored only in y.
 PATCHES = [
     ("rim", True, (102, 103, 104, 105, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)),
     ("body", True, (12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27)),

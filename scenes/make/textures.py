@@ -1,4 +1,4 @@
-"""Textures of the scenes, each a PNG that tiles. Colours are sRGB bytes, as stored in the file."""
+"""Makes the textures of the scenes. Each is a PNG that tiles. Colours are sRGB bytes, as stored in the file."""
 
 import math
 import random
@@ -21,7 +21,7 @@ DARK_MARBLE = _stops((0, "#e9dcc4"), (0.06, "#a98d62"), (0.16, "#3a3d40"), (0.5,
 
 
 def wood(stops, size=512, planks=4, seed=1, seams=True, levels=56):
-    """Boards along u, with slanted rings, fine pores, and a different tone for every board."""
+    """Boards along u. They have slanted rings and fine pores, and each board has a different tone."""
     warp = noise.fractal(size, size, 2, 4 * planks, 3, seed)
     streaks = noise.fractal(size, size, 4, size // 4, 2, seed + 1, 0.7)
     pores = noise.fractal(size, size, size // 16, size, 1, seed + 2)
@@ -39,7 +39,7 @@ def wood(stops, size=512, planks=4, seed=1, seams=True, levels=56):
         for x in range(size):
             rings = 2.2 * f * f + 0.35 * f + 1.15 * warp[y][x] + 0.13 * k
             phase = rings * 7 % 1.0
-            ring = phase if phase < 0.8 else (1 - phase) * 4  # darkens slowly and brightens quickly, like late wood
+            ring = phase if phase < 0.8 else (1 - phase) * 4  # darkens slowly, then brightens quickly, as in a tree
             value = 0.62 - 0.34 * ring + 0.30 * (streaks[y][x] - 0.5) + 0.22 * (tone[k] - 0.5)
             if pores[y][x] > 0.86:
                 value -= 0.16
@@ -68,7 +68,7 @@ def checker(a, b, size=16):
 
 
 def stripes(colours, size=512):
-    """Vertical stripes of equal width; edges are blended over three texels."""
+    """Vertical stripes of equal width. Their edges are blended over three texels."""
     n = len(colours)
     palette, row = [], []
     for x in range(size):
@@ -83,7 +83,7 @@ def stripes(colours, size=512):
 
 
 def planet(size=512, seed=23):
-    """The bands of a gas giant, as a texture of 2 : 1 for a sphere."""
+    """The bands of a gas giant, as a texture for a sphere. The texture is twice as wide as high."""
     width, height = size, size // 2
     dx = noise.fractal(width, height, 4, 4, 4, seed)
     bands = noise.fractal(width, height, 1, 16, 2, seed + 1, 0.6)
@@ -100,7 +100,7 @@ def planet(size=512, seed=23):
 
 
 def terrazzo(ground, chips, size=512, count=420, seed=5):
-    """Stone chips in a plain ground, as small convex polygons that wrap around the edges."""
+    """Stone chips in a plain ground. The chips are small convex polygons that wrap around the edges of the texture."""
     source = random.Random(seed)
     rows = [[0] * size for _ in range(size)]
     for _ in range(count):
@@ -119,7 +119,7 @@ def terrazzo(ground, chips, size=512, count=420, seed=5):
 
 
 def normal_map(height_field, strength, levels=32):
-    """Returns the tangent-space normals of a periodic height field, with glTF's convention that +Y is up in the image."""
+    """Returns the tangent-space normals of a periodic height field. As in glTF, +Y points up in the image."""
     size_y, size_x = len(height_field), len(height_field[0])
     rows = []
     for y in range(size_y):
@@ -135,7 +135,8 @@ def normal_map(height_field, strength, levels=32):
 
 
 def _coarse(c, levels):
-    """Converts a number in [-1, 1] to a byte on a grid of `levels` steps each way from 128. Fewer steps compress better."""
+    """Rounds a number in [-1, 1] to `levels` steps on each side of 0, and converts it to a byte, where 128 stands for
+    0. Fewer steps compress better."""
     return min(255, max(0, 128 + int(round(c * levels)) * 127 // levels))
 
 
@@ -143,7 +144,7 @@ def hammered(size=256, count=150, seed=3, strength=9.0):
     """Overlapping shallow dents, as on beaten copper."""
     source = random.Random(seed)
     field = [[1.0] * size for _ in range(size)]
-    # The dents lie on a jittered grid, so that they cover everything without clumps.
+    # The dents lie on a jittered grid, so that they cover the whole texture without clumps.
     n = int(math.sqrt(count))
     cell = size / n
     for j in range(n):
@@ -162,19 +163,20 @@ def hammered(size=256, count=150, seed=3, strength=9.0):
 
 
 def plaster(size=256, seed=11, strength=2.5):
-    """Slight unevenness of a painted wall."""
+    """The slight unevenness of a painted wall."""
     return normal_map(noise.fractal(size, size, 6, 6, 4, seed, 0.45), strength, 40)
 
 
 def brushed(size=256, seed=17):
-    """Roughness of metal brushed along u, as a glTF texture: roughness in green, metallic in blue."""
+    """The roughness of metal that is brushed along u. As in glTF, green is the roughness and blue is metallic."""
     field = noise.fractal(size, size, 2, size // 2, 2, seed, 0.8)
     palette = [(255, int(120 + 135 * k / 31), 255) for k in range(32)]
     return images.png_palette([[int(v * 31 + 0.5) for v in row] for row in field], palette)
 
 
 def window(size=128, bars=(2, 3)):
-    """Daylight seen through a sash window: bright sky above, dimmer and warmer below, dark glazing bars."""
+    """Daylight seen through a sash window with dark glazing bars. The light is bright above, and dimmer and warmer
+    below."""
     palette = [(0, 0, 0)]
     for k in range(64):
         t = k / 63
@@ -191,7 +193,7 @@ def window(size=128, bars=(2, 3)):
 
 
 def soft_edge(size=64, edge=0.18):
-    """A diffuser: constant in the middle, fading towards the edges."""
+    """A diffuser, which is uniformly bright in the middle and fades towards the edges."""
     def ramp(t):
         t = min(1.0, min(t, 1 - t) / edge)
         return t * t * (3 - 2 * t)

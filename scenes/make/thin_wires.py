@@ -1,5 +1,5 @@
-"""A cable-stayed bridge under dusk.hdr, with wires about 1/2 pixel (stays), 1/5 (railing) and 1/20 (lamp hangers
-and ties across the stays) thick at 1280 x 720. All wires share one unit tube."""
+"""A cable-stayed bridge under dusk.hdr. At 1280 x 720, its stays are about 1/2 pixel thick, the railing 1/5 pixel, and
+the chains of lamps and the ties across the stays 1/20 pixel. All wires share the mesh of one unit tube."""
 
 import math
 
@@ -12,12 +12,13 @@ DECK = 19.0  # metres above the water
 TOWERS = (-95.0, 95.0)
 TOP = 92.0
 STAYS = 16
-# Radii in metres. At the near tower, 310 m from the camera, a pixel of a 1280 x 720 frame covers 0.21 m.
+# The radii of the wires are in metres. At the near tower, 310 m from the camera, a pixel of a 1280 x 720 frame covers
+# 0.21 m.
 STAY, RAIL, HAIR = 0.052, 0.021, 0.0052
 
 
 def _hills(seed, width, depth, height):
-    """A ridge along x, facing the camera. It is a height field and may be seen only from the front."""
+    """A ridge along x that faces the camera. It is a height field and looks right only from the front."""
     field = noise.fractal(256, 8, 7, 1, 5, seed, 0.5)
 
     def crest(u):
@@ -51,7 +52,8 @@ def build():
     g.add_object("far hills", _hills(5, 6200, 400, 330), far_hill, translation=(-300, -2, -3300))
     g.add_object("near hills", _hills(9, 4200, 300, 130), near_hill, translation=(900, -2, -1900))
 
-    # All parts of the bridge are below one node, which is rotated so that the bridge crosses the line of sight obliquely.
+    # All parts of the bridge are children of one node. The node is rotated, so that the bridge crosses the line of
+    # sight obliquely.
     parts = []
 
     def part(name, mesh, **placement):
@@ -69,7 +71,7 @@ def build():
     pier = g.mesh("pier", rounded_box(9, 8, 20, 1.0), concrete)
     for t, x in enumerate(TOWERS):
         part(f"pier {t + 1}", pier, translation=(x, 1.0, 0))
-        for s, z in enumerate((-8.5, 8.5)):  # forms an A: the legs lean inwards and meet near the top
+        for s, z in enumerate((-8.5, 8.5)):  # the legs form an A: they lean inwards and almost meet near the top
             foot, head = (x, 3.0, z), (x, TOP * 0.80, math.copysign(1.2, z))
             lean = math.degrees(math.atan2(foot[2] - head[2], head[1] - foot[1]))
             part(f"leg {t + 1}{'ab'[s]}", leg, translation=lerp(foot, head, 0.5),
@@ -85,7 +87,7 @@ def build():
                 ends.append((high, low))
                 for z in (-5.6, 5.6):
                     wire_between(f"stay {t + 1}.{side}.{k + 1}.{z}", high, add(low, (0, 0, z)), STAY)
-            for f in (0.35, 0.6):  # ties across the stays: hair-thin
+            for f in (0.35, 0.6):  # hair-thin ties cross the stays
                 for (h0, l0), (h1, l1) in zip(ends, ends[1:]):
                     wire_between("tie", lerp(h0, add(l0, (0, 0, 5.6)), f), lerp(h1, add(l1, (0, 0, 5.6)), f), HAIR)
     for z in (-6.2, 6.2):
@@ -93,7 +95,7 @@ def build():
             wire_between("rail", (-310, DECK + h, z), (310, DECK + h, z), RAIL)
     bulb = g.mesh("bulb", sphere(0.34, 12, 6), lamp)
     previous = None
-    for k in range(49):  # a chain of lamps over the deck, sagging between hair-thin hangers
+    for k in range(49):  # lamps on posts along the deck, with hair-thin chains that sag between them
         x = -300 + 12.5 * k
         p = (x, DECK + 5.2, 6.2)
         part("lamp", bulb, translation=p)

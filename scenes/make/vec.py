@@ -1,4 +1,4 @@
-"""Vectors as tuples, rotations as glTF quaternions (x, y, z, w)."""
+"""Vectors are tuples, and rotations are glTF quaternions (x, y, z, w)."""
 
 import math
 
@@ -56,7 +56,7 @@ def rotate(q, v):
 
 
 def from_basis(x, y, z):
-    """The rotation that maps the axes to x, y, z (orthonormal, right-handed)."""
+    """Returns the rotation that maps the coordinate axes to x, y and z, which must be orthonormal and right-handed."""
     trace = x[0] + y[1] + z[2]
     if trace > 0:
         s = 2 * math.sqrt(trace + 1)
@@ -75,7 +75,7 @@ def from_basis(x, y, z):
 
 
 def facing(direction, up=(0.0, 1.0, 0.0)):
-    """The rotation that turns +Z to `direction` and keeps +Y as close to `up` as possible."""
+    """Returns the rotation that turns +Z to `direction` and keeps +Y as close to `up` as possible."""
     z = normalize(direction)
     x = cross(up, z)
     if length(x) < 1e-6:

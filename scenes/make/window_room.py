@@ -1,15 +1,16 @@
-"""A room lit through glass: sky light through a double window, and a bulb's light through its glass globe. Drinking
-glasses stand on the table. All glass is thin-walled (KHR_materials_transmission without _volume) and smooth."""
+"""A room that is lit through glass: sky light comes through a double window, and the light of a bulb comes through a
+glass globe. Drinking glasses stand on the table. All glass is smooth and thin-walled (KHR_materials_transmission
+without _volume)."""
 
 from .gltf import Gltf, srgb
 from .mesh import Mesh, arc, cylinder, lathe, quad, rounded_box, smooth, sphere
 from .vec import axis_angle
 
-LEFT, RIGHT, LOW, HIGH = -1.35, 0.55, 0.85, 2.05  # edges of the window, in the wall at z = -2
+LEFT, RIGHT, LOW, HIGH = -1.35, 0.55, 0.85, 2.05  # edges of the window in x and y; its wall is at z = -2
 
 
 def _wall_with_window():
-    """The wall around the opening, facing +Z; x from -2 to 2, y from 0 to 2.6."""
+    """The wall around the window, facing +Z. It reaches from -2 to 2 in x and from 0 to 2.6 in y."""
     mesh = Mesh()
     for x0, x1, y0, y1 in ((-2, LEFT, 0, 2.6), (RIGHT, 2, 0, 2.6), (LEFT, RIGHT, 0, LOW), (LEFT, RIGHT, HIGH, 2.6)):
         mesh.append(quad(x1 - x0, y1 - y0), translation=((x0 + x1) / 2, (y0 + y1) / 2, -2))
@@ -17,7 +18,7 @@ def _wall_with_window():
 
 
 def _reveal():
-    """The four sides of the opening, which are 12 cm deep and face inwards."""
+    """The four sides of the window's opening. They are 12 cm deep and face inwards."""
     width, height, depth = RIGHT - LEFT, HIGH - LOW, 0.12
     x, y, z = (LEFT + RIGHT) / 2, (LOW + HIGH) / 2, -2 - depth / 2
     mesh = Mesh()
@@ -29,7 +30,7 @@ def _reveal():
 
 
 def _frame():
-    """Four bars, a mullion and a sill."""
+    """The frame of the window: four bars, a mullion and a sill."""
     width, height = RIGHT - LEFT, HIGH - LOW
     x, y = (LEFT + RIGHT) / 2, (LOW + HIGH) / 2
     upright, level = rounded_box(0.05, height, 0.05, 0.004), rounded_box(width, 0.05, 0.05, 0.004)
@@ -43,8 +44,8 @@ def _frame():
 
 
 def _tumbler():
-    """A drinking glass, 11 cm high. The profile goes up the outside, over the rim and down the inside. Each surface is
-    rendered as a thin sheet."""
+    """A drinking glass, 11 cm high. Its profile goes up the outside, over the rim and down the inside. The renderer
+    treats each of its surfaces as a thin sheet."""
     return lathe([[(0, 0), (0.029, 0)], arc((0.029, 0.002), 0.002, -90, 0, 3), [(0.031, 0.002), (0.036, 0.110)],
                   arc((0.0352, 0.110), 0.0008, 0, 180, 5), [(0.0344, 0.110), (0.0296, 0.010)],
                   [(0.0296, 0.010), (0, 0.010)]], 48)
@@ -89,7 +90,7 @@ def build():
         g.add_object(name, quad(RIGHT - LEFT, HIGH - LOW), pane, translation=((LEFT + RIGHT) / 2, (LOW + HIGH) / 2, z))
 
     g.add_object("table", _table(), oak, translation=(0.35, 0.72, -0.45))
-    top = 0.7377  # 0.2 mm above the table
+    top = 0.7377  # things stand 0.2 mm above the table
     tumbler = g.mesh("tumbler", _tumbler(), glass)
     for number, (x, z) in enumerate(((0.12, -0.36), (0.62, -0.28), (0.47, -0.58))):
         g.node(f"tumbler {number}", tumbler, translation=(x, top, z))

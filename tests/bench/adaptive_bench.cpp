@@ -1,21 +1,22 @@
-// Measures the gain of adaptive sampling on one scene over uniform sampling, and compares it with
+// Measures the gain of adaptive sampling over uniform sampling on one scene, and compares it with
 // the Neyman limit.
 //
 //   adaptive_bench SCENE [view and light as in frame_bench] [--size WxH] [--budgets 32,128,512]
 //       [--methods nested/mse,nested/relmse,...] [--seeds N] [--reference-spp N]
 //       [--cache FILE] [--json FILE]
 //
-// For each seed, each method's frame and a uniform one of the same budget are rendered alternately.
-// Errors are products of the differences to two independent references, (x - r1)(x - r2), whose
-// expectation is the squared error without the references' own noise. Gains are in processor time
-// to equal error: how much longer uniform sampling takes to reach the method's error, along its own
-// curve of error against time (adaptive_errors.h). Where adaptive sampling gives a pixel more
-// samples than a reference has, those products are noisier than the error; so the variance between
-// the frames of several seeds is given, too, which needs no reference but misses bias.
+// For each seed, the benchmark renders a uniform frame and a frame of each method in turn, all with
+// the same budget. An error is the product of the differences to two independent references,
+// (x - r1)(x - r2), whose expectation is the squared error without the references' own noise. A
+// gain is in processor time to equal error: how much longer uniform sampling takes to reach the
+// method's error, along uniform sampling's own curve of error against time (adaptive_errors.h). If
+// adaptive sampling gives a pixel more samples than a reference has, the product is noisier than
+// the error. So the benchmark also prints the variance between the frames of several seeds, which
+// needs no reference but misses bias.
 //
-// With variance v and cost c of a sample (both per pixel, from the references), the Neyman limit is
-// mean(v) mean(c) / mean(sqrt(v c))^2, for independent samples. The second limit uses the measured
-// errors of uniform frames and the slope of their curve.
+// The references give the variance v and the cost c of a sample for each pixel. For independent
+// samples, the Neyman limit is mean(v) mean(c) / mean(sqrt(v c))^2. The second limit uses the
+// measured errors of uniform frames and the slope of their curve.
 #include <fmt/format.h>
 #include <fmt/os.h>
 
@@ -98,7 +99,8 @@ Run run(const BenchFrame& frame, const Options& o, const FrameSampling& s,
   return {m, std::move(picture)};
 }
 
-// The variance part of the errors, from the deviations of the seeds' frames from their mean.
+// Returns the part of the errors that is variance, from the deviations of the seeds' frames from
+// their mean.
 std::array<double, kErrors> variance_between(const std::vector<Run>& runs, const Reference& r) {
   std::array<double, kErrors> sums{};
   if (runs.size() < 2) return sums;
@@ -124,7 +126,7 @@ std::array<double, kErrors> variance_between(const std::vector<Run>& runs, const
 
 struct Mean {
   Measured mean;
-  std::array<double, kErrors> variance{};  // between the seeds; 0 with one
+  std::array<double, kErrors> variance{};  // between the seeds; 0 if there is only one
   double bias_se = 0;
   double samples = 0, rays = 0;
 };
@@ -159,9 +161,10 @@ class UniformCurve {
   };
   std::map<uint32_t, Point> points;
 
-  // How fast an error falls at a budget: as samples^-slope towards the next budget, or from the
-  // previous one at the end of the curve, and as 1 / samples for a single budget. The slope is at
-  // least kLeastSlope, although the error of a few frames with rare highlights may seem to rise.
+  // Returns how fast an error falls at a budget, which is as samples^-slope. The slope is taken
+  // towards the next budget, or from the previous budget at the end of the curve. It is 1 for a
+  // single budget. It is at least kLeastSlope, since the error of a few frames with rare highlights
+  // may seem to rise.
   double slope(uint32_t budget, Error error) const {
     if (points.size() == 1) return 1.0;
     auto next = std::next(points.find(budget));
@@ -173,8 +176,8 @@ class UniformCurve {
                                      std::log(double(spp) / double(spp_before)));
   }
 
-  // Processor time at which the error reaches `value`, by log-log interpolation, extrapolated
-  // beyond the last budget.
+  // Returns the processor time at which the error reaches `value`, by log-log interpolation.
+  // Extrapolates beyond the last budget.
   double time(Error error, double value) const {
     auto from = points.begin();
     while (std::next(from) != points.end() && std::next(std::next(from)) != points.end() &&
@@ -208,7 +211,8 @@ FrameSampling adaptive_sampling(const std::string& method, uint32_t budget, uint
   return s;
 }
 
-// Gains by error and by variance, in processor time and in rays (independent of machine load).
+// Returns the gains by error and by variance, in processor time and in rays. Gains in rays do not
+// depend on the load of the machine.
 Json gains(const Mean& m, const Mean& uniform, const UniformCurve& curve, uint32_t budget,
            Error e) {
   const double error = m.mean.error[e], spread = m.variance[e];

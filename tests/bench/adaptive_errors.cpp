@@ -12,7 +12,7 @@
 namespace emberline::bench {
 namespace {
 
-// Returns false if the file does not exist.
+// Reads planes from a file. Returns false if the file does not exist.
 bool read_planes(const std::string& path,
                  std::initializer_list<std::pair<Floats*, size_t>> planes) {
   std::ifstream in(path, std::ios::binary);
@@ -58,7 +58,7 @@ void render_reference(const BenchFrame& frame, uint32_t spp, int threads, Refere
   }
 }
 
-// Per pixel, the mean over channels of weight x value.
+// Returns the mean over channels of weight x value, for each pixel.
 std::vector<double> weigh(const Floats& values, const Reference& r, Error error) {
   std::vector<double> pixels(values.size() / 3);
   for (size_t k = 0; k < values.size(); ++k) {
@@ -144,8 +144,9 @@ double stratified_limit(const UniformErrors& uniform, uint32_t spp, const Refere
                         Error error, double slope) {
   const std::vector<double> cost(reference.cost.begin(), reference.cost.end());
   const double limit = neyman_limit(weigh(uniform, reference, error), cost, slope);
-  // E v^p for a variance with k degrees of freedom is true^p times this. The limit raises the mean
-  // of the p-th powers to -(1 + slope) / slope = -1 / (slope p).
+  // The expectation of v^p, for a variance v with k degrees of freedom, is the true variance to the
+  // power p, times `root`. The limit raises the mean of the p-th powers to -(1 + slope) / slope =
+  // -1 / (slope p).
   const double half = 0.5 * (uniform_frames(spp) - 1), p = 1 / (1 + slope);
   const double root = std::exp(std::lgamma(half + p) - std::lgamma(half)) / std::pow(half, p);
   return limit * std::pow(root, 1 / (slope * p));

@@ -65,7 +65,8 @@ struct Reference {
   double epsilon = 0;  // of relMSE
 
   double mean(size_t i) const { return 0.5 * (double(a[i]) + double(b[i])); }
-  // Weight of a channel's squared error; for the display error, the squared slope of its curve.
+  // Returns the weight of a channel's squared error. For the display error, it is the squared slope
+  // of the display's curve.
   double weight(Error error, size_t i) const;
 };
 
@@ -74,27 +75,27 @@ struct Reference {
 Reference make_reference(const BenchFrame& frame, uint32_t spp, int threads,
                          const std::string& cache);
 
-// Squared errors of one frame of `spp` samples per pixel, by channel: linear, and as displayed.
+// Squared errors of a frame of `spp` samples per pixel, for each channel: linear, and as displayed.
 struct UniformErrors {
   Floats linear, display;
 };
 
-// Computed from uniform_frames(spp) frames, or read from the file `cache`.SPP.
+// Computes the errors from uniform_frames(spp) frames, or reads them from the file `cache`.SPP.
 UniformErrors measure_uniform(const BenchFrame& frame, uint32_t spp, int threads,
                               const std::string& cache);
 int uniform_frames(uint32_t spp);
 
-// Mean over pixels and channels.
+// Returns the mean error over pixels and channels.
 double mean_error(const UniformErrors& uniform, const Reference& reference, Error error);
 
-// The Neyman limit (renderer/statistics/neyman_limit.h) of the reference's variances, for
+// Returns the Neyman limit (renderer/statistics/neyman_limit.h) of the reference's variances, for
 // independent samples.
 double independent_limit(const Reference& reference, Error error);
 
-// The limit for the measured errors of uniform frames, which fall as samples^-slope: the gain that
-// better allocation alone could reach on top of stratification. Roots of variances from few frames
-// are a few per cent too small on average; this is corrected for normal errors, and remains too
-// large where errors are rare and large.
+// Returns the limit for the measured errors of uniform frames, which fall as samples^-slope. It is
+// the gain that better allocation alone could reach on top of stratification. Roots of variances
+// from few frames are a few per cent too small on average. The limit is corrected for this as if
+// errors were normal, and remains too large where errors are rare and large.
 double stratified_limit(const UniformErrors& uniform, uint32_t spp, const Reference& reference,
                         Error error, double slope);
 

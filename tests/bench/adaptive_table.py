@@ -20,7 +20,7 @@ ESTIMATORS = ["contrast", "painter-sloan", "chi-square", "kajiya", "dammertz"]
 DEFAULT = "nested"
 OWN = [estimator + "/" + metric for estimator in (DEFAULT, "two-stream")
        for metric in ("mse", "relmse", "display")]
-# Samples of each reference: more than the few pixels get that receive most samples.
+# Samples of each reference. A reference needs more samples than adaptive sampling gives to any pixel.
 REFERENCE_SAMPLES = {"flight_helmet": 16384, "thin_wires": 16384}
 NAMES = {
     "flight_helmet": "FlightHelmet",
@@ -68,8 +68,8 @@ def measure(name, options):
 
 
 def gain_of(name, row, error):
-    """Gain along uniform sampling's own curve. Uniform frames of the wires hit the rare highlights too
-    seldom for a curve, so error is assumed to fall as 1/N there."""
+    """Returns the gain along uniform sampling's own curve. Uniform frames of thin_wires hit the rare highlights
+    too seldom for a curve, so the error is assumed to fall as 1/N in that scene."""
     figures = row[error]
     if name == "thin_wires":
         return figures["uniform"] / figures["error"] / row["time_ratio"]
@@ -77,7 +77,8 @@ def gain_of(name, row, error):
 
 
 def gains(names, options):
-    """Equal-error time of uniform sampling over that of the method that minimises this error."""
+    """Prints the time of uniform sampling to equal error, divided by the time of the method that minimises this
+    error."""
     two_streams = set(OWN) <= set(options.methods.split(","))
     heads = [f"{error}: limit | as is | gain" + (" | `two-stream`" if two_streams else "") for error in ("MSE", "relMSE")]
     print("| scene | spp | " + " | ".join(heads) + " |")

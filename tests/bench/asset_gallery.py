@@ -3,11 +3,11 @@
 
     tests/bench/asset_gallery.py ASSETS -o DIR [--spp N] [--size WxH] [--beside PICTURES] [--only NAME,...]
 
-ASSETS/views.json is as in race_cycles.py; a glTF file in ASSETS/{scenes,features,derived} that it lacks gets the framing camera.
-ASSETS/previews.jpg is a contact sheet of scenes and features by name, five cells per row.
-DIR gets NAME.exr, .png and .json (the report) of each file, and an index.html that contains all of them. PICTURES/NAME.exr from another
-renderer add a third column with their mean relative difference. Exit code 1 if a render failed, or if a pair differs that must not.
-Needs oiiotool (Debian: openimageio-tools).
+ASSETS/views.json is as in race_cycles.py. Files in ASSETS/{scenes,features,derived} without a view there get the
+framing camera. ASSETS/previews.jpg is a contact sheet of scenes and features by name, five cells per row.
+DIR gets NAME.exr, .png and .json (the report) of each file, and an index.html that contains all of them.
+PICTURES/NAME.exr, from another renderer, adds a third column with its mean relative difference. The exit code is 1
+if a render failed, or if a pair differs that must not. Needs oiiotool (Debian: openimageio-tools).
 """
 import argparse
 import base64
@@ -24,9 +24,11 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 FOLDERS = ("scenes", "features", "derived")
 COLUMNS, CELL, CAPTION = 5, (320, 180), 16  # of the contact sheet
 EXCLUDED_SCENES = {"many_cubes"}
-# Sunlight of 2049 lux with an environment of about 1: exposed like the preview, whose renderer divides lights by 683.
+# The scene has sunlight of 2049 lux, with an environment of about 1. It is exposed like the preview, whose renderer
+# divides lights by 683.
 EXPOSURE = {"mixed_lighting": -9.4}
-# Pairs of equal content, and why their bits may differ. None: the conversion is lossless, so no bit may differ.
+# Pairs of equal content, and why their bits may differ. None means that the conversion is lossless, so no bit may
+# differ.
 QUANTISED = "16-bit positions, 8-bit normals, 12-bit texture coordinates"
 PAIRS = {
     ("milk_truck_webp", "cesium_milk_truck"): None,
@@ -182,7 +184,7 @@ def main():
         view = views.get(file.relative_to(options.assets).as_posix())
         reports[name] = render(options, name, file, view)
         page.append(section(options, name, view, reports[name], cells))
-    failed = [name for name, report in reports.items() if isinstance(report, str)]  # its error
+    failed = [name for name, report in reports.items() if isinstance(report, str)]  # a string is an error
     lines, wrong = pair_lines(options, reports.keys() - failed)
     table = "".join("<tr><td>" + "<td>".join(html.escape(cell.strip()) for cell in line.strip("|").split("|"))
                     for line in lines if "---" not in line)

@@ -22,7 +22,8 @@ class App;
 
 namespace emberline::bench {
 
-// A benchmark's main(): reports errors in scene or options, and exits as `emberline` would.
+// Runs a benchmark's main function. Reports errors in the scene or the options, and returns the
+// exit code of `emberline`.
 int run_program(const char* name, int (*run)(int argc, char** argv), int argc, char** argv);
 
 // Adds the options of `emberline render` that choose scene, view, light and sampling.
@@ -57,7 +58,7 @@ class BenchFrame {
 
   // Renders without a file or display.
   FrameRun run(int threads, uint32_t spp) const;
-  // Renders into `sink`. Times cover the driver's render(), not its deliver(). `on_picture`, if
+  // Renders into `sink`. The times cover RenderJob::render(), not deliver(). `on_picture`, if
   // given, is called with the finished job.
   FrameRun run(int threads, const FrameSampling& sampling, RenderSink& sink,
                const std::stop_token& stop = {},

@@ -4,9 +4,9 @@
     tests/bench/counter_cost.py [--build build/uncounted] [--pairs N] [-o TABLE.md]
 
 Builds the command a second time from a copy of the sources that counts neither rays nor the maximum
-samples per pixel. Renders with both alternately on one thread, in either order, and prints the mean
-ratio within pairs with its standard error. The limit applies to the mean minus two standard errors,
-so noise alone fails it at most once in 40 runs.
+samples per pixel. Renders with the two builds in pairs on one thread, in random order, and prints the
+mean ratio within pairs and its standard error. The limit applies to the mean minus two standard
+errors, so noise alone exceeds it at most once in 40 runs.
 """
 import argparse
 import json

@@ -2,9 +2,10 @@
 
     blender -b --factory-startup -t 2 --python tests/bench/cycles_scene.py -- settings.json
 
-race_cycles.py writes the settings and runs this. Without denoiser and clamping, with caustics, a
-one-pixel box filter and scene-linear float EXR, both renderers estimate the same picture. Written
-for Blender 3.4; settings that another version lacks are skipped and listed in the result.
+race_cycles.py writes the settings and runs this script. Cycles uses no denoiser and no clamping, but
+caustics, a one-pixel box filter and scene-linear float EXR, so that both renderers estimate the same
+picture. Written for Blender 3.4; settings that another version lacks are skipped and listed in the
+result.
 
 settings: gltf, env, env_strength, look_from, look_at, fov_y (degrees), width, height, spp (the most,
 if adaptive), adaptive, seed, bounces, threads, output (EXR), result (JSON), log (takes Blender's own output).
@@ -36,7 +37,7 @@ def cpu_seconds():
 
 
 def process_age():
-    """Seconds since the process started, which the kernel records to 10 ms."""
+    """Returns the seconds since the process started. The kernel records the start to 10 ms."""
     with open("/proc/self/stat") as f:
         started = int(f.read().rpartition(")")[2].split()[19]) / os.sysconf("SC_CLK_TCK")
     return time.clock_gettime(time.CLOCK_BOOTTIME) - started
@@ -79,7 +80,7 @@ def import_scene(s):
         "filepath": s["gltf"],
         "merge_vertices": False,
         "import_shading": "NORMALS",
-        # 1 candela is radiant intensity 1 and 1 lux is irradiance 1, as in Emberline.
+        # In this mode 1 candela is radiant intensity 1, and 1 lux is irradiance 1, as in Emberline.
         "convert_lighting_mode": "COMPAT",
         "export_import_convert_lighting_mode": "COMPAT",
     }
@@ -93,7 +94,7 @@ def import_scene(s):
 
 
 def make_camera(s):
-    """Creates the camera. glTF is Y up, Blender Z up."""
+    """Creates the camera. Y points up in glTF, and Z points up in Blender."""
     eye, at = (Vector((v[0], -v[2], v[1])) for v in (s["look_from"], s["look_at"]))
     back = (eye - at).normalized()
     right = Vector((0, 0, 1)).cross(back).normalized()

@@ -1,12 +1,12 @@
-// Compares denoise() of a finished frame with a reference: a frame of many samples with another
-// seed, whose halves give two pictures. Not a test; denoise_scenes.py renders the frames and runs
-// this, and tests/bench/results has the figures.
+// Denoises a finished frame and compares the result with a reference. The reference is a frame of
+// many samples with another seed, whose halves give two pictures. This is not a test.
+// denoise_scenes.py renders the frames and runs this, and tests/bench/results has the figures.
 //
 //   denoise_bench FRAME.exr REFERENCE.exr [--clean FILE] [--repetitions N]
 //
-// Both need --aov denoising. Prints one line of JSON: errors of the raw and the denoised picture,
-// the ratio of estimated to true error (RMS, as displayed) for both, the share of 16-pixel blocks
-// whose true error is within twice the estimate, and processor seconds (median).
+// Both frames need --aov denoising. Prints one line of JSON: errors of the raw and the denoised
+// picture, the ratio of estimated to true error (RMS, as displayed) for both, the share of 16-pixel
+// blocks whose true error is within twice the estimate, and processor seconds (median).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -64,7 +64,8 @@ RgbImage interleaved(int width, int height, const Value& value) {
   return image;
 }
 
-// The share of whole 16-pixel blocks whose true displayed error is within twice the estimate.
+// Returns the share of whole 16-pixel blocks whose true displayed error is within twice the
+// estimate.
 double covered_blocks(const RgbImage& clean, const RgbImage& a, const RgbImage& b,
                       const std::vector<float>& error) {
   constexpr int kBlock = 16;

@@ -1,10 +1,10 @@
-// Times edits of a built scene, and the cost of being editable. Not a test; tests/bench/results has
-// the figures.
+// Times edits of a built scene, and measures the cost of an editable scene. This is not a test.
+// tests/bench/results has the figures.
 //
 //   edits_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH] [--spp N]
 //       [--repetitions N]
 //
-// Each edit is applied to every light or material of its kind and undone; both are timed.
+// Applies each edit to every light or material of its kind, and undoes it. Times both steps.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -32,7 +32,7 @@ void line(const std::string& name, const std::vector<double>& seconds) {
              1e3 * s.minimum, 1e3 * s.maximum, seconds.size());
 }
 
-// Applies `edit` to each of `count` objects and undoes it.
+// Applies `edit` to each of `count` objects and undoes it. Returns the seconds of each step.
 std::vector<double> time_edits(EditableScene& scene, size_t count, int repetitions,
                                const std::function<void(SceneEdits&, int)>& edit) {
   std::vector<double> seconds;
@@ -98,7 +98,7 @@ void time_all_edits(const RenderOptions& options, int repetitions) {
              scene.scene().bvh_builds() - builds);
 }
 
-// Alternates the same frame of an editable scene and of a fixed one.
+// Renders the same frame of an editable scene and of a fixed one in turn.
 void time_frames(const RenderOptions& options, int repetitions) {
   SceneBuildOptions build;
   build.editable = true;

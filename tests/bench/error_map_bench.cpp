@@ -1,4 +1,5 @@
-// The work of an adaptive driver between two rounds: statistics, error map and plan of a frame.
+// Benchmarks the work of an adaptive driver between two rounds: statistics, error map and plan of a
+// frame.
 #include <memory>
 #include <string>
 #include <string_view>
@@ -18,7 +19,8 @@ namespace {
 
 constexpr int kWidth = 1280, kHeight = 720;
 
-// Radiance anywhere between black and white, with noise of a tenth of it, in two streams.
+// Returns a film of radiances between black and white, with noise of a tenth of the radiance, in
+// two streams.
 std::shared_ptr<const FilmTile> noisy_film() {
   auto film = std::make_shared<FilmTile>(AovSet{}, FilmExtras{.squares = true, .rays = true});
   film->reset({0, 0, kWidth, kHeight});
@@ -36,7 +38,7 @@ std::shared_ptr<const FilmTile> noisy_film() {
   return film;
 }
 
-// A budget of twice the current samples, over rates that differ a thousandfold.
+// Allocates a budget of twice the current samples, with rates that differ a thousandfold.
 void add_share_samples() {
   constexpr size_t kPixels = size_t(kWidth) * kHeight;
   std::vector<float> rates(kPixels);
@@ -55,7 +57,8 @@ void add_share_samples() {
       double(kPixels));
 }
 
-// The complete step: a frame's second statistics and plan, so that its memory has been touched.
+// Benchmarks the complete step. The first plan touches the frame's memory, and the second plan is
+// timed.
 void add_plan(const std::string& name, const AdaptiveSettings& settings,
               const std::shared_ptr<const FilmTile>& film) {
   benchmark::RegisterBenchmark(name.c_str(), [settings, film](benchmark::State& state) {
@@ -84,7 +87,7 @@ void add_error_map_benchmarks() {
       },
       kPixels);
   for (const EstimatorEntry& entry : estimator_table()) {
-    // Without a threshold `dammertz` splits to the end: its slowest case.
+    // Without a threshold, `dammertz` splits to the end, which is its slowest case.
     add_benchmark(
         "error_map/" + std::string(entry.name),
         [&entry, pixels, map = ErrorMap()]() mutable {

@@ -1,4 +1,5 @@
-// EXR files for the benchmarks of filters: planes of floats by channel.
+// Reads and writes EXR files for the benchmarks of filters, with a plane of floats for each
+// channel.
 #pragma once
 
 #include <map>

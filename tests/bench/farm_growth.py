@@ -5,15 +5,15 @@
         [--assets DIR SCENE...] [--cores 32] [--network 100] [--parts-per-node 4] [--bucket-size 16]
         [--plot scenes/gallery/farm_growth.svg]
 
-Measures on two threads: processor seconds per sample; of a process from its start to its first sample (loading
-and building); seconds of each pixel, for the balance; the size of the checkpoints of 16 parts, and the
-processor seconds of `emberline merge` for them.
+Measures on two threads: the processor seconds per sample; the processor seconds of a process from its start to
+its first sample (loading and building); the seconds of each pixel, for the balance; the size of the checkpoints
+of 16 parts; and the processor seconds of `emberline merge` for these checkpoints.
 
 Then it simulates a farm. All nodes start at once, and each takes the next part when it has finished one. A part
 is a process: it reads the scene, loads, builds, and renders its buckets, each on one of the node's cores.
-All nodes share a disk of --network MB/s. They read the scene for each part, or once with staging (a copy on the
-node), and do nothing else meanwhile. Checkpoints are written to that disk and read by `merge`, which is assumed
-to run on one core.
+All nodes share a disk of --network MB/s. A node reads the scene for each part, or only once with staging (a copy
+on the node), and does nothing else meanwhile. The nodes write checkpoints to the shared disk, and `merge` reads
+them. `merge` is assumed to run on one core.
 """
 import argparse
 import dataclasses
@@ -51,12 +51,12 @@ class Constants:
     scene_bytes: int
     ready_s: float  # start, load and build, per process
     render_s: float  # of the whole frame on one core
-    pixels: tuple  # width, height, seconds of each
+    pixels: tuple  # width, height, seconds of each pixel
     checkpoint_bytes: float  # of all parts
     merge_s: float
 
     def buckets(self, size):
-        """Single-core seconds of each bucket of the frame, in schedule order."""
+        """Returns the single-core seconds of each bucket of the frame, in schedule order."""
         width, height, seconds = self.pixels
         sums = bucket_seconds(width, height, seconds, size)
         scale = self.render_s / sum(sums)
@@ -87,7 +87,7 @@ def measured(options, scene, folder):
         width, height = map(int, size.split("x"))
         return width * height, written, seconds
 
-    # Both have the same number of buckets, so that the cost per pixel excludes the cost per part and bucket.
+    # Both frames have the same number of buckets, so that the cost per pixel excludes the cost per part and bucket.
     few, few_bytes, few_s = merge_of("160x90", 16)
     many, many_bytes, many_s = merge_of("1280x720", 128)
     per_pixel = (many_s - few_s) / (many - few)
@@ -97,7 +97,7 @@ def measured(options, scene, folder):
 
 
 def makespan(seconds, workers):
-    """Time until the last job is done, if each worker takes the next job when it has finished one."""
+    """Returns the time until the last job is done, if each worker takes the next job when it has finished one."""
     free = [0.0] * workers
     for s in seconds:
         heapq.heapreplace(free, free[0] + s)
@@ -169,7 +169,8 @@ def bucket_sizes(all_constants, options, disk):
 
 
 def curves(c, options, disk):
-    """Curves for the plot: name, points (nodes, seconds) and the first point with more overhead than work."""
+    """Yields the curves for the plot: name, whether staged, points (nodes, seconds), and the first point with more
+    overhead than work."""
     buckets = c.buckets(options.bucket_size)
     fine = sorted({*NODES, *(round(10 ** (i / 12)) for i in range(37))})
     for staged, way in ((True, "staged"), (False, "not staged")):

@@ -1,5 +1,5 @@
-// Compares the window's fast filter of a finished frame with a reference of many samples, and times
-// it. Not a test; tests/bench/results has the figures.
+// Runs the window's fast filter on a finished frame, times it, and compares the result with a
+// reference of many samples. This is not a test. tests/bench/results has the figures.
 //
 //   fast_filter_bench FRAME.exr REFERENCE_A.exr REFERENCE_B.exr [--levels N] [--threads N]
 //       [--repetitions N] [--clean FILE]

@@ -1,10 +1,11 @@
-// Times a whole frame and Embree's share of it. Not a test; README.md has the figures.
+// Times a whole frame and Embree's share of it. This is not a test. tests/bench/results has the
+// figures.
 //
 //   frame_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH] [--spp N]
 //       [--threads N] [--repetitions N] [--json FILE]
 //
-// All variants run alternately (frame, its rays alone, frame on one thread, ...), so that other
-// load affects all of them equally; medians are shown with the extremes.
+// The variants run in turn (the frame, its rays alone, the frame on one thread, ...), so that other
+// load affects all of them equally. The figures are medians, with the extremes.
 #include <fmt/format.h>
 #include <fmt/os.h>
 
@@ -58,12 +59,12 @@ struct Figures {
   }
 };
 
-// Whether every thread had a processor of its own throughout, to 3 %.
+// Returns whether every thread had its own processor throughout, to 3 %.
 bool undisturbed(const FrameRun& run, int threads) {
   return run.cpu_s > 0.97 * run.wall_s * threads;
 }
 
-// The frame's own samples per pixel, or fewer if recording all rays would not fit.
+// Returns the frame's samples per pixel, or fewer if a recording of all rays would not fit.
 uint32_t recordable_spp(const Options& options, const BenchFrame& frame, const FrameRun& run) {
   const double bytes = double(run.counters.rays.total()) * double(RayRecorder::bytes_per_ray());
   const double limit = options.record_mib * 1048576;
@@ -80,7 +81,8 @@ uint32_t recordable_spp(const Options& options, const BenchFrame& frame, const F
   return spp;
 }
 
-// Records the frame once and checks that the recording is the frame.
+// Checks that the recording contains all rays of the frame, and that the rays have the same hits
+// when they are traced again.
 void check_recording(const RayRecorder& rays, const FrameRun& recorded) {
   const double counted = double(recorded.counters.rays.total());
   // A shadow ray of zero length is counted but not traced.

@@ -1,5 +1,6 @@
-// All whole-frame benchmarks in one program, since linking one takes half a minute. The name by
-// which it is called selects the benchmark; build/release/bin has a link for each.
+// This program contains all whole-frame benchmarks, since linking a program takes half a minute.
+// The name by which it is called selects the benchmark. build/release/bin has a link for each
+// benchmark.
 #include <cstdio>
 #include <filesystem>
 #include <string>

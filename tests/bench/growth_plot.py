@@ -57,7 +57,7 @@ def legend_height(rows):
 
 
 def legend(rows, x, y):
-    """Stacks entries of (function that draws at a point, words)."""
+    """Draws the rows, which are pairs (function that draws at a point, words), below one another."""
     height = legend_height(rows)
     yield f'<rect x="{x}" y="{y}" width="286" height="{height}" fill="white" stroke="{GRID}"/>'
     for i, (drawing, words) in enumerate(rows):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes .glb scenes large enough to measure loading, row by row and so in little memory.
+"""Writes .glb scenes that are large enough to measure loading. Writes them row by row, which takes little memory.
 
   mesh OUT --triangles N                    one wavy sheet with normals and texture coordinates
   instances OUT --triangles N --count M     M instances of such a sheet: --nodes gives each a node,
@@ -55,7 +55,7 @@ class Glb:
 
 
 def sheet(glb, triangles, side=2.0):
-    """Attributes and indices of a square of about `triangles` triangles."""
+    """Returns attributes and indices of a wavy square of about `triangles` triangles."""
     n = max(1, round(math.sqrt(triangles / 2)))
     step, waves, height = side / n, 40.0 / side, side / 100
     xs = [i * step - side / 2 for i in range(n + 1)]
@@ -112,7 +112,7 @@ def instances(options):
 
 
 def png(size, seed):
-    """A picture with bricks of many sizes and colours, so that every level of detail has content."""
+    """Returns a picture with bricks of many sizes and colours, so that every level of detail has content."""
     def row(y):
         out = bytearray()
         for x in range(0, size, 8):

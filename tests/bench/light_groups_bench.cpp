@@ -1,11 +1,11 @@
-// Measures the cost of light groups and the latency of relighting. Not a test; tests/bench/results
-// and integrators/README.md have the figures.
+// Measures the cost of light groups and the latency of relighting. This is not a test.
+// tests/bench/results and integrators/README.md have the figures.
 //
 //   light_groups_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH]
 //       [--lamps N] [--spp N] [--threads N] [--repetitions N]
 //
-// Adds N point lights on a circle above the scene. Frames with and without groups run in pairs in
-// either order, and ratios are within pairs.
+// Adds N point lights on a circle above the scene. Frames with and without groups run in pairs, in
+// either order, and the ratios are taken within pairs.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -36,7 +36,8 @@ class NullSink final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
-// Lamps around the scene at twice its radius, each as bright inside as a sky of radiance 1 / N.
+// Adds lamps around the scene at twice its radius. Each lamp lights the inside as much as a sky of
+// radiance 1 / count.
 void add_lamps(int count, SceneDescription& scene) {
   const WorldBounds bounds = world_bounds(scene);
   const double distance = bounds.isEmpty() ? 1.0 : 2.0 * bounds.radius();
@@ -87,7 +88,8 @@ void measure_cost(const Options& options, const BenchFrame& frame, const LightGr
              options.repetitions);
 }
 
-// From an edit to R G B A: whether and how it can be mixed, and the picture.
+// Times relighting from an edit to R G B A. First come the weights, which say whether and how the
+// groups can be mixed, and then the picture.
 void measure_relight(const Options& options, const BenchFrame& frame, const LightGroups& groups) {
   FrameSampling sampling;
   sampling.driver = options.frame.driver;

@@ -1,4 +1,4 @@
-// Benchmarks of lights by number, of the environment, and of hits.
+// Benchmarks of lights by their number, of the environment, and of hits.
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,7 +12,7 @@
 namespace emberline::bench {
 namespace {
 
-// Noise with one texel 1e5 times as bright.
+// Returns noise, with one texel 1e5 times as bright.
 std::shared_ptr<const Image> sky(int width) {
   auto image = std::make_shared<Image>();
   image->width = width;
@@ -87,7 +87,7 @@ void add_lights() {
   }
 }
 
-// Rays at any time that all hit a sphere of radius 1 around the origin, or almost.
+// Returns rays at any time, all of which hit the sphere of add_surfaces().
 auto rays_towards_ball(bool random) {
   return inputs([random](uint32_t i) {
     const Vec3f at = square_to_sphere(random ? random_point(50, i)

@@ -1,4 +1,5 @@
-// The cost of light sampling in nanoseconds; not a test. Build: ninja lights_bench.
+// Measures the cost of light sampling in nanoseconds. This is not a test. Build it with `ninja
+// lights_bench`.
 #include <chrono>
 #include <cstdio>
 #include <cstring>
@@ -22,7 +23,8 @@ using Clock = std::chrono::steady_clock;
 constexpr int kCalls = 1 << 17;
 float sink = 0;  // keeps results alive
 
-// Minimum time over several runs of body(i) over i in [0, kCalls).
+// Returns the nanoseconds of one call of body(i), where i runs over [0, kCalls), in the fastest of
+// several runs.
 template <class Body>
 double nanoseconds(const Body& body) {
   double best = 1e30;

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """many_emitters.py EMBERLINE [COUNT...]: measures the setup of COUNT small emissive triangles.
 
-They lie along a wall next to one large distant emitter, at random in a box, all in one place, or stacked.
+The triangles lie along a wall, at random in a box, all in one place, or in a stack. The scene also has one large
+distant emitter.
 Prints the processor seconds of the whole command, which renders 16x16 pixels once.
 """
 import array
@@ -13,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 
-SIDE = .004  # of a triangle
+SIDE = .004  # side of a triangle
 
 
 def corners(kind, count):

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Measures a frame, its parts and the race with Cycles, and writes a page: one command for a quiet machine.
+"""Measures a frame, its parts and the race with Cycles, and writes a page. Run it on a quiet machine.
 
     tests/bench/measure.py --assets DIR [SCENE...] [--only frame,parts,race] [-o build/figures.md]
 
-DIR and SCENE as in race_cycles.py (default: the Flight Helmet and the Cornell box). Takes about half
-an hour on two cores, most of it the race's references. If the page exists, sections that are not
-measured stay as they are.
+DIR and SCENE are as in race_cycles.py (default: the Flight Helmet and the Cornell box). Takes about
+half an hour on two cores, most of it for the race's references. If the page exists, sections that are
+not measured stay unchanged.
 """
 import argparse
 import json

@@ -62,7 +62,7 @@ class Version:
         motion["samplers"].append({"input": self.seconds, "output": self.floats(values, kind)})
 
     def surfaces(self):
-        """Indices of nodes whose mesh is not emissive."""
+        """Yields the index and the node for each node whose mesh is not emissive."""
         for i, node in enumerate(self.document["nodes"]):
             primitives = self.document["meshes"][node["mesh"]]["primitives"] if "mesh" in node else []
             materials = [self.document["materials"][p["material"]] for p in primitives]

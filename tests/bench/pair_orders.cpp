@@ -1,12 +1,13 @@
-// Searches the orders of samplers/owen_sobol.h and prints their first columns, the best found so
-// far first:
+// Searches for the orders of samplers/owen_sobol.h, and prints the first columns of the best
+// orders:
 //
 //     build/release/bin/pair_orders [COLUMNS]
 //
-// A good order makes pairs of dimensions, and single numbers of two pairs, jointly uniform at every
-// power of two (tests/support/pair_coupling.h), weighted by how often they are multiplied. With few
-// samples there are more numbers than ways to halve them, so some copy each other's first digit,
-// preferably where the weight is least. The search is a beam over columns and takes minutes.
+// Good orders make pairs of dimensions, and single numbers of two pairs, jointly uniform at every
+// power of two (tests/support/pair_coupling.h). Each combination has a weight, which says how often
+// its numbers are multiplied. With few samples there are more numbers than ways to halve them, so
+// some numbers copy each other's first digit, preferably where the weight is least. The search is a
+// beam search over columns and takes minutes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -24,12 +25,12 @@ namespace {
 using namespace test;
 
 constexpr int kColumns = owen_sobol::kSearchedColumns;
-constexpr int kOrders = owen_sobol::kOrders - 1;  // the pixel's is always 0
+constexpr int kOrders = owen_sobol::kOrders - 1;  // the pixel's order is always 0
 
 enum { kPixel, kFirst, kSecond, kChoice, kLens, kTime };
 enum Part { kBoth, kX, kY };  // of a pair; time has only x
 
-// Weight of two pairs, and the cost if a number of one copies a number of the other.
+// The weight of two pairs, and the cost if a number of one pair copies a number of the other pair.
 struct Weight {
   int a, b;
   double pairs, copies;
@@ -91,7 +92,8 @@ class Search {
   std::mt19937 random_{1};
 };
 
-// Adds the points [2^(m-1), 2^m), each one column away from the one before (Gray code).
+// Adds the points [2^(m-1), 2^m). Each point is one column away from the point before it (Gray
+// code).
 void Search::add_points(Orders& o, int m) const {
   const uint32_t first = 1u << (m - 1);
   std::array<uint32_t, kOrders + 1> index{first};
@@ -120,7 +122,7 @@ double Search::extended_cost(const Orders& before, Orders& o, int m) const {
   return o.cost = before.cost + cost * (m < 3 ? 0.3 : m > 8 ? 0.7 : 1.0);
 }
 
-// Improves one column after another until nothing helps.
+// Improves one column after another until no change helps.
 void Search::improve(const Orders& before, Orders& o, int m) const {
   const uint32_t first = 1u << (m - 1);
   for (bool better = true; better;) {

@@ -6,9 +6,9 @@ import sys
 
 
 def cost_of(pairs, seconds):
-    """`seconds(which)` times a run with the feature (True) or without (False); the order within a pair
-    is random. Returns the median without it, and the mean logarithm of the ratio with : without with
-    its standard error."""
+    """Times pairs of runs with and without a feature, in random order within each pair. `seconds(which)` times a run
+    with the feature (True) or without it (False). Returns the median time without the feature, the mean logarithm of
+    the ratio with : without, and the standard error of this mean."""
     ratios, times = [], []
     for i in range(pairs):
         order = [True, False]

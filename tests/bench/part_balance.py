@@ -1,18 +1,19 @@
 #!/usr/bin/env python3
-"""Measures how evenly the parts of a frame are loaded: the slowest part over the mean, for three ways to split.
+"""Measures how evenly the parts of a frame are loaded. Prints the time of the slowest part divided by the mean time,
+for three ways to split a frame.
 
     tests/bench/part_balance.py build/release/bin/emberline scenes/teapot.glb [--assets DIR SCENE...]
         [--parts 4,16,64] [--size 640x360] [--spp 8] [--bucket-size 64,32] [--check]
 
 SCENE is a glTF file, or one below DIR, where DIR/views.json has its view (README.md, "The race").
 Renders a frame on one thread with the seconds of each pixel (--aov time). This is wall time, which includes time
-slices of other work; so each pixel's minimum over --repeat renders counts, since its samples are the same in
+slices of other work. So the minimum of each pixel over --repeat renders counts; a pixel's samples are the same in
 every bucket order. The sums by bucket are then split: "interleaved" as in `render --part K/N` (every N-th bucket
 in Hilbert order), "blocks" of consecutive buckets in that order, and "rows" of consecutive pixel rows, as with
 --crop.
 
---check renders the parts of one small frame and checks that the bucket numbers in their checkpoints agree with
-the order below.
+--check renders the parts of two small frames and checks that the bucket numbers in their checkpoints agree with
+the order that this script assumes.
 """
 import argparse
 import array
@@ -31,8 +32,8 @@ from frame_bits import chunks  # noqa: E402
 from records import TILE, parsed_file  # noqa: E402
 
 TILE_SIDE = 64  # of the pictures that `heatmap` writes
-# The first pixel that touches new memory is slower: 12 ms for 16 pixels of a frame of 1.6 s. Each order makes
-# this another pixel, with the same samples.
+# The first pixel that touches new memory is slower, by 12 ms for 16 pixels of a frame of 1.6 s. Each order makes
+# another pixel the first one. The pixels' samples stay the same.
 ORDERS = ("hilbert", "random", "spiral")
 
 # glTF cannot name an environment; scenes/README.md says which of our scenes need one.
@@ -62,7 +63,7 @@ class Scene:
         self.bytes = sum(path.stat().st_size for path in [self.file, *self.files(), *filter(None, [environment])])
 
     def files(self):
-        """Files that a .gltf refers to."""
+        """Returns the files to which a .gltf refers."""
         if self.file.suffix != ".gltf":
             return []
         gltf = json.loads(self.file.read_text())
@@ -76,7 +77,7 @@ def render(program, scene, *options):
 
 
 def unpacked(data, size):
-    """Decompresses OpenEXR's ZIP to `size` bytes: it stores byte differences, even bytes first."""
+    """Decompresses OpenEXR's ZIP to `size` bytes. The format stores differences of bytes, and even bytes first."""
     if len(data) == size:
         return data
     sums = itertools.accumulate(zlib.decompress(data))
@@ -115,7 +116,7 @@ def pixel_seconds(program, scene, size, spp, repeat, folder):
 
 
 def hilbert_step(k, x, y):
-    """Same as in renderer/drivers/bucket_schedule.cpp."""
+    """Returns the place of (x, y) on a Hilbert curve, as renderer/drivers/bucket_schedule.cpp does."""
     step = 0
     for bit in reversed(range(k)):
         rx, ry = x >> bit & 1, y >> bit & 1
@@ -128,14 +129,14 @@ def hilbert_step(k, x, y):
 
 
 def bucket_order(width, height, size):
-    """Row-major bucket numbers in Hilbert order, the program's default."""
+    """Returns the row-major bucket numbers in Hilbert order, which is the program's default."""
     columns, rows = -(-width // size), -(-height // size)
     k = (max(columns, rows) - 1).bit_length()
     return sorted(range(columns * rows), key=lambda i: hilbert_step(k, i % columns, i // columns))
 
 
 def bucket_seconds(width, height, seconds, size):
-    """The sum over each bucket, in Hilbert order."""
+    """Returns the sum of seconds over each bucket, in Hilbert order."""
     columns = -(-width // size)
     sums = [0.0] * (columns * -(-height // size))
     for y in range(height):

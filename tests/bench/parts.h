@@ -1,4 +1,4 @@
-// Shared by the part benchmarks: precomputed inputs, and a figure per item.
+// The part benchmarks share this code for precomputed inputs and for a figure per item.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -12,7 +12,8 @@
 
 namespace emberline::bench {
 
-// Inputs are read cyclically: enough to defeat branch prediction, few enough to stay in cache.
+// Inputs are read cyclically. There are enough of them to defeat branch prediction, and few enough
+// to stay in the cache.
 inline constexpr size_t kInputs = 4096;
 
 template <typename T>
@@ -29,7 +30,7 @@ inline Vec2f random_point(uint32_t stream, uint32_t i) {
   return {random_unit(2 * stream, i), random_unit(2 * stream + 1, i)};
 }
 
-// Inputs make(i) for i = 0, 1, ...
+// Returns the inputs make(i) for i = 0, 1, ...
 template <typename Make>
 auto inputs(const Make& make) {
   Inputs<decltype(make(uint32_t{}))> made;
@@ -48,7 +49,7 @@ void add_benchmark(const std::string& name, const Body& body, double items = 1) 
   });
 }
 
-// Each is defined in one file and called by parts_bench.cpp.
+// Each of these functions is defined in one file and called by parts_bench.cpp.
 void add_sampling_benchmarks();
 void add_shading_benchmarks();
 void add_lights_and_scene_benchmarks();

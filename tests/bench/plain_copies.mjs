@@ -1,12 +1,13 @@
-// Copies of scenes as any reader takes them: no compressed meshes, no quantized positions, PNG for WebP.
-// For the race against Cycles (race_cycles.py), whose importer does not read those.
+// Makes copies of scenes that any reader accepts: without compressed meshes or quantized positions, and with
+// PNG instead of WebP. The race against Cycles (race_cycles.py) uses the copies, since Blender's importer does
+// not read the originals.
 //
 //     npm install --prefix DIR @gltf-transform/core @gltf-transform/extensions @gltf-transform/functions \
 //         draco3dgltf meshoptimizer sharp
 //     NODE_PATH=DIR/node_modules node tests/bench/plain_copies.mjs ASSETS OUT
 //
-// OUT gets a copy of ASSETS/views.json, of the environments it names and of each of its scenes, under the
-// same names. What cannot be made plain (KTX 2) is copied as it is and said.
+// OUT gets copies of ASSETS/views.json, of the environments that it names, and of each of its scenes, under
+// the same names. A scene that cannot be converted (KTX 2) is copied unchanged, with a message.
 import fs from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";

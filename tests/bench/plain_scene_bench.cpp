@@ -1,5 +1,6 @@
-// Renders a plain scene, to compare the tree before a feature with the one that has it:
-// unused_features.py builds this in both and counts instructions. Prints one line of JSON.
+// Renders a plain scene, to compare the source tree before a feature with the tree that has it.
+// unused_features.py builds this program in both trees and counts instructions. Prints one line of
+// JSON.
 //
 //   plain_scene_bench [SAMPLES_PER_PIXEL]
 #include <cstdio>
@@ -12,7 +13,8 @@
 namespace emberline::bench {
 namespace {
 
-// A room with a lamp, two blocks and a ball: opaque, untextured, each mesh placed once.
+// Returns a room with a lamp and two balls. The meshes are opaque and untextured, and each is
+// placed once.
 test::SceneBuilderForTests room() {
   test::SceneBuilderForTests b;
   const int white = b.add_material(test::lambert(Rgb(0.7f)));

@@ -1,4 +1,4 @@
-"""Compares load and build time of the second frame of a range with those of the first.
+"""Compares the load and build time of the later frames of a range with that of the first frame.
 
     pose_cost.py EMBERLINE [SCENE ...] [--side 700]
 

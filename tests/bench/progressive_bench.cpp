@@ -1,11 +1,11 @@
 // Measures how soon a progressive driver shows a picture, how soon it stops, and its cost compared
-// with `bucket`. Not a test; tests/bench/results has the figures.
+// with `bucket`. This is not a test. tests/bench/results has the figures.
 //
 //   progressive_bench SCENE --driver NAME [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z]
 //       [--size WxH] [--spp N] [--threads N] [--repetitions N]
 //
-// The two drivers run alternately and ratios are within pairs, so that other load affects both
-// equally; medians are shown with the extremes.
+// The two drivers run in pairs and ratios are taken within pairs, so that other load affects both
+// drivers equally. The figures are medians, with the extremes.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -43,7 +43,8 @@ class ObserverSink final : public RenderSink {
     resolve_s_[next_] = wall_clock() - before;
     resolve_cpu_s_[next_] = process_cpu() - cpu_before;
     displayed_s_[next_] = wall_clock() - start_ - observed_s_;
-    observed_s_ += next_ == 0 ? 0.0 : resolve_s_[next_];  // the first is part of the latency
+    observed_s_ += next_ == 0 ? 0.0 : resolve_s_[next_];  // the first resolve() is part of the
+                                                          // latency
     ++next_;
   }
   std::optional<uint64_t> next_picture_at() const override {
@@ -141,7 +142,7 @@ void measure_overhead(const Options& options, const BenchFrame& frame) {
     return run;
   };
   for (int i = 0; i < options.repetitions; ++i) {
-    // The order alternates.
+    // The order of the two drivers alternates.
     const FrameRun before = i % 2 == 0 ? timed("bucket") : FrameRun{};
     const FrameRun driver = timed(options.frame.driver);
     const FrameRun bucket = i % 2 == 0 ? before : timed("bucket");

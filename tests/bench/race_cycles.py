@@ -7,12 +7,12 @@ SCENE is a glTF file below DIR; the default is all below DIR/scenes. Scenes that
 are listed and skipped. DIR/views.json has each scene's view and environment:
     {"SCENE": {"look_from": [x, y, z], "look_at": [x, y, z], "fov_y": degrees, "env": "FILE below DIR"}}
 
-Speed: the two run alternately, and ratios are taken within pairs, so that other load affects both.
-Error: images of --error-spp samples with other seeds, each compared with a reference of --reference-spp
-by the same renderer, kept in --cache. With --adaptive-spp both also sample adaptively: Emberline with
-that many samples on average, Cycles with at most four times as many until its default noise threshold
-of .01; error x processor time is compared, since error falls as 1 / time. Needs Blender (Debian:
-blender, python3-numpy).
+Speed: the renderers run alternately, and ratios are taken within pairs, so that other load affects both.
+Error: each renderer renders images of --error-spp samples with several seeds. They are compared with a
+reference of --reference-spp samples by the same renderer, which is kept in --cache. With --adaptive-spp
+both renderers also sample adaptively: Emberline with that many samples on average, Cycles with at most
+four times as many until its default noise threshold of .01. Then error x processor time is compared,
+since error falls as 1 / time. Needs Blender (Debian: blender, python3-numpy).
 """
 import argparse
 import hashlib
@@ -57,7 +57,7 @@ def parse_arguments():
 
 
 class Unreadable(Exception):
-    """Raised if Blender cannot read the scene, or only part of it."""
+    """Raised if Blender cannot read the scene, or can read only a part of it."""
 
 
 class Renderer:
@@ -72,7 +72,7 @@ class Renderer:
         return self.o.cache / f"{self.name.lower()}{suffix}"
 
     def reference(self, scene):
-        """Renders the reference once, with a seed of its own. Its name is a hash of all that it depends on."""
+        """Renders the reference, with another seed, unless it exists. Its name has a hash of all that it depends on."""
         o = self.o
         key = json.dumps([str(scene), self.view, o.error_size, o.reference_spp, o.bounces])
         path = self.file("-" + hashlib.sha256(key.encode()).hexdigest()[:12] + ".exr")
@@ -121,7 +121,7 @@ class Cycles(Renderer):
             "spp": 4 * spp if adaptive else spp, "adaptive": adaptive, "seed": seed, "bounces": self.o.bounces, "threads": self.o.threads, "output": str(output),
             "result": str(result), "log": str(self.file(".log"))}))
         result.unlink(missing_ok=True)
-        # Blender's Python searches PATH for its library and would pick up a pyenv.
+        # Blender's Python searches PATH for its library, and would find that of a pyenv.
         plain = {**os.environ, "PATH": "/usr/local/bin:/usr/bin:/bin"}
         subprocess.run([shutil.which(self.o.blender) or self.o.blender, "-b", "--factory-startup", "-t", str(self.o.threads), "--python",
                         str(HERE / "cycles_scene.py"), "--", str(settings)],
@@ -131,7 +131,7 @@ class Cycles(Renderer):
             raise Unreadable(r["unreadable"])
         if r["unreadable_images"]:
             raise Unreadable("images: " + ", ".join(r["unreadable_images"]))
-        samples = width * height * spp  # unknown for an adaptive frame
+        samples = width * height * spp  # not true for an adaptive frame
         render_cpu_s = r["done_cpu_s"] - r["first_sample_cpu_s"]
         return {"render_cpu_s": render_cpu_s, "samples_per_cpu_s": samples / render_cpu_s,
                 "samples_per_s": samples / (r["done_s"] - r["first_sample_s"]),
@@ -201,7 +201,8 @@ def table(options, name, runs, error_runs, adaptive_runs, loads):
 
 
 def ratios_of(runs, error_runs, adaptive_runs):
-    """Ratios of Cycles to Emberline (above 1 is better for Emberline); for errors the ratio of the means."""
+    """Returns the ratios between Cycles and Emberline, above 1 if Emberline is better. Ratios of errors are ratios of
+    their means."""
     figures = {"speed": statistics.median(a["samples_per_cpu_s"] / b["samples_per_cpu_s"]
                                           for a, b in zip(runs["ours"], runs["theirs"]))}
     for key, suffix in (("relmse_trimmed", "_trimmed"), ("relmse", "")):
@@ -216,7 +217,7 @@ def ratios_of(runs, error_runs, adaptive_runs):
     return figures
 
 
-# key, heading, minimum for each scene and for the median
+# key, heading, required minimum for each scene, and for the median
 SUMMARY = [
     ("speed", "samples per processor second", 2.5, 3),
     ("error_trimmed", "error at equal samples, without the worst 0.1 %", 1, 1 / 0.7),
@@ -246,7 +247,7 @@ def summary(figures, unreadable_scenes):
 
 
 def chart(figures):
-    """One row per scene, worst first, and one dot per ratio on a logarithmic axis."""
+    """Draws one row per scene, worst first, with one dot per ratio on a logarithmic axis."""
     dots = [("speed", "samples per processor second", COLORS[0]),
             ("time_trimmed", "processor time to equal error, without the worst 0.1 % of pixels", COLORS[2]),
             ("time", "the same, all pixels", COLORS[1])]

@@ -15,7 +15,8 @@
 #include "bench/clocks.h"
 #include "renderer/scene/embree_api.h"
 
-// Names defined by the linker: calls to rtcIntersect1 arrive at __wrap_, and __real_ is Embree's.
+// The linker defines these names. Calls to rtcIntersect1 arrive at __wrap_rtcIntersect1, and
+// __real_rtcIntersect1 is Embree's function.
 extern "C" {
 #if EMBERLINE_EMBREE_MAJOR >= 4
 void __real_rtcIntersect1(RTCScene, RTCRayHit*, RTCIntersectArguments*);
@@ -36,11 +37,11 @@ struct Record {
   float origin[3], t_near;
   float direction[3], t_far;
   CoverageKey coverage_key;
-  uint32_t kind_or_primitive;  // kOcclusion, or the triangle hit
+  uint32_t kind_or_primitive;  // kOcclusion, or the triangle that was hit
   uint32_t geometry, instance;
-  float found;  // distance of the hit; occlusion: 1 if blocked
+  float found;  // distance of the hit; for an occlusion ray, 1 if it is blocked
 };
-// Blocks of memory, so that recording never copies.
+// Records are kept in blocks, so that recording never copies them.
 constexpr size_t kBlock = 1 << 16;
 using List = std::vector<std::unique_ptr<std::vector<Record>>>;
 
@@ -50,8 +51,8 @@ struct RayRecorder::Lists {
   std::mutex mutex;
   std::vector<std::unique_ptr<List>> lists;
   std::atomic<RTCScene> scene{nullptr};
-  std::atomic<bool> odd{false};  // a ray that this recorder cannot replay
-  uint64_t serial = 0;           // of this recorder; threads outlive it
+  std::atomic<bool> odd{false};  // true after a ray that this recorder cannot replay
+  uint64_t serial = 0;           // identifies this recorder, since threads outlive it
 };
 
 namespace {
@@ -130,7 +131,7 @@ void use(T& value) {
   asm volatile("" : : "r"(&value) : "memory");
 }
 
-// Like embree::intersect and embree::occluded, bypassing the recorder.
+// Traces like embree::intersect and embree::occluded, but bypasses the recorder.
 void trace(RTCScene scene, embree::RayContext& context, RTCRayHit& hit) {
 #if EMBERLINE_EMBREE_MAJOR >= 4
   RTCIntersectArguments arguments;
@@ -249,7 +250,7 @@ uint64_t RayRecorder::differences() const {
 
 using emberline::bench::recording;
 
-// The renderer's calls. Their context is a RayContext (renderer/scene/embree_api.h).
+// The renderer's calls arrive here. Their context is a RayContext (renderer/scene/embree_api.h).
 extern "C" {
 #if EMBERLINE_EMBREE_MAJOR >= 4
 void __wrap_rtcIntersect1(RTCScene scene, RTCRayHit* hit, RTCIntersectArguments* context) {

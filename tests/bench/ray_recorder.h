@@ -3,7 +3,7 @@
 //
 // The linker puts the recorder between renderer and Embree (-Wl,--wrap, see CMakeLists.txt), so
 // neither the renderer's sources nor the released program are affected. In the whole-frame
-// benchmarks it costs one predicted branch per ray while it does not record.
+// benchmarks the recorder costs one predicted branch per ray while it does not record.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace emberline::bench {
 
 struct ReplayRun {
   double cpu_s = 0;   // all threads together
-  double wall_s = 0;  // from the common start to the end of the last
+  double wall_s = 0;  // from the common start to the end of the last thread
 };
 
 class RayRecorder {
@@ -23,18 +23,19 @@ class RayRecorder {
   RayRecorder(const RayRecorder&) = delete;
   RayRecorder& operator=(const RayRecorder&) = delete;
 
-  void stop();  // after the frame
+  void stop();  // to be called after the frame
 
   uint64_t rays() const;
-  int threads() const;  // that recorded any rays
+  int threads() const;  // number of threads that recorded any rays
   static uint64_t bytes_per_ray();
 
-  // Traces all lists again at once, each in order on its own thread, with the renderer's arguments,
-  // filters and floating-point mode.
+  // Traces the lists of all threads again at the same time, each list in order on its own thread,
+  // with the renderer's arguments, filters and floating-point mode.
   ReplayRun replay() const;
-  // The same without the calls into Embree (reading the list, setting up rays), to be subtracted.
+  // Does the same without calling Embree: reads the lists and sets up the rays. Its time is to be
+  // subtracted from that of replay().
   ReplayRun replay_without_embree() const;
-  // Traces once more and returns how many rays give another result than in the frame.
+  // Traces all rays once more, and returns how many give a different result than in the frame.
   uint64_t differences() const;
 
   struct Lists;

@@ -1,5 +1,6 @@
-// The refinement tree: the cost of growing it per sample, and its pictures. One thread, 1280 x 720,
-// a picture with edges everywhere and flat areas between them.
+// Benchmarks the refinement tree: the cost per sample of growing it, and the cost of its pictures.
+// The benchmark uses one thread and a picture of 1280 x 720 pixels, with edges everywhere and flat
+// areas between them.
 #include <tbb/task_arena.h>
 
 #include <memory>
@@ -14,7 +15,8 @@ namespace {
 
 constexpr Rect kWindow = {0, 0, 1280, 720};
 
-// Tiles of 80 x 80 pixels with a disc in each: a fifth of the final leaves lie on edges.
+// Returns a pixel of a picture of 80 x 80 pixel tiles with a disc in each. A fifth of the final
+// leaves lie on edges.
 Rgb disc_picture(int x, int y) {
   const int dx = x % 80 - 40, dy = y % 80 - 40;
   return Rgb(dx * dx + dy * dy < 900 ? 0.8f : 0.1f + 1e-4f * float(x));

@@ -1,4 +1,5 @@
-// The start of every sample (random numbers, pixel position, camera ray) and its end (the film).
+// Benchmarks the start of every sample (random numbers, pixel position, camera ray) and its end
+// (the film).
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,7 +15,7 @@
 namespace emberline::bench {
 namespace {
 
-// A batch of 16 samples, with all four pairs of `slots` slots starting at `first_slot`.
+// Draws a batch of 16 samples, with all four pairs of `slots` slots that start at `first_slot`.
 struct SampleNumbers {
   std::shared_ptr<const Sampler> sampler;
   uint32_t first_slot, slots;
@@ -45,7 +46,7 @@ void add_samplers() {
     const double points = kSampleLanes * kSlotDimensions / 2;
     const std::string name = "sampler/" + std::string(entry.name);
     add_benchmark(name + "/2d_point", SampleNumbers(sampler, 0, 4), 4 * points);
-    // The first eight slots are filled for a whole batch; later ones sample by sample.
+    // The first eight slots are filled for a whole batch, later slots sample by sample.
     add_benchmark(name + "/2d_point_of_a_long_path", SampleNumbers(sampler, 9, 1), points);
   }
 }
@@ -76,7 +77,8 @@ void add_cameras() {
   }
 }
 
-// A bucket of 64 x 64 pixels, with 16 samples each in order, as a worker adds them.
+// Adds 16 samples to each pixel of a bucket of 64 x 64 pixels, in the order in which a worker adds
+// them.
 void add_films() {
   for (const char* aovs : {"", "variance,albedo,N,Z,id"}) {
     auto tile = std::make_shared<FilmTile>(AovSet::parse(aovs));

@@ -3,13 +3,13 @@
 
     session_latency.py EMBERLINE [SIZE]
 
-Times are measured by the host, from the command line to the picture event: median and range."""
+The host measures the times, from the command line to the picture event. Prints the median and the range."""
 import json, math, os, struct, subprocess, sys, tempfile, time  # noqa: E401
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../renderer/session"))
 from example_host import Session  # noqa: E402
 
-SIDE = 224  # quads
+SIDE = 224  # quads along one side
 
 
 def hills(path):

@@ -30,7 +30,8 @@ std::shared_ptr<const Image> noise(TexelType type) {
   return image;
 }
 
-// Coherent lookups: those of a pixel's samples lie within a texel or two, and the pixel drifts.
+// Returns a point for coherent look-ups. The look-ups of a pixel's samples lie within a texel or
+// two, and the pixel drifts.
 Vec2f coherent_point(uint32_t i) {
   const Vec2f pixel(float(i / 16 % 64) / 64, float(i / 1024) / 64);
   return pixel + random_point(6, i) * (2.0f / kTextureSize);
@@ -49,7 +50,8 @@ void add_textures() {
     ref.image = 0;
     const auto texture = std::make_shared<const Texture>(noise(kind.type), ref, kind.srgb);
     for (const bool random : {false, true}) {
-      // More points than fit into the caches, so they are computed instead of read from a list.
+      // There are more points than fit into the caches, so they are computed instead of read from a
+      // list.
       const auto place = [random](uint32_t i) {
         return random ? random_point(7, i) : coherent_point(i);
       };
@@ -79,7 +81,7 @@ struct Surface {
   }
 };
 
-// Adds one lobe each to a rough dielectric or metal.
+// Adds surfaces, each with one more lobe on a rough dielectric or metal.
 void add_layered(std::vector<Surface>& list) {
   const auto add = [&list](const char* name, float metallic, const LayerParameters& layers) {
     BsdfParameters p;
@@ -140,7 +142,7 @@ std::vector<Surface> surfaces() {
   return list;
 }
 
-// Away from the horizon, where lobes return early.
+// Returns a direction away from the horizon, since lobes return early near the horizon.
 Vec3f upward(uint32_t stream, uint32_t i) {
   const Vec3f w = square_to_cosine_hemisphere(random_point(stream, i));
   return normalize(Vec3f(w.x, w.y, w.z + 0.05f));
@@ -158,7 +160,7 @@ void add_bsdfs() {
                     const Vec3f ng = normalize(Vec3f(0.1f, 0.0f, 1.0f));
                     return surface.at(wo(), ng).albedo().x;
                   });
-    // Few enough to stay in cache, as in a render; enough for different wo.
+    // There are few enough to stay in the cache, as in a render, and enough for different wo.
     const auto made = std::make_shared<std::vector<SurfaceBsdf>>();
     for (uint32_t i = 0; i < 64; ++i) made->push_back(surface.at(upward(10, i)));
     add_benchmark(

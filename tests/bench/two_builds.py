@@ -3,8 +3,8 @@
 
     tests/bench/two_builds.py NEW OLD --assets DIR SCENE... [--spp N] [--pairs N] [-o TABLE.md]
 
-SCENE and DIR/views.json as in race_cycles.py. The two render alternately in either order. Prints the mean
-ratio within pairs with its standard error, and the geometric mean over all scenes.
+SCENE and DIR/views.json are as in race_cycles.py. The two builds render in pairs, in random order. Prints the
+mean ratio within pairs with its standard error, and the geometric mean over all scenes.
 """
 import argparse
 import json

@@ -5,9 +5,10 @@
 
 WITH and WITHOUT are checkouts after and before the feature; plain_scene_bench is built from each.
 Counts the instructions of one frame under Valgrind, which do not depend on machine load, and times
-both alternately. The limit applies to the instructions; times are only reported. Both are compiled
-for x86-64-v3, since Valgrind 3.19 does not support AVX-512, and without link-time optimisation, whose
-inlining depends on the program's size: --cmake=-DEMBERLINE_LTO=ON shows both effects.
+the two programs alternately. The limit applies to the instructions; times are only reported. Both
+programs are compiled for x86-64-v3, since Valgrind 3.19 does not support AVX-512. They are compiled
+without link-time optimisation, whose inlining depends on the program's size. With
+--cmake=-DEMBERLINE_LTO=ON the figures include the effect of that inlining.
 """
 import argparse
 import json

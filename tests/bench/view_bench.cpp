@@ -1,6 +1,7 @@
-// Measures a session behind a window: latency from an edit to its first complete picture, also
-// while dragging, and from a change of exposure; waits of the owner's thread; and the driver's
-// remaining speed. Not a test; tests/bench/results has the figures.
+// Measures a session behind a window: the latency from an edit to its first complete picture, also
+// while dragging; the latency from a change of exposure to the next picture; how long the owner's
+// thread waits; and how much of the driver's speed remains. This is not a test. tests/bench/results
+// has the figures.
 //
 //   view_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH] [--edits N]
 //       [--driver NAME] [--idle SECONDS] [--repetitions N]
@@ -78,7 +79,7 @@ std::vector<EditKind> edit_kinds(const ListedScene& scene) {
   return kinds;
 }
 
-// Single edits at moments independent of the frame's progress.
+// Measures single edits, at moments that do not depend on the frame's progress.
 void measure_edits(const Options& options, SessionOwner& owner) {
   RenderSession& session = owner.session;
   std::vector<double> all, all_waits, all_coverage;
@@ -104,7 +105,7 @@ void measure_edits(const Options& options, SessionOwner& owner) {
   line("  set_edits(), on the owner's thread", all_waits);
 }
 
-// Sixty edits per second, like a mouse drag.
+// Makes sixty edits per second, as a mouse drag does.
 void measure_drag(const Options& options, SessionOwner& owner) {
   RenderSession& session = owner.session;
   const auto scene = session.scene();
@@ -166,7 +167,7 @@ void measure_display(const Options& options, SessionOwner& owner) {
 }
 
 // Changes a light's intensity during a frame with light groups: first thirty times per second, then
-// occasionally, with no picture pending.
+// occasionally, while no picture is pending.
 void measure_lights(const Options& options) {
   ViewSettings settings;
   settings.render = options.frame;
@@ -203,7 +204,7 @@ void measure_lights(const Options& options) {
   fmt::print("  of these, rendered again: {}\n", anew);
 }
 
-// How late a sleeping thread wakes up while the others render.
+// Measures how late a sleeping thread wakes up while other threads render.
 void measure_wakes(const Options& /*options*/, SessionOwner& /*owner*/) {
   std::vector<double> late;
   for (int i = 0; i < 400; ++i) {
@@ -218,7 +219,8 @@ class NullSink final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
-// Alternates `idle_s` seconds of an idle session with the driver alone and compares sample counts.
+// Runs an idle session and the driver alone in turn, for `idle_s` seconds each, and compares their
+// samples per second.
 void measure_pace(const Options& options, const std::string& driver) {
   RenderOptions frame = options.frame;
   frame.driver = driver;
@@ -259,7 +261,8 @@ void measure_pace(const Options& options, const std::string& driver) {
   line("pace of " + driver + " against the driver alone", ratios, "%", 100);
 }
 
-// How much longer a bucket frame takes in a session, first picture included, than alone.
+// Measures how much longer a bucket frame takes in a session, including the first picture, than
+// alone.
 void measure_buckets(const Options& options) {
   RenderOptions frame = options.frame;
   frame.driver = "bucket";

@@ -29,7 +29,7 @@ def measure(binary, words, size):
 
 
 def render_pace(binary, words, driver, seconds):
-    """Samples per second of `render` with the same driver, without a window."""
+    """Returns the samples per second of `render` with the same driver, without a window."""
     with tempfile.TemporaryDirectory() as folder:
         report = pathlib.Path(folder) / "r.json"
         subprocess.run([binary, "render", *words, "--driver", driver, "--spp", "4096", "--time-limit", str(seconds), "-q",

@@ -3,11 +3,11 @@
 
     tests/bench/viewer_cost.py [--emberline PROGRAM] [--pairs N] [--only WORD] [-o TABLE.md]
 
-Renders with and without a viewer alternately, in either order; the viewer is another process that
+Renders with and without a viewer in pairs, in random order. The viewer is another process, which
 discards its input. On one thread, the render's processor time includes all costs: the pauses of
-progressive drivers, which would stall other threads, too, the sending thread, and system time. Prints
+progressive drivers (which would also stall other threads), the sending thread, and system time. Prints
 the mean ratio within pairs with its standard error. The limit applies to the mean minus two standard
-errors, so noise alone fails it at most once in 40 runs.
+errors, so noise alone exceeds it at most once in 40 runs.
 """
 import argparse
 import json

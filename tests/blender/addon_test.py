@@ -3,9 +3,9 @@
 
     tests/blender/addon_test.py CASE... [--emberline build/release/bin/emberline] [--blender blender] [--keep DIR]
 
-Cases: those of in_blender.py; `cancel`, `killed` and `two_at_once`, which run from outside; and those of
-in_viewport.py, which need xvfb-run. `all` runs every case, `list` prints them. The exit code is 77, which ctest takes
-for skipped, without Blender, or if it lacks NumPy, Cycles or the glTF exporter.
+Most cases are functions of in_blender.py. The cases `cancel`, `killed` and `two_at_once` control Blender from outside.
+The cases of in_viewport.py need xvfb-run. `all` runs every case, and `list` prints the cases. The exit code is 77 if
+Blender is not installed, or if it lacks NumPy, Cycles or the glTF exporter. ctest then counts the test as skipped.
 """
 import argparse
 import os
@@ -31,25 +31,26 @@ SAYS = {
     "nothing_to_see": "Warning: Emberline: the scene has no mesh and no light",
     "missing_library": "Warning: Emberline: library.blend: the file",
     "tiles_and_sequences": "Warning: Emberline: Plane: look: the image 'tiles.1001.png' has 2 tiles",
-}  # in the log, which is complete once Blender has ended
+}  # what the log must contain; it is complete when Blender has ended
 NEEDS = "import numpy, _cycles, io_scene_gltf2; print('has all')"
 
 
 def environment(options, **more):
-    """A Blender that uses the system's Python searches it along PATH, where another may come first."""
+    """Returns the environment of Blender. A Blender that uses the system's Python looks for it along PATH, so the
+    system's folders come first there."""
     path = os.pathsep.join([str(Path(shutil.which(options.blender)).parent), "/usr/bin", "/bin"])
     return {**os.environ, "PATH": path, **more}
 
 
 def start(options, case, folder):
-    """Starts Blender with a log file: Blender would block on a pipe that is not read."""
+    """Starts Blender, which writes to a log file. It would block if it wrote to a pipe that nothing reads."""
     command = [options.blender, "-b", "--factory-startup", "-P", HERE / "in_blender.py", "--"]
     temporary = folder / "tmp mit Ä"
     temporary.mkdir(parents=True, exist_ok=True)
-    # Also the folder for add-ons that a test installs.
+    # BLENDER_USER_RESOURCES is also the folder of add-ons that a test installs.
     more = {"TMPDIR": str(temporary), "BLENDER_USER_RESOURCES": str(folder / "user"), "HOME": str(folder), "XDG_CONFIG_HOME": str(folder)}
     if case in VIEWPORT:
-        # xvfb-run allows no blank in TMPDIR or in the server's arguments.
+        # xvfb-run allows no blanks in TMPDIR or in the server's arguments.
         screen = ["xvfb-run", "-a", "-s", f"-screen 0 960x600x24 -fbdir {options.screen}", "env", f"TMPDIR={temporary}"]
         window = ["--factory-startup", "--no-window-focus", "-p", "0", "0", "960", "600"]
         more |= {"LIBGL_ALWAYS_SOFTWARE": "1", "EMBERLINE_TEST_SCREEN": options.screen}
@@ -80,7 +81,7 @@ def finish(process, folder, case, codes=(0,)):
 
 
 def child_of(process, folder):
-    """Waits until the renderer is at work and returns its process id."""
+    """Waits until the renderer, which is a child of Blender, is at work. Returns its process id."""
     for _ in range(600):
         child = re.search(r"child (\d+)", log(folder))
         if child or process.poll() is not None:
@@ -93,7 +94,7 @@ def child_of(process, folder):
 
 
 def running(process_id):
-    """Whether the process runs. A zombie does not count: its new parent may reap it late."""
+    """Returns whether the process runs. A zombie does not count, because its new parent may reap it late."""
     try:
         return Path(f"/proc/{process_id}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
     except OSError:
@@ -103,14 +104,14 @@ def running(process_id):
 def cancel(options, folder):
     process = start(options, "long_render", folder)
     child = child_of(process, folder)
-    os.kill(process.pid, signal.SIGINT)  # what Esc does in the user interface
-    finish(process, folder, "long_render", codes=(0, 1))  # Blender's own exit codes after Ctrl-C
+    os.kill(process.pid, signal.SIGINT)  # has the same effect as Esc in the user interface
+    finish(process, folder, "long_render", codes=(0, 1))  # these are Blender's exit codes after Ctrl-C
     if running(child):
         sys.exit("cancel: the renderer goes on")
 
 
 def killed(options, folder):
-    """Kills Blender in mid-frame: the renderer must end and remove its files."""
+    """Kills Blender in mid-frame. The renderer must then end and remove its files."""
     process = start(options, "long_render", folder)
     child = child_of(process, folder)
     os.kill(process.pid, signal.SIGKILL)
@@ -176,7 +177,7 @@ def main():
         except SystemExit as fault:
             print(fault)
             failed.append(case)
-    # Asked only after a failure, since it takes as long as many a case.
+    # Check this only after a failure, because it takes as long as a short case.
     if failed and not has_all(options):
         print("blender has no NumPy, no Cycles or no glTF exporter: nothing is tested")
         return 77

@@ -1,7 +1,7 @@
-"""Scenes that the add-on's tests render with Emberline and Cycles, built in Blender by script.
+"""Builds scenes in Blender. The add-on's tests render them with Emberline and Cycles.
 
-Each function builds a scene in an empty file and returns named regions of its picture: x0, y0, x1, y1 in pixels from
-the top left. Parts where the renderers differ are outside the regions, or named in the scene.
+Each scene's function builds it in an empty file and returns named regions of its picture, as x0, y0, x1, y1 in pixels
+from the top left. The parts of the picture where the renderers differ are outside the regions, or the scene names them.
 """
 import math
 
@@ -13,11 +13,12 @@ SIZE = (96, 64)
 
 
 def principled(name, **values):
-    """A Principled BSDF; `values` are translated to the socket names of Blender 3 or 4."""
+    """Makes a material with a Principled BSDF. The names in `values` are translated to the socket names of Blender 3 or
+    4."""
     material = bpy.data.materials.new(name)
     material.use_nodes = True
     node = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
-    node.distribution = "MULTI_GGX"  # rough metal loses no energy, as in Emberline
+    node.distribution = "MULTI_GGX"  # with this, rough metal loses no energy, as in Emberline
     names = {
         "colour": ("Base Color",),
         "metallic": ("Metallic",),
@@ -35,8 +36,8 @@ def principled(name, **values):
 
 
 def diffuse(name, colour):
-    """A diffuse material that both renderers share: the Principled BSDF's diffuse lobe is Disney's in Blender 3, not
-    Lambert's."""
+    """Makes a diffuse material that both renderers shade alike. In Blender 3, the diffuse lobe of the Principled BSDF
+    is Disney's and not Lambert's, so this uses a Diffuse BSDF."""
     material = bpy.data.materials.new(name)
     material.use_nodes = True
     tree = material.node_tree
@@ -105,7 +106,8 @@ def world(colour, strength=1.0):
 
 
 def world_picture(turn_degrees, strength):
-    """A sky with four different sides, to reveal a wrong rotation or mirroring; a float image packed into the file."""
+    """Makes a sky from a float image that is packed into the file. Its four sides differ, so that a wrong rotation or
+    mirroring is visible."""
     data, background = world((0, 0, 0), strength)
     width, height = 64, 32
     u, v = numpy.meshgrid((numpy.arange(width) + 0.5) / width, (numpy.arange(height) + 0.5) / height)
@@ -143,7 +145,7 @@ def textured(name):
 
 
 def materials():
-    """Base colours, metals, roughness and emission under an area light and a grey world."""
+    """Spheres with different base colours, metals, roughness and emission, under an area light and a grey world."""
     floor(diffuse("floor", (0.5, 0.5, 0.5)))
     looks = (
         diffuse("red", (0.8, 0.1, 0.1)),
@@ -160,7 +162,7 @@ def materials():
 
 
 def glass():
-    """Only transmission, in a rotated HDRI: shows what is refracted."""
+    """A glass sphere and a mirror sphere in a rotated sky, to compare what they refract and reflect."""
     sphere(principled("glass", colour=(1, 1, 1), transmission=1.0, roughness=0.0, ior=1.45), (-0.7, 0, 0), 0.6)
     sphere(principled("mirror", colour=(0.9, 0.9, 0.9), metallic=1.0, roughness=0.05), (0.7, 0, 0), 0.6)
     world_picture(70, 1.5)
@@ -169,7 +171,7 @@ def glass():
 
 
 def lights():
-    """A point light with a radius, a spot, a sun with an angle and a disc, each above its own part of the floor."""
+    """A sun with an angle, and a point light with a radius, a spot and a disc, each above another part of the floor."""
     floor(diffuse("floor", (0.7, 0.7, 0.7)), 12)
     box = diffuse("box", (0.4, 0.6, 0.4))
     for x in (-3, -1, 1, 3):
@@ -183,7 +185,7 @@ def lights():
 
 
 def picture_and_lens():
-    """An image texture, a mirrored and rotated sky, a shifted lens with a vertical sensor, a resolution percentage."""
+    """An image texture, a rotated sky, a shifted lens with a vertical sensor, and a resolution percentage."""
     placed = floor(textured("chequers"), 4)
     placed.scale = (1, 0.7, 1)
     sphere(principled("metal", colour=(0.8, 0.8, 0.8), metallic=1.0, roughness=0.5), (0, 0, 0.5))
@@ -195,7 +197,7 @@ def picture_and_lens():
 
 
 def focus():
-    """Depth of field; a modifier with more levels for the render than for the viewport; instances of a collection."""
+    """Depth of field, a modifier with more levels in renders than in the viewport, and instances of a collection."""
     floor(diffuse("floor", (0.3, 0.3, 0.35)), 30)
     colours = ((0.9, 0.2, 0.1), (0.2, 0.8, 0.2), (0.2, 0.3, 0.9))
     parts = bpy.data.collections.new("parts")
@@ -223,7 +225,7 @@ SCENES = {f.__name__: f for f in (materials, glass, lights, picture_and_lens, fo
 
 
 def build(name):
-    """Builds the scene `name` in an empty file, set up for both renderers, and returns its regions."""
+    """Builds the scene `name` in an empty file, sets it up for both renderers, and returns its regions."""
     for scene_object in list(bpy.data.objects):
         bpy.data.objects.remove(scene_object)
     scene = bpy.context.scene
@@ -248,7 +250,7 @@ def build(name):
 
 
 def pixels(path):
-    """R G B A of an EXR that Blender wrote, rows from the top."""
+    """Returns R, G, B and A of an EXR that Blender wrote, in rows from the top."""
     image = bpy.data.images.load(path)
     image.colorspace_settings.name = "Non-Color"
     width, height = image.size

@@ -1,8 +1,8 @@
-"""The part of the add-on's tests that runs in Blender; addon_test.py starts it.
+"""The part of the add-on's tests that runs in Blender. addon_test.py starts it.
 
     blender -b --factory-startup -P tests/blender/in_blender.py -- CASE FOLDER EMBERLINE
 
-Prints "passed CASE", or "FAILED: ..." and exits with 1.
+Prints "passed CASE" if the case passes. Otherwise prints "FAILED: ..." and exits with 1.
 """
 import os
 import struct
@@ -47,7 +47,7 @@ def render(name="frame.exr"):
 
 
 def own_types(base):
-    """The add-on's own subclasses of a Blender type."""
+    """Yields the add-on's subclasses of a Blender type."""
     for kind in base.__subclasses__():
         if kind.__module__.startswith("emberline_blender"):
             yield kind
@@ -65,7 +65,8 @@ def is_tooltip(text):
 
 
 def labels_and_tooltips():
-    """Every property, choice and operator has a tooltip; labels are in title case, as in Blender."""
+    """Checks that every property, choice and operator has a tooltip, and that labels are in title case, as in
+    Blender."""
     seen = 0
     inherited = {"rna_type", "name", "bl_idname"}
     for kind in (*own_types(bpy.types.PropertyGroup), *own_types(bpy.types.AddonPreferences), *own_types(bpy.types.Operator)):
@@ -102,7 +103,7 @@ def compare():
         worst = 0.0
         for region, (x0, y0, x1, y1) in {"whole": (0, 0, width, height), **regions}.items():
             a, b = (p[y0:y1, x0:x1, :3].mean((0, 1)) for p in (theirs, ours))
-            # The difference of a nearly black channel is relative to the brightest one.
+                # The difference of a nearly black channel is measured relative to the brightest channel.
             difference = numpy.abs(b - a) / numpy.maximum(a, 0.1 * a.max())
             worst = max(worst, difference.max())
             check(difference.max() < TOLERANCE, f"{name}, {region}: {b} where Cycles has {a}")
@@ -110,10 +111,10 @@ def compare():
 
 
 def light_units():
-    """Blender's options for a light's power, compared with Cycles by the mean over a floor."""
+    """Compares the effect of Blender's options for a light's power with Cycles, by the mean over a floor."""
     has = set(bpy.types.Light.bl_rna.properties.keys())
     kinds = [("AREA", {"shape": "DISK", "size": 0.8}), ("POINT", {"shadow_soft_size": 0.2})]
-    if bpy.app.version >= (4, 0):  # earlier spots are darker towards the edge of the cone
+    if bpy.app.version >= (4, 0):  # in earlier versions, spots are darker towards the edge of the cone
         kinds += [("SPOT", {"spot_size": 0.9, "spot_blend": 0.0, "shadow_soft_size": 0.0})]
     if "normalize" in has:
         kinds += [(kind, {**more, "normalize": False}) for kind, more in kinds] + [("SUN", {"angle": 0.1, "normalize": False})]
@@ -132,7 +133,7 @@ def light_units():
 
 
 def rejection_message():
-    """The one line with which a render fails, as Blender shows it to the user."""
+    """Renders, and returns the message with which the render fails, as Blender shows it to the user."""
     bpy.context.scene.render.engine = "EMBERLINE"
     try:
         bpy.ops.render.render()
@@ -158,7 +159,7 @@ def refusals():
     scene = bpy.context.scene
     scenes.build("materials")
     scene.camera = None
-    expect("no camera")  # Blender's own message
+    expect("no camera")  # this message comes from Blender
     scenes.build("materials")
     scene.render.use_multiview = True
     expect("stereo is not supported")
@@ -179,7 +180,7 @@ def refusals():
     expect("frame.exr")
     use(file("nothing"))
     expect("is not an executable program")
-    # Blender must still work afterwards.
+    # Rendering must still work after these errors.
     use(EMBERLINE)
     check(render().shape[:2] == scenes.SIZE[::-1], "does not render any more")
     check(len(bpy.data.scenes) == 1, "the export's scene has stayed")
@@ -193,7 +194,8 @@ def border():
     draw.border_min_x, draw.border_max_x, draw.border_min_y, draw.border_max_y = 0.25, 0.75, 0.125, 0.5
     part = render("part.exr")
     check(part.shape[:2] == (24, 48), f"the cropped border has the size {part.shape}")
-    # Not bit-identical: Blender's normals of smooth faces differ by rounding between evaluations.
+    # The pictures are not bit-identical, because Blender's normals of smooth faces differ by rounding between
+    # evaluations.
     check(numpy.abs(part - whole[32:56, 24:72]).max() < 1e-5, "the border is not that part of the frame")
     draw.use_crop_to_border = False
     part = render("part.exr")
@@ -202,8 +204,8 @@ def border():
 
 
 def unusual_paths():
-    """Blanks and umlauts in the names of the .blend, the textures, the output and TMPDIR; an image beside the
-    .blend."""
+    """Uses blanks and umlauts in the names of the .blend file, the textures, the output and TMPDIR, and unpacks an
+    image beside the .blend file."""
     scenes.build("picture_and_lens")
     bpy.ops.wm.save_as_mainfile(filepath=file("Bär & Söhne.blend"))
     inside = render("Größe 1.exr")
@@ -216,9 +218,9 @@ def unusual_paths():
 
 
 def compositor(scene):
-    """Returns the compositor's tree, its Render Layers node, and a function that writes a socket to passes/NAME.exr
-    (before Blender 5: NAME0001.exr)."""
-    old = hasattr(scene, "node_tree")  # before Blender 5
+    """Returns the compositor's tree, its Render Layers node, and a function that writes a socket to passes/NAME.exr.
+    Before Blender 5, the file is passes/NAME0001.exr."""
+    old = hasattr(scene, "node_tree")  # Blender 5 has no such attribute
     if old:
         scene.use_nodes = True
         tree = scene.node_tree
@@ -248,7 +250,8 @@ def compositor(scene):
 
 
 def layers():
-    """Passes as the compositor reads them, a matte picked by Blender's own node, and light groups that add up."""
+    """Checks passes as the compositor reads them, a matte that Blender's Cryptomatte node picks, and that light groups
+    add up to the image."""
     scenes.build("materials")
     scene, layer = bpy.context.scene, bpy.context.view_layer
     for name in ("z", "normal", "diffuse_color", "cryptomatte_object"):
@@ -269,15 +272,15 @@ def layers():
     for name in [*names, "matte"]:
         write(name, matte.outputs["Matte"] if name == "matte" else source.outputs[names[name]])
     bpy.ops.render.render()
-    matte.layer_name = f"{layer.name}.CryptoObject"  # exists only after a render
+    matte.layer_name = f"{layer.name}.CryptoObject"  # this layer exists only after a render
     sphere = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name.startswith("red"))
     matte.matte_id = sphere.name
     bpy.ops.render.render()
     number = "0001" if bpy.app.version < (5, 0) else ""
     got = {name: scenes.pixels(file(f"passes/{name}{number}.exr")) for name in [*names, "matte"]}
-    x, y = 12, 31  # the middle of the red ball
+    x, y = 12, 31  # a pixel in the middle of the red ball
     check(6 < got["Depth"][y, x, 0] < 7.5, f"depth {got['Depth'][y, x, 0]}")
-    # Blender's axes: -Y points to the camera, Z up.
+    # In Blender, -Y points to the camera and Z points up.
     check(got["Normal"][y, x, 1] < -0.8, f"normal {got['Normal'][y, x]}")
     check(got["Normal"][58, 48, 2] > 0.99, f"normal of the floor {got['Normal'][58, 48]}")
     check(numpy.allclose(got["DiffCol"][y, x, :3], (0.8, 0.1, 0.1), atol=0.02), f"albedo {got['DiffCol'][y, x]}")
@@ -293,7 +296,7 @@ def layers():
 
 
 def animation():
-    """Each frame shows its own state of an animated object, material and light."""
+    """Checks that each frame shows the animated object, material and light as they are in that frame."""
     scenes.build("materials")
     scene = bpy.context.scene
     ball = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name.startswith("plastic"))
@@ -319,8 +322,8 @@ def animation():
 
 
 def environments():
-    """Environment files that the command reads itself: an EXR with its colour in a layer, which Blender cannot read.
-    Depth alone is refused."""
+    """Uses an environment file that Blender cannot read, an EXR with its colour in a layer. The emberline command reads
+    it directly. An EXR that has only depth must be refused."""
     scenes.build("materials")
     for placed in list(bpy.data.objects):
         if placed.type != "CAMERA":
@@ -331,14 +334,14 @@ def environments():
     scene = bpy.context.scene
 
     def use_layers(name, layers):
-        """Writes an EXR of 4x2 pixels; `layers` are its channels and their values."""
+        """Writes an EXR of 4x2 pixels. `layers` are its channels and their values."""
         exr.write(file(name), numpy.ones((2, 4, 3)))
         with open(file(name), "rb") as before:
             written = before.read()
         listed = b"".join(c + b"\0" + struct.pack("<iB3xii", 2, 0, 1, 1) for c, _ in layers) + b"\0"
         at = written.index(b"channels\0chlist\0") + 16
         (size,) = struct.unpack_from("<i", written, at)
-        rest = written[at + 4 + size : len(written) - 2 * (8 + 8 + 48)]  # up to the table of rows
+        rest = written[at + 4 + size : len(written) - 2 * (8 + 8 + 48)]  # the header up to the table of rows
         header = written[:at] + struct.pack("<i", len(listed)) + listed + rest
         line = b"".join(numpy.full(4, value, "<f4").tobytes() for _, value in layers)
         first, length = len(header) + 16, len(line)
@@ -362,7 +365,8 @@ def environments():
 
 
 def nothing_to_see():
-    """An animation continues through frames that show only the world: everything hidden, scaled to zero, or absent."""
+    """Checks that an animation continues through frames that show only the world, because all objects are hidden,
+    scaled to zero, or absent."""
     scenes.build("materials")
     scene = bpy.context.scene
     scene.emberline.samples = 16
@@ -396,7 +400,7 @@ def nothing_to_see():
 
 
 def square():
-    """A white square of 1 m on black at frame 2, in a picture that is 4 m wide."""
+    """Makes a white square of 1 m on black, in a picture that is 4 m wide, and goes to frame 2."""
     scenes.build("materials")
     for placed in list(bpy.data.objects):
         bpy.data.objects.remove(placed)
@@ -417,7 +421,8 @@ def blackman_harris(x):
 
 
 def edge(kind, width):
-    """The share of a filter on one side of an edge, at -3 to 3 pixels from its middle."""
+    """Returns which share of a pixel filter is on one side of an edge, for distances of -3 to 3 pixels between the edge
+    and the filter's centre."""
     profiles = {
         "BOX": lambda x: numpy.abs(x) < 0.5,
         "GAUSSIAN": lambda x: numpy.exp(-8 * (x / width) ** 2),
@@ -429,12 +434,12 @@ def edge(kind, width):
 
 
 def filters():
-    """An edge through pixel centres, and a corner: each of Cycles' filters in two widths, compared with Cycles and the
-    closed form."""
+    """Renders an edge that goes through pixel centres, and a corner, with each of Cycles' filters in two widths.
+    Compares the pictures with Cycles and with the closed form."""
     placed = square()
     scene = bpy.context.scene
     scene.render.use_motion_blur = False
-    placed.location = (1 / 48, -1 / 48, 0)  # half a pixel: the upper left corner is at the centre of pixel 36, 20
+    placed.location = (1 / 48, -1 / 48, 0)  # by half a pixel: its upper left corner is at the centre of pixel 36, 20
     scene.cycles.samples = scene.emberline.samples = 1024
     for kind, ours in (("BLACKMAN_HARRIS", "blackman-harris"), ("GAUSSIAN", "gaussian"), ("BOX", "box")):
         for width in (1.5, 2.4):
@@ -445,7 +450,7 @@ def filters():
                 picture = scenes.render(renderer, file(f"{kind} {width} {renderer}.exr"))[..., 0]
                 got = picture[26:38, 33:40].mean(0)
                 corner = picture[range(20, 23), range(36, 39)]
-                # Cycles' table of the Blackman-Harris filter has slightly larger tails.
+                # The tolerances allow for Cycles' table of the Blackman-Harris filter, whose tails are slightly larger.
                 check(numpy.abs(got - wanted).max() < 0.01, f"{kind} {width}, {renderer}: {got} where {wanted} is right")
                 check(numpy.abs(corner - wanted[3:6] ** 2).max() < 0.02, f"{kind} {width}, {renderer}: a corner of {corner}")
                 print(f"{kind} {width} {renderer}: corner {corner.round(3)}, edge {got.round(3)}")
@@ -454,13 +459,15 @@ def filters():
 
 
 def moves(owner, path, low, high, index=-1):
-    """Animates linearly through `low` at frame 1 and `high` at frame 3. Uses a driver, because keyframes are eased."""
+    """Animates a property linearly, so that it is `low` at frame 1 and `high` at frame 3. Uses a driver, because
+    Blender eases keyframes."""
     driven = owner.driver_add(path, index) if index >= 0 else owner.driver_add(path)
     driven.driver.expression = f"{(low + high) / 2} + {(high - low) / 2} * (frame - 2)"
 
 
 def trapezoid(middle):
-    """The share of the open shutter for which the square covers each column, if it moves by half a metre."""
+    """Returns for which share of the open shutter the square covers each column, if the square moves by half a
+    metre."""
     x = ((numpy.arange(96) + 0.5) / 96 - 0.5) * 4
     return numpy.clip((0.75 - numpy.abs(x - middle)) / 0.5, 0, 1)
 
@@ -473,8 +480,8 @@ def expect_trapezoid(what, middle):
 
 
 def motion_closed_form():
-    """Motion of the square, of its shape and of the camera at each shutter position, and an object at rest, against the
-    closed form."""
+    """Moves the square, its shape or the camera, at each shutter position, and compares the pictures with the closed
+    form. Also checks an object at rest."""
     placed = square()
     scene = bpy.context.scene
     moves(placed, "location", -1, 1, 0)
@@ -509,7 +516,8 @@ def motion_closed_form():
 
 
 def motion_compare():
-    """Rotation, deformation and a moving camera, compared with Cycles; Cycles' lights do not move."""
+    """Compares rotation, deformation and a moving camera with Cycles. The lights stay at rest, because Cycles' lights
+    do not move."""
     scenes.build("materials")
     scene = bpy.context.scene
     balls = {o.active_material.name: o for o in scene.objects if o.type == "MESH"}
@@ -530,7 +538,8 @@ def motion_compare():
             placed.cycles.motion_steps = steps
         theirs = scenes.render("CYCLES", file("motion cycles.exr"))[..., :3]
         ours = render("motion.exr")[..., :3]
-        # Means of 8x8 pixels: noise is a few hundredths; a wrong path of an edge gives more than a tenth.
+        # Compares means of 8x8 pixels. The noise makes them differ by a few hundredths. If an edge moved along a wrong
+        # path, they would differ by more than a tenth.
         tiles = [p.reshape(8, 8, 12, 8, 3).mean((1, 3)) for p in (theirs, ours)]
         worst = (numpy.abs(tiles[1] - tiles[0]) / (tiles[0] + 0.05)).max()
         check(worst < 0.08, f"motion with {steps} steps: a tile differs by {worst}")
@@ -543,7 +552,8 @@ def motion_compare():
 
 
 def shows_and_tells():
-    """Intermediate pictures, heatmap, the list of differences to Blender, and no data left behind in bpy.data."""
+    """Checks intermediate pictures, heatmaps and the list of differences from Blender, and that no data is left behind
+    in bpy.data."""
     scenes.build("materials")
     scene = bpy.context.scene
     own = scene.emberline
@@ -577,7 +587,7 @@ def shows_and_tells():
 
 
 def long_render():
-    """Renders until it is cancelled from outside; Blender then continues."""
+    """Renders until addon_test.py cancels the render from outside. Blender then continues."""
     scenes.build("materials")
     bpy.context.scene.emberline.samples = 1 << 24
     bpy.context.scene.render.engine = "EMBERLINE"
@@ -593,7 +603,8 @@ def long_render():
 
 
 def picture_of(image, *sockets, alpha=False, **values):
-    """Builds a square that fills the frame, with an image on sockets of a Principled BSDF; returns its material."""
+    """Builds a square that fills the frame, and links an image to sockets of its Principled BSDF. Returns its
+    material."""
     scenes.build("materials")
     for placed in list(bpy.data.objects):
         bpy.data.objects.remove(placed)
@@ -611,7 +622,7 @@ def picture_of(image, *sockets, alpha=False, **values):
     if alpha:
         tree.links.new(picture.outputs["Alpha"], node.inputs["Alpha"])
     placed = scenes.add(bpy.ops.mesh.primitive_plane_add, look, smooth=False, location=(0, 0, 0), size=4)
-    placed.rotation_euler.x = 0.4  # Cycles' multiple-scattering metals are black at normal incidence
+    placed.rotation_euler.x = 0.4  # because Cycles' multiple-scattering metals are black at normal incidence
     return look
 
 
@@ -626,14 +637,14 @@ def image_of(space, mode="STRAIGHT", opacity=1.0, floats=False, value=0.502):
 
 
 def both(what):
-    """The middle of the frame, which must be alike in both renderers."""
+    """Returns the colour of the middle of the frame, and checks that it is alike in both renderers."""
     theirs, ours = (scenes.render(e, file("picture.exr"))[24:40, 40:56, :3].mean((0, 1)) for e in ("CYCLES", "EMBERLINE"))
     check(numpy.abs(ours - theirs).max() < 0.005 + 0.01 * theirs.max(), f"{what}: {ours} where Cycles has {theirs}")
     return ours
 
 
 def images_as_marked():
-    """Images in unsuitable colour spaces, with each alpha mode, as bytes and floats, compared with Cycles."""
+    """Compares images with Cycles: images in unsuitable colour spaces, with each alpha mode, as bytes and as floats."""
     straight = next(n for n in ("Linear", "Linear Rec.709") if n in spaces())
     for floats in (False, True):
         for space in ("sRGB", "Non-Color", straight):
@@ -643,7 +654,7 @@ def images_as_marked():
                 both(f"a colour of {'floats' if floats else 'bytes'}, {space}, {mode}")
     picture_of(image_of("Non-Color"), "Emission")
     check(abs(both("the issue's")[0] - 0.502) < 0.002, "another value than the stored one")
-    for method in ("OPAQUE", "CLIP", "BLEND"):  # used by EEVEE only
+    for method in ("OPAQUE", "CLIP", "BLEND"):  # only EEVEE uses these methods
         for mode, floats in (("STRAIGHT", False), ("NONE", False), ("STRAIGHT", True)):
             picture_of(image_of("sRGB", mode, 0.5, floats), "Emission", alpha=True).blend_method = method
             scenes.world((0, 0, 1))
@@ -652,14 +663,14 @@ def images_as_marked():
         look.blend_method = method
         next(n for n in look.node_tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Alpha"].default_value = 0.3
         both(f"a value of alpha, {method}")
-    # Uses one image both as colour and as data, which needs two copies.
+    # If a material uses an image both as colour and as data, the export needs two copies of the image.
     for space, floats in (("sRGB", False), ("Non-Color", False), (straight, False), (straight, True)):
         for sockets in (("Roughness",), ("Base Color", "Roughness")):
             picture_of(image_of(space, floats=floats), *sockets, metallic=1.0, colour=(0.8, 0.8, 0.8))
             scenes.world_picture(20, 1.0)
             both(f"{sockets} of {'floats' if floats else 'bytes'}, {space}")
     check(all(image.packed_file for image in bpy.data.images if image.name.startswith("picture")), "stand-ins have stayed")
-    # Colour spaces that cannot be converted are listed.
+    # Images in colour spaces that cannot be converted must be listed.
     other = next(n for n in ("Filmic sRGB", "AgX Base sRGB") if n in spaces())
     look = picture_of(image_of(other), "Emission")
     check(any(other in line for line in limits.of_material(look)), "another colour space is not listed")
@@ -679,8 +690,8 @@ def written(name, colour):
 
 
 def tiles_and_sequences():
-    """The first tile of a UDIM, with a warning; a frame of an image sequence; images that the exporter fails on are
-    named."""
+    """Checks that the first tile of a UDIM is rendered, with a warning, that image sequences show the right frame, and
+    that the error names a material with which the exporter fails."""
     for number, colour in ((1001, (0.502, 0, 0)), (1002, (0, 0.502, 0))):
         written(f"tiles.{number}.png", colour)
     image = bpy.data.images.load(file("tiles.1001.png"))
@@ -721,7 +732,7 @@ def tiles_and_sequences():
 
 
 def add_to_collection(collection, placed, **flags):
-    """Moves objects into a new collection, with flags in the view layer; returns its name."""
+    """Moves objects into a new collection, and sets its flags in the view layer."""
     made = bpy.data.collections.new(collection)
     bpy.context.scene.collection.children.link(made)
     for one in placed:
@@ -733,7 +744,8 @@ def add_to_collection(collection, placed, **flags):
 
 
 def holdouts():
-    """Holdout objects, collections and instancers leave holes, as in Cycles; indirect-only ones are listed."""
+    """Checks that holdout objects, collections and instancers leave holes, as in Cycles, and that an indirect-only
+    object is listed."""
     scene = bpy.context.scene
 
     def compare_alpha(what, less_than):
@@ -772,7 +784,8 @@ def holdouts():
 
 
 def missing_library():
-    """A missing linked file: rendered without it, with a warning that is also in the log (addon_test.py)."""
+    """Checks that a scene with a missing linked file is rendered without it, and that a warning is shown and is in the
+    log (addon_test.py checks the log)."""
     scenes.build("materials")
     cube = bpy.data.objects.new("linked cube", bpy.data.meshes.new("linked mesh"))
     bpy.data.libraries.write(file("library.blend"), {cube})
@@ -789,7 +802,8 @@ def missing_library():
 
 
 def no_pixels():
-    """A percentage may leave no pixel, or a border may fall between two: Blender reports this itself."""
+    """Checks that Blender reports an error if a resolution percentage leaves no pixel, or if a border lies between two
+    pixels."""
     scenes.build("materials")
     draw = bpy.context.scene.render
     draw.resolution_x, draw.resolution_y, draw.resolution_percentage = 4, 4, 1
@@ -802,7 +816,8 @@ def no_pixels():
 
 
 def as_installed():
-    """Installs the add-on from its zip as users do: it must be listed and render when Blender's operators enable it."""
+    """Installs the add-on from its zip file as users do. When Blender's operators have enabled it, it must be listed
+    and must render."""
     emberline_blender.unregister()
     source = os.path.dirname(os.path.abspath(emberline_blender.__file__))
     archive = file("emberline_blender.zip")
@@ -838,7 +853,7 @@ try:
     start = time.monotonic()
     globals()[CASE]()
     print(f"passed {CASE} in {time.monotonic() - start:.1f} s")
-except BaseException as fault:  # otherwise Blender would continue and exit with 0
+except BaseException as fault:  # without this, Blender would continue and exit with 0
     traceback.print_exc()
     print(f"FAILED: {CASE}: {fault}")
     sys.stdout.flush()

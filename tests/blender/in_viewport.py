@@ -1,8 +1,8 @@
-"""The part of the viewport's tests that runs in a Blender with a window; addon_test.py starts it under Xvfb.
+"""The part of the viewport's tests that runs in a Blender with a window. addon_test.py starts it under Xvfb.
 
     blender --factory-startup -P tests/blender/in_viewport.py -- CASE FOLDER EMBERLINE
 
-A case is a generator that a timer runs: each `yield` lets Blender draw. Screenshots are compared by their pixels.
+A case is a generator that a timer runs. Each `yield` lets Blender draw. Screenshots are compared by their pixels.
 """
 import os
 import signal
@@ -45,7 +45,7 @@ def the_viewport():
 
 
 def until(is_ready, said, seconds=60):
-    """Waits for `is_ready()`, and stores the seconds in `took`."""
+    """Waits until `is_ready()` returns true, and stores how many seconds this took in `took`."""
     global took
     began = time.perf_counter()
     while not is_ready():
@@ -76,7 +76,8 @@ def wait_for_screen(seconds=0.3):
 
 
 def screenshot():
-    """The viewport's region on the screen, 0 to 1, rows from the top, from Xvfb's memory (a file in XWD format)."""
+    """Returns the viewport's region of the screen, with values from 0 to 1, in rows from the top. It reads the memory
+    of Xvfb, which is a file in XWD format."""
     path = os.path.join(os.environ["EMBERLINE_TEST_SCREEN"], "Xvfb_screen0")
     data = numpy.fromfile(path, numpy.uint8)
     head = data[:100].view(">u4")
@@ -101,7 +102,7 @@ def begin(name="materials", samples=8):
     scene = bpy.context.scene
     scene.emberline.viewport_samples = 64
     scene.render.engine = "EMBERLINE"
-    # A small render region saves time.
+    # The view renders only a small region, which saves time.
     space = area().spaces.active
     space.use_render_border = scene.render.use_border = True
     yield
@@ -109,7 +110,7 @@ def begin(name="materials", samples=8):
     yield from until(new_picture(samples=samples), "no picture")
 
 
-said = []  # (command, members) sent to sessions
+said = []  # the commands sent to sessions, as (command, members)
 
 
 def record_commands():
@@ -124,14 +125,14 @@ def record_commands():
 
 
 def take_commands():
-    """The commands sent since the last call."""
+    """Returns the commands sent since the last call."""
     names = [do for do, _ in said]
     said.clear()
     return names
 
 
 def frame():
-    """The camera's frame in the region: left, top, right, bottom, in pixels from the top left."""
+    """Returns the camera's frame in the region as left, top, right and bottom, in pixels from the top left."""
     camera, matrix = bpy.context.scene.camera, area().spaces.active.region_3d.perspective_matrix
     corners = [matrix @ (camera.matrix_world @ c).to_4d() for c in camera.data.view_frame(scene=bpy.context.scene)]
     xs = [(c.x / c.w + 1) / 2 * region().width for c in corners]
@@ -140,7 +141,7 @@ def frame():
 
 
 def in_frame(picture, x0, y0, x1, y1):
-    """Mean colour of the region, given in pixels of the F12 render."""
+    """Returns the mean colour of a part of the camera's frame. The part is given in pixels of the F12 render."""
     left, top, right, bottom = frame()
     sx, sy = (right - left) / scenes.SIZE[0], (bottom - top) / scenes.SIZE[1]
     rows = slice(int(top + y0 * sy), int(top + y1 * sy))
@@ -148,7 +149,8 @@ def in_frame(picture, x0, y0, x1, y1):
 
 
 def viewport_shows():
-    """The picture through the camera matches F12 within the camera's frame, with Blender's display transform."""
+    """Checks that the viewport's picture matches the F12 render within the camera's frame, with Blender's display
+    transform."""
     yield from begin(samples=32)
     yield from wait_for_screen()
     first = screenshot()
@@ -168,7 +170,7 @@ def viewport_shows():
 
 
 def viewport_changes():
-    """Each change sends the expected commands and is visible; without changes nothing is sent."""
+    """Checks that each change sends the expected commands and is visible, and that nothing is sent without changes."""
     record_commands()
     yield from begin()
     check(take_commands().count("open") == 1, "one scene was to be opened")
@@ -241,7 +243,7 @@ def viewport_changes():
         source = node.id_data.nodes.new("ShaderNodeTexImage")
         source.image = bpy.data.images.new("red", 4, 4)
         source.image.pixels.foreach_set(numpy.tile(numpy.array((0.8, 0.1, 0.1, 1), numpy.float32), 16))
-        source.image.colorspace_settings.name = "Non-Color"  # the export makes another image for this
+        source.image.colorspace_settings.name = "Non-Color"  # for such an image, the export makes a second image
         node.id_data.links.new(source.outputs[0], node.inputs["Color"])
 
     yield from change("nodes", textured, lambda p: not greener(p), {"settings", "open", "camera"}, 1)
@@ -269,7 +271,7 @@ def viewport_changes():
     def other_material():
         placed = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name == "plastic")
         placed.active_material = bpy.data.materials["red"]
-        nodes = bpy.data.materials["red"].node_tree.nodes  # combined with an edit
+        nodes = bpy.data.materials["red"].node_tree.nodes  # at the same time, edits a material
         next(n for n in nodes if n.type == "BSDF_DIFFUSE").inputs["Color"].default_value = (0.8, 0.05, 0.05, 1)
 
     yield from change("another material", other_material, lambda p: reds(p) > 100, {"settings", "open", "camera"}, 1)
@@ -282,15 +284,15 @@ def viewport_changes():
     yield from change("a view", from_above, lambda p: True, {"settings", "camera"})
     check("orthographic_height" in the_viewport()._view.edit, "not an orthographic view")
     scenes.render("EMBERLINE", os.path.join(FOLDER, "still.exr"))
-    # Blender ends the viewports' engines for F12 and then restarts them.
+    # For F12, Blender ends the engines of the viewports, and then it restarts them.
     yield from until(new_picture(), "no viewport after F12")
     yield from wait_for_screen(0.5)
     check(len(viewport._viewports) == 1 and take_commands().count("open") == 1, "the viewport does not begin once more, and once")
 
 
 def viewport_borders():
-    """A border in a user's view renders only that part, at its place in the whole; and a view that is panned off the
-    centre."""
+    """Checks that a border in a user's view renders only that part of the view, in the right place. Also checks a
+    camera view that is panned off the centre."""
     scenes.build("materials")
     bpy.context.scene.render.engine = "EMBERLINE"
     bpy.context.scene.emberline.viewport_samples = 16
@@ -329,7 +331,7 @@ def viewport_borders():
 
 
 def viewport_animation():
-    """Renders frames from the window, in Blender's own thread, while a viewport also renders."""
+    """Renders an animation from the window, in Blender's render thread, while a viewport also renders."""
     yield from begin()
     scene = bpy.context.scene
     ball = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name.startswith("plastic"))
@@ -349,7 +351,8 @@ def viewport_animation():
 
 
 def viewport_large():
-    """100,000 triangles: the first picture, and the one after the view moves."""
+    """Measures how long the first picture of a scene with 100,000 triangles takes, and a picture after the view
+    moves."""
     record_commands()
     scenes.build("materials")
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=224, y_subdivisions=224, size=3, location=(0, 0, 1.5))
@@ -378,7 +381,8 @@ def viewport_large():
 
 
 def viewport_ends():
-    """A killed renderer gives one line; other shading or Blender's end stops it; two viewports have a renderer each."""
+    """Checks that the viewport reports a killed renderer, that other shading stops the renderer, and that two viewports
+    have separate renderers."""
     yield from begin()
     child = the_viewport()._session._child.pid
     os.kill(child, signal.SIGKILL)

@@ -1,5 +1,5 @@
-// Adaptive sampling on the command line: refused options, the output after a stop or a limit, and
-// the report.
+// Tests adaptive sampling on the command line: refused options, the output after a stop or a limit,
+// and the report.
 
 #include <algorithm>
 #include <csignal>
@@ -17,7 +17,7 @@ class Adaptive : public CommandTest {
   Words adaptive(const Words& more = {}) {
     return render_words(Words{"--driver", "adaptive", "--spp", "16"} + more);
   }
-  // The report's total, minimum and maximum of samples must match the samples channel.
+  // Expects that the total, minimum and maximum of samples in the report match the samples channel.
   void expect_true_counts() {
     const ExrPicture picture = read_exr(path("out.exr"));
     const std::vector<float>& samples = picture.channels.at("samples");
@@ -128,7 +128,8 @@ TEST_F(Adaptive, DoesNotDependOnThreads) {
 }
 
 TEST_F(Adaptive, ASignalLeavesACompletePictureWithTrueCounts) {
-  // Stops early, during the first pass of a large frame, and late, during a round of a small one.
+  // The first signal arrives during the first pass of a large frame, and the second arrives during
+  // a later round of a small frame.
   const std::tuple<const char*, double, int> moments[] = {{"800x600", 0.3, SIGINT},
                                                           {"96x64", 0.4, SIGTERM}};
   for (const auto& [size, cpu_s, signal] : moments) {
@@ -161,7 +162,7 @@ TEST_F(Adaptive, ASignalLeavesACompletePictureWithTrueCounts) {
 TEST_F(Adaptive, TimeLimitIsNotAFailure) {
   const RunResult result = render(adaptive({"--spp", "1000000", "--size", "128x96", "--aov", "stop",
                                             "--time-limit", "0.2", "--report", path("r.json")}));
-  EXPECT_LT(result.stop_cpu_s, 10.0 * kSanitizerSlowdown);  // the time of the whole run
+  EXPECT_LT(result.stop_cpu_s, 10.0 * kSanitizerSlowdown);  // of the whole run: no signal is sent
   expect_true_counts();
   const nlohmann::json json = read_json("r.json");
   EXPECT_EQ(json["exit_code"], 0);

@@ -1,4 +1,4 @@
-// --animation, --time and --frame, which render the scene in a pose of its animations.
+// Tests --animation, --time and --frame, which render the scene in a pose of its animations.
 #include "cli/command_test.h"
 
 #include <fstream>
@@ -10,7 +10,7 @@ namespace {
 
 class AnimationOption : public CommandTest {
  protected:
-  // lamp_scene() with a lamp that moves down in the animation "sink" and is dimmed in "fade".
+  // lamp_scene() with two animations. The lamp moves down in "sink" and becomes dimmer in "fade".
   static GltfBuilder moving() {
     GltfBuilder gltf = lamp_scene();
     const int lamp = 2;
@@ -30,7 +30,7 @@ class AnimationOption : public CommandTest {
   }
 };
 
-// The largest relative difference in radiance.
+// Returns the largest relative difference in radiance.
 double largest_difference(const ExrPicture& a, const ExrPicture& b) {
   double largest = 0;
   for (const char* channel : {"R", "G", "B"}) {
@@ -51,8 +51,8 @@ TEST_F(AnimationOption, AShutterAtRestSaysWhatToAdd) {
   EXPECT_EQ(render(render_words(shutter + Words{"--time", "1"})).err.find(hint), std::string::npos);
 }
 
-// An animated object is an instance: its transform is not baked into its vertices, so the pictures
-// differ by rounding.
+// An animated object is an instance, so its transform is not baked into its vertices. Therefore the
+// pictures differ by rounding from those of a file without animations.
 TEST_F(AnimationOption, EqualsAFileInThatPose) {
   const ExrPicture at_rest = picture();
   const ExrPicture sunk = picture({"--time", "1"});
@@ -77,8 +77,9 @@ TEST_F(AnimationOption, EqualsAFileInThatPose) {
   EXPECT_EQ(picture().channels, faded.channels);
 }
 
-// The lamp sinks by a quarter of a unit per second. This determines its velocity in pixels per
-// frame; the shutter must not. Recording velocity must not change the picture.
+// The lamp sinks by a quarter of a unit per second, which determines its velocity in pixels per
+// frame. The shutter must not affect the velocity. Recording the velocity must not change the
+// picture.
 TEST_F(AnimationOption, VelocityDoesNotChangeThePicture) {
   const auto fastest = [](const ExrPicture& exr) {
     const std::vector<float>& y = exr.channels.at("velocity.Y");
@@ -100,7 +101,7 @@ TEST_F(AnimationOption, VelocityDoesNotChangeThePicture) {
     with.channels.erase("velocity.Y");
     EXPECT_EQ(with.channels, without.channels);
   }
-  // The shutter can also be set by an edit.
+  // An edit can also set the shutter.
   const Words view = {"--look-from", "0,0.2,3", "--look-at", "0,1,0", "--aov", "velocity"};
   std::ofstream(path("shutter.json"))
       << R"({"emberline_edits": 1, "animation": {"name": "sink", "time": 1, "shutter_open": 0,
@@ -163,8 +164,8 @@ TEST_F(AnimationOption, HiddenSceneShowsTheEnvironment) {
   const RunResult hidden =
       render(render_words({"--spp", "4", "--driver", "adaptive", "--time", "0"}));
   EXPECT_NE(hidden.err.find("the animation hides everything"), std::string::npos);
-  // As in frames that show the triangle, the environment is plain white, so a sequence does not
-  // flash.
+  // The environment is plain white, as in frames that show the triangle, so that a sequence does
+  // not flash.
   const std::vector<float> red = read_exr(path("out.exr")).channels.at("R");
   EXPECT_EQ(red, std::vector<float>(red.size(), 1.0f));
   // The triangle appears after a quarter of the shutter. A replay prints the time of its sample.
@@ -178,7 +179,7 @@ TEST_F(AnimationOption, HiddenSceneShowsTheEnvironment) {
   EXPECT_NE(replay.out.find("\ntime 0."), std::string::npos) << replay.describe();
 }
 
-// A frame in which no object is visible does not end the sequence, but shows the environment.
+// A frame in which no object is visible must not end the sequence. It must show the environment.
 TEST_F(AnimationOption, VanishedSceneShowsTheEnvironment) {
   GltfBuilder gltf;
   gltf.add_triangle();
@@ -191,7 +192,7 @@ TEST_F(AnimationOption, VanishedSceneShowsTheEnvironment) {
   const RunResult result = run(frames);
   ASSERT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_NE(result.err.find("1 objects scaled to zero"), std::string::npos) << result.describe();
-  // The triangle covers the middle of the first frame and is absent from the second.
+  // The triangle is in the first frame and not in the second, which must equal an empty scene's.
   use(GltfBuilder());
   const RunResult empty = run({"render", path("scene.glb"), "--size", "8x8", "--spp", "4", "--sun",
                                "60,30", "-o", path("empty.exr")});

@@ -1,7 +1,8 @@
-// Unusable input: exit code 3, one line that names the file, nothing written, no crash.
+// Tests unusable input. The command must exit with 3 and print one line that names the file. It
+// must not write anything or crash.
 //
-// There is one scene per kind of damage, which is tested up to the exit code. tests/failure tests
-// the variants with the loader alone.
+// For each kind of damage, this file tests the whole command with one scene. tests/failure tests
+// more variants of the damage, but only with the loader.
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -42,7 +43,7 @@ TEST_P(DamagedScene, IsRefused) {
                  GetParam().message_parts);
 }
 
-// An accessor that every picture needs.
+// Returns the accessor of the positions, which every picture needs.
 nlohmann::json& positions(GltfBuilder& g) {
   return g.root["accessors"][g.primitive(0)["attributes"]["POSITION"].get<size_t>()];
 }
@@ -97,12 +98,12 @@ const std::vector<Damage>& damages() {
          const int texture = add_texture(g, png);
          g.root["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture;
        }},
-      // Without care, libpng would print a message before ours.
+      // libpng must not print a message before ours.
       {"image_with_a_wrong_checksum",
        {"images/0", "CRC"},
        [](GltfBuilder& g) {
          std::vector<uint8_t> png = small_png();
-         png[29] ^= 1;  // in the header's CRC
+         png[29] ^= 1;  // in the CRC of the header
          const int texture = add_texture(g, png);
          g.root["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture;
        }},
@@ -112,7 +113,7 @@ const std::vector<Damage>& damages() {
 INSTANTIATE_TEST_SUITE_P(Kinds, DamagedScene, ::testing::ValuesIn(damages()),
                          [](const auto& kind) { return std::string(kind.param.name); });
 
-// Showing all 20,000 warnings would hide every other message.
+// A scene may cause 20,000 warnings. If all were shown, they would hide every other message.
 TEST_F(BadInput, AHundredWarningsAreShown) {
   GltfBuilder gltf = lamp_scene();
   const nlohmann::json mesh = gltf.root["meshes"][0];
@@ -158,7 +159,7 @@ TEST_F(BadInput, NamesOfMegabytesAreShortened) {
     write("edits.json", "{\"emberline_edits\": 1, " + text + "}");
     expect_short(render_words({"--edits", path("edits.json")}), 3, "edits.json#/");
   }
-  // Names from the scene, in lists of valid names, may also be long.
+  // Lists of valid names contain names from the scene, which may also be long.
   GltfBuilder gltf = lamp_scene();
   gltf.root["cameras"][0]["name"] = name;
   const std::string named = gltf.write_gltf(path("named.gltf"));
@@ -178,7 +179,7 @@ TEST_F(BadInput, FilesThatAreNotScenes) {
   write_bytes(path("magic_only.glb"), shortened(4));
   write_bytes(path("empty.glb"), shortened(0));
   std::vector<uint8_t> chunk = glb;
-  chunk[12] = chunk[13] = chunk[14] = 0xff;  // the JSON chunk's length
+  chunk[12] = chunk[13] = chunk[14] = 0xff;  // in the length of the JSON chunk
   write_bytes(path("chunk_too_long.glb"), chunk);
   write("empty.gltf", "");
   write("syntax.gltf", "{\"asset\": {\"version\": \"2.0\"");

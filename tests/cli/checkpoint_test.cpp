@@ -1,4 +1,5 @@
-// Checkpoint files: which files they may replace, and what happens to them while a frame renders.
+// Tests which files a checkpoint may replace, and what happens to checkpoints while a frame
+// renders.
 #include <unistd.h>
 
 #include <algorithm>
@@ -23,7 +24,8 @@ class CheckpointFile : public CommandTest {
     const std::vector<uint8_t> bytes = read_bytes(path(name));
     EXPECT_EQ(std::string(bytes.begin(), bytes.end()), kNotes) << name;
   }
-  // A record is appended as a whole, so it can be read as soon as it exists.
+  // Returns whether the checkpoint has a record. A record is appended as a whole, so it can be read
+  // as soon as it exists.
   static bool has_record(const std::string& file) {
     std::error_code none;
     return fs::exists(file, none) && !RecordFile(file).records().empty();
@@ -42,13 +44,14 @@ TEST_F(CheckpointFile, ReplacesNoForeignFile) {
     }
   }
   expect_notes("notes.txt");
-  // The error is found before the scene is loaded.
+  // The command must find this error before it loads the scene.
   expect_failure(
       {"render", path("no scene.glb"), "-o", path("out.exr"), "--checkpoint", path("notes.txt")}, 2,
       {"notes.txt", "not an Emberline checkpoint"});
 }
 
-// The default name beside the output, which no option names, is checked in the same way.
+// If no option names the checkpoint, it has a default name beside the output. That name is checked
+// in the same way.
 TEST_F(CheckpointFile, ReplacesNoForeignFileNextToTheOutput) {
   const Words frame = {"render", scene(), "-o", path("out.exr"), "--size", "16x16"};
   const std::pair<std::string, Words> rows[] = {
@@ -97,13 +100,14 @@ TEST_F(CheckpointFile, ReplacesNoCheckpointOfAnotherFrame) {
   EXPECT_EQ(read_bytes(path("kept")), before);
   fs::remove(kept);
   fs::copy_file(path("kept"), kept);
-  render(render_words({"--resumable", "--spp", "9"}));  // may replace the output's own checkpoint
+  render(render_words({"--resumable", "--spp", "9"}));  // may replace the checkpoint of its output
   EXPECT_NE(read_bytes(kept), before);
 }
 
 // The checkpoint may be a link, for example to another disk.
 TEST_F(CheckpointFile, ResumesThroughALink) {
-  // A checkpoint lists buckets in the order in which they end, which is fixed with one thread.
+  // A checkpoint lists buckets in the order in which they are finished. With one thread, this order
+  // is always the same.
   const Words part = {"--part", "1/2", "--bucket-size", "8", "--threads", "1"};
   const Words words = render_words(part + Words{"--resume"});
   render(words);
@@ -114,14 +118,14 @@ TEST_F(CheckpointFile, ResumesThroughALink) {
   const std::vector<uint8_t> before = read_bytes(path("big/part"));
   render(words);
   EXPECT_EQ(read_bytes(path("big/part")), before);
-  // Without --resume, this frame's own checkpoint is begun anew.
+  // Without --resume, the frame begins its checkpoint again.
   render(render_words(part));
   EXPECT_TRUE(fs::is_symlink(name));
   EXPECT_EQ(read_bytes(path("big/part")), before);
 }
 
-// Tests parts of buckets, also of adaptive ones, and parts of samples. Like a frame rendered at
-// once, the merged frame can be extended.
+// A merged frame can be extended like a frame that was rendered as a whole. Tests parts of buckets,
+// with and without a threshold, and parts of samples.
 TEST_F(CheckpointFile, AMergedFrameCanBeExtended) {
   const Words frame = {"render",         scene(),         "-o", path("out.exr"), "--size",
                        "16x16",          "--bucket-size", "8",  "--aov",         "stop",
@@ -135,7 +139,7 @@ TEST_F(CheckpointFile, AMergedFrameCanBeExtended) {
     const Words whole = frame + limits + Words{"--spp", "16"};
     for (const char* part : {"1/2", "2/2"}) render(whole + Words{"--part", part});
     merge("part-1-of-2.checkpoint", "part-2-of-2.checkpoint");
-    // Nothing is left to render.
+    // The merged checkpoint contains the whole frame.
     const RunResult resumed =
         render(whole + Words{"--checkpoint", kept, "--resumable", "--resume"});
     EXPECT_NE(resumed.err.find("rendered 0 samples"), std::string::npos) << resumed.err;
@@ -151,7 +155,7 @@ TEST_F(CheckpointFile, AMergedFrameCanBeExtended) {
   const ExrPicture expected = read_exr(path("out.exr")), extended = read_exr(merged);
   for (const auto& [name, values] : expected.channels) {
     for (size_t i = 0; i < values.size(); ++i) {
-      // Ranges are summed separately, so they are rounded differently.
+      // The samples of each range are summed separately, so the sums are rounded differently.
       ASSERT_NEAR(extended.channels.at(name)[i], values[i], 2e-6f * std::abs(values[i])) << name;
     }
   }
@@ -181,7 +185,7 @@ TEST_F(CheckpointFile, AMergedFrameThatCannotBeExtendedIsRefused) {
                  {"--checkpoint"});
 }
 
-// A user who kept no checkpoint is told how to keep one.
+// If there is no checkpoint, the error tells the user how to keep one.
 TEST_F(CheckpointFile, ExtendingWithoutACheckpointNamesTheCommandThatKeepsOne) {
   const Words words = render_words({"--seed", "3"});
   render(words);
@@ -197,7 +201,8 @@ TEST_F(CheckpointFile, ExtendingWithoutACheckpointNamesTheCommandThatKeepsOne) {
       {"emberline merge and --resumable"});
 }
 
-// As a render does: its own file may have any settings, but not one behind a link.
+// As a render does, a merge replaces the checkpoint of its output, whatever settings that has. If
+// the name is a link, the checkpoint behind it must belong to the same frame.
 TEST_F(CheckpointFile, AMergeReplacesOnlyTheCheckpointOfItsOutput) {
   const auto keep = [&](const std::string& name, const std::string& seed) {
     render(render_words(
@@ -246,7 +251,8 @@ TEST_F(CheckpointFile, ExtendingReplacesOnlyTheCheckpoint) {
   EXPECT_FALSE(fs::exists(path("out.exr.checkpoint.next")));
 }
 
-// A part's result is its checkpoint, so the part has failed if another program removes that.
+// The result of a part is its checkpoint. If another program removes the checkpoint, the part has
+// failed.
 TEST_F(CheckpointFile, PartWithALostFileFails) {
   const std::string file = path("out.exr.part-1-of-2.checkpoint");
   const std::pair<const char*, std::function<void()>> losses[] = {
@@ -257,14 +263,15 @@ TEST_F(CheckpointFile, PartWithALostFileFails) {
          fs::rename(path("notes.txt"), file);
        }},
       {"cut", [&] { fs::resize_file(file, 0); }},
-      // Records appended later leave a hole in this one, whose header is still valid.
+      // The header of the cut record is still valid. Records that are appended later leave a hole
+      // in it.
       {"cut within a record", [&] { fs::resize_file(file, fs::file_size(file) - 100); }},
       {"overwritten", [&] {
          std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
          stream.seekp(-100, std::ios::end).write(std::string(64, 'x').data(), 64);
        }}};
   for (const auto& [what, lose] : losses) {
-    // The message is the same for each loss, so testing one without --quiet is enough.
+    // The message is the same for each loss, so it is enough to test one loss without --quiet.
     const bool twice = what == std::string("removed");
     for (const bool quiet : twice ? std::vector{true, false} : std::vector{true}) {
       SCOPED_TRACE(what);
@@ -275,7 +282,7 @@ TEST_F(CheckpointFile, PartWithALostFileFails) {
       Process process(words + (quiet ? Words{"--quiet"} : Words{}), {.folder = folder_.path()});
       for (int i = 0; i < 60000 && !has_record(file); ++i) ::usleep(1000);
       ASSERT_TRUE(has_record(file)) << process.error_so_far();
-      process.send(SIGSTOP);  // so that the frame cannot finish meanwhile on a slow machine
+      process.send(SIGSTOP);  // so that the frame cannot finish before the loss
       lose();
       process.send(SIGCONT);
       const RunResult result = process.wait();
@@ -295,7 +302,7 @@ TEST_F(CheckpointFile, PartWithALostFileFails) {
   }
 }
 
-// --quiet suppresses only messages that are not errors.
+// --quiet must not suppress errors.
 TEST_F(CheckpointFile, FullDiskIsReportedWithQuiet) {
   const Words part = {"render", scene(), "-o",     path("out.exr"), "--size", "64x64",
                       "--spp",  "2",     "--part", "1/2",           "-q"};

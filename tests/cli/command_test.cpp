@@ -33,7 +33,7 @@ GltfBuilder unlit_scene() {
   gltf.push("cameras", {{"name", "main"},
                         {"type", "perspective"},
                         {"perspective", {{"yfov", 0.8}, {"znear", 0.1}}}});
-  // Looks along -Z and slightly downwards.
+  // The camera looks along -Z and slightly downwards.
   const int node = gltf.push("nodes", {{"camera", 0},
                                        {"translation", {0, 1, 4}},
                                        {"rotation", {-0.0998334166, 0, 0, 0.9950041653}}});

@@ -1,5 +1,5 @@
-// Fixture for tests of the command: a temporary folder with a small scene, and expectations that
-// hold for every run.
+// A fixture for tests of the command. It has a temporary folder and a small scene, and checks what
+// must hold for every run.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,12 +23,12 @@ inline Words operator+(Words a, const Words& b) {
   return a;
 }
 
-// Adds a parallelogram with corners a, a + u, a + u + v, a + v; its front is towards u x v.
+// Adds a parallelogram with the corners a, a + u, a + u + v and a + v. Its front faces u x v.
 void add_quad(GltfBuilder& gltf, std::array<float, 3> a, std::array<float, 3> u,
               std::array<float, 3> v, int material);
 
-// Three quads: a matte floor, and a lamp above it. The camera "main" sees all of them. Light
-// reaches every pixel after one or two bounces.
+// A scene of two quads: a matte floor, and a lamp above the floor. The camera "main" sees both.
+// Light reaches every pixel after one or two bounces.
 GltfBuilder lamp_scene();
 
 // lamp_scene() without the lamp.
@@ -36,7 +36,7 @@ GltfBuilder unlit_scene();
 
 class CommandTest : public ::testing::Test {
  protected:
-  // A path in the test's folder, which is also the working folder of its runs.
+  // Returns a path in the test's folder, which is also the working folder of its runs.
   std::string path(const std::string& name) const { return folder_ / name; }
   std::string scene();  // writes lamp_scene() to scene.glb and returns its path
 
@@ -47,16 +47,16 @@ class CommandTest : public ::testing::Test {
   // Returns `render SCENE -o out.exr --size 16x16 --spp 1`, followed by `more`.
   Words render_words(const Words& more = {});
 
-  // Runs and expects success with an empty stdout.
+  // Runs the command. Expects success and an empty stdout.
   RunResult render(const Words& arguments, const RunOptions& options = {});
-  // Expects `exit_code` and one line on stderr that starts with "emberline: error:" and contains
-  // each of `parts`. Also expects the same files in the folder as before, and no signal, hang or
-  // .part file.
+  // Runs the command. Expects `exit_code`, an empty stdout, and one line on stderr that starts with
+  // "emberline: error:" and contains each of `parts`. The run must not be ended by a signal, must
+  // not hang, and must leave the same file names in the folder as before.
   void expect_failure(const Words& arguments, int exit_code, const Words& parts,
                       const RunOptions& options = {});
 
   nlohmann::json read_json(const std::string& name) const;
-  std::vector<std::string> files() const;  // names in the folder, sorted
+  std::vector<std::string> files() const;  // the sorted names of all files in the folder
   void write(const std::string& name, const std::string& text) const {
     write_text(path(name), text);
   }

@@ -1,4 +1,4 @@
-// `emberline compare`: its output and errors. tests/unit tests the metrics themselves.
+// Tests the output and the errors of `emberline compare`. tests/unit tests the metrics.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -63,7 +63,7 @@ TEST_F(Compare, OwnFramesCanBeCompared) {
   const nlohmann::json json =
       nlohmann::json::parse(run({"compare", path("out.exr"), path("out.exr"), "--json"}).out);
   EXPECT_EQ(json["mse"], 0.0);
-  // The PNG is the same picture, clipped at white and quantised to 8 bits.
+  // The PNG has the same picture, but it is clipped at white and quantised to 8 bits.
   const nlohmann::json png =
       nlohmann::json::parse(run({"compare", path("f.png"), path("out.exr"), "--json"}).out);
   EXPECT_GT(png["psnr"].get<double>(), 40.0);

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Tests what the Tab key shows in bash, and that it lists everything in --help-all:
-#     completion.sh PROGRAM SHARE       SHARE: the folder of --write-documents
+# Tests what the Tab key shows in bash, and that it offers every option that --help-all lists:
+#     completion.sh PROGRAM SHARE       SHARE: the folder that --write-documents has written
 set -euo pipefail
 program=$(realpath "$1")
 share=$(realpath "$2")

@@ -1,5 +1,5 @@
-// --cryptomatte: the file's layers and names, read by OpenEXR and checked against the
-// specification; refused options; resume and merge.
+// Tests --cryptomatte: the layers and names in a file, refused options, resume and merge. OpenEXR
+// reads the file, and the tests check it against the specification.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -10,7 +10,8 @@
 namespace emberline::test {
 namespace {
 
-// MurmurHash3_32, as in the specification's Python code. Reads the padded text word by word.
+// Computes MurmurHash3_32 as the specification's Python code does. Reads the padded text word by
+// word.
 uint32_t reference_id(const std::string& name) {
   const auto mix = [](uint32_t k) {
     k *= 0xcc9e2d51u;
@@ -38,7 +39,8 @@ class CryptomatteOption : public CommandTest {
  protected:
   const std::string strange_ = "say \"boo\"\n/ \\ päivää " + std::string(300, 'x');
 
-  // Three strips before a wall, below a node. Two have the same name, and one has a strange name.
+  // The scene has three strips above a floor. Two of them are children of the node "set". Two
+  // strips have the same name, and one has a strange name.
   void SetUp() override {
     GltfBuilder gltf = unlit_scene();
     const int red = gltf.push("materials", {{"name", "paint"}, {"emissiveFactor", {1, 0.2, 0.1}}});
@@ -71,7 +73,7 @@ class CryptomatteOption : public CommandTest {
   }
 };
 
-// Returns a layer's manifest, which maps names to ids.
+// Returns the manifest of a layer. A manifest maps names to ids.
 nlohmann::json manifest_of(const ExrPicture& picture, const std::string& layer) {
   for (const auto& [key, value] : picture.attributes) {
     if (!key.starts_with("cryptomatte/") || !key.ends_with("/name") || value != layer) continue;
@@ -135,7 +137,7 @@ TEST_F(CryptomatteOption, FollowsTheSpecification) {
       ASSERT_NEAR(all[i] + dropped, seen.channels.at("A")[i], 1e-5f) << i;
     }
   }
-  // In each pixel, the set consists of the second strip and the strange one.
+  // In each pixel, the coverage of the set is the sum of those of the second and the third strip.
   const std::vector<float> set = matte(seen, "CryptoAsset", "set"),
                            second = matte(seen, "CryptoObject", "strip_2"),
                            strange = matte(seen, "CryptoObject", strange_);
@@ -163,7 +165,8 @@ TEST_F(CryptomatteOption, HasTheRequestedLevels) {
   EXPECT_EQ(sum_of(seen.channels.at("CryptoObject01.B")), 0.0);
 }
 
-// Merged parts, a resumed frame and an extended frame are bit-identical to the whole frame.
+// Merged parts, a resumed frame and an extended frame must have the same bits as a frame rendered
+// at once.
 TEST_F(CryptomatteOption, GoesThroughCheckpoints) {
   const Words more = {"--bucket-size", "16"};
   const ExrPicture whole = picture(more);
@@ -217,7 +220,7 @@ class LayersOption : public CommandTest {
   }
 };
 
-// Our readers read the same from a multi-part file as from a single-part one.
+// From a multi-part file, our readers must read the same values as from a single-part file.
 TEST_F(LayersOption, OwnReadersAcceptParts) {
   const Words frame = {"render", scene(), "--size", "40x30",       "--crop",        "3,5,37,28",
                        "--spp",  "4",     "--aov",  "N,denoising", "--cryptomatte", "object"};
@@ -227,7 +230,7 @@ TEST_F(LayersOption, OwnReadersAcceptParts) {
   render({"denoise", path("one.exr"), "-o", path("a.exr"), "-o", path("a.png")});
   render({"denoise", path("parts.exr"), "-o", path("b.exr"), "-o", path("b.png")});
   EXPECT_EQ(read_bytes(path("a.png")), read_bytes(path("b.png")));
-  const ExrPicture a = read_exr(path("a.exr")), b = read_exr(path("b.exr"));  // the first part
+  const ExrPicture a = read_exr(path("a.exr")), b = read_exr(path("b.exr"));  // of the first part
   for (const char* channel : {"R", "G", "B", "A"}) {
     EXPECT_EQ(a.channels.at(channel), b.channels.at(channel)) << channel;
   }
@@ -242,7 +245,7 @@ TEST_F(LayersOption, OwnReadersAcceptParts) {
                 b.attributes,
                 [](const auto& attribute) { return attribute.first.starts_with("cryptomatte/"); }),
             4);
-  constexpr int kMultiPart = 0x10;  // a flag in the byte after the version
+  constexpr int kMultiPart = 0x10;  // a flag in the byte that follows the version
   EXPECT_EQ(int(read_bytes(path("a.exr"))[5]) & kMultiPart, 0);
   EXPECT_EQ(int(read_bytes(path("b.exr"))[5]) & kMultiPart, kMultiPart);
   const RunResult same = run({"compare", path("one.exr"), path("parts.exr"), "--json"});

@@ -1,5 +1,5 @@
-// --denoise, `emberline denoise` and the channels that both use: for every driver they must write
-// the same bits. Also tests incomplete files. The filter's own tests check the quality.
+// Tests --denoise, `emberline denoise` and the channels that both use. With every driver, both must
+// write the same bits. Also tests incomplete files. The tests of the filter check its quality.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -33,7 +33,7 @@ class Denoise : public CommandTest {
   }
 };
 
-// Expects every channel of `a` in `b`, with the same bits.
+// Expects that `b` has every channel of `a`, with the same bits.
 void expect_within(const ExrPicture& a, const ExrPicture& b) {
   for (const auto& [name, values] : a.channels) {
     ASSERT_TRUE(b.channels.contains(name)) << name;
@@ -41,8 +41,8 @@ void expect_within(const ExrPicture& a, const ExrPicture& b) {
   }
 }
 
-// Law 2: with every driver the raw picture is that of two streams, and the denoised picture does
-// not depend on when it is computed.
+// With every driver, the raw picture must be that of two streams, and the denoised picture must not
+// depend on when it is computed (law 2 in renderer/README.md).
 TEST_F(Denoise, SameDuringTheRenderAndFromTheFile) {
   const std::vector<Words> drivers = {{"--driver", "bucket", "--bucket-size", "9"},
                                       {"--driver", "bisection"},
@@ -64,13 +64,13 @@ TEST_F(Denoise, SameDuringTheRenderAndFromTheFile) {
     for (const std::string& name : kResults) {
       for (const float value : now.channels.at(name)) ASSERT_TRUE(std::isfinite(value)) << name;
     }
-    // Denoising a file that already has results computes them again.
+    // `emberline denoise` computes the results again if the file already has them.
     if (driver == drivers.front()) expect_within(now, later());
   }
 }
 
-// Contributions to neighbouring pixels are summed before they are written. Files in the old
-// per-pixel layout are refused.
+// The contributions of samples to neighbouring pixels are summed before they are written. Files
+// with the old layout, which had one layer per neighbour, are refused.
 TEST_F(Denoise, SharedSamplesAreSummed) {
   const ExrPicture seen = picture({"--aov", "denoising"});
   EXPECT_EQ(seen.channels.size(), 5u + 2 * (12 + 3));
@@ -83,10 +83,11 @@ TEST_F(Denoise, SharedSamplesAreSummed) {
   };
   EXPECT_LT(noise("shared."), 0.9 * noise(""));
   for (const std::string half : {"half1.", "half2."}) {
-    EXPECT_EQ(seen.at(half + "shared.G", 0, 7), seen.at(half + "G", 0, 7));  // at the border
+    // The pixel is at the border.
+    EXPECT_EQ(seen.at(half + "shared.G", 0, 7), seen.at(half + "G", 0, 7));
     EXPECT_FALSE(seen.channels.contains(half + "shared.0.R"));
   }
-  // A file in the old layout: the halves, and shared samples per pixel.
+  // Make a file without the sums.
   std::string old = text("out.exr");
   for (const std::string half : {"half1.", "half2."}) {
     for (const std::string c : {"B", "G", "R"}) {
@@ -106,8 +107,8 @@ TEST_F(Denoise, ThreadsAndBucketsDoNotMatter) {
   expect_within(one, later({"--threads", "3"}));
 }
 
-// The frame has more rows than are filtered at once. On both sides of a seam, the bands must have
-// the bits of a picture that is filtered as a whole.
+// The frame has more rows than are filtered at once, so it is filtered in bands. On both sides of a
+// seam between bands, the bits must be the same as if the picture were filtered as a whole.
 TEST_F(Denoise, ATallFrameIsFilteredInBands) {
   const Words tall = kDenoised + Words{"--size", "8x700", "--spp", "2"};
   const ExrPicture small = picture(tall + Words{"--bucket-size", "13"});
@@ -125,10 +126,10 @@ TEST_F(Denoise, CropKeepsItsPlaceInTheFrame) {
   expect_within(crop, after);
 }
 
-// Compares only pixels away from the crop's edges, because the filter of the whole frame also sees
-// what lies beyond them.
+// Compares only pixels away from the edges of the crop, because with the whole frame the filter
+// also sees pixels beyond these edges.
 TEST_F(Denoise, CropEqualsTheSamePartOfTheFrame) {
-  constexpr int kReach = 48;  // kDenoiseMargin and some more
+  constexpr int kReach = 48;  // slightly more than kDenoiseMargin
   const Words large = {"--size", "150x140", "--spp", "4", "--denoise"};
   const ExrPicture whole = picture(large);
   const ExrPicture crop = picture(large + Words{"--crop", "20,10,140,130"});
@@ -181,7 +182,7 @@ TEST_F(Denoise, LightGroupsAddUp) {
   expect_within(later(), seen);
 }
 
-// A .png shows the denoised picture, whether `render` or `denoise` writes it.
+// A PNG must show the denoised picture, whether `render` or `denoise` writes it.
 TEST_F(Denoise, PicturesShowTheDenoisedResult) {
   render(words(kDenoised + Words{"-o", path("now.png"), "--transparent"}));
   const RunResult result = run({"denoise", path("out.exr"), "-o", path("later.png")});
@@ -217,7 +218,8 @@ TEST_F(Denoise, HeatmapsShowTheRemainingError) {
   expect_failure(later, 3, {"denoised.error", "--denoise"});
 }
 
-// The frame is stopped before every pixel has a sample. Pixels without one must keep their value.
+// The frame is stopped before every pixel has a sample. Denoising must not change the pixels
+// without samples.
 TEST_F(Denoise, PixelsWithoutSamplesAreUnchanged) {
   const ExrPicture seen = picture({"--size", "300x200", "--spp", "100000", "--driver", "bisection",
                                    "--time-limit", "0.001", "--denoise"});
@@ -252,7 +254,8 @@ TEST_F(Denoise, ExtendedFrameEqualsADirectRender) {
   expect_failure({"extend", path("out.exr"), "--spp", "48"}, 3, {"fewer than 16 samples"});
 }
 
-// Pixels with few samples must still have two halves, or the picture cannot be denoised.
+// Pixels with few samples must also have two halves, because otherwise the picture cannot be
+// denoised.
 TEST_F(Denoise, FewAdaptiveSamplesHaveTwoHalves) {
   const Words few = {"--denoise", "--spp", "8", "--report", path("r.json")};
   const ExrPicture even = picture(few + Words{"--driver", "bucket"});
@@ -266,7 +269,7 @@ TEST_F(Denoise, FewAdaptiveSamplesHaveTwoHalves) {
   }
 }
 
-// --allocation denoised implies a denoised picture, and its sample counts do not depend on threads
+// --allocation denoised must write a denoised picture. Its sample counts must not depend on threads
 // or pauses.
 TEST_F(Denoise, SamplesGoWhereTheyImproveTheDenoisedPicture) {
   const Words shared = {"--driver", "adaptive", "--allocation", "denoised", "--spp", "80"};
@@ -319,8 +322,8 @@ TEST_F(Denoise, DamagedFilesGiveOneLineErrors) {
   expect_failure(later + Words{"--memory-limit", "1000"}, 3, {"out.exr"});
 }
 
-// With noise-free light far brighter than white, log and file must have a finite expected error,
-// and the allocation must keep to the sample budget.
+// The light is free of noise and far brighter than white. The expected error in the log and in the
+// file must nevertheless be finite, and the allocation must keep to the sample budget.
 TEST_F(Denoise, BrightLightHasAnExpectedError) {
   const Words bright = {"--sun",    "30,0",      "--env-strength", "1e5",      "--driver",
                         "adaptive", "--denoise", "--allocation",   "denoised", "--spp",

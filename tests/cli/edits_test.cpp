@@ -1,4 +1,4 @@
-// --edits, which changes a scene's look without changing its file.
+// Tests --edits, which changes the look of a scene without changing its file.
 #include "cli/command_test.h"
 
 #include <nlohmann/json.hpp>
@@ -8,7 +8,7 @@ namespace {
 
 class EditsOption : public CommandTest {
  protected:
-  // Renders scene.glb with `edits`, a JSON object without the version.
+  // Renders scene.glb with `edits`, a JSON object to which this function adds the version.
   ExrPicture edited(nlohmann::json edits, const Words& more = {}) {
     edits["emberline_edits"] = 1;
     write("shot.json", edits.dump());
@@ -48,8 +48,8 @@ TEST_F(EditsOption, EqualAChangedFile) {
   EXPECT_EQ(first_difference(seen, picture()), "");
 }
 
-// Anisotropy needs tangents, which the file lacks. They are generated for an edit as well as for a
-// changed file.
+// Anisotropy needs tangents, which the file lacks. They must be generated for an edit in the same
+// way as for a changed file.
 TEST_F(EditsOption, LayersEqualThoseOfAChangedFile) {
   const ExrPicture seen = edited({{"materials",
                                    {{{"name", "matte"},
@@ -77,7 +77,7 @@ TEST_F(EditsOption, EmptyEditsChangeNothing) {
   EXPECT_EQ(first_difference(plain, edited(nlohmann::json::object())), "");
 }
 
-// Tests all of our scenes, with every kind of light, layer and texture that they have.
+// Tests all of our scenes, and therefore every kind of light, layer and texture in them.
 TEST_F(EditsOption, TemplateOfInfoChangesNothing) {
   std::vector<Words> scenes = {{EMBERLINE_SCENES "/teapot.glb", "--sun", "20,50", "--env-strength",
                                 "0.3", "--env-rotation", "33.3"}};

@@ -1,4 +1,4 @@
-// Explanations of single pixels, both after a render and from its EXR.
+// Tests explanations of single pixels, after a render and from its EXR.
 
 #include <algorithm>
 
@@ -31,7 +31,7 @@ TEST_F(Explain, ARenderTellsTheHistoryInASentenceAndExplainsItsColumns) {
   expect_all(result.out,
              {"samples its error was ", "(threshold 0.02)", ", so the pixel was finished.\n",
               "refinement tree", "  v_int  ", "rounds\n", "  deviation  "});
-  // The explanation from the file repeats the sentence, but only for that pixel.
+  // The explanation from the file repeats the sentence of --explain, but only for that pixel.
   const size_t begin = result.out.find("At ");
   const std::string sentence = result.out.substr(begin, result.out.find('\n', begin) - begin);
   expect_all(explanation("20,12"), {sentence + "\n"});
@@ -71,7 +71,7 @@ TEST_F(Explain, NamesTheOptionsForWhatTheFileLacks) {
   expect_failure({"explain", path("out.exr")}, 3, {"out.exr", "--aov variance"});
 }
 
-// Without an adaptive driver or a threshold, the explanation does not mention them.
+// In a frame without an adaptive driver or a threshold, the explanation must not mention them.
 TEST_F(Explain, AUniformFrameHasNoHistory) {
   render(render_words({"--aov", "stop,variance", "--spp", "4"}));
   const std::string text = explanation("3,4");

@@ -1,5 +1,5 @@
-// emberline farm without Slurm: fake sbatch, squeue and scancel in PATH record their arguments.
-// ci/farm.sh tests with a real Slurm.
+// Tests `emberline farm` without Slurm. PATH has fake versions of sbatch, squeue and scancel, which
+// record their arguments. ci/farm.sh tests with a real Slurm.
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ class Farm : public CommandTest {
  protected:
   Farm() {
     fs::create_directory(path("bin"));
-    // The tools record one argument per line; sbatch also numbers its jobs.
+    // The tools record one argument per line. sbatch also prints a number for each job.
     tool("sbatch",
          "[ \"$1\" = --version ] && exit 0\nprintf '%s\\n' \"$@\" >>\"$TOOLS/sbatch.words\"\n"
          "[ -e \"$TOOLS/refuse\" ] && { echo 'sbatch: error: invalid partition' >&2; exit 1; }\n"
@@ -85,7 +85,7 @@ TEST_F(Farm, SubmitsAnArrayAndAMergeThatWaitsForIt) {
   EXPECT_EQ(job["merge"], 2);
 }
 
-// For any file name, the scripts must produce the same picture as `render`.
+// With any file name, the scripts must produce the same picture as `render`.
 TEST_F(Farm, ScriptsQuoteAnyName) {
   int number = 0;
   for (const std::string& name :
@@ -125,7 +125,8 @@ TEST_F(Farm, ScriptsQuoteAnyName) {
   }
 }
 
-// If the script dropped the newline, the report's name would be the scene's.
+// The name of the report is that of the scene plus a newline. If the script dropped the newline,
+// the report would replace the scene.
 TEST_F(Farm, AReportKeepsTheNewlinesAtTheEndOfItsName) {
   const std::string report = scene() + "\n";
   submit({"--report", report});
@@ -137,7 +138,7 @@ TEST_F(Farm, AReportKeepsTheNewlinesAtTheEndOfItsName) {
   EXPECT_EQ(text_of(report).substr(0, 1), "{");
 }
 
-// job.json could not record these names, so the jobs could not be cancelled.
+// job.json cannot record these names, so the jobs could not be cancelled later.
 TEST_F(Farm, NamesThatAreNotUtf8AreRefusedBeforeAnyJob) {
   fs::copy_file(scene(), path("caf\xe9.glb"));
   Words odd_scene = farm(path("out.exr"));
@@ -154,7 +155,7 @@ TEST_F(Farm, NamesThatAreNotUtf8AreRefusedBeforeAnyJob) {
 }
 
 TEST_F(Farm, SubmittedJobsCanBeCancelled) {
-  // Once the array is submitted, job.json can no longer be written.
+  // After the array is submitted, job.json cannot be written any more.
   tool("sbatch",
        "[ \"$1\" = --version ] && exit 0\necho x >>\"$TOOLS/jobs\"\n"
        "rm \"$JOB/job.json\" && mkdir -p \"$JOB/job.json/full\"\nwc -l <\"$TOOLS/jobs\"\n");
@@ -163,7 +164,7 @@ TEST_F(Farm, SubmittedJobsCanBeCancelled) {
   EXPECT_EQ(full.exit_code, 1) << full.describe();
   EXPECT_NE(full.err.find("job.json"), std::string::npos) << full.describe();
   EXPECT_EQ(text_of(path("bin/scancel.words")), "1\n");
-  // The command is killed between the two jobs.
+  // Now the command is killed after it has submitted the array, while it submits the merge.
   fs::remove_all(path("out.exr.farm"));
   tool("sbatch",
        "[ \"$1\" = --version ] && exit 0\necho x >>\"$TOOLS/jobs\"\n"
@@ -174,7 +175,7 @@ TEST_F(Farm, SubmittedJobsCanBeCancelled) {
   EXPECT_EQ(text_of(path("bin/scancel.words")), "2\n");
 }
 
-// A folder that another user prepared must not make the jobs write elsewhere.
+// If another user prepared the folder with links, the jobs must not write through them.
 TEST_F(Farm, LinksInAPreparedFolderAreRefused) {
   submit();
   write("bin/queue", "");
@@ -225,7 +226,7 @@ TEST_F(StagedFarm, LinksAreNotRead) {
   const std::string checkpoint = text_of(path("out.exr.part-1-of-3.checkpoint"));
   EXPECT_EQ(part().find(kShared), std::string::npos) << "the copy is there, and used again";
   EXPECT_NE(checkpoint.find(stage()), std::string::npos);
-  // The link leads to a folder of the same owner, with another scene of the same size.
+  // Replace the copy's folder by a link to another folder of the same owner.
   const std::string name = stage();
   fs::rename(name, path("other"));
   fs::create_directory_symlink(path("other"), name);
@@ -302,7 +303,7 @@ TEST_F(Farm, RetrySubmitsMissingParts) {
   EXPECT_NE(sbatch_words().find("--array=2-3\n"), std::string::npos) << sbatch_words();
   EXPECT_NE(sbatch_words().find("--dependency=afterok:3\n"), std::string::npos) << sbatch_words();
   EXPECT_EQ(text_of(path("bin/scancel.words")), "2\n") << "the merge that waits in vain";
-  // The merge waits for a part that is still running.
+  // If a part is still running, the merge must wait for it.
   write("bin/queue", "3|2|RUNNING|n1|None\n");
   fs::remove(path("bin/sbatch.words"));
   render({"farm", "retry", path("out.exr")}, with_slurm_);
@@ -312,7 +313,7 @@ TEST_F(Farm, RetrySubmitsMissingParts) {
   expect_failure(farm(path("out.exr")), 1, {"jobs in the queue"}, with_slurm_);
 }
 
-// Merging another frame's parts would produce that frame's picture.
+// Merging the parts of another frame would produce the picture of that frame.
 TEST_F(Farm, PartsOfAnotherFrameAreRefused) {
   write("look.json", R"({"emberline_edits": 1})");
   const Words edits = {"--edits", path("look.json")};
@@ -362,7 +363,7 @@ TEST_F(Farm, StatusTrustsSlurmAboutTheEnd) {
   EXPECT_EQ(ended["parts"][1]["state"], "failed");
   EXPECT_EQ(ended["parts"][1]["message"], "OUT_OF_MEMORY: rendering  40.0 %");
   EXPECT_EQ(ended["merge"]["state"], "done");
-  // Without Slurm's answer, a part that has long been silent may be lost.
+  // If Slurm does not answer, a part that has reported no progress for a long time may be lost.
   tool("squeue", "exit 1\n");
   EXPECT_EQ(status()["parts"][0]["state"], "running");
   fs::last_write_time(path("out.exr.farm/progress/part-1.json"),
@@ -452,8 +453,9 @@ TEST_F(FarmedRender, ReportsItsProgress) {
   expect_failure(render_words({"--progress-file", scene()}), 2, {"--progress-file"});
 }
 
-// Like --resume, `extend` repairs a damaged checkpoint. If the frame has no tiles, it refuses,
-// names the file and writes none. tests/farm/extend.py tests this in depth.
+// Like --resume, `extend` renders damaged tiles of a checkpoint again. If the checkpoint has no
+// tiles, `extend` refuses, names the file and writes nothing. tests/farm/extend.py tests this in
+// more detail.
 TEST_F(FarmedRender, ExtendRendersADamagedBucketAgain) {
   const Words frame = {"--size", "24x24", "--bucket-size", "8", "--resumable"};
   const std::string kept = path("out.exr.checkpoint");
@@ -492,7 +494,7 @@ TEST_F(FarmedRender, TakesItsLimitsFromTheJob) {
                            "--threads 1: SLURM_CPUS_PER_TASK", "SLURM_JOB_END_TIME"}) {
     EXPECT_NE(result.err.find(part), std::string::npos) << part << "\n" << result.err;
   }
-  job.environment["SLURM_JOB_END_TIME"] = std::to_string(now - 100000);  // a wrong clock
+  job.environment["SLURM_JOB_END_TIME"] = std::to_string(now - 100000);  // as from a wrong clock
   job.environment["SLURM_JOB_START_TIME"] = std::to_string(now - 100000 - 61);
   const RunResult wrong = run(endless + Words{"--resume"}, job);
   EXPECT_EQ(wrong.exit_code, 130);

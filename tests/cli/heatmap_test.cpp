@@ -1,5 +1,5 @@
-// Heatmaps that `render` writes, and those made later from its EXR: every quantity and format, and
-// refused options. tests/unit tests what the pictures show.
+// Tests heatmaps that `render` writes and heatmaps that are made later from its EXR, with every
+// quantity and format, and refused options. tests/unit tests what the pictures show.
 
 #include <algorithm>
 #include <cmath>
@@ -27,8 +27,8 @@ class Heatmap : public CommandTest {
     EXPECT_EQ(result.exit_code, 0) << result.describe();
     EXPECT_EQ(result.out, "");
   }
-  // The map's RMS equals the report's estimate, except that the estimate also counts undiscovered
-  // light, which belongs to no pixel; here that is up to 5 %.
+  // Expects that the RMS of the map equals the report's estimate. The estimate may be up to 5 %
+  // larger, because it also counts undiscovered light, which belongs to no pixel.
   static void expect_errors_of_report(double rms_of_map, double estimate, double tolerance = 1e-4) {
     EXPECT_GT(rms_of_map, 0.0);
     EXPECT_LE(rms_of_map, (1 + tolerance) * estimate);
@@ -51,8 +51,8 @@ TEST_F(Heatmap, SameDuringTheRenderAndFromTheFile) {
     for (const char* channel : {"variance.R", "stop", "time", "non_finite"}) {
       EXPECT_TRUE(picture.channels.contains(channel)) << channel << " is not added by itself";
     }
-    // `emberline heatmap` does not depend on drivers, so each quantity is tested with at least one
-    // of them, and each driver with at least one quantity.
+    // `emberline heatmap` does not depend on the driver. So it is enough to test each quantity with
+    // one driver, and each driver with one quantity.
     for (const std::string& quantity : driver == std::string("adaptive") ? kQuantities
                                        : driver == std::string("bucket") ? Words{"samples", "time"}
                                                                          : Words{"error"}) {
@@ -82,7 +82,7 @@ TEST_F(Heatmap, ExrHasTheValues) {
       EXPECT_EQ(heatmap.channels.at(quantity), frame.channels.at(quantity));
     }
   }
-  // The RMS that the legend and the report have.
+  // The legend and the report contain this RMS.
   double sum = 0;
   const ExrPicture errors = read_exr(path("error.exr"));
   for (const float error : errors.channels.at("error")) {
@@ -93,8 +93,8 @@ TEST_F(Heatmap, ExrHasTheValues) {
   expect_errors_of_report(std::sqrt(sum / (40 * 24)), read_json("r.json")["error"]["estimate"]);
 }
 
-// The map's RMS must match the report's estimate, which includes the change that the last doubling
-// of samples made. Both include the errors of all buckets.
+// The RMS of the map must match the report's estimate. The estimate includes the change made by the
+// last doubling of samples. Map and estimate include the errors of all buckets.
 TEST_F(Heatmap, ErrorsOfOneStreamMatchTheReport) {
   const Words threshold = {"--noise-threshold", "0.01"};
   const Words cases[] = {
@@ -115,8 +115,8 @@ TEST_F(Heatmap, ErrorsOfOneStreamMatchTheReport) {
     const ExrPicture errors = read_exr(path("error.exr"));
     const std::vector<float>& values = errors.channels.at("error");
     for (const float error : values) sum += double(error) * double(error);
-    // An unbiased frame's output has other means than those with which the driver placed pixels on
-    // the display curve.
+    // In an unbiased frame, the means in the output differ from the means with which the driver
+    // placed pixels on the display curve.
     const bool unbiased = std::ranges::count(words, "--unbiased") > 0;
     expect_errors_of_report(std::sqrt(sum / double(values.size())),
                             read_json("r.json")["error"]["estimate"], unbiased ? 0.05 : 1e-4);
@@ -210,7 +210,7 @@ TEST_F(Heatmap, StoppedRenderHasAHeatmap) {
     const RunResult result = process.wait();
     EXPECT_EQ(result.exit_code, 130) << result.describe();
     EXPECT_EQ(files(), (Words{"d.png", "out.exr", "s.png", "scene.glb"}));
-    // It must equal the heatmap made from the EXR.
+    // The heatmap must equal the heatmap made from the EXR.
     heatmap("later.png", {});
     EXPECT_EQ(bytes("d.png"), bytes("later.png"));
     heatmap("later.png", {"--of", "stop"});
@@ -253,7 +253,7 @@ TEST_F(Heatmap, WrongStylesAndCounts) {
                  {"--report", "it is also written by"});
   expect_failure(render_words({"--heatmap", path("d.jpg"), "--size", "50001x1"}), 2,
                  {"--heatmap", "50000"});
-  // Two heatmaps of one quantity may share a range.
+  // Two heatmaps of the same quantity may share a range.
   render(render_words(d + e + Words{"--range", "0,5"}));
   EXPECT_EQ(bytes("d.png"), bytes("e.png"));
 }

@@ -1,4 +1,5 @@
-// Hints about what to change. They are only messages: pictures and exit codes stay the same.
+// Tests hints that tell the user what to change. Hints are only messages. They do not affect
+// pictures or exit codes.
 #include "cli/command_test.h"
 
 namespace emberline::test {
@@ -16,18 +17,19 @@ TEST_F(Hints, APictureThatIsMostlyWhiteSuggestsAnExposure) {
   const std::string hint = "most of the picture is brighter than white; try --exposure ";
   const size_t at = text.find(hint);
   ASSERT_NE(at, std::string::npos) << text;
-  // The proposed exposure must be right: with it the picture is not white any more.
+  // With the proposed exposure, the picture must not be white any more.
   const std::string stops = text.substr(at + hint.size(), text.find('\n', at) - at - hint.size());
   EXPECT_LT(std::stoi(stops), -8) << text;
   EXPECT_GT(std::stoi(stops), -24) << text;
   EXPECT_EQ(messages(bright + Words{"--exposure", stops}).find(hint), std::string::npos);
-  // Half of the light is still too much, and the proposal takes the given exposure into account.
+  // With half of the light, the picture is still too bright. The proposal must be the same, because
+  // it takes the given exposure into account.
   EXPECT_NE(messages(bright + Words{"--exposure", "-1"}).find(hint + stops), std::string::npos);
 }
 
 TEST_F(Hints, AWhiteBackgroundIsNotTooBright) {
   unlit_scene().write_glb(path("plain.glb"));
-  // The camera looks upwards, and sees only the plain white environment.
+  // The camera looks upwards and sees only the plain white environment.
   const std::string text =
       render({"render", path("plain.glb"), "-o", path("out.png"), "--size", "16x16", "--spp", "1",
               "--look-from", "0,1,0", "--look-at", "0,9,0.1"})

@@ -1,4 +1,4 @@
-// `emberline info`: a scene's contents as text and as JSON.
+// Tests `emberline info`, which lists the contents of a scene as text and as JSON.
 #include "cli/command_test.h"
 
 #include <nlohmann/json.hpp>
@@ -9,7 +9,7 @@ namespace {
 
 class Info : public CommandTest {
  protected:
-  // Contains one of everything that info lists.
+  // Returns a scene that contains one of everything that `info` lists.
   GltfBuilder rich_scene() {
     GltfBuilder gltf = lamp_scene();
     gltf.root["asset"]["generator"] = "a test";
@@ -79,12 +79,12 @@ TEST_F(Info, InvalidUtf8NamesDoNotBreakTheJson) {
   const RunResult result = run({"info", gltf.write_glb(path("scene.glb")), "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_EQ(nlohmann::json::parse(result.out)["cameras"][0]["name"], "\x1b[31m red \n \xc3\xa4");
-  // In text output, control characters must not reach the terminal.
+  // In the text output, control characters must not reach the terminal.
   const RunResult text = run({"info", path("scene.glb")});
   EXPECT_NE(text.out.find("camera 0 '\\x1b[31m red \\n \xc3\xa4'"), std::string::npos) << text.out;
 }
 
-// Adds a chain of nodes without names below the scene's last node.
+// Adds a chain of nodes without names to the scene. Each node is the child of the one before it.
 void add_chain(GltfBuilder& gltf, size_t length) {
   const size_t first = gltf.root["nodes"].size();
   for (size_t i = 0; i < length; ++i) {

@@ -1,4 +1,5 @@
-// --isa, which selects Embree's kernels. Frames of different ISAs must not be mixed.
+// Tests --isa, which selects Embree's kernels. Parts of a frame that were rendered with different
+// kernels must not be mixed.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -7,7 +8,7 @@
 namespace emberline::test {
 namespace {
 
-// ISAs of x86-64, the one with the narrowest vectors first.
+// The instruction sets of x86-64. The first has the narrowest vectors.
 const Words kIsas = {"sse4.2", "avx2", "avx512"};
 
 class IsaOption : public CommandTest {
@@ -39,7 +40,7 @@ TEST_F(IsaOption, AllKernelsGiveTheSamePicture) {
     render(frame(isa, {"-o", path("one.exr")}));
     EXPECT_EQ(isa_of("one.exr"), isa);
     const RunResult both = run({"compare", path("one.exr"), path("auto.exr"), "--json"});
-    // A ray that hits the shared edge of two triangles may report either one.
+    // If a ray hits the shared edge of two triangles, Embree may report either triangle.
     EXPECT_LT(nlohmann::json::parse(both.out)["relmse"].get<double>(), 1e-3) << isa;
     const auto different = nlohmann::json::parse(both.out)["different_pixels"].get<int>();
     EXPECT_TRUE(isa != widest_ || different == 0) << different;

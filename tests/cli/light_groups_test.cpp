@@ -1,4 +1,4 @@
-// --light-groups, which writes the contribution of each light as an EXR layer.
+// Tests --light-groups, which writes the contribution of each light as an EXR layer.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -9,7 +9,8 @@ namespace {
 
 class LightGroupsOption : public CommandTest {
  protected:
-  // The lamp, a second emissive material with the same name, and a grey sky.
+  // The scene has the lamp, a second emissive material with the same name, and a black one. There
+  // is also a file with a grey sky.
   void SetUp() override {
     GltfBuilder gltf = lamp_scene();
     const int second =
@@ -28,7 +29,7 @@ class LightGroupsOption : public CommandTest {
   }
 };
 
-// The layers must add up in every pixel.
+// Expects that the layers add up to the picture in every pixel.
 void expect_sums(const ExrPicture& picture, const Words& layers) {
   for (const char* channel : {"R", "G", "B"}) {
     const std::vector<float>& whole = picture.channels.at(channel);
@@ -90,13 +91,13 @@ TEST_F(LightGroupsOption, FollowTheEdits) {
   const ExrPicture seen = picture({"--light-groups", "--edits", path("shot.json")});
   EXPECT_EQ(seen.channels.size(), 5u + 6);
   expect_sums(seen, {"lamp", "environment"});
-  // Only the sky contributes to the background.
+  // This pixel shows the background, to which only the sky contributes.
   EXPECT_EQ(seen.at("light.environment.G", 8, 0), seen.at("G", 8, 0));
   EXPECT_EQ(seen.at("light.lamp.G", 8, 0), 0.0f);
 }
 
-// In a stopped progressive frame, pixels without samples get their neighbours' values, in the
-// picture as well as in its layers.
+// In a stopped progressive frame, pixels without samples get the values of their neighbours. This
+// must hold for the picture and for its layers.
 TEST_F(LightGroupsOption, AddUpInAStoppedFrame) {
   render(words({"--light-groups", "--driver", "bisection", "--size", "400x300", "--spp", "1",
                 "--time-limit", "0.001"}));

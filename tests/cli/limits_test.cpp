@@ -1,5 +1,5 @@
-// --memory-limit and --load-timeout: too much memory is refused before it is allocated, and
-// reservations match the actual use.
+// Tests --memory-limit and --load-timeout. The command must refuse to use too much memory before it
+// allocates the memory, and reservations must match the memory that is used.
 #include <sys/stat.h>
 #include <sys/wait.h>
 
@@ -20,7 +20,7 @@ namespace {
 
 class Limits : public CommandTest {
  protected:
-  // A visible grid of n x n vertices.
+  // Writes a scene with a visible grid of n x n vertices. Returns its path.
   std::string grid(int n) {
     GltfBuilder gltf = lamp_scene();
     std::vector<float> positions;
@@ -40,7 +40,7 @@ class Limits : public CommandTest {
     return gltf.write_glb(path("grid.glb"));
   }
 
-  // An environment map that OpenImageIO reads.
+  // Writes an environment map that OpenImageIO reads. Returns its path.
   std::string sky() {
     write_floats(path("sky.exr"), 8, 4, 3, std::vector<float>(size_t(8) * 4 * 3, 1.0f));
     return path("sky.exr");
@@ -58,7 +58,8 @@ class Limits : public CommandTest {
   }
 };
 
-// If Embree fails to create a device, the next one that it creates hangs when it is released.
+// If Embree fails to create a device, the next device that it creates hangs when it is released.
+// The command must not hang in this case.
 TEST_F(Limits, ReportsTooLittleMemoryForEmbree) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer needs more itself";
   for (const uint64_t limit : {64, 96}) {
@@ -66,7 +67,7 @@ TEST_F(Limits, ReportsTooLittleMemoryForEmbree) {
   }
 }
 
-// At this limit, the image library's dependencies would abort or hang.
+// With this limit, the dependencies of the image library would abort or hang if they were loaded.
 TEST_F(Limits, ReportsTooLittleMemoryForTheImageLibrary) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer needs more itself";
   const Words words = {"render", scene(),  "-o",  path("a.exr"), "--env",
@@ -74,7 +75,7 @@ TEST_F(Limits, ReportsTooLittleMemoryForTheImageLibrary) {
   expect_failure(words, 1, {"ulimit"}, {.data_limit = uint64_t(600) << 20});
 }
 
-// Uses a copy of the program in a separate folder.
+// The test damages the library of a copy of the program, which is in a separate folder.
 TEST_F(Limits, ReportsADamagedImageLibrary) {
   namespace fs = std::filesystem;
   if (kSanitized) GTEST_SKIP() << "AddressSanitizer's program has it linked";
@@ -106,7 +107,7 @@ TEST_F(Limits, ReportsADamagedImageLibrary) {
   fs::remove(library);
   ASSERT_EQ(::mkfifo(library.c_str(), 0600), 0);
   expect_damaged("not a regular file");
-  // PNG and JPEG work without the library, as textures and as pictures.
+  // PNG and JPEG must work without the library, as textures and as pictures.
   GltfBuilder gltf = lamp_scene();
   auto& colour = gltf.root["materials"][0]["pbrMetallicRoughness"];
   colour["baseColorTexture"]["index"] = add_texture(gltf, small_png());
@@ -142,7 +143,7 @@ TEST_F(Limits, ReservedMemoryMatchesUsedMemory) {
     const Figures f = figures(row.file, row.words);
     const double taken = f.peak - row.before.peak, reserved = f.reserved - row.before.reserved;
     EXPECT_GT(reserved, 30e6) << row.what;
-    // Two runs differ by up to 8 MB.
+    // The memory of two equal runs differs by up to 8 MB.
     EXPECT_LT(taken, 1.1 * reserved + 8e6) << row.what;
     EXPECT_LT(reserved, 3.0 * taken + 8e6) << row.what;
   }
@@ -152,8 +153,8 @@ TEST_F(Limits, ReservedMemoryMatchesUsedMemory) {
   }
 }
 
-// If a frame is stopped before every pixel has a sample, the filled picture is output with its
-// layers and lights while the frame is also being saved.
+// If a frame is stopped before every pixel has a sample, two things happen at the same time: the
+// filled picture is written with its layers and lights, and the frame is saved.
 TEST_F(Limits, ReservesMemoryOfAFrameStoppedInItsFirstPass) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const Words layers = {"--aov", "direct,indirect,emission,transmission,reflection,environment"};
@@ -168,8 +169,8 @@ TEST_F(Limits, ReservesMemoryOfAFrameStoppedInItsFirstPass) {
   }
 }
 
-// Most of a tile's channels are ids of --cryptomatte, and the DWA encoder, a library, allocates
-// further memory.
+// With these settings, most channels of a tile are ids of --cryptomatte. The encoder for DWA, which
+// is in a library, allocates further memory.
 TEST_F(Limits, ReservesMemoryOfMattes) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const Words mattes = {"--cryptomatte", "object,material,asset", "--cryptomatte-levels", "32"};
@@ -183,7 +184,7 @@ TEST_F(Limits, ReservesMemoryOfMattes) {
         large + Words{"--exr-compression", "dwab"},
         small + mattes + stopped + Words{"--exr-parts", "layers", "--exr-compression", "dwab"}}) {
     SCOPED_TRACE(testing::PrintToString(more));
-    // Memory for loading the encoder's library does not count as the frame's.
+    // Memory for loading the library of the encoder does not count as memory of the frame.
     const bool dwa = std::ranges::find(more, "dwab") != more.end();
     const Figures none = figures(scene(), dwa ? tiny + Words{"--exr-compression", "dwab"} : tiny);
     const Figures f = figures(scene(), more);
@@ -192,7 +193,8 @@ TEST_F(Limits, ReservesMemoryOfMattes) {
   }
 }
 
-// With two halves for the denoiser, a tile has each light three times while it is written.
+// The denoiser needs two halves of the samples. While a tile is written, it therefore contains each
+// light three times.
 TEST_F(Limits, ReservesMemoryOfTilesWithLightsByHalves) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   GltfBuilder gltf = lamp_scene();
@@ -210,8 +212,8 @@ TEST_F(Limits, ReservesMemoryOfTilesWithLightsByHalves) {
   EXPECT_LT(f.reserved - none.reserved, 2.2 * (f.peak - none.peak) + 8e6);
 }
 
-// Each thread of `merge` has ids and lights in its film and in its output buffers, and the DWA
-// encoder allocates further memory.
+// Each thread of `merge` has ids and lights in its film and in its output buffers. The encoder for
+// DWA allocates further memory.
 TEST_F(Limits, ReservesMemoryOfMergedMattesAndLights) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const auto merged = [&](const Words& frame) {
@@ -237,7 +239,7 @@ TEST_F(Limits, ReservesMemoryOfMergedMattesAndLights) {
   }
 }
 
-// With millions of buckets, the lists of buckets take considerable memory.
+// With millions of buckets, the lists of buckets need considerable memory.
 TEST_F(Limits, ReservesMemoryOfBucketLists) {
   const Words frame = {"render", scene(),         "-o", path("out.exr"), "--spp",
                        "1",      "--bucket-size", "1"};
@@ -258,7 +260,7 @@ TEST_F(Limits, AFrameThatIsTooLargeIsRefusedBeforeTheLoad) {
   }
 }
 
-// The limit includes each thread's working memory.
+// The limit applies to all memory, including the working memory of each thread.
 TEST_F(Limits, BucketsThatAreTooLargeAreRefusedBeforeTheLoad) {
   for (const auto& [driver, limit] : {std::pair("bucket", "60"), std::pair("bisection", "120")}) {
     const Words words = {"--size",   "1024x1024", "--memory-limit", limit + std::string("M"),
@@ -280,8 +282,8 @@ TEST_F(Limits, ASceneThatIsTooLargeIsRefused) {
   }
 }
 
-// A build that fails releases memory before its error is reported; the error must still name the
-// amount that was left.
+// If building the BVH fails, memory is released before the error is reported. The error must name
+// the amount that was left before that.
 TEST_F(Limits, ARefusalNamesLessMemoryThanIsNeeded) {
   const std::string file = grid(300);
   const std::regex figures("needs ([0-9.,]+) (Ki|Mi)?B of memory .*but only ([0-9.,]+) (Ki|Mi)?B");
@@ -319,14 +321,14 @@ TEST_F(Limits, PicturesThatAreTooLargeAreRefused) {
   expect_failure({"compare", large, large, "--memory-limit", "2M"}, 3, {"large.exr", left});
   expect_failure({"heatmap", large, "-o", path("h.png"), "--memory-limit", "2M"}, 3,
                  {"large.exr", left});
-  // With enough memory both commands succeed.
+  // With enough memory, both commands must succeed.
   for (const Words& words : {Words{"compare", large, large, "-o", path("d.png")},
                              Words{"heatmap", large, "-o", path("h.png")}}) {
     const RunResult result = run(words + Words{"--memory-limit", "60M"});
     EXPECT_EQ(result.exit_code, 0) << words[0] << ": " << result.err;
   }
-  // Other pictures that a run reads are refused in the same way: an environment from an option or
-  // an edit, and a reference.
+  // The command must refuse other pictures in the same way: an environment from an option, an
+  // environment from an edit, and a reference.
   write("dim.json",
         nlohmann::json{{"emberline_edits", 1}, {"environment", {{"file", "large.exr"}}}}.dump());
   for (const Words& more : {Words{"--env", large}, Words{"--edits", path("dim.json")}}) {
@@ -337,7 +339,7 @@ TEST_F(Limits, PicturesThatAreTooLargeAreRefused) {
                  3, {"large.exr", left});
 }
 
-// A parsed JSON document takes many times the file's size.
+// A parsed JSON document needs many times as much memory as its file.
 TEST_F(Limits, ReservesMemoryOfAnEditsFile) {
   std::string arrays = "[]";
   for (int i = 1; i < 400'000; ++i) arrays += ",[]";

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Man pages must be formatted without warnings: manual.sh SHARE
+# Checks that `man` formats our man pages without warnings: manual.sh SHARE
 status=0
 for page in "$1"/man/man1/*.1.gz; do
   warnings=$(MANWIDTH=80 man -l --warnings "$page" 2>&1 >/dev/null)

@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
-"""Runs every `emberline` command in README.md and the manual, with tiny frames; each must exit with 0.
+"""Runs every `emberline` command in README.md and the manual with tiny frames. Each command must exit with 0.
 
     manual_commands.py EMBERLINE [--python PYTHON] [PAGE...]
 
-Commands are the lines in ```sh blocks that begin with `emberline`, and with --python those that begin with `python3`:
-PYTHON runs them, and PYTHONPATH has the module. Each page runs in an empty folder with a link to scenes/, its commands
-in order; `> FILE` at the end is what a shell makes of it. A comment before a block says what else to do with it:
+A command is a line in a ```sh block that begins with `emberline`. With --python, lines that begin with `python3` are
+also commands; PYTHON runs them, and PYTHONPATH must contain the module. The commands of each page run in order, in a
+folder that contains only a link to scenes/. `> FILE` at the end of a command works as in a shell. A comment before a
+block can change what happens to the block:
 
-    <!-- not run: needs Slurm -->    skips the block, for that reason
-    <!-- file: look.json -->         writes the block to that file
+    <!-- not run: needs Slurm -->    skips the block, for this reason
+    <!-- file: look.json -->         writes the block to this file
 """
 
 import argparse
@@ -23,7 +24,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "renderer/app/manual").glob("*.md"))]
-TIMEOUT = 60  # seconds for each command
+TIMEOUT = 60  # in seconds, for each command
 
 # New values for options that determine how long a command takes, or that depend on the size of the frame.
 SHORT_VALUES = {
@@ -38,7 +39,7 @@ SHORT_VALUES = {
     "--spp": "1",
     "--turntable": "2",
 }
-# Options that a command gets if the page does not have them.
+# A command gets these options if the page does not give them.
 DEFAULT_OPTIONS = {
     "render": ("--size", "--spp", "--bucket-size"),
     "farm": ("--size", "--spp", "--bucket-size"),
@@ -108,7 +109,7 @@ def shorten_command(words, folder):
     if command == "extend":
         values["--spp"] = "2"
     if denoised or "--min-spp" in words or "variance" in " ".join(words):
-        values["--spp"] = "16"  # --min-spp must not exceed it, and a variance needs two samples
+        values["--spp"] = "16"  # --spp must be at least --min-spp, and a variance needs two samples
     if command == "explain":
         words = [re.sub(r"^\d+,\d+$", values["--explain"], word) for word in words]
     if "--panorama" in words:
@@ -131,7 +132,7 @@ def shorten_script(text):
 
 
 def run(programs, page):
-    """Runs the page's commands and returns the faults, each with its line. `programs` maps command names to programs."""
+    """Runs the commands of a page. Returns the faults, each with its line. `programs` maps names to programs."""
     faults = list(page.faults)
     with tempfile.TemporaryDirectory() as folder:
         pathlib.Path(folder, "scenes").symlink_to(ROOT / "scenes")

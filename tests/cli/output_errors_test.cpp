@@ -1,5 +1,5 @@
-// Output that cannot be written: exit code 1, one line, no partial file, and an existing file of
-// that name stays unchanged.
+// Tests output that cannot be written. The command must exit with 1, print one line, leave no
+// partial file, and leave an existing file of that name unchanged.
 #include <fcntl.h>
 #include <sys/mount.h>
 #include <unistd.h>
@@ -15,7 +15,7 @@ namespace {
 class OutputErrors : public CommandTest {
  protected:
   static constexpr const char* kOld = "last night's good frame";
-  // A noisy frame, so that no format can compress it well.
+  // With these settings the frame is noisy, so that no format can compress it well.
   const Words kNoisy = {"--look-from", "0,1,0", "--look-at", "0,0,0", "--max-depth", "2"};
 };
 
@@ -67,7 +67,7 @@ TEST_F(OutputErrors, WriteProtectedFile) {
   }
 }
 
-// RLIMIT_FSIZE simulates a full disk.
+// A limit on the size of files (RLIMIT_FSIZE) simulates a full disk.
 TEST_F(OutputErrors, DiskFillsUpDuringTheRender) {
   scene();
   for (const char* name : {"a.exr", "a.png", "a.jpg"}) {
@@ -81,8 +81,9 @@ TEST_F(OutputErrors, DiskFillsUpDuringTheRender) {
   }
 }
 
-// A file that cannot be written must not affect the others, whether it fails during the render (an
-// EXR's tiles) or at its end. Each is named, also in the report.
+// If a file cannot be written, the other files must still be written. This must hold for a failure
+// during the render, as with the tiles of an EXR, and for a failure at its end. The log and the
+// report must name each file that failed.
 TEST_F(OutputErrors, WritableOutputsAreStillWritten) {
   for (const char* driver : {"bucket", "adaptive"}) {
     SCOPED_TRACE(driver);
@@ -96,7 +97,7 @@ TEST_F(OutputErrors, WritableOutputsAreStillWritten) {
       words = words +
               Words{"--tree", path("t.json"), "--snapshots", path("s"), "--snapshot-at", "first"};
     }
-    // The heatmap and the report fit within the limit; the pictures do not.
+    // The heatmap and the report fit within the limit, but the pictures do not.
     const RunResult result = run(words, {.file_size_limit = 20000});
     EXPECT_EQ(result.exit_code, 1) << result.describe();
     Words failed;
@@ -139,8 +140,9 @@ TEST_F(OutputErrors, FullFileSystem) {
   ::umount(path("disk").c_str());
 }
 
-// A typing error must not cost hours of rendering. The order of the errors shows that the path is
-// checked before the scene is loaded.
+// A typing error must not cost hours of rendering, so paths are checked first. The scene does not
+// exist either, but the error names the path. This shows that the path is checked before the scene
+// is loaded.
 TEST_F(OutputErrors, ReportPathIsCheckedBeforeTheRender) {
   expect_failure(render_words({"--report", path("missing/r.json")}), 1,
                  {"missing/r.json", "does not exist"});
@@ -153,7 +155,7 @@ TEST_F(OutputErrors, ReportPathIsCheckedBeforeTheRender) {
   expect_failure(render_words({"--report", path("r.json")}), 1, {"r.json", "folder"});
 }
 
-// A file must be recognised under every spelling of its path.
+// The command must recognise a file under every spelling of its path.
 TEST_F(OutputErrors, OutputsMayNotReplaceInputsOrEachOther) {
   namespace fs = std::filesystem;
   scene();
@@ -198,7 +200,7 @@ TEST_F(OutputErrors, OutputsMayNotReplaceInputsOrEachOther) {
                  {"link.exr", "one of the pictures compared"});
   expect_failure({"heatmap", path("sky.exr"), "-o", path("here/link.exr")}, 2, {"picture itself"});
   expect_failure({"study", path("scene.glb"), "-o", path("here")}, 2, {"-o", "the scene"});
-  // Files that the scene refers to are known only once it is read.
+  // The files to which a scene refers are known only after the scene is read.
   GltfBuilder textured = lamp_scene();
   textured.push("images", {{"uri", "sub/b.png"}});
   textured.push("textures", {{"source", 0}});
@@ -226,15 +228,15 @@ colorspaces:
   expect_failure(frame + Words{"-o", path("c.png"), "--report", path("here/table.cube")}, 2,
                  {"--report", "$OCIO config reads it"},
                  {.environment = {{"OCIO", path("config.ocio")}}});
-  // Otherwise a file may have any name, and several outputs may share a device.
+  // Otherwise, files may have any names, and several outputs may share a device.
   render(frame + Words{"-o", path("a.exr"), "-o", path("sub/a.exr"), "--report", "/dev/null",
                        "--report", "/dev/null"});
   fs::remove(path("shots/000_first.exr"));
   render(frame + shots + Words{path("shots/final.exr"), "--snapshot-at", "first"});
 }
 
-// A shell or another program may append to the same log, so replacing the file would lose its
-// contents.
+// A shell or another program may append to the same log. If the command replaced the file, the
+// contents would be lost.
 TEST_F(OutputErrors, OpenStreamsAreWrittenNotReplaced) {
   write("log", "what was there\n");
   for (const char* name :
@@ -275,7 +277,8 @@ TEST_F(OutputErrors, UnwrittenResultsAreErrors) {
   }
 }
 
-// A daemon or "2>&-" closes standard streams. No output may then get the descriptor of one.
+// A daemon or "2>&-" closes standard streams. No output file may then get the descriptor of a
+// standard stream.
 TEST_F(OutputErrors, ClosedStreamsDoNotCorruptThePicture) {
   const Words words = render_words({"--threads", "1", "--verbose"});
   render(words);
@@ -292,7 +295,7 @@ TEST_F(OutputErrors, ClosedStreamsDoNotCorruptThePicture) {
   expect_failure({"info", scene()}, 1, {"standard output"}, {.closed = {1}});
 }
 
-// A name from outside must not start a new line or move the cursor.
+// A name that the user or a scene provides must not start a new line or move the cursor.
 TEST_F(OutputErrors, ControlCharactersInNamesAreEscaped) {
   expect_failure(
       {"render", path("a\nemberline: error: b\x1b[2J\r\xc2\x9b.glb"), "-o", path("out.exr")}, 3,

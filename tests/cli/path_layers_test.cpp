@@ -1,5 +1,5 @@
-// --aov direct,indirect,…: the file's layers by light path, and how merge, resume and extend treat
-// them.
+// Tests --aov direct,indirect,…: the layers by light path in a file, and how merge, resume and
+// extend treat these layers.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -14,7 +14,7 @@ const Words kLayers = {"direct",       "indirect",   "emission",
 
 class PathLayersOption : public CommandTest {
  protected:
-  // The lamp, a pane and a mirror in front of a grey sky.
+  // The scene has the lamp, a pane and a mirror in front of a grey sky.
   void SetUp() override {
     GltfBuilder gltf = lamp_scene();
     const int pane =
@@ -98,7 +98,7 @@ TEST_F(PathLayersOption, LightpathIsAllSixLayers) {
   const ExrPicture expected = read_exr(path("out.exr"));
   render(render_words({"--aov", "lightpath,normal,depth", "--resumable"}));
   EXPECT_EQ(first_difference(expected, read_exr(path("out.exr"))), "");
-  // Checkpoints and rules know only the channels' names, not "lightpath".
+  // Checkpoints and rules know only the names of the channels. They do not know "lightpath".
   render(render_words(six + Words{"--resumable", "--resume"}));
   expect_failure(render_words({"--aov", "lightpath", "--integrator", "normal"}), 2,
                  {"--aov direct requires --integrator"});
@@ -108,7 +108,7 @@ TEST_F(PathLayersOption, LightpathIsAllSixLayers) {
 TEST_F(PathLayersOption, AddUpInEveryFrame) {
   expect_sums(picture({"--spp", "32", "--driver", "adaptive", "--unbiased"}));
   expect_sums(picture({"--spp", "16", "--light-groups", "--denoise"}));
-  // In a stopped frame, pixels without samples get their neighbours' values.
+  // In a stopped frame, pixels without samples get the values of their neighbours.
   render(
       frame({"--driver", "bisection", "--size", "400x300", "--spp", "1", "--time-limit", "0.001"}));
   const ExrPicture stopped = read_exr(path("out.exr"));

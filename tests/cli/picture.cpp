@@ -37,8 +37,8 @@ ExrPicture read_exr(const std::string& path) {
     picture.types[i.name()] = kTypes[i.channel().type];
     std::vector<float>& values = picture.channels[i.name()];
     values.assign(size_t(picture.data.area()), 0.0f);
-    // OpenEXR's coordinates start at the display window's corner. It converts uint to float by
-    // value.
+    // In OpenEXR, coordinates start at the corner of the display window. OpenEXR converts uint
+    // values to floats of the same value.
     buffer.insert(i.name(), Imf::Slice::Make(Imf::FLOAT, values.data(), header.dataWindow(),
                                              sizeof(float), sizeof(float) * width));
   }

@@ -1,5 +1,5 @@
-// --catcher and --holdout, which name objects for compositing over a plate; refused options; merge,
-// resume and extend.
+// Tests --catcher and --holdout, which name objects for compositing over a plate. Also tests
+// refused options, merge, resume and extend.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -11,7 +11,7 @@ namespace {
 
 class PlateOptions : public CommandTest {
  protected:
-  // A floor, a lamp, and a card above the floor, which has a parent node.
+  // The scene has a floor, a lamp, and a card above the floor. The card's node has a parent.
   void SetUp() override {
     GltfBuilder gltf = lamp_scene();
     const int card = gltf.push("materials", {{"name", "card"}, {"doubleSided", true}});
@@ -86,7 +86,8 @@ TEST_F(PlateOptions, GoThroughCheckpoints) {
                  3, {"--holdout: not given (now props)"});
 }
 
-// Adaptive rounds have different weights, but shadows are computed from all samples.
+// The rounds of the adaptive driver have different weights, but shadows are computed from all
+// samples.
 TEST_F(PlateOptions, WorkWithEveryDriver) {
   const ExrPicture whole = picture({"--spp", "64"});
   for (const Words& driver :
@@ -103,7 +104,7 @@ TEST_F(PlateOptions, WorkWithEveryDriver) {
   }
 }
 
-// Names an object by its parent node, and by a name with special characters.
+// The options can name an object by its parent node, and by a name with special characters.
 TEST_F(PlateOptions, NameNodes) {
   const ExrPicture plain = picture({"--spp", "4", "--aov", "id"});
   const ExrPicture held = picture({"--spp", "4", "--aov", "id", "--holdout", "props"});

@@ -69,8 +69,8 @@ std::string RunResult::describe() const {
 
 Process::Process(const std::vector<std::string>& arguments, const RunOptions& options)
     : options_(options), started_(now()) {
-  // The program is opened before privileges are dropped, because other users may not be able to
-  // read the build folder.
+  // Open the program before dropping privileges, because other users may not be able to read the
+  // build folder.
   const int binary = ::open(EMBERLINE_BINARY, O_RDONLY | O_CLOEXEC);
   out_ = ::memfd_create("stdout", MFD_CLOEXEC);
   int terminal = -1;
@@ -100,7 +100,7 @@ Process::Process(const std::vector<std::string>& arguments, const RunOptions& op
   if (terminal >= 0) ::close(terminal);
 }
 
-// Runs between fork and exec: applies the options, then starts the program.
+// Runs between fork and exec. Applies the options, and then starts the program.
 void Process::run_child(const std::vector<std::string>& arguments, int binary) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGXCPU, SIGPIPE, SIGXFSZ}) {
     std::signal(signal, SIG_DFL);
@@ -123,7 +123,7 @@ void Process::run_child(const std::vector<std::string>& arguments, int binary) {
   if (options_.process_limit > 0) {
     const rlimit limit = {options_.process_limit, options_.process_limit};
     ::setrlimit(RLIMIT_NPROC, &limit);
-    user = 100000 + uid_t(::getpid());  // the limit counts all processes of a user
+    user = 100000 + uid_t(::getpid());  // a new user, because the limit counts all its processes
   }
   const bool other_user = options_.unprivileged || options_.process_limit > 0;
   if (other_user && ::getuid() == 0 && (::setgid(65534) != 0 || ::setuid(user) != 0)) {
@@ -151,7 +151,8 @@ void Process::send(int signal) {
   ::kill(pid_, signal);
 }
 
-// Reads fields 14 and 15 of stat, see proc(5). Skips the process name, which may contain blanks.
+// Reads fields 14 and 15 of /proc/PID/stat, see proc(5). Skips the name of the process, which may
+// contain blanks.
 double Process::cpu_seconds() const {
   std::ifstream file("/proc/" + std::to_string(pid_) + "/stat");
   std::string text;
@@ -164,7 +165,7 @@ double Process::cpu_seconds() const {
   return (user + system) / double(::sysconf(_SC_CLK_TCK));
 }
 
-// Returns whether the process has ended. If `flags` is 0, waits until it has.
+// Returns whether the process has ended. If `flags` is 0, waits until it has ended.
 bool Process::poll(int flags) {
   if (ended_) return true;
   int status = 0;

@@ -1,4 +1,4 @@
-// Progress on a terminal and in a farm's log, with and without --quiet.
+// Tests progress on a terminal and in the log of a farm, with and without --quiet.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -10,8 +10,8 @@ namespace {
 
 class Progress : public CommandTest {
  protected:
-  // Even on a fast machine this takes long enough for an update, which comes every tenth of a
-  // second.
+  // Updates come every tenth of a second. Even on a fast machine, this frame takes long enough for
+  // an update.
   Words long_render(const Words& more = {}) {
     return render_words(Words{"--size", "320x250", "--spp", "16", "--threads", "1"} + more);
   }
@@ -34,10 +34,10 @@ TEST_F(Progress, WritesPlainLinesToALog) {
   EXPECT_NE(result.err.find("rendered 1280000 samples"), std::string::npos) << result.err;
 }
 
-// With a threshold, the number of samples is not known beforehand, but the fraction of finished
-// buckets is.
+// With a threshold, the number of samples is not known beforehand. The time left is estimated from
+// the fraction of finished buckets.
 TEST_F(Progress, BucketsWithAThresholdShowTheTimeLeft) {
-  // Does not use --spp, because that would set a budget.
+  // This frame has no --spp, because that would set a budget.
   const RunResult result =
       run({"render", scene(), "-o", path("out.exr"), "--size", "160x160", "--noise-threshold",
            "0.00001", "--max-spp", "64", "--bucket-size", "16", "--threads", "1"});
@@ -46,8 +46,8 @@ TEST_F(Progress, BucketsWithAThresholdShowTheTimeLeft) {
       << result.err;
 }
 
-// Returns the lines that overwrite each other on a terminal, without the escape codes that clear
-// them.
+// Returns the lines of a terminal that overwrite each other, without the escape codes that clear a
+// line.
 Words drawn_lines(const std::string& text) {
   Words lines;
   size_t at = 0;
@@ -71,12 +71,12 @@ TEST_F(Progress, ABarOnATerminal) {
       if (line.find(" %") == std::string::npos) continue;
       ++updates;
       bars += line.find('[') != std::string::npos;
-      // A terminal would wrap a longer line, which could then not be overwritten.
+      // A terminal would wrap a longer line, and the next line could not overwrite it.
       EXPECT_LT(line.size(), size_t(columns)) << line;
     }
     EXPECT_GE(updates, 1u) << result.err;
     EXPECT_TRUE(columns < 80 || bars == updates);
-    // The bar is cleared before the last message, which has a line to itself.
+    // The bar must be cleared before the last message, which must be alone in its line.
     EXPECT_NE(result.err.find("\r\033[Krendered "), std::string::npos) << result.err;
   }
 }
@@ -91,11 +91,11 @@ TEST_F(Progress, QuietIsSilent) {
   EXPECT_EQ(render(render_words({"-q", "-o", path("q.png")})).err, "");
   const RunResult piped = render(render_words({"--quiet", "-o", path("a.png")}));
   EXPECT_EQ(piped.err, "");
-  // This render takes so long that a bar would be drawn.
+  // Without --quiet, this render would take long enough to draw a bar.
   const RunResult terminal = run(long_render({"--quiet"}), {.terminal_columns = 80});
   EXPECT_EQ(terminal.exit_code, 0);
   EXPECT_EQ(terminal.err, "");
-  // Errors are still printed.
+  // Errors must still be printed.
   expect_failure({"render", path("none.glb"), "-o", path("out.exr"), "--quiet"}, 3, {"none.glb"});
 }
 
@@ -117,7 +117,7 @@ TEST_F(Progress, VerboseListsSceneFeatures) {
 }
 
 TEST_F(Progress, UnreadLogDoesNotEndTheRender) {
-  // As in `emberline render ... 2>&1 | head -1`, which stops reading after the first line.
+  // This is like `emberline render ... 2>&1 | head -1`, where head stops reading after one line.
   const RunResult result = run(long_render(), {.stderr_reader_gone = true});
   EXPECT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_EQ(files(), (Words{"out.exr", "scene.glb"}));

@@ -1,4 +1,4 @@
-// --frames and --turntable: each frame must equal the frame rendered alone.
+// Tests --frames and --turntable. Each frame of a range must equal the same frame rendered alone.
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ class Range : public CommandTest {
     return Words{"render", scene(), "-o", path("a.##.exr"), "--size", "24x16", "--spp", "4"} + more;
   }
   Words turn(const Words& more = {}) { return range_words(Words{"--turntable", "4"} + more); }
-  // A range whose frames take hours.
+  // Returns a range whose frames take hours.
   Words endless(const Words& more = {}) {
     return Words{"render",
                  scene(),
@@ -80,7 +80,7 @@ TEST_F(Range, ReplaysASampleOfAFrame) {
   EXPECT_NE(run(turn(Words{"--frames", "3"} + replay)).out, alone.out);
 }
 
-// Tests the other inputs and outputs of a frame: lights, edits, checkpoints.
+// Tests the other inputs and outputs of a frame, such as edits and checkpoints.
 TEST_F(Range, EveryFrameWritesAllItsFiles) {
   render(turn({"-o",
                path("a.#.png"),
@@ -122,7 +122,7 @@ TEST_F(Range, EveryFrameWritesAllItsFiles) {
 
 TEST_F(Range, AnAnimationPosesEachFrame) {
   GltfBuilder gltf = lamp_scene();
-  constexpr int kLamp = 2;  // index of the lamp's node
+  constexpr int kLamp = 2;  // the index of the lamp's node
   AnimationBuilder(gltf).move(kLamp, "translation", {0, 1}, "VEC3", {0, 0, 0, 0.5f, 0, 0.5f});
   const Words words = {
       "render",  gltf.write_glb(path("moving.glb")), "--size", "24x16", "--spp", "4", "--fps", "12",
@@ -134,12 +134,12 @@ TEST_F(Range, AnAnimationPosesEachFrame) {
         << frame;
   }
   EXPECT_NE(first_difference(read_exr(path("a.0.exr")), read_exr(path("a.9.exr"))), "");
-  // The memory of a pose is released when the next one is built.
+  // The memory of a pose must be released when the next pose is built.
   const auto reserved = [&](const std::string& name) {
     return read_json(name)["memory"]["most_reserved_bytes"].get<double>();
   };
   EXPECT_LT(reserved("r.18.json"), 1.02 * reserved("r.3.json"));
-  // A turntable's scene is at rest unless an animation is requested.
+  // With a turntable, the scene is at rest unless an animation is requested.
   const Words turned = words + Words{path("r.#.json"), "-o",  path("t.#.exr"), "--turntable", "12",
                                      "--frames",       "1,13"};
   const auto same = [&] {
@@ -151,7 +151,7 @@ TEST_F(Range, AnAnimationPosesEachFrame) {
   EXPECT_FALSE(same());
 }
 
-// 240 000 triangles and an image of a million pixels must be loaded only once.
+// The scene has 500,000 triangles, which must be loaded and built only once.
 TEST_F(Range, StaticPartsAreLoadedAndBuiltOnce) {
   GltfBuilder gltf = lamp_scene();
   constexpr int kSide = 500;
@@ -174,7 +174,8 @@ TEST_F(Range, StaticPartsAreLoadedAndBuiltOnce) {
     const nlohmann::json time = read_json(name)["time"];
     return time["load_s"].get<double>() + time["build_s"].get<double>();
   };
-  // A frame's times add up to its whole time. Other load may delay some frames, but not all.
+  // The times of a frame must add up to its whole time. Other load may delay some frames, but not
+  // all of them.
   std::vector<double> loads, gaps;
   for (int frame = 1; frame <= 7; ++frame) {
     const std::string name = "r." + std::to_string(frame) + ".json";
@@ -195,7 +196,7 @@ TEST_F(Range, StaticPartsAreLoadedAndBuiltOnce) {
 }
 
 TEST_F(Range, FailedFrameDoesNotEndTheRange) {
-  fs::create_directory(path("a.02.exr"));  // nothing can be written there
+  fs::create_directory(path("a.02.exr"));  // makes it impossible to write this frame
   const Words words = turn({"--range-report", path("range.json")});
   const RunResult result = run(words);
   EXPECT_EQ(result.exit_code, 1) << result.describe();
@@ -243,14 +244,14 @@ TEST_F(Range, MissingFolderIsReportedOnce) {
   EXPECT_EQ(lines({"--driver", "adaptive", "--snapshots", path("nodir/##")}), 1);
   EXPECT_EQ(lines({"--driver", "adaptive", "--tree", path("nodir/##.json")}), 1);
   EXPECT_FALSE(fs::exists(path("a.01.exr")));
-  // An unwritable folder of one frame fails only that frame.
+  // If the folder of one frame cannot be written to, only that frame fails.
   fs::create_directory(path("f1"));
   const RunResult result = run(range_words({"--frames", "1-2", "-o", path("f#/c.exr")}));
   EXPECT_NE(result.err.find("frame 2: cannot write"), std::string::npos) << result.err;
   EXPECT_TRUE(fs::exists(path("f1/c.exr")));
 }
 
-// The checks must cover every frame that writes a file, and every existing file.
+// The checks must cover the files that every frame writes, and every existing file.
 TEST_F(Range, NamesOfAllFramesAreCheckedBeforeAnythingIsWritten) {
   GltfBuilder textured = lamp_scene();
   textured.push("images", {{"uri", "a.3.png"}});
@@ -299,22 +300,22 @@ TEST_F(Range, NamesOfAllFramesAreCheckedBeforeAnythingIsWritten) {
           {"it is also written by"});
   refused(outputs + Words{"--checkpoint", path("notes.#")},
           {"notes.2", "not an Emberline checkpoint"});
-  // The same checks apply to a frame that is not part of a range.
+  // The same checks must apply to a frame that is not part of a range.
   expect_failure(
       {"render", path("t.gltf"), "-o", path("out.exr"), "--progress-file", path("a.3.png")}, 2,
       {"--progress-file", "the scene reads"});
   for (const char* name : {"a.2.exr", "r.2.json", "a.2.exr.checkpoint", "notes.2"}) {
     EXPECT_EQ(fs::file_size(path(name)), 14u) << name;
   }
-  // Existing files that the scene does not read are replaced. The progress file is replaced only
-  // after the scene is read.
+  // Existing files that the scene does not read are replaced. For the progress file, this happens
+  // only after the scene is read.
   write("p.json", "an older file");
   render(frame + outputs +
          Words{"--progress-file", path("p.json"), "--range-report", path("a.4.exr")});
   EXPECT_EQ(read_json("p.json")["state"], "done");
 }
 
-// A quarter of a turn moves the camera from the +Z side of the point to its +X side.
+// A quarter of a turn must move the camera from the +Z side of the point to its +X side.
 TEST_F(Range, ATurntableTurnsAroundThePointThatTheCameraLooksAt) {
   const Words view = {"--look-at", "0.5,0.25,-0.5", "--aov", "P"};
   const auto position = [&](const Words& words) {
@@ -347,7 +348,8 @@ TEST_F(Range, SkippingNamesAFrameOfOtherSettings) {
   EXPECT_NE(
       render(words + skip + Words{"--spp", "2", "--sun", "30,40"}).err.find("outputs exist\n"),
       std::string::npos);
-  // Neither what changes no pixel nor the order of channels is another setting.
+  // A setting that changes no pixel does not count as different, and neither does another order of
+  // channels.
   EXPECT_NE(render(words + skip +
                    Words{"--spp", "2", "--sun", "30,40", "--time-limit", "60", "--bucket-order",
                          "spiral"})
@@ -366,7 +368,7 @@ TEST_F(Range, ExistingFramesAreSkipped) {
       turn({"--report", path("r.#.json"), "--skip-existing", "--range-report", path("range.json")});
   render(words + Words{"--frames", "1,3"});
   const auto before = fs::last_write_time(path("a.01.exr"));
-  fs::remove(path("r.3.json"));  // one of the frame's outputs
+  fs::remove(path("r.3.json"));  // one of the outputs of frame 3
   const RunResult result = render(words);
   EXPECT_NE(result.err.find("frame 1 (1 of 4) is skipped"), std::string::npos) << result.err;
   EXPECT_EQ(range()["skipped"], "1");
@@ -374,17 +376,17 @@ TEST_F(Range, ExistingFramesAreSkipped) {
   EXPECT_EQ(fs::last_write_time(path("a.01.exr")), before);
   render(words);
   EXPECT_EQ(range()["skipped"], "1-4");
-  // An unreadable picture is rendered again.
+  // A picture that cannot be read must be rendered again.
   write("a.02.exr", "v");
   render(words);
   EXPECT_EQ(range()["done"], "2");
-  // A single frame is treated as a range of one.
+  // --skip-existing also works for a single frame.
   const Words one = render_words({"--skip-existing"});
   render(one);
   EXPECT_NE(render(one).err.find("skipped"), std::string::npos);
 }
 
-// A full disk or an interrupted copy truncates files.
+// A full disk or an interrupted copy may truncate files.
 TEST_F(Range, TruncatedFramesAreRenderedAgain) {
   const Words alone = render_words({"--driver", "adaptive", "--spp", "4", "--skip-existing"});
   const auto expect_again = [&](const Words& words, const std::string& name,
@@ -396,7 +398,7 @@ TEST_F(Range, TruncatedFramesAreRenderedAgain) {
       fs::resize_file(path(name), cut);
       const RunResult result = render(words);
       EXPECT_EQ(result.err.find("skipped"), std::string::npos) << name << " cut to " << cut;
-      // Sizes vary slightly, because files contain times and dates.
+      // The sizes vary slightly, because the files contain times and dates.
       EXPECT_NEAR(double(fs::file_size(path(name))), double(size), 64.0 + 0.05 * double(size))
           << name;
     }
@@ -412,7 +414,7 @@ TEST_F(Range, TruncatedFramesAreRenderedAgain) {
     if (name != "out.exr") words = words + option + Words{path(name)};
   }
   render(words);
-  // The first file of each kind is cut at several places, others only at the end.
+  // The first file of each kind is cut at several places, and the others only at the end.
   for (const std::string& name : names) {
     const bool first = name == "out.exr" || name[0] == 'a' || name == "t.json" || name == "r.html";
     if (first) {
@@ -443,7 +445,7 @@ TEST_F(Range, InterruptWritesTheFrameAndListsTheRest) {
   EXPECT_EQ(range()["exit_code"], 130);
   EXPECT_EQ(files(), (Words{"a.1.exr", "a.1.jpg", "a.1.png", "range.json", "scene.glb"}));
 
-  // In every format, a stopped frame's picture must count as incomplete.
+  // In every format, the picture of a stopped frame must count as incomplete.
   for (const char* format : {"exr", "png", "jpg"}) {
     const Words again = {"render",
                          scene(),
@@ -470,7 +472,7 @@ TEST_F(Range, EveryFrameHasItsTimeLimit) {
       {"--size", "256x256", "--time-limit", "0.05", "--driver", "bisection", "--frames", "1-3"}));
   EXPECT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_EQ(range()["done"], "1-3");
-  // With --resume the frame is unfinished, but the range still continues.
+  // With --resume, the frame counts as unfinished, but the range must still continue.
   const RunResult resumable = run(endless({"--size", "256x256", "--time-limit", "0.05", "--frames",
                                            "1-2", "--resume", "-o", path("b.#.exr")}));
   EXPECT_EQ(resumable.exit_code, 130) << resumable.describe();
@@ -479,7 +481,8 @@ TEST_F(Range, EveryFrameHasItsTimeLimit) {
   EXPECT_TRUE(fs::exists(path("a.2.exr.checkpoint")));
 }
 
-// Finished frames are not repeated, and the interrupted one is resumed to the same bits.
+// After a kill, finished frames must not be repeated. The interrupted frame must be resumed and
+// must have the same bits.
 TEST_F(Range, KilledRangeContinues) {
   const Words words = {"render",      scene(), "-o",       path("a.#.exr"),  "--size",
                        "160x160",     "--spp", "32",       "--bucket-size",  "8",

@@ -1,5 +1,5 @@
-// `--display tev://HOST:PORT`: the viewer gets the same picture as the file, and must not delay or
-// change the render.
+// Tests `--display tev://HOST:PORT`. The viewer must get the same picture as the file, and must not
+// delay or change the render.
 
 #include <algorithm>
 #include <chrono>
@@ -18,7 +18,8 @@ double seconds() {
 
 constexpr const char* kChannels[] = {"R", "G", "B", "A"};
 
-// Expects the file's bits in its data window, and black elsewhere.
+// Expects that the viewer's image has the bits of the file in the file's data window, and is black
+// elsewhere.
 void expect_same_picture(const TevImage& image, const ExrPicture& file) {
   ASSERT_EQ((Rect{0, 0, image.width, image.height}), file.display);
   ASSERT_EQ(image.channels, Words(std::begin(kChannels), std::end(kChannels)));
@@ -96,7 +97,7 @@ TEST_F(RemoteViewer, SeesAProgressiveFrameGrow) {
     SCOPED_TRACE(driver);
     constexpr size_t kTiles = 3 * 2;  // tiles per picture
     size_t pictures = 0;
-    // A busy machine leaves the render less processor time, so allow more time.
+    // On a busy machine the render gets less processor time, so try again with more time.
     for (double limit_s = 0.5; limit_s <= 8.0 && pictures < 4; limit_s *= 2.0) {
       TevServer server;
       render(frame(server.url(), {"--driver", driver, "--spp", "1000000", "--time-limit",
@@ -104,7 +105,7 @@ TEST_F(RemoteViewer, SeesAProgressiveFrameGrow) {
       EXPECT_EQ(server.wait(), "");
       const TevImage& image = server.image();
       pictures = image.updates.size() / kTiles;
-      // There is at most one update per tenth of a second, plus the last one.
+      // Each tile has at most one update per tenth of a second, plus the last update.
       EXPECT_LE(image.updates.size(), kTiles * size_t(2.0 + 10.0 * limit_s * kSanitizerSlowdown));
       expect_same_picture(image, file());
     }
@@ -122,7 +123,7 @@ TEST_F(RemoteViewer, WorksTogetherWithTheDisplayOfThePng) {
             read_bytes_picture(path("plain.png")).values);
   EXPECT_EQ(first_difference(without, file()), "");
   expect_same_picture(server.image(), file());
-  // With a viewer, too, and in the other order, an invalid display name is refused.
+  // An invalid display name must also be refused if a viewer is given after it.
   expect_failure(
       {"render", scene(), "-o", "a.png", "--display", "nope", "--display", "tev://localhost"}, 2,
       {"unknown display", "nope", "sRGB"});
@@ -164,11 +165,12 @@ TEST_F(RemoteViewer, ClosingViewerIsAWarning) {
 }
 
 TEST_F(RemoteViewer, SlowViewerDoesNotDelayTheRender) {
-  // The adaptive driver is not tested, because its frames are shown in the same way as bisection's.
+  // The adaptive driver is not tested, because its frames are shown in the same way as those of the
+  // bisection driver.
   for (const char* driver : {"bucket", "bisection"}) {
     SCOPED_TRACE(driver);
     const Words work = {"--size", "1024x768", "--spp", "1", "--driver", driver, "--max-depth", "1"};
-    // Other load may delay one of the compared runs, but not ten times in a row.
+    // Other load may delay one of the two runs, but not ten times in a row.
     bool in_time = false;
     for (int tries = 0; tries < 10 && !in_time && !HasFailure(); ++tries) {
       const RunResult alone = render(frame("sRGB", work));
@@ -179,7 +181,7 @@ TEST_F(RemoteViewer, SlowViewerDoesNotDelayTheRender) {
       EXPECT_EQ(first_difference(file(), without), "");
       const nlohmann::json time = read_json("r.json")["time"];
       EXPECT_GE(time["write_s"].get<double>(), 1.0) << "the wait is no rendering";
-      // Allows the second that the viewer is given to recover, and the variation between runs.
+      // Allows for the second that the viewer gets to recover, and for variation between runs.
       in_time = result.seconds < 1.5 * alone.seconds + 2.0 * kSanitizerSlowdown;
     }
     EXPECT_TRUE(in_time);
@@ -189,7 +191,7 @@ TEST_F(RemoteViewer, SlowViewerDoesNotDelayTheRender) {
 TEST_F(RemoteViewer, SlowViewerDoesNotDelayAStop) {
   for (const char* driver : {"bucket", "bisection"}) {
     SCOPED_TRACE(driver);
-    // Other load and the disk can delay the stop, but not ten times in a row.
+    // Other load or the disk may delay the stop, but not ten times in a row.
     double stop_s = 1e9, write_s = 1e9;
     for (int tries = 0;
          tries < 10 && (stop_s >= 2.0 * kSanitizerSlowdown || write_s >= kSanitizerSlowdown);
@@ -207,8 +209,8 @@ TEST_F(RemoteViewer, SlowViewerDoesNotDelayAStop) {
       write_s = std::min(write_s, read_json("r.json")["time"]["write_s"].get<double>());
     }
     EXPECT_LT(stop_s, 2.0 * kSanitizerSlowdown);
-    // This is less than the second that a viewer gets when nothing else waits. The frame is small,
-    // because compressing a larger one takes that long on a slow machine.
+    // The limit is less than the second that a viewer gets to recover when nothing else waits. The
+    // frame is small, because on a slow machine compressing a larger frame would take that long.
     EXPECT_LT(write_s, 1.0 * kSanitizerSlowdown);
   }
 }

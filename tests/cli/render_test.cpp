@@ -1,5 +1,5 @@
-// The output of `emberline render`: files, channels and header. Pixels must not depend on how the
-// work is divided (law 2).
+// Tests the output of `emberline render`: files, channels and headers. Pixels must not depend on
+// how the work is divided (law 2 in renderer/README.md).
 #include <unistd.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ TEST_F(Render, SeveralFilesOfOneFrame) {
   EXPECT_EQ(png.channels, 3);
   EXPECT_EQ(jpg.width, 20);
   EXPECT_EQ(read_bytes(path("a.jpg")), read_bytes(path("B.JPEG")));
-  // The PNG matches the EXR through the sRGB curve (IEC 61966-2-1) to within one 8-bit step.
+  // After the sRGB curve (IEC 61966-2-1), the EXR must match the PNG to within one 8-bit step.
   for (int y = 0; y < 12; ++y) {
     for (int x = 0; x < 20; ++x) {
       const double v = std::min(1.0, double(exr.at("G", x, y)));
@@ -92,7 +92,7 @@ TEST_F(Render, HeaderRecordsTheSettings) {
   const std::string& sets = attributes.at("emberline:instruction_sets");
   EXPECT_NE(sets.find(", Embree "), std::string::npos) << sets;
   EXPECT_EQ(sets.find("unknown"), std::string::npos) << sets;
-  // The command must be usable in a shell.
+  // The command in the header must be usable in a shell.
   const std::string& command = attributes.at("emberline:command");
   EXPECT_TRUE(command.starts_with("emberline render ")) << command;
   EXPECT_NE(command.find("it'\\''s a report.json'"), std::string::npos) << command;
@@ -131,16 +131,17 @@ TEST_F(Render, ThreadsAndBucketsDoNotChangeThePicture) {
     EXPECT_EQ(picture.data, reference.data);
     EXPECT_EQ(first_difference(reference, picture), "") << schedule[0] << ' ' << schedule[1];
   }
-  // Checks that the comparison can fail.
+  // Check that this comparison can fail.
   render(render_words(frame + Words{"--seed", "1"}));
   EXPECT_NE(first_difference(reference, read_exr(path("out.exr"))), "");
 }
 
-// A film of the whole frame must be written in tiles and not pixel by pixel, whether directly,
-// through the denoiser's scratch file or from checkpoints.
+// A film of the whole frame must be written in tiles of at least 16 pixels and not pixel by pixel.
+// This must hold if it is written directly, through the denoiser's scratch file, or from
+// checkpoints.
 TEST_F(Render, ProgressiveFramesAreStoredInTilesOfAtLeastSixteenPixels) {
   for (const std::string driver : {"bisection", "adaptive"}) {
-    const bool all = driver == "bisection";  // the same code writes the other driver's film
+    const bool all = driver == "bisection";  // the same code writes the film of the other driver
     const Words frame = {"--size", "50x34", "--spp", "4", "--driver", driver, "--resumable"};
     const auto picture = [&](const char* bucket_size, const Words& more) {
       const Words words = frame + more + Words{"--bucket-size", bucket_size};
@@ -183,7 +184,7 @@ TEST_F(Render, ProgressiveFramesAreStoredInTilesOfAtLeastSixteenPixels) {
   EXPECT_EQ(read_exr(path("out.exr")).tile_size, 5);
 }
 
-// Parses the exact values in "(0x1.8p-3 0x... 0x...)" after "radiance".
+// Parses the exact values that follow "radiance" as "(0x1.8p-3 0x... 0x...)".
 std::vector<float> replayed_radiance(const std::string& text) {
   const size_t at = text.find('(', text.find("\nradiance "));
   std::vector<float> values;
@@ -269,12 +270,13 @@ TEST_F(Render, AnInvalidOcioConfigIsNamed) {
     expect_failure(render_words({"-o", path("a.png")}), 3, {config, "OCIO"},
                    {.environment = {{"OCIO", config}}});
   }
-  // OCIO is not needed when only linear pixels are written; an empty value counts as unset.
+  // OCIO is not needed if only linear pixels are written. An empty value counts as unset.
   render(render_words(), {.environment = {{"OCIO", "rubbish.ocio"}}});
   render(render_words({"-o", path("a.png")}), {.environment = {{"OCIO", ""}}});
 }
 
-// By default there is one thread per usable processor, for example one with `taskset -c 0`.
+// By default there is one thread for each processor that the process may use. With `taskset -c 0`,
+// for example, there is one thread.
 TEST_F(Render, UsesOneThreadForEachAllowedProcessor) {
   const Words report = {"--report", path("r.json")};
   render(render_words(report), {.processors = 1});
@@ -290,7 +292,7 @@ TEST_F(Render, UsesAsManyThreadsAsTheSystemStarts) {
   if (::getuid() != 0) GTEST_SKIP() << "limits count all that a user runs; root can become another";
   scene();
   std::filesystem::permissions(folder_.path(), std::filesystem::perms::all);
-  // Libraries also start one thread per core.
+  // The limit allows for libraries, which also start one thread per core.
   const uint64_t limit = 40 + 4 * std::max(1u, std::thread::hardware_concurrency());
   for (const char* command : {"render", "study"}) {
     SCOPED_TRACE(command);
@@ -298,12 +300,13 @@ TEST_F(Render, UsesAsManyThreadsAsTheSystemStarts) {
                    {"--threads 4096", "the system allows at most", "lower --threads"},
                    {.process_limit = limit});
   }
-  // Each run has a different user, who may not overwrite the files of the others.
+  // Each run is that of another user, who may not overwrite the files of the other runs.
   const auto words = [this](const std::string& output) {
     return Words{"render", scene(), "-o", path(output), "--size", "16x16", "--spp", "1"};
   };
   render(words("a.exr") + Words{"--threads", "4"}, {.process_limit = limit});
-  // With the limit `tight` only one worker can start, to which the default number is reduced.
+  // With the limit `tight`, only one worker can start, so the default number of threads is reduced
+  // to 1.
   const std::string err =
       run(words("b.exr") + Words{"--threads", "4096"}, {.process_limit = limit}).err;
   const std::string before = "at most ";

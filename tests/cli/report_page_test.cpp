@@ -1,5 +1,5 @@
-// --report FILE.html: the page is well-formed for any text, and has the values of the JSON report,
-// also for stopped renders.
+// Tests --report FILE.html. The page must be well-formed for any text, and it must have the values
+// of the JSON report, even if the render was stopped.
 
 #include <csignal>
 #include <nlohmann/json.hpp>
@@ -48,8 +48,8 @@ TEST_F(ReportPage, MatchesTheJsonForEveryDriver) {
     for (const auto& feature : json["features"]) expect_text(read, feature);
     for (const auto& [name, version] : json["versions"].items()) expect_text(read, version);
     expect_text(read, json["settings"]["command"]);
-    EXPECT_GE(read.count("img"), 2u);  // the picture and the samples
-    // Only adaptive frames have varying counts and an estimate.
+    EXPECT_GE(read.count("img"), 2u);  // the picture and the sample counts
+    // Only adaptive frames have charts, because only they have varying counts and an estimate.
     const bool adaptive = json["samples"]["min"] != json["samples"]["max"];
     EXPECT_EQ(read.count("svg"), adaptive ? 2u : 0u);
   }
@@ -61,7 +61,7 @@ TEST_F(ReportPage, HasAMapForEachChannel) {
   EXPECT_EQ(page("b.html").count("img"), page("a.html").count("img") + 3);
 }
 
-// The page shows estimated and true errors over time, if both are known.
+// The page must show estimated and true errors over time if both are known.
 TEST_F(ReportPage, ErrorAgainstTime) {
   render(render_words({"--size", "48x32", "--spp", "64", "-o", path("reference.exr")}));
   render(render_words({"--size", "48x32", "--spp", "16", "--driver", "adaptive", "--seed", "3",
@@ -98,7 +98,7 @@ TEST_F(ReportPage, OddNamesAreEscaped) {
   }
 }
 
-// If a shell runs the command that the page shows, it must render the same picture.
+// If a shell runs the command that the page shows, the command must render the same picture.
 TEST_F(ReportPage, CommandOnThePageRepeatsTheRender) {
   for (const std::string odd : {"it's a \"scene\" & $HOME `x` \\.glb", "line\nand \xff.glb"}) {
     SCOPED_TRACE(odd);
@@ -134,8 +134,8 @@ TEST_F(ReportPage, IsWrittenForAStoppedRender) {
   expect_text(page("limit.html"), "The time limit stopped the render");
 }
 
-// The frame is far larger than its film in memory, since each bucket is written and released. What
-// the page keeps of a frame must not grow with it, either.
+// The frame is far larger than its film in memory, because each bucket is written and released. The
+// data that the page keeps of a frame must not grow with the frame either.
 TEST_F(ReportPage, DoesNotGrowWithTheFrame) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const RunResult result =
@@ -143,7 +143,7 @@ TEST_F(ReportPage, DoesNotGrowWithTheFrame) {
                            path("r.json"), "--report", path("r.html")}));
   const nlohmann::json json = read_json("r.json");
   const double peak = json["memory"]["peak_rss_bytes"];
-  EXPECT_LT(peak, 130e6);  // R G B A and samples of the whole frame would have 173 MB as floats
+  EXPECT_LT(peak, 130e6);  // as floats, RGBA and samples of the whole frame would need 173 MB
   EXPECT_LE(peak, 1.02 * double(result.peak_rss_bytes));
   EXPECT_LT(json["memory"]["film_bytes"].get<double>(), 50e6);
   EXPECT_EQ(json["samples"]["total"], 3600 * 2400);

@@ -1,4 +1,4 @@
-// report.json: every documented key must have its type, and totals must match the picture.
+// Tests report.json. Every documented key must have its type, and totals must match the picture.
 #include <fcntl.h>
 #include <sys/stat.h>
 
@@ -55,9 +55,9 @@ TEST_F(Report, HasEveryDocumentedKey) {
       {"/numerics/non_finite_samples", Type::number_unsigned},
       {"/optics/rays_ended_at_panes", Type::number_unsigned},
       {"/optics/solids_forgotten", Type::number_unsigned},
-      {"/optics/light_samples_blocked_by_glass", Type::null},  // there is no such light
+      {"/optics/light_samples_blocked_by_glass", Type::null},  // the scene has no such light
       {"/error/estimator", Type::string},
-      {"/error/estimate", Type::null},  // uniform sampling has none
+      {"/error/estimate", Type::null},  // uniform sampling has no estimate
       {"/warnings", Type::array},
       {"/features", Type::array},
       {"/gltf/used", Type::array},
@@ -112,7 +112,8 @@ TEST_F(Report, SamplesAndRaysAddUp) {
   EXPECT_EQ(json["numerics"]["non_finite_samples"], 0);
 }
 
-// The times cover everything the command does, including snapshots and reading a reference.
+// The times in the report must cover everything that the command does, including snapshots and
+// reading a reference.
 TEST_F(Report, TimesAddUp) {
   render(render_words({"--size", "256x256", "-o", path("reference.exr")}));
   const Words more = {"--size", "256x256", "--spp", "8", "-o", path("a.png")};
@@ -133,17 +134,18 @@ TEST_F(Report, TimesAddUp) {
     // Another process may take the processor for some milliseconds between two clock readings.
     EXPECT_LE(wall - sum, std::max(0.02 * wall, 0.01 * kSanitizerSlowdown)) << time;
     EXPECT_LE(wall, result_.seconds);
-    EXPECT_LE(wall + time["start_s"].get<double>(), result_.seconds + 0.011);  // a kernel's tick
+    // The kernel rounds the start of a process to 10 ms.
+    EXPECT_LE(wall + time["start_s"].get<double>(), result_.seconds + 0.011);
     EXPECT_GT(time["cpu_s"].get<double>(), 0.0);
   }
 }
 
-// The report's counts must match the picture in whatever way the frame ends.
+// The counts in the report must match the picture, no matter how the frame ends.
 TEST_F(Report, CountsMatchThePictureForEveryDriver) {
   struct Ending {
     const char* name;
     Words words;
-    int stop_signal;  // 0: none
+    int stop_signal;  // 0 if no signal is sent
   };
   const std::vector<Ending> endings = {
       {"whole", {"--size", "40x24", "--spp", "12"}, 0},
@@ -180,8 +182,8 @@ TEST_F(Report, CountsMatchThePictureForEveryDriver) {
   }
 }
 
-// A pass's estimate describes the picture at its end. The first estimate is the pilot pass's, and
-// the next pass is planned with it; the last one is the frame's.
+// The estimate of a pass describes the picture at the end of the pass. The first estimate is that
+// of the pilot pass, and the next pass is planned with it. The last estimate is that of the frame.
 TEST_F(Report, EstimatesBelongToTheirPasses) {
   const nlohmann::json json =
       report({"--driver", "adaptive", "--size", "96x96", "--spp", "256", "--seed", "2"});
@@ -191,7 +193,7 @@ TEST_F(Report, EstimatesBelongToTheirPasses) {
   EXPECT_TRUE(passes[0]["error_estimate"].is_null()) << passes;  // one sample per pixel is too few
   for (size_t i = 1; i < passes.size(); ++i) {
     ASSERT_TRUE(passes[i]["error_estimate"].is_number()) << passes;
-    // A last round with few samples may change the estimate by less than its noise.
+    // If the last round has few samples, it may change the estimate by less than the noise.
     if (i > 1) {
       EXPECT_LT(passes[i]["error_estimate"], 1.01 * double(passes[i - 1]["error_estimate"]));
     }
@@ -211,22 +213,22 @@ TEST_F(Report, ListsWarningsEvenWithQuiet) {
   EXPECT_NE(loud["warnings"][0].get<std::string>().find("EXT_made_up"), std::string::npos);
 }
 
-// The render's processor time is part of the total; the first sample comes after load and build and
-// before most of the render.
+// The processor time of the render must be part of the total. The first sample must come after
+// loading and building, and before most of the render.
 TEST_F(Report, FirstSampleAndProcessorTimeOfTheRender) {
   const nlohmann::json json = report({"--size", "512x512", "--spp", "16", "--threads", "2"});
   const auto& time = json["time"];
   const auto seconds = [&time](const char* key) { return time[key].get<double>(); };
-  // The kernel rounds a process's start to 10 ms, and sums of its times to 1 ms.
+  // The kernel rounds the start of a process to 10 ms, and sums of its times to 1 ms.
   constexpr double kTick = 0.011;
   EXPECT_GT(seconds("render_cpu_s"), 0.0);
   EXPECT_LE(seconds("render_cpu_s"), seconds("cpu_s"));
-  // Allows for two workers and the display's thread, which wakes up occasionally.
+  // Allows for two workers, and for the thread of the display, which wakes up occasionally.
   EXPECT_LE(seconds("render_cpu_s"), 2.1 * seconds("render_s") + kTick);
   EXPECT_GE(seconds("first_sample_s"), seconds("load_s") + seconds("build_s") - kTick);
   EXPECT_LE(seconds("first_sample_s"), result_.seconds + kTick);
-  // The first report comes after 2048 of 262144 x 16 samples by each worker, so most of the work is
-  // still to come.
+  // Each worker first reports samples after 2048 of the 262144 x 16 samples, so most of the work is
+  // still to be done.
   EXPECT_LE(seconds("first_sample_cpu_s"),
             seconds("cpu_s") - 0.9 * seconds("render_cpu_s") + kTick);
 }
@@ -238,7 +240,7 @@ TEST_F(Report, MemoryIsThatOfThisProcess) {
   // The kernel's number for the process includes the test program's memory before exec.
   EXPECT_GT(reported, 1e6);
   EXPECT_LE(reported, 1.02 * double(result_.peak_rss_bytes));
-  // The memory of a 1 GB parent must not be counted.
+  // The parent process now has 256 MiB more memory, which must not be counted.
   std::vector<char> ballast(size_t(1) << 28, 1);
   const nlohmann::json again = report({});
   EXPECT_LT(again["memory"]["peak_rss_bytes"].get<double>(), double(ballast.size()));
@@ -270,7 +272,7 @@ TEST_F(Report, SettingsAndListsOfTheFile) {
   EXPECT_EQ(json["gltf"]["used"], nlohmann::json({"KHR_materials_emissive_strength"}));
   ASSERT_EQ(json["gltf"]["ignored"].size(), 1u) << json["gltf"];
   EXPECT_NE(json["gltf"]["ignored"][0].get<std::string>().find("EXT_made_up"), std::string::npos);
-  // The warning appears once.
+  // The warning must appear only once.
   size_t warnings = 0;
   for (const std::string& line : result_.error_lines()) {
     warnings += line.find("EXT_made_up") != std::string::npos;

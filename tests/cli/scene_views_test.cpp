@@ -1,4 +1,4 @@
-// Scenes that lack something, and options that change the view.
+// Tests scenes that lack something, and options that change the view.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -22,7 +22,7 @@ double mean(const std::vector<float>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
-// The bounding box of the pixels that see the scene.
+// Returns the bounding box of the pixels that see the scene.
 Rect coverage(const ExrPicture& picture) {
   Rect box{1 << 20, 1 << 20, -1, -1};
   for (int y = picture.data.y0; y < picture.data.y1; ++y) {
@@ -40,7 +40,7 @@ TEST_F(Views, UnlitSceneGetsAWhiteEnvironment) {
   const ExrPicture seen = picture(render_words({"--spp", "16"}));
   EXPECT_NE(result_.err.find("warning"), std::string::npos) << result_.err;
   EXPECT_NE(result_.err.find("light"), std::string::npos) << result_.err;
-  // Above the floor the camera sees the environment itself, with radiance 1.
+  // Above the floor, the camera sees the environment, whose radiance is 1.
   EXPECT_EQ(seen.at("R", 8, 0), 1.0f);
   EXPECT_EQ(seen.at("A", 8, 0), 1.0f);
   // Under a constant sky, the radiance of a convex matte floor is its albedo, except for Fresnel
@@ -72,7 +72,7 @@ TEST_F(Views, WithoutACameraTheSceneIsFramed) {
   for (const float scale : {1e-3f, 1.0f, 1e5f}) {
     for (const char* size : {"64x64", "96x40", "30x90"}) {
       GltfBuilder gltf;
-      // A cube far from the origin: three pairs of faces.
+      // Make a cube far from the origin, from three pairs of faces.
       gltf.push("materials", {{"doubleSided", true}});
       const float o = 3 * scale, s = scale;
       add_quad(gltf, {o, o, o}, {s, 0, 0}, {0, s, 0}, 0);
@@ -127,7 +127,7 @@ TEST_F(Views, CamerasAreAlsoChosenByNode) {
              {"type", "orthographic"},
              {"orthographic", {{"xmag", 4}, {"ymag", 2}, {"znear", 0.01}, {"zfar", 100}}}});
   float x = 0;
-  const double h = std::sqrt(0.5);  // the cameras look down
+  const double h = std::sqrt(0.5);  // makes the cameras look down
   for (const char* name : {"Wide", "Tele", "main"}) {
     gltf.add_to_scene(gltf.push(
         "nodes",
@@ -138,7 +138,7 @@ TEST_F(Views, CamerasAreAlsoChosenByNode) {
   const auto fits = [&] { return result_.err.find("matches several cameras: "); };
   const ExrPicture wide = picture(render_words({"--camera", "Wide"}));
   EXPECT_EQ(fits(), std::string::npos) << result_.err;
-  // Like a perspective camera, it causes a hint about the frame's shape.
+  // As with a perspective camera, there is a hint about the shape of the frame.
   EXPECT_NE(result_.err.find(
                 "camera 'Camera' has an aspect ratio of 2, but the frame has 1; --size 32x16"),
             std::string::npos)
@@ -152,7 +152,7 @@ TEST_F(Views, CamerasAreAlsoChosenByNode) {
                        "2 'Camera' (node 'Tele'), 3 'Camera' (node 'main'); using 1 "),
       std::string::npos)
       << result_.err;
-  // A camera's own name takes precedence over the name of another camera's node.
+  // The name of a camera takes precedence over the name of another camera's node.
   picture(render_words({"--camera", "main"}));
   EXPECT_NE(
       result_.err.find("matches several cameras: 0 'main', 3 'Camera' (node 'main'); using 0 "),
@@ -183,7 +183,8 @@ TEST_F(Views, BrokenCameraIsRefusedOnlyIfChosen) {
   const RunResult info = run({"info", path("scene.glb")});
   EXPECT_EQ(info.exit_code, 0) << info.describe();
   EXPECT_NE(info.out.find("camera 1 'flat' unusable"), std::string::npos) << info.out;
-  // The first camera is the file's view, unless another is requested.
+  // By default, the first camera of the file is used, so it must be usable. If another view is
+  // requested, it need not be usable.
   gltf.root["cameras"].erase(0);
   for (auto& node : gltf.root["nodes"]) node.erase("camera");
   gltf.root["nodes"].back()["camera"] = 0;
@@ -199,7 +200,7 @@ TEST_F(Views, LensFocusesOnLookAt) {
   const ExrPicture seen = picture(render_words(view + Words{"--f-stop", "0.05"}));
   EXPECT_NE(first_difference(sharp, seen), "");
   EXPECT_EQ(seen.attributes.at("emberline:f_stop"), "0.05");
-  const std::string distance = "3.0413812651491097";  // from (0, 1, 3) to (0, 0.5, 0)
+  const std::string distance = "3.0413812651491097";  // between (0, 1, 3) and (0, 0.5, 0)
   EXPECT_EQ(
       first_difference(seen, picture(render_words(
                                  view + Words{"--f-stop", "0.05", "--focus-distance", distance}))),
@@ -208,15 +209,14 @@ TEST_F(Views, LensFocusesOnLookAt) {
       first_difference(
           seen, picture(render_words(view + Words{"--f-stop", "0.05", "--focus-distance", "1"}))),
       "");
-  // With a huge f-stop the camera is a pinhole up to rounding. A focus distance alone has no
-  // effect.
+  // A focus distance without an f-stop must have no effect.
   EXPECT_EQ(first_difference(sharp, picture(render_words(view + Words{"--focus-distance", "1"}))),
             "");
   write("shot.json", R"({"emberline_edits": 1, "camera": {"look_from": [0, 1, 3],
       "look_at": [0, 0.5, 0], "fov_y": 40, "f_stop": 0.05}})");
   const Words edits = {"--spp", "16", "--edits", path("shot.json")};
   EXPECT_EQ(first_difference(seen, picture(render_words(edits))), "");
-  // The command line's lens applies to the view from the edits.
+  // The lens from the command line must apply to the view from the edits.
   EXPECT_EQ(first_difference(picture(render_words(view + Words{"--f-stop", "1"})),
                              picture(render_words(edits + Words{"--f-stop", "1"}))),
             "");
@@ -226,8 +226,8 @@ TEST_F(Views, LensFocusesOnLookAt) {
 }
 
 TEST_F(Views, AnOrthographicCameraKeepsSizes) {
-  // A square of side 1 in a view of 4 x 4 units covers exactly a quarter of the frame's width and
-  // height at any distance.
+  // The view has 4 x 4 units. At any distance, a square with sides of 1 unit must cover exactly a
+  // quarter of the frame's width and height.
   for (const float z : {-1.0f, -50.0f}) {
     GltfBuilder gltf;
     add_quad(gltf, {-0.5f, -0.5f, z}, {1, 0, 0}, {0, 1, 0}, -1);
@@ -247,8 +247,9 @@ TEST_F(Views, AnOrthographicCameraKeepsSizes) {
   }
 }
 
-// An octahedron with a ball's normals, far from its local origin, which is flattened in many ways.
-// The light comes from 60 degrees, so that every pixel must have a radiance of one half.
+// Tests an octahedron that has the normals of a ball and is far from its local origin. It is
+// flattened in many ways. The light arrives at 60 degrees to the flat surface's normal, so every
+// pixel must have a radiance of 0.5.
 class FlatThings : public Views {
  protected:
   FlatThings() {
@@ -302,7 +303,7 @@ TEST_F(FlatThings, AreSeenAtRest) {
   const GltfBuilder without = gltf_;
   add({{"mesh", 0}, {"scale", {1, 1, 0}}});
   expect_half();
-  add({{"mesh", 0}, {"scale", {-1, 1, 0}}, {"translation", {0, 0, -1}}});  // as an instance
+  add({{"mesh", 0}, {"scale", {-1, 1, 0}}, {"translation", {0, 0, -1}}});  // a second instance
   expect_half();
   gltf_ = without;
   const int child = gltf_.push("nodes", {{"mesh", 0}, {"rotation", {0.2, 0.4, 0.4, 0.8}}});
@@ -326,7 +327,8 @@ TEST_F(FlatThings, AreSeenInMotion) {
   expect_half({"--time", "0.5"});
   expect_half({"--time", "0", "--fps", "1", "--shutter", "0,1"});
   expect_half({"--time", "0.5", "--aov", "velocity"});
-  // For half of this shutter it is flat, then it grows, so that only its visibility can be tested.
+  // During the first half of this shutter, the octahedron is flat. Then it grows, so only its
+  // visibility can be tested.
   gltf_.write_glb(path("scene.glb"));
   const ExrPicture grows =
       picture(render_words({"--spp", "16", "--time", "0.5", "--fps", "1", "--shutter", "0,1"}));
@@ -345,8 +347,8 @@ TEST_F(Views, AnOrthographicCameraCanBeSeenFromElsewhere) {
                          "--transparent", "--camera",    "flat",     "--look-at",
                          "1,0,0",         "--look-from", "1,0,20"};
   EXPECT_EQ(coverage(picture(render_words(shifted))), (Rect{4, 12, 12, 20}));
-  // An angle requests a perspective camera. At distance 23, an angle of 2 atan(2 / 23) shows the
-  // same.
+  // An angle requests a perspective camera. At a distance of 23, an angle of 2 atan(2 / 23) shows
+  // the same part of the scene.
   const Words angle = {"--fov-y", "9.93920"};
   EXPECT_EQ(coverage(picture(render_words(shifted + angle))), (Rect{4, 12, 12, 20}));
   write("shot.json", R"({"emberline_edits": 1, "camera": {"look_from": [1, 0, 20],
@@ -357,7 +359,7 @@ TEST_F(Views, AnOrthographicCameraCanBeSeenFromElsewhere) {
 }
 
 TEST_F(Views, CameraFromTheCommandLine) {
-  // Seen from straight above, where any "up" must work, the floor fills the frame.
+  // The camera looks straight down, so any direction may be up. The floor must fill the frame.
   const ExrPicture above =
       picture(render_words({"--look-from", "0,1,0", "--look-at", "0,0,0", "--fov-y", "60"}));
   EXPECT_EQ(coverage(above), (Rect{0, 0, 16, 16}));
@@ -395,7 +397,7 @@ TEST_F(Views, LenientReplacesAnImageThatDoesNotDecode) {
 }
 
 TEST_F(Views, AnEnvironmentIsSeenScaledAndTurned) {
-  // The +X half of the sky (u in [0.25, 0.75], centred on u = 0.5) is red, the other blue.
+  // The +X half of the sky (u in [0.25, 0.75], centred on u = 0.5) is red. The other half is blue.
   std::vector<float> texels;
   for (int y = 0; y < 16; ++y) {
     for (int x = 0; x < 32; ++x) {
@@ -413,7 +415,7 @@ TEST_F(Views, AnEnvironmentIsSeenScaledAndTurned) {
   EXPECT_EQ(towards("9,9,0", {}).at("R", 8, 8), 0.5f);
   EXPECT_EQ(towards("-9,9,0", {}).at("B", 8, 8), 0.5f);
   EXPECT_EQ(towards("9,9,0", {"--env-strength", "4"}).at("R", 8, 8), 2.0f);
-  // --env-rotation 90 brings what was at +X to -Z.
+  // --env-rotation 90 must move the part of the sky at +X to -Z.
   EXPECT_EQ(towards("0,9,-9", {"--env-rotation", "90"}).at("R", 8, 8), 0.5f);
   EXPECT_EQ(towards("0,9,9", {"--env-rotation", "90"}).at("B", 8, 8), 0.5f);
 }

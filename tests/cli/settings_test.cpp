@@ -1,4 +1,4 @@
-// --settings and --save-settings, which read and write a frame's settings as a file.
+// Tests --settings and --save-settings, which read and write the settings of a frame as a file.
 #include <sys/stat.h>
 
 #include <nlohmann/json.hpp>
@@ -76,7 +76,7 @@ TEST_F(SettingsFile, IsNeitherOverwrittenNorReadFromAPipe) {
   expect_failure(
       render_words({"--settings", path("look.json"), "--save-settings", path("look.json")}), 2,
       {"--save-settings", "look.json"});
-  // A refused run writes no file and leaves an existing one unchanged.
+  // A run that is refused must not write the file, and must leave an existing file unchanged.
   write("old.json", "old");
   for (const Words& wrong : {Words{"-o", path("no/a.png")}, Words{"--camera", "none"}}) {
     expect_failure(render_words(wrong + Words{"--save-settings", path("old.json")}),

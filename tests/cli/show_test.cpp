@@ -1,4 +1,4 @@
-// `emberline show`, the layers of `compare`, and `emberline info` of frames.
+// Tests `emberline show`, the layers of `compare`, and `emberline info` for frames.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -18,7 +18,7 @@ class Show : public CommandTest {
     EXPECT_EQ(result.out, "");
     return result;
   }
-  // Writes out.exr with two equal pixels, as another program would.
+  // Writes out.exr with two equal pixels, as another program would write it.
   void write_pixel(const std::vector<PictureChannel>& channels, const std::vector<float>& values) {
     std::vector<float> pixels = values;
     pixels.insert(pixels.end(), values.begin(), values.end());
@@ -80,7 +80,7 @@ TEST_F(Show, AlphaIsThatOfTheFile) {
   EXPECT_EQ(first_pixel("a.png"), (std::vector<int>{0, 255, 51}));
   write_pixel({{"R"}, {"G"}, {"B"}, {"A"}}, {0.0f, 0.4f, 0.1f, 0.4f});
   show("a.png", {"--view", "Raw"});
-  // The file has 0, 1, 0.25. The reader multiplies that by alpha.
+  // The PNG contains 0, 1, 0.25. The test's reader multiplies these values by alpha.
   EXPECT_EQ(first_pixel("a.png"), (std::vector<int>{0, 102, 25, 102}));
   show("a.jpg", {"--view", "Raw"});
   EXPECT_EQ(read_bytes_picture(path("a.jpg")).channels, 3);
@@ -131,7 +131,8 @@ TEST_F(Show, CountsNameTheirHeatmap) {
   }
 }
 
-// Each tile of the output has its own entry in a table, whatever the tiles of the input.
+// A file has a table with an entry for each tile. If the tiles of the input are tiny, the output
+// must have larger tiles.
 TEST_F(Show, TilesOfOnePixelBecomeLargerOnes) {
   render(render_words({"--bucket-size", "1"}));
   show("a.exr");
@@ -219,7 +220,7 @@ TEST_F(Show, InfoKeepsWhatIsNoSettingApart) {
       << text.out;
   const RunResult result = run({"info", path("a b.exr"), "--json"});
   const nlohmann::json json = nlohmann::json::parse(result.out);
-  EXPECT_EQ(json["settings"].size(), 3u) << json["settings"];  // size, driver, spp
+  EXPECT_EQ(json["settings"].size(), 3u) << json["settings"];  // size, driver and spp
   EXPECT_EQ(json["settings"]["driver"], "adaptive");
   EXPECT_EQ(json["explanation"].get<std::string>().find("3,4: At "), 0u);
   EXPECT_EQ(json["explanation"].get<std::string>().back(), '.');
@@ -242,10 +243,10 @@ TEST_F(Show, InfoSaysWhyAFrameCannotBeExtended) {
   write("out.exr.checkpoint", "junk");
   EXPECT_EQ(info()["state"]["extensible"], false);
   std::filesystem::remove(path("out.exr.checkpoint"));
-  // This sampler's samples depend on their total number, so its frame cannot be extended.
+  // The samples of this sampler depend on their total number, so its frame cannot be extended.
   render(render_words({"--resumable", "--sampler", "stratified"}));
   EXPECT_NE(info()["state"]["obstacle"].get<std::string>().find("sampler"), std::string::npos);
-  // A later frame took the picture's name, but not the checkpoint's.
+  // A later frame then replaces the picture but not the checkpoint.
   render(render_words({"--resumable", "--sampler", "sobol"}));
   EXPECT_EQ(info()["state"]["extensible"], true);
   render(render_words({"--seed", "5", "--sampler", "sobol"}));
@@ -301,7 +302,7 @@ TEST_F(CompareLayer, ARawReferenceServesADenoisedLayer) {
                  {"reference.exr", "unknown layer 'a'", "id"});
 }
 
-// A reference with a single layer has it by any of its names.
+// If a reference has a single layer, that layer is found under any of its names.
 TEST_F(CompareLayer, AReferenceOfOneLayerHasItsChannels) {
   write_pixel({{"R"}, {"G"}, {"B"}}, {0.5f, 0.25f, 0.0f});
   std::filesystem::rename(path("out.exr"), path("reference.exr"));
@@ -315,7 +316,7 @@ TEST_F(CompareLayer, AReferenceOfOneLayerHasItsChannels) {
   EXPECT_NE(err_.find("using its picture as the reference"), std::string::npos) << err_;
 }
 
-// Nothing suggests the layer that is already measured or shown.
+// There must be no hint that suggests the layer that is already measured or shown.
 TEST_F(CompareLayer, ADenoisedLayerAloneNeedsNoHint) {
   write_pixel({{"denoised.R"}, {"denoised.G"}, {"denoised.B"}}, {0.5f, 0.5f, 0.5f});
   std::filesystem::copy_file(path("out.exr"), path("reference.exr"));

@@ -1,4 +1,4 @@
-// --snapshots, which writes intermediate pictures of a progressive render.
+// Tests --snapshots, which writes intermediate pictures of a progressive render.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -38,7 +38,7 @@ TEST_F(Snapshots, DefaultMomentsInOrder) {
   double completion = 0, elapsed = 0;
   for (size_t i = 0; i < list.size(); ++i) {
     EXPECT_EQ(list[i]["file"], shots()[i]);
-    // The render pauses after at most every hundredth of the frame.
+    // The render pauses at least once in every hundredth of the frame.
     EXPECT_GE(list[i]["completion"].get<double>(), percents[i] / 100);
     EXPECT_LE(list[i]["completion"].get<double>(), percents[i] / 100 + 0.0101);
     EXPECT_GE(list[i]["completion"].get<double>(), completion);
@@ -64,8 +64,8 @@ TEST_F(Snapshots, TheAnimationHasAFrameForEach) {
   EXPECT_EQ(frames.size(), 3u);
 }
 
-// Moments may be times, samples and fractions, in any order. The last snapshot is the finished
-// frame.
+// Moments may be times, sample counts and fractions, in any order. The last snapshot is the
+// finished frame.
 TEST_F(Snapshots, MomentsOfEveryKind) {
   render(progressive({"--spp", "8", "--snapshot-at", "8spp,2.5%,0.000001s,first",
                       "--snapshot-format", "exr", "--bucket-size", "1"}));
@@ -83,8 +83,8 @@ TEST_F(Snapshots, MomentsOfEveryKind) {
   }
 }
 
-// Each pass doubles the samples, so the last one is half of the frame. A snapshot within a pass is
-// taken after the next part of the work.
+// Each pass doubles the samples, so the last pass is half of the frame. A snapshot within a pass
+// must be taken after the next part of the pass.
 TEST_F(Snapshots, AreOnTimeInLongPasses) {
   render(progressive({"--spp", "128", "--snapshot-at", "20spp,33spp,100spp"}));
   const nlohmann::json list = read_json("r.json")["snapshots"];
@@ -97,9 +97,10 @@ TEST_F(Snapshots, AreOnTimeInLongPasses) {
   }
 }
 
-// Pauses between passes would be in time for at most two of these snapshots: each pass takes twice
-// as long as the one before, and the last time is three times the first. A busy machine may be late
-// for some.
+// Snapshots must not wait for the end of a pass. Pauses between passes would be in time for at most
+// two of these snapshots, because each pass takes twice as long as the pass before it, and the last
+// snapshot's time is only three times that of the first. On a busy machine, some snapshots may be
+// late.
 TEST_F(Snapshots, AreTakenAtTheirTimes) {
   const auto time = [](size_t i) { return (0.2 + 0.05 * double(i)) * kSanitizerSlowdown; };
   std::string times;
@@ -125,7 +126,7 @@ TEST_F(Snapshots, AreMeasuredAgainstTheReference) {
   ASSERT_EQ(list.size(), 4u);
   EXPECT_GT(list[0]["rmse"].get<double>(), 0.0);
   EXPECT_GT(list[0]["mse"].get<double>(), list[2]["mse"].get<double>());
-  // Law 2: with equal samples the error is zero.
+  // With equal samples, the error must be zero (law 2 in renderer/README.md).
   for (const char* metric : {"rmse", "mse", "relmse"}) {
     EXPECT_EQ(list[3][metric].get<double>(), 0.0) << metric;
   }
@@ -147,7 +148,7 @@ TEST_F(Snapshots, ErrorsAreReportedBeforeTheSceneIsLoaded) {
     expect_failure(words({option, std::string(option) == "--snapshot-format" ? "exr" : "x"}), 2,
                    {option, "requires --snapshots"});
   }
-  // If the render is refused, the folder created for it must be removed.
+  // If the render is refused, the folder that it created must be removed.
   expect_failure(words({"--snapshots", path("shots")}), 3, {"none.glb"});
 }
 
@@ -172,8 +173,8 @@ TEST_F(Snapshots, AReferenceOfAnotherSizeIsRefused) {
                  {"ref.exr", "32 x 16", "96 x 64"});
 }
 
-// Whether another user can load the program's libraries, which is not possible in a folder such as
-// /root.
+// Returns whether another user can load the program's libraries. In a folder such as /root, this is
+// not possible.
 bool is_open_to_others(std::filesystem::path folder) {
   using std::filesystem::perms;
   for (; folder != folder.root_path(); folder = folder.parent_path()) {

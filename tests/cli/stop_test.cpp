@@ -1,4 +1,4 @@
-// Stop signals: the unfinished frame must be written, and soon.
+// Tests stop signals. After a signal, the command must soon write the unfinished frame.
 #include <algorithm>
 #include <csignal>
 #include <nlohmann/json.hpp>
@@ -10,20 +10,21 @@
 namespace emberline::test {
 namespace {
 
-// Whether it is soon is measured in processor time, which other load does not affect. A run that
-// does not stop would take hours, and is killed as hung.
+// "Soon" is measured in processor time, which other load does not affect. A run that does not stop
+// would take hours, so it is killed and counts as hung.
 class Stop : public CommandTest {
  protected:
-  // The log says this just before the first sample.
+  // The log contains this text just before the first sample.
   static constexpr const char* kRendering = "loaded in";
 
-  // A frame that takes hours.
+  // Returns the words of a frame that takes hours.
   Words endless(const Words& more = {}) {
     return Words{"render", scene(), "-o",        path("out.exr"), "--size",      "1024x1024",
                  "--spp",  "4096",  "--verbose", "--report",      path("r.json")} +
            more;
   }
-  // Returns the header's "emberline:complete" and "emberline:samples". Blanks may follow them.
+  // Returns "emberline:complete" and "emberline:samples" from the header. Blanks may follow these
+  // values.
   static std::pair<std::string, uint64_t> state_of(const ExrPicture& picture) {
     const std::string& complete = picture.attributes.at("emberline:complete");
     return {complete.substr(0, complete.find(' ')),
@@ -31,8 +32,8 @@ class Stop : public CommandTest {
   }
 };
 
-// If rendering is complete but denoising is not, the rest is written raw, and the checkpoint has
-// all samples.
+// If rendering is complete but denoising is not, pixels that are not denoised must be written raw,
+// and the checkpoint must contain all samples.
 TEST_F(Stop, DuringTheDenoisingPass) {
   const Words frame = {"render",    scene(),     "-o",      path("out.exr"), "--size",
                        "400x300",   "--spp",     "16",      "--max-depth",   "1",
@@ -61,7 +62,7 @@ TEST_F(Stop, DuringTheDenoisingPass) {
 TEST_F(Stop, WritesThePictureWithTrueSampleCounts) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGXCPU}) {
     SCOPED_TRACE(signal);
-    // Small buckets of 16 x 16 pixels with 64 samples, so that some are finished soon.
+    // The buckets have only 16 x 16 pixels with 64 samples each, so some of them are finished soon.
     Process process(
         endless({"--bucket-size", "16", "--spp", "64", "--size", "640x640", "-o", path("out.png")}),
         {.folder = folder_.path()});
@@ -89,7 +90,7 @@ TEST_F(Stop, WritesThePictureWithTrueSampleCounts) {
   }
 }
 
-// A finished bucket of a stopped frame must have the same bits as in the whole frame.
+// A finished bucket of a stopped frame must have the same bits as this bucket of the whole frame.
 TEST_F(Stop, FinishedPixelsEqualThoseOfTheWholeFrame) {
   const Words frame = {"--bucket-size", "8", "--spp", "32", "--size", "1024x1024"};
   Process process(endless(frame), {.folder = folder_.path()});
@@ -97,7 +98,7 @@ TEST_F(Stop, FinishedPixelsEqualThoseOfTheWholeFrame) {
   process.send(SIGINT);
   ASSERT_EQ(process.wait().exit_code, 130);
   const ExrPicture stopped = read_exr(path("out.exr"));
-  // The Hilbert curve starts in the first corner.
+  // The buckets follow a Hilbert curve, which starts in the first corner.
   ASSERT_EQ(stopped.at("samples", 0, 0), 32.0f);
   ASSERT_EQ(stopped.at("samples", 1023, 0), 0.0f);
   EXPECT_EQ(stopped.at("R", 1023, 0), 0.0f);
@@ -105,8 +106,8 @@ TEST_F(Stop, FinishedPixelsEqualThoseOfTheWholeFrame) {
   EXPECT_EQ(first_difference(read_exr(path("out.exr")), stopped), "");
 }
 
-// A time limit is not an error: the exit code is 0 although the frame is partial, and every pixel
-// has a stop reason.
+// A time limit is not an error. The exit code must be 0 although the frame is partial, and every
+// pixel must have a stop reason.
 TEST_F(Stop, AtTheTimeLimit) {
   const double cores = std::thread::hardware_concurrency();
   for (const char* driver : {"bucket", "bisection"}) {
@@ -131,7 +132,7 @@ TEST_F(Stop, AtTheTimeLimit) {
     const double sum = std::accumulate(samples.begin(), samples.end(), 0.0);
     EXPECT_EQ(json["samples"]["total"], uint64_t(sum));
     EXPECT_EQ(json["samples"]["pixels_without"], std::ranges::count(samples, 0.0f));
-    // Missing buckets are holes; a progressive frame is complete at any time limit.
+    // Missing buckets are holes. A progressive frame has no holes at any time limit.
     const bool holes = std::string(driver) == "bucket";
     EXPECT_EQ(result.err.find("of the pixels have no sample") != std::string::npos, holes)
         << result.err;
@@ -154,11 +155,12 @@ TEST_F(Stop, StrictFailsForBlackPixelsAlone) {
   EXPECT_EQ(read_json("r.json")["exit_code"], 1);
   EXPECT_EQ(state_of(read_exr(path("out.exr"))).first, "false") << "the picture is written";
   EXPECT_EQ(frame({"--driver", "adaptive"}).exit_code, 0);
-  // If the frame can be resumed, the exit code says so, as without --strict.
+  // If the frame can be resumed, the exit code must be 130, as without --strict.
   EXPECT_EQ(frame({"--resume"}).exit_code, 130);
 }
 
-// Unlike `bucket`, a progressive driver leaves a complete frame whenever it is stopped.
+// Unlike the bucket driver, a progressive driver must leave a complete frame whenever it is
+// stopped.
 TEST_F(Stop, AProgressiveFrameHasNoHoles) {
   Process process(endless({"--driver", "bisection", "--size", "512x512"}),
                   {.folder = folder_.path()});
@@ -168,8 +170,8 @@ TEST_F(Stop, AProgressiveFrameHasNoHoles) {
   EXPECT_EQ(result.exit_code, 130) << result.describe();
   EXPECT_LT(result.stop_cpu_s, 2.0 * kSanitizerSlowdown);
   EXPECT_EQ(read_json("r.json")["stop_cause"], "user");
-  // The scene has no sky, so alpha is 1 only where a ray hits floor or lamp. The picture's middle
-  // shows the floor.
+  // The scene has no sky, so alpha is above 0 only where a ray hits the floor or the lamp. This row
+  // of the picture shows the floor.
   const ExrPicture picture = read_exr(path("out.exr"));
   for (int x = 0; x < 512; ++x) ASSERT_GT(picture.at("A", x, 350), 0.0f) << x;
 }
@@ -211,13 +213,13 @@ TEST_F(Stop, ASecondSignalEndsAtOnceAndLeavesNothing) {
   EXPECT_EQ(read_bytes(path("out.exr")).size(), 23u);
 }
 
-// A farm may kill a run without warning. The next run of the frame removes its temporary files, but
-// not those of a living run.
+// A farm may kill a run without warning. The next run of the frame must remove the temporary files
+// of the killed run, but not those of a run that is still alive.
 TEST_F(Stop, NextRunRemovesFilesOfKilledRuns) {
   Process living(endless({"-o", path("out.png")}), {.folder = folder_.path()});
   ASSERT_TRUE(living.wait_until_busy(kRendering, 0.1 * kSanitizerSlowdown))
       << living.error_so_far();
-  living.send(SIGSTOP);  // so that it takes no processor time from the others
+  living.send(SIGSTOP);  // so that it takes no processor time from the other runs
   const Words in_use = files();
   for (int i = 0; i < 2; ++i) {
     Process killed(endless({"-o", path("out.png")}), {.folder = folder_.path()});
@@ -238,7 +240,8 @@ TEST_F(Stop, NextRunRemovesFilesOfKilledRuns) {
   EXPECT_EQ(read_exr(path("out.exr")).data.width(), 1024);
 }
 
-// The kernel repeats SIGXCPU every second until the process reaches the hard limit and is killed.
+// The kernel repeats SIGXCPU every second, until the process reaches the hard limit and is killed.
+// The second signal must not end the process.
 TEST_F(Stop, ToleratesRepeatedProcessorTimeSignals) {
   Process process(endless({"--size", "512x512"}), {.folder = folder_.path()});
   ASSERT_TRUE(process.wait_until_busy(kRendering, 0.2 * kSanitizerSlowdown));
@@ -251,7 +254,7 @@ TEST_F(Stop, ToleratesRepeatedProcessorTimeSignals) {
 TEST_F(Stop, AnIgnoredSignalStaysIgnored) {
   for (const int signal : {SIGHUP, SIGQUIT}) {
     SCOPED_TRACE(signal);
-    // The frame is so small that stopping would take a tenth of the time for which the test waits.
+    // The frame is so small that it would stop within a tenth of the time for which the test waits.
     Process process(endless({"--size", "128x128", "--spp", "1000000", "--bucket-size", "16"}),
                     {.folder = folder_.path(), .ignored_signal = signal});
     ASSERT_TRUE(process.wait_until_busy(kRendering, 0.2 * kSanitizerSlowdown));
@@ -268,7 +271,7 @@ TEST_F(Stop, HugeFramesStopQuickly) {
   process.send(SIGINT);
   const RunResult result = process.wait();
   EXPECT_EQ(result.exit_code, 130) << result.describe();
-  // 65536 tiles must be filled quickly; each must not be compressed separately.
+  // The command must fill 65536 tiles quickly, so it may not compress each of them separately.
   EXPECT_LT(result.stop_cpu_s, 5.0 * kSanitizerSlowdown);
   EXPECT_FALSE(result.hung);
 }

@@ -1,4 +1,4 @@
-// Fixture for tests of `study`: runs a small study and reads its table.
+// A fixture for tests of `study`. It runs a small study and reads its table.
 #pragma once
 
 #include <map>
@@ -52,7 +52,7 @@ class Study : public CommandTest {
     }
     return list;
   }
-  // Returns the rows without times, which differ between runs.
+  // Returns the rows of the table without the times, which differ between runs.
   std::vector<Row> contents(const std::string& folder) const {
     std::vector<Row> list = rows(folder);
     for (Row& row : list) {

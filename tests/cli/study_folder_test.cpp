@@ -1,5 +1,5 @@
-// The folder of `emberline study`: which files in it belong to the study, which studies are resumed
-// and which folders are refused.
+// Tests the folder of `emberline study`: which files in it belong to the study, which studies are
+// resumed, and which folders are refused.
 #include <fcntl.h>
 #include <sys/file.h>
 #include <unistd.h>
@@ -15,7 +15,7 @@ TEST_F(Study, AFolderHoldsOneStudy) {
   const Words bucket = {"--drivers", "bucket"};
   study(study_words("s", bucket));
   const std::vector<Row> before = contents("s");
-  // More seeds and other drivers extend the study.
+  // Further seeds and drivers extend the study.
   study(study_words("s", {"--drivers", "bucket,bisection", "--seeds", "3"}));
   const std::vector<Row> after = contents("s");
   EXPECT_EQ(after.size(), 18u);
@@ -28,7 +28,7 @@ TEST_F(Study, AFolderHoldsOneStudy) {
   EXPECT_EQ(rows("s").size(), 4u);
 }
 
-// --restart replaces only files that the study has written.
+// --restart may replace only files that the study has written.
 TEST_F(Study, RestartKeepsForeignFiles) {
   const Words bucket = {"--drivers", "bucket"}, other = {"--spp", "1,2", "--restart"};
   study(study_words("s", bucket));
@@ -46,7 +46,7 @@ TEST_F(Study, RestartKeepsForeignFiles) {
 
 TEST_F(Study, ForeignFolderIsRefused) {
   scene();
-  // The folder is refused even if the file in it has one of our names.
+  // The folder must be refused even if the file in it has the name of a study's file.
   for (const char* name : {"settings.json", "runs/a.json", ".hidden", "study.csv"}) {
     const std::string folder = std::string("of_") + std::filesystem::path(name).stem().string();
     write(folder + "/" + name, "{\"key\": \"theirs\"}");
@@ -57,12 +57,12 @@ TEST_F(Study, ForeignFolderIsRefused) {
     expect_failure({"study", "--convergence", "--seeds", "3", "-o", path(folder)}, 2,
                    {path(folder), "emberline-study.json"});
   }
-  // A file in a study's folder with the name of a future output is not replaced.
+  // If a file in a study's folder has the name of a future output, it must not be replaced.
   study(study_words("s", {"--drivers", "bucket"}));
   write("s/pictures/bisection-sobol.exr", "irreplaceable");
   expect_failure(study_words("s", {"--drivers", "bisection"}), 2,
                  {path("s/pictures/bisection-sobol.exr"), "move it away"});
-  // Links that lead out of the folder are not followed.
+  // Links that lead out of the folder must not be followed.
   std::filesystem::create_directories(path("elsewhere"));
   std::filesystem::create_directories(path("linked"));
   std::filesystem::copy(path("s/emberline-study.json"), path("linked/emberline-study.json"));
@@ -78,7 +78,7 @@ TEST_F(Study, ForeignFolderIsRefused) {
   expect_failure(study_words("dangling"), 1, {path("dangling"), "cannot create the folder"});
 }
 
-// The test locks the folder as another run does while it writes.
+// The test locks the folder, as another run does while it writes.
 TEST_F(Study, FolderInUseIsRefused) {
   const Words bucket = {"--drivers", "bucket"};
   study(study_words("s", bucket));
@@ -96,7 +96,7 @@ TEST_F(Study, FolderInUseIsRefused) {
   study(study_words("s", bucket));
 }
 
-// The folder comes from another user, and its list names files outside it.
+// The folder might come from another user, who has added files outside the folder to its list.
 TEST_F(Study, ForgedFileListRemovesNothing) {
   study(study_words("s", {"--drivers", "bucket"}));
   write("precious.txt", "irreplaceable");
@@ -120,7 +120,7 @@ TEST_F(Study, ForgedFileListRemovesNothing) {
   }
   EXPECT_TRUE(std::filesystem::is_symlink(path("s/runs/link.json")));
   EXPECT_TRUE(exists("s/runs"));
-  // An invalid list is reported as such.
+  // An invalid list must be reported.
   for (const auto& [text, message_parts] :
        {std::pair{"{\"emberline_folder\": 1, \"files\": [3]}", "#/files/0: "},
         {"{\"emberline_folder\": 2, \"files\": []}", "#/emberline_folder: "},
@@ -151,7 +151,8 @@ TEST_F(Study, ErrorsInDamagedFilesNameThePlace) {
   write("s/runs/bucket-sobol_0.json", run.dump());
   write("s/runs/bucket-sobol_1.json", std::string(100000, '['));
   write("s/pace.json", "{\"key\": 1e400}");
-  // The page reads only as many bytes as a picture of this frame can have.
+  // This file is far larger than any picture of this frame, so the page must not read it as a
+  // whole.
   std::filesystem::resize_file(path("s/pictures/bucket-sobol.png"), uintmax_t(1) << 40);
   const RunResult again = study(bucket);
   for (const char* message_parts :

@@ -1,5 +1,5 @@
-// `emberline study`: its files, resuming, and refused options. tests/unit tests the statistics
-// themselves.
+// Tests `emberline study`: its files, resuming, and refused options. tests/unit tests the
+// statistics.
 #include <unistd.h>
 
 #include <csignal>
@@ -21,7 +21,7 @@ TEST_F(Study, RunsEveryDriverAndEstimatorAndWritesAllFiles) {
   for (const Row& row : list) {
     SCOPED_TRACE(row.at("method") + " seed " + row.at("seed") + " budget " + row.at("budget"));
     EXPECT_EQ(row.at("status"), "done");
-    // Rounds of a fixed size may leave part of a budget unused.
+    // The adaptive rounds have fixed sizes, so they may leave part of a budget unused.
     EXPECT_GE(std::stod(row.at("mean_samples")), 0.8 * std::stod(row.at("budget")));
     EXPECT_EQ(std::stod(row.at("samples")), 256 * std::stod(row.at("mean_samples")));
     EXPECT_GT(std::stod(row.at("relmse")), 0);
@@ -52,7 +52,7 @@ TEST_F(Study, RunsEveryDriverAndEstimatorAndWritesAllFiles) {
   EXPECT_NE(read_text(path("s/study.html")).find("bisection"), std::string::npos);
 }
 
-// There are estimates for each round's picture and for the finished frame.
+// The study must list estimates for the picture after each round and for the finished frame.
 TEST_F(Study, ListsEstimatedAndTrueErrors) {
   study(study_words("s", {"--drivers", "adaptive", "--spp", "4,64", "--size", "48x32",
                           "--reference-spp", "1024"}));
@@ -66,7 +66,7 @@ TEST_F(Study, ListsEstimatedAndTrueErrors) {
     for (const nlohmann::json& claim : claims) {
       EXPECT_GT(claim["mean_samples"].get<double>(), samples);
       samples = claim["mean_samples"];
-      // For such a small picture with few samples, the estimate is within a factor of two at best.
+      // With so few pixels and samples, the estimate is accurate only to a factor of two.
       const double ratio = claim["estimate"].get<double>() / claim["true_rms"].get<double>();
       EXPECT_GT(ratio, 0.5) << claim;
       EXPECT_LT(ratio, 2) << claim;
@@ -77,8 +77,8 @@ TEST_F(Study, ListsEstimatedAndTrueErrors) {
   }
 }
 
-// Raw methods have the same numbers as in a study without denoised methods. Denoised methods also
-// report the filter's cost.
+// Raw methods must have the same numbers as in a study without denoised methods. Denoised methods
+// must also report the cost of the filter.
 TEST_F(Study, ComparesDenoisedAndRawPictures) {
   const Words words = {"--drivers", "bucket,adaptive", "--spp",           "16,64",
                        "--size",    "32x32",           "--reference-spp", "256"};
@@ -116,8 +116,8 @@ TEST_F(Study, ComparesDenoisedAndRawPictures) {
   EXPECT_NE(read_text(path("s/study.html")).find("Denoising"), std::string::npos);
 }
 
-// Law 2: equal samples result in equal bits, and therefore in errors that are equal to the last
-// digit.
+// Equal samples result in equal bits (law 2 in renderer/README.md). Therefore their errors must be
+// equal to the last digit.
 TEST_F(Study, UniformDriversHaveEqualErrorsAtEqualSamples) {
   study(study_words("s", {"--drivers", "bucket,bisection", "--spp", "1,2,4,8"}));
   const std::vector<Row> list = contents("s");
@@ -129,8 +129,8 @@ TEST_F(Study, UniformDriversHaveEqualErrorsAtEqualSamples) {
   }
 }
 
-// A checkpoint is taken within a pass, after the part of at most 4096 samples that exhausts the
-// budget.
+// A checkpoint may be in the middle of a pass. It must be taken after the part of at most 4096
+// samples that exhausts the budget.
 TEST_F(Study, CheckpointsAreTakenWhenTheirBudgetIsSpent) {
   study(study_words("s", {"--drivers", "bisection", "--size", "64x64", "--spp", "20,25,50,64",
                           "--seeds", "1", "--reference-spp", "64"}));
@@ -141,7 +141,7 @@ TEST_F(Study, CheckpointsAreTakenWhenTheirBudgetIsSpent) {
   }
 }
 
-// With a given reference, the numbers match those of `emberline compare`.
+// With a given reference, the numbers must match those of `emberline compare`.
 TEST_F(Study, UsesAGivenReference) {
   render(render_words({"--spp", "256", "-o", path("ref.exr"), "--seed", "99"}));
   study(study_words("s", {"--reference", path("ref.exr"), "--drivers", "bucket,adaptive"}));
@@ -173,7 +173,7 @@ TEST_F(Study, BudgetsInSeconds) {
     if (row.at("status") == "failed") continue;
     SCOPED_TRACE(row.at("method") + " at " + row.at("budget"));
     EXPECT_GE(std::stod(row.at("mean_samples")), 1.0);
-    // A uniform progressive frame is never stopped before its budget.
+    // A uniform progressive frame must never be stopped before its budget is spent.
     if (row.at("method") == "bisection/sobol") {
       EXPECT_GE(std::stod(row.at("wall_s")), std::stod(row.at("budget")));
     }
@@ -198,7 +198,7 @@ TEST_F(Study, ListsFailedMethods) {
                  {"no method can be rendered", "stratified"});
 }
 
-// Kills the study with SIGKILL, so that no signal handler runs.
+// The test kills the study with SIGKILL, so that no signal handler runs.
 TEST_F(Study, ResumesToTheSameBitsAfterAKill) {
   const Words more = {"--spp",   "1,4,128", "--size",          "24x16",
                       "--seeds", "4",       "--reference-spp", "128"};
@@ -211,7 +211,7 @@ TEST_F(Study, ResumesToTheSameBitsAfterAKill) {
     process.wait();
   }
   EXPECT_FALSE(exists("killed/study.csv"));
-  // A run with a damaged file is repeated.
+  // If the file of a run is damaged, the run must be repeated.
   size_t kept = 0;
   for (const auto& entry : std::filesystem::directory_iterator(path("killed/runs"))) {
     if (kept++ == 0) write_text(entry.path().string(), "{\"seed\": 0");
@@ -245,11 +245,11 @@ TEST_F(Study, ReferenceIsKeptAndRenderedAgainIfDamaged) {
   EXPECT_NE(study(study_words("a", cache)).err.find("rendering the reference"), std::string::npos);
   EXPECT_EQ(study(study_words("b", cache)).err.find("rendering the reference"), std::string::npos);
   EXPECT_EQ(contents("a"), contents("b"));
-  // Another frame needs another reference.
+  // Another frame must get another reference.
   EXPECT_NE(
       study(study_words("c", cache + Words{"--max-depth", "1"})).err.find("rendering the ref"),
       std::string::npos);
-  // Flips a byte in the middle of the pixels of one half, and one in the notes.
+  // Damage a byte in the cached pictures, and then a byte in the cached notes.
   for (const char* suffix : {".exr", ".json"}) {
     for (const auto& entry : std::filesystem::directory_iterator(path("cache"))) {
       if (entry.path().extension() != suffix) continue;
@@ -325,8 +325,8 @@ TEST_F(Study, ConvergenceNeedsNoScene) {
   const nlohmann::json json = read_json("s/convergence.json");
   ASSERT_EQ(json["curves"].size(), 10u);
   for (const nlohmann::json& curve : json["curves"]) {
-    // 300 pixels determine each of the nine variances to 8 to 15 %, and the slope over a factor of
-    // 256 to about 0.04.
+    // With 300 pixels, each of the nine variances of a curve has a standard error of 8 to 15 %. The
+    // order, which is fitted over a factor of 256 in samples, has a standard error of about 0.04.
     EXPECT_NEAR(curve["order"].get<double>(), curve["expected_order"].get<double>(), 0.2) << curve;
   }
   std::istringstream csv(read_text(path("s/convergence.csv")));

@@ -1,5 +1,5 @@
-// --texture-memory, which keeps textures in a file instead of memory. The picture must stay the
-// same.
+// Tests --texture-memory, which keeps textures in a file instead of memory. This must not change
+// the picture.
 #include <algorithm>
 #include <csignal>
 #include <cstdint>
@@ -17,9 +17,10 @@ namespace {
 class TextureMemory : public CommandTest {
  protected:
   static constexpr int kSide = 250;                              // not a multiple of the tile size
-  static constexpr uint64_t kMap = uint64_t(3) * kSide * kSide;  // bytes per map
+  static constexpr uint64_t kMap = uint64_t(3) * kSide * kSide;  // the bytes of each map
 
-  // A floor and a lamp that use three noise maps, one of them a normal map.
+  // Writes a scene whose floor and lamp use three noise maps. One of them is a normal map. Returns
+  // its path.
   std::string textured() {
     GltfBuilder gltf = lamp_scene();
     uint32_t state = 1;
@@ -61,7 +62,8 @@ TEST_F(TextureMemory, ThePictureHasTheSameBits) {
   }
 }
 
-// Two maps are in memory before the third exceeds the limit. All three are then moved to the file.
+// Two maps are in memory when the third map exceeds the limit. Then all three must be moved to the
+// file.
 TEST_F(TextureMemory, LimitsAllTexturesTogether) {
   const auto in_file = [&](uint64_t limit) {
     picture({"--texture-memory", std::to_string(limit)});
@@ -71,7 +73,7 @@ TEST_F(TextureMemory, LimitsAllTexturesTogether) {
   EXPECT_EQ(in_file(3 * kMap - 1), 3 * kMap);
 }
 
-// Textures in the file do not count towards --memory-limit.
+// Textures in the file must not count towards --memory-limit.
 TEST_F(TextureMemory, DoesNotCountAgainstTheMemoryLimit) {
   const auto reserved = [&](const Words& more) {
     picture(Words{"--threads", "1"} + more);
@@ -84,18 +86,18 @@ TEST_F(TextureMemory, UnusableTemporaryFolderIsReported) {
   const Words words = {"render", textured(), "-o", path("no.exr"), "--texture-memory", "1K"};
   expect_failure(words, 1, {"cannot store textures", path("none"), "TMPDIR"},
                  {.environment = {{"TMPDIR", path("none")}}});
-  // Simulates a full disk by limiting the size of files.
+  // A limit on the size of files simulates a full disk.
   expect_failure(words, 1, {"cannot store textures", "File too large"},
                  {.environment = {{"TMPDIR", folder_.path()}}, .file_size_limit = kMap / 2});
-  // The file has space for only one of the two maps to be moved. When the third map is loaded, the
-  // rest is tried again.
+  // Two maps must be moved, but the file has space for only one. When the third map is loaded, the
+  // command tries to move the remaining maps again.
   const Words some = {"render", textured(),         "-o",  path("no.exr"), "--threads",
                       "1",      "--texture-memory", "300K"};
   expect_failure(some, 1, {"cannot store textures", "File too large"},
                  {.environment = {{"TMPDIR", folder_.path()}}, .file_size_limit = kMap * 3 / 2});
 }
 
-// If all textures fit, the folder is not used.
+// If all textures fit into memory, the temporary folder must not be used.
 TEST_F(TextureMemory, SmallTexturesNeedNoTemporaryFile) {
   render({"render", textured(), "-o", path("a.exr"), "--size", "8x8", "--spp", "1",
           "--texture-memory", "1G"},

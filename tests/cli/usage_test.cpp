@@ -1,5 +1,5 @@
-// Wrong command lines: exit code 2, one line that names the option and the valid values, and no
-// file changed.
+// Tests wrong command lines. The command must exit with 2, print one line that names the option and
+// the valid values, and change no file.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -16,15 +16,15 @@ class Usage : public CommandTest {};
 struct WrongValue {
   const char* option;
   Words values;
-  Words message_parts;  // expected in the message in addition to the option's name
-  Words with = {};      // other options, without which the value would not be checked
+  Words message_parts;  // what the message must contain in addition to the option's name
+  Words with = {};      // other options that are needed for the value to be checked
 };
 
-// One row per option of `render` that takes a value, so that a new option without a row fails
-// EveryOptionHasARow below.
+// Has at least one row for each option of `render` that takes a value. If a new option has no row,
+// EveryOptionHasARow below fails.
 const std::vector<WrongValue>& wrong_values() {
-  // All of these texts, which are not numbers, are tested with one integer and one real option. The
-  // other options use the same parser.
+  // None of these texts is a number. All of them are tested with one integer and one real option,
+  // because the other options use the same parser.
   static const Words kNotANumber = {"", "abc", "nan", "inf", "4x", "0x10", "1e999", " 4", "+-4"};
   static const auto numbers = [](const Words& more) { return Words{"nan"} + more; };
   static const Words kAdaptive = {"--driver", "adaptive"};
@@ -203,7 +203,7 @@ const std::vector<WrongValue>& wrong_values() {
       {"--sample-range", {"4-4", "5-4", "0-16777217", "4", "-1-4"}, {"A-B"}},
       {"--sample-range", {"0-4"}, {"--spp"}},
       {"--sample-range", {"0-4"}, {"--seed"}, kAdaptive},
-      // Any file name is accepted when options are parsed, and checked later.
+      // These options accept any file name. It is checked after the options are parsed.
       {"--env", {}, {}},
       {"--edits", {}, {}},
       {"--settings", {}, {}},
@@ -218,7 +218,7 @@ const std::vector<WrongValue>& wrong_values() {
   return rows;
 }
 
-// Returns the name of the option that messages use.
+// Returns the name that messages use for the option.
 std::string option_in_messages(const std::string& option) {
   return option == "--output" || option == "--difference" ? "-o" : option;
 }
@@ -228,8 +228,8 @@ struct HelpedOption {
   bool has_value;
 };
 
-// Returns the options that --help-all lists, in lines such as "  -o, --output FILE". Lines with
-// help texts are indented further.
+// Returns the options in the output of --help-all, where they are in lines such as
+// "  -o, --output FILE". Lines with help texts are indented further.
 std::vector<HelpedOption> options_in(const std::string& help) {
   std::vector<HelpedOption> options;
   std::istringstream lines(help);
@@ -268,7 +268,8 @@ TEST_F(Usage, EveryOptionHasARow) {
   }
 }
 
-// Scripts may pass --env "$UNSET". Checks every option of every command.
+// A script may pass --env "$UNSET", whose value is empty. This test checks every option of several
+// commands.
 TEST_F(Usage, EmptyValuesAreRefused) {
   write("a.exr", "");
   const Words commands[] = {render_words(),
@@ -319,12 +320,12 @@ TEST_F(Usage, OptionsThatNeedEachOther) {
   expect_failure({"render", scene()}, 2, {"-o"});
 }
 
-// A long list would hide the suggestion.
+// The message may not list all options, because a long list would hide the suggestion.
 TEST_F(Usage, UnknownOptionsNameOnlyTheNearest) {
   for (const char* command : {"render", "view", "compare", "study", "farm"}) {
     const std::string err = run({command, "--noise-treshold", "1"}).err;
     EXPECT_LE(line_count(err), 2u) << err;
-    EXPECT_LE(std::ranges::count(err, '\''), 8) << err;  // the word and three names
+    EXPECT_LE(std::ranges::count(err, '\''), 8) << err;  // quotes around the word and three names
   }
 }
 
@@ -393,7 +394,7 @@ TEST_F(Usage, HelpAndVersion) {
   }
 }
 
-// Checks the length of lines, too, since a terminal wraps long ones.
+// Also checks the length of lines, because a terminal wraps long lines.
 TEST_F(Usage, HelpFitsOnAScreen) {
   for (const char* command : {"render", "view", "session", "info", "show", "heatmap", "explain",
                               "compare", "denoise", "extend", "merge", "farm", "study", "help"}) {

@@ -1,4 +1,4 @@
-// --variant, which selects the materials of one of the file's variants.
+// Tests --variant, which selects the materials of one of the variants in a file.
 #include "cli/command_test.h"
 
 #include <nlohmann/json.hpp>
@@ -8,7 +8,7 @@ namespace {
 
 class VariantOption : public CommandTest {
  protected:
-  // lamp_scene(), with a green floor in the variant "meadow" and a dim lamp in "night".
+  // lamp_scene() with two variants. "meadow" has a green floor, and "night" has a dim lamp.
   GltfBuilder varied() {
     GltfBuilder gltf = lamp_scene();
     gltf.root["extensionsUsed"] = {"KHR_materials_variants"};

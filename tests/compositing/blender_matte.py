@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Checks that Blender's own Cryptomatte node picks the right mattes from our files.
+"""Checks that Blender's Cryptomatte node picks the right mattes from our files.
 
     tests/compositing/blender_matte.py [--emberline build/release/bin/emberline] [--blender blender] [--keep DIR]
 
-Renders scenes/teapot.glb with mattes, as a single-part file and with one part per layer. Blender's compositor picks
-three names of each kind, and its mattes are compared with the sum of the file's coverages for the name's id. The exit
-code is 77, which ctest takes for skipped, without Blender. Takes about half a minute.
+The test renders scenes/teapot.glb with mattes, into a file with a single part and into a file with one part per layer.
+Blender's compositor picks some names of each kind. Each of its mattes must be the sum of the coverages that our file
+has for the id of the name. If Blender or oiiotool is not installed, the exit code is 77, which ctest counts as skipped.
+The test takes about half a minute.
 """
 import argparse
 import json
@@ -20,7 +21,8 @@ ROOT = Path(__file__).resolve().parents[2]
 SIZE = (160, 90)
 PICKS = {"CryptoObject": ["teapot", "lemon 2", "table"], "CryptoMaterial": ["china", "lemon"], "CryptoAsset": ["wall"]}
 
-# Runs in Blender, with FILE, OUT, and the picks as JSON after "--". Writes each matte as an EXR with one float channel.
+# This script runs in Blender. Its arguments after "--" are FILE, OUT, and the picks and the size as JSON. It writes
+# each matte as an EXR with one float channel.
 IN_BLENDER = """
 import bpy, json, sys
 file, out, picks, size = sys.argv[-4], sys.argv[-3], json.loads(sys.argv[-2]), json.loads(sys.argv[-1])
@@ -54,7 +56,7 @@ bpy.ops.render.render(scene=scene.name)
 
 
 def planes_of(path):
-    """Channels of an uncompressed float EXR with scan lines, read without a library."""
+    """Reads the channels of an uncompressed float EXR with scan lines, without a library."""
     data = path.read_bytes()
     at, header = 8, {}
     while data[at]:
@@ -83,7 +85,7 @@ def planes_of(path):
 
 
 def read_planes(path, to):
-    """A copy of our file for planes_of(), which joins the channels of all parts."""
+    """Copies each layer of our file to a simpler file for planes_of(), and returns the channels of all layers."""
     info = subprocess.run(["oiiotool", "--info", str(path)], check=True, capture_output=True, text=True).stdout
     layers = [f"{layer}0{rank}" for layer in PICKS for rank in range(3)]
     planes = {}

@@ -1,4 +1,4 @@
-// Well-formed but unusable values.
+// Tests values that are well-formed but unusable.
 #include "failure/bad_input.h"
 
 #include <limits>
@@ -17,8 +17,8 @@ using test::TempFolder;
 class Absurd : public testing::Test {
  protected:
   Absurd() { gltf_.add_triangle(); }
-  // The limit leaves room for the program, but not for an allocation by an unchecked count, whose
-  // bad_alloc would say "memory".
+  // The limit leaves room for the program, but not for an allocation whose size is an unchecked
+  // count. The bad_alloc of such an allocation would say "memory".
   void expect_error(const std::vector<std::string>& parts) {
     const MemoryLimit limit(uint64_t(4) << 30);
     expect_input_error(gltf_, parts);
@@ -158,7 +158,7 @@ TEST_F(Absurd, PointsAndLinesAreNamedAndCounted) {
   gltf_.primitive(1)["mode"] = 0;
   gltf_.add_mesh_node(1);
   expect_error({"nothing to render: 12,000 points and 23,998 lines, which have no surface"});
-  // Together with a surface, they are only reported as ignored.
+  // Together with a surface, points and lines are only reported as ignored.
   gltf_.add_triangle();
   const SceneDescription scene = load_gltf(gltf_.write_glb(folder_ / "a.glb"), {});
   EXPECT_EQ(scene.coverage.ignored,
@@ -174,14 +174,15 @@ TEST_F(Absurd, OnlyBadTriangles) {
                                                         0, 0, 0, 1, 1, 1, 2, 2, 2})}}}};
   expect_error({"no geometry to render", "1 triangles without area",
                 "1 triangles with a NaN or infinite vertex"});
-  // They do not end an animation if the scene also has a good mesh whose scale is zero now.
+  // Bad triangles do not end an animation if the scene also has a good mesh, even one whose scale
+  // is zero now.
   const int good = gltf_.add_triangle();
   gltf_.root["nodes"][size_t(good)]["scale"] = {0, 0, 0};
   expect_warning(gltf_, {"1 objects scaled to zero"});
 }
 
 TEST_F(Absurd, HierarchiesOfAnyDepth) {
-  // 100 000 levels with the mesh at the bottom; each translates by one.
+  // The hierarchy has 100 000 levels, each of which translates by one. The mesh is at the bottom.
   const int depth = 100000;
   json nodes = json::array();
   for (int i = 0; i < depth; ++i) {
@@ -197,7 +198,7 @@ TEST_F(Absurd, HierarchiesOfAnyDepth) {
   const SceneDescription scene = load_gltf(gltf_.write_glb(folder_ / "a.glb"), {});
   ASSERT_EQ(scene.instances.size(), 1u);
   EXPECT_EQ(scene.instances[0].to_world[3][0], double(depth));
-  // A cycle is an error, and finding it must end.
+  // A cycle is an error, and the search for it must end.
   gltf_.root["nodes"][size_t(depth) - 1]["children"] = {0};
   expect_error({"#/nodes/", "cycle"});
 }

@@ -1,4 +1,5 @@
-// Invalid animations: an error if the render uses them; otherwise a warning or nothing.
+// An invalid animation is an error if the render uses it. Otherwise it causes a warning, or
+// nothing.
 #include <cmath>
 #include <ctime>
 #include <limits>
@@ -37,7 +38,8 @@ class BadAnimation : public testing::Test {
     damage(animation);
     return gltf;
   }
-  // Faults in the JSON are always found; faults in the key frames only when these are read.
+  // Faults in the JSON are always found. Faults in the key frames are found only when the key
+  // frames are read.
   template <class Damage>
   void expect_json_fault(const std::vector<std::string>& parts, const Damage& damage) const {
     expect_warning(damaged(damage), parts);
@@ -200,7 +202,7 @@ TEST_F(BadAnimation, CountsTooLargeForTheFile) {
   });
 }
 
-// A million keys shared by three thousand channels are read once.
+// A million keys that three thousand channels share are read once.
 TEST_F(BadAnimation, SharedKeysAreReadOnce) {
   constexpr size_t kKeys = 1000000, kChannels = 3000;
   GltfBuilder gltf = gltf_;
@@ -217,7 +219,7 @@ TEST_F(BadAnimation, SharedKeysAreReadOnce) {
   const std::clock_t start = std::clock();
   EXPECT_FALSE(load_without_checks(gltf, {.time = 1234.5}).instances.empty());
   EXPECT_LT(double(std::clock() - start) / CLOCKS_PER_SEC, 20.0);
-  // Keys count for the memory budget before they are read.
+  // The memory budget counts keys before they are read.
   const TempFolder folder;
   const std::string path = gltf.write_glb(folder / "a.glb");
   const auto load_within = [&](uint64_t bytes, const GltfOptions& options) {

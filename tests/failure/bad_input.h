@@ -13,7 +13,8 @@
 
 namespace emberline::test {
 
-// Limits the address space during its lifetime, so that an allocation by an unchecked count fails.
+// Limits the address space during its lifetime, so that an allocation whose size is an unchecked
+// count fails.
 class MemoryLimit {
  public:
   explicit MemoryLimit(uint64_t bytes) {
@@ -38,8 +39,8 @@ class MemoryLimit {
   bool active_ = false;
 };
 
-// Loading must throw InputError with one line that begins with the file's name and contains each of
-// `parts`.
+// Expects that loading throws InputError. The message must be one line that begins with the file's
+// name and contains each of `parts`.
 inline void expect_input_error(const std::string& path, const std::vector<std::string>& parts,
                                const GltfOptions& options = {}) {
   try {
@@ -63,7 +64,8 @@ inline void expect_input_error(const GltfBuilder& gltf, const std::vector<std::s
   expect_input_error(gltf.write_glb(folder / "a.glb"), parts, options);
 }
 
-// Loading must return the scene and warn exactly once, naming the file, with each of `parts`.
+// Expects that loading returns the scene, with exactly one warning that is one line, begins with
+// the file's name, and contains each of `parts`.
 inline SceneDescription expect_warning(const std::string& path,
                                        const std::vector<std::string>& parts,
                                        const GltfOptions& options = {}) {
@@ -95,7 +97,7 @@ inline SceneDescription expect_warning(const GltfBuilder& gltf,
   return expect_warning(gltf.write_glb(folder / "a.glb"), parts, options);
 }
 
-// The error of loading with a memory budget; "no error" if there is none.
+// Returns the error of loading with a memory budget, or "no error" if there is none.
 inline std::string rejection_message(const GltfBuilder& gltf, uint64_t budget) {
   const TempFolder folder;
   const std::string path = gltf.write_glb(folder / "a.glb");

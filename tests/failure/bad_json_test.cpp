@@ -1,5 +1,5 @@
-// Members that are missing, of the wrong type or out of range: the error names each by its pointer,
-// and so does the warning if the picture does not need it.
+// Tests members that are missing, of the wrong type or out of range. The error names each such
+// member by its pointer. If the picture does not need the member, a warning does the same.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -16,8 +16,8 @@ using test::expect_warning;
 using test::GltfBuilder;
 using test::TempFolder;
 
-// A scene with one of everything, so that any member can be spoiled. `in_use`: the picture needs
-// all of it, and the extensions are required.
+// Returns a scene with one of everything, so that any member can be spoiled. If `in_use`, the
+// picture needs everything in the scene, and the extensions are required.
 GltfBuilder rich_scene(bool in_use = false) {
   GltfBuilder gltf;
   gltf.add_triangle();
@@ -44,7 +44,7 @@ GltfBuilder rich_scene(bool in_use = false) {
   return gltf;
 }
 
-// When the picture needs the spoiled member.
+// Says when the picture needs the spoiled member: always, only in rich_scene(true), or never.
 enum class Needed { kAlways, kInUse, kNever };
 struct BrokenValue {
   const char* pointer;
@@ -266,8 +266,8 @@ TEST(BadJson, InvalidJson) {
   }
 }
 
-// Such files exist. A reader that takes the first member and one that takes the last would see
-// different scenes.
+// Files with duplicate members exist. A reader that takes the first member and a reader that takes
+// the last would see different scenes.
 TEST(BadJson, DuplicateMembersGiveAWarning) {
   const TempFolder folder;
   std::string text = rich_scene().document("data.bin").dump();

@@ -1,10 +1,12 @@
-"""Small files that would need excessive resources: each must end within seconds and keep to its memory limit.
+"""Renders small files that would need excessive resources. Each render must end within seconds and keep to its memory
+limit.
 
 bombs.py EMBERLINE [--only NAME] [--keep DIR] [--list]
 
-A seeded generator writes each case, which is rendered with --memory-limit in its own process. It must end by itself with
-exit code 0, 2 or 3 (and then one line), within K_SECONDS of processor time. Its peak of resident memory may exceed that
-of a plain scene with an image, whose decoders take about a hundred megabytes to load, by at most 1.1 times the limit.
+A seeded generator writes each file, which is rendered with --memory-limit in its own process. The process must end by
+itself within K_SECONDS of processor time. Its exit code must be 0, or else 2 or 3 with exactly one line of errors. Its
+peak of resident memory may exceed that of a plain scene by at most 1.1 times the limit. The plain scene has an image,
+since image decoders take about a hundred megabytes to load.
 """
 import argparse
 import base64
@@ -19,8 +21,8 @@ import time
 import zlib
 
 K_LIMIT = 256 << 20
-K_SECONDS = 5.0  # of one core; the time of both loading threads counts
-K_WALL = 60.0  # for busy machines
+K_SECONDS = 5.0  # of processor time, of both loading threads together
+K_WALL = 60.0  # of wall-clock time, for busy machines
 
 BOMBS = []
 
@@ -83,7 +85,8 @@ class Gltf:
         return len(self.root["nodes"]) - 1
 
     def splice(self, placeholder, text):
-        """Replaces the string `placeholder` by text: much faster than objects, and the text need not be valid JSON."""
+        """Replaces the string `placeholder` by text in the file. This is much faster than adding objects, and the text
+        need not be valid JSON."""
         self.splices[json.dumps(placeholder)] = text
 
     def write(self, path):
@@ -226,7 +229,7 @@ def png_chunk(kind, data):
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
-# A single white pixel.
+# A PNG with a single white pixel.
 PNG = base64.b64encode(b"\x89PNG\r\n\x1a\n" + png_chunk(b"IHDR", struct.pack(">IIBBBBB", 1, 1, 8, 2, 0, 0, 0))
                        + png_chunk(b"IDAT", zlib.compress(b"\0\xff\xff\xff")) + png_chunk(b"IEND", b"")).decode()
 
@@ -388,7 +391,7 @@ def morph_targets(rng, vertices, targets):
 
 @bomb((1000,), (1000000,), (30000000,), (100000000,), (4000000000,), (1 << 53,))
 def zeros(rng, count):
-    """Accessors without data."""
+    """An accessor without data, whose elements are zeros."""
     g = Gltf()
     g.mesh({"attributes": {"POSITION": g.accessor("VEC3", 5126, count)}})
     g.node(mesh=1)
@@ -418,7 +421,7 @@ def zeros_in_every_primitive(rng, uses):
 
 @bomb((1,), (4,), (40,))
 def overlapping_elements(rng, stride):
-    """Overlapping elements are impossible: the stride is at least the size of an element."""
+    """Elements may not overlap: the stride must be at least the size of an element."""
     g = Gltf()
     view = g.view(bytes(rng.randrange(256) for _ in range(400000)))
     g.root["bufferViews"][view]["byteStride"] = stride
@@ -429,7 +432,7 @@ def overlapping_elements(rng, stride):
 
 @bomb((1000,), (100000,))
 def overlapping_views(rng, uses):
-    """One piece of the buffer used by many views, each with its own accessor and primitive."""
+    """Many views of the same piece of the buffer. Each view has its own accessor and primitive."""
     g = Gltf()
     view = g.view(struct.pack("<3000f", *[rng.uniform(-1, 1) for _ in range(3000)]))
     at = g.root["bufferViews"][view]["byteOffset"]
@@ -471,7 +474,7 @@ def texture_coordinate_number(rng, number):
 
 @bomb((3, 100000), (100000, 10), (1000, 1000))
 def joints(rng, count, nodes):
-    """Skinned nodes times the joints of their skin."""
+    """Skinned nodes that share a skin. The work is the number of nodes times the number of joints."""
     g = Gltf()
     joint = g.accessor("VEC4", 5121, 3, g.view(bytes(12)))
     weight = g.floats("VEC4", [1, 0, 0, 0] * 3)
@@ -685,7 +688,7 @@ def image_size(rng, width, height, depth):
 
 @bomb((100,), (3000,))
 def images_of_one_view(rng, count):
-    """All images are large and used by a material."""
+    """Large images that share a buffer view. Each image is used by a material."""
     g = Gltf()
     view = g.view(png(512, 512, 8, 6))
     g.root["images"] = ["@i"]

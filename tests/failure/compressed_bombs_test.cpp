@@ -1,5 +1,5 @@
-// Compressed views that decode to much more than their size: the memory budget refuses them before
-// anything is decoded.
+// Compressed views can decode to much more than their size. The memory budget refuses such views
+// before anything is decoded.
 #include "failure/bad_input.h"
 
 #include <nlohmann/json.hpp>
@@ -11,7 +11,7 @@ namespace {
 using nlohmann::json;
 using test::GltfBuilder;
 
-// A grid that takes one or two bits a vertex, with constant attributes that take no space at all.
+// Encodes a grid that takes one or two bits a vertex, with constant attributes that take no space.
 std::vector<uint8_t> draco_bomb(int side, int attributes) {
   draco::Mesh mesh;
   const auto count = uint32_t(side * side);
@@ -64,7 +64,8 @@ TEST(CompressedBombs, DracoAttributesOfZeroBytes) {
   gltf.add_mesh_node(gltf.add_mesh({{"attributes", {{"POSITION", positions}}},
                                     {"indices", indices},
                                     {"extensions", {{"KHR_draco_mesh_compression", draco}}}}));
-  // 4,096 vertices x 20 attributes x 64 numbers, twice: 42 MB. The mesh alone takes 2 MB.
+  // The attributes take 4,096 vertices x 20 attributes x 64 numbers, twice: 42 MB. The mesh alone
+  // takes 2 MB.
   ASSERT_LT(stream.size(), 20000u);
   const std::string message = test::rejection_message(gltf, uint64_t(16) << 20);
   EXPECT_NE(message.find("KHR_draco_mesh_compression"), std::string::npos) << message;

@@ -1,5 +1,5 @@
-// Cameras, lights and instances beyond the range of float: refused by name, or safe to trace.
-// Embree aborts on rays that it cannot handle.
+// Cameras, lights and instances beyond the range of float are refused by name, or they are safe to
+// trace. Embree aborts on rays that it cannot handle.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +19,8 @@ Mat44d scaling(double s) {
   return m;
 }
 
-// A ball, and two instances of a mesh that they scale by `shrunk`.
+// Returns a scene with a ball, and with two instances of another mesh, which they scale by
+// `shrunk`.
 std::unique_ptr<Scene> scene_of(double size, double shrunk) {
   SceneBuilderForTests b;
   const int material = b.add_material(lambert(Rgb(0.5f)));
@@ -67,7 +68,7 @@ bool trace_views(const Scene& scene, const CameraDescription& view, std::mt19937
 TEST(ExtremeCameras, AreRefusedOrTraced) {
   std::mt19937 random(1);
   const auto unit = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
-  // Any magnitude; an ordinary one in a third of the cases.
+  // Returns a number of any magnitude. In a third of the cases the magnitude is ordinary.
   const auto any = [&] {
     const double exponent = random() % 3 == 0 ? 2 * unit()
                             : random() % 2    ? 25 * unit()
@@ -77,7 +78,7 @@ TEST(ExtremeCameras, AreRefusedOrTraced) {
   int traced = 0, refused = 0;
   for (const double size : {1e-6, 1e-3, 1.0, 1e3, 1e6}) {
     for (const double shrunk : {1e-9, 1e-3, 1.0, 1e6}) {
-      if (size == 1e6 && shrunk == 1e-9) continue;  // refused, as below
+      if (size == 1e6 && shrunk == 1e-9) continue;  // refused, as the instances below are
       const auto scene = scene_of(size, shrunk);
       for (int i = 0; i < 300; ++i) {
         CameraDescription view;

@@ -40,8 +40,8 @@ std::string decode_message(const ByteList& encoded) {
 #define EXPECT_SAYS(message, part) EXPECT_NE((message).find(part), std::string::npos) << (message)
 
 // OpenImageIO 2.4 parses colour profiles with tables that threads share without a lock (its issue
-// 3756), and trusts their offsets (its pull request 4557). Both crash the process, so profiles must
-// be removed first.
+// 3756), and trusts the profiles' offsets (its pull request 4557). Both faults crash the process,
+// so profiles must be removed first.
 TEST(HostileImages, MetadataIsNotReadOnAnyThread) {
   const std::vector<ByteList> images = test::images_with_hostile_metadata();
   ASSERT_EQ(images.size(), 60u);
@@ -181,7 +181,7 @@ TEST(HostileImages, OnlyKnownFormatsAreOpened) {
   EXPECT_SAYS(decode_message(tiff), "the image is TIFF, not PNG");
 }
 
-// OpenImageIO parses options from such names.
+// OpenImageIO would parse options from these names.
 TEST(HostileImages, FileNamesHaveNoOptions) {
   const TempFolder folder;
   for (const char* name : {"a?subimage=3.exr", "a&b.exr", "a b\n.exr"}) {
@@ -198,8 +198,8 @@ TEST(HostileImages, DeepExrIsRefused) {
   EXPECT_SAYS(decode_message(exr), "deep EXR is not supported");
 }
 
-// OpenEXR trusts a value's type and we its size, so a value's excess bytes would be read as another
-// value: here a text of 1.9 GB.
+// OpenEXR trusts the type of a value, whereas our code trusts its size. So the excess bytes of a
+// value would be read as another value, here as a text of 1.9 GB.
 TEST(HostileImages, ExrValuesHaveTheSizeOfTheirType) {
   const ByteList exr =
       test::encode_image<float>("exr", ImageSpec(1, 1, 3, TypeDesc::FLOAT), {1, 2, 3});
@@ -211,7 +211,7 @@ TEST(HostileImages, ExrValuesHaveTheSizeOfTheirType) {
   const auto value = [&](const std::string& type, const ByteList& bytes) {
     return name("a " + type) + name(type) + word(uint32_t(bytes.size())) + bytes;
   };
-  // The header is followed by a table with one offset, that of the last row.
+  // A table follows the header. It has one offset, that of the only row.
   const auto with = [&](const ByteList& attributes) {
     ByteList out = exr;
     out.insert(out.begin() + 8, attributes.begin(), attributes.end());
@@ -256,7 +256,7 @@ TEST(HostileImages, ExrOffsetsStayInsideTheFile) {
   const std::vector<float> honest(12, 1.0f);
   ByteList exr = test::encode_image<float>("exr", spec, honest);
   constexpr size_t kRow = 8 + 12 * sizeof(float), kOffset = 8;
-  // The file is placed behind a page without read access.
+  // The file is placed right behind a page without read access.
   const size_t page = size_t(::sysconf(_SC_PAGESIZE));
   ASSERT_LT(exr.size(), page);
   auto* const pages = static_cast<uint8_t*>(
@@ -303,7 +303,7 @@ TEST(HostileImages, TilesAreCheckedAgainstTheBudgetAndTheImage) {
         std::memcpy(&image[at], &side, 4);
         std::memcpy(&image[at + 4], &side, 4);
       } else {
-        for (const char* tag : {"\x42\x01", "\x43\x01"}) {  // 322, 323: SHORT becomes LONG
+        for (const char* tag : {"\x42\x01", "\x43\x01"}) {  // 322, 323: from SHORT to LONG
           const size_t at = text.find(std::string(tag, 2) + std::string("\3\0\1\0\0\0", 6));
           EXPECT_NE(at, text.npos);
           image[at + 2] = 4;
@@ -339,7 +339,7 @@ TEST(HostileImages, JointlyCodedRowsAreCheckedAgainstTheBudget) {
   EXPECT_SAYS(read({.memory = budget, .timeout_s = {}, .scene = {}}), "raise memory-limit");
 }
 
-// A JPEG whose components come one after another must keep all coefficients.
+// If the components of a JPEG come one after another, its decoder must keep all coefficients.
 TEST(HostileImages, CoefficientsOfAJpegAreCounted) {
   const auto bytes_per_pixel = [](uint8_t frame, uint8_t in_a_scan) {
     ByteList jpeg = {0xff, 0xd8, 0xff, frame, 0, 17, 8, 3, 32, 3, 32, 3};  // 800 x 800
@@ -357,9 +357,9 @@ TEST(HostileImages, CoefficientsOfAJpegAreCounted) {
   EXPECT_EQ(bytes_per_pixel(0xc2, 3), 6);
 }
 
-// OpenImageIO's reader reads header lines in pieces of 127 bytes: after a line of that length it
-// finds the line's end, takes it for an empty line, and takes the next line for the size. Ours must
-// not.
+// OpenImageIO reads header lines in pieces of 127 bytes. After a line of that length it finds the
+// line's end, takes it for an empty line, and takes the next line for the size. Our reader must not
+// do that.
 TEST(HostileImages, AnHdrHasOneSize) {
   const TempFolder folder;
   const std::string path = folder / "a.hdr";
@@ -395,7 +395,7 @@ TEST(HostileImages, HdrRowsHaveTheImagesWidth) {
   EXPECT_SAYS(message_of([&] { read_float_image(folder / "xyz.hdr"); }), "pixels are not RGBE");
 }
 
-// Structures whose processing time multiplies, and the number of each that a file needs.
+// Tests the limits on structures whose repetition multiplies the processing time.
 TEST(HostileImages, RepeatedScansAreBounded) {
   // Values of an EXR's header are searched linearly.
   ByteList exr = test::encode_image<float>("exr", ImageSpec(1, 1, 3, TypeDesc::FLOAT), {1, 2, 3});
@@ -436,7 +436,7 @@ TEST(HostileImages, RepeatedScansAreBounded) {
   EXPECT_SAYS(decode_message(webp), "16384 x 16384 pixels do not fit");
 }
 
-// Colour profile, EXIF and other metadata are removed from a TIFF's directory.
+// clean_tiff() removes the colour profile, EXIF and other metadata from a TIFF's directory.
 TEST(HostileImages, TiffKeepsItsPixels) {
   const TempFolder folder;
   ImageSpec spec(2, 1, 3, TypeDesc::UINT16);

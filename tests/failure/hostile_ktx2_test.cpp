@@ -12,7 +12,8 @@ namespace {
 
 using Ktx2File = std::vector<uint8_t>;
 
-// The only exception allowed is an InputError with one line.
+// Decodes `bytes` within `limit` bytes of memory. Returns the error's message, or "" if there is no
+// error. The only exception allowed is an InputError with one line.
 std::string decode_limited(std::span<const uint8_t> bytes, uint64_t limit) {
   const auto budget = std::make_shared<MemoryBudget>(limit);
   const LoadProgress progress({}, {}, {budget, std::nullopt, "scene"});
@@ -35,7 +36,7 @@ TEST(HostileKtx2, EveryPrefixIsRefused) {
     const Ktx2File whole = test::ktx2_file(name);
     ASSERT_EQ(decode_limited(whole, kSufficientMemory), "") << name;
     for (size_t size = 0; size < whole.size(); ++size) {
-      // A copy of its own, so that AddressSanitizer detects reads past the end.
+      // Copies the bytes, so that AddressSanitizer detects reads past their end.
       const Ktx2File bytes(whole.begin(), whole.begin() + std::ptrdiff_t(size));
       ASSERT_NE(decode_limited(bytes, kSufficientMemory), "") << name << ", " << size << " bytes";
     }
@@ -71,7 +72,8 @@ TEST(HostileKtx2, SizesAreCheckedAgainstTheBytesAndTheBudget) {
   test::set_word(etc1s, 24, 4096);
   EXPECT_NE(decode_limited(etc1s, kSufficientMemory).find("memory"), std::string::npos);
 
-  // A Zstandard frame that requests a window of 64 MiB: byte 5 of its header, 16 above 2^10.
+  // This Zstandard frame requests a window of 64 MiB. Byte 5 of its header holds the window's
+  // exponent, 16 above 2^10.
   Ktx2File uastc = test::ktx2_file("uastc_gradient");
   const size_t level = test::word_at(uastc, 80);
   ASSERT_EQ(test::word_at(uastc, level), 0xfd2fb528u);

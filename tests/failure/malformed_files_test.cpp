@@ -1,5 +1,5 @@
-// Remade from the malformed files in other loaders' test collections (tinygltf's BoundsChecking,
-// Assimp's glTF2, the Khronos validator's).
+// These files are remade from the malformed files in other loaders' test collections (tinygltf's
+// BoundsChecking, Assimp's glTF2, the Khronos validator's).
 #include "failure/bad_input.h"
 
 #include <limits>
@@ -57,14 +57,14 @@ TEST_F(Malformed, EmptyVersionAndOddImageUri) {
 }
 
 TEST_F(Malformed, AGlbWhoseBinChunkIsEmpty) {
-  // No buffer needs the chunk, because the bytes come from elsewhere: it loads.
+  // No buffer needs the chunk, because the bytes come from elsewhere. So the file loads.
   const json document = gltf_.document("data:;base64," + test::base64(gltf_.bin));
   std::vector<uint8_t> bytes = GltfBuilder::glb(document.dump(), {});
   bytes.insert(bytes.end(), {0, 0, 0, 0, 'B', 'I', 'N', 0});
   for (int i = 0; i < 4; ++i) bytes[8 + size_t(i)] = uint8_t(bytes.size() >> (8 * i));
   test::write_bytes(folder_ / "a.glb", bytes);
   EXPECT_EQ(load_gltf(folder_ / "a.glb", {}).meshes.size(), 1u);
-  // A buffer needs the chunk, which is empty.
+  // Here a buffer needs the chunk, which is empty.
   bytes = GltfBuilder::glb(gltf_.document("").dump(), {});
   bytes.insert(bytes.end(), {0, 0, 0, 0, 'B', 'I', 'N', 0});
   for (int i = 0; i < 4; ++i) bytes[8 + size_t(i)] = uint8_t(bytes.size() >> (8 * i));

@@ -1,4 +1,4 @@
-// Truncated files and files with flipped bytes: the only results are an InputError or a scene.
+// A truncated file, or a file with changed bytes, may only result in an InputError or a scene.
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -14,7 +14,8 @@ using test::dense_gltf;
 using test::GltfBuilder;
 using test::TempFolder;
 
-// True if the file loads. An exception other than InputError escapes and fails the test.
+// Returns true if the file loads, and false if it is rejected with an InputError. Any other
+// exception escapes and fails the test.
 bool loads_or_rejects(const std::string& path, bool lenient) {
   try {
     EXPECT_EQ(test::find_scene_violation(load_gltf(path, {lenient})), "");
@@ -46,7 +47,8 @@ TEST_F(Mutated, EveryPrefixOfAGlb) {
   }
 }
 
-// Truncated, but with the header's length corrected: the container is valid, its contents are not.
+// The file is truncated, but the header's length is corrected. So the container is valid and its
+// contents are not.
 TEST_F(Mutated, EveryPrefixOfAGlbWithAnHonestHeader) {
   const std::vector<uint8_t> whole = dense_gltf().glb();
   for (size_t size = 20; size < whole.size(); ++size) {
@@ -57,7 +59,8 @@ TEST_F(Mutated, EveryPrefixOfAGlbWithAnHonestHeader) {
   }
 }
 
-// The generator is seeded with the round, so that a failure can be replayed.
+// Makes one to four changes. The generator is seeded with the round, so that a failure can be
+// replayed.
 void mutate(std::vector<uint8_t>& bytes, uint32_t round) {
   std::mt19937 random(round);
   const uint32_t changes = 1 + random() % 4;
@@ -109,7 +112,7 @@ TEST_F(Mutated, SeededMutationsOfAGltf) {
   }
 }
 
-// Replaces each number in the JSON by others, one at a time.
+// Appends the JSON pointer of each number in `value` to `found`.
 void collect_numbers(const nlohmann::json& value, const std::string& pointer,
                      std::vector<std::string>& found) {
   if (value.is_number()) found.push_back(pointer);

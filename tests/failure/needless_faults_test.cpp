@@ -1,5 +1,6 @@
-// Faults in parts that the picture does not need, or in optional extensions: a warning with file
-// and JSON pointer, and the picture. The same fault in a needed part: one line and no picture.
+// A fault in a part that the picture does not need, or in an optional extension, gives a warning
+// with file and JSON pointer, and the picture. The same fault in a needed part gives one line of
+// errors and no picture.
 #include <cstring>
 #include <ctime>
 #include <nlohmann/json.hpp>
@@ -31,7 +32,7 @@ class NeedlessFault : public testing::Test {
     expect_input_error(gltf_, parts, options);
   }
   json& node(int i = 0) { return gltf_.root["nodes"][size_t(i)]; }
-  // A node outside every scene.
+  // Adds a node outside every scene.
   int add_outside(const json& object) { return gltf_.push("nodes", object); }
   void require_extension(const char* name) { gltf_.root["extensionsRequired"] = {name}; }
 
@@ -92,7 +93,8 @@ TEST_F(NeedlessFault, TransformsOutsideTheScene) {
   refused({"#/nodes/1: the node's world transform"});
 }
 
-// In an unplaced chain where each node lists its child twice, there are 2^n paths to the end.
+// In a chain of nodes outside the scene, where each node lists its child twice, there are 2^n paths
+// to the end.
 TEST_F(NeedlessFault, ChildrenListedTwiceAreFollowedOnce) {
   for (int i = 0; i < 200; ++i) add_outside({{"children", {i + 2, i + 2}}});
   add_outside(json::object());
@@ -315,7 +317,7 @@ TEST_F(NeedlessFault, NumbersOutOfRangeInOptionalExtensions) {
                   0.7853982f);
 }
 
-// Members that no picture needs; null counts as absent.
+// Null counts as absent. No picture needs the members that are null here.
 TEST_F(NeedlessFault, NullEqualsAMissingMember) {
   gltf_.push("cameras", {{"type", "perspective"},
                          {"perspective", {{"yfov", 0.5}, {"znear", 0.1}, {"aspectRatio", 2}}}});
@@ -414,7 +416,7 @@ TEST_F(NeedlessFault, ExtensionsAsAnEmptyList) {
   EXPECT_EQ(load_gltf(gltf_.write_glb(folder_ / "a.glb"), {}).instances.size(), 1u);
 }
 
-// The square, and its uncompressed triangles as a fallback.
+// Returns the Draco square, with its uncompressed triangles as a fallback.
 GltfBuilder draco_with_fallback() {
   GltfBuilder gltf = test::draco_square(draco::MESH_EDGEBREAKER_ENCODING);
   gltf.root.erase("extensionsRequired");
@@ -448,7 +450,7 @@ TEST(NeedlessFaultOfDraco, UsesTheUncompressedData) {
   extension()["bufferView"] = 99;
   scene = expect_warning(gltf, {place + "/bufferView: index 99"});
   EXPECT_EQ(scene.meshes.at(0).positions.at(0).z, 5.0f);
-  // The extension is required, or there is no fallback.
+  // From here on, the extension is required or there is no fallback.
   gltf.root["extensionsRequired"] = {"KHR_draco_mesh_compression"};
   expect_input_error(gltf, {place + "/bufferView: index 99"});
   gltf.root = good;
@@ -469,7 +471,7 @@ TEST(NeedlessFaultOfMeshopt, APlaceholderNeedsNeitherBytesNorAMark) {
     const SceneDescription scene = load_gltf(gltf.write_glb(folder / "a.glb"), {});
     EXPECT_EQ(scene.meshes.at(0).positions.size(), 3u);
     EXPECT_TRUE(scene.coverage.ignored.empty());
-    // An uncompressed view uses the placeholder.
+    // Here an uncompressed view uses the placeholder.
     gltf.push("bufferViews", {{"buffer", 1}, {"byteLength", 12}});
     expect_warning(gltf, {"#/buffers/1: the buffer has neither a uri nor a GLB binary chunk"});
     gltf.push("accessors",
@@ -500,7 +502,7 @@ TEST(NeedlessFaultOfMeshopt, UsesTheFallbackBuffer) {
 
 // ---- how many
 
-// One line for each kind of fault, however many there are.
+// There is one line for each kind of fault, no matter how many faults there are.
 TEST_F(NeedlessFault, AreCounted) {
   constexpr int kCount = 100000;
   json& cameras = gltf_.root["cameras"];

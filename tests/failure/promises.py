@@ -23,7 +23,7 @@ def main():
     missing = []
     for row in rows:
         suite = ""
-        # `Suite.Test`, `AnotherOfThatSuite`, `Suite.*`
+        # The names are written as `Suite.Test`, `AnotherOfThatSuite` or `Suite.*`.
         names = re.findall(r"`([^`]+)`", row.rstrip("| ").split("|")[-1])
         for name in names:
             suite, test = name.split(".") if "." in name else (suite, name)

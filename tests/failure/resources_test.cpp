@@ -1,5 +1,5 @@
-// Which files a scene can make the program read (those in its own folder and below), and how much
-// of them.
+// Tests which files a scene can make the program read (those in its own folder and below it), and
+// how much of them is read.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -22,7 +22,8 @@ using test::TempFolder;
 
 class Resources : public ::testing::Test {
  protected:
-  // A scene in "scenes/" with a triangle whose buffer is at `uri`.
+  // Writes a scene in "scenes/" with a triangle whose buffer is at `uri`, and returns the scene's
+  // path.
   std::string scene(const std::string& uri) {
     GltfBuilder gltf;
     gltf.add_triangle();
@@ -48,7 +49,7 @@ TEST_F(Resources, OutsideTheFolderAreRefused) {
   expect_input_error(scene("file:///etc/passwd"), {"#/buffers/0/uri", "not relative"});
 }
 
-// Names from writers that do not escape properly, and from other operating systems.
+// Some writers do not escape names properly, and some names come from other operating systems.
 TEST_F(Resources, UnescapedNamesAreFound) {
   fs::create_directories(folder_ / "scenes/sub dir");
   const std::pair<const char*, const char*> names[] = {{"example 10%.bin", "example 10%.bin"},
@@ -69,7 +70,8 @@ TEST_F(Resources, UnescapedNamesAreFound) {
     EXPECT_EQ(scene_files(path).back(), fs::path(target)) << uri;
     fs::remove(target);
   }
-  // The escaped name is tried first, then the literal one, then the one with "/".
+  // The name with its escapes decoded is tried first, then the literal name, then the name with "/"
+  // for "\".
   const auto vertices = [&](const std::string& path) {
     return load_gltf(path, {}).meshes.at(0).positions.at(1).x;
   };
@@ -137,7 +139,7 @@ TEST_F(Resources, OnlyUsedPartsOfBuffersAreRead) {
   const test::ProcessMemory before = test::ProcessMemory::now();
   EXPECT_EQ(load_gltf(path, {}, progress).meshes.size(), 1u);
   EXPECT_LT(budget->peak(), uint64_t(1) << 20);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers track all of it
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers track the memory
   EXPECT_LT((test::ProcessMemory::now() - before).resident, double(16 << 20));
 #endif
 }

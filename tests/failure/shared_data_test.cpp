@@ -1,5 +1,5 @@
-// Small files in which many objects share data: their cost must grow linearly with the file's size,
-// not quadratically.
+// In these small files many objects share data. The cost of loading must grow linearly with the
+// file's size, not quadratically.
 #include <nlohmann/json.hpp>
 
 #include "failure/bad_input.h"
@@ -14,8 +14,8 @@ using test::GltfBuilder;
 using test::MemoryLimit;
 using test::TempFolder;
 
-// Seconds of processor time to load, with enough memory for the program but not for a copy of the
-// data for each use.
+// Returns the seconds of processor time to load the file. There is enough memory for the program,
+// but not for a copy of the data for each use.
 double load_seconds(const GltfBuilder& gltf) {
   const TempFolder folder;
   const std::string path = gltf.write_glb(folder / "a.glb");
@@ -89,7 +89,7 @@ TEST(SharedData, NamesOfUnknownExtensions) {
   set_log_level(LogLevel::kNormal);
 }
 
-// A name of one megabyte shared by hundreds of objects.
+// Hundreds of objects share a name of one megabyte.
 TEST(SharedData, CopiedNamesCountAgainstTheLimit) {
   const std::string name(size_t(1) << 20, 'n');
   constexpr int kCount = 200;
@@ -132,7 +132,7 @@ TEST(SharedData, PlacementsCountAgainstTheLimitWhileGathered) {
     json& node = gltf.root["nodes"][size_t(gltf.add_mesh_node(mesh))];
     node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {{"TRANSLATION", places}};
   }
-  // 200,000 placements of 144 bytes.
+  // There are 200,000 placements of 144 bytes.
   const std::string message = test::rejection_message(gltf, uint64_t(20) << 20);
   EXPECT_NE(message.find("#/nodes/1"), std::string::npos) << message;
   EXPECT_EQ(test::rejection_message(gltf, uint64_t(128) << 20), "no error");

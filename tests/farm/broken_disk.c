@@ -1,5 +1,6 @@
-// LD_PRELOAD library that makes some calls fail for files whose paths contain BROKEN_PATH.
-// BROKEN_CALLS: names of the calls; BROKEN_ERROR: the errno; BROKEN_AFTER: how many calls succeed before.
+// A library for LD_PRELOAD that makes some calls fail for files whose paths contain BROKEN_PATH.
+// BROKEN_CALLS names the calls, BROKEN_ERROR is the errno that they set, and BROKEN_AFTER is how
+// many of them succeed before the first one fails.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -35,7 +36,7 @@ static int fails_for(const char* call, int descriptor) {
 
 #define REAL(type, name, ...) ((type(*)(__VA_ARGS__))dlsym(RTLD_NEXT, #name))
 
-// A disk that is full takes a part of what it is given first.
+// "half" stands for a disk that becomes full: pwrite then writes only half of the bytes.
 ssize_t pwrite(int d, const void* bytes, size_t count, off_t at) {
   if (count > 1 && fails_for("half", d)) {
     return REAL(ssize_t, pwrite, int, const void*, size_t, off_t)(d, bytes, count / 2, at);

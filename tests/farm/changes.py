@@ -1,9 +1,9 @@
-"""A checkpoint can be resumed only by the frame that it belongs to; a refusal names every difference.
+"""Only the frame that a checkpoint belongs to can resume it. A refusal names every difference between the frames.
 
-Between a stopped run and the next, a setting or file changes. If it affects the bits, the next run must refuse (exit 3,
-one line that names each difference, nothing written); otherwise it must finish with the right bits. And every
-estimator's checkpoints, saved at many moments, must be accepted by the next run. To run one case, give its name or a
-part of it:
+Between a stopped run and the next run, this test changes a setting or a file. If the change affects the bits, the next
+run must refuse: exit with 3, print one line that names each difference, and write nothing. Otherwise it must finish
+with the right bits. The test also saves checkpoints of every estimator at many moments, which the next run must accept.
+To run one case, give its name or a part of its name:
 
   changes.py build/release/bin/emberline scenes --only 'other seed'
 """
@@ -21,7 +21,8 @@ from records import parsed_file
 SIZE = ["--size", "48x36"]
 FRAME = ["--bucket-size", "6", "--threads", "2", "--quiet", *CHANNELS]
 RESUME = ["--resume", "--checkpoint", "c", "--checkpoint-interval", "0.1", "--report", "report.json"]
-# Name; additional settings of the first run; of the second run; what the refusal must name (nothing: it is accepted).
+# Each case has a name, additional settings of the first run, additional settings of the second run, and what the
+# refusal must name. If the list of names is empty, the second run must accept the checkpoint.
 SETTINGS = (
     ("other spp", "--spp 256", "--spp 255", ["--spp: 256 (now 255)"]),
     ("no spp", "--spp 256", "", ["--spp: 256 (now"]),
@@ -71,7 +72,7 @@ SETTINGS = (
 
 
 def replaced(first, second):
-    """Joins both lists. If an option may occur only once, the second list's value is used."""
+    """Joins both lists. If an option may occur only once and both lists have it, the second value is used."""
     words, options = [*first, *second], {}
     for word in words:
         if re.match(r"--?[a-z]", word):
@@ -86,8 +87,8 @@ def replaced(first, second):
 
 
 def stop(farm, case, folder, settings, scene, seconds=0.05):
-    """Runs until the time limit stops it in mid-frame; tries again with more time if nothing was saved. Returns whether
-    there is a checkpoint."""
+    """Starts a run that its time limit stops in mid-frame. If it has saved nothing, tries again with more time. Returns
+    whether there is a checkpoint."""
     command = [*SIZE, *FRAME, *settings, *RESUME]
     run = farm.run(folder, replaced(command, ["--time-limit", f"{seconds}"]), scene=scene)
     if run.code == EXIT_STOPPED and not parsed_file((folder / "c").read_bytes())[1]:
@@ -125,7 +126,7 @@ def png(width, height, color):
 
 
 def write_scene(folder, name="scene.gltf"):
-    """Writes a scene with an emissive, textured rectangle, whose buffer and image are separate files."""
+    """Writes a scene with an emissive, textured rectangle. The scene's buffer and its image are separate files."""
     points = [(-2, -2, -3), (2, -2, -3), (2, 2, -3), (-2, 2, -3)]
     data = b"".join(struct.pack("<3f", *p) for p in points)
     data += b"".join(struct.pack("<2f", *p) for p in ((0, 0), (1, 0), (1, 1), (0, 1)))
@@ -149,7 +150,7 @@ def write_scene(folder, name="scene.gltf"):
 
 
 def files(farm):
-    """Changes the scene and its files, moves the scene, changes the environment."""
+    """Changes, moves or renames the scene, its files and its environment, one in each case."""
 
     def scene_edited(folder):
         text = (folder / "scene.gltf").read_text()
@@ -230,7 +231,7 @@ def environment_of_edits(farm):
 
 
 def many_light_groups(farm):
-    """A checkpoint contains the light of each of many groups."""
+    """Checkpoints must work with many light groups, because they contain the light of each group."""
     for driver in ("bisection", "adaptive", "bucket"):
         case = f"many light groups of {driver}"
         if not farm.is_selected(case):
@@ -260,8 +261,8 @@ def names_of(program, option):
 
 
 def own_checkpoints(farm):
-    """Stops every estimator, with a budget and with a threshold, every few hundredths of a second: no run may refuse
-    the checkpoint of the one before it."""
+    """Stops frames of every estimator, with a budget and with a threshold, every few hundredths of a second. No run may
+    refuse the checkpoint of the run before it."""
     budgets = ("--spp 48", "--noise-threshold 0.03 --max-spp 96", "--spp 32 --noise-threshold 0.03 --streams 2")
     for estimator in names_of(farm.program, "--estimator"):
         for budget in budgets:
@@ -271,7 +272,7 @@ def own_checkpoints(farm):
             chosen = [*SIZE, *FRAME, "--driver", "adaptive", "--estimator", estimator, *budget.split()]
             folder = farm.folder(case)
             run = farm.run(folder, chosen)
-            if run.code:  # this estimator does not work with the sampler
+            if run.code:  # this estimator does not work with these settings
                 continue
             expected = pixels(folder / "out.exr")
             shutil.rmtree(folder)

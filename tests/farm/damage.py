@@ -1,10 +1,11 @@
-"""A truncated or corrupted checkpoint is refused, or the frame still has the right bits; the program never crashes,
-hangs or shows another picture.
+"""If a checkpoint is truncated or corrupted, the program refuses it, or the frame still has the right bits. The program
+never crashes, hangs or shows another picture.
 
-Uses each driver's checkpoint of a frame so small that the file has a few kilobytes. It is cut to many lengths, and
-single bits are flipped at random places. Refused means: exit 3, one line that names the file, nothing written, the file
-unchanged. The lengths include each one within the file's header and each record's header, one byte before and after
-each section, and otherwise every --stride-th (all: --stride 1). To repeat one case, as a failure prints it:
+For each driver, this test uses a checkpoint of a few kilobytes, from a small frame. It cuts the file to many lengths,
+and flips single bits at random places. To refuse means: exit with 3, print one line that names the file, write nothing,
+and leave the file unchanged. The lengths include all lengths within the file's header and within each record's header,
+one byte more or less than each section, and every --stride-th other length (all: --stride 1). To repeat one case, use
+its options as the failure prints them:
 
   damage.py build/release/bin/emberline scenes --driver bucket --length 700
   damage.py build/release/bin/emberline scenes --driver bucket --bit 5601
@@ -18,11 +19,11 @@ from farm import CHANNELS, DRIVERS, EXIT_INPUT, SANITIZED, Farm, contents, pixel
 FRAME = ["--size", "16x12", "--bucket-size", "8", "--spp", "4", "--threads", "1", "--quiet", *CHANNELS]
 CHECKPOINT = "the.checkpoint"
 RESUME = ["--resume", "--checkpoint", CHECKPOINT]
-SECONDS = 600 if SANITIZED else 60  # wall-clock time, so long because machines may be busy
+SECONDS = 600 if SANITIZED else 60  # limit on wall-clock time; it is long because machines may be busy
 
 
 class Checkpoints:
-    """One driver's checkpoint. Its frame is unfinished, so that there is work to resume."""
+    """The checkpoint of one driver, and its damaged copies."""
 
     def __init__(self, farm, driver):
         self.farm, self.driver = farm, driver

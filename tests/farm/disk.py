@@ -1,9 +1,10 @@
-"""A disk that fails while a checkpoint is written costs the checkpoint but not the frame: one warning, exit 0, the
-right bits. What was saved before can be resumed. Two runs of one job never share a checkpoint.
+"""If a disk fails while a checkpoint is written, the checkpoint is lost but not the frame: the run prints one warning,
+exits with 0, and its picture has the right bits. What was saved before can be resumed. Two runs of one job never share
+a checkpoint.
 
-The checkpoint has its own folder, which is made to fail: a small full file system (if mounting is allowed), failing
-calls (broken_disk.c in front of the C library, if there is a compiler), or a folder that is removed, moved or
-write-protected. To run one case, give its name or a part of it:
+The checkpoint is in a separate folder, which fails in several ways. It is on a small file system that becomes full (if
+mounting is allowed). Or calls fail, because broken_disk.c is loaded before the C library (if there is a compiler). Or
+the folder is removed, moved or write-protected. To run one case, give its name or a part of its name:
 
   disk.py build/release/bin/emberline scenes --only 'full bisection'
 """
@@ -18,7 +19,7 @@ from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, 
                   earlier_samples, pixels, report_of, signal)
 
 FRAME = ["--size", "96x72", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-# Each of two threads works this long on any machine, for five or seven checkpoint intervals.
+# On any machine, a frame takes each of its two threads this long, which is five or seven checkpoint intervals.
 SECONDS = 0.7 if LONG else 0.5
 REPORT = ["--report", "report.json"]
 
@@ -37,14 +38,14 @@ def warnings(run):
 
 
 def check_warned(farm, run, folder, expected, case, file, stray=()):
-    """Checks that the frame is done, with one warning that names the file."""
+    """Checks that the run finished the frame and printed one warning, which names the file."""
     farm.check_done(run, folder, expected, case, {"report.json", *stray})
     warning_lines = warnings(run)
     farm.check(len(warning_lines) == 1 and file in warning_lines[0], case, f"should warn once and name {file}: {run}")
 
 
 def check_resumes(farm, driver, folder, file, expected, case):
-    """Checks that a run resumes what the failing run left, or starts from nothing."""
+    """Checks that the next run finishes, whether it resumes what the failing run left or starts from nothing."""
     run = farm.run(folder, [*settings_of(farm, driver), *resume(file)])
     farm.check_done(run, folder, expected, case + ", resumed", {"report.json"})
 
@@ -63,7 +64,8 @@ def failing_calls(farm, drivers):
         else:
             kinds = ("rename", "half,pwrite", "fsync", "pwrite", "pwrite,fsync,rename")
         for calls in kinds if LONG else kinds[:2]:
-            # The first few calls begin the file. After that, calls of these kinds come only a few times a second.
+            # The first few calls begin the file. After that, fsync, fdatasync and rename are called only a few times a
+            # second.
             few = calls in ("fsync", "fdatasync", "rename")
             failures = ((errno.EIO, 2 if few else 4), (errno.ENOSPC, 3 if few else 7))
             for error, after in failures if LONG or calls == kinds[0] else failures[:1]:
@@ -80,7 +82,7 @@ def failing_calls(farm, drivers):
                 check_warned(farm, run, folder, expected, case, "kept/c")
                 if error != errno.EIO:
                     continue
-                # If the run is also killed before its end, the next run can resume what the broken disk kept.
+                # If such a run is killed before its end, the next run must be able to use what the broken disk kept.
                 folder = farm.folder(case)
                 (folder / "kept").mkdir()
                 process = farm.start(folder, [*settings_of(farm, driver), *resume("kept/c")], environment=broken)
@@ -92,7 +94,8 @@ def failing_calls(farm, drivers):
 
 
 def failing_products(farm, library):
-    """If the checkpoint is the run's result, a failing disk makes the run fail and leaves existing files unchanged."""
+    """If the checkpoint is the result of the run, a failing disk must make the run fail. Existing files must stay
+    unchanged."""
     def broken(path, calls, after):
         return {"LD_PRELOAD": str(library), "BROKEN_PATH": path, "BROKEN_CALLS": calls, "BROKEN_AFTER": str(after),
                 "ASAN_OPTIONS": os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"}
@@ -103,7 +106,8 @@ def failing_products(farm, library):
         if farm.is_selected(case):
             folder = farm.folder(case)
             run = farm.run(folder, [*settings, "--part", "1/2"], environment=broken(".part-1-of-2", calls, after))
-            # A failed save during the frame causes a warning. There is none if the frame ends before the first save.
+            # A failed save during the frame causes a warning. If the frame ends before the first save, there is no
+            # warning.
             farm.check(run.code == EXIT_RENDER_FAILED and len(warnings(run)) <= 1 and
                        "has this part" not in run.err, case, f"should fail: {run}")
             shutil.rmtree(folder)
@@ -131,7 +135,7 @@ def failing_products(farm, library):
 
 
 def lost_picture(farm, driver):
-    """If the picture cannot be written at the end, the frame must be in the checkpoint."""
+    """If the run cannot write the picture at the end, the checkpoint must contain the whole frame."""
     case = f"lost picture of {driver}"
     if not farm.is_selected(case):
         return
@@ -153,7 +157,7 @@ def lost_picture(farm, driver):
 
 
 def full_disk(farm, driver):
-    """On a file system of 64 KiB, the checkpoint is begun, but soon there is no space."""
+    """On a file system of 64 KiB, a run can begin the checkpoint, but soon there is no space."""
     case = f"full disk of {driver}"
     if not farm.is_selected(case):
         return
@@ -180,7 +184,7 @@ def full_disk(farm, driver):
 
 
 def lost_folder(farm, driver, what, damage, back):
-    """The folder disappears in mid-frame; `back` restores it."""
+    """`damage` makes the folder unusable in mid-frame, and `back` restores it after the run."""
     case = f"{what} of {driver}"
     if not farm.is_selected(case):
         return
@@ -197,19 +201,19 @@ def lost_folder(farm, driver, what, damage, back):
     stray = {name for name in contents(folder) if name.startswith("moved/")}
     farm.check_done(run, folder, expected, case, {"report.json", *stray})
     warning_lines = warnings(run)
-    # An open file can be appended to even after it was moved or removed.
+    # The bucket driver appends to an open file, which works even after the file was moved or removed.
     min_warnings = 0 if driver == "bucket" else 1
     farm.check(min_warnings <= len(warning_lines) <= 1, case, f"should warn {min_warnings} times: {run}")
 
 
 def lost_folders(farm, driver):
     def remove(kept):
-        while kept.exists():  # because new files may appear meanwhile
+        while kept.exists():  # the run may create new files during the removal
             shutil.rmtree(kept, ignore_errors=True)
 
     lost_folder(farm, driver, "removed folder", remove, lambda kept: None)
     lost_folder(farm, driver, "moved folder", lambda kept: kept.rename(kept.with_name("moved")), lambda kept: None)
-    # Another folder appears under the old name, with a file of the same name.
+    # Another folder appears under the old name, with a file that the run must not touch.
     def replace(kept):
         kept.rename(kept.with_name("moved"))
         kept.mkdir()
@@ -246,8 +250,7 @@ def lost_folders(farm, driver):
 
 
 def concurrent_runs(farm, driver):
-    """The second run refuses and does not disturb the first. If both begin at the same moment, at most one keeps the
-    checkpoint's name."""
+    """While a run uses a checkpoint, a second run of the same job must refuse, without disturbing the first run."""
     case = f"twice at once of {driver}"
     if not farm.is_selected(case):
         return
@@ -257,14 +260,14 @@ def concurrent_runs(farm, driver):
     first = farm.start(folder, command)
     first.wait_until((folder / "c").exists)
     first.work(2 * 0.2 * SECONDS)
-    first.signal(signal.SIGSTOP)  # so that it cannot end meanwhile on a slow machine
+    first.signal(signal.SIGSTOP)  # otherwise it might end too soon on a slow machine
     farm.check(first.running(), case, "the first run has already ended")
     for _ in range(3):
         second = farm.run(folder, [*command, "--quiet"])
         farm.check(second.code == EXIT_RENDER_FAILED and len(second.err.splitlines()) == 1 and
                    second.err.startswith("emberline: error: ") and "c: another run is using it" in second.err, case,
                    f"the second run should refuse: {second}")
-    # Without --resume the second run would start a new file.
+    # Without --resume, the second run would start a new checkpoint, but it must refuse, too.
     second = farm.run(folder, [*settings_of(farm, driver), "--checkpoint", "c", "--quiet"])
     farm.check(second.code == EXIT_RENDER_FAILED and "another run is using it" in second.err, case,
                f"the second run should refuse even without --resume: {second}")
@@ -276,7 +279,7 @@ def simultaneous_starts(farm, driver):
     case = f"same moment of {driver}"
     if not farm.is_selected(case):
         return
-    settings = settings_of(farm, driver, SECONDS / 2)  # because each run has one thread
+    settings = settings_of(farm, driver, SECONDS / 2)  # half the work, because each run has only one thread
     expected, _ = farm.reference(settings)
     both = 0
     times = 4 if LONG else 2
@@ -293,7 +296,7 @@ def simultaneous_starts(farm, driver):
 
 
 def unusable_paths(farm):
-    """A name that cannot be used for a checkpoint causes one line and exit code 1 or 2, and nothing is written."""
+    """If a checkpoint cannot have the given name, the run prints one line, exits with 1 or 2, and writes nothing."""
     small = ["--size", "16x12", "--spp", "1", "--threads", "1", "--quiet"]
     for resumed in (["--resume"], []):
         for what, path in (("a folder", "folder"), ("a folder with a slash", "folder/"), ("no folder", "absent/c"),
@@ -323,7 +326,7 @@ def unusable_paths(farm):
             env = ["--env", "env.hdr"] if "environment" in what else []
             run = farm.run(folder, [*small, *REPORT, *env, *resumed, "--checkpoint", path], scene="scene.glb",
                            timeout=10)
-            if what == "nothing" and run.code == EXIT_DONE:  # an empty name counts as not given
+            if what == "nothing" and run.code == EXIT_DONE:  # an empty name means that no name is given
                 continue
             farm.check_refused(run, folder, before, case, {EXIT_RENDER_FAILED, EXIT_USAGE})
 

@@ -1,6 +1,6 @@
-"""A finished frame can be extended (`emberline extend`): uniform frames to the bits of a frame that had all samples
-from the start, even if killed, stopped and resumed on the way; adaptive ones to a lower threshold. The old picture
-stays until the new one is complete.
+"""`emberline extend` adds samples to a finished frame. A uniform frame then has the bits of a frame that had all
+samples from the start, even if the extension was killed, stopped and resumed. An adaptive frame reaches a lower
+threshold. The old picture stays until the new picture is complete.
 
     extend.py build/release/bin/emberline scenes --only 'bucket kills'
 """
@@ -46,14 +46,15 @@ def at_once(farm):
         farm.check_done(run, folder, expected, case, FILES)
         if name != "bisection":
             continue
-        # An extension that is stopped at once must not lose samples of a film of the whole frame.
+        # The bisection driver has one film for the whole frame. Even if an extension is stopped immediately, the film
+        # must not lose samples.
         run = extend(farm, folder, "--spp", "5000", "--quiet", "--time-limit", "0.01", "--report", "report.json").wait()
         samples = report_of(folder)["samples"]
         farm.check(samples["min"] >= 20, case, f"a pixel has lost samples: {samples}")
 
 
 def interrupted(farm):
-    """Extensions are killed and stopped repeatedly; the old picture stays until the new one replaces it."""
+    """Kills and stops an extension repeatedly. The old picture must stay until the new picture replaces it."""
     for name in ("bucket", "bisection"):
         case = f"{name} kills"
         if not farm.is_selected(case):
@@ -72,7 +73,7 @@ def interrupted(farm):
             if run.code == EXIT_DONE:
                 break
             landed += 1
-            # A signal that arrives before the handlers are installed kills the process.
+            # A SIGTERM that arrives before the program has installed its handlers kills the program.
             farm.check(run.code in (-signal.SIGKILL, -signal.SIGTERM, EXIT_STOPPED), case,
                        f"should be killed or stopped: {run}")
             farm.check(pixels(folder / "out.exr") == old, case,
@@ -152,9 +153,9 @@ def refused(farm):
 
 
 def damaged(farm):
-    """In a frame with tiles, damaged tiles are rendered again, as by --resume; a frame with a single film is refused by
-    name. Damages packed bytes, which the checksum reveals; a state with a valid checksum; and the end, by
-    truncation."""
+    """Damages checkpoints of frames and extends the frames. If the checkpoint consists of tiles, the damaged tiles must
+    be rendered again, as with --resume. If it has a single film, it must be refused. The damage is a flipped bit in the
+    packed bytes, which the checksum reveals; a wrong state with a valid checksum; or a truncated file."""
     zstd = records.zstd_of(farm.program)
     for name, way in WAYS.items():
         settings = [*FRAME, *CHANNELS, *way]

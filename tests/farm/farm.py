@@ -1,5 +1,5 @@
-"""Code shared by the tests in tests/farm: runs the program, hashes pictures and folders, and prints failures and how to
-repeat them."""
+"""Shared code of the tests in tests/farm. It runs the program, hashes pictures and folders, and prints failures and how
+to repeat them."""
 
 import argparse
 import hashlib
@@ -18,23 +18,23 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "invariance"))
 from frame_bits import chunks  # noqa: E402
 
-# Every channel with reproducible bits, so without "time".
+# All channels whose bits are reproducible. The channel "time" is not.
 CHANNELS = ["--aov", "variance,albedo,N,Z,velocity,id,stop"]
-# A sanitized program runs and starts slowly, and maps terabytes that it never uses.
+# A sanitized program starts and runs slowly. It also maps terabytes of memory that it never uses.
 SANITIZED = bool(os.environ.get("EMBERLINE_SANITIZE"))
-# Whether to run every case, for ci/nightly.sh. ctest runs enough of them to find a fault in any driver.
+# ci/nightly.sh runs every case. ctest runs fewer cases, but enough of them to find a fault in any driver.
 LONG = bool(os.environ.get("EMBERLINE_LONG_TESTS"))
 DRIVERS = ("bucket", "bisection", "adaptive")
 EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, EXIT_INPUT, EXIT_STOPPED = 0, 1, 2, 3, 130
 
 
 def pixels(path):
-    """Returns a hash of an EXR's pixels that does not depend on its header or the order of its tiles."""
+    """Returns a hash of the pixels of an EXR file. It does not depend on the header or the order of the tiles."""
     return hashlib.sha256(b"".join(chunks(pathlib.Path(path).read_bytes()))).hexdigest()
 
 
 def contents(folder):
-    """Returns a hash for each file name in a folder."""
+    """Returns the files in a folder, with a hash of each file's contents."""
     found = {}
     for path in sorted(pathlib.Path(folder).rglob("*")):
         if path.is_file():
@@ -48,7 +48,7 @@ def largest_child():
 
 
 class Run:
-    """A finished run. `code` is negative if a signal ended it: -9 and so on."""
+    """A finished run. If a signal ended the run, `code` is the signal's number with a minus sign, such as -9."""
 
     def __init__(self, code, out, err, seconds, hung):
         self.code, self.out, self.err, self.seconds, self.hung = code, out, err, seconds, hung
@@ -60,7 +60,7 @@ class Run:
 
 
 class Process:
-    """A running process. File names are relative to its folder."""
+    """A running process, whose working directory is `folder`."""
 
     def __init__(self, command, folder, environment=None, limit=None):
         self.command, self.folder = [str(word) for word in command], folder
@@ -94,7 +94,7 @@ class Process:
         return Run(self.process.returncode, *texts, seconds, hung)
 
     def wait_until(self, happened, timeout=60):
-        """Waits until happened() or the process has ended. Returns whether it has happened."""
+        """Waits until happened() returns true, the process has ended, or the time is over. Returns happened()."""
         end = time.monotonic() + timeout
         while not happened():
             if not self.running() or time.monotonic() > end:
@@ -104,8 +104,8 @@ class Process:
 
 
     def work(self, seconds):
-        """Waits until the process has used this much more processor time, which does not depend on other load, or has
-        ended."""
+        """Waits until the process has used this many more seconds of processor time, or has ended. Processor time does
+        not depend on other load."""
         end = self.cpu_seconds() + seconds
         self.wait_until(lambda: self.cpu_seconds() >= end)
 
@@ -119,7 +119,7 @@ class Process:
 
 
 class Farm:
-    """The command line's PROGRAM and SCENES_DIR, and the failures so far."""
+    """The options of the command line (the program, the folder of the scenes and others), and the failures so far."""
 
     def __init__(self, description, **options):
         parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawTextHelpFormatter)
@@ -144,7 +144,7 @@ class Farm:
         return self.options.only in case
 
     def folder(self, name):
-        """Creates an empty folder."""
+        """Creates an empty folder. If there is one of this name, removes it first."""
         path = self.root / name.replace("/", "_").replace(" ", "_")[:120]
         if path.exists():
             shutil.rmtree(path)
@@ -164,8 +164,9 @@ class Farm:
         return self.start(folder, settings, **more).wait(timeout)
 
     def reference(self, settings, scene=None):
-        """Returns the pixels of an undisturbed run without a checkpoint, and the seconds for which two threads work on
-        it, measured as processor time, which does not depend on other load. Cached."""
+        """Renders without a checkpoint and without disturbance. Returns the hash of the pixels, and how many seconds
+        each of two threads works on the frame, measured as processor time, which does not depend on other load. The
+        results are cached."""
         key = (*map(str, settings), str(scene))
         if key not in self.references:
             folder = self.folder(f"reference {len(self.references)}")
@@ -180,7 +181,7 @@ class Farm:
         return self.references[key]
 
     def samples_for(self, seconds, settings):
-        """Returns the samples per pixel that occupy two threads for at least this long on this machine, measured as
+        """Returns how many samples per pixel keep two threads busy for at least `seconds` on this machine, measured as
         processor time, which does not depend on other load."""
         key = (*map(str, settings), "samples")
         if key not in self.references:
@@ -194,7 +195,7 @@ class Farm:
         return self.references[key]
 
     def check(self, held, case, what, replay=""):
-        """Counts a check. If it has failed, prints that and how to repeat it."""
+        """Counts a check. If the check has failed, prints the failure and how to repeat the case."""
         self.cases += 1
         if not held:
             self.failures.append(case)
@@ -204,7 +205,8 @@ class Farm:
         return held
 
     def check_done(self, run, folder, expected, case, allowed=(), replay=""):
-        """Checks for exit code 0, the right bits, and no files other than the output and those allowed."""
+        """Checks that the exit code is 0, that the picture has the right bits, and that there are no other files except
+        those in `allowed`."""
         ok = self.check(run.code == EXIT_DONE, case, f"should finish: {run}", replay)
         if not ok:
             return False
@@ -214,7 +216,8 @@ class Farm:
         return self.check(not stray, case, f"stray files: {stray}", replay) and ok
 
     def check_refused(self, run, folder, before, case, codes, names=(), replay=""):
-        """Checks for one line on stderr that contains each name, and for an unchanged folder."""
+        """Checks that the exit code is one of `codes`, that there is one line on stderr, which contains all of `names`,
+        and that the folder is unchanged."""
         lines = run.err.splitlines()
         ok = self.check(run.code in codes, case, f"should be refused with exit {codes}: {run}", replay)
         ok &= self.check(len(lines) == 1 and run.err.startswith("emberline: error: ") and not run.out, case,

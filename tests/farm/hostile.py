@@ -1,9 +1,10 @@
 """A forged checkpoint with valid checksums does no harm: the run refuses it, or renders a picture.
 
-Absurd headers; records with absurd kinds, numbers and sizes; another driver's state; sums that are NaN, counts that are
-too large; and the state of a real checkpoint with some bytes or numbers changed, packed again. Each run must end in
-time, without a signal and with little memory. It is either done with a complete picture, or refused: one line of
-limited length on stderr, nothing written, the file unchanged. To run one case, give its name or a part of it:
+The forged checkpoints have absurd headers; records with absurd kinds, numbers and sizes; the state of another driver;
+sums that are NaN or counts that are too large; or the state of a real checkpoint in which some bytes or numbers were
+changed. Each run must end in time, without a signal, and use little memory. It must either finish with a complete
+picture, or refuse: print one line of limited length on stderr, write nothing, and leave the file unchanged. To run one
+case, give its name or a part of its name:
 
   hostile.py build/release/bin/emberline scenes --driver adaptive --only 'mutation 17'
 """
@@ -22,19 +23,19 @@ FRAME = ["--size", "16x12", "--bucket-size", "8", "--spp", "4", "--threads", "1"
 SETTINGS = {"bucket": (), "bucket streams": ("--streams", "2"), "bisection": (), "bisection lights": ("--light-groups",),
             "adaptive": ("--spp", "16"), "adaptive unbiased": ("--spp", "16", "--unbiased"),
             "adaptive streams": ("--spp", "16", "--streams", "2"),
-            # A time limit stops these in mid-frame, so that the driver has unfinished plans.
+            # A time limit stops these frames midway, so that the driver's state has unfinished plans.
             "bisection stopped": ("--spp", "200"), "adaptive stopped": ("--spp", "200"),
             "adaptive threshold stopped": ("--noise-threshold", "0.002", "--max-spp", "300")}
 CHECKPOINT = "the.checkpoint"
-SECONDS = 600 if SANITIZED else 60  # wall-clock time, so long because machines may be busy
-MEMORY = (3 << 30) if SANITIZED else (400 << 20)  # the process needs 20 MiB and must not exceed this
-ADDRESSES = None if SANITIZED else 4 << 30  # limit of the address space, in case memory use is unbounded
+SECONDS = 600 if SANITIZED else 60  # limit on wall-clock time; it is long because machines may be busy
+MEMORY = (3 << 30) if SANITIZED else (400 << 20)  # limit on memory; the process needs 20 MiB
+ADDRESSES = None if SANITIZED else 4 << 30  # limit on the address space, which stops a run that uses endless memory
 LONGEST_LINE = 20000
 NAN, INFINITY = struct.pack("<f", float("nan")), struct.pack("<f", float("inf"))
 
 
 def heads(head):
-    """Yields names and texts of headers."""
+    """Yields headers, most of them absurd, each with the name of its case."""
     good = json.loads(head)
 
     def changed(**members):
@@ -73,7 +74,7 @@ def heads(head):
 
 
 def starts(head, tail):
-    """Yields names and contents of files with odd first bytes."""
+    """Yields the contents of files with odd first bytes, each with the name of its case."""
     yield "format 0", file_start(head, form=0) + tail
     yield "format 2^32-1", file_start(head, form=(1 << 32) - 1) + tail
     yield "a head of 2^32-1 bytes", file_start(head, size=(1 << 32) - 1) + tail
@@ -85,7 +86,7 @@ def starts(head, tail):
 
 
 def odd_records(state):
-    """Yields names and lists of records that the program would never write."""
+    """Yields lists of records that the program would never write, each with the name of its case."""
     max_uint64 = (1 << 64) - 1
     for size in (0, 1, len(state) - 1, len(state) + 1, 1 << 20, 1 << 30, 1 << 32, 1 << 36, (1 << 36) + 1, 1 << 63, max_uint64):
         for kind, end in ((TILE, []), (BLOCK, [Record(END, 1, b"")])):
@@ -114,11 +115,11 @@ def odd_records(state):
 
 
 def mutated(state, dice):
-    """Changes some bytes or numbers of the state, and occasionally its length."""
+    """Returns the state with some bytes or numbers changed, and occasionally with another length."""
     state = bytearray(state)
     for _ in range(dice.choice((1, 1, 1, 2, 8))):
         kind, at = dice.randrange(8), dice.randrange(len(state))
-        if dice.random() < 0.5:  # aims at the end, where drivers' states and counters are
+        if dice.random() < 0.5:  # aims at the end, which contains the driver's state and counters
             at = max(0, len(state) - 1 - dice.randrange(min(len(state), 1200)))
         if kind == 0:
             state[at] ^= 1 << dice.randrange(8)
@@ -166,7 +167,7 @@ class Hostile:
         return b"".join(record.data for record in self.records)
 
     def mutation(self, dice):
-        """Returns a complete file with a mutated state."""
+        """Returns the bytes of a checkpoint with a mutated state."""
         if self.tiles:
             changed = [Record(TILE, record.number, record.data) for record in self.records]
             chosen = dice.choice(changed)
@@ -176,7 +177,7 @@ class Hostile:
         return packed_file(self.head, changed)
 
     def resume_from(self, case, data, right=False):
-        """Resumes from a file with this data. `right`: if the run finishes, the bits must be right."""
+        """Resumes from a checkpoint with this data. If `right`, a run that finishes must have the right bits."""
         case = f"{self.name}: {case}"
         if not self.farm.is_selected(case):
             return
@@ -246,7 +247,7 @@ def main():
         for other in chosen.values():
             if other is not hostile:
                 hostile.resume_from(f"state of {other.name}", packed_file(hostile.head, other.records))
-        if name != "bisection":  # not needed for every driver: headers are read before the driver matters
+        if name != "bisection":  # headers do not depend on the driver, so two are enough
             for text, head in heads(hostile.head):
                 hostile.resume_from(f"head, {text}", packed_file(head, again), right=True)
             for text, data in starts(hostile.head, b"".join(record.to_bytes() for record in again)):

@@ -1,10 +1,11 @@
-"""A frame that is killed (SIGKILL) and resumed repeatedly has the same bits as one that was left alone.
+"""A frame that is killed (SIGKILL) and resumed repeatedly has the same bits as a frame that was left alone.
 
-Each frame is killed a few times at random moments: while the program starts, while it renders, and when its outputs are
-written; then it runs to its end. Between kills the number of threads and the order of the buckets change. An output
-that exists after a kill must already have the right bits, and at the end the folder contains only the outputs.
+This test kills each frame a few times at random moments: while the program starts, while it renders, and while it
+writes its outputs. Then the frame runs to its end. Between kills, the number of threads and the order of the buckets
+change. An output that exists after a kill must have the right bits. At the end, the folder may contain only the
+outputs.
 
-To repeat one frame with its kills (the number is in the failure's message):
+To repeat one frame with its kills (its number is in the failure's message):
 
   kills.py build/release/bin/emberline scenes --driver bucket --seed 1 --frame 3
 
@@ -17,7 +18,7 @@ import time
 
 from farm import CHANNELS, DRIVERS, EXIT_DONE, Farm, earlier_samples, pixels, signal
 
-FRAME = ["--size", "192x144", *CHANNELS]  # long enough to save a checkpoint before most kills
+FRAME = ["--size", "192x144", *CHANNELS]  # takes long enough that most kills come after the first save of a checkpoint
 SETTINGS = {
     "bucket": ("--spp 64", "--noise-threshold 0.04 --max-spp 256", "--spp 48 --streams 2", "--spp 48 --light-groups",
                "--spp 64 --sampler stratified --crop 7,5,122,90"),
@@ -31,7 +32,7 @@ RESUME = ["--resume", "--checkpoint-interval", "0.1", "--bucket-size", "16", "--
 
 
 def kill(farm, process, folder, moment, seconds, dice):
-    """Kills the process at a moment of this kind. Returns the exit code, or the negative number of the signal."""
+    """Kills the process at a moment of this kind. Returns the finished run."""
     if moment == "start":
         time.sleep(dice.uniform(0, 0.06))
     elif moment == "middle":
@@ -44,8 +45,8 @@ def kill(farm, process, folder, moment, seconds, dice):
 
 
 def frame(farm, driver, number, most):
-    """Kills one frame at most `most` times. Returns how many kills were tried, how many hit a running process, and
-    whether the last run had samples from earlier ones (None if no earlier run had rendered)."""
+    """Kills one frame at most `most` times. Returns how many kills it tried, how many hit a running process, and
+    whether the last run had samples from earlier runs (None if no earlier run had rendered)."""
     seed = farm.options.seed
     dice = random.Random(f"{seed} {driver} {number}")
     settings = [*FRAME, "--driver", driver, "--bucket-size", "16",
@@ -77,7 +78,7 @@ def frame(farm, driver, number, most):
                        f"a kill ({moment}) left an output whose bits differ", replay)
         if run.code == EXIT_DONE:
             break
-    # A run that finished before its kill leaves no checkpoint, so the next run starts from nothing.
+    # If a run finished before its kill, it left no checkpoint, so the next run starts from nothing.
     done = run.code == EXIT_DONE and earlier_samples(folder) > 0
     run = start().wait()
     ok = farm.check_done(run, folder, expected, case, {"report.json"}, replay)

@@ -1,6 +1,7 @@
-"""Merged parts of a frame have the bits of the whole: tiles by --part, with and without a noise threshold, with light
-groups, holes and heatmaps; sample ranges up to the rounding of sums in another order; seeds weighted by their samples.
-Parts that do not belong together are refused in one line.
+"""Merged parts of a frame have the bits of the whole frame. Parts made with --part are tested with and without a noise
+threshold, with light groups, with holes and with heatmaps. Merged sample ranges differ from the whole frame only by the
+rounding of sums in another order. Merged frames with different seeds are weighted by their samples. `emberline merge`
+refuses parts that do not belong together, with one line.
 
     merge.py build/release/bin/emberline scenes --only ranges
 """
@@ -62,7 +63,7 @@ def tiles(farm):
 
 
 def ranges(farm):
-    """Merges sample ranges of each driver. Sums are added in another order, so floats may differ in the last bit."""
+    """Merges sample ranges. The sums are added in another order, so floats may differ in the last bit."""
     for driver in ("bucket", "bisection"):
         case = f"ranges {driver}"
         if not farm.is_selected(case):
@@ -79,14 +80,14 @@ def ranges(farm):
         farm.run(whole, [*settings, "--spp", "24", "--quiet"])
         if not farm.check(run.code == 0, case, f"should finish: {run}"):
             continue
-        # Compares by the largest difference, as the program measures it.
+        # Compare the pictures by their largest difference, which the program measures.
         compared = Process([farm.program, "compare", "out.exr", whole / "out.exr", "--json"], folder).wait()
         farm.check(json.loads(compared.out)["max_abs"] < 1e-6, case, f"the picture differs: {compared.out}")
         print(f"{case}: {'the same bits' if pixels(folder / 'out.exr') == expected else 'different bits'}")
 
 
 def ranges_by_parts(farm):
-    """Merges two sample ranges that have two parts each."""
+    """Merges two sample ranges, each of which consists of two parts."""
     case = "ranges by parts"
     if not farm.is_selected(case):
         return
@@ -102,8 +103,8 @@ def ranges_by_parts(farm):
 
 
 def seeds(farm):
-    """The merged picture is the mean of frames with different seeds, weighted by their samples; its error estimate
-    combines their estimates."""
+    """Merges frames with different seeds. The merged picture is their mean, weighted by their samples, and its error
+    estimate combines their estimates."""
     for driver in ("adaptive", "bucket"):
         case = f"seeds {driver}"
         if not farm.is_selected(case):
@@ -142,7 +143,7 @@ def refused(farm):
     damaged[len(damaged) * 2 // 3] ^= 4
     (folder / "damaged").write_bytes(damaged)
     (folder / "cut").write_bytes(damaged[: len(damaged) // 2])
-    # Two frames with a single film each. The second claims other light groups.
+    # Make two frames with a single film each. The second frame claims to have other light groups.
     for seed in ("1", "2"):
         rendered(farm, folder, case, [*settings, "--driver", "bisection", "--light-groups", "--resumable", "--seed", seed],
                  output=f"lights{seed}.exr")
@@ -152,7 +153,7 @@ def refused(farm):
     farm.check(len(head["light layers"]) > 0, case, "no light groups")
     head["light layers"].pop()
     (folder / lights).write_bytes(packed_file(json.dumps(head), records))
-    # Files of a few kilobytes that claim millions of buckets.
+    # Make a file of a few kilobytes that claims to have millions of buckets.
     head, records = parsed_file((folder / parts[0]).read_bytes())
     head = json.loads(head)
     for where in ("settings", "schedule"):
@@ -184,7 +185,7 @@ def refused(farm):
 
 
 def cannot_be_cut(farm):
-    """Sample ranges are refused for samplers whose samples depend on the total number of samples."""
+    """Checks that --sample-range is refused for samplers whose samples depend on the total number of samples."""
     for sampler in ("stratified", "blue_noise", "hierarchical"):
         case = f"not cut {sampler}"
         if farm.is_selected(case):
@@ -194,7 +195,7 @@ def cannot_be_cut(farm):
 
 
 def complete(picture):
-    """Whether the header says that the picture is complete."""
+    """Returns whether the header says that the picture is complete."""
     name = b"emberline:complete\0string\0"
     at = picture.read_bytes().index(name) + len(name) + 4
     return picture.read_bytes()[at : at + 5] != b"false"
@@ -214,7 +215,7 @@ def missing_samples(farm):
 
 
 def many_parts(farm):
-    """Merges more parts than the files that a process may have open by default."""
+    """Merges parts while the process may open only about as many files as there are parts."""
     case = "many parts"
     if not farm.is_selected(case):
         return
@@ -243,7 +244,7 @@ def holes(farm):
     report = report_of(folder)
     farm.check(report["samples"]["min"] == 0 and report["samples"]["total"] == 96 * 64 * 2 * 2 // 3, case,
                f"wrong sample counts: {report['samples']}")
-    # A part that is rendered again replaces the old one. With the remaining parts, it forms the whole frame.
+    # Part 3 is rendered again, which replaces the old part 3. With part 2, the parts form the whole frame.
     rendered(farm, folder, case, [*settings, "--part", "3/3"])
     rendered(farm, folder, case, [*settings, "--part", "2/3"])
     expected, _ = farm.reference(settings)

@@ -1,10 +1,11 @@
-"""Every output of a run that a signal ends is complete or absent: pictures, heatmaps, reports, settings.
+"""If a signal ends a run, each of its outputs is complete or absent: pictures, heatmaps, reports and settings.
 
-Sends random signals at every stage (start, load, frame, end of the frame), and SIGKILL while files are written. In half
-of the cases there are outputs of an earlier run, which must be unchanged or replaced by complete ones. After each
-signal the frame is rendered again, to the right bits, and no other file is left in the folder.
+This test sends random signals at every stage (start, load, frame, end of the frame), and SIGKILL while files are
+written. In half of the cases, there are outputs of an earlier run, which must be unchanged or replaced by complete
+outputs. After each signal, the frame is rendered again. It must then have the right bits, and no other file may be left
+in the folder.
 
-To repeat one case, by its number (in the failure's message):
+To repeat one case, use its number from the failure's message:
 
   outputs.py build/release/bin/emberline scenes --seed 1 --only 'kill 17'
 
@@ -22,7 +23,7 @@ from farm import CHANNELS, DRIVERS, EXIT_DONE, EXIT_STOPPED, Farm, contents, pix
 from frame_bits import chunks
 
 FRAME = ["--size", "96x72", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 0.4  # the shortest duration of a frame
+SECONDS = 0.4  # a frame takes at least this long
 OUTPUTS = ["-o", "out.png", "-o", "out.jpg", "--heatmap", "heat.png", "--report", "report.json", "--report",
            "report.html", "--save-settings", "settings.json", "--progress-file", "progress.json", "--verbose"]
 RESULTS = {"out.exr", "out.png", "out.jpg", "heat.png", "report.json", "report.html", "settings.json", "progress.json"}
@@ -61,7 +62,7 @@ CHECKS = {".exr": check_exr, ".png": check_png, ".jpg": check_jpeg, ".html": che
 
 
 def find_damage(path):
-    """Returns why a file is incomplete; empty if it is complete."""
+    """Returns why a file is incomplete, or an empty string if it is complete."""
     try:
         CHECKS[path.suffix](path.read_bytes())
     except (AssertionError, ValueError, KeyError, IndexError, struct.error, zlib.error) as error:
@@ -70,12 +71,12 @@ def find_damage(path):
 
 
 def read_log(process):
-    """Returns the contents of stderr so far. Must not change the file position, which the program shares."""
+    """Returns the contents of stderr so far. Leaves the file position unchanged, because the program uses it, too."""
     return os.pread(process.log[1].fileno(), 1 << 20, 0).decode(errors="replace")
 
 
 def write_times(folder):
-    """Returns when the outputs of a frame's end, pictures and reports, were written."""
+    """Returns when the outputs that a run writes at the end of a frame were written: its pictures and reports."""
     names = RESULTS - {"progress.json", "settings.json"}
     return {name: (folder / name).stat().st_mtime_ns for name in names if (folder / name).exists()}
 
@@ -83,7 +84,7 @@ def write_times(folder):
 def size_of(path):
     try:
         return path.stat().st_size
-    except FileNotFoundError:  # the file already has its final name
+    except FileNotFoundError:  # the file has meanwhile got its final name
         return 0
 
 
@@ -91,7 +92,7 @@ def wait_for_stage(process, folder, stage, seconds, dice):
     before = write_times(folder)
     if stage == "tiles":
         process.wait_until(lambda: any(map(size_of, folder.glob("*.emberline.part-*"))))
-    elif stage == "end":  # some outputs have their final names, others do not
+    elif stage == "end":  # some outputs already have their final names, and others do not yet
         process.wait_until(lambda: write_times(folder) != before)
     else:
         process.wait_until(lambda: LOGGED[stage] in read_log(process))
@@ -102,7 +103,8 @@ def wait_for_stage(process, folder, stage, seconds, dice):
 
 
 def disturbed(farm, kind, number):
-    """Runs once and sends the signal. Returns the stage, and whether the process was still running."""
+    """Starts a run, sends it a signal and checks its outputs. Returns the stage in which the signal was sent, and
+    whether the process was still running."""
     case, seed = f"{kind} {number}", farm.options.seed
     dice = random.Random(f"{seed} {case}")
     driver, resume = DRIVERS[number % len(DRIVERS)], dice.random() < 0.5
@@ -114,7 +116,7 @@ def disturbed(farm, kind, number):
     expected, seconds = farm.reference(settings)
     folder = farm.folder(case)
     before = {}
-    if dice.random() < 0.5:  # outputs of an earlier run
+    if dice.random() < 0.5:  # an earlier run has left outputs
         run = farm.run(folder, [*FRAME, "--spp", "1", *OUTPUTS])
         farm.check(run.code == EXIT_DONE, case, f"the earlier run failed: {run}", replay)
         before = contents(folder)
@@ -137,7 +139,7 @@ def disturbed(farm, kind, number):
     out = folder / "out.exr"
     if out.exists() and contents(folder)["out.exr"] != before.get("out.exr") and run.code != EXIT_STOPPED:
         farm.check(pixels(out) == expected, case, f"the picture's bits differ. {outcome}", replay)
-    if run.code >= 0:  # a run that was not killed removes unfinished files
+    if run.code >= 0:  # a run that was not killed must have removed its unfinished files
         stray = contents(folder).keys() - RESULTS - {CHECKPOINT}
         farm.check(not stray, case, f"stray files: {stray}. {outcome}", replay)
 

@@ -1,6 +1,6 @@
-"""Reads and writes checkpoint files without the program's own code. io/files/record_file.h describes the format,
-io/files/fingerprint.cpp and renderer/core/hash.h the checksum. Unpacks bytes with the libzstd that the program is linked
-to; writes zstd frames of raw blocks by hand."""
+"""Reads and writes checkpoint files without the program's code. io/files/record_file.h describes the format, and
+io/files/fingerprint.cpp and renderer/core/hash.h describe the checksum. This module unpacks bytes with the libzstd that
+the program is linked to. It packs bytes without libzstd, as zstd frames of raw blocks."""
 
 import ctypes
 import ctypes.util
@@ -35,7 +35,7 @@ def fingerprint(data):
 
 
 def stored(data, declared=None):
-    """Returns a zstd frame of raw blocks, with `declared` as its unpacked size if given."""
+    """Returns `data` as a zstd frame of raw blocks. If `declared` is given, the frame declares this unpacked size."""
     frame = bytearray(b"\x28\xb5\x2f\xfd\xe0" + struct.pack("<Q", len(data) if declared is None else declared))
     max_part_bytes = 1 << 17
     parts = [data[i : i + max_part_bytes] for i in range(0, len(data), max_part_bytes)] or [b""]
@@ -48,13 +48,13 @@ def stored(data, declared=None):
 class Record:
     kind: int
     number: int
-    data: bytes  # unpacked
-    size: int | None = None  # declared size of `data`; None: the right one
-    packed: bytes | None = None  # packed bytes; None: stored(data)
+    data: bytes  # the unpacked contents
+    size: int | None = None  # the size of `data` that the record declares; None: the true size
+    packed: bytes | None = None  # the packed contents; None: stored(data)
     packed_size: int | None = None
     checksum: int | None = None
     own_checksum: int | None = None
-    at: int = 0  # offset in the file from which it was read
+    at: int = 0  # the record's offset in the file from which it was read
 
     def to_bytes(self):
         packed = stored(self.data) if self.packed is None else self.packed
@@ -92,7 +92,7 @@ def zstd_of(program):
 
 
 def parsed_file(data, zstd=None):
-    """Returns a file's header and records, and checks their checksums. Unpacks the records if there is a library."""
+    """Returns a file's header and records, and checks their checksums. Unpacks the records if `zstd` is given."""
     assert data[:8] == b"EMBRECF\n"
     form, size, checksum = struct.unpack_from("<IIQ", data, 8)
     head = data[FILE_START : FILE_START + size]

@@ -1,8 +1,8 @@
-"""A frame that is stopped by SIGTERM, SIGINT or --time-limit and resumed has the bits of one that was left alone;
-SIGUSR1 saves the checkpoint at once, and the frame continues.
+"""A frame that SIGTERM, SIGINT or --time-limit stops and that is then resumed has the bits of a frame that was left
+alone. SIGUSR1 saves the checkpoint immediately, and the frame continues.
 
-Checks for every driver the exit code of the stopped run, its checkpoint, and the picture's bits after resuming. To run
-one case, give its name or a part of it:
+For every driver, this test checks the exit code of the stopped run, its checkpoint, and the picture's bits after
+resuming. To run one case, give its name or a part of its name:
 
   stops.py build/release/bin/emberline scenes --only 'bucket SIGTERM'
 """
@@ -13,7 +13,7 @@ import time
 from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_STOPPED, LONG, Farm, earlier_samples, pixels, report_of, signal)
 
 FRAME = ["--size", "128x96", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 1.0 if LONG else 0.5  # each of two threads works this long, on any machine
+SECONDS = 1.0 if LONG else 0.5  # on any machine, a frame takes each of its two threads this long
 CHECKPOINT = "out.exr.checkpoint"
 RESUME = ["--resume", "--checkpoint-interval", "100000", "--report", "report.json"]
 
@@ -31,7 +31,7 @@ def finish(farm, case, folder, settings, expected, carried=True):
 
 
 def stopped(farm, driver, name, stop):
-    """Stops a run in mid-frame. `stop` is called with the process, or is a list of settings that stop it."""
+    """Stops a run in mid-frame. `stop` is a function that stops a process, or a list of settings that stop the run."""
     case = f"{driver} {name}"
     if not farm.is_selected(case):
         return
@@ -59,7 +59,8 @@ def once(number):
 
 
 def twice(number):
-    """Returns a function that sends two signals. The second ends the process at once, and unsaved work is lost."""
+    """Returns a function that sends two signals. The second signal ends the process immediately, and unsaved work is
+    lost."""
 
     def stop(process):
         process.signal(number)
@@ -70,9 +71,10 @@ def twice(number):
 
 
 def stopped_twice(farm, driver):
-    """Sends two stops in a row, at the start and in mid-frame. At any moment, the next run must have the right bits."""
+    """Sends two stop signals in a row, at the start or in mid-frame. The next run must always have the right bits."""
     settings = settings_of(farm, driver)
-    # Seconds after the start; fraction of SECONDS of work, after the first save; the signal.
+    # Each moment is (pause, share, signal). If share is not 0, the test waits for the first save of the checkpoint.
+    # Then it waits for `pause` seconds, and for work that takes `share` of SECONDS.
     moments = [(0, 0.15, signal.SIGINT), (0.02, 0, signal.SIGTERM), (0, 0.05, signal.SIGTERM), (0.05, 0, signal.SIGINT)]
     for i, (pause, share, number) in enumerate(moments if LONG else moments[:2]):
         case = f"{driver} stopped twice {i}"
@@ -87,14 +89,14 @@ def stopped_twice(farm, driver):
         process.work(2 * share * SECONDS)
         twice(number)(process)
         run = process.wait()
-        # A signal that arrives before the handlers are installed kills the process.
+        # A signal that arrives before the program has installed its handlers kills the program.
         farm.check(run.code in (EXIT_STOPPED, -number), case, f"should end with exit 130: {run}")
         finish(farm, case, folder, settings, expected, carried=False)
 
 
 def stopped_repeatedly(farm, driver):
-    """Stops a frame repeatedly by time limits of a fraction of its duration, with another number of threads each time.
-    The limits grow, because other load may keep a run from making progress within one."""
+    """Stops a frame repeatedly by time limits that are a fraction of its duration, each time with another number of
+    threads. The limits grow, because under other load a run may make no progress within a short limit."""
     case = f"{driver} again and again"
     if not farm.is_selected(case):
         return
@@ -117,7 +119,8 @@ def stopped_repeatedly(farm, driver):
 
 
 def saved_on_request(farm, driver):
-    """SIGUSR1 in mid-frame saves a checkpoint, which survives a kill. Without the kill, the frame runs to its end."""
+    """Checks that SIGUSR1 in mid-frame saves a checkpoint, from which the next run resumes if the run is then killed.
+    Many such signals must do no harm."""
     settings = settings_of(farm, driver)
     case = f"{driver} SIGUSR1"
     if not farm.is_selected(case):
@@ -144,7 +147,7 @@ def saved_on_request(farm, driver):
     process = farm.start(folder, [*settings, *RESUME])
     process.wait_until(file.exists)
     time.sleep(0.05)
-    while process.running():  # many signals must do no harm
+    while process.running():
         process.signal(signal.SIGUSR1)
         time.sleep(0.02)
     run = process.wait()
@@ -160,7 +163,7 @@ def without_checkpoint(farm, driver):
     settings, folder = settings_of(farm, driver), farm.folder(case)
     expected, _ = farm.reference(settings)
     process = farm.start(folder, settings)
-    process.wait_until(lambda: any(folder.iterdir()))  # outputs are open, so signal handlers are installed
+    process.wait_until(lambda: any(folder.iterdir()))  # once outputs are open, the signal handlers are installed
     while process.running():
         process.signal(signal.SIGUSR1)
         time.sleep(0.05)
@@ -168,7 +171,7 @@ def without_checkpoint(farm, driver):
 
 
 def ignored_on_start(farm):
-    """A signal before the scene is read must not end the program, since signal handlers are already installed."""
+    """Checks that a signal does not end the program before it has read the scene, once it handles the signal."""
     case = "SIGUSR1 while it starts"
     if not farm.is_selected(case):
         return
@@ -192,7 +195,7 @@ def main():
     farm = Farm(__doc__, driver=("", "run only this driver"))
     for driver in [farm.options.driver] if farm.options.driver else DRIVERS:
         stopped(farm, driver, "SIGTERM", once(signal.SIGTERM))
-        if LONG or driver == "bucket":  # one driver is enough: a driver does not know why it is stopped
+        if LONG or driver == "bucket":  # one driver is enough, because drivers do not know why they are stopped
             stopped(farm, driver, "SIGINT", once(signal.SIGINT))
             stopped(farm, driver, "--time-limit", ["--time-limit", str(0.4 * SECONDS)])
             without_checkpoint(farm, driver)

@@ -1,5 +1,6 @@
-// The names for --display, --view and --look, and the config in $OCIO. The input has four lines
-// (display, view, look and exposure), then the config; without one the built-in config is used.
+// Fuzzes the names for --display, --view and --look, and the config in $OCIO. The input has four
+// lines (display, view, look and exposure), followed by the config. Without a config, the built-in
+// one is used.
 #include "io/display/display.h"
 
 #include <cstdlib>

@@ -1,5 +1,6 @@
-// The buffer view of a Draco primitive. The last four bytes describe the primitive: the components
-// of its position, normal and first UV set, and a scale of the announced number of indices.
+// Fuzzes the buffer view of a Draco primitive. The last four bytes of the input describe the
+// primitive: the numbers of components of its position, normal and first UV set, and the binary
+// logarithm of the announced number of indices.
 #include "io/gltf/geometry/draco.h"
 #include "fuzz/fuzz.h"
 

@@ -1,4 +1,4 @@
-// Edits (--edits). The only environment that they can name is the file itself.
+// Fuzzes edits (--edits). The only environment that they can name is the file itself.
 #include "fuzz/fuzz.h"
 #include "io/json/edits_file.h"
 

@@ -1,4 +1,4 @@
-// An environment map (--env, and the edits' "file").
+// Fuzzes an environment map (--env, and "file" in edits).
 #include "fuzz/fuzz.h"
 #include "io/image/input.h"
 #include "support/scene_validation.h"

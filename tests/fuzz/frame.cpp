@@ -1,4 +1,4 @@
-// A frame as `compare`, `heatmap` and --reference read it.
+// Fuzzes a frame, which is read as `compare`, `heatmap` and --reference read it.
 #include "fuzz/fuzz.h"
 #include "io/image/input.h"
 

@@ -15,18 +15,18 @@ extern "C" size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
 
 namespace emberline::fuzz {
 
-// Aborts, which libFuzzer reports as a finding, if a reader's result has a flaw.
+// Aborts if `violation` names a flaw in a reader's result. libFuzzer reports the abort as a
+// finding.
 void require_none(const std::string& violation);
 
-// Calls `read`, which may only throw an EmberlineError with a message of at most a few hundred
-// characters.
+// Calls `read`, which may only throw an EmberlineError with a message of at most 2000 characters.
 void allow_errors(const std::function<void()>& read);
 
-// Limits for a load, below libFuzzer's limits for the process (ci/fuzz.sh).
+// Returns limits for a load, which are below libFuzzer's limits for the process (ci/fuzz.sh).
 LoadLimits small_limits(const std::string& path);
 
-// Writes the input to a file of this process and returns its path, which depends only on `name`.
-// The folder contains nothing else; ci/fuzz.sh puts it in memory ($TMPDIR).
+// Writes the input to a file of this process and returns the file's path, which depends only on
+// `name`. The file's folder contains nothing else. ci/fuzz.sh puts the folder in memory ($TMPDIR).
 std::string write_input(const uint8_t* data, size_t size, const char* name);
 
 }  // namespace emberline::fuzz

@@ -1,5 +1,5 @@
-// A scene, .gltf or .glb (json_mutator.cpp keeps the latter's container valid). The only file that
-// it can refer to is itself.
+// Fuzzes a scene, .gltf or .glb (json_mutator.cpp keeps the container of a .glb valid). The only
+// file to which the scene can refer is itself.
 #include "io/gltf/gltf_file.h"
 
 #include "fuzz/fuzz.h"

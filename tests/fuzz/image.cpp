@@ -1,4 +1,4 @@
-// A texture, embedded or external: PNG, JPEG, WebP, EXR, HDR, KTX 2.
+// Fuzzes a texture, embedded or external: PNG, JPEG, WebP, EXR, HDR, KTX 2.
 #include "io/image/input.h"
 
 #include "fuzz/fuzz.h"

@@ -1,5 +1,5 @@
-// libFuzzer's mutations for images. Corrects the checksums of a PNG's changed chunks, because the
-// reader would reject them otherwise.
+// Mutates images for libFuzzer. Corrects the checksums of a PNG's changed chunks, because the
+// reader would reject the chunks otherwise.
 #include <zlib.h>
 
 #include <cstring>
@@ -12,7 +12,8 @@ uint32_t big_endian(const uint8_t* bytes) {
   return uint32_t(bytes[0]) << 24 | uint32_t(bytes[1]) << 16 | uint32_t(bytes[2]) << 8 | bytes[3];
 }
 
-// PNG specification section 5.3: length, type, data, CRC of type and data.
+// A chunk consists of length, type, data, and the CRC of type and data (PNG specification, section
+// 5.3).
 void correct_png_checksums(uint8_t* data, size_t size) {
   if (size < 8 || std::memcmp(data, "\x89PNG\r\n\x1a\n", 8) != 0) return;
   for (size_t at = 8; size - at >= 12;) {

@@ -1,6 +1,6 @@
-// libFuzzer's mutations for JSON, alone or in a .glb. Most of them change the tree, so that inputs
-// reach the code behind the parser; others change the bytes of the binary chunk, or occasionally of
-// the file. A changed .glb gets a valid container.
+// Mutates JSON for libFuzzer, alone or in a .glb. Most mutations change the tree of values, so that
+// inputs reach the code behind the parser. Others change the bytes of the binary chunk, or
+// occasionally of the whole file. A changed .glb gets a valid container.
 #include <algorithm>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -27,7 +27,7 @@ class Mutator {
   size_t below(size_t count) { return random_() % count; }
   bool one_in(size_t count) { return below(count) == 0; }
 
-  // libFuzzer mutates the bytes, which grow by at most `room`.
+  // Lets libFuzzer mutate the bytes, which grow by at most `room`.
   Bytes mutate_bytes(Bytes bytes, size_t room) {
     const size_t size = bytes.size();
     bytes.resize(size + room);
@@ -111,7 +111,7 @@ class Mutator {
       case 4:
         if (!node.empty()) node.erase(std::next(node.begin(), std::ptrdiff_t(below(node.size()))));
         return;
-      case 5: {  // duplicate once, or often
+      case 5: {  // duplicates an element once, or often
         if (!node.is_array() || node.empty()) return;
         const json element = node[below(node.size())];
         for (size_t n = one_in(8) ? 100 : 1; n > 0; --n) node.push_back(element);
@@ -139,7 +139,8 @@ class Mutator {
       const Bytes changed = mutate_bytes(Bytes(text.begin(), text.end()), 16);
       node = std::string(changed.begin(), changed.end());
     } else if (node.is_number_integer()) {
-      // A nearby value or half; unsigned, so that it may wrap.
+      // Takes a nearby value, or half of the value. The type is unsigned, so that the value may
+      // wrap.
       const uint64_t value = node.get<uint64_t>();
       node = int64_t(one_in(4) ? value / 2 : value + below(5) - 2);
     } else if (node.is_number()) {

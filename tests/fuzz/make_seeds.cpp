@@ -101,7 +101,7 @@ void add_compressed(Seeds& seeds) {
   for (const bool sequence : {false, true}) seeds.add("gltf", meshopt_triangle(sequence).glb());
 }
 
-// An archived extension that current scenes no longer use.
+// Returns a scene with an archived extension that current scenes no longer use.
 GltfBuilder glossy_gltf() {
   GltfBuilder gltf = dense_gltf();
   gltf.root["extensionsUsed"].push_back("KHR_materials_pbrSpecularGlossiness");
@@ -140,8 +140,8 @@ void add_displays(Seeds& seeds) {
   seeds.add("display", "sRGB\nRaw\n\n-3\n" + config.str());
 }
 
-// A .gltf is added as a .glb: its first buffer becomes the binary chunk, and a small PNG replaces
-// each image.
+// Adds the file to the targets that read its format. A .gltf is also added as a .glb, in which its
+// first buffer becomes the binary chunk, and a small PNG replaces each image.
 void add_asset(Seeds& seeds, const fs::path& path) {
   const Bytes bytes = read_bytes(path.string());
   const std::string suffix = path.extension().string();

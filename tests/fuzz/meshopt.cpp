@@ -1,5 +1,5 @@
-// A compressed buffer view. The last eight bytes describe it: mode, filter, stride - 1, unused,
-// count (little-endian).
+// Fuzzes a compressed buffer view. The last eight bytes of the input describe the view: mode,
+// filter, stride - 1, an unused byte, and the count (little-endian).
 #include "io/gltf/document/meshopt.h"
 
 #include <nlohmann/json.hpp>

@@ -4,8 +4,8 @@ hand:
   baked_poses.py EMBERLINE SCENE [--animation INDEX] [--times 0,0.3,1] [--keep FOLDER]
 
 The poses are evaluated here in plain Python from the specification alone: appendix C, skins of section 3.7.3.3, morph
-targets of 3.7.2.2. Each is written as a separate scene whose nodes have no transforms, and rendered from the same view
-as emberline's pose. Exit code 1: some pictures differ.
+targets of 3.7.2.2. Each pose is written as a separate scene whose nodes have no transforms, and is rendered from the
+same view as emberline's pose. The exit code is 1 if some pictures differ.
 """
 
 import argparse
@@ -44,7 +44,7 @@ class File:
         return self.buffers[view["buffer"]][start : start + view["byteLength"]], view.get("byteStride")
 
     def elements(self, index):
-        """The elements of an accessor as tuples of floats, with sparse ones filled in."""
+        """Returns the elements of an accessor as tuples of floats, with sparse elements filled in."""
         accessor = self.json["accessors"][index]
         code, largest = COMPONENTS[accessor["componentType"]]
         layout = struct.Struct(f"<{WIDTHS[accessor['type']]}{code}")
@@ -84,7 +84,7 @@ def slerp(a, b, t):
 
 
 def sampled(times, values, interpolation, path, time):
-    """`values`: a list of numbers for each key; for splines, three lists."""
+    """Returns the value at `time`. `values` has one list of numbers for each key, or three for each key of a spline."""
     spline = interpolation == "CUBICSPLINE"
     value = lambda k: values[3 * k + 1] if spline else values[k]
     k = bisect.bisect_right(times, time) - 1
@@ -163,7 +163,7 @@ def direction(m, v):
 
 
 def normal(m, n):
-    """Transforms a normal with the cofactor matrix: the inverse transpose, up to its length."""
+    """Transforms a normal with the cofactor matrix, which is the inverse transpose up to a factor."""
     c = [[m[(r + 1) % 3][(s + 1) % 3] * m[(r + 2) % 3][(s + 2) % 3]
           - m[(r + 1) % 3][(s + 2) % 3] * m[(r + 2) % 3][(s + 1) % 3] for s in range(3)] + [0] for r in range(3)]
     sign = 1 if sum(m[0][s] * c[0][s] for s in range(3)) >= 0 else -1
@@ -184,7 +184,7 @@ def morphed(file, primitive, name, weights):
 
 
 def matrices(file, node, primitive, worlds, count):
-    """Each vertex's matrix to the world."""
+    """Returns the matrix from each vertex to the world."""
     if "skin" not in node[1]:
         return [worlds[node[0]]] * count
     skin = file.json["skins"][node[1]["skin"]]
@@ -217,7 +217,7 @@ def baked_primitive(file, node, primitive, worlds, weights, add):
 
 
 def bake(file, path):
-    """Writes the file in its nodes' pose, without transforms, skins and targets; returns its bounds."""
+    """Writes the file in the pose of its nodes, without transforms, skins and morph targets. Returns its bounds."""
     data, root = bytearray(), dict(file.json)
     low, high = [math.inf] * 3, [-math.inf] * 3
     root["accessors"], root["bufferViews"] = list(root["accessors"]), list(root["bufferViews"])
@@ -264,7 +264,7 @@ def run(*words):
 
 
 def compare_pose(program, scene, animation, time, folder):
-    """The RMSE of normals and of radiance between the two pictures."""
+    """Returns the RMSE of normals and of radiance between the posed and the baked picture."""
     file = File(scene)
     pose_nodes(file, file.json["animations"][animation], time)
     for image in file.json.get("images", ()):

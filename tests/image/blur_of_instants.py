@@ -1,10 +1,11 @@
-"""Motion blur is the mean of many instants: renders every animation of a file over a part of its duration, once with an
-open shutter and once as stills whose mean is taken, and compares the two. Run by hand (minutes per file):
+"""Checks that motion blur is the mean of many instants. Renders every animation of a file over a part of its duration,
+once with an open shutter and once as stills, and compares the blurred picture with the mean of the stills. Run by hand
+(minutes per file):
 
   blur_of_instants.py build/release/bin/emberline fox.glb milk_truck.gltf ...
 
-Needs `oiiotool`. Prints the RMS difference of the blurred picture and the mean of the stills, the part of it that noise
-and the number of stills explain, and the remainder. Exit code 1: some differ by more than noise.
+Needs `oiiotool`. Prints the RMS difference between the two pictures, the part of the difference that noise and the
+number of stills explain, and the remainder. The exit code is 1 if some pictures differ by more than noise.
 """
 
 import argparse
@@ -17,7 +18,7 @@ import tempfile
 
 SEEDS = 16  # seeds of the stills; stills of one seed share a command
 GROUP = 64  # pictures per command line
-MAX_RATIO = 1.3  # times the noise, which a few thousand pixels determine to a few per cent
+MAX_RATIO = 1.3  # times the noise; a few thousand pixels determine the noise to a few per cent
 
 
 def run(*words):
@@ -25,7 +26,7 @@ def run(*words):
 
 
 def mean(pictures, out):
-    """The mean of EXRs, a group at a time, because a command line's length is limited."""
+    """Writes the mean of the EXRs to `out`. Adds them up in groups, because the length of a command line is limited."""
     sums = []
     for i in range(0, len(pictures), GROUP):
         words = ["oiiotool", pictures[i], "--ch", "R,G,B"]
@@ -39,7 +40,7 @@ def mean(pictures, out):
 
 
 def animations(program, scene):
-    """Index and duration of each animation."""
+    """Returns the index and the duration of each animation."""
     found = []
     for line in run(program, "info", scene).splitlines():
         words = line.split()
@@ -53,10 +54,11 @@ def rms_difference(program, a, b):
 
 
 def compare(program, scene, animation, duration, options, folder):
-    """RMS difference of blur and stills, and the noise of both, estimated from halves with different seeds."""
+    """Returns the RMS difference between blur and stills, and the noise of both. The noise is estimated from halves
+    with different seeds."""
     how = ["--animation", animation, "--size", options.size, "--quiet", *options.view.split()]
-    # At `fps` frames a second the stills are one frame apart, and the shutter is open for half a frame before and after
-    # each.
+    # At `fps` frames a second the stills are one frame apart. The shutter opens half a frame before the first still and
+    # closes half a frame after the last.
     fps = options.stills / (duration * options.share)
     first = round(0.4 * duration * fps)
     seeds = min(SEEDS, options.stills)

@@ -1,5 +1,6 @@
-// An adaptive frame's estimate of its error, compared with its true error.
-// tests/bench/calibration.py does this for the gallery's scenes at three budgets in an hour.
+// Compares an adaptive frame's estimate of its error with its true error.
+// tests/bench/calibration.py does the same for the gallery's scenes at three budgets, which takes
+// an hour.
 #include <gtest/gtest.h>
 
 #include "image/picture_error.h"
@@ -53,14 +54,15 @@ void expect_calibrated(const Scene& scene, const References& references,
   EXPECT_LT(ratio, 1.25) << frames.estimator << ", " << frames.budget << " samples";
 }
 
-// All against the same references, whose samples are most of the work.
+// All frames are compared with the same references, since the references' samples are most of the
+// work.
 TEST(Calibration, EstimateIsWithinAQuarterOfTheError) {
   const auto scene = busy_scene();
   const References references =
       render_references(*scene, busy_view(), small_frame(), long_or_short(2048u, 1024u));
-  // At 512 samples without bias rare outliers rule both, and over 36 frames the estimate is 1.15 to
-  // 1.22 of the error: of pixels that some outlier makes white, which counts as less sure than it
-  // looks.
+  // Unbiased frames of 512 samples are not tested, since rare outliers dominate both their estimate
+  // and their error. Over 36 such frames the estimate is 1.15 to 1.22 of the error. An outlier
+  // makes some pixels white, and the estimate considers a white pixel less certain than it is.
   for (const char* estimator : {"two-stream", "nested"}) {
     for (const uint32_t budget : {32u, 128u}) {
       expect_calibrated(*scene, references, {estimator, budget, false});

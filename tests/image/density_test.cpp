@@ -1,11 +1,12 @@
-// Where adaptive samples go: to silhouettes, shadow boundaries and texture detail in the scenes of
-// Painter & Sloan's figure 1 (set up as in scenes/make_heatmaps.py), and to what moves or is out of
-// focus.
+// Tests where adaptive samples go: to silhouettes, shadow boundaries and texture detail in the
+// scenes of Painter & Sloan's figure 1 (set up as in scenes/make_heatmaps.py), and to what moves or
+// is out of focus.
 //
-// The features are found in a uniform render with another seed. Silhouette: neighbours show
-// different objects, depths or faces. Texture: the albedo differs on a continuous surface. Shadow:
-// on a flat surface the light differs but not the albedo. Blurred: an instant through a pinhole
-// shows another surface or another light. Flat: far from all of these.
+// The tests find the features in a uniform render with another seed. At a silhouette, neighbouring
+// pixels show different objects, depths or faces. In texture, the albedo differs on a continuous
+// surface. At a shadow boundary, the light differs on a flat surface, but the albedo does not. A
+// pixel is blurred if an instant through a pinhole shows another surface or another light. Flat
+// pixels are far from all of these features.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -67,7 +68,7 @@ class Surfaces {
     return {at("albedo.R", x, y), at("albedo.G", x, y), at("albedo.B", x, y)};
   }
   float radiance(int x, int y) const { return luminance(image_.rgb(x, y)); }
-  // Incident light, estimated as radiance over albedo.
+  // Returns the incident light, estimated as radiance over albedo.
   float light(int x, int y) const {
     return radiance(x, y) / std::max(0.02f, luminance(albedo(x, y)));
   }
@@ -76,7 +77,7 @@ class Surfaces {
   const RenderedImage& image_;
 };
 
-// The feature between two neighbouring pixels.
+// Returns the feature between two neighbouring pixels.
 Feature between(const Surfaces& s, int x0, int y0, int x1, int y1) {
   const float z0 = s.at("Z", x0, y0), z1 = s.at("Z", x1, y1);
   const float turn = s.normal(x0, y0).dot(s.normal(x1, y1));
@@ -91,7 +92,7 @@ Feature between(const Surfaces& s, int x0, int y0, int x1, int y1) {
   return level && std::abs(a - b) > 0.25f * std::max(a, b) ? kShadow : kFlat;
 }
 
-// Whether the pixel's surface or light differs from the picture without blur.
+// Returns whether the pixel's surface or light differs from that in the picture without blur.
 bool is_blurred(const Surfaces& blurred, const Surfaces& sharp, int x, int y) {
   const auto differs = [](float a, float b, float share) {
     return std::abs(a - b) > share * std::max(a, b);
@@ -101,8 +102,8 @@ bool is_blurred(const Surfaces& blurred, const Surfaces& sharp, int x, int y) {
          differs(blurred.radiance(x, y), sharp.radiance(x, y), 0.25f);
 }
 
-// The feature of every pixel; kFeatures for those too close to a feature to be flat. `sharp`: an
-// instant through a pinhole.
+// Returns the feature of every pixel, or kFeatures for a pixel too close to a feature to be flat.
+// `sharp` is an instant through a pinhole.
 std::vector<Feature> find_features(const RenderedImage& image, const RenderedImage& sharp) {
   const Surfaces s(sharp), blurred(image);
   std::vector<Feature> found(size_t(kDensityWidth) * kDensityHeight, kFlat);
@@ -138,7 +139,8 @@ std::vector<Feature> find_features(const RenderedImage& image, const RenderedIma
   return found;
 }
 
-// Mean samples of each feature's pixels over those of flat ones; 0 for features with few pixels.
+// Returns the mean samples of each feature's pixels, divided by the mean samples of flat pixels, or
+// 0 for a feature with few pixels. The entry for flat pixels is their mean itself.
 std::array<double, kFeatures> densities(const std::vector<Feature>& features,
                                         const RenderedImage& image) {
   std::array<double, kFeatures> mean{};
@@ -169,9 +171,9 @@ RenderedImage render_adaptively(const PictureScene& picture, RenderSettings s, f
 }
 
 using Bounds =
-    std::array<double, kFlat>;  // least density of each feature; 0 if the picture has none
+    std::array<double, kFlat>;  // least density of each feature; 0 if the picture lacks it
 
-// `reference_spp`: enough that noise does not count as shadow or blur.
+// `reference_spp` is so high that noise does not count as shadow or blur.
 void expect_densities(const RenderSettings& settings, uint32_t reference_spp, float threshold,
                       const Bounds& of_threshold, const Bounds& of_budget) {
   const PictureScene picture = load(settings);
@@ -197,20 +199,21 @@ void expect_densities(const RenderSettings& settings, uint32_t reference_spp, fl
   }
 }
 
-// Measured: 3.7, 2.4 and 3.1 times with --noise-threshold .01; 2.1, 2.1 and 1.9 with a budget of 32
-// samples a pixel, which is allocated by standard deviations instead of variances. The bounds are a
-// fifth lower.
+// With --noise-threshold .01 the measured densities are 3.7, 2.4 and 3.1 times that of flat pixels.
+// With a budget of 32 samples a pixel, which is allocated by standard deviations instead of
+// variances, they are 2.1, 2.1 and 1.9 times that of flat pixels. The bounds are a fifth lower.
 TEST(Density, SpheresAreHighestAtFeatures) {
   expect_densities(direct_light("spheres"), 64, 0.01f, {2.9, 1.95, 2.5}, {1.6, 1.6, 1.5});
 }
 
-// Measured: 3.6, 2.8, 3.6 and 1.9, 1.7, 2.0.
+// The measured densities are 3.6, 2.8 and 3.6 with the threshold, and 1.9, 1.7 and 2.0 with the
+// budget.
 TEST(Density, TeapotIsHighestAtFeatures) {
   expect_densities(direct_light("teapot"), 256, 0.01f, {2.9, 2.25, 2.9}, {1.52, 1.38, 1.6});
 }
 
-// Blades that turn by 30 degrees. Measured: 8.1 times, with a budget 2.5; with a threshold of .01,
-// which takes minutes, 8.4.
+// The blades turn by 30 degrees. The measured density is 8.1 with a threshold of .04, and 2.5 with
+// the budget. With a threshold of .01, which takes minutes, it is 8.4.
 TEST(Density, MovingBladeIsHighestWhereItMoves) {
   RenderSettings s = direct_light("moving_blade");
   s.time = 0;
@@ -218,7 +221,8 @@ TEST(Density, MovingBladeIsHighestWhereItMoves) {
   expect_densities(s, 128, 0.04f, {3.8, 0, 0, 6.5}, {1.54, 0, 0, 2.0});
 }
 
-// Measured: 6.2 and 4.2; 13 with a threshold of .01. The white king is in focus.
+// The measured density is 6.2 with a threshold of .04, and 4.2 with the budget. With a threshold of
+// .01 it is 13. The white king is in focus.
 TEST(Density, ShallowFocusIsHighestOutOfFocus) {
   RenderSettings s = direct_light("shallow_focus");
   s.f_stop = 1.4;

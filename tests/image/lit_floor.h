@@ -1,6 +1,6 @@
-// A matt floor that fills the frame under a lamp. Stratification works so well here that two
-// streams of half the samples have one and a half times the error of one stream, and all pixels
-// need equally many samples.
+// A matt floor under a lamp fills the frame. Stratification works so well here that two streams,
+// each with half of the samples, have one and a half times the error of one stream. All pixels need
+// equally many samples.
 #pragma once
 
 #include <memory>

@@ -23,8 +23,8 @@ struct HardScene {
   int max_depth = 16;
 };
 
-// A room in two halves. All light in the visible half comes through the gap beside the partition,
-// from a small lamp that is hidden from it.
+// A partition divides a room into two halves. All light in the visible half comes through the gap
+// beside the partition, from a small lamp in the other half.
 HardScene lamp_behind_a_corner() {
   SceneBuilderForTests b;
   const int wall = b.add_material(lambert(Rgb(0.7f)));
@@ -43,8 +43,8 @@ HardScene lamp_behind_a_corner() {
   return {b.build(), perspective({1.8, 1.2, 1.8}, {-1, 0.8, 0.3}, 70), true, 5};
 }
 
-// Small bright dots above a floor, hit only by BSDF sampling: as with a caustic, most paths
-// contribute nothing and a few contribute much.
+// Small bright dots hang above a floor, and only BSDF samples hit them. As with a caustic, most
+// paths contribute nothing and a few contribute much.
 HardScene rare_dots() {
   SceneBuilderForTests b;
   b.add_floor(3, 0, b.add_material(lambert(Rgb(0.6f))));
@@ -58,8 +58,8 @@ HardScene rare_dots() {
   return {b.build(), perspective({0, 2.0, 3}, {0, 0, 0}, 50), false, 2};
 }
 
-// Under the sky, the left half is nearly black and the right half grey: the display's curve is
-// steepest in the dark.
+// Under the sky, the left half of the floor is nearly black and the right half is grey. The
+// display's curve is steepest in the dark.
 HardScene nearly_black_half() {
   SceneBuilderForTests b;
   const int coal = b.add_material(lambert(Rgb(0.003f))), grey = b.add_material(lambert(Rgb(0.5f)));
@@ -76,13 +76,14 @@ HardScene nearly_black_half() {
 constexpr int kCornerWidth = 48, kCornerHeight = 32, kBlock = 16, kCornerSeeds = 3;
 
 struct Measured {
-  double worst = 0, whole = 0;  // RMS errors over the threshold
+  double worst = 0, whole = 0;  // RMS errors divided by the threshold
   double samples = 0;
   std::string where;
 };
 
-// The whole frame, and each bucket separately, whose estimates end at its edge. A short run uses
-// the first two, which differ in driver and estimator.
+// The adaptive driver makes its estimates over the whole frame. The bucket driver makes them for
+// each bucket separately, and they end at the bucket's edge. A short run uses the first two
+// methods, which differ in driver and estimator.
 struct Method {
   const char *driver, *estimator;
 };
@@ -100,8 +101,9 @@ RenderSettings settings_for(const HardScene& hard) {
   return s;
 }
 
-// Each block is measured over three frames: 2304 values, so that normally distributed noise
-// determines its RMS error to 1.5 %, or 2.5 % if the references are as noisy as the frame.
+// Each block is measured over three frames, which gives 2304 values. If noise is normally
+// distributed, they determine the block's RMS error to 1.5 %, or to 2.5 % if the references are as
+// noisy as the frame.
 Measured measure(const Method& method, const HardScene& hard, float threshold,
                  const References& references) {
   const auto [driver, estimator] = method;

@@ -11,9 +11,9 @@
 
 namespace emberline::test {
 
-// Two independent uniform renders. The product of a frame's differences to both has the squared
-// error as its expectation, because the references' noise is independent; so they need fewer
-// samples than a single reference with negligible noise.
+// Two independent uniform renders. The product of a frame's differences to the two has the squared
+// error as its expectation, because the noise of one reference is independent of the other's. So
+// the two need fewer samples than a single reference with negligible noise.
 struct References {
   RenderedImage a, b;
 };
@@ -31,7 +31,8 @@ inline References render_references(const Scene& scene, const CameraDescription&
   return r;
 }
 
-// Sum of the displayed picture's squared error over the pixels of `part` and over R, G, B.
+// Returns the squared error of the displayed picture, summed over the pixels of `part` and over R,
+// G, B.
 inline double squared_display_error(const RenderedImage& image, const References& r,
                                     const Rect& part) {
   double sum = 0;

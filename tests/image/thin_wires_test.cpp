@@ -1,5 +1,6 @@
-// Wires a twentieth of a pixel wide (case 16 of thin features): light that a pixel's first samples
-// miss must not be lost. The exact value is known: the frame's sum is the wires' area.
+// Tests wires a twentieth of a pixel wide (case 16 of thin features). Light that a pixel's first
+// samples miss must not be lost. The exact value is known, since the frame's sum is the wires'
+// area.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -18,12 +19,12 @@ using namespace test;
 constexpr int kWidth = 24, kHeight = 16;
 constexpr double kWire = 0.05;  // width along a row, in pixels
 
-// Pixels have size 1, and the frame's centre is the origin. A wire runs from above the frame to
-// below it, shifted by `lean` columns; it covers kWire of every row.
+// Pixels have size 1, and the frame's centre is the origin. The wire runs from below the frame to
+// above it, and shifts by `lean` columns within the frame. It covers kWire of every row.
 void add_wire(SceneBuilderForTests& b, double middle, double lean, int material) {
   const auto x0 = float(middle - lean / 2 - kWidth / 2.0), x1 = float(x0 + float(lean));
   const auto w = float(kWire), y = kHeight / 2.0f;
-  // Extend the wire beyond the frame's edges in the same direction.
+  // Extends the wire beyond the frame's edges in the same direction.
   const float dx = (x1 - x0) / float(kHeight);
   b.add_quad({x0 - dx, -y - 1, 0}, {x0 - dx + w, -y - 1, 0}, {x1 + dx + w, y + 1, 0},
              {x1 + dx, y + 1, 0}, material);
@@ -39,7 +40,8 @@ std::unique_ptr<Scene> wires(float radiance) {
   return b.build();
 }
 
-// Mean signed relative error of the frame's sum, and its standard error, over `seeds` frames.
+// Returns the mean signed relative error of the frame's sum over `seeds` frames, and the standard
+// error of that mean. Sets `samples` to the mean samples a pixel.
 Moments relative_errors(const Scene& scene, float radiance, RenderSettings s, int seeds,
                         double* samples = nullptr) {
   s.width = kWidth;
@@ -74,12 +76,12 @@ RenderSettings adaptive_settings(std::string_view estimator) {
   return s;
 }
 
-// Of 300, as a short run takes, standard errors are 0.65 to 0.85 % at 16 samples a pixel, 0.55
-// at 64.
+// With the 300 seeds of a short run, the standard errors are 0.65 to 0.85 % at 16 samples a pixel,
+// and 0.55 % at 64.
 int seeds() { return long_or_short(1000, 300); }
 
-// Checks the scene and its exact value with uniform sampling. Four standard errors, here and below:
-// a false alarm for 6e-5 of all choices of seeds.
+// Checks the scene and its exact value with uniform sampling. Here and below, the bound is four
+// standard errors, which raises a false alarm for 6e-5 of all choices of seeds.
 TEST(ThinWires, UniformSamplingIsUnbiased) {
   const auto scene = wires(1.0f);
   RenderSettings s;
@@ -92,9 +94,9 @@ TEST(ThinWires, UniformSamplingIsUnbiased) {
 class Budgets : public testing::TestWithParam<std::tuple<std::string, uint32_t, ErrorMetric>> {};
 
 // The plain mean of all samples loses light. If the first four or eight samples of a pixel and its
-// neighbours see nothing, only the uniform share of each round continues, and late discoveries get
-// little weight (Kirk & Arvo 1991): -10 to -17 % with 16 samples a pixel; 0 to -3 % with 64, of
-// which 8 are the first.
+// neighbours see nothing, the pixel gets only the uniform share of each round, and late discoveries
+// get little weight (Kirk & Arvo 1991). The bias is -10 to -17 % with 16 samples a pixel. It is 0
+// to -3 % with 64, of which 8 are the initial samples.
 TEST_P(Budgets, BiasIsBounded) {
   const auto [estimator, budget, metric] = GetParam();
   const auto scene = wires(1.0f);
@@ -127,8 +129,8 @@ INSTANTIATE_TEST_SUITE_P(
                      testing::Values(16u, 64u),
                      testing::Values(ErrorMetric::kDisplay, ErrorMetric::kMse)));
 
-// A threshold ends pixels by their own and their neighbours' samples, after at least 16: -3.6 %, or
-// -1.1 % with `nested`, at 32 to 35 samples a pixel.
+// A threshold ends a pixel by the samples of the pixel and its neighbours, after at least 16
+// samples. The bias is -3.6 %, or -1.1 % with `nested`, at 32 to 35 samples a pixel.
 class Estimators : public testing::TestWithParam<std::string> {};
 
 TEST_P(Estimators, ThresholdBiasIsBounded) {

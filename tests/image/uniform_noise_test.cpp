@@ -10,7 +10,8 @@ namespace {
 
 using namespace test;
 
-// Most pixels equal the uniform frame's, so the ratio is more precise than either error.
+// Most pixels equal those of the uniform frame, so the ratio of the two errors is more precise than
+// either error.
 TEST(UniformNoise, NestedIsAtMostThreePercentWorse) {
   const auto scene = lit_floor();
   const CameraDescription view = lit_floor_view();

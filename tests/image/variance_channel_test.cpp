@@ -1,4 +1,4 @@
-// The `variance` channel of a stratified frame, compared with the frame's squared error.
+// Compares the `variance` channel of a stratified frame with the frame's squared error.
 #include <gtest/gtest.h>
 
 #include "image/lit_floor.h"
@@ -60,9 +60,9 @@ class VarianceChannel : public testing::Test {
                                                    long_or_short(4096u, 1024u));
 };
 
-// If every pixel ends at n samples, the halves' estimate has the expectation V(n/2) - V(n)
-// (sample_halves.h), which uniform frames of n/2 and n samples measure independently. 6144 pixels,
-// each a square with one degree of freedom, leave 3 % noise in a mean.
+// If every pixel ends at n samples, the expectation of the halves' estimate is V(n/2) - V(n)
+// (sample_halves.h). Uniform frames of n/2 and of n samples measure this value independently. The
+// mean over 6144 pixels, each a square with one degree of freedom, has 3 % noise.
 TEST_F(VarianceChannel, OfHalvesEqualsGainOfLastDoubling) {
   for (const uint32_t n : {32u, 128u}) {
     SCOPED_TRACE(n);
@@ -77,7 +77,7 @@ TEST_F(VarianceChannel, OfHalvesEqualsGainOfLastDoubling) {
   }
 }
 
-// The planner distributes a budget.
+// Here the planner distributes a budget.
 TEST_F(VarianceChannel, OfBudgetIsOneToTwoTimesTheTruth) {
   for (const uint32_t budget : {32u, 128u}) {
     SCOPED_TRACE(budget);

@@ -1,6 +1,6 @@
 // Uses the whole interface of 1.0.0, with its sizes and signatures: all_of_1_0_0 SCENE MATERIAL
-// FOLDER. Built against the header of 1.0.0 it must run with every later 1.y, and it must compile
-// against later headers.
+// FOLDER. Built against the header of 1.0.0, this program must run with every later 1.y. It must
+// also compile against later headers.
 #include <emberline/emberline.h>
 
 #include <cstdio>

@@ -34,7 +34,7 @@ for program in "$folder/build/example_static" "$folder/example_pc"; do
   other=$(run "$program")
   [ "$other" = "$shared" ] || { echo "$program says: $other" >&2; exit 1; }
 done
-# Programs built against 1.0.0 must run with this library, and their sources compile against this header.
+# Programs built against 1.0.0 must run with this library, and their sources must compile against this header.
 mkdir -p "$folder/old/emberline" "$folder/pictures"
 cp "$here/emberline_1_0_0.h" "$folder/old/emberline/emberline.h"
 for program in example all_of_1_0_0; do
@@ -48,7 +48,7 @@ other=$(run "$folder/example_old")
 for program in all_of_1_0_0_old all_of_1_0_0; do
   (cd / && LD_LIBRARY_PATH=$libdir "$folder/$program" "$scenes/cornell_box.glb" light "$folder/pictures")
 done
-# Python's module, built here, must also find it in a prefix that the loader does not know.
+# Python's module, which was built here, must also find the library in a prefix that the loader does not know.
 if [ -d "$prefix/lib/python3/dist-packages/emberline" ]; then
   PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$prefix/lib/python3/dist-packages /usr/bin/python3 -c \
     'import sys, emberline; emberline.render(emberline.Scene(sys.argv[1], size=(8, 8), spp=1))' "$scenes/cornell_box.glb"

@@ -1,5 +1,5 @@
-// Adaptive frames that make real decisions: they are the same for any thread count and on every
-// run, their sample counts are true, and they are complete whenever they are stopped.
+// Tests adaptive frames that make real decisions. They are the same for any thread count and on
+// every run, their sample counts are true, and they are complete whenever they are stopped.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -97,8 +97,8 @@ TEST_P(AdaptiveFrame, CountsAddUp) {
   EXPECT_NEAR(double(image.counters.samples) / double(image.crop.area()), 40.0, 0.4);
 }
 
-// A pixel's samples are the first of its sequence, whichever rounds they came in. Replaying that
-// many, in index order per stream, gives the pixel bit for bit.
+// A pixel's samples are the first ones of its sequence, no matter in which rounds they were taken.
+// Replaying as many samples, in index order within each stream, gives the pixel bit for bit.
 TEST_P(AdaptiveFrame, ReplayedFromTheSamplesChannel) {
   const RenderSettings s = settings();
   const RenderedImage image = render(*scene_, busy_view(), s);
@@ -123,8 +123,9 @@ TEST_P(AdaptiveFrame, ReplayedFromTheSamplesChannel) {
   }
 }
 
-// A crop cannot see the pixels beyond its edge, which estimators pool, nor the whole frame's
-// budget, so its counts may differ. Where a count agrees, the bits agree.
+// A crop knows neither the pixels beyond its edge, which estimators would pool, nor the whole
+// frame's budget. So its sample counts may differ from the whole frame's. Where a count agrees, the
+// bits agree.
 TEST_P(AdaptiveFrame, CropHasTheSameSamplesAsTheFrame) {
   RenderSettings s = settings();
   const RenderedImage whole = render(*scene_, busy_view(), s);
@@ -141,8 +142,8 @@ TEST_P(AdaptiveFrame, CropHasTheSameSamplesAsTheFrame) {
   EXPECT_GT(agreeing, 20);
 }
 
-// With one stream each pixel equals that of the uniform frame with the same sample count, whatever
-// was decided. The counts go 8, 12, 16, 24, ...
+// With one stream, each pixel equals that pixel in the uniform frame of the same sample count,
+// whatever was decided. The counts are 8, 12, 16, 24, ...
 uint32_t next_step(uint32_t count) {
   return std::has_single_bit(count) ? count / 2 * 3 : count / 3 * 4;
 }
@@ -172,7 +173,8 @@ TEST(NestedFrame, PixelsEqualUniformFramesOfTheSameCount) {
   EXPECT_EQ(compared, size_t(s.width) * size_t(s.height)) << "counts are steps";
 }
 
-// The variance channel makes the film keep sample halves, which must not change the picture.
+// The variance channel makes the film keep the halves of the samples apart. That must not change
+// the picture.
 TEST(NestedFrame, VarianceDoesNotChangeThePicture) {
   const auto scene = busy_scene();
   RenderSettings s = settings_for(find_estimator("nested"));
@@ -280,8 +282,8 @@ class NullSink final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
-// Law 4 with --unbiased, whose rounds use seeds of their own: the report on a non-finite sample is
-// enough to compute it again.
+// Law 4 with --unbiased, where each round has its own seed: the report on a non-finite sample is
+// enough to compute that sample again.
 TEST(AdaptiveUnbiased, ALaterRoundsNanIsReplayedFromItsSeed) {
   const auto scene = busy_scene();
   RenderSettings s = settings_for(find_estimator(kDefaultEstimator));
@@ -308,7 +310,7 @@ TEST(AdaptiveUnbiased, ALaterRoundsNanIsReplayedFromItsSeed) {
   EXPECT_GT(of_later_rounds, 0u);
 }
 
-// Each bucket decides from its own pixels, so thread and order change nothing.
+// Each bucket decides from its own pixels, so the threads and the bucket order change nothing.
 TEST(BucketUnderAThreshold, AnyThreadsAndOrder) {
   const auto scene = busy_scene();
   for (const char* estimator : {"two-stream", "kajiya"}) {
@@ -326,7 +328,8 @@ TEST(BucketUnderAThreshold, AnyThreadsAndOrder) {
       s.threads = 3;
       const RenderedImage image = render(*scene, busy_view(), s);
       expect_same_bits(image, reference, std::string(order.name) + ", " + estimator);
-      // The buckets' errors are added in order of arrival, so the sum may differ in rounding.
+      // The buckets' errors are added in the order in which the buckets finish, so the sum may
+      // differ in rounding.
       ASSERT_TRUE(image.error_estimate && reference.error_estimate);
       EXPECT_NEAR(*image.error_estimate, *reference.error_estimate,
                   1e-12 * *reference.error_estimate);

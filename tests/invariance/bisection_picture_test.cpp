@@ -1,4 +1,5 @@
-// The display of an unfinished frame, filled by hand and compared with a slow nearest search.
+// Tests the display of an unfinished frame. The tests fill the frame by hand, and compare the
+// display with a slow search for the nearest pixel.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +20,7 @@ PartShape shape_of(BisectionAxis axis) {
                                            : PartShape::kSquare;
 }
 
-// A frame whose first pass is partly done, with a distinct value in every sampled pixel.
+// A frame whose first pass is partly done. `value` gives each sampled pixel its value.
 class Unfinished {
  public:
   using Value = float (*)(int x, int y);
@@ -34,7 +35,8 @@ class Unfinished {
     film_.reset(crop);
   }
 
-  // Samples the first `parts` parts; the last `partial` of those get only every other pixel.
+  // Samples the first `parts` parts. Of the last `partial` parts among them, samples only every
+  // other pixel.
   void sample(size_t parts, size_t partial = 0) {
     std::vector<PixelWork> list;
     for (size_t part = 0; part < parts; ++part) {
@@ -75,7 +77,8 @@ float number(int x, int y) { return float(1 + x + 1000 * y); }
 const Rect kPictureWindows[] = {{0, 0, 37, 29}, {5, 9, 118, 40}, {0, 0, 1, 97},
                                 {3, 5, 98, 6},  {0, 0, 1, 1},    {2, 2, 130, 66}};
 
-// Along one axis a pixel shows the nearest sampled pixel of its column (or row); of two, the lower.
+// Along one axis, a pixel shows the nearest sampled pixel of its column (or row). If two are
+// equally near, it shows the lower one.
 TEST(BisectionPicture, LinesShowTheNearest) {
   for (const bool rows : {true, false}) {
     for (const Rect& crop : kPictureWindows) {
@@ -108,7 +111,8 @@ TEST(BisectionPicture, LinesShowTheNearest) {
   }
 }
 
-// After a complete step a pixel shows the nearest sampled column crossed with the nearest row.
+// After a complete step, a pixel shows the pixel where the nearest sampled column and the nearest
+// sampled row cross.
 TEST(BisectionPicture, ALatticeShowsTheNearestColumnAndRow) {
   const auto nearest = [](const std::vector<int>& lines, int at) {
     int best = lines.front();
@@ -134,8 +138,8 @@ TEST(BisectionPicture, ALatticeShowsTheNearestColumnAndRow) {
   }
 }
 
-// Wherever the frame is stopped, each pixel shows the value of a sampled pixel (its own if it has
-// samples), which is no farther away than after the last complete step.
+// At whatever moment the frame is stopped, each pixel shows the value of a sampled pixel. A pixel
+// that has samples shows its own value.
 TEST(BisectionPicture, IsCompleteAtEveryMoment) {
   for (const NamedValue<BisectionAxis>& axis : bisection_axis_table()) {
     for (const Rect& crop : kPictureWindows) {
@@ -168,7 +172,8 @@ TEST(BisectionPicture, IsCompleteAtEveryMoment) {
   }
 }
 
-// A ramp is reproduced between the outermost lines, and continued flat beyond them.
+// The display reproduces a ramp between the outermost sampled lines, and continues it flat beyond
+// them.
 TEST(BisectionPicture, LinearBlendsAreExactForARamp) {
   const auto ramp = [](int x, int y) { return 1.0f + 0.25f * float(x) + 2.0f * float(y); };
   for (const NamedValue<BisectionAxis>& axis : bisection_axis_table()) {
@@ -194,7 +199,8 @@ TEST(BisectionPicture, LinearBlendsAreExactForARamp) {
   }
 }
 
-// In the middle of a step a sampled pixel shows itself; the others stay within the samples' range.
+// In the middle of a step, a sampled pixel shows its own value. The other pixels stay within the
+// range of the samples.
 TEST(BisectionPicture, LinearIsCompleteAtEveryMoment) {
   for (const NamedValue<BisectionAxis>& axis : bisection_axis_table()) {
     const Rect crop{5, 9, 118, 40};

@@ -1,4 +1,4 @@
-// The order of bisection, listed without rendering.
+// Tests the order of bisection, without rendering.
 #include <gtest/gtest.h>
 
 #include <deque>
@@ -20,7 +20,7 @@ struct Line {
   size_t level;
 };
 
-// The paper's algorithm taken literally, one interval after the other.
+// Follows the paper's algorithm literally, one interval after another.
 std::vector<Line> naive_order(int size) {
   struct Interval {
     int begin, end;
@@ -60,7 +60,7 @@ TEST(BisectionOrder, MatchesThePaper) {
   }
 }
 
-// The display relies on this: the nearest line of a level not yet reached never hides a nearer one.
+// A level adds at most one line between two lines of earlier levels. The display relies on this.
 TEST(BisectionOrder, AddsAtMostOneLineBetweenTwo) {
   for (const int size : {2, 7, 29, 720, 1280, 1009}) {
     std::set<int> old;
@@ -110,7 +110,7 @@ TEST_P(BisectionScheduleOf, StepsCoverEveryPixelOnce) {
             of = int(s);
           }
         }
-        // After the step exactly its lattice is complete.
+        // After the step, exactly the lattice `complete` has been sampled.
         size_t there = 0;
         for (const int of : step_of) there += of >= 0;
         ASSERT_EQ(there, steps[s].complete.pixels());
@@ -194,7 +194,7 @@ INSTANTIATE_TEST_SUITE_P(EveryAxis, BisectionScheduleOf,
                            return std::string(name_of(bisection_axis_table(), p.param));
                          });
 
-// The worked example: 4 x 2, columns {2} {1 3} {0}, rows {1} {0}.
+// In the worked example of 4 x 2 pixels, the columns come as {2} {1 3} {0} and the rows as {1} {0}.
 TEST(BisectionSteps, BothAxesInTurn) {
   const auto steps = bisection_steps(4, 2, BisectionAxis::kBoth);
   const auto is = [](const PixelLattice& lattice, std::vector<int> columns, std::vector<int> rows) {
@@ -203,12 +203,13 @@ TEST(BisectionSteps, BothAxesInTurn) {
   ASSERT_EQ(steps.size(), 4u);
   EXPECT_TRUE(is(steps[0].added, {2}, {1}));
   EXPECT_TRUE(is(steps[1].added, {1, 3}, {1}));  // gaps of 2 and 1
-  EXPECT_TRUE(is(steps[2].added, {0}, {1}));     // 1 and 1: columns first
+  EXPECT_TRUE(is(steps[2].added, {0}, {1}));     // gaps of 1 and 1: columns first
   EXPECT_TRUE(is(steps[3].added, {0, 1, 2, 3}, {0}));
   EXPECT_TRUE(is(steps[2].complete, {0, 1, 2, 3}, {1}));
 }
 
-// A later pass bisects a grid of cells, one per part, so that a part's pixels are neighbours.
+// A later pass bisects a grid of cells, with one cell per part, so that a part's pixels are
+// neighbours.
 TEST(BisectionSteps, CellsStayTogether) {
   const Rect crop{0, 0, 70, 45};
   const BisectionCell cell = square_cell(128);
@@ -231,7 +232,8 @@ TEST(BisectionSteps, CellsStayTogether) {
   }
 }
 
-// Gaps along one axis are at most about twice those along the other, to spread early samples.
+// The gaps along one axis are at most about twice as long as the gaps along the other axis, so that
+// early samples are spread evenly.
 TEST(BisectionSteps, BothAxesKeepTheirGapsAlike) {
   const auto longest_gap = [](const std::vector<int>& lines, int size) {
     int before = -1, gap = 0;

@@ -1,4 +1,5 @@
-// A bisection frame stopped at any moment ends soon, with a complete picture and true counts.
+// A bisection frame that is stopped at any moment ends soon, with a complete picture and true
+// counts.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -22,7 +23,7 @@ namespace {
 
 using namespace test;
 
-// Bright everywhere: a grey floor under a white sky.
+// Returns a scene that is bright everywhere, a grey floor under a white sky.
 std::unique_ptr<Scene> bright_scene() {
   SceneBuilderForTests b;
   b.add_floor(1, 0, b.add_material(lambert(Rgb(0.5f))));
@@ -32,7 +33,7 @@ std::unique_ptr<Scene> bright_scene() {
 
 class BisectionStop : public testing::Test {
  protected:
-  // Renders until `samples` are done and returns the image as delivered.
+  // Renders until `samples` samples are done, and returns the image as delivered.
   RenderedImage stop_after(uint64_t samples, BisectionAxis axis, int threads, uint32_t spp,
                            JobProgress* progress = nullptr) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
@@ -92,7 +93,7 @@ TEST_F(BisectionStop, AtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
                                    : count == kSpp ? PixelStop::kBudget
                                                    : PixelStop::kTimeLimit;
             ASSERT_EQ(p[5], float(stop)) << x << "," << y << " with " << count << " samples";
-            // A finished pixel equals that of the whole frame.
+            // A finished pixel equals the same pixel of the whole frame.
             if (count == kSpp) {
               ASSERT_EQ(p[0], whole.pixel(x, y)[0]);
             }
@@ -117,13 +118,13 @@ TEST_F(BisectionStop, BeforeTheFirstSample) {
 TEST_F(BisectionStop, ProgressEndsWithTheWholeFrame) {
   JobProgress progress;
   const RenderedImage image = stop_after(uint64_t(1) << 40, BisectionAxis::kRows, 2, 12, &progress);
-  EXPECT_EQ(progress.pass, 5);  // 1, 1, 2, 4, 4
+  EXPECT_EQ(progress.pass, 5);  // passes of 1, 1, 2, 4 and 4 samples
   EXPECT_EQ(progress.completion, 1.0);
   EXPECT_TRUE(progress.pass_finished);
   EXPECT_EQ(progress.samples, 12 * uint64_t(image.crop.area()));
 }
 
-// Requests a stop while a batch is under way.
+// Requests a stop during batch number `batch`.
 class StopsInBatch final : public Integrator {
  public:
   StopsInBatch(const Integrator& inner, int batch) : inner_(inner), batch_(batch) {}
@@ -142,8 +143,8 @@ class StopsInBatch final : public Integrator {
   mutable std::stop_source stop_;
 };
 
-// In the last pass the least count may change after any batch, and a stop in the very last batch
-// leaves nothing undone.
+// In the last pass, the lowest sample count may change after any batch. A stop in the very last
+// batch leaves nothing undone.
 TEST_F(BisectionStop, WithinTheLastPass) {
   constexpr uint32_t kSpp = 64;  // the last pass has two batches for each pixel
   RenderSettings settings;
@@ -182,7 +183,7 @@ TEST_F(BisectionStop, WithinTheLastPass) {
   }
 }
 
-// Paths have hundreds of bounces: a round takes a second.
+// Paths have hundreds of bounces, so a round takes a second.
 TEST_F(BisectionStop, IsSoonInAHeavyScene) {
   SceneBuilderForTests b;
   b.place(b.add_mesh(
@@ -201,7 +202,8 @@ TEST_F(BisectionStop, IsSoonInAHeavyScene) {
   class NullSink final : public RenderSink {
     void tile_finished(const FilmTile&) override {}
   } null_sink;
-  // CPU seconds of all threads; the minimum of several runs, since others disturb the caches.
+  // Measures the CPU seconds that all threads use after the request. The result is the minimum of
+  // several runs, since other programs disturb the caches.
   double least = 1e9;
   for (const double work : {0.04, 0.1, 0.18, 0.28, 0.4}) {
     std::stop_source stop;

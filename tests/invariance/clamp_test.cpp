@@ -32,7 +32,7 @@ RenderSettings settings(std::optional<float> limit, int max_depth = 6) {
 
 CameraDescription view() { return perspective({0.4, 2.0, 5.0}, {0, 0.5, 0}, 40); }
 
-// Lamps under glass, in front of a mirror, and above a floor that everything shines on.
+// Two lamps above a glass ball, a mirror ball, a rough metal ball and a floor.
 SceneBuilderForTests sparkling() {
   SceneBuilderForTests b;
   b.add_floor(4, 0, b.add_material(lambert(Rgb(0.8f, 0.5f, 0.3f))));
@@ -76,7 +76,7 @@ TEST(ClampIndirect, RemovedAndRemainingLightAddUpToThePicture) {
     }
   }
   EXPECT_GT(max_component(removed), 1.0f);
-  // The counter equals the mean of the layer, and the groups' shares add up to it.
+  // The counter equals the mean of the layer, and the groups' shares add up to the counter.
   const ClampedLight& counted = with.counters.clamped;
   Rgb of_groups(0.0f);
   ASSERT_EQ(counted.groups(), size_t(lit.groups.size()));
@@ -111,7 +111,7 @@ TEST(ClampIndirect, DoesNotDependOnDriverOrThreads) {
   }
 }
 
-// A saved state with another limit or number of groups is rejected as damaged.
+// A saved state with a different limit or number of groups is rejected as damaged.
 TEST(ClampIndirect, LoadsOnlyStateOfTheSameFrame) {
   const auto saved = [](const ClampedLight& light) {
     std::vector<std::byte> bytes;
@@ -153,7 +153,8 @@ TEST(ClampIndirect, LightBelowTheLimitKeepsItsBits) {
   }
 }
 
-// Only one surface scatters here; clear panes, mirrors and glass do not count as bounces.
+// In these scenes a path scatters at one surface only. Clear panes, mirrors and glass do not count
+// as bounces.
 TEST(ClampIndirect, KeepsVisibleAndDirectLight) {
   const auto expect_left = [](const Scene& scene, int max_depth, const char* what) {
     const RenderedImage without = render(scene, view(), settings({}, max_depth));
@@ -188,7 +189,8 @@ TEST(ClampIndirect, KeepsVisibleAndDirectLight) {
   expect_left(*behind.build(), 1, "a lamp over a pane");
 }
 
-// Holds for every sample: each vertex after the first adds at most two contributions.
+// Besides the direct light, each vertex after the first adds at most two contributions to a sample,
+// and each of them is at most the limit.
 TEST(ClampIndirect, NoSampleGetsMoreThanTheLimitAllows) {
   SceneBuilderForTests b;
   b.add_floor(4, 0, b.add_material(lambert(Rgb(0.8f, 0.5f, 0.3f))));

@@ -1,5 +1,6 @@
 // The ray counters are exact: they equal the calls that arrive at Embree, except for camera rays
-// that are known to hit nothing. The linker puts the functions below in between (-Wl,--wrap).
+// that are known to hit nothing. The linker puts the functions below between the renderer and
+// Embree (-Wl,--wrap).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -61,7 +62,7 @@ RenderSettings settings_of(const std::string& driver) {
   s.height = 29;
   s.crop = {2, 1, 35, 28};
   s.spp = 20;
-  s.find_empty_pixels = false;  // it saves camera rays, which are counted all the same: see below
+  s.find_empty_pixels = false;  // it saves camera rays, but still counts them: see EmptyPixelCounts
   s.environment_sampling = EnvironmentSampling::kByLight;  // a survey's rays belong to no sample
   s.adaptive.budget = 20;
   if (driver == "adaptive") s.streams = StreamCount::kTwo;
@@ -110,8 +111,8 @@ TEST_P(Counts, ThroughPanesToo) {
   EXPECT_EQ(rays.total(), intersections + occlusions);
 }
 
-// Relighting by intensity and colour takes no ray, neither to test whether it is possible nor to
-// show it. Keeping the lights apart takes none either.
+// Relighting by intensity and colour traces no ray, neither to test whether relighting is possible
+// nor to show the result. Keeping the lights apart traces no ray either.
 TEST_P(Counts, RelightingNeedsNoRays) {
   const GroupedScene lit(edited_scene());
   const RenderSettings s = settings_of(GetParam());
@@ -121,7 +122,7 @@ TEST_P(Counts, RelightingNeedsNoRays) {
   intersections = occlusions = 0;
   render(lit.scene.scene(), busy_view(), s, &lit.groups, [&](const LivePicture* picture) {
     EXPECT_EQ(intersections + occlusions, asked);
-    if (!picture) return;  // no sums by light group
+    if (!picture) return;  // the driver keeps no sums by light group
     std::vector<float> rgba(4 * size_t(s.crop.area()));
     SceneEdits edits;
     for (int i = 0; i < 20; ++i) {
@@ -135,7 +136,8 @@ TEST_P(Counts, RelightingNeedsNoRays) {
   EXPECT_EQ(intersections + occlusions, asked);
 }
 
-// An integrator that traces one ray per sample counts its samples.
+// With an integrator that traces one ray per sample, the counter of samples equals the number of
+// intersections.
 TEST_P(Counts, SamplesMatchTheTracedOnes) {
   const auto scene = busy_scene();
   RenderSettings s = settings_of(GetParam());
@@ -176,8 +178,9 @@ class NullSink final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
-// A pixel's cost decides how many samples it gets (law 2), so it must not depend on its batch:
-// samples of 16 pixels that share a batch cost the same as each alone.
+// A pixel's cost decides how many samples the pixel gets (law 2), so the cost must not depend on
+// the batch. When the samples of 16 pixels share a batch, each pixel costs as much as it does
+// alone.
 TEST(PixelCosts, CountOnlyThePixelsOwnWork) {
   const auto scene = busy_scene();
   const RenderSettings s = settings_of("adaptive");

@@ -46,7 +46,7 @@ TEST(Murmur3, HasTheKnownAnswers) {
   EXPECT_EQ(murmur3_32("The quick brown fox jumps over the lazy dog"), 0x2e4ff723u);
 }
 
-// Of 100,000 names several hundred hashes have an exponent of 0 or 255.
+// Several hundred of the 100,000 hashes have an exponent of 0 or 255.
 TEST(CryptomatteId, IsAlwaysANormalFloat) {
   int flipped = 0;
   for (int i = 0; i < 100000; ++i) {
@@ -76,7 +76,8 @@ std::vector<std::string> names_of(const CryptomatteNames& names) {
   return list;
 }
 
-// Six nodes: two chairs and three legs share their names, and one leg has a mesh of two primitives.
+// There are six nodes. Two chairs share a name, three legs share another, and one leg has a mesh of
+// two primitives.
 TEST(CryptomatteIds, DistinguishNodesWithTheSameName) {
   SceneBuilderForTests b;
   b.add_material({});
@@ -90,7 +91,8 @@ TEST(CryptomatteIds, DistinguishNodesWithTheSameName) {
   };
   b.description.nodes = {{"chair", 0, false}, {"leg", 0, true},   {"leg", 0, true},
                          {"leg", 3, true},    {"chair", 4, true}, {"lamp", 5, false}};
-  // The first leg has no geometry. The others keep the names that they have when it is visible.
+  // The first leg has no geometry. The other legs keep the names that they have when the first leg
+  // is visible.
   quad(0)->node = 2;
   quad(1)->node = 2;
   quad(2)->node = 3;
@@ -128,7 +130,8 @@ TEST(CryptomatteIds, KeepUniqueNames) {
   EXPECT_EQ(ids.ids_of_hit(3)[0], cryptomatte_id("twin_2"));
 }
 
-// Among this many names some hashes collide; such names must get different ids all the same.
+// Among this many names, some hashes collide. Names with the same hash must still get different
+// ids.
 TEST(CryptomatteIds, DifferEvenIfHashesCollide) {
   constexpr int kObjects = 200000;
   SceneBuilderForTests b;
@@ -176,7 +179,7 @@ TEST(CryptomatteSums, DropTheLeastAndCountIt) {
   float dropped = 0;
   std::vector<Rank> ranks =
       ranks_of(sums_of({{5, 1}, {6, 1}, {5, 1}, {7, 1}, {7, 1}, {8, 1}}, 2), 8, &dropped);
-  // 7 replaces 6, then 8 replaces 7: of equal weights the later entry is dropped.
+  // 7 replaces 6, and then 8 replaces 7. If entries have equal weights, the later one is dropped.
   EXPECT_EQ(ranks[0].id, 5u);
   EXPECT_FLOAT_EQ(ranks[0].coverage, 2.0f / 8);
   EXPECT_EQ(ranks[1].id, 8u);
@@ -217,13 +220,13 @@ TEST(CryptomatteSums, RejectInvalidIdsWhenLoading) {
 
 // ---- pictures
 
-// Per pixel: alpha, then for each kind the dropped coverage and the ranks.
+// For each pixel: alpha, and for each kind the dropped coverage, followed by the ranks.
 struct Mattes {
   Rect crop;
   std::vector<float> alpha;
   std::vector<std::vector<uint32_t>> ids;
   std::vector<std::vector<float>> coverages;
-  uint64_t dropping = 0;  // lists that dropped coverage
+  uint64_t dropping = 0;  // number of lists that dropped coverage
 
   explicit Mattes(const Rect& rect)
       : crop(rect),
@@ -261,7 +264,8 @@ class MatteSink final : public RenderSink {
   std::mutex mutex_;
 };
 
-// Thin strips, several per pixel and some moving, behind a veil, with a ball out of focus.
+// Holds a scene and its ids. The scene of matte_scene() has thin strips, several per pixel and some
+// of them moving, behind a veil, and a ball out of focus.
 struct MatteScene {
   std::unique_ptr<Scene> scene;
   CryptomatteIds ids;
@@ -359,12 +363,12 @@ TEST(Cryptomatte, AddsUpToAlpha) {
     }
   }
   RenderSettings s = matte_settings();
-  s.sampler = "poisson_disk";  // it weights its samples
+  s.sampler = "poisson_disk";  // this sampler weights its samples
   expect_sums(mattes(scene, s));
 }
 
-// The reference: with enough levels nothing is dropped, and box-filtered coverages are whole
-// numbers of samples.
+// With enough levels nothing is dropped, and coverages with a box filter are whole numbers of
+// samples.
 TEST(Cryptomatte, CountsSamples) {
   const MatteScene scene = matte_scene();
   RenderSettings s = matte_settings();
@@ -411,7 +415,8 @@ TEST(Cryptomatte, DoesNotDependOnTheSchedule) {
   expect_equal(mattes(scene, s), "crop");
 }
 
-// Two sample ranges: the film of one half of the samples is added to that of the other.
+// The film of one range of samples, added to the film of the other range, equals the film of all
+// samples.
 TEST(Cryptomatte, TwoRangesEqualTheWhole) {
   const MatteScene scene = matte_scene();
   RenderSettings s = matte_settings();

@@ -1,4 +1,5 @@
-// An edited scene renders the bits of one built with the same edits, without rebuilding any BVH.
+// An edited scene renders the same bits as a scene that was built with the same edits. Editing
+// rebuilds no BVH.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -64,7 +65,7 @@ const NamedEdit kEdits[] = {
     {"metallic", [](SceneEdits& e) { material(e, kShellMaterial).metallic = 1.0f; }},
     // Needs tangents and texture coordinates that nothing used before.
     {"normal_map_on", [](SceneEdits& e) { material(e, kFloorMaterial).normal_scale = 1.0f; }},
-    // Makes triangles emissive that were not, with a texture that nothing used before.
+    // Makes triangles emissive that did not emit before, with a texture that nothing used before.
     {"emission_on",
      [](SceneEdits& e) {
        material(e, kNeonMaterial).emission = {4, 2, 8};
@@ -165,7 +166,8 @@ std::unique_ptr<Scene> built(const SceneEdits& edits) {
   return build_scene(std::move(description), {});
 }
 
-// Scene features without the BVH's, whose size changes when every single-sided mesh has a filter.
+// Returns the scene's features except the last, which describes the BVH. The BVH's size changes
+// when every single-sided mesh has a filter.
 std::vector<std::string> features(const Scene& scene) {
   std::vector<std::string> list = scene.features();
   list.pop_back();
@@ -219,7 +221,8 @@ TEST(EditsTest, EditableSceneRendersLikeAnyOther) {
   }
 }
 
-// Hundreds of edits in a row: only the last one counts. std::mt19937 with seed 1.
+// After hundreds of edits in a row, only the last one counts. The edits are chosen by std::mt19937
+// with seed 1.
 TEST(EditsTest, AStormOfEdits) {
   EditableScene scene(varied_scene());
   const uint32_t builds = scene.scene().bvh_builds();

@@ -21,7 +21,8 @@ namespace {
 
 SampleValue grey(float v) { return {Rgb(v), 1.0f, {}, {}}; }
 
-// A float sum of .1 is off by a third after 2^25 samples, and by more than 1e-6 after 2^20.
+// If samples of .1 were summed in float, the sum would be off by a third after 2^25 samples, and by
+// more than 1e-6 after 2^20.
 TEST(Film, LongAccumulation) {
   const uint32_t samples = 1u << long_or_short(25, 22);
   FilmTile tile{AovSet{}};
@@ -31,7 +32,7 @@ TEST(Film, LongAccumulation) {
   EXPECT_EQ(tile.sample_count(0, 0), samples);
 }
 
-// Law 4: non-finite samples are counted, located by the caller, and never part of the mean.
+// Law 4: non-finite samples are counted, and are never part of the mean. The caller locates them.
 TEST(Film, NonFiniteSamples) {
   FilmTile tile(AovSet::parse("variance,non_finite"));
   tile.reset({2, 3, 4, 5});
@@ -47,7 +48,8 @@ TEST(Film, NonFiniteSamples) {
   std::vector<float> out;
   tile.resolve(out);
   for (const float v : out) EXPECT_TRUE(std::isfinite(v));
-  // The last of nine channels, in pixels (2,3), (3,3), (2,4), (3,4).
+  // The film has nine channels, of which non_finite is the last. The pixels are (2,3), (3,3),
+  // (2,4), (3,4).
   ASSERT_EQ(out.size(), 4u * 9);
   EXPECT_EQ(out[3 * 9 + 8], 2.0f);
   EXPECT_EQ(out[2 * 9 + 8], 0.0f);
@@ -71,7 +73,7 @@ TEST(Film, VarianceOfTheMean) {
   for (const float v : {1.0f, 2.0f, 4.0f, 9.0f}) tile.add(0, 0, {grey(v), 1.0f, 0});
   std::vector<float> out;
   tile.resolve(out);
-  // Mean 4; squared deviations 9 + 4 + 0 + 25 = 38; over n (n - 1) = 12.
+  // The mean is 4. The squared deviations are 9 + 4 + 0 + 25 = 38, divided by n (n - 1) = 12.
   EXPECT_NEAR(out[5], 38.0 / 12, 1e-6);
 }
 
@@ -86,8 +88,8 @@ TEST(Film, VarianceFromTwoStreams) {
   EXPECT_FLOAT_EQ(out[5], 4.0f);  // (2 - 6)^2 / 4
 }
 
-// A variance set by the driver replaces the film's own for that pixel until the film is cleared. It
-// is divided by the current sample count.
+// A variance set by the driver replaces the film's own for that pixel until the film is cleared.
+// The film divides it by the current sample count.
 TEST(Film, VarianceGivenByTheDriver) {
   FilmTile tile(AovSet::parse("variance"), {.sample_variance = true});
   tile.reset({0, 0, 2, 1});
@@ -113,7 +115,7 @@ TEST(Film, VarianceGivenByTheDriver) {
   EXPECT_FALSE(tile.variance(1, 0).has_value());
 }
 
-// Law 3: memory is used only if the channel is requested and the driver sets variances.
+// Law 3: variances take memory only if the channel is requested and the driver sets variances.
 TEST(Film, AllocatesVariancesOnlyIfTheDriverGivesThem) {
   const auto bytes = [](const char* aovs, bool told) {
     FilmTile tile(AovSet::parse(aovs), {.sample_variance = told});
@@ -125,7 +127,8 @@ TEST(Film, AllocatesVariancesOnlyIfTheDriverGivesThem) {
   EXPECT_EQ(bytes("variance", true) - bytes("variance", false), 16u * 1000);
 }
 
-// Law 4 for the output: the square of a large radiance overflows float.
+// Law 4 for the output: the variance stays finite, although the square of a large radiance
+// overflows float.
 TEST(Film, VarianceStaysFinite) {
   FilmTile tile(AovSet::parse("variance"));
   tile.reset({0, 0, 1, 1});
@@ -154,7 +157,8 @@ SampleValue moving(bool hit, float x, float y) {
   return value;
 }
 
-// A pixel's velocity is that of its surfaces; the background counts only where there are none.
+// A pixel's velocity is the velocity of its surfaces. The velocity of the background counts only in
+// a pixel without surfaces.
 TEST(Film, VelocityIsMeasuredOnSurfaces) {
   const std::vector<SampleValue> samples = {moving(false, 8, 8), moving(true, 1, -2),
                                             moving(false, 8, 8), moving(true, 4, -6)};
@@ -189,7 +193,7 @@ TEST(Film, VelocityIsMeasuredOnSurfaces) {
 }
 
 // Law 4 for a film loaded from a file: every state that is accepted resolves to finite values. The
-// sums tried are beyond float's range, beyond double's when added, or denormal.
+// test tries sums that are beyond float's range, beyond double's range when added, or denormal.
 TEST(Film, SumsFromAnyFileStayFinite) {
   const AovSet aovs = AovSet::parse(
       "variance,albedo,N,Z,P,UV,velocity,clamped,direct,indirect,emission,transmission,reflection,"
@@ -256,7 +260,7 @@ TEST(Film, UnknownChannelSuggestsTheNearest) {
   }
 }
 
-// A stopped frame soon leaves a readable film with true counts.
+// A stopped frame ends soon, and leaves a readable film with true counts.
 TEST(Film, StoppedFrameHasTrueCounts) {
   using namespace test;
   SceneBuilderForTests b;
@@ -267,7 +271,7 @@ TEST(Film, StoppedFrameHasTrueCounts) {
   const Camera camera(view, 64, 64, scene->origin(), scene->scale());
   RenderSettings settings;
   settings.width = settings.height = 64;
-  settings.spp = 1 << 23;  // more than 30 ms for one empty pixel
+  settings.spp = 1 << 23;  // takes more than 30 ms for one empty pixel
   const RenderPlan plan = plan_of(settings);
   const Frame frame = plan.frame(*scene, camera);
 

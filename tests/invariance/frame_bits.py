@@ -20,7 +20,7 @@ from concurrent.futures import ThreadPoolExecutor
 SCENES = ("checker_plane", "cornell_box", "glass_metal", "mis_plates", "moving_blade", "roughness_spheres",
           "shallow_focus", "thin_wires")
 FRAME = "--size 48x36 --spp 16 --threads 2 --quiet --aov variance,albedo,N,Z,id,stop".split()
-OTHER_SETTINGS = (  # other settings than these three
+OTHER_SETTINGS = (  # settings besides driver, sampler and estimator
     "--integrator direct", "--integrator ambient_occlusion", "--integrator normal", "--crop 5,3,31,29",
     "--seed 7", "--spp 21",
     "--transparent", "--max-depth 2", "--filter gaussian", "--bucket-size 7", "--bucket-order spiral",
@@ -34,7 +34,7 @@ OTHER_SETTINGS = (  # other settings than these three
 
 
 def names_of(program, option):
-    """The names that the help of this or an older program lists below an option."""
+    """Returns the names that a program's help lists below an option. Also reads the help of older programs."""
     for flag in ("--help-all", "--help"):
         run = subprocess.run([program, "render", flag], capture_output=True, text=True)
         if run.returncode == 0:
@@ -55,12 +55,12 @@ def settings_of(program):
 
 
 def chunks(data):
-    """The stored tiles of an EXR file, sorted."""
+    """Returns the stored tiles of an EXR file, sorted."""
     assert struct.unpack_from("<I", data)[0] == 20000630 and data[5] == 2, "not a tiled EXR of one part"
     at, header = 8, {}
     while data[at]:
         name, at = data[at : data.index(0, at)], data.index(0, at) + 1
-        at = data.index(0, at) + 1  # the type
+        at = data.index(0, at) + 1  # skips the type
         size = struct.unpack_from("<i", data, at)[0]
         header[name], at = data[at + 4 : at + 4 + size], at + 4 + size
     at += 1

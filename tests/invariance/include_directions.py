@@ -4,7 +4,8 @@ import pathlib
 import re
 import sys
 
-# Folder -> the folders directly below it. It may also include everything that those may include.
+# Maps each folder to the folders directly below it. A folder may include these folders, and everything that they may
+# include.
 DEPENDENCIES = {
     "renderer/core": [],
     "renderer/description": ["renderer/core"],
@@ -35,16 +36,16 @@ def allowed_folders(folder):
 
 ALLOWED = {folder: allowed_folders(folder) for folder in DEPENDENCIES}
 
-# Clients render through the engine and may not include the folders that it renders with.
+# Clients render through the engine. They may not include the folders that the engine renders with.
 CLIENTS = ("renderer/api", "renderer/app", "renderer/session", "renderer/statistics/study", "renderer/window")
 INTERNAL_FOLDERS = ("integrators/", "renderer/drivers/", "renderer/film/")
 
-# Embree is named in one header; only the folder's own sources may include it.
+# Only renderer/scene/embree_api.h may include Embree.
 EMBREE = re.compile(r"#include\s*<embree")
 OWN_INCLUDE = re.compile(r'#include\s*"([^"]+)"')
-# Only sources may include these. A header forward-declares the types (io/json/value.h holds a JSON value).
+# Only sources may include these libraries. Headers forward-declare the types (io/json/value.h holds a JSON value).
 SOURCES_ONLY = re.compile(r"#include\s*[<\"](nlohmann/json\.hpp|(?:CLI|spdlog)/[^>\"]+)")
-# Header -> headers that it may not include, directly or indirectly.
+# Maps a header to the headers that it may not include, directly or indirectly.
 FORBIDDEN_INCLUDES = {
     "renderer/engine/frame_settings.h": ["io/exr/writer.h", "renderer/film/filter.h", "renderer/scene/embree_isa.h"],
     "integrators/integrator.h": ["renderer/film/film.h", "renderer/scene/scene.h"],
@@ -54,7 +55,7 @@ GENERATED = "renderer/core/version.h"
 
 
 def is_private_include(folder, included):
-    """Whether the Python module includes more than the public C++ header."""
+    """Returns True if the Python module includes one of our headers besides its own and the public C++ header."""
     ours = (folder + "/", "renderer/api/emberline.h")
     return folder == "renderer/api/python" and not included.startswith(ours)
 
@@ -64,7 +65,7 @@ def folder_of(path):
 
 
 def included_headers(root, header):
-    """All of our headers that this one includes, directly or indirectly."""
+    """Returns all of our headers that `header` includes, directly or indirectly."""
     found, left = set(), [header]
     while left:
         for included in OWN_INCLUDE.findall((root / left.pop()).read_text(encoding="utf-8")):

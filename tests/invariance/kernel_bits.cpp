@@ -1,5 +1,6 @@
-// Prints a hash of all result bits for each numeric kernel, run on fixed random numbers. It is
-// built twice, as usual and without optimisation; same_output.py compares the two.
+// Runs each numeric kernel on fixed random numbers, and prints a hash of all bits of its results.
+// This program is built twice, as usual and without optimisation, and same_output.py compares what
+// the two print.
 #include <bit>
 #include <cstdint>
 #include <cstdio>

@@ -1,4 +1,5 @@
-// The film's sums by light group: precise in long and large frames, copied, counted, and finite.
+// The film's sums by light group are precise in long and large frames. They can be copied, their
+// memory is counted, and they stay finite.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -29,7 +30,8 @@ void add(FilmTile& film, int x, float weight, const SampleValue& value,
   film.add(x, 0, {.value = value, .filter_weight = weight, .lights = &values, .lane = lane});
 }
 
-// A float sum of .1 is off by 1e-4 after 10,000 samples, and by a third after 2^25.
+// If samples of .1 were summed in float, the sum would be off by 1e-4 after 10,000 samples, and by
+// a third after 2^25.
 TEST(LightGroupFilm, LongAccumulation) {
   FilmTile film = film_of(2);
   LightGroupValues values(2);
@@ -70,11 +72,12 @@ TEST(LightGroupFilm, IsCopiedAndCounted) {
   to.copy_pixel(from, 2, 0);
   EXPECT_EQ(to.lights(1).mean(0), Rgb(1.5f, 2, 3));
   EXPECT_EQ(to.lights(0).mean(0), Rgb(0.0f));
-  // 24 bytes for each of two groups and for the sample count.
+  // Each pixel takes 24 bytes for each of two groups, and 24 for the sample count.
   EXPECT_EQ(film_of(2, 1000).bytes() - film_of(-1, 1000).bytes(), 72000u + 4u);
 }
 
-// Law 4: a NaN or infinite sample is black in all groups, and is counted.
+// Law 4: a NaN or infinite sample is black in all groups, and is counted. Every fourth sample of
+// this integrator is NaN.
 class NanIntegrator final : public Integrator {
  public:
   void estimate(const SampleBatch& batch, PixelSamples&,

@@ -1,7 +1,7 @@
-// Light groups: the groups add up to the picture, whose bits they do not change. Each equals the
-// picture lit by its light alone, and mixing them equals rendering with edited lights.
+// Light groups add up to the picture and do not change its bits. Each group equals the picture lit
+// by its light alone. Mixing the groups equals rendering with edited lights.
 //
-// The statistical tests have fixed seeds, so --gtest_filter=NAME replays one exactly.
+// The statistical tests have fixed seeds, so --gtest_filter=NAME replays a test exactly.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -96,7 +96,7 @@ TEST(LightGroups, ExcessLightsShareTheLastGroup) {
   ASSERT_EQ(many.groups.size(), kMaxLightGroups);
   EXPECT_FALSE(many.groups.list().back().editable);
   const auto others = uint32_t(kMaxLightGroups - 1);
-  EXPECT_EQ(many.groups.of_point(62), 62u);  // 0 and 2, then the 80
+  EXPECT_EQ(many.groups.of_point(62), 62u);  // first come lights 0 and 2, then the 80
   EXPECT_EQ(many.groups.of_point(63), others);
   EXPECT_EQ(many.groups.of_environment(), others);
   SceneEdits alone;
@@ -132,7 +132,7 @@ class Groups : public testing::TestWithParam<Case> {
 };
 
 // Laws 2 and 3: light groups do not change the picture, and every driver gives the same groups. A
-// short run takes every fifth combination, which has each value of each list.
+// short run takes every fifth combination, which still includes each value of each list.
 TEST_P(Groups, ChangeNoBitOfThePicture) {
   int combination = 0;
   for (const char* integrator : {"path", "direct"}) {
@@ -190,7 +190,8 @@ TEST_P(Groups, AddUpToThePicture) {
   }
 }
 
-// 4 groups x 4 quarters x 3 channels, each below 4 standard errors: a false alarm in 300 seeds.
+// There are 4 groups x 4 quarters x 3 channels. Each deviation must be below 4 standard errors,
+// which raises a false alarm for one of 300 seeds.
 TEST_P(Groups, EqualRendersOfEachLightAlone) {
   const RenderSettings s = settings();
   const RenderedImage together = image(s);
@@ -208,7 +209,8 @@ TEST_P(Groups, EqualRendersOfEachLightAlone) {
   }
 }
 
-// 12 quarters and channels x 2: a false alarm in 600 seeds.
+// There are 4 quarters x 3 channels x 2 drivers. Each deviation must be below 4 standard errors,
+// which raises a false alarm for one of 600 seeds.
 TEST_P(Groups, MixedAreAFrameOfEditedLights) {
   SceneEdits edits;
   light(edits, EditedLight::kPunctual, 0).color = {0.2f, 1.0f, 3.0f};
@@ -246,7 +248,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Groups,
                                          Case{"glazed", glazed_scene, lit_view}),
                          [](const auto& test) { return std::string(test.param.name); });
 
-// Emissive textures, instances, coverage, and a lamp flush in another surface.
+// The scene has emissive textures, instances, coverage, and a lamp flush in another surface.
 TEST(LightGroups, OfASceneWithEverything) {
   SceneDescription scene = edited_scene();
   add_variants(scene);
@@ -287,9 +289,10 @@ TEST(LightGroups, FollowTheVariant) {
   EXPECT_EQ(to_rgb(mix->data()[3]), Rgb(2.0f));
 }
 
-// A point light of intensity I at height h over a matt plane of albedo a, seen from above: at
-// distance r from its foot the radiance is a / pi x I h / (h^2 + r^2)^(3/2). Each lamp has its own
-// group. 2 lamps x 12: a false alarm in 600 seeds.
+// A point light of intensity I is at height h over a matt plane of albedo a. Seen from above, at
+// distance r from the lamp's foot, the radiance is a / pi x I h / (h^2 + r^2)^(3/2). Each lamp has
+// its own group. There are 2 lamps x 12 deviations of at most 4 standard errors, which raises a
+// false alarm for one of 600 seeds.
 TEST(LightGroups, AreTheClosedFormOverAMattPlane) {
   SceneBuilderForTests b;
   b.add_floor(2, 0, b.add_material(lambert(Rgb(0.6f, 0.5f, 0.4f))));
@@ -403,8 +406,8 @@ TEST(LightGroups, NeutralBaselineRestoresAllLights) {
   EXPECT_EQ(neutral_baseline({}), SceneEdits{});
 }
 
-// Checks every picture of a running frame: with all weights 1 it equals the unmixed picture, with
-// all weights 2 it is twice as bright, and it is equally complete.
+// Checks every picture of a running frame. With all weights 1 the mixed picture equals the unmixed
+// one, and with all weights 2 it is twice as bright. It is as complete as the unmixed picture.
 class ObserverSink final : public RenderSink {
  public:
   ObserverSink(int groups, const Rect& crop)

@@ -61,7 +61,7 @@ std::shared_ptr<const Image> image(int width, int height, int channels, TexelTyp
   made->channels = channels;
   made->type = type;
   constexpr size_t kBytes[] = {1, 2, 2, 4};
-  // 0x3c3c3c3c is 0.0115 as a float, 0x3c3c 1.06 as a half.
+  // 0x3c3c3c3c is 0.0115 as a float, and 0x3c3c is 1.06 as a half.
   made->texels.assign(size_t(width) * size_t(height) * size_t(channels) * kBytes[size_t(type)],
                       std::byte{0x3c});
   return made;
@@ -75,8 +75,8 @@ class Memory : public OutputFolder {
  protected:
   void SetUp() override {
     OutputFolder::SetUp();
-    // Returns large freed blocks to the kernel. By default glibc raises this threshold to the
-    // largest block freed so far and keeps smaller ones, per thread.
+    // Makes free() return large blocks to the kernel. By default glibc raises this threshold to the
+    // size of the largest block freed so far, and each thread keeps smaller blocks.
     mallopt(M_MMAP_THRESHOLD, 1 << 18);
     // Starts the threads and Embree before anything is measured.
     SceneBuilderForTests b;
@@ -87,7 +87,7 @@ class Memory : public OutputFolder {
     render(*b.build(), perspective({0, 2, 2}, {0, 0, 0}, 40), settings);
     before_ = ProcessMemory::now();
   }
-  // Bytes by which the process has grown since.
+  // Returns the bytes by which the process has grown since SetUp().
   double memory_growth() const { return (ProcessMemory::now() - before_).resident; }
 
   static void expect_true(double figure, double measured, const char* what) {
@@ -110,14 +110,14 @@ TEST_F(Memory, GeometryAndBvhOfTwoMillionTriangles) {
   const double built = memory_growth();
   ASSERT_EQ(scene->triangle_count(), 2u << 20);
   const SceneMemory& memory = scene->memory();
-  // The scene takes over the description's arrays; only the BVH is new.
+  // The scene takes over the description's arrays, so only the BVH is new.
   expect_true(double(memory.geometry_bytes), described, "geometry");
   expect_true(double(memory.bvh_bytes), built - described, "BVH");
   expect_true(double(memory.geometry_bytes + memory.bvh_bytes), built, "both");
 }
 
-// Emitters and their light BVH count as geometry. 700,000 is far from a power of two, where a
-// vector grown by doubling would hold half as much again.
+// Emitters and their light BVH count as geometry. There are 700,000 emitters, far from a power of
+// two, so a vector that grows by doubling would take half as much memory again.
 TEST_F(Memory, Emitters) {
   SceneBuilderForTests b;
   b.place(b.add_mesh(sheet(592, b.add_material(emitter(Rgb(1.0f))), false)));
@@ -128,8 +128,8 @@ TEST_F(Memory, Emitters) {
   EXPECT_GT(memory.geometry_bytes, 2 * memory.bvh_bytes) << "the emitters are the larger part";
 }
 
-// Small meshes: Embree's objects for instances and meshes outweigh their BVHs, and its memory
-// monitor does not report them.
+// With small meshes, Embree's objects for instances and meshes outweigh the BVHs. Embree's memory
+// monitor does not report these objects.
 TEST_F(Memory, ManyInstances) {
   SceneBuilderForTests b;
   b.set_environment(Rgb(1.0f));
@@ -159,7 +159,7 @@ TEST_F(Memory, TexturesAndEnvironment) {
   MaterialDescription worn = lambert(Rgb(0.5f));
   worn.base_color_texture.image = 0;
   worn.normal_texture.image = 1;
-  worn.metallic_roughness_texture.image = 0;  // the same image again: stored once
+  worn.metallic_roughness_texture.image = 0;  // the same image again, which is stored once
   MaterialDescription unworn = worn;
   unworn.base_color_texture.image = 2;
   const int material = b.add_material(worn);
@@ -170,8 +170,8 @@ TEST_F(Memory, TexturesAndEnvironment) {
   b.add_floor(1, 0, material);
   b.set_environment(image(4096, 2048, 3, TexelType::kHalf));
   const auto scene = build(b);
-  // Texels of the two used images and the environment, and the environment's table of at least one
-  // word per texel; the third image is not loaded.
+  // Counts the texels of the two used images and of the environment, and the environment's table,
+  // which has at least one word per texel. The third image is not loaded.
   const double least = 4096. * 4096 * 4 + 2048. * 2048 * 6 + 4096. * 2048 * (6 + 4);
   EXPECT_GE(double(scene->memory().texture_bytes), least);
   EXPECT_LT(double(scene->memory().texture_bytes), least + 4096. * 4096 * 4);
@@ -179,7 +179,7 @@ TEST_F(Memory, TexturesAndEnvironment) {
 }
 
 // Forwards to FrameOutputs and measures the process after each tile. The lock admits one tile at a
-// time, because buffers for compressing another do not belong to the film.
+// time, because the buffers that compress another tile do not belong to the film.
 class MeasuredOutputs final : public RenderSink {
  public:
   explicit MeasuredOutputs(FrameOutputs& outputs) : outputs_(outputs) {}
@@ -213,7 +213,7 @@ TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
   frame_settings.filter = "box";
   const RenderPlan plan(frame_settings);
   const Frame frame = plan.frame(*scene, camera);
-  image_library();  // not part of a film
+  image_library();  // loads the library, which is not part of a film
   const double before = ProcessMemory::now().resident;
   OutputSettings settings;
   settings.width = kWidth;

@@ -5,7 +5,7 @@ import re
 import sys
 
 FILE_OPENERS = {"io/files/input_file.cpp", "io/files/atomic_file.cpp"}
-# Calls that open a file by name: C++ streams, C, the system, and the libraries that we use.
+# Matches calls that open a file by name: those of C++ streams, of C, of the system, and of the libraries that we use.
 OPEN_CALL = re.compile(
     r"\b(?:std::)?[io]?fstream\b"
     r"|\b(?:f|fd|fre|p)open(?:64)?\s*\("
@@ -15,14 +15,14 @@ OPEN_CALL = re.compile(
     r"|AddFontFromFileTTF\b|CreateFromFile\b|SaveIniSettingsToDisk\b"
     r"|\bstbi?_(?:load|write)|LoadASCIIFromFile\b|LoadBinaryFromFile\b"
 )
-# Exceptions, with the reason.
+# Exceptions, each with its reason.
 ALLOWED = {
     # An OpenColorIO config names further files (LUTs), which only OpenColorIO can find. InputFile checks
     # the config itself first.
     "io/display/display.cpp": ["CreateFromFile"],
-    # tinygltf's header needs it; its functions on files are not called.
+    # tinygltf's header needs fstream. Nothing calls its functions on files.
     "io/gltf/document/tiny_gltf_build.cpp": ["fstream"],
-    # Opens /dev/null for closed standard streams before any other file.
+    # Opens /dev/null in place of closed standard streams, before any other file.
     "renderer/app/standard_output.cpp": ["::open("],
 }
 COMMENT = re.compile(r"//.*$")

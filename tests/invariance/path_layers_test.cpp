@@ -1,5 +1,5 @@
-// Layers by light path: they add up to the picture and do not change its bits, they are the same
-// for every schedule, and light is in the documented layer.
+// Layers by light path add up to the picture and do not change its bits. They are the same for
+// every schedule, and light is in the documented layer.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -67,7 +67,7 @@ void expect_sums(const RenderedImage& image, const std::string& what) {
   }
 }
 
-// Expects equal bits in the channels that both images have.
+// Expects that `with` has all channels of `without`, with equal bits.
 void expect_same_channels(const RenderedImage& with, const RenderedImage& without,
                           const std::string& what) {
   for (size_t c = 0; c < without.channels.size(); ++c) {
@@ -99,7 +99,7 @@ std::unique_ptr<Scene> glazed() {
   b.description = glazed_scene();
   return b.build();
 }
-// Coat, sheen, an anisotropic highlight, and translucent leaves.
+// A scene with a coat, sheen, an anisotropic highlight, and a translucent surface.
 std::unique_ptr<Scene> layered() {
   SceneBuilderForTests b;
   b.description = lit_scene();
@@ -182,7 +182,7 @@ TEST(PathLayers, GoWithLightGroups) {
   EXPECT_EQ(both.lights, render(lit.scene.scene(), lit_view(), settings(""), &lit.groups).lights);
 }
 
-// One surface seen from above, under a sky of radiance 1; `material` below.
+// Renders a floor of `material` from above, under a sky of radiance 1.
 RenderedImage of_floor(const MaterialDescription& material, int max_depth) {
   SceneBuilderForTests b;
   b.add_floor(100, 0, b.add_material(material));
@@ -201,7 +201,7 @@ void expect_only(const RenderedImage& image, const std::string& layer, float val
   }
 }
 
-// Closed forms: a white furnace shows the albedo.
+// The expected values are closed forms, since a white furnace shows the albedo.
 TEST(PathLayers, OfOneSurface) {
   expect_only(of_floor(lambert(Rgb(0.6f)), 1), "direct", 0.6f, 0.006f);
   expect_only(of_floor(lambert(Rgb(0.6f)), 8), "direct", 0.6f, 0.006f);
@@ -229,7 +229,7 @@ TEST(PathLayers, OfNoSurfaceIsTheEnvironment) {
 }
 
 // A dielectric's highlight does not depend on the base colour, and the diffuse part is proportional
-// to it. Standard errors are about 0.001.
+// to that colour. Standard errors are about 0.001.
 TEST(PathLayers, SeparateAHighlightFromTheColourBelow) {
   MaterialDescription white = lambert(Rgb(0.8f)), grey = lambert(Rgb(0.2f));
   white.specular = grey.specular = 1.0f;
@@ -240,8 +240,9 @@ TEST(PathLayers, SeparateAHighlightFromTheColourBelow) {
   EXPECT_NEAR(mean_of(a, "direct").y, 4 * mean_of(b, "direct").y, 0.01f);
 }
 
-// In a closed emissive box the radiance is 1 + a + a^2 ... by number of reflections: the first term
-// is emission, the second direct, the rest indirect.
+// In a closed emissive sphere of albedo a, the radiance is 1 + a + a^2 ..., with a term for each
+// number of reflections. The first term is emission, the second is direct, and the rest is
+// indirect.
 TEST(PathLayers, CountReflections) {
   SceneBuilderForTests b;
   MaterialDescription wall = lambert(Rgb(0.5f));
@@ -259,7 +260,7 @@ TEST(PathLayers, CountReflections) {
   EXPECT_EQ(mean_of(image, "reflection").y, 0.0f);
 }
 
-// Checks every picture of a running frame: the layers are as complete as it is.
+// Checks every picture of a running frame. The layers are as complete as the picture.
 class ObserverSink final : public RenderSink {
  public:
   explicit ObserverSink(const Rect& crop)
@@ -304,7 +305,7 @@ TEST(PathLayers, AddUpInIncompletePictures) {
   }
 }
 
-// Layers in the film: saved and loaded, copied, and added.
+// A film can save, load and add its layers.
 TEST(PathLayers, OfAFilm) {
   const AovSet aovs = AovSet::parse("indirect,direct");
   const PathLayers layers(aovs);
@@ -329,7 +330,7 @@ TEST(PathLayers, OfAFilm) {
   read.resolve(pixels);
   EXPECT_EQ(pixels, (std::vector<float>{1, 2, 3, 1, 2, 0, 0, 0, 1, 2, 3,  //
                                         0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
-  // 24 bytes for each layer and for the sample count.
+  // Each of the two pixels takes 24 bytes for each layer, and 24 for the sample count.
   FilmTile without{AovSet()};
   without.reset({0, 0, 2, 1});
   EXPECT_EQ(film.bytes(), without.bytes() + 2 * 72 + 4);

@@ -1,5 +1,5 @@
-// A scene posed for another time renders the same bits as one loaded and built at that time,
-// whatever poses and edits came before, and keeps everything that does not move.
+// A scene that is posed for another time renders the same bits as a scene that is loaded and built
+// at that time, whatever poses and edits came before. It keeps everything that does not move.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -68,7 +68,7 @@ class Repose : public testing::TestWithParam<const char*> {
   const std::string file_;
 };
 
-// An open scene, as a session has it.
+// An open scene, like that of a session.
 class PosedScene {
  public:
   explicit PosedScene(const FrameSettings& s, LoadProgress& progress = LoadProgress::none())
@@ -133,7 +133,7 @@ TEST_F(Repose, TheAnimationIsSeen) {
   }
 }
 
-// Animations alternate on one file: nodes that rest in one move in the next.
+// The animations of one file alternate. Nodes that rest in one animation move in the next.
 TEST_F(Repose, TakesAnotherAnimation) {
   PosedScene posed(at("box", {0.5}));
   for (const char* animation : {"camera", "all that moves", "vanishing", "box"}) {
@@ -143,7 +143,7 @@ TEST_F(Repose, TakesAnotherAnimation) {
   }
 }
 
-// A mesh that is kept emits light, so no default environment is added.
+// A kept mesh emits light, so no default environment is added.
 TEST_F(Repose, KeptEmissiveMeshesCountAsLights) {
   AnimatedStage stage;
   stage.gltf.root["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"] = 0;
@@ -179,7 +179,7 @@ TEST_F(Repose, BuildsOnlyMovingParts) {
   };
   EXPECT_EQ(builds("camera"), 0u);
   EXPECT_EQ(builds("light"), 0u);
-  EXPECT_EQ(builds("box"), 1u);  // the top level
+  EXPECT_EQ(builds("box"), 1u);  // the top-level BVH
   EXPECT_EQ(builds("all that moves"), 1u);
 }
 
@@ -193,7 +193,7 @@ TEST_F(Repose, VanishedObjectsReappear) {
   }
 }
 
-// At 1 s the root moves beyond float's range; before that it does not.
+// At 1 s the root is so far away that the pose is rejected. At 0 s and 2 s it is not.
 TEST_F(Repose, BrokenPoseKeepsTheOldOne) {
   AnimatedStage stage;
   GltfBuilder& gltf = stage.gltf;
@@ -210,7 +210,7 @@ TEST_F(Repose, BrokenPoseKeepsTheOldOne) {
   expect_same_bits(picture(posed.scene(), posed.camera()), render_new(lost(2.0)), "and the next");
 }
 
-// Here the build fails, not the load: a lamp moves beyond the reach of rays.
+// Here the load succeeds but the build fails, since a lamp moves beyond the reach of rays.
 TEST_F(Repose, FailedBuildKeepsTheOldPose) {
   AnimatedStage stage;
   GltfBuilder& gltf = stage.gltf;
@@ -249,7 +249,7 @@ TEST_F(Repose, OutOfMemoryKeepsTheOldPose) {
   LoadProgress progress({}, {}, limits);
   PosedScene posed(s(0), progress);
   const RenderedImage before = picture(posed.scene(), posed.camera());
-  { const ReadScene noted = posed.read(s(0.8), edits); }  // the file caches what it found, once
+  { const ReadScene noted = posed.read(s(0.8), edits); }  // the file caches what it finds here
   const uint64_t reserved = budget.reserved();
   int failures = 0;
   for (uint64_t left = 1;; left += left / 4 + 1) {
@@ -314,7 +314,7 @@ TEST_F(Repose, ReadButUnbuiltMemoryIsReleased) {
   }
 }
 
-// Far from the origin, where scene space and world space differ.
+// The scene is far from the origin, where scene space and world space differ.
 TEST_F(Repose, KeepsItsSpaceFarAway) {
   AnimatedStage stage;
   nlohmann::json& scene = stage.gltf.root["scenes"][0];

@@ -25,7 +25,7 @@ RenderSettings base_settings(const std::string& sampler) {
   s.sampler = sampler;
   s.width = 37;  // primes, so that no bucket size divides them
   s.height = 29;
-  s.spp = 20;  // a full block of 16 and a part
+  s.spp = 20;  // a full block of 16 and part of another
   for (const SamplerEntry& entry : sampler_table()) {
     if (entry.name == sampler && entry.counts == SampleCounts::kPowerOfTwo) s.spp = 32;
   }
@@ -45,7 +45,8 @@ class SameSamples : public testing::TestWithParam<std::string> {
 };
 Scene* SameSamples::scene_ = nullptr;
 
-// A short run takes every third of the combinations, which has each value of each of the three.
+// A short run takes every third combination, which still includes each value of threads, order and
+// size.
 TEST_P(SameSamples, AnyThreadsOrderBucketSize) {
   RenderSettings s = base_settings(GetParam());
   s.threads = 1;
@@ -129,7 +130,7 @@ void expect_same_everywhere(const Scene& scene, const CameraDescription& view, R
   expect_same_bits(render(scene, view, s), reference, "crop");
 }
 
-// Lens samples, too.
+// Samples of the lens are also the same everywhere.
 TEST_P(SameSamples, ThroughALens) {
   const RenderSettings s = base_settings(GetParam());
   EXPECT_NE(render(*scene_, lens_view(), s).values, render(*scene_, busy_view(), s).values);
@@ -144,7 +145,8 @@ TEST_P(SameSamples, WithSeveralLightSamples) {
   expect_same_everywhere(*scene_, busy_view(), s);
 }
 
-// Time samples, too: instances, vertices, lamps, lights and the camera move.
+// Samples of time are also the same everywhere. Instances, vertices, lamps, lights and the camera
+// move.
 TEST_P(SameSamples, InMotion) {
   const MovingScene moving;
   const auto scene = moving.at_all_times().build();
@@ -152,7 +154,8 @@ TEST_P(SameSamples, InMotion) {
   expect_same_everywhere(*scene, moving.view(), base_settings(GetParam()));
 }
 
-// A sample replayed alone is the sample that the frame used: the mean of the replays is the pixel.
+// A sample that is replayed alone equals the sample that the frame used, so the mean of the replays
+// is the pixel.
 TEST_P(SameSamples, ReplayedAlone) {
   const MovingScene moving;
   const auto moving_scene = moving.at_all_times().build();
@@ -218,7 +221,7 @@ TEST_P(SameSamples, BisectionAndBucket) {
   }
 }
 
-// Only drivers that keep sample halves have a better variance estimate (film.h).
+// Sets the variance to 0. Drivers that keep sample halves estimate it better than others (film.h).
 RenderedImage without_variance(RenderedImage image) {
   for (size_t c = 0; c < image.channels.size(); ++c) {
     if (!image.channels[c].starts_with("variance.")) continue;
@@ -227,9 +230,9 @@ RenderedImage without_variance(RenderedImage image) {
   return image;
 }
 
-// Adaptive sampling with nothing to decide gives the same samples, too. It rejects samplers whose
-// points depend on the total count; a sampler that weights its points by the count weights them
-// equally at powers of two.
+// Adaptive sampling with nothing to decide gives the same samples as the bucket driver. It rejects
+// samplers whose points depend on the total count. A sampler whose weights depend on the count
+// weights all points equally if the count is a power of two.
 class AdaptiveSameSamples : public SameSamples {};
 TEST_P(AdaptiveSameSamples, AdaptiveAndBucket) {
   const bool weighs = create_sampler(GetParam(), {})->integration_weight(0, 3) != 1.0f;
@@ -302,7 +305,7 @@ INSTANTIATE_TEST_SUITE_P(EverySampler, AdaptiveSameSamples,
 INSTANTIATE_TEST_SUITE_P(EverySampler, SameSamples, testing::ValuesIn(sampler_names()),
                          [](const auto& p) { return p.param; });
 
-// Light so faint that its sums are denormal floats.
+// The light is so faint that its sums are denormal floats.
 TEST(FaintLight, BisectionAndBucket) {
   SceneBuilderForTests b;
   b.add_floor(4, 0, b.add_material(lambert(Rgb(0.5f, 0.1f, 0.9f))));
@@ -321,7 +324,7 @@ TEST(FaintLight, BisectionAndBucket) {
   }
 }
 
-// The first in pixel order are kept, whichever worker meets them.
+// The counters keep the first non-finite samples in pixel order, whichever worker meets them.
 TEST(NonFiniteSamples, TheFirstAreKept) {
   RenderCounters one, other;
   for (int i = 99; i >= 0; --i) (i % 3 == 0 ? one : other).locate({i % 10, i / 10, 7, 1});

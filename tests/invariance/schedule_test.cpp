@@ -1,4 +1,4 @@
-// Drivers tested without rendering: lists the work that they request.
+// Tests drivers without rendering, by listing the work that they request.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@
 namespace emberline {
 namespace {
 
-// Lists a driver's requests, on a film that gets made-up numbers instead of samples.
+// Runs a driver and checks its requests. The film gets made-up numbers instead of samples.
 class DriverRecord {
  public:
   DriverRecord(const DriverEntry& entry, const Frame& frame, const Rect& pixels,
@@ -157,7 +157,8 @@ TEST_P(Rounds, AskForEachSampleOnceAndInOrder) {
   }
 }
 
-// Wherever the frame is cut, counts are true, the picture is complete, and stop reasons are right.
+// Wherever the frame is cut short, counts are true, the picture is complete, and stop reasons are
+// right.
 TEST_P(Rounds, AreCorrectWhereverTheyAreCut) {
   const Rect crop = kRoundWindows[0];
   const Frame whole = frame(crop);
@@ -180,7 +181,7 @@ TEST_P(Rounds, AreCorrectWhereverTheyAreCut) {
   }
 }
 
-// Carries the rounds out part by part. If `replaced`, a new driver that has loaded the old one's
+// Carries the rounds out part by part. If `replaced`, a new driver that has loaded the old driver's
 // saved state takes over at each boundary between two parts.
 FilmTile run_by_parts(const DriverEntry& entry, const Frame& frame, const Rect& pixels,
                       const DriverSettings& settings, bool replaced, std::vector<std::byte>* state,
@@ -221,7 +222,7 @@ TEST_P(Rounds, ResumeFromEveryBoundaryToTheSameBits) {
   all[3].adaptive.threshold = 0.1f;
   all[3].adaptive.max_samples = 64;
   all.push_back(all[3]);
-  all.back().adaptive.budget = 0;  // only the threshold and the maximum count end it
+  all.back().adaptive.budget = 0;  // only the threshold and the maximum count end the frame
   for (const EstimatorEntry& estimator : estimator_table()) {
     if (GetParam() == "bisection") break;
     all.push_back(all[GetParam() == "bucket" ? 3 : 0]);
@@ -246,7 +247,8 @@ TEST_P(Rounds, ResumeFromEveryBoundaryToTheSameBits) {
   }
 }
 
-// A saved state may be damaged: it is then rejected, or requests nothing outside its frame.
+// A saved state may be damaged. It is then rejected, or the driver requests nothing outside its
+// frame.
 TEST_P(Rounds, ADamagedStateIsRefusedOrHarmless) {
   const Rect crop{3, 2, 52, 35};
   const Frame whole = frame(crop);
@@ -260,7 +262,8 @@ TEST_P(Rounds, ADamagedStateIsRefusedOrHarmless) {
     constexpr uint32_t kTrials = 600;
     for (uint32_t trial = 0; trial < kTrials; ++trial) {
       std::vector<std::byte> damaged = state;
-      // The scalars come first and are few compared with the arrays.
+      // Half of the trials damage one of the first bytes. The scalars come first and are few
+      // compared with the arrays.
       const uint32_t random = hash_combine(trial, uint32_t(parts));
       const size_t at = random % (trial % 2 ? std::min<size_t>(200, state.size()) : state.size());
       if (trial % 10 == 0) {
@@ -317,19 +320,20 @@ TEST(BucketSchedule, CoversEveryPixelOnce) {
   EXPECT_TRUE(bucket_schedule(Rect{}, 16, BucketOrder::kHilbert, 0).empty());
 }
 
-// The cost of a schedule grows with its buckets, not with the square around them.
+// The cost of a schedule grows with the number of its buckets, not with the square around them.
 TEST(BucketSchedule, AThinFrameIsScheduledAtOnce) {
   for (const NamedValue<BucketOrder>& order : bucket_order_table()) {
     for (const Rect& crop : {Rect{0, 0, 1, 65536}, Rect{0, 0, 65536, 1}}) {
       const double start = test::processor_seconds();
       EXPECT_EQ(bucket_schedule(crop, 1, order.value, 0).size(), 65536u) << order.name;
       EXPECT_LT(test::processor_seconds() - start, 5.0)
-          << order.name;  // milliseconds, on any machine
+          << order.name;  // takes milliseconds on any machine
     }
   }
 }
 
-// On a square power of two the Hilbert curve and the spiral step between neighbouring buckets.
+// On a square whose side is a power of two, each step of the Hilbert curve and of the spiral leads
+// to a neighbouring bucket.
 TEST(BucketSchedule, HilbertAndSpiralAreConnected) {
   for (const BucketOrder order : {BucketOrder::kHilbert, BucketOrder::kSpiral}) {
     const auto buckets = bucket_schedule({0, 0, 256, 256}, 16, order, 0);
@@ -396,7 +400,7 @@ TEST(AdaptiveSchedule, PartsHoldAllWorkInEqualPieces) {
   EXPECT_EQ(cut_into_parts({}, {}, {}, 500).size(), 1u);
 }
 
-// Blocks of pixels without a part boundary are skipped as a whole.
+// cut_into_parts() skips whole blocks of pixels that contain no part boundary.
 TEST(AdaptiveSchedule, PartsMatchAPixelByPixelSearch) {
   const std::vector<uint32_t> order = tile_order({0, 0, 83, 47});
   const std::vector<uint32_t> have(order.size(), 3);
@@ -423,12 +427,13 @@ TEST(AdaptiveSchedule, LargestGainPerSampleComesFirst) {
   const std::vector<uint32_t> order = {5, 4, 3, 2, 1, 0};
   const std::vector<size_t> parts = {0, 2, 4, 6};  // pixels 5 4, 3 2, 1 0
   const std::vector<uint32_t> have(6, 8), targets = {16, 16, 40, 40, 16, 8};
-  // Gain per sample: 1/8 + 1/8 over 16, then 8 + 8 over 64, then 2 over 8.
+  // The gain per sample is 2 over 8 in the first part, 8 + 8 over 64 in the second, and 1/8 + 1/8
+  // over 16 in the third.
   const std::vector<float> gain = {0.125f, 0.125f, 8.0f, 8.0f, 2.0f, 0.0f};
   EXPECT_EQ(parts_by_gain(parts, order, have, targets, gain), (std::vector<uint32_t>{0, 1, 2}));
   const std::vector<float> opposite = {8.0f, 8.0f, 8.0f, 8.0f, 0.125f, 0.0f};
   EXPECT_EQ(parts_by_gain(parts, order, have, targets, opposite), (std::vector<uint32_t>{2, 1, 0}));
-  // Pixels that get nothing come last, whatever they might gain.
+  // Pixels that get no samples come last, whatever they might gain.
   EXPECT_EQ(parts_by_gain(parts, order, have, have, gain).size(), 3u);
 }
 
@@ -444,8 +449,8 @@ TEST(AdaptiveSchedule, EqualPartsAreSpreadOverTheFrame) {
     ASSERT_EQ(turns.size(), count);
     std::vector<uint32_t> sorted = turns;
     std::ranges::sort(sorted);
-    EXPECT_EQ(sorted, order);  // each once
-    // No two of the first eighth are neighbours.
+    EXPECT_EQ(sorted, order);  // each part comes once
+    // No two parts of the first eighth are neighbours in the frame.
     for (size_t i = 0; i < count / 8; ++i) {
       for (size_t j = 0; j < i; ++j) EXPECT_GT(std::abs(int(turns[i]) - int(turns[j])), 3);
     }

@@ -1,6 +1,6 @@
-"""Fails when a string literal outside the command contains "--" and the name of a setting or another option. How an
-option is written depends on the client, so messages get it from setting_names.h. Examples of the settings' help are
-commands, and may contain it.
+"""Fails when a string literal outside renderer/app contains "--" and the name of a setting or of another option. How
+an option is written depends on the client, so messages get the written form from setting_names.h. The examples in the
+settings' help are commands, and may contain options.
 
   setting_names.py SOURCE PROGRAM"""
 

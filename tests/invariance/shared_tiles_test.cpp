@@ -1,4 +1,5 @@
-// The end of a frame of tiles: a thread without tiles helps with those of others (render_loop.h).
+// At the end of a frame of tiles, a thread without a tile helps another thread with its tile
+// (render_loop.h).
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -22,7 +23,7 @@ using namespace test;
 
 constexpr int kThreads = 3;
 
-// Each thread waits at its first report until all threads have made one, or a minute has passed.
+// Each thread waits at its first report until all threads have reported, or a minute has passed.
 class BarrierSink : public RenderSink {
  public:
   void tile_finished(const FilmTile& tile) override {
@@ -98,7 +99,7 @@ TEST_F(SharedTile, IsRenderedByAllThreads) {
   EXPECT_EQ(counters.rays.total(), render(*scene_, busy_view(), settings_).counters.rays.total());
 }
 
-// The same with decisions between rounds: helpers return for each round.
+// The same with decisions between rounds. The helpers come back for each round.
 TEST_F(SharedTile, OfManyRoundsHasTheBitsOfOneThread) {
   settings_.adaptive.threshold = 0.05f;
   settings_.adaptive.budget = settings_.adaptive.max_samples = 128;
@@ -122,7 +123,7 @@ TEST_F(SharedTile, AnExceptionEndsTheFrame) {
     explicit Throws(int the_thrower) : thrower(the_thrower) {}
     void reported(std::unique_lock<std::mutex>& lock) override {
       if (reports++ == thrower) throw RenderError("the sink had enough");
-      // Unwinding a stack takes longer than a part.
+      // Unwinding a stack takes longer than rendering a part, so the other threads wait.
       if (lock.unlock(); reports > thrower)
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
@@ -133,7 +134,7 @@ TEST_F(SharedTile, AnExceptionEndsTheFrame) {
     Throws sink(thrower);
     EXPECT_THROW(render_for(sink), RenderError) << thrower;
     EXPECT_EQ(sink.tiles(), 0);
-    EXPECT_LE(sink.reports, thrower + 3 * kThreads);  // of 27
+    EXPECT_LE(sink.reports, thrower + 3 * kThreads);  // of 27 reports
   }
 }
 

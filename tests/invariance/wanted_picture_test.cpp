@@ -1,4 +1,4 @@
-// A picture that a client waits for comes sooner, and nothing rendered changes.
+// A picture that a client waits for comes sooner, and what is rendered does not change.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -37,7 +37,7 @@ class RequestingSink final : public RenderSink {
       arrived_.push_back(samples_);
     }
   }
-  // Samples from one pause to the next.
+  // The largest number of samples between two pictures.
   uint64_t max_interval() const { return max_interval_; }
   // Sample counts at which the requested pictures arrived.
   const std::vector<uint64_t>& arrived() const { return arrived_; }

@@ -1,6 +1,6 @@
-// Case E13: ambient occlusion beside a wall. Cosine-weighted directions project to a uniform unit
-// disk. A wall at distance d blocks the circular segment beyond d / r, where r is the occlusion
-// distance.
+// Case E13: ambient occlusion beside a wall. Cosine-weighted directions, projected onto the floor,
+// fill the unit disc uniformly. A wall at distance d blocks the segment of the disc beyond d / r,
+// where r is the occlusion distance.
 #include "receiver.h"
 
 namespace emberline {
@@ -26,9 +26,10 @@ TEST(AmbientOcclusion, BesideAWall) {
     s.seed = seed_of(name);
     const double k = std::min(1.0, d / reach);
     const double blocked = (std::acos(k) - k * std::sqrt(1 - k * k)) / kPiD;
-    // Off the floor's diagonal.
+    // The view's centre lies off the diagonal between the floor's two triangles.
     const RenderedImage image = render(*scene, orthographic({d, .1, .7}, {d, 0, .7}, 1e-5), s);
-    // The view extends 1e-5 to either side of d, and the segment's chord is at most 2.
+    // The tolerance is needed since the view extends 1e-5 to either side of d, where the segment's
+    // chord is at most 2.
     expect_case(name, compared(image, 1 - blocked, 1e-6 + 1e-5 * (d < .01)), replay(s));
   }
 }

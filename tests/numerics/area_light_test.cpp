@@ -1,6 +1,6 @@
-// Direct light with closed-form irradiance: the published rectangle, and the two sides of a light
-// (other shapes are in emitter_shapes_test.cpp). The receiver is a Lambertian floor of albedo 1
-// seen from straight above, so the picture is E / pi.
+// Tests direct light against closed-form irradiance: the published rectangle, and the two sides of
+// a light (emitter_shapes_test.cpp tests other shapes). The receiver is a Lambertian floor of
+// albedo 1, seen from straight above, so its radiance is E / pi.
 #include "receiver.h"
 #include "support/scenes.h"
 
@@ -9,7 +9,8 @@ namespace {
 
 using namespace test;
 
-// Renders the floor in a spot of 1e-4 around `at`, within which E is constant.
+// Renders a spot of the floor around `at`. The spot is 1e-4 in half size, and E is constant within
+// it.
 RenderedImage irradiance_at(SceneBuilderForTests& b, const Vec3d& at, const RenderSettings& s,
                             double camera_height = 0.2) {
   b.add_floor(1000, 0, b.add_material(lambert(Rgb(1.0f))));
@@ -18,8 +19,9 @@ RenderedImage irradiance_at(SceneBuilderForTests& b, const Vec3d& at, const Rend
 }
 
 double lambert_polygon(const std::vector<Vec3d>& corners, const Vec3d& at) {
-  // Lambert 1760: E = L/2 times the sum over edges of the subtended angle times n . (unit normal of
-  // the plane through the edge and the point). The whole polygon must be above the horizon.
+  // Lambert 1760: E is L / 2 times a sum over the polygon's edges. Each edge contributes the angle
+  // that it subtends at the point, times n . m, where m is the unit normal of the plane through the
+  // edge and the point. The whole polygon must be above the horizon.
   double sum = 0;
   for (size_t k = 0; k < corners.size(); ++k) {
     const Vec3d a = (corners[k] - at).normalized();
@@ -30,7 +32,8 @@ double lambert_polygon(const std::vector<Vec3d>& corners, const Vec3d& at) {
   return std::abs(sum) / 2;
 }
 
-// Case 6: a rectangle parallel to the floor, off centre. The published .683537 checks the formula.
+// Case 6: a rectangular lamp, parallel to the floor and off centre. The published value .683537
+// checks the formula.
 TEST(AreaLight, Rectangle) {
   const double x0 = -.5, x1 = .9, z0 = -.3, z1 = .7, h = 1.2;
   const std::vector<Vec3d> corners = {{x0, h, z0}, {x1, h, z0}, {x1, h, z1}, {x0, h, z1}};
@@ -43,7 +46,7 @@ TEST(AreaLight, Rectangle) {
   expect_exact(irradiance_at(b, Vec3d(0.0), s), exact / kPiD, 1e-5, s, {"6", "rectangle"});
 }
 
-// BSDF sampling alone is an independent estimator without the light sampler.
+// BSDF sampling alone estimates the same irradiance without the light sampler.
 TEST(AreaLight, RectangleByBsdfSampling) {
   SceneBuilderForTests b;
   b.add_quad({-.5f, 1.2f, -.3f}, {.9f, 1.2f, -.3f}, {.9f, 1.2f, .7f}, {-.5f, 1.2f, .7f},
@@ -54,7 +57,7 @@ TEST(AreaLight, RectangleByBsdfSampling) {
   expect_exact(irradiance_at(b, Vec3d(0.0), s), 0.683537 / kPiD, 1e-5, s, {"6", "rectangle, BSDF"});
 }
 
-// A one-sided emitter lights only its front, a two-sided one both sides.
+// A one-sided emitter gives light only on its front, a two-sided emitter on both sides.
 TEST(AreaLight, Sides) {
   for (const bool two_sided : {false, true}) {
     SceneBuilderForTests b;

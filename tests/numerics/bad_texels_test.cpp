@@ -13,7 +13,7 @@ using namespace test;
 
 constexpr int kSize = 8;
 
-// Mid-grey except for some texels of row 3, which are bad, or black if `bad` is false.
+// Makes a mid-grey image. The first five texels of row 3 are bad, or black if `bad` is false.
 std::shared_ptr<Image> float_image(bool bad) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
@@ -33,8 +33,8 @@ std::shared_ptr<Image> float_image(bool bad) {
 
 bool in_bad_texel(int x, int y) { return y == 3 && x < 5; }
 
-// A frame filled by a material with the texture in one slot, one pixel per texel. A plane does not
-// light itself, so a pixel depends only on its own texel.
+// Renders a square that fills the frame, with one texel per pixel. Its material has the texture in
+// `slot`. A flat square does not light itself, so a pixel depends only on its own texel.
 RenderedImage picture(const char* slot, bool bad) {
   SceneBuilderForTests b;
   b.description.images.push_back(float_image(bad));
@@ -61,13 +61,14 @@ RenderedImage picture(const char* slot, bool bad) {
   s.width = s.height = kSize;
   s.spp = 64;
   s.max_depth = 3;
-  // A texel of 1e30 is a lamp, so it rightly changes light selection everywhere.
+  // As emission, the texel of 1e30 is a lamp and rightly changes how lights are selected for all
+  // pixels. So that slot is rendered without light samples.
   s.light_samples = std::string(slot) != "emission" ? 1 : 0;
   return render(*b.build(), orthographic({0, 0, 5}, {0, 0, 0}, 4), s);
 }
 
-// Case 21: a non-finite value counts as 0 and affects no other pixel. 1e30 and -1 are clamped to
-// the slot's range; a finite emission is used as it is.
+// Case 21: a non-finite value counts as 0 and affects no other pixel. Values of 1e30 and -1 are
+// clamped to the slot's range. A finite emission is used unchanged.
 TEST(BadTexels, StayWhereTheyAre) {
   for (const char* slot :
        {"base colour", "emission", "metal and roughness", "normal", "specular", "transmission"}) {
@@ -76,7 +77,7 @@ TEST(BadTexels, StayWhereTheyAre) {
     for (int y = 0; y < kSize; ++y) {
       for (int x = 0; x < kSize; ++x) {
         for (int c = 0; c < 3; ++c) not_finite += !std::isfinite(bad.pixel(x, y)[c]);
-        // In this row v grows downwards, like the image.
+        // Skips the bad row for both possible directions of v.
         if (in_bad_texel(x, kSize - 1 - y) || in_bad_texel(x, y)) continue;
         changed += bad.rgb(x, y) != good.rgb(x, y);
       }
@@ -89,9 +90,9 @@ TEST(BadTexels, StayWhereTheyAre) {
   }
 }
 
-// An environment map file: bad texels are counted, and the rest keeps its value. All other texels
-// are 1. Bad ones become 0 or are clamped to the type's maximum; the reference has zeros instead,
-// and leaves out the clamped one.
+// Reads environment maps from files whose texels are 1, except for six. In one file the six texels
+// are NaN, infinite or negative. They become 0 and are counted, and the picture equals that of the
+// other file, in which the six texels are 0.
 TEST(BadTexels, InAnEnvironmentAreCountedAndBlack) {
   const TempFolder folder;
   const float nan = std::numeric_limits<float>::quiet_NaN();

@@ -15,14 +15,15 @@ using Share = std::shared_ptr<const TimeCurve<Rgb>>;
 
 constexpr const char* kCase = "E48";
 
-// On from `from` to `to`.
+// Returns a share that is 1 from `from` to `to`, and 0 otherwise.
 Share on(float from, float to) {
   return over_time<Rgb>({from, from, to, to}, {Rgb(0.0f), Rgb(1.0f), Rgb(1.0f), Rgb(0.0f)});
 }
 
 // ---- point lights ----------------------------------------------------------------------------
 
-// Irradiance from 1 candela at (.1, .8, 0), at the point that expect_irradiance_at measures.
+// Returns the irradiance at the point that expect_irradiance_at measures, from 1 candela at (.1,
+// .8, 0).
 double unit_irradiance() {
   const Vec3d to = Vec3d(.1, .8, 0) - Vec3d(.3, 0, .1);
   return to.y / std::pow(to.length(), 3);
@@ -47,7 +48,7 @@ TEST(Blink, PointLights) {
   expect_point_light("point light that fades", over_time<Rgb>({0, 1}, {Rgb(1.0f), Rgb(0.0f)}), .5);
   expect_point_light("point light that fades early",
                      over_time<Rgb>({.1f, .3f}, {Rgb(1.0f), Rgb(.25f)}), .1 + .2 * .625 + .7 * .25);
-  // 250,000 flashes, each a quarter of its period.
+  // The light flashes 250,000 times, each time for a quarter of the period.
   constexpr int kFlashes = 250'000;
   std::vector<float> times;
   std::vector<Rgb> values;
@@ -58,7 +59,8 @@ TEST(Blink, PointLights) {
       values.insert(values.end(), {Rgb(1 - value), Rgb(value)});
     }
   }
-  // 1e-2: floats near 1 are a sixtieth of a flash apart, at either end of it.
+  // The tolerance is 1e-2, since floats near 1 are a sixtieth of a period apart and both ends of a
+  // flash are rounded.
   SceneBuilderForTests b = white_floor();
   b.add_point_light({.1, .8, 0}, Rgb(1.0f));
   b.description.lights[0].share = over_time(times, values);
@@ -69,7 +71,7 @@ TEST(Blink, PointLights) {
 TEST(Blink, ColoursOfAPointLight) {
   SceneBuilderForTests b = white_floor();
   b.add_point_light({.1, .8, 0}, {2, 1, 4});
-  // Red, then linearly to half green and full blue.
+  // The light is red until .2. Then it changes linearly to half green and full blue.
   b.description.lights[0].share =
       over_time<Rgb>({.2f, 1}, {Rgb(1.0f, 0.0f, 0.0f), Rgb(0.0f, .5f, 1.0f)});
   const double exact[] = {2 * (.2 + .8 * .5), .8 * .25, 4 * .8 * .5};
@@ -87,7 +89,8 @@ TEST(Blink, ColoursOfAPointLight) {
 
 // ---- emitters --------------------------------------------------------------------------------
 
-// The lamp of lamp_over_floor.h, lit for part of the time.
+// Tests the lamp of lamp_over_floor.h, which is lit for part of the time. `exact` is the mean of
+// `share`.
 void expect_lamp(const std::string& what, const Share& share, double exact) {
   SceneBuilderForTests b = white_floor();
   MaterialDescription lamp = emitter(Rgb(50.0f));
@@ -95,7 +98,7 @@ void expect_lamp(const std::string& what, const Share& share, double exact) {
   add_lamp(b, lamp);
   const double steady = lamp_irradiance([](double) { return 1.0; });
   expect_irradiance_at(kCase, b, exact * steady, 2e-5, what);
-  // Seen from below.
+  // Here the camera sees the lamp from below.
   const CaseName name{kCase, what + ", seen"};
   RenderSettings s = direct_light_settings(256);
   s.seed = seed_of(name);
@@ -108,7 +111,8 @@ TEST(Blink, Lamps) {
   expect_lamp("lamp that fades", over_time<Rgb>({0, .5f}, {Rgb(1.0f), Rgb(0.0f)}), .25);
 }
 
-// A spotlight that points down while its cone opens, and its irradiance at intensity 1.
+// opening_spot returns a spotlight that points down while its cone opens. spot_irradiance returns
+// its irradiance, at intensity 1, on a floor at the point from which the light lies at `to_light`.
 PunctualLightDescription opening_spot(const Vec3d& at, float intensity) {
   PunctualLightDescription light;
   light.type = PunctualType::kSpot;
@@ -140,8 +144,8 @@ TEST(Blink, ASpotWhoseConeOpens) {
                        "spot whose cone opens");
 }
 
-// Lamps blink or appear at different times, and spotlights open. The light BVH selects by their
-// maximum brightness and cone.
+// Lamps blink or appear at different times, and the cones of spotlights open. The light BVH selects
+// each light by its maximum brightness and its widest cone.
 TEST(Blink, ManyLamps) {
   constexpr int kLamps = 48;
   SceneBuilderForTests b = white_floor();
@@ -175,7 +179,7 @@ TEST(Blink, ManyLamps) {
   b.description.lights.clear();
   const auto scene = b.build();
   ASSERT_NE(scene->lights().describe().find("light BVH"), std::string::npos);
-  // With and without light samples: the same paths of two events.
+  // Paths of two scattering events give the same mean with and without light samples.
   const auto view = orthographic({.3, .5, .1}, {.3, 0, .1}, 1e-4);
   MeasuredMean found[2];
   RenderSettings s = direct_light_settings(4096);
@@ -193,7 +197,7 @@ TEST(Blink, ManyLamps) {
 
 // ---- appearing objects -----------------------------------------------------------------------
 
-// Renders a square of radiance 1.
+// Expects the mean radiance `exact` in a narrow view of the origin.
 void expect_seen(const std::string& what, const SceneBuilderForTests& b, double exact,
                  double tolerance = 1e-6) {
   const CaseName name{kCase, what};
@@ -220,7 +224,8 @@ TEST(Blink, ThingsThatAppear) {
   b.place(mesh);
   b.description.instances[0].visibility = visible_from(false, {.25f, .55f});
   expect_seen("square, there for .3", b, .3);
-  // A second instance far away is always visible, so that neither is baked.
+  // A second instance of the mesh, far away and always visible, keeps the first one from being
+  // baked.
   b.place(mesh, translation(9, 0, 0));
   expect_seen("instance of a square, there for .3", b, .3);
   b.description.instances[0].motion = {translation(.3, 0, 0)};
@@ -232,7 +237,7 @@ TEST(Blink, ThingsThatAppear) {
     changes.push_back(float((i + 1.0) / kTimes));
   }
   b.description.instances[0].visibility = visible_from(true, changes);
-  // 5e-3: floats near 1 are a 300th of a period apart.
+  // The tolerance is 5e-3, since floats near 1 are a 300th of a period apart.
   expect_seen("square that comes and goes 50000 times", b, .3, 5e-3 * .3);
 }
 
@@ -246,7 +251,7 @@ TEST(Blink, WhatHasAlphaAppears) {
   expect_seen("square of alpha .5, there for .4", b, .2);
 }
 
-// A lamp flush in its wall: when one of the two disappears, the other is seen.
+// A lamp is flush with its wall. When one of the two disappears, the camera sees the other.
 TEST(Blink, AFlushLampAppears) {
   for (const bool lamp_goes : {true, false}) {
     SceneBuilderForTests b;
@@ -268,7 +273,7 @@ TEST(Blink, ShadowsThatVanish) {
     } else {
       add_lamp(b);
     }
-    // Between the lamp and the floor; the view is from below it.
+    // The card lies between the lamp and the floor. The camera is below the card.
     MaterialDescription card = lambert(Rgb(0.0f));
     card.double_sided = true;
     b.add_quad({.5f, 1, -1}, {.5f, 1, 1}, {2, 1, 1}, {2, 1, -1}, b.add_material(card));
@@ -279,7 +284,7 @@ TEST(Blink, ShadowsThatVanish) {
   }
 }
 
-// A lamp that exists for part of the time contributes only then, at no cost to other lights.
+// A lamp that exists for part of the time contributes only then, and other lights lose nothing.
 TEST(Blink, ALampThatAppears) {
   SceneBuilderForTests b = white_floor();
   add_lamp(b);
@@ -294,8 +299,8 @@ TEST(Blink, ALampThatAppears) {
 
 // ---- lenses ----------------------------------------------------------------------------------
 
-// A wall that emits above y = .3, seen by a pixel in the middle of the picture's upper half. The
-// pixel sees light while its line of sight is above that edge.
+// A wall emits above y = .3. The row of pixels in the middle of the picture's upper half sees light
+// while its lines of sight meet the wall above that edge.
 TEST(Blink, Zooms) {
   SceneBuilderForTests b;
   b.add_quad({-9, .3f, 0}, {9, .3f, 0}, {9, 9, 0}, {-9, 9, 0}, b.add_material(emitter(Rgb(1.0f))));
@@ -311,7 +316,7 @@ TEST(Blink, Zooms) {
     s.width = s.height = 64;
     s.crop = {0, 16, 64, 17};
     const RenderedImage image = render(*scene, view, s);
-    // Row 16 of 64, from .5 to .484 of the half height.
+    // Row 16 of 64 spans .5 to .469 of half the picture's height, measured upwards from the middle.
     double exact = 0;
     constexpr int kTimes = 200'000;
     for (int i = 0; i < kTimes; ++i) {

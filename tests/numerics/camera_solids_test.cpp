@@ -12,7 +12,7 @@ namespace {
 
 using namespace test;
 
-// A medium of index 1 that transmits half of the light per unit of length.
+// Returns a medium of index 1 that transmits half of the light per unit of length.
 MaterialDescription half_per_unit() {
   MaterialDescription m = glass(1, 0);
   m.attenuation_color = Rgb(.5f);
@@ -27,7 +27,8 @@ RenderSettings settings() {
   return s;
 }
 
-// A wall of radiance 1 at z = 0, behind a solid that reaches to z = `depth`.
+// Returns a wall of radiance 1 at z = 0 that stands inside a box. The box reaches from z = -1 to z
+// = `depth`, and lacks a triangle unless it is `closed`.
 SceneBuilderForTests wall_behind(float depth, bool closed = true) {
   SceneBuilderForTests b;
   const int solid = b.add_material(half_per_unit());
@@ -54,7 +55,7 @@ TEST(CameraSolids, BeersLawFromTheCamera) {
 
 TEST(CameraSolids, InsideOfTwo) {
   SceneBuilderForTests b = wall_behind(5);
-  // A clear solid around the camera, half of the way to the wall.
+  // A clear solid surrounds the camera and reaches half of the way to the wall.
   b.add_box({-1, -1, 1}, {1, 1, 3}, b.add_material(glass(1, 0)));
   const RenderSettings s = settings();
   expect_exact(render(*b.build(), perspective(kEye, kTarget, 1e-3), s), .5, 1e-5, s,
@@ -74,7 +75,7 @@ TEST(CameraSolids, AtAnyScale) {
   }
 }
 
-// A mirrored and rotated instance is as closed as its mesh.
+// An instance of a closed mesh stays closed when it is mirrored and rotated.
 TEST(CameraSolids, InsideOfInstances) {
   SceneBuilderForTests b;
   const int mesh =
@@ -88,7 +89,8 @@ TEST(CameraSolids, InsideOfInstances) {
                {"E54", "from inside a mirrored instance"});
 }
 
-// Half of the orthographic frame, and half of the lens, begin inside the solid.
+// Half of the rays of an orthographic frame start inside the solid, and so do half of the rays of a
+// lens.
 TEST(CameraSolids, EachRayBeginsWhereItIs) {
   SceneBuilderForTests b;
   b.add_box({-20, -20, -1}, {0, 20, 5}, b.add_material(half_per_unit()));
@@ -104,8 +106,9 @@ TEST(CameraSolids, EachRayBeginsWhereItIs) {
   lens.focus_distance = 2;
   s.spp = 1024;
   const RenderedImage image = render(*scene, lens, s);
-  // Absorption along the part at x < 0 of each line from lens to wall. The midpoint rule integrates
-  // over the lens, weighted by the disc's chords, and over the frame.
+  // The solid absorbs light along the part at x < 0 of each line from the lens to the wall. The
+  // midpoint rule integrates over the frame and over the lens, where it weights positions by the
+  // disc's chords.
   constexpr int kSteps = 2000;
   const double half = 2 * std::tan(.5e-3 * kPiD / 180);
   double sum = 0, weights = 0;
@@ -127,7 +130,8 @@ TEST(CameraSolids, InMotion) {
   RenderSettings s = settings();
   s.spp = 1024;
   s.shutter = Shutter{0, 1};
-  // The camera moves from 1 outside to 3 inside, so it is in the solid after a quarter of the time.
+  // The camera moves from 1 outside the solid to 3 inside it, so it enters the solid after a
+  // quarter of the time.
   CameraDescription camera = perspective({-1, .2, 2}, {-1, .2, 0}, 1e-3);
   camera.motion = {camera.to_world};
   camera.motion[0][3][0] += 4;
@@ -139,7 +143,7 @@ TEST(CameraSolids, InMotion) {
   expect_case({"E54", "the camera goes into a solid"},
               {.25 + .75 * .25, moving.mean, moving.standard_error, 1e-5}, replay(s));
 
-  // The solid moves over the camera.
+  // Here the solid moves over the camera.
   b.description.instances[0].motion = {translation(-3, 0, 0)};
   const RenderedImage covered =
       render(*b.build(), perspective({-1.5, .2, 2}, {-1.5, .2, 0}, 1e-3), s);
@@ -147,7 +151,7 @@ TEST(CameraSolids, InMotion) {
               {.5 + .5 * .25, covered.mean, covered.standard_error, 1e-5}, replay(s));
 }
 
-// A lamp, a floor and the camera in one body of water.
+// A lamp, a floor and the camera are in the same body of water.
 TEST(CameraSolids, UnderWater) {
   SceneBuilderForTests b;
   MaterialDescription water = half_per_unit();
@@ -180,7 +184,8 @@ struct Part {
   size_t faces;
 };
 
-// Splits a mesh into primitives of one node.
+// Places a mesh as several primitives of one node. Each part takes the mesh's next `faces`
+// triangles.
 void place_in_parts(const MeshDescription& whole, const std::vector<Part>& parts,
                     SceneBuilderForTests& b, const Mat44d& to_world = Mat44d()) {
   auto face = whole.triangles.begin();
@@ -221,8 +226,8 @@ void expect_same(const ImageAndWarnings& split, const ImageAndWarnings& whole,
   EXPECT_EQ(split.warnings, whole.warnings);
 }
 
-// Primitives that are closed only together form one solid: two halves of a sphere, six faces of a
-// box. Their surfaces may differ if their interiors agree.
+// Primitives that are closed only together form one solid. Here they are two halves of a sphere, or
+// six sides of a box. Their surfaces may differ if their interiors agree.
 TEST(CameraSolids, PartsThatAreClosedTogether) {
   for (const MeshDescription& mesh : {SceneBuilderForTests::sphere(30, 12, 0),
                                       SceneBuilderForTests::box({-9, -8, -7}, {9, 8, 7}, 0)}) {
@@ -240,7 +245,7 @@ TEST(CameraSolids, PartsThatAreClosedTogether) {
       const std::vector<Part> halves = {{0, half}, {0, faces - half}};
       const std::vector<Part> sides = {{0, 2}, {0, 2}, {1, 2}, {0, 2}, {0, 2}, {0, 2}};
       place_in_parts(mesh, faces == 12 ? sides : halves, split, to_world);
-      // A smaller clear solid inside displaces it.
+      // A smaller, clear solid inside displaces the medium.
       for (SceneBuilderForTests* b : {&whole, &split}) {
         add_wall(*b);
         b->add_box({-1, -1, .5f}, {1, 1, 1}, b->add_material(glass(1, 0)));
@@ -270,7 +275,7 @@ TEST(CameraSolids, PartsThatAreClosedTogether) {
   }
 }
 
-// A bottle with an opaque label: rays from inside end at the label's back.
+// An opaque label closes the surface of a bottle. Rays from inside end at the label's back.
 TEST(CameraSolids, AnOpaquePartClosesASolid) {
   const MeshDescription box = SceneBuilderForTests::box({-9, -8, -7}, {9, 8, 7}, 0);
   const RenderSettings s = settings();
@@ -292,7 +297,7 @@ TEST(CameraSolids, AnOpaquePartClosesASolid) {
   }
 }
 
-// Parts with different interiors stay open, since nothing says which one fills the solid.
+// Parts with different interiors stay open, since nothing says which interior fills the solid.
 TEST(CameraSolids, PartsOfTwoMediaStayOpen) {
   SceneBuilderForTests b;
   b.add_material(half_per_unit());
@@ -306,7 +311,8 @@ TEST(CameraSolids, PartsOfTwoMediaStayOpen) {
   EXPECT_FALSE(seen.warnings.empty());
 }
 
-// From outside, parts that overlap another solid and touch a third look like one solid.
+// From outside, a solid made of parts looks like a whole one, even if it overlaps a second solid
+// and touches a third.
 TEST(CameraSolids, PartsAreSeenAsOneSolid) {
   SceneBuilderForTests whole, split;
   const MeshDescription box = SceneBuilderForTests::box({-.6f, -.7f, -.5f}, {.7f, .6f, .5f}, 0);
@@ -328,7 +334,7 @@ TEST(CameraSolids, PartsAreSeenAsOneSolid) {
   expect_same(look(split, camera, s), look(whole, camera, s), "from outside");
 }
 
-// A camera outside of all solids has nothing to look up.
+// A camera outside all solids needs no look-up.
 TEST(CameraSolids, NothingIsAskedOutsideOfSolids) {
   const auto scene = wall_behind(1).build();
   const CameraDescription view = perspective(kEye, kTarget, 10);

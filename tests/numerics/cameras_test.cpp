@@ -1,5 +1,5 @@
 // Case 29: from every angle and distance the floor under a rectangular lamp shows the irradiance of
-// case 6, without acne. Also cameras in unusual places.
+// case 6, without acne. Other tests put cameras in unusual places.
 #include "closed_form.h"
 #include "renderer/engine/render_sink.h"
 #include "renderer/engine/render_worker.h"
@@ -20,7 +20,8 @@ RenderSettings camera_settings() {
   return s;
 }
 
-// E / pi at the origin; a one-sided lamp that faces down, on a floor of 2 km.
+// Returns the radiance E / pi at the origin of a floor of 2 km, under a one-sided lamp that faces
+// down.
 double floor_radiance() {
   return polygon_irradiance({{-.5, 1.2, -.3}, {.9, 1.2, -.3}, {.9, 1.2, .7}, {-.5, 1.2, .7}},
                             Vec3d(0.0), Vec3d(0, 1, 0)) /
@@ -34,14 +35,15 @@ std::unique_ptr<Scene> square_over_floor() {
   return b.build();
 }
 
-// The relative second derivatives of E at the origin are below 1 / h^2 = .7, and the first order
-// cancels in the mean. So a spot of radius r around it is off by less than .7 r^2 / 2.
+// Returns the largest relative error of the mean over a spot of radius r around the origin. There
+// the relative second derivatives of E are below 1 / h^2 = .7, where h is the lamp's height. The
+// first-order terms cancel in the mean, so the error is below .7 r^2 / 2.
 double spot(double radius) { return std::max(1e-5, .35 * square(radius)); }
 
 CameraDescription at_angle(bool perspective_camera, double degrees, double distance,
                            double radius) {
   const double a = degrees * kPiD / 180;
-  // Not in a symmetry plane of the floor's triangles.
+  // The direction lies in no symmetry plane of the floor's triangles.
   const Vec3d d(std::sin(a) * .8, std::cos(a), std::sin(a) * .6);
   return perspective_camera
              ? perspective(d * distance, Vec3d(0.0), 360 / kPiD * std::atan(radius / distance))
@@ -54,11 +56,12 @@ TEST(Cameras, GrazingAndFar) {
   const double exact = floor_radiance();
   for (const bool is_perspective : {true, false}) {
     const std::string kind = is_perspective ? "perspective" : "orthographic";
-    // The spot is 1e-5 across the view, so 1e-5 / cos 89.9 = 6e-3 along it.
+    // The spot's radius is 1e-5 across the view, which is 1e-5 / cos(89.9 degrees) = 6e-3 along the
+    // floor.
     expect_exact(render(*scene, at_angle(is_perspective, 89.9, 1, 1e-5), s), exact, spot(6e-3), s,
                  {"29", kind + " at 89.9 degrees"});
-    // From 1e-3 and from 1e3 away, a ratio of 1e6. At 1e3 the hit point is uncertain by a float's
-    // rounding, 6e-5, but still on the floor.
+    // These views are from 1e-3 and from 1e3 away, a ratio of 1e6. At 1e3, rounding to float moves
+    // the hit point by up to 6e-5, but the point stays on the floor.
     expect_exact(render(*scene, at_angle(is_perspective, 30, 1e-3, 1e-5), s), exact, 1e-5, s,
                  {"29", kind + " 1e-3 away"});
     expect_exact(render(*scene, at_angle(is_perspective, 70, 1e3, 1e-3), s), exact, spot(3e-3), s,
@@ -68,8 +71,9 @@ TEST(Cameras, GrazingAndFar) {
   }
 }
 
-// 179 degrees: the frame is 229 wide at a distance of 1, so each of the 1e5 pixels is 2.3e-3 wide.
-// A film coordinate of 5e4 has steps of 1/256 pixel, which does not matter here.
+// At 179 degrees the frame is 229 wide at a distance of 1, so each of its 1e5 pixels is 2.3e-3
+// wide. A film coordinate near 5e4 is a float with steps of 1/256 pixel, which does not matter
+// here.
 TEST(Cameras, WideAngle) {
   const auto scene = square_over_floor();
   RenderSettings s = camera_settings();
@@ -77,14 +81,14 @@ TEST(Cameras, WideAngle) {
   s.crop = {49'996, 49'996, 50'004, 50'004};
   expect_exact(render(*scene, perspective({.1, .8, .1}, {0, 0, 0}, 179), s), floor_radiance(),
                spot(1.5e-2), s, {"29", "179 degrees, 1e5 x 1e5 pixels"});
-  // A narrow view of 1e-4 degrees.
+  // This is a narrow view of 1e-4 degrees.
   expect_exact(render(*scene, perspective({.1, .8, .1}, {0, 0, 0}, 1e-4), camera_settings()),
                floor_radiance(), 1e-5, camera_settings(), {"29", "1e-4 degrees"});
 }
 
-// An edge at a fraction .3 of the last pixel of a frame 1e5 wide. The film coordinate is a float
-// with 128 steps per pixel there, and the direction's own rounding (6e-8 at 1e-5 per pixel) is
-// 1/170 of a pixel: an edge is off by 1/128 + 1/170 at most.
+// An edge crosses the last pixel of a frame that is 1e5 pixels wide. There the film coordinate is a
+// float with 128 steps per pixel. The direction itself is rounded by 6e-8, which is 1/170 of a
+// pixel of 1e-5. So the edge is off by 1/128 + 1/170 of a pixel at most.
 TEST(Cameras, LastPixelOfAWideFrame) {
   SceneBuilderForTests b;
   const double width = 100'000, pixel = 2 / width;  // the frame spans x in [-1, 1]
@@ -96,20 +100,21 @@ TEST(Cameras, LastPixelOfAWideFrame) {
   s.height = 1;
   s.crop = {99'999, 0, 100'000, 1};
   s.spp = 16384;
-  // Uses the edge's float value.
+  // The exact coverage follows from the edge as rounded to float.
   const double exact = (1 - double(edge)) / pixel;
   const RenderedImage image = render(*b.build(), orthographic({0, 0, 1}, {0, 0, 0}, 1 / width), s);
   expect_case({"E24", "coverage of pixel 99999 of 100000"},
               {exact, image.mean, 0, 1. / 128 + 1. / 170}, replay(s));
 }
 
-// A frame of one pixel; samples from 2^31 on are as good as the first.
+// Tests a frame of one pixel, and tests that samples from 2^31 on are as good as the first ones.
 TEST(Cameras, OnePixelAndLateSamples) {
   const auto scene = square_over_floor();
   RenderSettings s = camera_settings();
   s.width = s.height = 1;
   s.spp = 65536;
-  // One pixel has no spread to estimate an error from; 1024 pixels of 64 samples have.
+  // One pixel has no spread from which to estimate an error. The error comes from 1024 pixels with
+  // 64 samples each.
   RenderSettings many = s;
   many.width = many.height = 32;
   many.spp = 64;
@@ -141,8 +146,8 @@ TEST(Cameras, OnePixelAndLateSamples) {
               "32 x 32, 64 samples from 2^31, seed 1");
 }
 
-// A camera on a wall, an edge and a vertex of a uniformly bright cavity, and one in the plane of a
-// floor, looking along it: all show 1, and no NaN.
+// Cameras lie on a wall, an edge and a vertex of a uniformly bright cavity. One more lies in the
+// plane of a floor and looks along it. All of them see 1, and no NaN.
 TEST(Cameras, OnASurface) {
   SceneBuilderForTests b;
   MaterialDescription m = lambert(Rgb(.8f));
@@ -162,7 +167,8 @@ TEST(Cameras, OnASurface) {
     s.spp = long_or_short(64u, 16u);
     s.width = s.height = 16;
     s.max_depth = 1000;
-    // Even and odd frames: the floor's plane passes through a pixel's edge or its centre.
+    // The floor's plane passes between two rows of pixels in even frames, and through pixels'
+    // centres in odd ones.
     for (const int width : {16, 15}) {
       s.width = s.height = width;
       const RenderedImage image = render(*scene, perspective(at, {0, 0, 0}, 100), s);

@@ -13,8 +13,8 @@
 
 namespace emberline::test {
 
-// Names one comparison. `number` is its hard case ("6"; "E3" for one that the catalogue lacks),
-// `what` distinguishes the comparisons of a case.
+// Names one comparison. `number` is that of its case ("6", or "E3" for a case that the catalogue of
+// hard cases lacks). `what` distinguishes the comparisons of a case.
 struct CaseName {
   std::string number, what;
 };
@@ -25,13 +25,15 @@ struct Comparison {
   double exact = 0, measured = 0, standard_error = 0, tolerance = 0;
 
   double deviation() const { return measured - exact; }
-  // Five standard errors fail by chance once in 1.7 million comparisons (two-sided normal).
+  // A bound of five standard errors fails by chance once in 1.7 million comparisons (two-sided
+  // normal).
   double allowed() const { return 5 * standard_error + tolerance; }
   bool passes() const { return std::abs(deviation()) <= allowed(); }  // false for a NaN
 };
 
-// Appends the row as one line of JSON to the file named by EMBERLINE_NUMERICS_TABLE, if set;
-// ci/numerics.sh makes the table from it. `reason` says why a known failure remains.
+// Appends the comparison as one line of JSON to the file that the environment variable
+// EMBERLINE_NUMERICS_TABLE names, if it is set. ci/numerics.sh makes the table from that file.
+// `reason` says why a known failure remains.
 void record(const CaseName& name, const Comparison& c, const std::string& reason = {});
 
 inline std::string describe(const CaseName& name, const Comparison& c, const std::string& replay) {
@@ -49,8 +51,8 @@ inline void expect_case(const CaseName& name, const Comparison& c, const std::st
   EXPECT_TRUE(c.passes()) << describe(name, c, replay);
 }
 
-// A known failure, with its reason. The table lists it as a failure; it must not exceed `bound`
-// (absolute), and must become expect_case once it is fixed.
+// Expects a known failure, which the table lists as a failure with its `reason`. Its deviation must
+// not exceed `bound` (absolute). Use expect_case instead once the failure is fixed.
 inline void expect_known_failure(const CaseName& name, const Comparison& c, double bound,
                                  const std::string& reason, const std::string& replay) {
   record(name, c, reason);
@@ -63,23 +65,25 @@ inline std::string replay(const RenderSettings& s) {
          std::to_string(s.width) + " x " + std::to_string(s.height) + ", sampler " + s.sampler;
 }
 
-// A number as the table shows it: .1, 1e-06.
+// Formats a number as the table does, for example 0.1 or 1e-06.
 inline std::string format_value(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", value);
   return text;
 }
 
-// A picture whose pixels all have the same expected value; `tolerance` is absolute. With 64 pixels,
-// five standard errors fail by chance once in 200,000 comparisons (Student's t, 63 degrees).
+// Compares a picture whose pixels all have the expected value `exact`. `tolerance` is absolute.
+// With 64 pixels, a bound of five standard errors fails by chance once in 200,000 comparisons
+// (Student's t with 63 degrees of freedom).
 inline Comparison compared(const RenderedImage& image, double exact, double tolerance) {
   EXPECT_EQ(image.counters.non_finite_samples, 0u);
   return {exact, image.mean, image.standard_error, tolerance};
 }
 
-// The mean of a picture whose pixels differ, and its standard error. A pixel's two streams are
-// independent, even where the samples within one are correlated (film.h), so half their difference
-// is its error. Reads only the green channel: for grey scenes.
+// The mean of a picture whose pixels have different expected values, and the standard error of that
+// mean. The two streams of a pixel are independent, even where the samples within a stream are
+// correlated (film.h). So half the difference between the streams estimates the pixel's error.
+// mean_of reads only the green channel and is for grey scenes.
 struct MeasuredMean {
   double mean = 0, standard_error = 0;
 };
@@ -92,20 +96,20 @@ inline MeasuredMean mean_of(const Scene& scene, const CameraDescription& view, R
   const double n = double(image.crop.area());
   for (size_t i = 0; i < image.values.size(); i += image.channels.size()) {
     sum += double(image.values[i + 1]);
-    variance += double(image.values[i + 6]);  // R G B A samples variance.R variance.G
+    variance += double(image.values[i + 6]);  // channels: R G B A samples variance.R variance.G
   }
   return {sum / n, std::sqrt(variance) / n};
 }
 
-// Gives each comparison its own seed (FNV-1a). With shared random numbers, rows would err together,
-// and the table's spread would not check the standard errors.
+// Gives each comparison its own seed (FNV-1a). With shared random numbers the rows' errors would be
+// correlated, and the spread over the table would not check the standard errors.
 inline uint32_t seed_of(const CaseName& name) {
   uint32_t h = 2166136261u;
   for (const char c : name.number + " " + name.what) h = (h ^ uint8_t(c)) * 16777619u;
   return h;
 }
 
-// As compared(); `tolerance` is relative to the value.
+// Compares like compared(), and expects agreement. `tolerance` is relative to `exact`.
 inline void expect_exact(const RenderedImage& image, double exact, double tolerance,
                          const RenderSettings& s, const CaseName& name) {
   expect_case(name, {exact, image.mean, image.standard_error, tolerance * std::abs(exact)},

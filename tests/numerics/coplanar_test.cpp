@@ -9,18 +9,19 @@ namespace {
 
 using namespace test;
 
-// A flush lamp counts as being in front of its wall on every side that emits. So its irradiance is
-// that of the same rectangle in empty space (Lambert's polygon formula), and the camera sees all of
-// it. The wall is black: all light comes from the lamp.
+// A flush lamp counts as being in front of its wall on every side that emits. So it gives the
+// irradiance of the same rectangle in empty space (Lambert's polygon formula), and the camera sees
+// the whole lamp. The wall is black, so all light comes from the lamp.
 struct Mounting {
   const char* name;
   double tilt;  // rotates the whole scene about an oblique axis
-  Vec3d at;     // and moves it
+  Vec3d at;     // then moves it
   float wall;   // half size of the wall; the lamp's is .5
   bool wall_two_sided, lamp_two_sided, instanced;
 };
 
-// Rotation about (1, 2, 3) / sqrt 14 (Rodrigues), row vectors, then a translation.
+// Returns a rotation about (1, 2, 3) / sqrt 14 by Rodrigues' formula, followed by a translation,
+// for row vectors.
 Mat44d oblique(double angle, const Vec3d& at) {
   const Vec3d k = Vec3d(1, 2, 3).normalized();
   const double c = std::cos(angle), s = std::sin(angle);
@@ -59,7 +60,7 @@ std::unique_ptr<Scene> mounted(const Mounting& m, int lamps) {
   b.place(b.add_mesh(square_mesh(m.wall, kCeiling, false, b.add_material(wall))), placed);
   const int lamp_mesh = b.add_mesh(square_mesh(.5f, kCeiling, false, b.add_material(lamp)));
   for (int i = 0; i < lamps; ++i) b.place(lamp_mesh, placed);
-  // A second use, out of sight, makes the lamp an instance.
+  // A second use of the mesh, out of sight, makes the lamp an instance.
   if (m.instanced) b.place(lamp_mesh, translation(0, 0, 300) * placed);
   b.place(b.add_mesh(square_mesh(1, 0, true, b.add_material(lambert(Rgb(1.0f))))), placed);
   return b.build();
@@ -115,7 +116,7 @@ TEST(FlushLamp, IsSeenWhole) {
   }
 }
 
-// Two or three copies of a lamp in one place emit once.
+// Two or three copies of a lamp in the same place shine like one lamp.
 TEST(FlushLamp, DoubledShinesOnce) {
   RenderSettings s;
   s.width = s.height = 8;
@@ -135,8 +136,9 @@ TEST(FlushLamp, DoubledShinesOnce) {
   }
 }
 
-// An emissive decal of alpha .3, flush with its wall, gives .3 of the irradiance. Light samples
-// weight by the coverage and rays hit it by chance; both must agree.
+// An emissive decal of alpha .3, flush with its wall, gives .3 of the irradiance. Light samples are
+// weighted by the decal's coverage, whereas a ray hits the decal with probability .3. Both must
+// agree.
 TEST(FlushLamp, CoversByItsAlpha) {
   for (const bool light_sampling : {true, false}) {
     SceneBuilderForTests b;
@@ -162,16 +164,16 @@ TEST(FlushLamp, CoversByItsAlpha) {
   }
 }
 
-// A reflecting lamp flush with a reflecting ceiling: a ray that leaves one must not hit the other
-// at once. In a closed room that emits .2 and reflects .8 everywhere, the radiance is Le / (1 -
-// rho) = 1; an extra bounce or light counted twice changes it.
+// A reflecting lamp is flush with a reflecting ceiling. A ray that leaves one of the two must not
+// hit the other at once. In a closed room that emits .2 and reflects .8 everywhere, the radiance is
+// Le / (1 - rho) = 1. An extra bounce, or light counted twice, would change this value.
 TEST(FlushLamp, ReflectsOnce) {
   SceneBuilderForTests b;
   const Mat44d placed = oblique(1.3, {20, -3, 5});
   MaterialDescription m = lambert(Rgb(.8f));
   m.emission = Rgb(.2f);
   const int material = b.add_material(m);
-  // The room is a box of 40; its ceiling carries a flush square of .5.
+  // The room is a box of side 40. Its ceiling carries a flush square of half size .5.
   MeshDescription room;
   room.name = "room";
   room.material = material;
@@ -198,8 +200,9 @@ TEST(FlushLamp, ReflectsOnce) {
   }
 }
 
-// A small tile flush with a floor a thousand times larger, in a furnace. A ray that leaves the tile
-// by the tile's own error bound must not hit the floor, or the result is .5 x .5 instead of .5.
+// A small tile is flush with a floor a thousand times as large, in a furnace. The error bound of
+// the tile is smaller than that of the floor. A ray that leaves the tile by the tile's bound must
+// not hit the floor, or the result is .5 x .5 instead of .5.
 TEST(Coplanar, SmallTileOnALargeFloor) {
   SceneBuilderForTests b;
   const int material = b.add_material(lambert(Rgb(.5f)));
@@ -215,8 +218,8 @@ TEST(Coplanar, SmallTileOnALargeFloor) {
   expect_exact(image, .5, 1e-6, s, {"20", "tile on a floor 1000 times as large"});
 }
 
-// A closed emissive cavity in which every triangle is duplicated keeps Le / (1 - rho): equal
-// triangles have equal error bounds, so a ray leaves both at once.
+// Every triangle of a closed emissive cavity is present twice, and the radiance is still Le / (1 -
+// rho). Equal triangles have equal error bounds, so a ray leaves both at once.
 TEST(Coplanar, DoubledCavity) {
   for (const bool light_sampling : {true, false}) {
     SceneBuilderForTests b;
@@ -236,7 +239,7 @@ TEST(Coplanar, DoubledCavity) {
   }
 }
 
-// A duplicated reflecting floor in a furnace reflects once.
+// Three copies of a reflecting floor in the same place, in a furnace, reflect like one floor.
 TEST(Coplanar, DoubledFloorIsOneFloor) {
   SceneBuilderForTests b;
   const int material = b.add_material(lambert(Rgb(.5f)));

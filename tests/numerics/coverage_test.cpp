@@ -1,4 +1,5 @@
-// Pixels average details smaller than themselves: edges, wires, a checkered plane to the horizon.
+// Pixels average details that are smaller than a pixel: edges, wires, a checkered plane to the
+// horizon.
 #include <cstring>
 
 #include "closed_form.h"
@@ -10,8 +11,8 @@ namespace {
 
 using namespace test;
 
-// Views from straight above with one unit per pixel; radiance is 1 on a shape and 0 elsewhere.
-// Every pixel holds the same shape, so the pixels are independent estimates of its area.
+// The camera looks straight down, and a pixel covers one unit. Radiance is 1 on a shape and 0
+// elsewhere. Every pixel holds the same shape, so the pixels are independent estimates of its area.
 constexpr int kCells = 16;
 
 RenderSettings pixel_settings(uint32_t spp) {
@@ -22,7 +23,8 @@ RenderSettings pixel_settings(uint32_t spp) {
   return s;
 }
 
-// Parallelograms between x0 at a pixel's near side and x1 at its far side, of width w.
+// Renders a parallelogram of width w in each pixel. Its left edge runs from x0 at the pixel's near
+// side to x1 at the far side.
 RenderedImage shapes(double x0, double x1, double w, const RenderSettings& s) {
   SceneBuilderForTests b;
   MeshDescription mesh;
@@ -44,7 +46,8 @@ RenderedImage shapes(double x0, double x1, double w, const RenderSettings& s) {
   return render(*b.build(), orthographic({0, 1, 0}, {0, 0, 0}, kCells / 2), s);
 }
 
-// Case 16: the coverage of a wire is its width. 1e-6 pixel is the rounding of vertices at 8.
+// Case 16: the coverage of a wire is its width. The tolerance of 1e-6 pixel is the rounding of
+// vertices at coordinates of 8.
 TEST(PixelCoverage, WiresThinnerThanAPixel) {
   for (const double width : {.5, .05, .005}) {
     const RenderSettings s = pixel_settings(1024);
@@ -54,7 +57,7 @@ TEST(PixelCoverage, WiresThinnerThanAPixel) {
   }
 }
 
-// The area to the left of a tilted edge, (.21 + .67) / 2.
+// Renders the area to the left of a tilted edge, which covers (.21 + .67) / 2 of each pixel.
 RenderedImage edge(const RenderSettings& s) {
   // The shape starts at the pixel's left side, since a wider one would cover the neighbour.
   SceneBuilderForTests b;
@@ -77,10 +80,11 @@ RenderedImage edge(const RenderSettings& s) {
   return render(*b.build(), orthographic({0, 1, 0}, {0, 0, 0}, kCells / 2), s);
 }
 
-// Case 15: the fraction is exact, and the variance falls as N^-1.5, because a tilted edge cuts N^.5
-// of a net's N elementary boxes and only those contribute (algorithm notes, 3.3: 1.48 measured for
-// the sampler alone). 256 pixels give a variance to sqrt(2 / 256) = 9 %, so a slope over 2^4 to
-// 2^12 to about .13 / sqrt(60) = .017; the tolerance is .1, as for the sampler.
+// Case 15: the covered fraction is exact, and the variance falls as N^-1.5. A tilted edge cuts N^.5
+// of the N elementary boxes of a net, and only those boxes contribute (algorithm notes, 3.3, where
+// 1.48 was measured for the sampler alone). With 256 pixels the variance is known to sqrt(2 / 256)
+// = 9 %, so the slope from 2^4 to 2^12 samples is known to about .13 / sqrt(60) = .017. The
+// tolerance is .1, as for the sampler.
 TEST(PixelCoverage, TiltedEdge) {
   double xy = 0, xx = 0;
   for (int k = 4; k <= 12; ++k) {
@@ -98,10 +102,9 @@ TEST(PixelCoverage, TiltedEdge) {
               "16 to 4096 spp, 16 x 16, seed 1");
 }
 
-// A checkered plane of 2e4 x 2e4 squares from 1.5 above, radiance 0 and 1: pixels that each cover
-// more than 300 squares show the mean. A box over a periodic pattern differs from the mean by at
-// most the share of cut squares along one side, 1 / (2 x the squares along the longer side); rows
-// at most a hundredth of a degree below the horizon have 1.5 / tan^2 x pixel > 600.
+// A checkered plane of 2e4 x 2e4 squares with radiances 0 and 1 is seen from 1.5 above. Rows of
+// pixels that cover many squares show the mean. A row can differ from the mean only by the squares
+// that its outline cuts.
 TEST(PixelCoverage, CheckerToTheHorizon) {
   SceneBuilderForTests b;
   auto image = std::make_shared<Image>();
@@ -119,22 +122,25 @@ TEST(PixelCoverage, CheckerToTheHorizon) {
              b.add_material(m));
   for (Vec2f& uv : b.description.meshes.back().uv_sets[0]) uv *= half;
   const auto scene = b.build();
-  // The far end of the plane is 1.5e-4 below the middle; the row spans 0.02 to 0.03.
+  // All slopes here are tangents, measured downwards from the middle of the picture. The far end of
+  // the plane is at 1.5e-4, and row 52 spans .02 to .03.
   RenderSettings s;
   s.width = 64;
   s.height = 100;
   s.crop = {0, 52, 64, 53};
   s.spp = 4096;
   s.max_depth = 0;
-  // tan(fov / 2) = .5: a pixel is 1/100; row 52 looks down by .02 to .03, which is 50 to 75 away.
+  // Since tan(fov / 2) = .5, a pixel is 1/100 high. Row 52 looks down by .02 to .03, so it sees the
+  // plane 50 to 75 away.
   const CameraDescription view = perspective({.3, 1.5, 0}, {.3, 1.5, -1}, 53.13010235);
-  // The row is 25 squares deep and 38 to 48 wide over its 64 columns. Its mean differs only by the
-  // cut squares: 1 / (2 x 25 x 38).
+  // Row 52 covers 25 squares in depth and, over its 64 columns, 38 to 48 squares in width. Its mean
+  // differs only by the squares that it cuts: 1 / (2 x 25 x 38).
   const RenderedImage near = render(*scene, view, s);
   expect_case({"15", "checker, row of 25 x 43 squares"},
               {.5, near.mean, near.standard_error, 1.0 / (2 * 25 * 38)}, replay(s));
-  // Row 50, at the horizon: 0 to .01 down, from 150 away to the end. The plane ends at 1.5e-4 of
-  // .01, so 1.5 % of the row are black; the rest is 9850 squares deep.
+  // Row 50, at the horizon, looks down by 0 to .01, so it sees the plane from 150 away to its end.
+  // The plane ends at 1.5e-4 of that .01, so 1.5 % of the row are black. The rest of the row is
+  // 9850 squares deep.
   s.crop = {0, 50, 64, 51};
   const RenderedImage far = render(*scene, view, s);
   const double share = 1 - (1.5 / 1e4) / .01;

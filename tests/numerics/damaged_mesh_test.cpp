@@ -15,8 +15,9 @@ namespace {
 using namespace test;
 using nlohmann::json;
 
-// A file with a ball on a floor under a lamp. `damaged` adds undrawable triangles to every mesh,
-// the lamp's included: repeated and collinear vertices, NaN, infinity.
+// Writes and reads a file with a ball on a floor under a lamp. `damaged` adds triangles that cannot
+// be drawn to every mesh, including the lamp. Their vertices are repeated, collinear, NaN or
+// infinite.
 SceneDescription damaged_scene(const TempFolder& folder, bool damaged) {
   GltfBuilder gltf;
   const auto add = [&](const MeshDescription& mesh, const json& material) {
@@ -29,7 +30,8 @@ SceneDescription damaged_scene(const TempFolder& folder, bool damaged) {
       const float nan = std::numeric_limits<float>::quiet_NaN();
       const float inf = std::numeric_limits<float>::infinity();
       positions.insert(positions.end(), {nan, 0, 0, 0, -inf, 0, 2, 2, 2, 3, 3, 3, 4, 4, 4});
-      // They come first in the index list and so shift all others.
+      // The bad triangles come first in the index list, so they shift the numbers of all other
+      // triangles.
       const std::vector<uint32_t> bad = {0,         1,         first,     1,         first + 1, 2,
                                          1,         1,         2,         2,         2,         2,
                                          first + 2, first + 3, first + 4, first + 2, first + 2, 0};
@@ -57,7 +59,7 @@ SceneDescription damaged_scene(const TempFolder& folder, bool damaged) {
   return load_gltf(gltf.write_glb(path), {});
 }
 
-// Case 19: the picture is the same to the bit.
+// Case 19: the damage does not change a single bit of the picture.
 TEST(DamagedMesh, LeavesNoTrace) {
   const TempFolder folder;
   const SceneDescription sound = damaged_scene(folder, false);
@@ -77,7 +79,7 @@ TEST(DamagedMesh, LeavesNoTrace) {
               replay(s));
 }
 
-// A lamp without area, or with one that double cannot tell from zero, is never sampled.
+// A lamp is never sampled if its area is zero, or too small for double to tell from zero.
 TEST(DamagedMesh, EmitterWithoutAreaHasNoDensity) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   Triangles list = {triangle({-1, 1, -1}, {1, 1, -1}, {0, 1, 1}, 1, true),
@@ -102,16 +104,16 @@ TEST(DamagedMesh, EmitterWithoutAreaHasNoDensity) {
   }
 }
 
-// A closed cavity whose floor is a fan of needles, with aspect ratios up to 1e9: they end on an
-// edge at distances from the corner that start at a billionth. Every estimator gives Le / (1 - rho)
-// = 1.
+// The floor and the back of a closed cavity are fans of needles, triangles with aspect ratios up to
+// 1e9. The needles end on the edge between the two, at distances from its corner that start at a
+// millionth or a billionth. Every estimator gives Le / (1 - rho) = 1.
 TEST(SkinnyTriangles, CavityStaysClosed) {
   for (const float narrowest : {1e-6f, 1e-9f}) {
     SceneBuilderForTests b;
     MaterialDescription m = lambert(Rgb(.8f));
     m.emission = Rgb(.2f);
     const int material = b.add_material(m);
-    // The unit box, facing inwards; floats are finest at its corner (0, 0, 0).
+    // The unit box faces inwards. Floats are finest at its corner (0, 0, 0).
     b.add_quad({0, 0, 0}, {0, 1, 0}, {0, 1, 1}, {0, 0, 1}, material);
     b.add_quad({1, 0, 0}, {1, 0, 1}, {1, 1, 1}, {1, 1, 0}, material);
     b.add_quad({0, 1, 0}, {1, 1, 0}, {1, 1, 1}, {0, 1, 1}, material);
@@ -157,9 +159,9 @@ TEST(SkinnyTriangles, CavityStaysClosed) {
   }
 }
 
-// Collinear triangles that bypassed the file reader (a tiny triangle far from the scene's centre
-// collapses when it is placed). A ray may hit them through rounding; the result must be finite and
-// normals unit.
+// Collinear triangles can get past the file reader, since a tiny triangle far from the scene's
+// centre collapses only when it is placed. Rounding can make a ray hit such a triangle. The hit
+// must be finite and its normals must have unit length.
 TEST(DamagedMesh, CollapsedTrianglesGiveNoNaN) {
   SceneBuilderForTests b;
   MeshDescription mesh;
@@ -172,7 +174,8 @@ TEST(DamagedMesh, CollapsedTrianglesGiveNoNaN) {
     const auto point = [&] {
       return Vec3f(random.next(), random.next(), random.next()) - Vec3f(.5f);
     };
-    // Half are collinear up to rounding, the others exactly: small multiples of powers of two.
+    // Half of the triangles are collinear up to rounding. The others are exactly collinear, since
+    // their coordinates are small multiples of powers of two.
     Vec3f p = point(), d = point();
     if (i % 2) {
       for (int c = 0; c < 3; ++c)

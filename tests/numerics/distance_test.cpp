@@ -1,5 +1,5 @@
-// Cases E9 and E10: distances. Radiance is constant along a ray, only an emitter's solid angle
-// matters, and an emitter that almost touches a point fills its hemisphere.
+// Cases E9 and E10 test distances. Radiance is constant along a ray. Only the solid angle of an
+// emitter matters. An emitter that almost touches a surface fills the hemisphere above it.
 #include "receiver.h"
 
 namespace emberline {
@@ -18,7 +18,8 @@ TEST(Distance, RadianceIsInvariant) {
     expect_case({"E9", "emitter seen from " + format_value(d) + " m"},
                 compared(render(*scene, perspective({0, 0, 0}, {0, d, 0}, 10), s), 3.25, 0),
                 replay(s));
-    // From farther and farther away: 10 degrees, then the angle that the emitter fills.
+    // From large distances, also looks at an emitter of fixed size, through an angle that the
+    // emitter fills.
     if (d > 1)
       expect_case(
           {"E9", "emitter of 2 m seen from " + format_value(d) + " m"},
@@ -33,7 +34,7 @@ TEST(Distance, RadianceIsInvariant) {
   }
 }
 
-// An emitter that grows with its distance gives the same irradiance.
+// An emitter whose size grows in proportion to its distance gives the same irradiance.
 TEST(Distance, OnlySolidAngleCounts) {
   for (const double d : {1e-3, 1.0, 1e3, 1e6}) {
     Emitters lamp;
@@ -59,8 +60,8 @@ Emitters lamp_overhead(double gap) {
   return lamp;
 }
 
-// A 2 x 2 lamp at height `gap` above the receiver: E = pi up to the gap's square. Rays start about
-// 3e-7 off each surface, so 4e-6 is close to the smallest gap that works.
+// Under a 2 x 2 lamp at height `gap`, E is pi up to the square of `gap`. Rays start about 3e-7 off
+// each surface, so 4e-6 is close to the smallest gap that works.
 TEST(Distance, AlmostTouching) {
   for (const double gap : {1e-2, 1e-3, 1e-4, 3e-5}) {
     Receiver r;
@@ -92,8 +93,8 @@ TEST(Distance, TouchingWithinTenOffsets) {
       replay(s));
 }
 
-// At the foot of an emissive wall: the wall fills a quarter of the sphere, so E -> pi / 2. Nearly
-// all of it comes from a strip as high as the point's distance.
+// At its foot, an emissive wall fills a quarter of the sphere, so E tends to pi / 2. Nearly all of
+// the light comes from a strip that is as high as the distance between the point and the wall.
 TEST(Distance, FootOfAShiningWall) {
   for (const double gap : {1e-2, 1e-4, 1e-6}) {
     Emitters wall;

@@ -1,6 +1,6 @@
 // Cases 6 to 9: rectangles, spheres, disks and suns, above and across the horizon, near and far.
-// Every exact value is Lambert's formula in double over the mesh's actual polygons
-// (support/closed_forms.h); the formula of the smooth shape checks it.
+// Every exact value is Lambert's formula, evaluated in double over the mesh's actual polygons
+// (support/closed_forms.h). The formula for the smooth shape checks this value.
 #include "receiver.h"
 
 namespace emberline {
@@ -22,7 +22,7 @@ TEST(RectangleLight, OverTheCorner) {
     Emitters lamp;
     lamp.add({{0, h, 0}, {a * h, h, 0}, {a * h, h, b * h}, {0, h, b * h}});
     const double exact = kPiD * corner_form_factor(a, b);
-    // 1e-6: the corners are rounded to float.
+    // The tolerance is 1e-6, since the corners are rounded to float.
     EXPECT_NEAR(exact_irradiance(lamp, Vec3d(0.0), {0, 1, 0}), exact, 1e-6 * exact);
     expect_irradiance_of(lamp, {},
                          {"6", "over the corner, a " + format_value(a) + ", b " + format_value(b)},
@@ -30,8 +30,8 @@ TEST(RectangleLight, OverTheCorner) {
   }
 }
 
-// A wall that stands on the receiver's plane, one that crosses it, and tilted ones: the part below
-// the horizon gives no light, and samples there must not lose energy.
+// Tests a wall that stands on the receiver's plane, walls that cross the plane, and tilted ones.
+// The part below the horizon gives no light, and samples there must not lose energy.
 TEST(RectangleLight, AcrossTheHorizon) {
   const auto wall = [](double bottom, double top, double lean) {
     Emitters lamp;
@@ -39,7 +39,7 @@ TEST(RectangleLight, AcrossTheHorizon) {
               {1 + lean * bottom, bottom, .9},
               {1 + lean * top, top, .9},
               {1 + lean * top, top, -.5}});
-    // It faces the receiver.
+    // The wall faces the receiver.
     EXPECT_EQ(exact_irradiance(lamp, Vec3d(0.0), {0, 1, 0}) > 0, top > 0);
     return lamp;
   };
@@ -48,7 +48,7 @@ TEST(RectangleLight, AcrossTheHorizon) {
   expect_irradiance_of(wall(-1, .05, 0), {}, {"6", "wall that hardly rises"}, true);
   expect_irradiance_of(wall(-.7, 1.2, -.6), {}, {"6", "leaning over, across the horizon"}, true);
   expect_irradiance_of(wall(-.7, 1.2, .8), {}, {"6", "leaning away, across the horizon"}, true);
-  // Entirely below the horizon: no light.
+  // A wall that is entirely below the horizon gives no light.
   expect_irradiance_of(wall(-2, -.1, 0), {}, {"6", "wall below the horizon"}, true);
 }
 
@@ -81,7 +81,8 @@ TEST(SphereLight, AboveAndAcrossTheHorizon) {
     lamp.add_mesh(SceneBuilderForTests::sphere(float(radius), 24, -1), center);
     if (cosine * distance >= radius) {
       const double exact = kPiD * square(radius / distance) * cosine;
-      // Inscribed faces of pi / 24: the outline lacks up to (pi / 24)^2 / 2 = 9e-3 of its area.
+      // The faces are inscribed in the sphere and span pi / 24, so the outline encloses up to (pi /
+      // 24)^2 / 2 = 9e-3 less area than a circle.
       EXPECT_NEAR(exact_irradiance(lamp, Vec3d(0.0), {0, 1, 0}) / exact, 1, 1e-2) << what;
     }
     Receiver r;
@@ -100,7 +101,7 @@ TEST(DiskLight, Coaxial) {
     Emitters lamp;
     lamp.add_disk(radius, h, 64);
     const double exact = kPiD * square(radius) / (square(radius) + square(h));
-    // A regular polygon of n sides has 1 - 2 pi^2 / 3 n^2 of its circle's area.
+    // A regular polygon of n sides has 1 - 2 pi^2 / 3 n^2 of the area of its circumscribed circle.
     EXPECT_NEAR(exact_irradiance(lamp, Vec3d(0.0), {0, 1, 0}) / exact, 1, 2e-3);
     Receiver r;
     r.camera_height = .05;
@@ -112,8 +113,8 @@ TEST(DiskLight, Coaxial) {
 
 // ---- case 9 ------------------------------------------------------------------------------------
 
-// E = pi L sin^2 a cos theta. The disc is above the origin, where float has enough digits for a
-// radius of 1e-4; the receiver tilts instead.
+// A sun of half-angle a gives E = pi L sin^2 a cos theta. The disc stays above the origin, where
+// float has enough digits for a half-angle of 1e-4, and the receiver tilts by theta.
 TEST(SunDisc, EveryHalfAngle) {
   for (const double a : {.1, .03, .01, 1e-3, 1e-4})
     for (const double cosine : {1.0, .5, .2}) {
@@ -123,7 +124,7 @@ TEST(SunDisc, EveryHalfAngle) {
       Receiver r;
       r.normal = Vec3d(std::sqrt(1 - cosine * cosine), cosine, 0);
       const double polygon = sides / (2 * kPiD) * std::sin(2 * kPiD / sides);
-      // A flat disc differs from a cone's cap by a^2.
+      // A flat disc differs from a spherical cap by a^2, relatively.
       EXPECT_NEAR(exact_irradiance(sun, Vec3d(0.0), r.normal) / (kPiD * cosine * polygon), 1,
                   a * a + 1e-6);
       expect_irradiance_of(

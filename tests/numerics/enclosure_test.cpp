@@ -1,4 +1,4 @@
-// Closed cavities: multiple scattering with a geometric series as its exact value.
+// Multiple scattering in closed cavities, where the exact value is a geometric series.
 #include "closed_form.h"
 
 #include "renderer/core/moments.h"
@@ -9,8 +9,8 @@ namespace {
 
 using namespace test;
 
-// A closed sphere that emits Le and reflects rho has radiance Le (1 - rho^(k+1)) / (1 - rho) after
-// k scattering events everywhere, whatever its tessellation.
+// After k scattering events, a closed sphere that emits Le and reflects rho has the radiance Le (1
+// - rho^(k+1)) / (1 - rho) everywhere. Its tessellation does not matter.
 RenderedImage inside_sphere(float emission, float rho, int depth, const RenderSettings& base) {
   SceneBuilderForTests b;
   MaterialDescription m = lambert(Rgb(rho));
@@ -29,7 +29,7 @@ RenderSettings enclosure_settings() {
   return s;
 }
 
-// 1e-5: float.
+// The tolerance of 1e-5 covers float arithmetic.
 TEST(Enclosure, DepthSeries) {
   RenderSettings s = enclosure_settings();
   for (const float reflectance : {.2f, .5f, .9f})
@@ -43,7 +43,7 @@ TEST(Enclosure, DepthSeries) {
     }
 }
 
-// Case 3: with rho = .99 most of the light comes from paths under Russian roulette.
+// Case 3: with rho = .99, most of the light comes from paths that have survived Russian roulette.
 TEST(Enclosure, RouletteCarriesLongPaths) {
   RenderSettings s = enclosure_settings();
   s.width = s.height = 8;
@@ -55,10 +55,10 @@ TEST(Enclosure, RouletteCarriesLongPaths) {
   }
 }
 
-// Case 4: the same with a cap of half-angle a cut away. From every point of a perfect sphere the
-// black outside has the form factor f = (1 - cos a) / 2, so L = Le / (1 - rho (1 - f)). Faces of 48
-// rings lie up to 1.1e-3 of the radius inside it, so f is off by at most 2.2e-3 of itself, and L by
-// rho f / (1 - rho (1 - f)) times that: 1e-3 of L in the worst case below.
+// Case 4: a cap of half-angle a is cut away from the sphere. From every point of a perfect sphere,
+// the black outside has the form factor f = (1 - cos a) / 2, so L = Le / (1 - rho (1 - f)). The
+// faces of 48 rings lie up to 1.1e-3 of the radius inside the sphere, so the relative error of f is
+// at most 2.2e-3. That of L is rho f / (1 - rho (1 - f)) times as large, at most 1e-3 below.
 TEST(Enclosure, SphereWithOpening) {
   const int rings = 48;
   for (const auto& [rho, open_rings] :
@@ -85,13 +85,13 @@ TEST(Enclosure, SphereWithOpening) {
     if (open_rings == 16) {
       EXPECT_NEAR(exact, 2.5, 1e-12);  // from the catalogue
     }
-    // The bottom of the sphere, along the opening's axis.
+    // The camera sees the bottom of the sphere, along the opening's axis.
     expect_exact(render(*scene, perspective({0, -.8, 0}, {0, -1, 0.001}, 60), s), exact,
                  rho * f * exact * 2.2e-3, s, name);
   }
 }
 
-// Case 5: a point light at the centre of an integrating sphere, L = rho Phi / (4 pi^2 R^2 (1 -
+// Case 5: a point light at the centre of an integrating sphere gives L = rho Phi / (4 pi^2 R^2 (1 -
 // rho)).
 TEST(Enclosure, IntegratingSphere) {
   const double rho = .5, radius = 2, intensity = 3;  // Phi = 4 pi I
@@ -103,14 +103,15 @@ TEST(Enclosure, IntegratingSphere) {
   RenderSettings s = enclosure_settings();
   s.max_depth = 1000;
   const double exact = rho * 4 * kPiD * intensity / (4 * square(kPiD * radius)) / (1 - rho);
-  // Faces of a sphere with 48 rings lie up to 1e-3 inside it: closer to the light.
+  // The faces of a sphere with 48 rings lie up to 1e-3 of the radius inside it, closer to the
+  // light.
   expect_exact(render(*scene, perspective({0.5, 0, 0}, {0, 0.3, -1}, 90), s), exact, 4e-3, s,
                {"5", "integrating sphere"});
 }
 
-// Case 5 off centre: the light after the wall's first scattering is uniform, rho^2 Phi / (4 pi^2
-// R^2 (1 - rho)), wherever the lamp is, since all points of a sphere have equal form factors to one
-// another. The full picture minus the direct one, with the same samples, gives that part.
+// Case 5 off centre: all points of a sphere have equal form factors to one another. So the light
+// after the wall's first scattering is uniform, rho^2 Phi / (4 pi^2 R^2 (1 - rho)), wherever the
+// lamp is. That light is the full picture minus the direct one, rendered with the same samples.
 TEST(Enclosure, IntegratingSphereOffCentre) {
   const double rho = .7, radius = 2, intensity = 3;
   for (const double off : {.5, 1.0}) {
@@ -134,8 +135,9 @@ TEST(Enclosure, IntegratingSphereOffCentre) {
         indirect.add(double(full.rgb(x, y).x) - double(direct.rgb(x, y).x));
     const double flux = 4 * kPiD * intensity;
     const double exact = rho * rho * flux / (4 * square(kPiD * radius)) / (1 - rho);
-    // Faces lie up to 1.1e-3 inside the sphere, so areas are 2.2e-3 smaller and each bounce's form
-    // factors larger by as much. The light and the last bounce double that.
+    // The faces lie up to 1.1e-3 of the radius inside the sphere, so areas are smaller by 2.2e-3
+    // and the form factors of each bounce are larger by as much. This error counts twice, for the
+    // light and for the last bounce.
     expect_case(name, {exact, indirect.mean(), indirect.standard_error(), 4.4e-3 * exact},
                 replay(s));
   }

@@ -1,7 +1,7 @@
-// Cases 9, 11 and 12: environments whose irradiance is a sum over texels, in double. A map's
-// radiance is the bilinear interpolation of its texels, u = 0.5 + atan2(z, x) / 2 pi and v =
-// acos(y) / pi, with u wrapped and v clamped. It is implemented again here, so that the sum follows
-// the definition and not the renderer.
+// Cases 9, 11 and 12: environments whose irradiance is a sum over texels, computed in double. A
+// map's radiance is the bilinear interpolation of its texels at u = 0.5 + atan2(z, x) / 2 pi and v
+// = acos(y) / pi, where u wraps around and v is clamped. This file implements the interpolation
+// again, so that the sum follows the definition and not the renderer.
 #include <random>
 
 #include "receiver.h"
@@ -28,7 +28,7 @@ struct Map {
     return (1 - b) * ((1 - a) * texel(i, j) + a * texel(i + 1, j)) +
            b * ((1 - a) * texel(i, j + 1) + a * texel(i + 1, j + 1));
   }
-  // Between rows of texels that are black.
+  // True if both rows of texels that are interpolated at `v` are black.
   bool is_black_at(double v) const {
     const int j = int(std::floor(v * height - 0.5));
     const auto row = [&](int y) {
@@ -46,9 +46,10 @@ struct Map {
   }
 };
 
-// E = sum over cells of L cos sin(theta) dtheta dphi. Each half texel (within which L is smooth) is
-// cut into cuts x cuts pieces of 2 x 2 Gauss points. The remaining error is the horizon's kink
-// where it does not follow a cell: (pi / height cuts)^2, at most 4e-7 for the maps below.
+// E is the sum of L cos sin(theta) dtheta dphi over cells. L is smooth within each half texel,
+// which is cut into cuts x cuts pieces of 2 x 2 Gauss points. The remaining error comes from the
+// kink at the horizon, where the horizon does not follow the border of a cell. It is (pi / height
+// cuts)^2, at most 4e-7 for the maps below.
 double exact_irradiance(const Map& map, const Vec3d& n, int cuts) {
   const int columns = 2 * map.width * cuts, rows = 2 * map.height * cuts;
   const double offset = 0.5 / std::sqrt(3.0);
@@ -69,7 +70,7 @@ double exact_irradiance(const Map& map, const Vec3d& n, int cuts) {
   return sum * kPiD / rows / 2 * 2 * kPiD / columns / 2;
 }
 
-// A sun of one texel is met by one scattered ray in 30,000: fewer samples would not have met it.
+// Only one scattered ray in 30,000 meets a sun of one texel, so fewer samples would miss it.
 void expect_environment(const Map& map, const Vec3d& n, double exact, double tolerance,
                         const CaseName& name, bool bsdf_alone) {
   SceneBuilderForTests b;
@@ -112,7 +113,7 @@ Map eight_by_four() {
   return map;
 }
 
-// Case 12: normals at the poles, on the seam (-X), on the horizon, and elsewhere.
+// Case 12: receivers face the poles, the seam (-X), the horizon, and other directions.
 TEST(EnvironmentSums, EightByFourTexels) {
   const Map map = eight_by_four();
   const std::pair<Vec3d, const char*> normals[] = {{{0, 1, 0}, "up"},
@@ -130,8 +131,8 @@ TEST(EnvironmentSums, EightByFourTexels) {
   }
 }
 
-// A single texel in each row and at the seam. Interpolation spreads it over its neighbours, across
-// the seam, and up to the pole itself.
+// Each map has one bright texel, in one of several rows and columns, which include the seam.
+// Interpolation spreads the texel over its neighbours, across the seam, and up to the pole itself.
 TEST(EnvironmentSums, LoneTexels) {
   for (const int row : {0, 1, 3})
     for (const int column : {0, 3, 7}) {
@@ -146,11 +147,11 @@ TEST(EnvironmentSums, LoneTexels) {
     }
 }
 
-// The camera's view is deterministic, on both sides of the poles and of the seam.
+// The camera sees the map without noise, on both sides of the poles and of the seam.
 TEST(EnvironmentSums, SeenByTheCamera) {
   const Map map = eight_by_four();
   SceneBuilderForTests b;
-  // A scene needs some geometry; no ray hits this.
+  // A scene needs some geometry. No ray hits this floor.
   b.add_floor(.01f, -10, b.add_material(lambert(Rgb(1.0f))), /*up=*/false);
   b.set_environment(map.image());
   const auto scene = b.build();
@@ -161,16 +162,17 @@ TEST(EnvironmentSums, SeenByTheCamera) {
       const Vec3d d(std::sin(theta) * std::cos(phi), std::cos(theta),
                     std::sin(theta) * std::sin(phi));
       const RenderedImage image = render(*scene, orthographic({0, 0, 0}, d, 1e-3), s);
-      // Float knows x and z of a direction to 6e-8, and so the azimuth at 1e-3 from the pole to
-      // 1e-4: a thousandth of a texel's contrast of 10 over .8.
+      // In a float direction, x and z are exact to 6e-8, so at 1e-3 from the pole the azimuth is
+      // exact to 1e-4. A texel is 2 pi / 8 wide, and the contrast between texels is at most 10.
       const double at_pole = std::sin(theta) < 1e-2 ? 1e-4 / (2 * kPiD / 8) * 10 : 0;
       expect_case({"12", "seen at theta " + format_value(theta) + ", phi " + format_value(phi)},
                   {map.towards(d), image.mean, 0, 2e-5 + at_pole}, replay(s));
     }
 }
 
-// Case 9 as an HDRI: a sun of several texels or of one, 30 degrees above the horizon, alone and in
-// a sky. E is the sum over the texels; pi sin^2 a of the disc that they approximate checks it.
+// Case 9 with the sun in an HDRI. The sun covers one or several texels, 30 degrees above the
+// horizon, alone or in a sky. E is the sum over the texels. The texels approximate a disc, whose pi
+// sin^2 a checks the sum.
 TEST(EnvironmentSums, SunInAMap) {
   for (const auto& [a, width] : {std::pair{.05, 512}, std::pair{.01, 1024}, std::pair{0.0, 1024}})
     for (const float sky : {0.0f, 1.0f}) {
@@ -190,11 +192,11 @@ TEST(EnvironmentSums, SunInAMap) {
           ++texels;
         }
       EXPECT_GE(texels, a == 0 ? 1 : 9);
-      Map sun = map;  // the sky's share is known: pi
+      Map sun = map;  // the sky alone gives pi
       for (float& t : sun.texels) t -= sky;
       const double exact = exact_irradiance(sun, {0, 1, 0}, 2) + double(sky) * kPiD;
       const double disc = 1e6 * kPiD * square(std::sin(a)) * std::sin(elevation);
-      if (a > .02) {  // the outline consists of whole texels
+      if (a > .02) {  // smaller outlines of whole texels are too coarse
         EXPECT_NEAR(exact / disc, 1, .05);
       }
       expect_environment(map, {0, 1, 0}, exact, 1e-5 * exact,

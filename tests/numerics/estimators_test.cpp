@@ -1,7 +1,7 @@
-// Cases E1 and E2: estimators of one picture that have less and less in common. They are MIS of
+// Cases E1 and E2 compare estimators of the same picture that have less and less in common: MIS of
 // light and BSDF samples with one and with three light samples, BSDF sampling alone, and the naive
-// path tracer (naive_path_tracer.h), which shares no code with the others. Blocks and the whole
-// frame are compared, channel by channel.
+// path tracer (naive_path_tracer.h), which shares no code with the others. The tests compare blocks
+// and the whole frame, channel by channel.
 #include <array>
 
 #include "closed_form.h"
@@ -16,7 +16,7 @@ namespace {
 using namespace test;
 
 constexpr int kFrame = 64, kBlock = 8, kBlocks = kFrame / kBlock;
-constexpr int kMaxDepth = 5;  // roulette starts at 2
+constexpr int kMaxDepth = 5;  // roulette starts at depth 2
 
 // Means over blocks and over the frame, with the variances of these means.
 struct BlockMeans {
@@ -34,8 +34,9 @@ struct BlockMeans {
   }
 };
 
-// A pixel's two streams are independent, even where the samples within one are correlated, so their
-// difference gives the variance (film.h). A block has 64 such differences.
+// The two streams of a pixel are independent, even where the samples within a stream are
+// correlated, so the difference between the streams gives the variance (film.h). A block has 64
+// such differences.
 BlockMeans rendered(const Scene& scene, const CameraDescription& view, int light_samples,
                     uint32_t spp, uint32_t seed) {
   RenderSettings s;
@@ -54,7 +55,7 @@ BlockMeans rendered(const Scene& scene, const CameraDescription& view, int light
     for (int x = 0; x < kFrame; ++x) {
       const size_t block = size_t(y / kBlock * kBlocks + x / kBlock);
       const float* pixel = image.pixel(x, y);
-      for (size_t c = 0; c < 3; ++c) {  // R G B A samples variance.R ...
+      for (size_t c = 0; c < 3; ++c) {  // channels: R G B A samples variance.R ...
         result.mean[block][c] += double(pixel[c]) / kPixels;
         result.variance[block][c] += double(pixel[5 + c]) / square(kPixels);
       }
@@ -82,16 +83,17 @@ BlockMeans traced_naively(const NaivePathTracer& tracer, int paths_per_block, ui
   return result;
 }
 
-// Frame means may differ from the reference's by 5 standard errors of the difference. The worst of
-// the 192 block means must lie within 6.5: Sidak's limit for a family error of 1e-6 is 5.9 for a
-// normal variable, and 6.5 for Student's t with the at least 100 degrees of freedom of a block.
+// Frame means may differ from the reference by 5 standard errors of the difference. The worst of
+// the 192 block means must lie within 6.5 standard errors. Sidak's limit for a family error of 1e-6
+// is 5.9 for a normal variable. It is 6.5 for Student's t with 100 degrees of freedom, and a block
+// has at least as many.
 void expect_same(const BlockMeans& a, const BlockMeans& reference, const std::string& number,
                  const std::string& what, const std::string& how) {
   const char* names[] = {"R", "G", "B"};
   double worst = 0;
   for (size_t c = 0; c < 3; ++c) {
     const double error = std::hypot(a.frame_error(c), reference.frame_error(c));
-    // 1e-6: the film's channels are float.
+    // The tolerance is 1e-6, since the film's channels are float.
     expect_case({number, what + ", frame mean " + names[c]},
                 {reference.frame_mean(c), a.frame_mean(c), error, 1e-6 * reference.frame_mean(c)},
                 how);
@@ -110,7 +112,7 @@ void compare_estimators(const SceneDescription& description, const CameraDescrip
                         const std::string& number, const std::string& name, int naive_paths) {
   SceneDescription copy = description;
   const auto scene = build_scene(std::move(copy), {});
-  constexpr uint32_t kSpp = 64;  // or block means would be far from normal
+  constexpr uint32_t kSpp = 64;  // with fewer, block means would be far from normal
   const BlockMeans both = rendered(*scene, view, 1, kSpp, 1);
   const BlockMeans several = rendered(*scene, view, 3, kSpp / 2, 4);
   const BlockMeans bsdf = rendered(*scene, view, 0, 4 * kSpp, 2);
@@ -125,7 +127,7 @@ void compare_estimators(const SceneDescription& description, const CameraDescrip
   expect_same(bsdf, naive, number, name + ", BSDF sampling against the naive tracer", how);
 }
 
-// E50: three light samples against one, which other cases verify. The scene has lamps without
+// E50 compares three light samples with one, which other cases verify. The scene has lamps without
 // extent, an emissive tube, a sky, a smooth coat and its reflections, a mirror, a pane, and solid
 // glass.
 TEST(Estimators, SeveralLightSamples) {
@@ -142,8 +144,8 @@ TEST(Estimators, SeveralLightSamples) {
               "64 x 64, depth 5, seeds 5 (one, 128 spp), 6 (three, 64 spp)");
 }
 
-// The committed file with Lambertian surfaces, as in the measured box (case 1 tests glTF's
-// dielectric layer).
+// Reads the box from this repository, and makes its surfaces Lambertian, as in the measured box.
+// Case 1 tests glTF's dielectric layer.
 TEST(Estimators, CornellBox) {
   SceneDescription scene = load_gltf(EMBERLINE_SCENES "/cornell_box.glb", {});
   ASSERT_EQ(scene.cameras.size(), 1u);
@@ -151,8 +153,8 @@ TEST(Estimators, CornellBox) {
   compare_estimators(scene, scene.cameras[0], "E1", "Cornell box", 100'000);
 }
 
-// Boxes and a faceted ball under an open sky, a lamp that faces down, and a two-sided emissive
-// card: occlusion everywhere, and emitters that reflect.
+// A box and a faceted ball stand under an open sky, with a lamp that faces down and a two-sided
+// emissive card. Occlusion is everywhere, and the emitters also reflect.
 TEST(Estimators, StillLife) {
   SceneBuilderForTests b;
   b.add_floor(4, 0, b.add_material(lambert({.7f, .6f, .5f})));

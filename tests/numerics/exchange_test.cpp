@@ -8,7 +8,7 @@ namespace {
 
 using namespace test;
 
-// Mean irradiance of a square of half size h in the plane y = 0, divided by pi.
+// Returns the mean irradiance, divided by pi, of a square of half size h in the plane y = 0.
 MeasuredMean over_square(const SceneBuilderForTests& b, double h, uint32_t seed) {
   RenderSettings s = direct_light_settings(256);
   s.width = s.height = 16;
@@ -18,12 +18,12 @@ MeasuredMean over_square(const SceneBuilderForTests& b, double h, uint32_t seed)
 
 // ---- E6 ----------------------------------------------------------------------------------------
 
-// Coaxial parallel squares. The flux from 1 to 2 is pi L A1 F12, so area times mean irradiance is
-// the same in both directions. For equal squares of side 1 at distance 1 there is the formula for
-// opposite rectangles (Howell's catalogue, C-11).
+// Two squares are parallel and coaxial. The flux from square 1 to square 2 is pi L A1 F12, so area
+// times mean irradiance is the same in both directions. For equal squares of side 1 at distance 1,
+// the exact value is the formula for opposite rectangles (Howell's catalogue, C-11).
 TEST(FormFactors, AreReciprocal) {
   struct Squares {
-    double first, second, distance;  // half sizes
+    double first, second, distance;  // half sizes, and the distance
   };
   for (const auto& [first, second, distance] :
        {Squares{.5, .5, 1}, Squares{.1, .8, .3}, Squares{1, .01, .02}}) {
@@ -38,7 +38,7 @@ TEST(FormFactors, AreReciprocal) {
     const MeasuredMean there = flux(first, second, 1), back = flux(second, first, 2);
     const std::string what = "squares of " + format_value(2 * first) + " and " +
                              format_value(2 * second) + " at " + format_value(distance);
-    // 1e-5: float.
+    // The tolerance of 1e-5 covers float arithmetic.
     expect_case({"E6", what + ", flux 1 to 2 against 2 to 1"},
                 {back.mean, there.mean, std::hypot(there.standard_error, back.standard_error),
                  1e-5 * back.mean},
@@ -56,10 +56,11 @@ TEST(FormFactors, AreReciprocal) {
 
 // ---- E7 ----------------------------------------------------------------------------------------
 
-// Helmholtz reciprocity of whole paths, for two Lambertian patches of one size that do not face
-// each other. The irradiance of patch 2 lit by 1 equals that of 1 lit by 2, over all orders. Patch
-// 1 faces the wall squarely and patch 2 sees it at a grazing angle, so a lobe that is not symmetric
-// in its directions would show. The wall is rough enough for BSDF sampling to find the patches.
+// Tests the Helmholtz reciprocity of whole paths with two Lambertian patches of the same size that
+// do not face each other. The irradiance of patch 2 when patch 1 emits equals the irradiance of
+// patch 1 when patch 2 emits, summed over all orders. Patch 1 faces the wall squarely and patch 2
+// sees it at a grazing angle, so a lobe that is not symmetric in its two directions would show. The
+// wall is rough enough for BSDF sampling to find the patches.
 MeasuredMean received(const MaterialDescription& wall, bool swapped, const CaseName& name) {
   SceneBuilderForTests b;
   MaterialDescription shining = lambert(Rgb(.5f)), plain = lambert(Rgb(.5f));
@@ -100,7 +101,8 @@ TEST(Reciprocity, LampAndDetectorChangePlaces) {
                                        format_value(double(roughness))};
       const MeasuredMean there = received(wall, false, name), back = received(wall, true, name);
       EXPECT_GT(there.mean, 0);
-      // 1e-5: float. The albedo tables scale the diffuse lobe symmetrically in both directions.
+      // The tolerance of 1e-5 covers float arithmetic. The albedo tables scale the diffuse lobe
+      // symmetrically in both directions.
       expect_case(name,
                   {back.mean, there.mean, std::hypot(there.standard_error, back.standard_error),
                    1e-5 * back.mean},
@@ -110,9 +112,9 @@ TEST(Reciprocity, LampAndDetectorChangePlaces) {
 
 // ---- E8 ----------------------------------------------------------------------------------------
 
-// A point light in a closed box of reflectance rho: the absorbed (1 - rho) of the walls' total
-// irradiance equals the lamp's 4 pi I, wherever the lamp is. This includes all bounces and Russian
-// roulette.
+// A point light shines in a closed box of reflectance rho. The walls absorb 1 - rho of their total
+// irradiance. The absorbed power equals the lamp's 4 pi I, wherever the lamp is. It includes all
+// bounces and Russian roulette.
 TEST(EnergyBalance, WallsAbsorbWhatTheLampSends) {
   for (const double rho : {.3, .8, .95}) {
     SceneBuilderForTests b;

@@ -23,10 +23,10 @@ Mat44d linear(const Vec3d& x, const Vec3d& y, const Vec3d& z) {
   return m;
 }
 
-// A closed cavity shows Le / (1 - rho) = 1 whatever its shape. Rays start 4 ulp of the largest
-// coordinate off a surface, d = 4.8e-7 max, so they leave the cavity where it is thinner than that,
-// at its rim or everywhere. An ellipsoid of thickness 2 a is thinner than d over the share (d /
-// 2a)^2 of its outline.
+// A closed cavity of any shape shows Le / (1 - rho) = 1. Rays start off a surface by d = 4.8e-7
+// max, which is 4 ulp of the largest coordinate `max`. So they escape where the cavity is thinner
+// than d, which is at its rim or everywhere. An ellipsoid of thickness 2 a is thinner than d over
+// the share (d / 2a)^2 of its outline.
 TEST(Extremes, FlattenedCavity) {
   struct Shape {
     const char* name;
@@ -36,7 +36,8 @@ TEST(Extremes, FlattenedCavity) {
   const Shape shapes[] = {
       {"1e-2 x 1 x 1e2", linear({1e-2, 0, 0}, {0, 1, 0}, {0, 0, 1e2}), 2e-2, 1e2},
       {"1e2 x 1 x 1e-2, mirrored", linear({-1e2, 0, 0}, {0, 1, 0}, {0, 0, 1e-2}), 2e-2, 1e2},
-      // Largest singular value 10 sqrt 2 and determinant 1, hence the smallest is 1 / (10 sqrt 2).
+      // The largest singular value is 10 sqrt 2 and the determinant is 1, so the smallest singular
+      // value is 1 / (10 sqrt 2).
       {"sheared by 10", linear({1, 10, 0}, {0, 1, 0}, {0, 10, 1}), .14, 14},
       {"1e-4 x 1 x 1e4", linear({1e-4, 0, 0}, {0, 1, 0}, {0, 0, 1e4}), 2e-4, 1e4}};
   for (const Shape& shape : shapes) {
@@ -49,9 +50,10 @@ TEST(Extremes, FlattenedCavity) {
       if (instanced) b.place(mesh, shape.to_world * translation(3 * shape.largest, 0, 0));
       const RenderSettings s = extreme_settings();
       const RenderedImage image = render(*b.build(), perspective({0, 0, 0}, {.1, .3, -1}, 90), s);
-      // An instance's bound adds up the terms of its transform: here up to 6 times the baked bound.
+      // The error bound of an instance adds up the terms of its transform. Here it is up to 6 times
+      // the bound of a baked mesh.
       const double offset = (instanced ? 6 : 1) * 0x1p-21 * shape.largest;
-      // Each of a path's 1 / (1 - rho) = 5 segments may hit the rim.
+      // A path has 1 / (1 - rho) = 5 segments, and each of them may hit the rim.
       const double lost = 5 * square(offset / shape.thickness);
       const CaseName name{"E28",
                           std::string("cavity ") + shape.name + (instanced ? ", instanced" : "")};
@@ -67,7 +69,8 @@ TEST(Extremes, FlattenedCavity) {
   }
 }
 
-// Normals transform by the inverse transpose. 1e-6: they are rounded to float about five times.
+// Normals transform by the inverse transpose. The tolerance is 1e-6, since they are rounded to
+// float about five times.
 TEST(Extremes, NormalsUnderShear) {
   const Vec3f object = normalize(Vec3f(.3f, .9f, -.2f));
   const std::pair<const char*, Mat44d> shapes[] = {
@@ -114,8 +117,9 @@ TEST(Extremes, NormalsUnderShear) {
   }
 }
 
-// A lamp that stands on the receiver with its lower edge in the floor gives Lambert's formula for a
-// rectangle cut by the horizon. One that lies beside the receiver in its plane gives nothing.
+// A lamp that stands on the receiver, with its lower edge in the floor, gives Lambert's formula for
+// a rectangle that the horizon cuts. A lamp that lies beside the receiver, in the receiver's plane,
+// gives no light.
 TEST(Extremes, LampInTheReceiversPlane) {
   RenderSettings s = extreme_settings();
   s.spp = 1024;
@@ -142,15 +146,15 @@ TEST(Extremes, LampInTheReceiversPlane) {
   }
 }
 
-// A ball of two million triangles of 1e-4 pixel: with radius .07 pixel it covers pi .07^2 of each
-// pixel. The outline is a polygon of 2828 sides, 2e-6 short of a circle.
+// A ball has a radius of .07 pixel and two million triangles of 1e-4 pixel. It covers pi .07^2 of
+// each pixel. Its outline is a polygon of 2828 sides, whose area is 2e-6 short of a circle's.
 TEST(Extremes, TrianglesFarBelowAPixel) {
   SceneBuilderForTests b;
   MaterialDescription bright;  // visible, but not sampled as one of 128 million lamps
   bright.unlit = true;
   const int mesh = b.add_mesh(SceneBuilderForTests::sphere(.07f, 707, b.add_material(bright)));
   constexpr int kFrame = 8;
-  // One in every pixel, a third off its centre.
+  // Every pixel holds one ball, at (.3, .6) of the pixel.
   for (int i = 0; i < kFrame * kFrame; ++i) {
     b.place(mesh, translation(i % kFrame - kFrame / 2 + .3, 0, i / kFrame - kFrame / 2 + .6));
   }
@@ -162,9 +166,9 @@ TEST(Extremes, TrianglesFarBelowAPixel) {
                kPiD * square(.07), 1e-5, s, {"E31", "64 balls of 2e6 triangles, .07 px"});
 }
 
-// Radiances at the ends of float's range, seen directly and as illumination, from one lamp or many.
-// 1e-40 is denormal: it may become 0 but not infinity or NaN, and its irradiance is below 1.2e-38
-// either way.
+// One lamp or 64 lamps illuminate a floor, with radiances at the ends of float's range. 1e-40 is
+// denormal. It may become 0, but not infinity or NaN, and the irradiance is below 1.2e-38 in either
+// case.
 TEST(Extremes, RadianceAtTheEndsOfFloat) {
   for (const float radiance : {1e-40f, 1e-30f, 1e30f, 1e38f}) {
     for (const int lamps : {1, 64}) {
@@ -197,7 +201,7 @@ TEST(Extremes, RadianceAtTheEndsOfFloat) {
   }
 }
 
-// A thousand layers of alpha .001, in one plane or stacked: (1 - .001)^1000 of the sky passes,
+// A thousand layers of alpha .001, in one plane or stacked, let (1 - .001)^1000 of the sky pass,
 // since each layer decides independently.
 TEST(Extremes, AThousandLayers) {
   for (const bool stacked : {false, true}) {
@@ -212,7 +216,7 @@ TEST(Extremes, AThousandLayers) {
     layers.material = material;
     for (uint32_t i = 0; i < 1000; ++i) {
       const float y = stacked ? .001f * float(i) : 0;
-      // One triangle each, so that no diagonal is hit twice.
+      // Each layer is one triangle, so that no ray hits a diagonal twice.
       layers.positions.emplace_back(-9.0f, y, -9.0f);
       layers.positions.emplace_back(0.0f, y, 9.0f);
       layers.positions.emplace_back(9.0f, y, -9.0f);
@@ -222,7 +226,8 @@ TEST(Extremes, AThousandLayers) {
     b.set_environment(Rgb(1.0f));
     RenderSettings s = extreme_settings();
     s.spp = long_or_short(256u, 64u);
-    // 1e-4: a float alpha of .001, and to_unit_float's 24 bits, 1000 times.
+    // The tolerance is 1e-4. It covers a float alpha of .001 and the 24 bits of to_unit_float, 1000
+    // times.
     expect_exact(render(*b.build(), orthographic({0, 5, 0}, {.1, 0, .1}, 1), s),
                  std::pow(.999, 1000), 1e-4, s,
                  {"E33", stacked ? "1000 layers of alpha .001, stacked"

@@ -9,7 +9,8 @@ namespace {
 
 using namespace test;
 
-// A floor under radiance 1, seen orthographically at cosine mu: the picture is the albedo at mu.
+// Renders a floor under an environment of radiance 1, seen orthographically at cosine mu. The
+// picture's radiance is the albedo at mu.
 RenderedImage albedo_of(const MaterialDescription& material, double mu, RenderSettings s) {
   SceneBuilderForTests b;
   b.add_floor(100, 0, b.add_material(material));
@@ -27,7 +28,7 @@ RenderSettings furnace_settings() {
   return s;
 }
 
-// Half metal, half dielectric: other glTF renderers lose energy here.
+// Mixtures of metal and dielectric keep all energy, whereas other glTF renderers lose some here.
 TEST(Furnace, IntermediateMetalness) {
   for (const float metallic : {0.25f, 0.5f, 0.75f}) {
     MaterialDescription m;
@@ -40,9 +41,9 @@ TEST(Furnace, IntermediateMetalness) {
   }
 }
 
-// KHR_materials_specular's idiom for "no reflection": an index of 1000 would reflect everything,
-// and a colour of 0 removes all but the grazing F90. The base is black, so the result is that rest
-// alone.
+// KHR_materials_specular expresses "no reflection" by an index of 1000 and a colour of 0. The index
+// alone would reflect everything, and the colour removes all of it except the grazing F90. The base
+// is black, so the picture shows only the reflection.
 TEST(Furnace, SpecularColorScalesTheReflection) {
   MaterialDescription m;
   m.base_color = Rgb(0.0f);
@@ -58,7 +59,7 @@ TEST(Furnace, SpecularColorScalesTheReflection) {
   }
 }
 
-// Light sampling alone, BSDF sampling alone and both together estimate the same integral.
+// Light and BSDF sampling together estimate the same integral as BSDF sampling alone.
 TEST(Furnace, WithAndWithoutLightSampling) {
   MaterialDescription m;
   m.base_color = {0.8f, 0.4f, 0.2f};
@@ -75,7 +76,7 @@ TEST(Furnace, WithAndWithoutLightSampling) {
               replay(s));
 }
 
-// A convex object in the furnace disappears, silhouette included.
+// A white convex object disappears in the furnace, including its silhouette.
 TEST(Furnace, WhiteSphereDisappears) {
   SceneBuilderForTests b;
   b.place(b.add_mesh(SceneBuilderForTests::sphere(1.0f, 32, b.add_material(metal(Rgb(1.0f), 0.5f)),

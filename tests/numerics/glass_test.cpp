@@ -1,4 +1,5 @@
-// Glass: slabs with exact reflectance and transmittance, and solids invisible in a furnace.
+// Glass: slabs with exact reflectance and transmittance, and solids that are invisible in a
+// furnace.
 #include <cstring>
 
 #include "closed_form.h"
@@ -10,7 +11,8 @@ namespace {
 
 using namespace test;
 
-// A slab of thickness d, 2000 wide, its top at y = 0: two quads with normals outwards.
+// Adds a slab of thickness d and width 2000, whose top is at y = 0. It consists of two quads with
+// outward normals.
 void add_slab(SceneBuilderForTests& b, const MaterialDescription& m, float d) {
   const int material = b.add_material(m);
   b.add_floor(1000, 0, material, /*up=*/true);
@@ -27,12 +29,13 @@ RenderSettings glass_settings() {
 
 CameraDescription from_angle(double theta, bool above) {
   const Vec3d direction(std::sin(theta), above ? std::cos(theta) : -std::cos(theta), 0.3e-3);
-  // Off the quads' diagonals.
+  // The target lies off the quads' diagonals.
   const Vec3d at(7.3, above ? 0.0 : -0.1, 3.1);
   return orthographic(at + direction * 5.0, at, 1e-3);
 }
 
-// Case 13: R_tot = 2R / (1 + R), and the rest is transmitted.
+// Case 13: a slab reflects 2R / (1 + R), where R is the reflectance of one face, and transmits the
+// rest.
 TEST(GlassSlab, ReflectsAndTransmitsExactly) {
   const double eta = 1.5;
   const double published[] = {.076923, .079216, .143891, .390510};
@@ -52,7 +55,8 @@ TEST(GlassSlab, ReflectsAndTransmitsExactly) {
   }
 }
 
-// The same with absorption a = exp(-sigma d / cos t) on each crossing.
+// The same slab with absorption, which leaves a = exp(-sigma d / cos t) of the light on each
+// crossing.
 TEST(GlassSlab, Absorbs) {
   const double eta = 1.5, theta = .5, d = .1, half_distance = .15;
   MaterialDescription m = glass(float(eta), 0, true);
@@ -73,7 +77,7 @@ TEST(GlassSlab, Absorbs) {
                1e-5, s, {"13", "absorbing, passed"});
 }
 
-// A solid of index 1 is invisible, and so is a thin wall.
+// A solid of index 1 is invisible, and so is a thin wall of index 1.
 TEST(Glass, IndexOneIsInvisible) {
   for (const bool solid : {false, true}) {
     SceneBuilderForTests b;
@@ -99,8 +103,8 @@ TEST(Glass, BallInAFurnace) {
     s.width = s.height = 16;
     s.spp = 256;
     s.max_depth = 1000;
-    // 4e-3 when rough: the compensation is exact for one interface, but inside the table's
-    // interpolation error adds up over several bounces.
+    // The tolerance for a rough ball is 4e-3. The compensation is exact for one interface, but
+    // inside the ball the table's interpolation error adds up over several bounces.
     expect_exact(render(*scene, perspective({0, 0, 4}, {0, 0, 0}, 25), s), 1.0,
                  roughness > 0 ? 4e-3 : 1e-5, s,
                  {"14", "ball of roughness " + std::to_string(roughness)});

@@ -1,5 +1,6 @@
 // Rooms lit through a hole, where environment samples are guided (renderer/scene/light_survey.h).
-// Their light has a closed form, the noise is lower, and no guide is built where it would not pay.
+// Their light agrees with a closed form, the noise is lower than without a guide, and no guide is
+// built where it would not pay.
 #include "receiver.h"
 #include "renderer/lights/environment_guide.h"
 #include "renderer/lights/light_guide.h"
@@ -12,7 +13,7 @@ namespace {
 using namespace test;
 
 constexpr double kHeight = 3;
-// The hole in the ceiling.
+// The hole in the ceiling spans these x and z.
 constexpr double kX0 = -.3, kX1 = .5, kZ0 = -.4, kZ1 = .2;
 
 int two_sided(SceneBuilderForTests& b, float albedo) {
@@ -21,7 +22,8 @@ int two_sided(SceneBuilderForTests& b, float albedo) {
   return b.add_material(m);
 }
 
-// A room with black or grey walls, scaled by `size` and moved to `at`.
+// Returns a room with a white floor and walls of albedo `walls`, scaled by `size` and moved to
+// `at`.
 SceneBuilderForTests room(float walls = 0, double size = 1, const Vec3d& at = Vec3d(0.0)) {
   SceneBuilderForTests b;
   const int wall = two_sided(b, walls), floor = two_sided(b, 1);
@@ -68,7 +70,8 @@ RenderSettings by_light(RenderSettings s) {
   return s;
 }
 
-// Uses few samples: with many, smooth light through a simple hole is well stratified either way.
+// Uses few samples. With many samples, smooth light through a simple hole is well stratified with
+// and without a guide.
 double noise_of(const Scene& scene, const CameraDescription& view, RenderSettings s) {
   s.spp = 16;
   s.width = s.height = 32;
@@ -88,7 +91,8 @@ TEST(GuidedRoom, LightThroughAHole) {
       const RenderedImage guided = render(*scene, view, s);
       expect_exact(guided, exact_at(floor), 1e-4, s,
                    {"E49", fmt::format("room of size {:g}, light through a hole", size)});
-      // Directly below the hole, it fills a small part of many tiles.
+      // Seen from directly below, the hole fills a small part of many tiles, and the guide gains
+      // less.
       EXPECT_LT(noise_of(*scene, view, s),
                 (floor.x == 0 ? 1.0 : 0.4) * noise_of(*scene, view, by_light(s)))
           << size;
@@ -96,7 +100,7 @@ TEST(GuidedRoom, LightThroughAHole) {
   }
 }
 
-// A sky with a bright and a dark half, and a sun of several texels.
+// Returns a sky with a bright and a dark half, and a sun of several texels.
 std::shared_ptr<const Image> sky_map() {
   return float_map(128, 64, [](int column, int row) {
     const bool sun = row >= 2 && row < 4 && column >= 30 && column < 40;
@@ -104,8 +108,8 @@ std::shared_ptr<const Image> sky_map() {
   });
 }
 
-// With reflections, a clear pane, other lamps, or translucent leaves the mean stays the same. The
-// spot is so small that its picture shows only noise.
+// With a guide the mean stays the same, even with reflections, a clear pane, other lamps, or a
+// translucent leaf. The rendered spot is so small that its pixels differ only by noise.
 TEST(GuidedRoom, HasTheMeanOfOneThatIsNot) {
   for (const std::string with : {"", "pane", "map", "lamps", "leaf"}) {
     SceneBuilderForTests b = room(0.5f);
@@ -149,7 +153,8 @@ TEST(GuidedRoom, HasTheMeanOfOneThatIsNot) {
   }
 }
 
-// A closed room under a bright sky, whose samples are wasted. The lamp's light has a closed form.
+// In a closed room under a bright sky, samples of the sky are wasted. The lamp's light has a closed
+// form.
 TEST(GuidedRoom, LampsAndASkyThatDoesNotArrive) {
   for (const double size : {1e-6, 1.0, 1e6}) {
     const double power = 2;
@@ -172,12 +177,12 @@ TEST(GuidedRoom, LampsAndASkyThatDoesNotArrive) {
     const double exact = power * to_lamp.y / std::pow(to_lamp.length(), 3) / kPiD;
     expect_exact(render(*scene, view, s), exact, 1e-4, s,
                  {"E51", fmt::format("closed room of size {:g}, a lamp, bright sky", size)});
-    // The guide raises the lamp's share of the samples from one in five to 19 of 20.
+    // The guide raises the lamp's share of the samples from 1 in 5 to 19 in 20.
     EXPECT_LT(noise_of(*scene, view, s), 0.5 * noise_of(*scene, view, by_light(s))) << size;
   }
 }
 
-// Suns, lamps and a sky together, each of which is the brightest somewhere.
+// The room has a sun, a lamp and a sky, each of which is the brightest light somewhere.
 TEST(GuidedRoom, KindsOfLightKeepTheirMean) {
   SceneBuilderForTests b = room(0.5f);
   b.set_environment(sky_map());
@@ -204,7 +209,8 @@ TEST(GuidedRoom, KindsOfLightKeepTheirMean) {
   EXPECT_LT(error, 0.02 * light.mean);
 }
 
-// Equal samples have equal bits for all threads, buckets, crops and drivers.
+// Guided samples have the same bits for any number of threads, and for all buckets, crops and
+// drivers.
 TEST(GuidedRoom, EqualSamplesHaveEqualBits) {
   SceneBuilderForTests b = room(0.5f);
   b.set_environment(Rgb(1.0f));

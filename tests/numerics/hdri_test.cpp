@@ -28,8 +28,9 @@ std::shared_ptr<const Image> sky() {
   return image;
 }
 
-// The map is bilinear: the texel is a product of two tents of half widths a = 2 pi / W and
-// b = pi / H around theta0, entirely above the horizon. Its irradiance on a level floor is
+// The map is interpolated bilinearly, so the texel is a product of two tents of half widths a = 2
+// pi / W and b = pi / H around theta0, entirely above the horizon. Its irradiance on a level floor
+// is
 //   (P - 1) a int tent((t - theta0) / b) cos t sin t dt = (P - 1) a b sin(2 theta0) / 2 (sin b/b)^2
 // since the tent's transform at frequency 2 is b (sin b / b)^2. The rest of the sky gives pi.
 double exact_irradiance() {
@@ -44,7 +45,7 @@ std::unique_ptr<Scene> floor_under_it() {
   return b.build();
 }
 
-// 1e-5: the map's lookups are float.
+// The map's look-ups are in float.
 constexpr double kTolerance = 1e-5;
 
 TEST(BrightTexel, LightAndBsdfSampling) {
@@ -54,7 +55,7 @@ TEST(BrightTexel, LightAndBsdfSampling) {
   s.max_depth = 1;
   const RenderedImage image = render(*floor_under_it(), orthographic({0, 1, 0}, {0, 0, 0}, 1), s);
   expect_exact(image, exact_irradiance() / kPiD, kTolerance, s, {"22", "both samplings"});
-  // For one pixel of 64 samples: the standard error of the mean of 1024 pixels is 1/32 of it.
+  // This is the error of one pixel with 64 samples. The mean of 1024 pixels has 1/32 of it.
   const double relative = image.standard_error * 32 / image.mean;
   expect_case({"22", "relative standard error at 64 spp, below 0.01"}, {0, relative, 0, 0.01},
               replay(s));
@@ -70,7 +71,8 @@ TEST(BrightTexel, BsdfSamplingAlone) {
                exact_irradiance() / kPiD, kTolerance, s, {"22", "BSDF sampling"});
 }
 
-// Light sampling alone, without MIS compensation, which would leave the dim part to BSDF sampling.
+// Tests light sampling alone. MIS compensation is off, since it would leave the dim part to BSDF
+// sampling.
 TEST(BrightTexel, LightSamplingAlone) {
   const LightSampler lights = make_light_sampler(
       {}, {},

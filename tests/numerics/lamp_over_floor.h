@@ -1,4 +1,4 @@
-// A white floor, objects above it, and the irradiance that it must show.
+// A white floor, objects above it, and the irradiance that the floor must show.
 #pragma once
 
 #include <functional>
@@ -8,7 +8,9 @@
 
 namespace emberline::test {
 
-// The floor is at y = 0; its picture is E / pi. max_depth is 1, since clear walls do not count.
+// Compares the irradiance E of the floor at (.3, 0, .1) with `exact`. `tolerance` is relative. The
+// floor is at y = 0 and its radiance is E / pi. max_depth is 1, since passing a clear wall does not
+// count as an event.
 inline void expect_irradiance_at(const char* number, const SceneBuilderForTests& b, double exact,
                                  double tolerance, const std::string& what) {
   const auto scene = b.build();
@@ -38,8 +40,9 @@ inline SceneBuilderForTests white_floor() {
   return b;
 }
 
-// A lamp of 0.2 x 0.2 and radiance 50 at (1.3, 2, .1), seen from (.3, 0, .1) at 27 degrees.
-// Transmittance depends on the cosine, which is the same at the floor and at the lamp.
+// Adds a lamp of 0.2 x 0.2 and radiance 50 at (1.3, 2, .1). From (.3, 0, .1) it is seen at 27
+// degrees from the vertical. In lamp_irradiance, the transmittance between them depends on the
+// cosine of that angle, which is the same at the floor and at the lamp.
 inline void add_lamp(SceneBuilderForTests& b, const MaterialDescription& m = emitter(Rgb(50.0f))) {
   b.add_quad({1.2f, 2, 0}, {1.4f, 2, 0}, {1.4f, 2, .2f}, {1.2f, 2, .2f}, b.add_material(m));
 }

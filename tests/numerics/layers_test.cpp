@@ -10,7 +10,7 @@ namespace {
 
 using namespace test;
 
-// KHR_materials_clearcoat: emission times 1 - clearcoat F, F = .04 + .96 (1 - mu)^5.
+// KHR_materials_clearcoat multiplies emission by 1 - clearcoat F, where F = .04 + .96 (1 - mu)^5.
 TEST(Layers, CoatDimsALamp) {
   for (const float clearcoat : {.5f, 1.0f}) {
     SceneBuilderForTests b = white_floor();
@@ -19,23 +19,26 @@ TEST(Layers, CoatDimsALamp) {
     add_lamp(b, lamp);
     const double exact = lamp_irradiance(
         [&](double mu) { return 1 - double(clearcoat) * (.04 + .96 * std::pow(1 - mu, 5)); });
-    // 1e-4: the lamp's corners are floats, and the midpoint rule errs by 1 / 24 steps^2.
+    // The tolerance is 1e-4, since the lamp's corners are floats, and the midpoint rule errs by 1 /
+    // 24 steps^2.
     expect_irradiance_at("E42", b, exact, 1e-4, "lamp under a coat of " + format_value(clearcoat));
   }
 }
 
-// A ray hits the first face of a prism at normal incidence and the second at 30 degrees from
-// inside. A distant screen emits beyond the point where `edge` nanometres arrive, so the picture
-// sums up the shorter wavelengths. `max_depth` 2 cuts off reflections at either face.
+// A ray hits the first face of a prism at normal incidence, and the second at 30 degrees from
+// inside. A distant screen emits beyond the point where light of `edge` nanometres arrives, so the
+// picture sums up the shorter wavelengths. A `max_depth` of 2 cuts off reflections at either face.
 struct Prism {
   static constexpr double kAngle = kPiD / 6, kScreen = 1000, kIor = 1.5, kDispersion = 2;
 
   static double ior(double nanometres) {
-    // Cauchy's A + B / lambda^2 with Abbe number 20 / dispersion through kIor at 587.56 nm.
+    // Cauchy's A + B / lambda^2 with the Abbe number 20 / dispersion and the index kIor at 587.56
+    // nm.
     const double b = (kIor - 1) * kDispersion / 20 / (1 / square(486.13) - 1 / square(656.27));
     return kIor + b * (1 / square(nanometres) - 1 / square(587.56));
   }
-  // Offset from the exit point at which the ray hits the screen.
+  // Returns the distance on the screen from the point opposite to the ray's exit point to the point
+  // that the ray hits.
   static double deflection(double nanometres) {
     return kScreen * std::tan(std::asin(ior(nanometres) * std::sin(kAngle)) - kAngle);
   }
@@ -45,7 +48,7 @@ struct Prism {
   }
 };
 
-// A unit test checks the integrals of the responses over u; this is a midpoint sum.
+// Returns a midpoint sum over u. A unit test checks the integrals of the responses over u.
 Rgb prism_exact(double edge) {
   double sum[3] = {0, 0, 0};
   constexpr int kSteps = 400'000;
@@ -66,7 +69,8 @@ TEST(Layers, PrismBendsByTheWavelength) {
     m.dispersion = float(Prism::kDispersion);
     const int material = b.add_material(m);
     b.add_floor(2, 0, material);
-    // Through (0, -3, 0), its outer normal 30 degrees from -Y towards +X.
+    // The second face passes through (0, -3, 0). Its outer normal points 30 degrees from -Y towards
+    // +X.
     const float run = 2, rise = run * float(std::tan(Prism::kAngle));
     b.add_quad({-run, -3 - rise, -1}, {run, -3 + rise, -1}, {run, -3 + rise, 1},
                {-run, -3 - rise, 1}, material);
@@ -89,8 +93,8 @@ TEST(Layers, PrismBendsByTheWavelength) {
       for (size_t i = size_t(c); i < image.values.size(); i += image.channels.size()) {
         pixels.add(double(image.values[i]));
       }
-      // The view of 1e-4 moves the edge by 3e-6 of the spectrum's width; the rest is float
-      // rounding.
+      // The tolerance is 2e-5. The view of 1e-4 moves the edge by 3e-6 of the spectrum's width, and
+      // the rest covers float rounding.
       expect_case(name, {double(exact[c]), pixels.mean(), pixels.standard_error(), 2e-5},
                   replay(s));
     }

@@ -9,7 +9,7 @@ namespace {
 
 using namespace test;
 
-// A square of half size h around `center`, facing n, cut into n x n quads.
+// Makes a square of half size h around `center` that faces n, cut into cuts x cuts quads.
 MeshDescription tilted_square(const Vec3f& center, const Vec3f& n, float h, int cuts,
                               int material) {
   const Vec3f u = normalize(cross(n, Vec3f(0.3f, 0.1f, 0.9f)));
@@ -34,10 +34,11 @@ MeshDescription tilted_square(const Vec3f& center, const Vec3f& n, float h, int 
   return mesh;
 }
 
-// A large emitter must not shadow itself anywhere. Two triangles give the same as the square in 64
-// x 64 pieces, and as BSDF sampling, which needs no shadow rays.
+// A large emitter must not shadow itself anywhere. A square of two triangles gives the same light
+// as the square in 64 x 64 pieces, and the same as BSDF sampling, which needs no shadow rays.
 TEST(LightPaths, LargeTiltedEmitterDoesNotShadeItself) {
-  // Several tilts, since rounding decides which of them end on the wrong side.
+  // There are several tilts, since rounding decides for which tilts points on the emitter end on
+  // its wrong side.
   for (const auto& [direction, half, distance] :
        {std::tuple{Vec3f(0.35f, 1.0f, -0.55f), 10.0f, 1.0f},
         std::tuple{Vec3f(0.6f, 1.0f, 0.2f), 10.0f, 0.1f},
@@ -76,8 +77,8 @@ TEST(LightPaths, LargeTiltedEmitterDoesNotShadeItself) {
   }
 }
 
-// A blended card that is bright where it is clear. A light sample must use the product of the mean
-// emission and mean coverage, as rays do, not the mean of the product (0 here).
+// A blended card is bright where it is clear. A light sample must use the product of the mean
+// emission and the mean coverage, as rays do, not the mean of the product (0 here).
 TEST(LightPaths, BlendedEmitterIsSampledAsItIsSeen) {
   const auto picture = [](bool light_sampling) {
     SceneBuilderForTests b;
@@ -119,8 +120,9 @@ MaterialDescription pane(float roughness, bool thin) {
   return m;
 }
 
-// A point light behind window panes can only be lit straight through them. A thin pane transmits 1
-// - R of the tint at normal incidence, where R is that of one interface, as in glTF.
+// A point light behind window panes can illuminate the floor only straight through the panes. At
+// normal incidence a thin pane transmits 1 - R of the tint, where R is that of one interface, as in
+// glTF.
 TEST(LightPaths, PointLightShinesThroughThinPanes) {
   for (const int panes : {1, 2}) {
     SceneBuilderForTests b;
@@ -140,8 +142,8 @@ TEST(LightPaths, PointLightShinesThroughThinPanes) {
   }
 }
 
-// A lamp and a plate inside a tinted solid of index 1, seen from outside: the segments to the plate
-// and to the lamp both absorb.
+// A lamp and a plate are inside a tinted solid of index 1 and seen from outside. The solid absorbs
+// along the segment to the plate and along the segment to the lamp.
 TEST(LightPaths, AbsorptionOnEveryLeg) {
   for (const bool light_sampling : {true, false}) {
     SceneBuilderForTests b;
@@ -164,14 +166,14 @@ TEST(LightPaths, AbsorptionOnEveryLeg) {
     const double d2 = 4 + square(.3) + square(.1);
     const double lit = 400 * 0.01 * (4 / d2) / d2 / kPiD;  // L A cos^2 / d^2, over pi
     const double exact = lit * std::pow(0.5, 3.0) * std::pow(0.5, std::sqrt(d2));
-    // 1e-3: the lamp's far corners are farther away than its centre.
+    // The tolerance is 1e-3, since the lamp's far corners are farther away than its centre.
     expect_exact(render(*scene, orthographic({.3, 5, .1}, {.3, 0, .1}, 1e-3), s), exact, 1e-3, s,
                  {"26", light_sampling ? "lamp in a medium, light sampling"
                                        : "lamp in a medium, BSDF sampling"});
   }
 }
 
-// Inside the solid, which the ray recognises by its back face.
+// The camera is inside the solid, which the ray recognises when it hits the back of a face.
 TEST(LightPaths, CameraInsideASolid) {
   SceneBuilderForTests b;
   MaterialDescription m = pane(0, false);

@@ -1,5 +1,5 @@
-// Cases E3 to E5: light is additive. Lamps together give the sum of the lamps alone, an emitter
-// gives the same whole or in pieces, and no magnitude of radiance is special.
+// Cases E3 to E5: light is additive. Lamps together give the sum of what each gives alone, an
+// emitter gives the same light whole or in pieces, and no magnitude of radiance is special.
 #include <random>
 
 #include "receiver.h"
@@ -9,8 +9,8 @@ namespace {
 
 using namespace test;
 
-// A room with two lamps, a point light and a sky, each of which can be switched off. Light bounces
-// between a glossy floor, a wall and a ball.
+// Returns a room with two lamps, a point light and a sky, which `lamps`, `point` and `sky` switch
+// on. Light bounces between a glossy floor, a wall and a ball.
 std::unique_ptr<Scene> room(bool lamps, bool point, bool sky, float scale = 1) {
   SceneBuilderForTests b;
   b.add_floor(3, 0, b.add_material(metal(Rgb(.8f), .5f)));
@@ -54,13 +54,13 @@ TEST(Linearity, LightsAddUp) {
   const double error = std::sqrt(square(all.standard_error) + square(lamps.standard_error) +
                                  square(point.standard_error) + square(sky.standard_error));
   EXPECT_GT(std::min({lamps.mean, point.mean, sky.mean}), .02 * sum);
-  // 1e-6: the film's channels are float.
+  // The tolerance is 1e-6, since the film's channels are float.
   expect_case({"E3", "all lights against the sum of each alone"},
               {sum, all.mean, error, 1e-6 * sum}, "seeds 1 to 4, " + replay(room_settings(1)));
 }
 
-// Scaling the light by a power of two scales the picture exactly: no constant of the renderer has
-// the unit of radiance.
+// Scaling the light by a power of two scales the picture exactly, since no constant of the renderer
+// has the unit of radiance.
 TEST(Linearity, PowersOfTwoAreExact) {
   RenderSettings s = room_settings(5);
   s.spp = 16;
@@ -79,7 +79,7 @@ TEST(Linearity, PowersOfTwoAreExact) {
   }
 }
 
-// Two lamps of very different radiance, at the ends of float's range.
+// The receiver is lit by two lamps of very different radiances, up to the ends of float's range.
 TEST(Linearity, ExtremeRadiance) {
   for (const double bright : {1e30, 1.0})
     for (const double dim : {1e-30, 1.0}) {
@@ -97,8 +97,8 @@ TEST(Linearity, ExtremeRadiance) {
 
 // ---- E4: pieces --------------------------------------------------------------------------------
 
-// Cuts a quad into an uneven grid of n x n quads. Inner nodes move in its plane by too little to
-// fold a triangle.
+// Cuts a quad into an uneven grid of n x n quads. The inner nodes move within the quad's plane, by
+// too little to fold a triangle.
 Emitters cut(const Vec3d& a, const Vec3d& u, const Vec3d& v, int n) {
   std::mt19937 random(4);
   const auto jitter = [&] { return double(random() % 1000) / 1000 * .4 - .2; };
@@ -119,8 +119,8 @@ Emitters cut(const Vec3d& a, const Vec3d& u, const Vec3d& v, int n) {
   return pieces;
 }
 
-// 1058 uneven triangles use the light tree and 2 do not, for the same emitter. One quad is entirely
-// above the receiver's horizon, the other crosses it.
+// The same emitter consists of 2 triangles, which do not use the light tree, or of 1058 uneven
+// triangles, which do. One quad is entirely above the receiver's horizon, the other crosses it.
 TEST(Linearity, PiecesGiveTheWhole) {
   const std::tuple<Vec3d, Vec3d, Vec3d, const char*> quads[] = {
       {{-.5, 1.2, -.3}, {1.4, 0, 0}, {0, 0, 1}, "overhead"},

@@ -15,16 +15,17 @@ using namespace test;
 constexpr double kAlphas[] = {0, 1e-4, 1e-3, .01, .1, .25, .5, 1};
 constexpr double kCosines[] = {1, .5, .1, .01};
 
-// The albedo tables interpolate with |error| < 6e-4 in E and in B (specular_albedo.h). A furnace
-// adds up to three of them, the third, multiple scattering, weighted by at most .7 of loss. The
-// catalogue of hard cases also allows 2e-3.
+// The albedo tables interpolate E and B with errors below 6e-4 (specular_albedo.h). In a furnace up
+// to three of these errors add up. The third error, of multiple scattering, is weighted by the lost
+// energy, at most .7. The catalogue of hard cases also allows 2e-3.
 constexpr double kTables = 2e-3;
 
 std::string at(double alpha, double mu) {
   return ", alpha " + format_value(alpha) + ", mu " + format_value(mu);
 }
 
-// alpha = roughness^2, rounded so that kMirrorAlpha itself is not taken for a mirror.
+// Returns the roughness whose square is alpha, rounded up so that kMirrorAlpha itself is not taken
+// for a mirror.
 float roughness(double alpha) {
   return std::nextafter(float(std::sqrt(alpha)), 2.0f) * (alpha > 0);
 }
@@ -39,7 +40,8 @@ RenderSettings lobe_settings(const CaseName& name) {
   return s;
 }
 
-// A floor under radiance 1, seen orthographically at cosine mu: the picture is the albedo at mu.
+// Renders a floor under an environment of radiance 1, seen orthographically at cosine mu. The
+// picture's radiance is the albedo at mu.
 void expect_albedo(const std::string& what, const MaterialDescription& material, double mu,
                    double exact, double tolerance) {
   const CaseName name = {"1", what};
@@ -63,9 +65,9 @@ TEST(LobeFurnace, QuadratureMeetsItsAnchors) {
     }
 }
 
-// F = 1 without compensation: the lobe alone returns E, without tables. Narrow lobes lose light
-// only in rare events, which the standard error may miss: n draws all miss a share of p with
-// probability exp(-n p), so the tolerance includes ln(1.7e6) / n = 14.4 / n.
+// With F = 1 and without compensation, the lobe alone returns E, without tables. Narrow lobes lose
+// light only in rare events, which the standard error may miss. The probability that all of n draws
+// miss an event of probability p is exp(-n p), so the tolerance includes ln(1.7e6) / n = 14.4 / n.
 TEST(LobeFurnace, ReflectionWithoutCompensation) {
   constexpr uint64_t kDraws = 200'000;
   uint64_t seed = 100;
@@ -82,7 +84,7 @@ TEST(LobeFurnace, ReflectionWithoutCompensation) {
         const GgxReflection::Value value = above ? lobe.evaluate(wi) : GgxReflection::Value{};
         weight.add(above ? double(value.cosine_brdf / value.pdf) : 0);
       }
-      // 1e-5: float arithmetic of the weights.
+      // The tolerance of 1e-5 covers the float arithmetic of the weights.
       expect_case({"1", "E alone" + at(alpha, mu)},
                   {lobe_integrals(mu, alpha).white, weight.mean(), weight.standard_error(),
                    1e-5 + 14.4 / double(kDraws)},
@@ -90,7 +92,7 @@ TEST(LobeFurnace, ReflectionWithoutCompensation) {
     }
 }
 
-// With compensation F = 1 gives 1, and F0 = .5 gives the model's value.
+// With compensation, F0 = 1 gives 1. F0 = .5 and F0 = 0 give the model's value.
 TEST(LobeFurnace, Metal) {
   for (const double alpha : kAlphas) {
     const LobeIntegrals average = average_lobe_integrals(effective(alpha));
@@ -105,8 +107,9 @@ TEST(LobeFurnace, Metal) {
   }
 }
 
-// A dielectric layer of index 1.5 over a base of albedo rho: Ed + rho (1 - Ed), where Ed is the
-// layer's own albedo. rho = 0 is the layer alone; rho = 1 returns everything.
+// A dielectric layer of index 1.5 over a base of albedo rho reflects Ed + rho (1 - Ed), where Ed is
+// the layer's own albedo. With rho = 0 only the layer reflects, and with rho = 1 everything
+// returns.
 TEST(LobeFurnace, DielectricCoat) {
   for (const double alpha : kAlphas) {
     const LobeIntegrals average = average_lobe_integrals(effective(alpha));
@@ -125,7 +128,8 @@ TEST(LobeFurnace, DielectricCoat) {
   }
 }
 
-// Lambertian without reflection, whatever the roughness. 1e-6: rounding.
+// A Lambertian surface without reflection has the albedo rho at any roughness. The tolerance of
+// 1e-6 covers rounding.
 TEST(LobeFurnace, Diffuse) {
   for (const float rho : {0.0f, 0.18f, 0.5f, 1.0f})
     for (const double mu : kCosines)
@@ -148,31 +152,32 @@ MaterialDescription clear(double alpha, float tint, bool thin) {
   return m;
 }
 
-// A thin pane of index 1.5: each microfacet reflects F and transmits tint (1 - F), and the sum is
-// scaled by 1 / E: tint + (1 - tint) EF / E, where EF is the lobe's integral with F.
+// Each microfacet of a thin pane of index 1.5 reflects F and transmits tint (1 - F), and the sum is
+// scaled by 1 / E. The result is tint + (1 - tint) EF / E, where EF is the lobe's integral with F.
 TEST(LobeFurnace, ThinTransmission) {
   for (const double alpha : kAlphas)
     for (const double mu : kCosines)
       for (const float tint : {1.0f, 0.5f}) {
         const LobeIntegrals lobe = lobe_integrals(mu, effective(alpha));
         const double t = double(tint), exact = t + (1 - t) * lobe.fresnel / lobe.white;
-        // The table's error of 6e-4 in E is in the divisor.
+        // E is the divisor, and its table has an error of 6e-4.
         expect_albedo("thin pane, tint " + format_value(t) + at(alpha, mu),
                       clear(alpha, tint, true), mu, exact,
                       alpha < 1e-3 ? 1e-6 : 6e-4 / lobe.white * exact);
       }
 }
 
-// The face of a solid of index 1.5 above a wide emitter that fills its interior with radiance. From
-// outside in a furnace R + T = 1 if the emitter has eta^2, since radiance outside is 1 / eta^2 of
-// it; from inside it is the reverse. Tint 0 leaves the reflection, its share E_F / (E_F + T) by
-// quadrature.
+// Renders the face of a solid of index 1.5. A wide emitter below the face fills the solid with
+// radiance. Seen from outside in a furnace, R + T = 1 if the emitter's radiance is eta^2, since
+// light that leaves the solid keeps 1 / eta^2 of its radiance. Seen from inside, the environment
+// has a radiance of 1 / eta^2 instead. A tint of 0 leaves only the reflection, whose share is E_F /
+// (E_F + T) by quadrature.
 RenderedImage solid_face(const MaterialDescription& material, bool inside, double mu,
                          RenderSettings s) {
   const float eta2 = square(material.ior);
   SceneBuilderForTests b;
   b.add_floor(1e4f, 0, b.add_material(material));
-  // It covers cosines down to 1e-4, below which lies 1e-8 of a furnace's light.
+  // The emitter covers cosines down to 1e-4. Smaller cosines have 1e-8 of a furnace's light.
   b.add_floor(1e4f, -1, b.add_material(emitter(Rgb(inside ? 1.0f : eta2))));
   b.set_environment(Rgb(inside ? 1 / eta2 : 1.0f));
   s.light_samples = 0;  // the lobe alone: light sampling has its own tests
@@ -181,10 +186,10 @@ RenderedImage solid_face(const MaterialDescription& material, bool inside, doubl
   return render(*b.build(), orthographic(from, {0, 0, 0}, 1e-3), s);
 }
 
-// The albedo table of a rough face interpolates linearly between 20 cosines; from inside it has a
-// kink where total reflection begins. The lobe's own tests allow 4e-3 below alpha = .4
-// (unit/shading/transmission_test.cpp); at 1, README.md of renderer/shading promises 3e-2 from
-// inside.
+// The albedo table of a rough face interpolates linearly between 20 cosines. From inside, the
+// albedo has a kink where total reflection begins. The lobe's own tests allow 4e-3 below alpha = .4
+// (unit/shading/transmission_test.cpp). For alpha = 1 from inside, README.md of renderer/shading
+// promises 3e-2.
 constexpr double kRefractionTable = 4e-3;
 bool is_known_failure(bool is_clear, bool inside, double alpha, double mu) {
   return inside && alpha == 1 && (mu == .01 || (mu == 1 && is_clear));

@@ -1,5 +1,5 @@
-// Case 28: every lobe is reciprocal, its pdf together with rejected samples integrates to 1, and
-// sample weights are bounded.
+// Case 28: every lobe is reciprocal, the integral of its pdf and the share of rejected samples add
+// up to 1, and sample weights are bounded.
 #include "closed_form.h"
 #include "renderer/core/moments.h"
 #include "renderer/shading/bsdf.h"
@@ -47,7 +47,8 @@ Vec3f direction(double mu, double phi) {
   return {float(r * std::cos(phi)), float(r * std::sin(phi)), float(mu)};
 }
 
-// f(o, i) = f(i, o) on the side of reflection. 1e-4: albedo tables and half vectors in float.
+// f(o, i) = f(i, o) on the side of reflection. The tolerance of 1e-4 covers albedo tables and half
+// vectors in float.
 TEST(Lobes, AreReciprocal) {
   for (const Lobe& lobe : lobes()) {
     double worst = 0;
@@ -65,7 +66,7 @@ TEST(Lobes, AreReciprocal) {
     const CaseName name{"28", std::string("largest asymmetry, ") + lobe.name};
     const std::string replay = "TestRandom(28, pair)";
     if (lobe.parameters.transmission > 0) {
-      // The bound is (E(o) - E(i)) / (E(o) + E(i)) of two albedos, far below 1.
+      // The asymmetry is at most (E(o) - E(i)) / (E(o) + E(i)) of two albedos, far below 1.
       expect_known_failure(name, {0, worst, 0, 1e-4}, .3,
                            "transmission is scaled by its albedo at wo alone (Turquin 2019): white "
                            "in a furnace, at the price of reciprocity",
@@ -76,10 +77,10 @@ TEST(Lobes, AreReciprocal) {
   }
 }
 
-// The integral of pdf over one hemisphere: Gauss-Legendre in angles stretched by sinh around
-// `peak`, with phi running once around from the opposite side. A lobe of roughness alpha is about 2
-// alpha wide in theta and 2 alpha cos(theta) across, since tilting the half vector sideways turns
-// wi by its cosine; the nodes resolve a quarter of that width.
+// Integrates the pdf over one hemisphere, by Gauss-Legendre in angles that sinh stretches around
+// `peak`. phi runs once around, starting opposite to `peak`. A lobe of roughness alpha is about 2
+// alpha wide in theta and 2 alpha cos(theta) wide across, since tilting the half vector sideways
+// turns wi by the cosine only. The nodes resolve a quarter of these widths.
 template <int N>
 double integral(const SurfaceBsdf& bsdf, const Vec3f& peak, double alpha, double side) {
   static const GaussLegendre<N> rule;
@@ -106,18 +107,18 @@ double integral(const SurfaceBsdf& bsdf, const Vec3f& peak, double alpha, double
   return sum;
 }
 
-// 1e-3 is the catalogue's tolerance. Rejected samples are counted on 2^18 points, which gives their
-// share to better than 1 / (2 x 2^9) even at random; they add their standard error. The weight
-// (value over pdf) is at most the albedo of a white surface over the least lobe selection
-// probability, .02.
+// The tolerance of 1e-3 is the catalogue's. The share of rejected samples is counted over 2^18
+// points. Even random points would give it to better than 1 / (2 x 2^9), and its standard error is
+// added. A weight (value over pdf) is at most the albedo of a white surface divided by the least
+// probability of selecting a lobe, .02.
 TEST(Lobes, DensityIntegratesToOne) {
   for (const Lobe& lobe : lobes()) {
     for (const double mu : {.95, .5, .1}) {
       const Vec3f wo = direction(mu, .7);
       const SurfaceBsdf bsdf(lobe.parameters, wo);
       const double alpha = square(double(lobe.parameters.roughness));
-      // Estimates the quadrature error from fewer nodes: refraction has an edge where microfacets
-      // turn away, which a smooth rule resolves badly.
+      // Estimates the quadrature error from a run with fewer nodes. Refraction has an edge where
+      // microfacets turn away, which a smooth rule resolves badly.
       double rule_error = 0;
       const auto over = [&](const Vec3f& peak, double side) {
         const double fine = integral<256>(bsdf, peak, alpha, side);
@@ -126,7 +127,7 @@ TEST(Lobes, DensityIntegratesToOne) {
       };
       double total = over(Vec3f(-wo.x, -wo.y, wo.z), 1);
       if (lobe.parameters.transmission > 0) {
-        // The peak of the other side, refracted or straight through.
+        // The peak on the other side is that of refraction, or lies straight ahead.
         Vec3f peak(-wo.x, -wo.y, -wo.z);
         if (!lobe.parameters.thin_walled) {
           const double eta = lobe.parameters.inside ? 1 / 1.5 : 1.5;

@@ -11,7 +11,7 @@ namespace {
 
 using namespace test;
 
-// .1 is a float; the double sum has a relative rounding error of at most 2^25 2^-53.
+// Every sample is the float .1. The double sum has a relative rounding error of at most 2^25 2^-53.
 TEST(LongSum, OfAConstant) {
   FilmTile tile{AovSet{}};
   tile.reset({0, 0, 1, 1});
@@ -21,8 +21,8 @@ TEST(LongSum, OfAConstant) {
               "FilmTile, 2^25 samples");
 }
 
-// Radiances at both ends of float's range: 2^20 samples of 3e38 exceed it when summed, but their
-// mean does not. A million of 1e-36 follow one of 1e-30.
+// Radiances lie at both ends of float's range. The sum of 2^20 samples of 3e38 exceeds the range,
+// but their mean does not. In the other pixel a million samples of 1e-36 follow one of 1e-30.
 TEST(LongSum, AtTheEndsOfFloat) {
   FilmTile tile{AovSet::parse("variance")};
   tile.reset({0, 0, 2, 1});
@@ -62,7 +62,7 @@ double lamp_radiance(const Vec3f& at, float size) {
   return polygon_irradiance({p, p + x, p + x + z, p + z}, Vec3d(0.0), Vec3d(0, 1, 0)) / kPiD;
 }
 
-// Case 32: ten thousand lamps above a black ceiling, and one of them below it.
+// Case 32: all but one of ten thousand lamps are above a black ceiling.
 TEST(ManyLamps, OneIsVisible) {
   SceneBuilderForTests b;
   MeshDescription lamps, plates;
@@ -96,7 +96,8 @@ TEST(ManyLamps, OneIsVisible) {
   }
 }
 
-// Two lamps of the same power, 1 and 1e4 away: together, and the far one alone behind a plate.
+// Two lamps of the same power are 1 and 1e4 away. The receiver sees both, or only the far one when
+// a plate hides the near one.
 TEST(ManyLamps, NearAndFar) {
   for (const bool near_hidden : {false, true}) {
     SceneBuilderForTests b;
@@ -118,7 +119,8 @@ TEST(ManyLamps, NearAndFar) {
     }
     b.add_floor(10, 0, b.add_material(lambert(Rgb(1.0f))));
     RenderSettings s = lights_settings();
-    // 1e-5, and for the far lamp the rounding of its corners: a side of .5 at 8e3 is known to 1e-3.
+    // The tolerance is 1e-5. That of the far lamp covers the rounding of its corners: a side of .5
+    // at 8e3 is known to 1e-3.
     const double exact =
         (near_hidden ? 0 : 100 * lamp_radiance(near, .5f)) + 100 * lamp_radiance(far, .5f);
     expect_exact(

@@ -15,10 +15,10 @@ namespace {
 using namespace test;
 
 constexpr int kSide = 32;
-constexpr double kHalf = 1;  // of the view
+constexpr double kHalf = 1;  // half size of the view
 constexpr double kPixel = 2 * kHalf / kSide;
 
-// Straight down the Z axis on the plane z = 0; pixel column i starts at -1 + i / 16.
+// Looks straight down the Z axis at the plane z = 0. Pixel column i starts at x = -1 + i / 16.
 CameraDescription front_view() { return orthographic({0, 0, 5}, {0, 0, 0}, kHalf); }
 
 RenderSettings settings_for(const CaseName& name, uint32_t spp = 256) {
@@ -31,7 +31,7 @@ RenderSettings settings_for(const CaseName& name, uint32_t spp = 256) {
 
 double left_of(int column) { return -kHalf + column * kPixel; }
 
-// Pixels of a column have one expected value.
+// Compares a column of pixels, which all have the expected value `exact`.
 void expect_column(const RenderedImage& image, int column, double exact, double tolerance,
                    const std::string& number, const std::string& what, const RenderSettings& s) {
   Moments values;
@@ -40,7 +40,8 @@ void expect_column(const RenderedImage& image, int column, double exact, double 
               {exact, values.mean(), values.standard_error(), tolerance}, replay(s));
 }
 
-// Mean coverage, over the shutter and the pixel, of a bar [x0, x1] that moves right by `way`.
+// Returns how much of the pixel that starts at `left` is covered by a bar [x0, x1] that moves right
+// by `way`. The value is the mean over the pixel and over the shutter time.
 double bar_coverage(double x0, double x1, double way, double left) {
   double sum = 0;
   constexpr int kTimes = 2000;
@@ -60,8 +61,8 @@ MeshDescription bar(int material, float x0, float x1, float half = 3) {
   return mesh;
 }
 
-// Case 23. The bar moves by a transform of two or five steps, by vertices, by a camera moving the
-// other way, or by both halfway.
+// Case 23: a bar moves by a transform of two or five steps, or by its vertices. Or the camera moves
+// the other way, or the camera and the bar each move half of the way.
 TEST(Motion, BarCrossesPixels) {
   constexpr double kFrom = -.523, kTo = -.211, kWay = .8;
   const struct {
@@ -98,15 +99,15 @@ TEST(Motion, BarCrossesPixels) {
     const RenderSettings s = settings_for(name, 64);
     const RenderedImage image = render(*b.build(), view, s);
     for (const int column : {4, 8, 12, 16, 24, 28}) {
-      // 1e-5: midpoints over time.
+      // The tolerance of 1e-5 covers the midpoint rule over time.
       expect_column(image, column, bar_coverage(kFrom, kTo, kWay, left_of(column)), 1e-5, "23",
                     c.what, s);
     }
   }
 }
 
-// A wedge with its tip on the axis rotates around it. Every part of the disc is covered for the
-// same time, so it is uniform; rotation along chords would show a star.
+// A wedge rotates around its tip. It covers every part of the disc for the same time, so the disc
+// is uniform. If vertices moved along chords, a star would appear.
 TEST(Motion, BladeIsADisc) {
   constexpr double kWedge = kPiD / 6;  // radians
   for (const int steps_of_turn : {3, 8}) {
@@ -133,17 +134,18 @@ TEST(Motion, BladeIsADisc) {
         }
       }
     }
-    // 1e-5: Embree approximates arcs by a short polynomial.
+    // The tolerance is 1e-5, since Embree approximates arcs by a short polynomial.
     expect_case({"23", what}, {kWedge / (2 * kPiD), values.mean(), values.standard_error(), 1e-5},
                 replay(s));
-    // Pixels differ only by noise: 256 stratified samples inside or outside the wedge vary less
-    // than random ones.
+    // Pixels differ only by noise. Each sample is inside or outside the wedge, and 256 stratified
+    // samples vary less than random ones.
     const double chance = kWedge / (2 * kPiD) * (1 - kWedge / (2 * kPiD)) / 256;
     EXPECT_LT(values.variance(), chance);
   }
 }
 
-// A quarter turn: a point at an angle is covered from the wedge's arrival until it has passed.
+// The wedge makes a quarter turn. It covers a point from the arrival of its first edge until its
+// second edge has passed.
 TEST(Motion, SectorIsLinearInAngle) {
   constexpr double kWedge = kPiD / 12, kTurn = kPiD / 2;
   SceneBuilderForTests b;
@@ -160,17 +162,19 @@ TEST(Motion, SectorIsLinearInAngle) {
     s.width = s.height = 8;
     const Vec3d at(.7 * std::cos(angle), .7 * std::sin(angle), 0);
     const RenderedImage image = render(*scene, orthographic(at + Vec3d(0, 0, 5), at, 1e-4), s);
-    // Part of the turn from the first edge's arrival at `angle` to the second edge's.
+    // The part of the turn from the arrival of the first edge at `angle` to that of the second
+    // edge.
     const double covered =
         std::max(0.0, std::min(kTurn, angle) - std::max(0.0, angle - kWedge)) / kTurn;
-    // 2e-4: the polynomial arc and a view of 3e-4 radians.
+    // The tolerance of 2e-4 covers the polynomial arc, and the view's width of 3e-4 radians.
     expect_case({"23", what}, compared(image, covered, 2e-4), replay(s));
   }
 }
 
 // ---- light from moving emitters ----------------------------------------------------------------
 
-// A white floor under a square lamp that moves by `pose`; E is Lambert's formula at many times.
+// Tests a white floor under a square lamp that moves by `pose`. The exact E is the mean of
+// Lambert's formula at many times.
 template <class Pose>
 void expect_moving_lamp(const std::string& what, const Pose& pose, int steps, bool vertices,
                         bool two_sided) {
@@ -209,7 +213,7 @@ void expect_moving_lamp(const std::string& what, const Pose& pose, int steps, bo
     const Vec3d face = cross(down[1] - down[0], down[2] - down[0]);
     if (two_sided || dot(face, point - down[0]) > 0) exact += 5 * std::abs(e) / kTimes;
   }
-  // 2e-5: floats, and midpoints over time.
+  // The tolerance of 2e-5 covers floats and the midpoint rule over time.
   expect_irradiance_at("E45", b, exact, 2e-5, what);
 }
 
@@ -259,7 +263,7 @@ TEST(Motion, ASunThatTurns) {
   sun.intensity = Rgb(2.0f);
   constexpr int kSteps = 32;
   for (int i = 0; i <= kSteps; ++i) {
-    // From -80 to 80 degrees from the vertical; it shines along -Z.
+    // The sun turns from -80 to 80 degrees from the vertical. It shines along its -Z axis.
     const double angle = (-80 + 160.0 * i / kSteps) * kPiD / 180;
     const Mat44d m =
         look_at_matrix({std::sin(angle), std::cos(angle), 0}, {0, 0, 0}, Vec3d(0, 0, 1));
@@ -271,14 +275,15 @@ TEST(Motion, ASunThatTurns) {
   }
   b.description.lights.push_back(sun);
   const double edge = 80 * kPiD / 180;
-  // 5e-4: normalised chords of 5 degrees instead of arcs: at most 1 - cos of half of it.
+  // The tolerance is 5e-4, since the sun follows normalised chords of 5 degrees instead of arcs.
+  // The error is at most 1 - cos of half that angle.
   expect_irradiance_at("E45", b, 2 * std::sin(edge) / edge, 5e-4, "sun that turns");
 }
 
 // ---- views of moving surfaces ------------------------------------------------------------------
 
 // A floor that tilts under a light straight above shows the cosine of its angle. It moves by a
-// transform or by vertices, whose paths are straight, with and without normals of its own.
+// transform, or by vertices, whose paths are straight. It has vertex normals or none.
 TEST(Motion, NormalsAreThoseOfTheTime) {
   constexpr double kAngle = 1.2;
   for (const bool vertices : {false, true}) {
@@ -308,7 +313,7 @@ TEST(Motion, NormalsAreThoseOfTheTime) {
       for (int i = 0; i < kTimes; ++i) {
         const double t = (i + .5) / kTimes;
         const double flat = vertices ? std::atan(t * std::tan(kAngle)) : kAngle * t;
-        // Normals are interpolated linearly, too, and then normalised.
+        // Vertex normals are also interpolated linearly, and then normalised.
         const double smooth = vertices && normals
                                   ? std::atan2(t * std::sin(kAngle), 1 - t + t * std::cos(kAngle))
                                   : flat;
@@ -327,44 +332,46 @@ TEST(Motion, NormalsAreThoseOfTheTime) {
   }
 }
 
-// A mirror at 45 degrees that approaches by `way` shifts its reflection by as much.
+// A mirror at 45 degrees that approaches by kWay shifts its reflection by kWay.
 TEST(Motion, AMirrorThatMoves) {
   constexpr double kWay = .6;
   SceneBuilderForTests b;
   const int mirror = b.add_material(metal(Rgb(1.0f), 0));
-  // Through the origin, facing (-1, 0, 1): a ray down -Z leaves along -X.
+  // The mirror passes through the origin and faces (-1, 0, 1), so a ray along -Z leaves along -X.
   MeshDescription glass;
   glass.positions = {{-3, -3, -3}, {3, -3, 3}, {3, 3, 3}, {-3, 3, -3}};
   glass.triangles = {{0, 1, 2}, {0, 2, 3}};
   glass.material = mirror;
   b.place(b.add_mesh(glass));
   b.description.instances[0].motion = {translation(0, 0, kWay)};
-  // A wall at x = -4 that emits above z = .1.
+  // A wall at x = -4 emits above z = .1.
   b.add_quad({-4, -3, .1f}, {-4, 3, .1f}, {-4, 3, 9}, {-4, -3, 9},
              b.add_material(emitter(Rgb(1.0f))));
   const auto scene = b.build();
-  // A ray at x hits the mirror at z = x + way t.
+  // At time t, a ray at x hits the mirror at z = x + kWay t.
   for (const double x : {-.6, -.3, 0.0, .05, .2}) {
     const std::string what = "mirror that moves, seen at " + format_value(x);
     RenderSettings s = settings_for({"E46", what}, 1024);
     s.width = s.height = 8;
     const auto view = orthographic({x, 0, 8}, {x, 0, 0}, 1e-4);
     const double exact = std::clamp(1 - (.1 - x) / kWay, 0.0, 1.0);
-    // 2e-4: the view is 2e-4 wide, of 0.6.
+    // The tolerance is 2e-4, since the view is 2e-4 wide and the mirror moves by 0.6.
     expect_case({"E46", what}, compared(render(*scene, view, s), exact, 2e-4), replay(s));
   }
 }
 
 // ---- rays that stay inside ---------------------------------------------------------------------
 
-// A ball with flat faces, seen from inside; its vertices lie on a sphere, so no face sees itself.
+// A moving ball with flat faces, seen from inside. Its vertices lie on a sphere, so no ray from a
+// face can hit that face.
 struct MovingShell {
   std::string what;
   std::vector<Mat44d> transforms;
-  float grow;  // scale of the vertices
+  float grow;  // factor by which the vertices grow
 };
 
-// Paths that bounce randomly from face to face, each at its own time.
+// Counts what goes wrong on paths that bounce randomly from face to face, each path at its own
+// time.
 struct Bounces {
   double escaped = 0, self_hits = 0;
 };
@@ -454,7 +461,8 @@ TEST(Motion, BlurIsTheMeanOfInstants) {
     sum += still.mean / kInstants;
     variance += square(still.standard_error / kInstants);
   }
-  // 1e-3: instants at the middle of 64 intervals, whose means vary by a third.
+  // The tolerance is 1e-3, since the instants are the middles of 64 intervals, and their means vary
+  // by a third.
   expect_case(
       name,
       {sum, blurred.mean, std::hypot(blurred.standard_error, std::sqrt(variance)), 1e-3 * sum},

@@ -1,7 +1,7 @@
-// A textbook path tracer: double precision, brute-force intersection (Moeller & Trumbore 1997),
-// uniform directions over the hemisphere, no light sampling, no roulette, std::mt19937_64. It
-// shares only the scene description with the renderer, so agreement is not a shared mistake.
-// Lambertian surfaces and a constant sky only.
+// A textbook path tracer in double precision. It uses brute-force intersection (Moeller & Trumbore
+// 1997), uniform directions over the hemisphere and std::mt19937_64, but no light sampling and no
+// roulette. It shares only the scene description with the renderer, so agreement cannot come from a
+// shared mistake. It supports only Lambertian surfaces and a constant sky.
 #pragma once
 
 #include <array>
@@ -41,8 +41,8 @@ class NaivePathTracer {
     if (scene.environment) sky_ = Vec3d(scene.environment->constant);
   }
 
-  // Radiance through (x, y) of the frame, both in [0, 1], y downwards, after at most `max_depth`
-  // scattering events.
+  // Returns the radiance through the point (x, y) of the frame, from paths of at most `max_depth`
+  // scattering events. x and y are in [0, 1], and y grows downwards.
   Vec3d radiance(double x, double y, int max_depth, std::mt19937_64& random) const {
     std::uniform_real_distribution<double> uniform(0, 1);
     const double half = std::tan(camera_.fov_y / 2);
@@ -67,7 +67,8 @@ class NaivePathTracer {
       Vec3d u = n.cross(aside);
       u /= std::sqrt(u.dot(u));
       const Vec3d v = n.cross(u);
-      // Uniform over the hemisphere: pdf 1 / 2 pi, so the weight is albedo / pi cos over it.
+      // The direction is uniform over the hemisphere, with a pdf of 1 / 2 pi. So the weight is
+      // albedo / pi cos, divided by that pdf.
       const double z = uniform(random), r = std::sqrt(1 - z * z);
       const double phi = 2 * kPiD * uniform(random);
       d = u * (r * std::cos(phi)) + v * (r * std::sin(phi)) + n * z;
@@ -82,7 +83,7 @@ class NaivePathTracer {
     bool double_sided = false;
   };
 
-  // A point (w = 1) or a direction (w = 0), row-vector convention.
+  // Transforms a point (w = 1) or a direction (w = 0), as a row vector.
   static Vec3d transformed(const Vec3d& p, double w, const Mat44d& m) {
     Vec3d result;
     for (int c = 0; c < 3; ++c)

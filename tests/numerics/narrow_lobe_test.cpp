@@ -1,5 +1,5 @@
-// Case 2: the limits of roughness. A white metal under a sky whose radiance grows with height shows
-// the shape of the lobe, unlike a uniform furnace.
+// Case 2: the limits of roughness. A sky whose radiance grows with height shows the shape of a
+// white metal's lobe, which a uniform furnace cannot show.
 #include <cstring>
 
 #include "closed_form.h"
@@ -46,8 +46,9 @@ void expect_reflection(const CaseName& name, float roughness, double mu, double 
   expect_case(name, compared(render(*b.build(), view, s), exact, tolerance), replay(s));
 }
 
-// Single scattering is kBase E + kSlope H. The remaining energy, 1 - E(mu), leaves with the pdf (1
-// - E(mu')) mu' / pi (1 - Eavg) (Kulla & Conty 2017).
+// Single scattering gives kBase E + kSlope H, where H is the lobe's integral under radiance wi.z.
+// The remaining energy, 1 - E(mu), leaves with the pdf (1 - E(mu')) mu' / pi (1 - Eavg) (Kulla &
+// Conty 2017).
 double exact_reflection(double mu, double alpha) {
   static const GaussLegendre<48> rule;
   const LobeIntegrals at = lobe_integrals(mu, alpha);
@@ -63,7 +64,8 @@ double exact_reflection(double mu, double alpha) {
          (1 - at.white) * (kBase + kSlope * lost_height / lost);
 }
 
-// Every roughness against quadrature. 2e-3 of the radiance: the albedo tables, as in the furnace.
+// Compares every roughness with quadrature. The tolerance of 2e-3 of the radiance covers the albedo
+// tables, as in the furnace.
 TEST(NarrowLobe, SkyInARoughMetal) {
   for (const double alpha : {.01, .1, .25, .5, 1.0})
     for (const double mu : {1.0, .5, .1, .01})
@@ -72,14 +74,14 @@ TEST(NarrowLobe, SkyInARoughMetal) {
           float(std::sqrt(alpha)), mu, exact_reflection(mu, alpha), 2e-3 * (kBase + kSlope));
 }
 
-// Roughness towards 0. Below kMirrorAlpha the lobe is a mirror; just above, it spreads by alpha^2
-// ln(1 / alpha) / mu, below 1e-4 here. The catalogue of hard cases allows 1e-3.
+// Roughness goes to 0. Below kMirrorAlpha the lobe is a mirror. Just above kMirrorAlpha it spreads
+// by alpha^2 ln(1 / alpha) / mu, which is below 1e-4 here. The catalogue of hard cases allows 1e-3.
 TEST(NarrowLobe, MeetsTheMirror) {
   const float narrowest = std::nextafter(std::sqrt(kMirrorAlpha), 1.0f);
   for (const double mu : {1.0, .5, .1})
     for (const float roughness : {0.0f, float(std::sqrt(1e-7)), 0.0316f, narrowest}) {
       const bool mirror = roughness < narrowest;
-      // 1e-6: float.
+      // The tolerance of 1e-6 covers float arithmetic.
       expect_reflection({"2", "mirror's limit, alpha " + format_value(double(square(roughness))) +
                                   (mirror ? " (mirror)" : "") + ", mu " + format_value(mu)},
                         roughness, mu, kBase + kSlope * mu, mirror ? kRowError + 1e-6 : 1e-3);

@@ -28,17 +28,18 @@ MaterialDescription tinted(float ior, float half_distance) {
   return m;
 }
 
-// Neighbours differ.
+// Neighbouring indices differ.
 constexpr double kIndices[] = {1.5, 1.33, 1.8, 1.0, 1.45, 1.6, 1.31, 1.7};
 
-// Looks along `theta` from the vertical, from above or below, off the centre and the diagonals.
+// Looks at `theta` from the vertical, from above or below. The target is off the centre and off the
+// diagonals.
 CameraDescription seen_along(double theta, bool above) {
   const Vec3d direction(std::sin(theta), above ? std::cos(theta) : -std::cos(theta), 0.3e-3);
   const Vec3d at(.73, 0, .31);
   return orthographic(at + direction * 20.0, at, 1e-3);
 }
 
-// Reflectance of layers with these indices, with air on both sides (Stokes 1862).
+// Returns the reflectance of layers with these indices, between air on both sides (Stokes 1862).
 double stack(double theta, const std::vector<double>& layers) {
   double reflected = 0, before = 1;
   const auto add = [&](double index) {
@@ -51,7 +52,8 @@ double stack(double theta, const std::vector<double>& layers) {
   return reflected;
 }
 
-// Lights `slabs` by the upper half of the sky and compares both directions of light.
+// Lights `slabs` by the upper half of the sky. Compares the reflected and the transmitted light
+// with exact values.
 void expect_stack(const SceneBuilderForTests& slabs, const std::vector<double>& layers,
                   const std::string& what) {
   SceneBuilderForTests b = slabs;
@@ -59,7 +61,7 @@ void expect_stack(const SceneBuilderForTests& slabs, const std::vector<double>& 
   const auto scene = b.build();
   const double theta = .7, exact = stack(theta, layers);
   const RenderSettings s = solid_settings();
-  // 1e-5: Fresnel in float.
+  // The tolerance of 1e-5 covers Fresnel in float.
   expect_exact(render(*scene, seen_along(theta, true), s), exact, 1e-5, s,
                {"14", what + ", reflected"});
   expect_exact(render(*scene, seen_along(theta, false), s), 1 - exact, 1e-5, s,
@@ -72,7 +74,8 @@ void expect_furnace(const SceneBuilderForTests& solids, const std::string& what)
   const auto scene = b.build();
   const RenderSettings s = solid_settings();
   const RenderedImage image = render(*scene, perspective({.3, .2, 4}, {.02, .01, 0}, 30), s);
-  // The noise comes from roulette. 2e-5: index ratios in float, once for each face hit.
+  // The noise comes from roulette. The tolerance of 2e-5 covers the index ratios in float, one for
+  // each face that a path hits.
   expect_case({"E53", what}, {1.0, image.mean, image.standard_error, 2e-5}, replay(s));
   EXPECT_EQ(image.counters.non_finite_samples, 0u);
   EXPECT_EQ(image.counters.optics.dropped_solids, 0u);
@@ -99,7 +102,7 @@ TEST(NestedSolids, SlabsToEightLevels) {
   }
 }
 
-// The same with open sheets: the medium entered last applies.
+// The same slabs as open sheets. The medium that a ray entered last applies.
 TEST(NestedSolids, OpenSlabsToEightLevels) {
   SceneBuilderForTests b;
   std::vector<double> layers;
@@ -126,7 +129,7 @@ TEST(NestedSolids, SpheresToEightLevelsInAFurnace) {
   }
 }
 
-// Rough faces, too: their light samples start in the right solid.
+// Light samples from a rough face start in the right solid.
 TEST(NestedSolids, RoughSpheresInAFurnace) {
   SceneBuilderForTests b;
   for (size_t i = 0; i < 3; ++i) {
@@ -136,12 +139,13 @@ TEST(NestedSolids, RoughSpheresInAFurnace) {
   b.set_environment(Rgb(1.0f));
   const RenderSettings s = solid_settings();
   const RenderedImage image = render(*b.build(), perspective({.3, .2, 4}, {.02, .01, 0}, 20), s);
-  // A rough face has an albedo from a table (the README's 4e-3, used about twice).
+  // A rough face takes its albedo from a table with an error of 4e-3 (README). A path uses the
+  // table about twice.
   expect_case({"E53", "a rough sphere between two smooth ones"},
               {1.0, image.mean, image.standard_error, 1e-2}, replay(s));
 }
 
-// Two overlapping slabs: the thinner one fills the common part, from whichever side a ray comes.
+// Where two slabs overlap, the thinner one fills the common part, whichever side a ray comes from.
 TEST(OverlappingSolids, SlabsInBothOrders) {
   for (const bool dense_first : {true, false}) {
     const double above = dense_first ? 1.8 : 1.33, below = dense_first ? 1.33 : 1.8;
@@ -167,7 +171,7 @@ TEST(OverlappingSolids, OfOneMaterialAreOne) {
   b.add_box({-kSlabWidth, -.5f, -kSlabWidth}, {kSlabWidth, -.2f, kSlabWidth}, material);
   expect_stack(b, {1.5}, "two slabs of one material overlap");
 
-  // A single mesh that overlaps itself three times.
+  // A single mesh consists of three boxes that overlap.
   SceneBuilderForTests mesh;
   MeshDescription all =
       SceneBuilderForTests::box({-kSlabWidth, -.3f, -kSlabWidth}, {kSlabWidth, 0, kSlabWidth}, 0);
@@ -200,20 +204,20 @@ TEST(OverlappingSolids, SpheresInAFurnace) {
   }
 }
 
-// The common part absorbs like the solid that fills it, equally from both sides.
+// The common part absorbs like the solid that fills it.
 TEST(OverlappingSolids, AbsorbAsTheOneThatFillsThePlace) {
   SceneBuilderForTests b;
   b.add_box({-9, -.2f, -9}, {9, 0, 9}, b.add_material(tinted(1.0f, .1f)));
   b.add_box({-9, -.5f, -9}, {9, -.1f, 9}, b.add_material(tinted(1.0f, .4f)));
   b.set_environment(upper_half());
   const RenderSettings s = solid_settings(16);
-  // .2 of the first, .3 of the second. 2e-5: on slabs of 9 a face is rounded to 1e-6, compared with
-  // the half-value distance of .1.
+  // The ray crosses .2 of the first solid and .3 of the second. The tolerance is 2e-5, since a face
+  // of a slab of 9 is rounded by 1e-6, and the half-value distance is only .1.
   expect_exact(render(*b.build(), seen_along(.4, false), s), std::pow(.5, (2 + .75) / std::cos(.4)),
                2e-5, s, {"26", "two absorbing slabs overlap"});
 }
 
-// A liquid and its glass have coincident faces.
+// A liquid and the glass around it have coincident faces.
 TEST(TouchingSolids, SlabsShareAFace) {
   for (const bool instanced : {false, true}) {
     SceneBuilderForTests b;
@@ -222,7 +226,7 @@ TEST(TouchingSolids, SlabsShareAFace) {
       if (!instanced)
         return b.add_box({-kSlabWidth, bottom, -kSlabWidth}, {kSlabWidth, top, kSlabWidth},
                          material);
-      // A second use, far below, makes the mesh an instance.
+      // A second use of the mesh, far below, makes it an instance.
       const int mesh = b.add_mesh(SceneBuilderForTests::box({-1, 0, -1}, {1, 1, 1}, material));
       b.place(mesh, scaling(kSlabWidth, top - bottom, kSlabWidth) * translation(0, bottom, 0));
       b.place(mesh, translation(0, -500, 0));
@@ -235,7 +239,8 @@ TEST(TouchingSolids, SlabsShareAFace) {
   }
 }
 
-// A hollow sphere and its contents share vertices: in a furnace, and tinted.
+// A hollow sphere and its contents share vertices. They are tested clear in a furnace, and with a
+// tinted liquid.
 TEST(TouchingSolids, ASphereFullOfLiquid) {
   const auto full = [](const MaterialDescription& shell, const MaterialDescription& liquid) {
     SceneBuilderForTests b;
@@ -256,14 +261,15 @@ TEST(TouchingSolids, ASphereFullOfLiquid) {
   SceneBuilderForTests b = full(glass(1, 0), tinted(1, 1.8f));
   b.set_environment(Rgb(1.0f));
   const RenderSettings s = solid_settings(16);
-  // Through the middle: 1.8 of liquid, less what facets of 15 degrees cut off, at most 1 - cos 7.5
-  // degrees on either side.
+  // A ray through the middle crosses 1.8 of liquid, less what the facets of 15 degrees cut off, at
+  // most 1 - cos 7.5 degrees on either side.
   expect_exact(render(*b.build(), perspective({.001, .002, 4}, {.001, .002, 0}, .01), s), .5,
                .9 * (1 - std::cos(.131)) * 2 / 1.8 * std::log(2.), s,
                {"26", "a hollow sphere full of something dark"});
 }
 
-// Ice in water, and an air bubble in the ice: each segment absorbs like its medium.
+// Ice is in water, and an air bubble is in the ice. The medium of each segment absorbs light along
+// that segment.
 TEST(NestedSolids, WaterIceAir) {
   for (const bool bends : {false, true}) {
     SceneBuilderForTests b;
@@ -290,8 +296,8 @@ TEST(NestedSolids, WaterIceAir) {
   }
 }
 
-// A lamp and a floor in two overlapping bodies of water, whose common face does not block light: I
-// cos / (pi d^2) times the transmittance.
+// A lamp and a floor are in two overlapping bodies of the same water, whose common face does not
+// block light. The floor shows I cos / (pi d^2) times the transmittance.
 TEST(OverlappingSolids, LetLightSamplesThrough) {
   SceneBuilderForTests b;
   const int water = b.add_material(tinted(1.33f, 2));
@@ -306,7 +312,7 @@ TEST(OverlappingSolids, LetLightSamplesThrough) {
                {"E53", "a lamp in another body of the same water"});
 }
 
-// The same in two kinds of water, and through a solid of index 1 in air.
+// The same with two kinds of water that have the same index, and through a solid of index 1 in air.
 TEST(OverlappingSolids, OfOneIndexLetLightSamplesThrough) {
   SceneBuilderForTests b;
   b.add_box({-9, -1, -9}, {9, 1, 9}, b.add_material(tinted(1.33f, 2)));
@@ -316,7 +322,7 @@ TEST(OverlappingSolids, OfOneIndexLetLightSamplesThrough) {
   RenderSettings s = solid_settings(16);
   s.max_depth = 1;
   const CameraDescription camera = orthographic({.001, .4, .002}, {.001, 0, .002}, 1e-3);
-  // The smaller one fills the common part.
+  // The smaller body fills the common part.
   expect_exact(render(*b.build(), camera, s),
                4 / (kPiD * 4) * std::pow(.5, .4 / 2 + .5 / 2 + 1.5 / 4), 1e-5, s,
                {"E53", "a lamp in water of another tint"});
@@ -332,7 +338,8 @@ TEST(OverlappingSolids, OfOneIndexLetLightSamplesThrough) {
                {"E53", "a floor that is lit and seen through tinted air"});
 }
 
-// A solid on a table: the table counts as lying below the solid, seen from above and from below.
+// A solid stands on a table. The table counts as lying below the solid, both seen from above and
+// seen from below.
 TEST(TouchingSolids, AGlassOnATable) {
   for (const bool turned : {false, true}) {
     SceneBuilderForTests b;
@@ -364,7 +371,7 @@ TEST(TouchingSolids, AGlassOnATable) {
   }
 }
 
-// A solid with coincident faces is a thin wall, as in glTF: it reflects once.
+// A solid whose faces coincide is a thin wall, as in glTF, and reflects once.
 TEST(NestedSolids, AFlatSolidIsAWall) {
   const double theta = .7, exact = fresnel(theta, 1.5);
   for (const char* kind : {"two sheets back to back", "a box pressed flat"}) {
@@ -393,7 +400,7 @@ TEST(NestedSolids, AFlatSolidIsAWall) {
   }
 }
 
-// Light samples pass through it.
+// Light samples pass through a flat solid.
 TEST(NestedSolids, AFlatSolidLetsLightSamplesThrough) {
   SceneBuilderForTests b;
   b.place(b.add_mesh(
@@ -407,7 +414,7 @@ TEST(NestedSolids, AFlatSolidLetsLightSamplesThrough) {
                4 / (kPiD * 4) * .96, 1e-5, s, {"E53", "a lamp behind a box pressed flat"});
 }
 
-// A glass with liquid in motion: the faces still coincide.
+// The faces of a glass and its liquid still coincide in motion.
 TEST(TouchingSolids, SlabsThatMoveTogether) {
   SceneBuilderForTests b;
   for (const auto& [ior, top, bottom] :
@@ -432,7 +439,7 @@ TEST(NestedSolids, TooManyAreCounted) {
   EXPECT_GT(render(*b.build(), seen_along(.1, true), s).counters.optics.dropped_solids, 0u);
 }
 
-// 300 panes in a row, none of which is a solid.
+// A ray passes 300 panes in a row, none of which is a solid.
 TEST(ThinWalls, ThreeHundredPanes) {
   SceneBuilderForTests b;
   const int pane = b.add_material(glass(1.5f, 0, false));

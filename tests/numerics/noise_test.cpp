@@ -1,4 +1,4 @@
-// Cases E11 and E12: the error itself. Pixels and seeds are independent, and the variance falls
+// Cases E11 and E12 test the error itself. Pixels and seeds are independent, and the variance falls
 // with the sample count as theory predicts.
 #include "receiver.h"
 
@@ -7,7 +7,7 @@ namespace {
 
 using namespace test;
 
-// A receiver under a lamp, whose pixels all have one expected value.
+// Returns a receiver under a lamp. All pixels of the receiver have the same expected value.
 std::unique_ptr<Scene> lit_floor() {
   SceneBuilderForTests b;
   add_receiver(b, {});
@@ -24,7 +24,8 @@ RenderSettings noise_settings(const std::string& sampler, uint32_t spp) {
   return s;
 }
 
-// Correlation of the errors of pixels (x, y) in `a` and (x + dx, y + dy) in `b`, wrapping around.
+// Returns the correlation between the errors of the pixels (x, y) in `a` and (x + dx, y + dy) in
+// `b`. The coordinates wrap around.
 double correlation(const RenderedImage& a, const RenderedImage& b, int dx, int dy) {
   double sum = 0, squares_a = 0, squares_b = 0;
   const int n = a.crop.width();
@@ -56,9 +57,10 @@ TEST(Noise, PixelsAndSeedsAreIndependent) {
   }
 }
 
-// The slope p of log variance over log N, variance ~ N^-p, from the spread of 4096 pixels at each
-// of several N. The variance of a variance over n pixels is (2 + excess kurtosis) / n of its
-// square; 3 stands for 2 + excess, since sums of 16 and more samples are nearly normal.
+// Estimates p in variance ~ N^-p, as the slope of log variance over log N. The variance at each N
+// comes from the spread of 4096 pixels. A variance over n pixels has itself a relative variance of
+// (2 + excess kurtosis) / n. The code uses 3 for 2 + excess kurtosis, since sums of 16 and more
+// samples are nearly normal.
 struct Slope {
   double value = 0, standard_error = 0;
 };
@@ -87,9 +89,10 @@ TEST(Noise, IndependentSamplesGainTheirNumber) {
               {1, p.value, p.standard_error, 0}, "seed 1, 64 x 64, 16 to 256 spp");
 }
 
-// An Owen-scrambled net resolves an edge off its axes at N^-1.5: only the sqrt(N) of N strata that
-// the edge crosses contribute errors. One pixel under many seeds, so that all estimates are of the
-// same edge. .1: the order holds only for N to infinity.
+// At a tilted edge, the variance of an Owen-scrambled net falls as N^-1.5, since only the sqrt(N)
+// of N strata that the edge crosses contribute errors. The test renders one pixel with many seeds,
+// so that all estimates are of the same edge. The tolerance is .1, since the order holds only as N
+// goes to infinity.
 TEST(Noise, StratifiedSamplesGainMoreAtAnEdge) {
   SceneBuilderForTests b;
   const float far = 100;

@@ -17,7 +17,8 @@ void add_slab(SceneBuilderForTests& b, int material, float top, float bottom, fl
   b.add_floor(size, bottom, material, /*up=*/false);
 }
 
-// Looks along `theta` from the vertical, down from above or up from below, off the diagonals.
+// Looks at `theta` from the vertical, down from above or up from below. The target is off the
+// diagonals.
 CameraDescription seen_at(double theta, bool above) {
   const Vec3d direction(std::sin(theta), above ? std::cos(theta) : -std::cos(theta), 0.3e-3);
   const Vec3d at(7.3, above ? 0.0 : -0.1, 3.1);
@@ -32,8 +33,9 @@ RenderSettings optics_settings() {
   return s;
 }
 
-// Case 13: R + (1 - R)^2 R a^2 / (1 - R^2 a^2) is reflected, (1 - R)^2 a / (1 - R^2 a^2)
-// transmitted. 1e-5: Fresnel and the exponential in float.
+// Case 13: a slab reflects R + (1 - R)^2 R a^2 / (1 - R^2 a^2) and transmits (1 - R)^2 a / (1 - R^2
+// a^2). R is the reflectance of a face, and a is the transmittance of one crossing. The tolerance
+// of 1e-5 covers Fresnel and the exponential in float.
 TEST(AbsorbingSlab, AtFourAngles) {
   const double eta = 1.5, d = .1, half_distance = .15;
   MaterialDescription m = glass(float(eta), 0);
@@ -56,9 +58,9 @@ TEST(AbsorbingSlab, AtFourAngles) {
   }
 }
 
-// Case 14 to depth k: in a furnace a slab returns 1 less what is still inside. 1 - R enters at the
-// first face and a share R stays at each further one: (1 - R) R^(k - 1) after k events. Roulette is
-// unbiased and does not matter.
+// Case 14 to depth k: in a furnace, a slab returns 1 minus the light that is still inside. A share
+// 1 - R enters at the first face, and each further face keeps a share R of it. So (1 - R) R^(k - 1)
+// is still inside after k events. Roulette is unbiased and does not matter.
 TEST(GlassInAFurnace, ToLimitedDepth) {
   for (const double theta : {.3, 1.2}) {
     SceneBuilderForTests b;
@@ -77,8 +79,8 @@ TEST(GlassInAFurnace, ToLimitedDepth) {
   }
 }
 
-// An interface between a solid and air of the same index does nothing: a shell of index 1 around a
-// slab changes neither reflection nor transmission.
+// An interface between a solid and air of the same index does nothing. So layers of index 1 around
+// a slab do not change its reflection.
 TEST(GlassInAFurnace, IndexOneShellIsInvisible) {
   const double theta = .8, r = fresnel(theta, 1.5), exact = 2 * r / (1 + r);
   SceneBuilderForTests b;
@@ -92,7 +94,7 @@ TEST(GlassInAFurnace, IndexOneShellIsInvisible) {
                {"14", "slab between layers of index 1"});
 }
 
-// A solid inside a solid of the same index: the inner faces neither refract nor reflect.
+// If a solid contains a solid of the same index, the inner faces neither refract nor reflect.
 TEST(NestedGlass, OfTheSameIndexIsInvisible) {
   const double theta = .5, r = fresnel(theta, 1.5), exact = 2 * r / (1 + r);
   SceneBuilderForTests b;
@@ -108,8 +110,9 @@ TEST(NestedGlass, OfTheSameIndexIsInvisible) {
                {"14", "slab in a slab of the same index, passed"});
 }
 
-// Layers of indices 1, a, b, a, 1: each face reflects by the ratio of its two indices, and layers
-// combine as 1 -> r + t r' t / (1 - r r') (Stokes 1862), all of them lossless and symmetric.
+// The layers have the indices 1, a, b, a, 1. Each face reflects by the ratio of its two indices. A
+// stack of reflectance r and a face of reflectance r' combine to r + t r' t / (1 - r r'), where t =
+// 1 - r (Stokes 1862). All layers are lossless and symmetric.
 TEST(NestedGlass, FacesBendByTheRatio) {
   const double theta = .9;
   for (const auto& [outer, inner] : {std::pair{1.33, 1.8}, std::pair{1.8, 1.33}}) {
@@ -119,7 +122,7 @@ TEST(NestedGlass, FacesBendByTheRatio) {
                             fresnel(within(outer), 1 / outer)};
     double reflected = 0;
     for (const double r : face) {
-      // Lossless, so that the stack has the same reflectance from both sides.
+      // The stack is lossless, so it has the same reflectance from both sides.
       reflected += square(1 - reflected) * r / (1 - reflected * r);
     }
     SceneBuilderForTests b;
@@ -136,9 +139,9 @@ TEST(NestedGlass, FacesBendByTheRatio) {
   }
 }
 
-// The outer solid absorbs again after the inner one, along .2 of a path of .3. The slabs are only
-// 20 wide, where rounding is 2e-5: on a floor of 1000 it is 6e-5, which changes a path of .1 by
-// 1e-3 of the light.
+// The outer solid absorbs before and after the inner one, along .2 of a path of .3. The slabs are
+// only 20 wide. On a floor of 1000, rounding by 6e-5 would change a path of .1 by 1e-3 of the
+// light.
 TEST(NestedGlass, TheOuterAbsorbsBeforeAndAfter) {
   MaterialDescription tinted = glass(1.0f, 0);
   tinted.attenuation_color = Rgb(.5f);
@@ -152,8 +155,8 @@ TEST(NestedGlass, TheOuterAbsorbsBeforeAndAfter) {
                {"26", "absorbing slab around a clear one"});
 }
 
-// Indices close to that of air; the lobe changes its formula at a difference of 1e-3. R is below
-// (1e-3 / 2)^2 = 2.5e-7 at normal incidence, so transmission is 1 to 1e-6.
+// The indices are close to that of air. The lobe changes its formula at a difference of 1e-3. At
+// normal incidence R is below (1e-3 / 2)^2 = 2.5e-7, so transmission is 1 to 1e-6.
 TEST(Glass, IndexNextToOne) {
   for (const float difference : {1e-6f, 1e-4f, .9e-3f, 1.1e-3f}) {
     SceneBuilderForTests b;
@@ -165,9 +168,9 @@ TEST(Glass, IndexNextToOne) {
   }
 }
 
-// From inside a slab upwards: n^2 (1 - R) of the sky at the upper face, and again after every two
-// reflections: n^2 / (1 + R). Beyond the critical angle there is none, and at it the result is
-// finite.
+// The camera looks up from inside a slab. It sees n^2 (1 - R) of the sky through the upper face,
+// and more after every two reflections, n^2 / (1 + R) in sum. Beyond the critical angle it sees no
+// sky. At the critical angle the result is finite.
 TEST(Glass, CriticalAngle) {
   const double eta = 1.5, critical = std::asin(1 / eta);
   SceneBuilderForTests b;
@@ -187,12 +190,13 @@ TEST(Glass, CriticalAngle) {
       // Fresnel from the outside, at the refracted angle.
       exact = eta * eta / (1 + fresnel(std::asin(eta * std::sin(theta)), eta));
     }
-    // Radiance varies with the angle; 1e-4 is a float direction's rounding times the slope there.
+    // Radiance varies with the angle. The tolerance of 1e-4 is the rounding of a float direction
+    // times the slope there.
     expect_case({"E23", "from inside, critical angle " + std::to_string(off)},
                 {exact, image.mean, image.standard_error, 1e-4}, replay(s));
     EXPECT_EQ(image.counters.non_finite_samples, 0u);
   }
-  // At the critical angle and several floats on either side: the weights are finite.
+  // At the critical angle, and several floats on either side of it, the weights are finite.
   const auto cosine = float(std::cos(critical));
   float c = cosine;
   for (int i = 0; i < 8; ++i) c = std::nextafter(c, 0.0f);
@@ -211,29 +215,29 @@ TEST(Glass, CriticalAngle) {
               {0, wrong, 0, 0}, "17 floats around cos of the angle");
 }
 
-// Case 25: between two mirrors of reflectance r the lamp is seen after k bounces as r^k. The
-// mirrors are 1 apart and the ray climbs by `step` per crossing, so that the whole frame leaves
-// after exactly k bounces; Schlick's increase at the angle step is step^10 / 32.
+// Case 25: after k bounces between two mirrors of reflectance r, the sky of radiance 1 appears as
+// r^k. The mirrors are 1 apart and the ray climbs by kStep per crossing, so that the whole frame
+// leaves after exactly k bounces. At this angle, Schlick's formula adds kStep^10 / 32.
 RenderedImage between_mirrors(float r, int k, const RenderSettings& s) {
   constexpr double kStep = .01;
   SceneBuilderForTests b;
   const int mirror = b.add_material(metal(Rgb(r), 0.0f));
-  // From half a step below the first bounce to half a step above the k-th.
+  // The mirrors extend from half a step below the first bounce to half a step above the k-th.
   const auto height = float((k - .5) * kStep), low = float(-.5 * kStep);
   b.add_quad({1, low, -5}, {1, low, 5}, {1, height, 5}, {1, height, -5}, mirror);
   b.add_quad({0, low, 5}, {0, low, -5}, {0, height, -5}, {0, height, 5}, mirror);
   b.set_environment(Rgb(1.0f));
-  // The first bounce is at x = 1, y = 0, coming from below the left mirror.
+  // The ray comes from below the left mirror. Its first bounce is at x = 1, y = 0.
   return render(*b.build(), orthographic({-1, -2 * kStep, .1}, {1, 0, .1}, 1e-4), s);
 }
 
 TEST(Mirrors, ManyBounces) {
   for (const auto& [r, k] : {std::pair{.5f, 2}, std::pair{.9f, 20}, std::pair{.999f, 1000}}) {
     RenderSettings s = optics_settings();
-    // Roulette makes a sample 0 or 1; a thousand bounces are slow.
+    // Roulette makes a sample 0 or 1, so that many samples are needed. A thousand bounces are slow.
     s.spp = k < 100 ? 4096 : long_or_short(256, 64);
     s.max_depth = 2000;
-    // The reflectance is a float: k roundings of throughput and r's own, k 2^-23.
+    // The tolerance is k 2^-23, since r is rounded to float, and the throughput is rounded k times.
     expect_exact(between_mirrors(r, k, s), std::pow(double(r), k), k * 0x1p-23, s,
                  {"25", std::to_string(k) + " bounces between mirrors"});
     s.spp = 16;

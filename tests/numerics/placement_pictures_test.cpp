@@ -1,4 +1,5 @@
-// Cases 17 and 18 for a scene with everything in it: its position and scale must not show.
+// Cases 17 and 18 for a scene with everything in it. Its position and scale must not change the
+// picture.
 #include <cstring>
 
 #include "closed_form.h"
@@ -23,8 +24,9 @@ std::shared_ptr<const Image> checks() {
   return image;
 }
 
-// A textured floor, two instances of a metal ball (one mirrored and stretched), a lamp, a spot
-// light, an absorbing glass ball, a rough window pane and a sky, all placed by `scale` and `at`.
+// Renders a textured floor, two instances of a metal ball (one of them mirrored and stretched), a
+// lamp, a spot light, an absorbing glass ball, a rough window pane and a sky. All are scaled by
+// `scale` and moved to `at`.
 RenderedImage picture(double scale, const Vec3d& at, uint32_t seed) {
   SceneBuilderForTests b;
   const auto placed = [&](const Mat44d& m) {
@@ -85,9 +87,9 @@ RgbImage rgb_of(const RenderedImage& image) {
   return result;
 }
 
-// The same seed gives the same paths, except where rounding moves one past an edge or flips a
-// random decision. So the mean moves by less than 1e-4, and the pictures differ by less than those
-// of two seeds.
+// The same seed gives the same paths, except where rounding moves a path past an edge or flips a
+// random decision. So the mean changes by less than 1e-4. A picture at another place differs less
+// than a picture with another seed.
 class PlacedPicture : public testing::Test {
  protected:
   void compare(double scale, const Vec3d& at, const CaseName& name) {
@@ -121,7 +123,7 @@ TEST_F(PlacedPicture, Distance) {
   }
 }
 
-// Small and far at once: a millimetre-sized scene in a city's coordinates.
+// The scene is small and far away: a millimetre-sized scene in the coordinates of a city.
 TEST_F(PlacedPicture, SmallAndFar) {
   compare(1e-3, Vec3d(3e4, 1e4, -2e4), {"E21", "everything, scale 1e-3 and moved by 4e4"});
 }

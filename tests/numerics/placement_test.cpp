@@ -1,4 +1,5 @@
-// Scale, distance, instancing and mirroring must not show: no leaks, no self-hits, no lost light.
+// Scale, distance, instancing and mirroring must not change the picture. There are no leaks, no
+// self-hits, and no lost light.
 #include "closed_form.h"
 
 #include "support/scenes.h"
@@ -23,8 +24,9 @@ Mat44d placed(double scale, const Vec3d& at, bool mirrored) {
   return m;
 }
 
-// A closed, emissive, reflecting sphere (Le / (1 - rho) everywhere), seen from inside. A leaking
-// ray finds no light and a self-hit adds a bounce, so one leak in ten thousand rays shows.
+// Renders a closed, emissive, reflecting sphere from inside. Its radiance is Le / (1 - rho)
+// everywhere. A ray that leaks finds no light and a self-hit adds a bounce, so one leak in ten
+// thousand rays shows.
 RenderedImage cavity(double scale, const Vec3d& at, bool instanced, bool mirrored,
                      const RenderSettings& s) {
   SceneBuilderForTests b;
@@ -78,7 +80,8 @@ TEST(PlacementOfLights, PointLightScales) {
   }
 }
 
-// The same scene near and far: the same seeds give the same picture up to rounding.
+// A scene gives the same picture up to rounding if it is far away or scaled, provided that the
+// seeds are equal.
 TEST(PlacementOfPictures, FarSceneLooksTheSame) {
   const auto picture = [](double distance, double scale) {
     SceneBuilderForTests b;
@@ -106,7 +109,7 @@ TEST(PlacementOfPictures, FarSceneLooksTheSame) {
   for (const auto& [distance, scale] :
        {std::pair{1e5, 1.0}, std::pair{1e7, 1.0}, std::pair{0.0, 1e-6}, std::pair{0.0, 1e6}}) {
     const RenderedImage other = picture(distance, scale);
-    // Rounding changes single hits at edges or roulette decisions, never the mean.
+    // Rounding changes single hits at edges and single roulette decisions, but not the mean.
     EXPECT_NEAR(other.mean, near.mean, 1e-4 * near.mean)
         << "distance " << distance << " scale " << scale;
   }
@@ -117,7 +120,7 @@ TEST(Backfaces, CulledForEveryRay) {
   for (const bool shown : {false, true}) {
     SceneBuilderForTests b;
     b.add_floor(10, 0, b.add_material(lambert(Rgb(1.0f))));
-    // A roof that faces up: from below it is invisible and lets light pass.
+    // The roof faces up, so it is invisible from below and lets light pass.
     b.add_floor(10, 1, b.add_material(lambert(Rgb(0.0f))), /*up=*/true);
     b.set_environment(Rgb(1.0f));
     SceneBuildOptions options;
@@ -135,7 +138,7 @@ TEST(Backfaces, CulledForEveryRay) {
   }
 }
 
-// Coverage of alpha a decides both for camera rays and for shadow rays.
+// Coverage decides whether a camera ray passes, and whether a shadow ray passes.
 TEST(Coverage, BlendWeighsCameraAndShadowRays) {
   const double alpha = 0.3;
   SceneBuilderForTests b;
@@ -144,14 +147,15 @@ TEST(Coverage, BlendWeighsCameraAndShadowRays) {
   veil.alpha = float(alpha);
   veil.alpha_mode = AlphaMode::kBlend;
   veil.double_sided = true;
-  // Off centre: a ray along the quad's diagonal would hit both of its triangles.
+  // The quad is off centre, since a ray on its diagonal would hit both of its triangles.
   b.add_quad({-3, 1, 8}, {8, 1, 8}, {8, 1, -3}, {-3, 1, -3}, b.add_material(veil));
   b.add_point_light({1, 3, 0}, Rgb(9.0f));
   const auto scene = b.build();
   RenderSettings s = placement_settings();
   s.max_depth = 1;
   s.spp = 1024;
-  // From above: camera ray and shadow ray each pass with probability 1 - alpha.
+  // The camera is above the veil, so its rays and the shadow rays each pass with probability 1 -
+  // alpha.
   const double exact = (1 - alpha) * (1 - alpha) / kPiD;
   expect_exact(render(*scene, orthographic({1, 2, 0}, {1, 0, 0}, 1e-3), s), exact, 1e-4, s,
                {"17", "blend"});

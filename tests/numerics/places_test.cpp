@@ -1,5 +1,5 @@
-// The channels P and UV and the camera matrices: a pixel's position, transformed by the matrices in
-// the header, gives that pixel and the depth in Z.
+// Tests the channels P and UV and the camera matrices. The matrices in the header transform a
+// pixel's position to that pixel and to the depth in Z.
 #include <gtest/gtest.h>
 
 #include "support/render.h"
@@ -50,7 +50,7 @@ Places places(const CameraDescription& view, const Vec3d& middle, const RenderSe
   return {render(*scene, view, s), camera.world_matrices(scene->origin())};
 }
 
-// `error` is that of a coordinate in float.
+// `error` is the rounding error of a coordinate in float.
 void expect_in_place(const Places& places, double error) {
   int hits = 0;
   for (int y = 0; y < kHeight; ++y) {
@@ -89,7 +89,8 @@ TEST(Places, OfAMirroredCameraToo) {
   expect_in_place(places(view, Vec3d(0.0), settings()), 1e-6);
 }
 
-// Lens rays start elsewhere but hit points in focus within their pixel.
+// Lens rays start at different points of the lens. If they hit a point in focus, it lies within
+// their pixel.
 TEST(Places, OfWhatALensHasInFocus) {
   CameraDescription view = perspective({0, 4, 0.001}, {0, -0.5, 0}, 40);
   view.lens_radius = 0.3;
@@ -102,11 +103,12 @@ TEST(Places, OfWhatALensHasInFocus) {
   expect_in_place({render(*scene, view, settings()), camera.world_matrices(scene->origin())}, 1e-5);
 }
 
-// The quad fills the frame: U grows to the right, V upwards.
+// The quad fills the frame. U grows to the right and V upwards.
 TEST(Uv, IsTheFirstSetsWithVUpwards) {
   SceneBuilderForTests b;
   const int grey = b.add_material(lambert(Rgb(0.5f)));
-  // Corners (0, 0), (1, 0), (1, 1), (0, 1) in glTF, whose V points down, from the upper left on.
+  // In glTF, whose V points down, the corners have the UV (0, 0), (1, 0), (1, 1), (0, 1), starting
+  // at the upper left.
   b.add_quad({-1.5f, 1, 0}, {1.5f, 1, 0}, {1.5f, -1, 0}, {-1.5f, -1, 0}, grey);
   b.description.materials[size_t(grey)].double_sided = true;
   b.set_environment(Rgb(1.0f));

@@ -16,7 +16,8 @@ namespace {
 
 using namespace test;
 
-// A builder whose instances are named nodes.
+// A builder whose instances are named nodes. call() names those that were added since the last
+// call.
 struct Plate : SceneBuilderForTests {
   void call(const std::string& name) {
     for (size_t i = description.nodes.size(); i < description.instances.size(); ++i) {
@@ -41,7 +42,7 @@ RenderedImage image_of(const Plate& plate, const CameraDescription& view, const 
   return render(*built.build(), view, s, nullptr, {}, &roles);
 }
 
-// From above, 0.02 wide, about the origin.
+// Looks down at the origin, in a view 0.02 wide.
 CameraDescription from_above() { return orthographic({0, 4, 0}, {0, 0, 1e-9}, 0.01); }
 
 size_t channel(const RenderedImage& image, const char* name) {
@@ -56,7 +57,7 @@ double mean_of(const RenderedImage& image, const char* name) {
   return sum / double(image.crop.area());
 }
 
-// A lamp whose half at x > 0 is hidden by a board.
+// Returns a floor under a lamp. A board hides the half of the lamp at x > 0.
 Plate lamp_half_in_view() {
   Plate p;
   p.add_floor(3, 0, p.add_material(lambert(Rgb(0.5f))));
@@ -93,8 +94,8 @@ TEST(ShadowCatcher, IsAlphaAlone) {
   }
 }
 
-// Objects of the plate are assumed to cast their shadows in it already, so shadows of other
-// catchers and of holdouts are not shown.
+// The plate is assumed to contain the shadows of its own objects already. So a catcher shows no
+// shadows of other catchers or of holdouts.
 TEST(ShadowCatcher, ShowsNoShadowOfThePlate) {
   EXPECT_EQ(mean_of(image_of(lamp_half_in_view(), from_below_the_board(), settings("floor,board")),
                     "shadow.G"),
@@ -105,8 +106,8 @@ TEST(ShadowCatcher, ShowsNoShadowOfThePlate) {
       1.0);
 }
 
-// Under a sky of radiance 1, at distance d from a very long wall of height h, (1 + d / sqrt(d^2 +
-// h^2)) / 2 of the irradiance remains.
+// Under a sky of radiance 1, at a distance d from a very long wall of height h, a share of (1 + d /
+// sqrt(d^2 + h^2)) / 2 of the irradiance remains.
 TEST(ShadowCatcher, BesideAWall) {
   for (const double d : {0.5, 1.0, 3.0}) {
     Plate p;
@@ -123,11 +124,10 @@ TEST(ShadowCatcher, BesideAWall) {
   }
 }
 
-// A red lamp behind a ball and a blue one beside it: I cos / r^2 of each. Then a map whose darker
-// half is hidden by a wall: light darker than the mean counts, too.
+// A wall hides the darker half of a map. Light that is darker than the mean also counts.
 TEST(ShadowCatcher, UnderAMapOfTwoHalves) {
   const auto image = float_map(1024, 32, [](int column, int) {
-    return Rgb(column < 512 ? 0.5f : 2.0f);  // z < 0, and z > 0
+    return Rgb(column < 512 ? 0.5f : 2.0f);  // 0.5 at z < 0, 2 at z > 0
   });
   Plate p;
   p.add_floor(5000, 0, p.add_material(lambert(Rgb(0.3f))));
@@ -143,6 +143,7 @@ TEST(ShadowCatcher, UnderAMapOfTwoHalves) {
   EXPECT_NEAR(mean_of(seen, "shadow.G"), 2.0 / 2.5, 0.005);
 }
 
+// A ball hides a reddish lamp but not a bluish one. Each lamp gives I cos / r^2.
 TEST(ShadowCatcher, IsOfTheColourOfTheLightThatIsLeft) {
   Plate p;
   p.add_floor(3, 0, p.add_material(lambert(Rgb(0.5f))));
@@ -172,7 +173,7 @@ TEST(ShadowCatcher, UnderAPane) {
   EXPECT_NEAR(mean_of(image, "shadow.G"), 1 - fresnel(std::atan(1.0), 1.5), 1e-4);
 }
 
-// Half of a pixel is catcher and half empty: the plate shows in both.
+// Half of each pixel is a catcher and half is empty. The plate shows in both halves.
 TEST(ShadowCatcher, AtAnEdge) {
   Plate p;
   p.add_quad({-3, 0, 3}, {0, 0, 3}, {0, 0, -3}, {-3, 0, -3}, p.add_material(lambert(Rgb(0.5f))));
@@ -222,7 +223,8 @@ Plate still_life() {
 
 CameraDescription still_view() { return perspective({0.2, 1.0, 5.0}, {0, 1.2, 0}, 45); }
 
-// The paths are the same, so compositing gives the same picture up to rounding, sample by sample.
+// The paths with and without the background are the same. So compositing over the background gives
+// the picture with the background, up to rounding, sample by sample.
 TEST(TransparentGlass, OverABackgroundIsThePictureWithIt) {
   RenderSettings s = settings("");
   s.width = s.height = 48;
@@ -245,7 +247,7 @@ TEST(TransparentGlass, OverABackgroundIsThePictureWithIt) {
   EXPECT_GT(partial, 300u) << "panes before nothing";
 }
 
-// Two panes at normal incidence, each of which transmits 0.96.
+// The camera looks through two panes at normal incidence. Each pane transmits 0.96.
 TEST(TransparentGlass, HasTheAlphaOfWhatItKeepsBack) {
   Plate p;
   MaterialDescription pane = glass(1.5f, 0.0f, false);
@@ -253,14 +255,14 @@ TEST(TransparentGlass, HasTheAlphaOfWhatItKeepsBack) {
   p.add_floor(2, 0, p.add_material(pane));
   p.add_floor(2, -1, p.add_material(pane));
   p.call("panes");
-  p.add_point_light({0, 9, 0}, Rgb(1.0f));  // no environment: nothing is behind
+  p.add_point_light({0, 9, 0}, Rgb(1.0f));  // without an environment, nothing is behind the panes
   RenderSettings s = settings("");
   s.spp = 256;
   const double one = 1 - fresnel(0.0, 1.5);
   EXPECT_NEAR(mean_of(image_of(p, from_above(), s), "A"), 1 - one * one, 0.003);
 }
 
-// A holdout is a hole: composited over its contents, the picture looks complete.
+// A holdout is a hole. Composited over what belongs in the hole, the picture looks complete.
 TEST(Holdout, HidesWhatIsBehindAndLeavesNoAlpha) {
   RenderSettings s = settings("");
   s.width = s.height = 48;
@@ -284,7 +286,7 @@ TEST(Holdout, HidesWhatIsBehindAndLeavesNoAlpha) {
   EXPECT_GT(hidden, 50u);
   EXPECT_GT(behind_glass, 30u) << "the panes before it are still there";
 
-  // Without --transparent, the sky beside it is visible.
+  // Without --transparent, the sky beside the holdout is visible.
   s.transparent = false;
   const RenderedImage sky = image_of(still_life(), still_view(), s);
   EXPECT_EQ(sky.pixel(0, 0)[3], 1.0f);
@@ -294,7 +296,7 @@ TEST(Holdout, HidesWhatIsBehindAndLeavesNoAlpha) {
   for (int c = 0; c < 4; ++c) EXPECT_EQ(p[c], 0.0f) << "black, and no alpha";
 }
 
-// Law 2: alpha and shadows are the same for every schedule, whatever other channels are requested.
+// Law 2: alpha and shadows are the same for every schedule, with any other channels.
 TEST(Plate, HasTheSameBitsWhoeverRenders) {
   for (const bool transparent : {false, true}) {
     RenderSettings s = settings("floor", "ball");
@@ -309,7 +311,7 @@ TEST(Plate, HasTheSameBitsWhoeverRenders) {
   }
 }
 
-// Catchers in a row, the front ones panes: the last one counts.
+// Several catchers lie behind one another, and those in front are panes. The last catcher counts.
 TEST(Plate, CatchersThatArePanes) {
   Plate p = lamp_half_in_view();
   const int pane = p.add_material(glass(1.5f, 0.0f, false));
@@ -327,7 +329,7 @@ TEST(Plate, CatchersThatArePanes) {
       s, {4, 3, 21, 17}, [&](const RenderSettings& each) { return image_of(p, view, each); });
 }
 
-// A visible catcher changes no other bit.
+// Making a visible object a catcher changes no bit of the other channels.
 TEST(Plate, CatchersChangeNoBitOfAPictureThatShowsThem) {
   RenderSettings s = settings("");
   s.width = 33;

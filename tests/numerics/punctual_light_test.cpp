@@ -16,7 +16,7 @@ RenderedImage lit(const PunctualLightDescription& light, const Receiver& r,
   return render(*b.build(), view_of(r), s);
 }
 
-// At `position`, its axis (-Z of the matrix) along `axis`.
+// Returns a light at `position` whose axis (-Z of its matrix) points along `axis`.
 PunctualLightDescription lamp(PunctualType type, const Vec3d& position, const Vec3d& axis,
                               float intensity) {
   PunctualLightDescription light;
@@ -26,8 +26,8 @@ PunctualLightDescription lamp(PunctualType type, const Vec3d& position, const Ve
   return light;
 }
 
-// I cos / d^2. Over the view, 1e-6 d to either side, E changes by 3e-6 of itself; float rounds the
-// heights of the light (cos d) and of the receiver by 6e-8 d each.
+// E is I cos / d^2. The view extends 1e-6 d to either side, over which E changes by 3e-6 of its
+// value. Float rounds the heights of the light (cos d) and of the receiver by 6e-8 d each.
 TEST(PunctualLight, PointFromNearAndFar) {
   for (const double d : {.01, 1.0, 1e3, 1e6})
     for (const double cosine : {1.0, .3, .01}) {
@@ -46,7 +46,7 @@ TEST(PunctualLight, PointFromNearAndFar) {
     }
 }
 
-// Inverse square within the range, nothing beyond.
+// The light falls off with the inverse square within its range, and gives nothing beyond.
 TEST(PunctualLight, Range) {
   for (const double d : {.01, 1.0, 1e6})
     for (const double share : {.999, 1.001}) {
@@ -64,9 +64,9 @@ TEST(PunctualLight, Range) {
     }
 }
 
-// The flux through a closed box is 4 pi I, wherever the light is: the sum over six walls of area
-// times mean irradiance. The standard error comes from the spread over seeds, since a wall's pixels
-// have different expected values.
+// The flux through a closed box is the sum over its six walls of area times mean irradiance. It is
+// 4 pi I wherever the light is. The standard error comes from the spread over seeds, since the
+// pixels of a wall have different expected values.
 TEST(PunctualLight, FluxThroughAClosedBox) {
   constexpr double kIntensity = 2;
   for (const Vec3d& at : {Vec3d(0, 0, 0), Vec3d(.3, -.4, .5), Vec3d(.9, .9, .9)}) {
@@ -91,7 +91,7 @@ TEST(PunctualLight, FluxThroughAClosedBox) {
       flux.add(sum);
     }
     const double exact = 4 * kPiD * kIntensity;
-    // 1e-5: float.
+    // The tolerance of 1e-5 covers float arithmetic.
     expect_case({"10", "flux through a box, light at " + format_value(at.x) + ", " +
                            format_value(at.y) + ", " + format_value(at.z)},
                 {exact, flux.mean(), flux.standard_error(), 1e-5 * exact},
@@ -99,7 +99,8 @@ TEST(PunctualLight, FluxThroughAClosedBox) {
   }
 }
 
-// KHR_lights_punctual: I saturate((cos - cos_outer) / max(.001, cos_inner - cos_outer))^2.
+// KHR_lights_punctual defines the intensity as I saturate((cos - cos_outer) / max(.001, cos_inner -
+// cos_outer))^2.
 TEST(PunctualLight, SpotProfile) {
   PunctualLightDescription light = lamp(PunctualType::kSpot, {0, 2, 0}, {0, -1, 0}, 5);
   light.inner_cone = .3f;
@@ -114,17 +115,17 @@ TEST(PunctualLight, SpotProfile) {
     const double falloff = square(std::clamp((cosine - outer) / (inner - outer), 0.0, 1.0));
     const double exact = 5 * falloff * cosine * square(cosine / 2);
     const RenderSettings s = direct_light_settings(16);
-    // 1e-4 of the light's own E: near the outer edge the falloff doubles the rounding of the cosine
-    // over the cone's narrow range.
+    // The tolerance is 1e-4 of the light's own E. Near the outer edge, the falloff doubles the
+    // rounding of the cosine over the cone's narrow range.
     expect_case({"10", "spot at " + format_value(angle) + " of .3 to .7"},
                 measured_irradiance(lit(light, r, s), exact, 1e-4 * exact + 1e-6), replay(s));
   }
 }
 
-// Total flux of a spotlight: 2 pi I [(1 - cos_inner) + (cos_inner - cos_outer) / 3], the third
-// being the integral of the squared ramp.
+// The total flux of a spotlight is 2 pi I [(1 - cos_inner) + (cos_inner - cos_outer) / 3]. The
+// third comes from the integral of the squared ramp.
 TEST(PunctualLight, SpotFlux) {
-  constexpr double kHalf = 2;  // the floor; the spot's circle has a radius of 2 tan .7 = 1.68
+  constexpr double kHalf = 2;  // of the floor; the spot's circle has a radius of 2 tan .7 = 1.68
   SceneBuilderForTests b;
   b.add_floor(float(kHalf), 0, b.add_material(lambert(Rgb(1.0f))));
   PunctualLightDescription light = lamp(PunctualType::kSpot, {0, 2, 0}, {0, -1, 0}, 5);
@@ -145,14 +146,14 @@ TEST(PunctualLight, SpotFlux) {
               "seeds 1 to 64, " + replay(s));
 }
 
-// Lux times the cosine; nothing from below.
+// A directional light gives its lux times the cosine, and nothing from below.
 TEST(PunctualLight, Directional) {
   for (const double cosine : {1.0, .5, .01, -.5}) {
     const Vec3d axis(std::sqrt(1 - cosine * cosine), -cosine, 0);
     const Receiver r;
     const RenderSettings s = direct_light_settings(16);
     const double exact = 7 * std::max(0.0, cosine);
-    // Float rounds the direction by 6e-8, and so a cosine of .01 by 6e-6.
+    // Float rounds the direction by 6e-8. So it rounds a cosine of .01 by 6e-6 of its value.
     expect_case({"10", "directional, cosine " + format_value(cosine)},
                 measured_irradiance(lit(lamp(PunctualType::kDirectional, {3, 4, 5}, axis, 7), r, s),
                                     exact, 1e-5 * exact),

@@ -1,4 +1,4 @@
-// A white receiver under emitters, and the irradiance that it must show.
+// A white receiver under emitters, and the irradiance that the receiver must show.
 #pragma once
 
 #include <string>
@@ -10,7 +10,8 @@
 
 namespace emberline::test {
 
-// Convex polygons, each with its radiance, counter-clockwise seen from the side that emits.
+// Convex polygons, each with its radiance. Their corners are in counter-clockwise order, as seen
+// from the side that emits.
 struct Emitters {
   struct Polygon {
     std::vector<Vec3d> corners;
@@ -19,7 +20,7 @@ struct Emitters {
   std::vector<Polygon> polygons;
 
   void add(std::vector<Vec3d> corners, double radiance = 1) {
-    // Rounded as in the mesh.
+    // Rounds the corners to float, as the mesh does.
     for (Vec3d& c : corners) c = Vec3d(Vec3f(c));
     polygons.push_back({std::move(corners), radiance});
   }
@@ -42,7 +43,8 @@ struct Emitters {
   }
 };
 
-// Assumes no occlusion: emitters form one convex body, or do not overlap as seen from the point.
+// Assumes that nothing is occluded: the emitters form one convex body, or do not overlap as seen
+// from the point.
 inline double exact_irradiance(const Emitters& emitters, const Vec3d& point, const Vec3d& n) {
   double sum = 0;
   for (const Emitters::Polygon& p : emitters.polygons) {
@@ -64,7 +66,7 @@ struct Receiver {
 inline void add_receiver(SceneBuilderForTests& b, const Receiver& r, float albedo = 1) {
   const Vec3d side = std::abs(r.normal.y) < .9 ? Vec3d(0, 1, 0) : Vec3d(1, 0, 0);
   const Vec3d u = unit(cross(side, r.normal)) * r.half_size, v = cross(r.normal, u);
-  // Off centre: the square's diagonal does not cross the view.
+  // The square is off centre, so that its diagonal does not cross the view.
   const Vec3d c = r.point + u * 0.3 - v * 0.1;
   b.add_quad(Vec3f(c - u - v), Vec3f(c + u - v), Vec3f(c + u + v), Vec3f(c - u + v),
              b.add_material(lambert(Rgb(albedo))));
@@ -74,7 +76,7 @@ inline CameraDescription view_of(const Receiver& r) {
   return orthographic(r.point + r.normal * r.camera_height, r.point, r.view_half_size);
 }
 
-// Adds one mesh for all polygons of a radiance.
+// Adds one mesh for each radiance, with all polygons of that radiance.
 inline void add_emitters(SceneBuilderForTests& b, const Emitters& emitters) {
   std::vector<double> radiances;
   for (const Emitters::Polygon& p : emitters.polygons)
@@ -95,7 +97,7 @@ inline void add_emitters(SceneBuilderForTests& b, const Emitters& emitters) {
   }
 }
 
-// A picture of E: the receiver returns E / pi.
+// Compares the irradiance E with `exact`. The picture shows E / pi, which the receiver reflects.
 inline Comparison measured_irradiance(const RenderedImage& image, double exact, double tolerance) {
   EXPECT_EQ(image.counters.non_finite_samples, 0u);
   return {exact, image.mean * kPiD, image.standard_error * kPiD, tolerance};
@@ -109,7 +111,8 @@ inline RenderSettings direct_light_settings(uint32_t spp = 1024) {
   return s;
 }
 
-// Light and BSDF sampling together and, if `bsdf_alone`, also BSDF sampling alone.
+// Compares the irradiance with its exact value: by light and BSDF sampling together and, if
+// `bsdf_alone`, also by BSDF sampling alone.
 inline void expect_irradiance_of(const Emitters& emitters, const Receiver& receiver,
                                  const CaseName& name, bool bsdf_alone) {
   const double tolerance = 1e-5;  // float arithmetic

@@ -1,10 +1,10 @@
-// E52: rough metals compared with a random walk on the Smith microsurface (support/smith_walk.h),
+// E52 compares rough metals with a random walk on the Smith microsurface (support/smith_walk.h),
 // which gives the reflection after any number of bounces. The walk itself is tested first: it
 // conserves energy, is reciprocal, and its single bounces equal the renderer's lobe.
 //
 // Multiple scattering after Kulla & Conty 2017 has the right energy and an approximate shape. The
-// tolerances below state measured errors of that shape; they are not derived. Directions beyond
-// them are known failures, so that a better lobe shows.
+// tolerances below state measured errors of that shape; they are not derived. Directions with
+// larger errors are known failures, so that the tests will notice a better lobe.
 #include <map>
 
 #include "closed_form.h"
@@ -21,9 +21,10 @@ using namespace test;
 
 constexpr double kMetalAlphas[] = {.25, .5, 1};
 constexpr double kMetalAngles[] = {20, 50, 75};
-constexpr double kMetalAzimuths[] = {0, 90, 180};  // 0: the light is on the side of the view
-constexpr int kPairs = 27;                         // of view and light
-// For each view. Fewer, and known failures of .13 would be within what is allowed.
+constexpr double kMetalAzimuths[] = {0, 90, 180};  // at 0 the light is on the side of the view
+constexpr int kPairs = 27;                         // pairs of view and light
+// Returns the number of walks for each view. With fewer walks, a known failure of .13 would be
+// within what is allowed.
 uint64_t walks() { return uint64_t(1) << long_or_short(18, 17); }
 
 Vec3d towards(double theta, double phi) {
@@ -51,8 +52,9 @@ std::string alpha_and_view(double alpha, double view) {
   return ", alpha " + format_value(alpha) + ", view " + format_value(view);
 }
 
-// Results of the walk, F = 1: f after one bounce, after more, and in total. The total uses the
-// closed form of the single bounce, and both directions of each pair for the rest.
+// Results of the walk with F = 1: f after one bounce, f after more bounces, and the total. The
+// total uses the closed form of the single bounce. For the rest it uses both directions of each
+// pair.
 struct WalkResult {
   Moments once[kPairs], more[kPairs];
   double f[kPairs], standard_error[kPairs];
@@ -71,7 +73,7 @@ void walk_from(int view, double alpha, WalkResult* result) {
     surface.walk(towards(kMetalAngles[view], 0), random,
                  [&](int order, const Vec3d& v, double c, double weight) {
                    for (int k = 0; k < 9; ++k) {
-                     // Azimuths share one escape().
+                     // The three azimuths share one escape().
                      if (k % 3 == 0) escaped = surface.escape(c, lights[k]) * weight / lights[k].z;
                      (order == 1 ? once : more)[k] += escaped * surface.phase(v, lights[k]);
                    }
@@ -101,8 +103,8 @@ const WalkResult& walk_result(double alpha) {
 
 // ---- the walk
 
-// The largest of up to 27 deviations in standard errors; 5.5 are allowed, which a correct walk
-// exceeds once in a million.
+// Compares the largest of up to 27 deviations, measured in standard errors. 5.5 are allowed, which
+// a correct walk exceeds once in a million.
 void expect_worst(const std::string& what, double worst, double alpha) {
   expect_case({"E52", what + ", alpha " + format_value(alpha)}, {0, worst, 1, .5},
               walk_replay(alpha));
@@ -138,7 +140,7 @@ TEST(RoughMetal, WalkAndLobeShareTheSingleBounce) {
       const Vec3d wo = DirectionPair(i).wo(), wi = DirectionPair(i).wi();
       const double exact = SmithWalk(alpha).single(wo, wi);
       const GgxReflection lobe{float(alpha), Vec3f(wo)};
-      // 1e-5: float.
+      // The tolerance of 1e-5 covers float arithmetic.
       EXPECT_NEAR(double(lobe.evaluate(Vec3f(wi)).cosine_brdf), exact, 1e-5 * exact) << i;
       const Moments& once = walk_result(alpha).once[i];
       worst = std::max(worst, std::abs(once.mean() - exact / wi.z) / once.standard_error());
@@ -162,9 +164,10 @@ TEST(RoughMetal, WalkIsReciprocal) {
   }
 }
 
-// Albedo of a metal in radiance 1, by walks that each gather in one direction. Half of the
-// directions are around the mirror direction, with the first bounce's pdf, and half uniform in
-// theta: light that went straight up returns near the normal in rare, large contributions.
+// Estimates the albedo of a metal under radiance 1 by walks, each of which gathers light from one
+// direction. Half of the directions are around the mirror direction and have the first bounce's
+// pdf. The others are uniform in theta, since light that went straight up returns near the normal
+// in rare, large contributions.
 Moments walked_albedo(double alpha, double f0, const Vec3d& wo, uint32_t seed) {
   const SmithWalk surface(alpha, f0), white(alpha);
   Moments albedo;
@@ -196,9 +199,10 @@ TEST(RoughMetal, WalkKeepsEnergy) {
     }
 }
 
-// In radiance 1 every microfacet receives radiance 1 from every side, so walks from
-// cosine-distributed views visit microfacets in proportion to area, uniformly over heights. Their
-// area is the integral of D: 1 + alpha^2 artanh(k) / k, k^2 = 1 - alpha^2.
+// Under radiance 1 every microfacet receives radiance 1 from every side. So walks from
+// cosine-distributed views visit microfacets in proportion to their area, and all heights equally
+// often. The microfacets' area is the integral of D, which is 1 + alpha^2 artanh(k) / k with k^2 =
+// 1 - alpha^2.
 TEST(RoughMetal, WalkMeetsEveryHeightAlike) {
   for (const double alpha : kMetalAlphas) {
     const double k = std::sqrt(1 - alpha * alpha);
@@ -225,8 +229,8 @@ TEST(RoughMetal, WalkMeetsEveryHeightAlike) {
 
 // ---- metals against the walk
 
-// The renderer scales the light by the mean of Schlick's Fresnel at every bounce. In the walk later
-// bounces are at other angles and lose more. .09: the error for F0 = .5.
+// The renderer scales the light by the mean of Schlick's Fresnel at every bounce. In the walk,
+// later bounces are at other angles and lose more. The tolerance of .09 is the error for F0 = .5.
 TEST(RoughMetal, GreyMetalInAFurnace) {
   for (const double alpha : kMetalAlphas)
     for (const double view : kMetalAngles) {
@@ -239,8 +243,9 @@ TEST(RoughMetal, GreyMetalInAFurnace) {
     }
 }
 
-// Light scattered back towards the view, where little arrives: at this roughness multiple
-// scattering is forward, but the renderer's lobe is uniform. .37: the worst ratio is 1.34.
+// True for light that is scattered back towards the view, where little arrives. At this roughness
+// multiple scattering goes forward, but the renderer's lobe is uniform. The bound of .37 is for a
+// worst ratio of 1.34.
 bool is_too_bright(double alpha, double view, double light, double azimuth) {
   return alpha == .25 && azimuth < 180 && view + light >= (azimuth == 0 ? 95 : 100);
 }
@@ -269,7 +274,7 @@ TEST(RoughMetal, EveryViewAndLight) {
     }
 }
 
-// Ratios of a lobe to the walk over all pairs.
+// Statistics of the ratios between a lobe and the walk, over all pairs.
 class Shape {
  public:
   void add(double ratio, double standard_error) {
@@ -281,7 +286,7 @@ class Shape {
   Comparison rms(double tolerance) const {
     return {0, std::sqrt(squares_ / kPairs), std::sqrt(errors_ / squares_ / kPairs), tolerance};
   }
-  // .01: two digits are stated.
+  // The tolerance is .01, since the stated value has two digits.
   Comparison minimum(double stated) const { return {stated, min_.first, min_.second, .01}; }
   Comparison maximum(double stated) const { return {stated, max_.first, max_.second, .01}; }
 
@@ -290,10 +295,10 @@ class Shape {
   double squares_ = 0, errors_ = 0;
 };
 
-// Our shape and two others with the same energy.
-// Scaled: single scattering divided by its albedo at the view (Turquin 2019; Cycles). Not
-// reciprocal. Split: (1 + gain) times single scattering, plus Kulla & Conty's lobe for the rest.
-// The rest is negative at grazing angles; the sum is not. The gains are fitted to a finer grid of
+// The test compares our shape and two others with the same energy. The shape "scaled" is single
+// scattering divided by its albedo at the view (Turquin 2019; Cycles). It is not reciprocal. The
+// shape "split" is (1 + gain) times single scattering, plus Kulla & Conty's lobe for the rest. The
+// rest is negative at grazing angles, but the sum is not. The gains are fitted to a finer grid of
 // directions.
 struct ExpectedShape {  // upper bounds of the rms, exact extremes, and the split's gain
   double alpha, ours, scaled, scaled_min, scaled_max, gain, split;

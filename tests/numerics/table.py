@@ -4,12 +4,12 @@
     table.py ROWS TABLE [--write]
 
 ROWS holds one JSON object per line, as tests/numerics/closed_form.h writes them. Standard output
-gets a summary and the worst comparison of each test. Without --write, TABLE must hold the same set
-of comparisons (case and what) as ROWS, each as often. Figures are not compared: a machine with
-another math library may differ in their last digits. --write replaces TABLE.
+gets a summary and the worst comparison of each test. Without --write, TABLE must hold the same
+comparisons (case and what) as ROWS, and each of them as many times. Figures are not compared, since
+a machine with another math library may give other last digits. --write replaces TABLE.
 
-Exit code: 0, or 1 when a comparison fails, when TABLE lacks one, or when it has one that no test
-makes.
+The exit code is 1 if a comparison fails, if TABLE lacks a comparison, or if TABLE has one that no
+test makes. Otherwise it is 0.
 """
 import argparse
 import collections
@@ -21,12 +21,12 @@ import re
 import signal
 import sys
 
-# Below this share of the value a spread is rounding to float, not statistics.
+# A spread below this share of the value comes from rounding to float, not from chance.
 ROUNDING = 1e-7
 
 
 def case_key(case):
-    """Sorts catalogue cases by number, then our own: 2 before 12 before E1."""
+    """Returns a sort key. The catalogue's cases come first, by number, and then our own: 2, 12, E1."""
     return [(0, int(p)) if p.isdigit() else (1, p) for p in re.findall(r"\d+|\D+", case)]
 
 
@@ -46,7 +46,7 @@ def deviation(row):
 
 
 def allowance_used(row):
-    """Deviation as a share of the allowed one: above 1 the comparison fails."""
+    """Returns the deviation divided by the allowed deviation. The comparison fails above 1."""
     if any(not isinstance(row[k], (int, float)) for k in ("measured", "exact", "standard_error")):
         return math.inf  # JSON writes a NaN as null
     allowed = 5 * row["standard_error"] + row["tolerance"]
@@ -149,7 +149,7 @@ def write_table(path, rows):
 
 
 def names_in(path):
-    """(case, what) of every comparison in a table, with how often it occurs."""
+    """Counts how often each comparison (case, what) occurs in a table."""
     if not path.exists():
         sys.exit(f"{path}: no such file; run ci/numerics.sh --write")
     with path.open(encoding="utf-8", newline="") as file:
@@ -166,7 +166,7 @@ def main():
     parser.add_argument("--write", action="store_true")
     arguments = parser.parse_args()
 
-    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # `| head` is no error
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # so that `| head` is no error
     rows = sorted((json.loads(line) for line in arguments.rows.read_text().splitlines()), key=row_key)
     if not rows:
         sys.exit(f"{arguments.rows}: no comparison was recorded")

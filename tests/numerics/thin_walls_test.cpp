@@ -1,6 +1,6 @@
 // Light through smooth thin walls. Light samples pass straight through them, and BSDF samples can
-// take the same path. Closed forms check the total (E40), BSDF sampling alone checks that nothing
-// is counted twice (E41).
+// take the same path. Closed forms check the total (E40), and BSDF sampling alone checks that
+// nothing is counted twice (E41).
 #include <cstring>
 
 #include "lamp_over_floor.h"
@@ -23,13 +23,14 @@ MaterialDescription two_sided(MaterialDescription m) {
   return m;
 }
 
-// Transmittance of a pane of index 1.5 at this cosine.
+// Returns the transmittance of a pane of index 1.5 at this cosine.
 double pane_transmittance(double cosine) { return 1 - fresnel(std::acos(cosine), 1.5); }
 
 // ---- closed forms
 // --------------------------------------------------------------------------------
 
-// A sky of radiance 1 above a pane a thousand times as wide as high; the rest of it weighs 1e-6.
+// A sky of radiance 1 shines through a pane a thousand times as wide as its height above the floor.
+// The sky beside the pane adds 1e-6.
 TEST(ThinWalls, ConstantSky) {
   const struct {
     std::string what;
@@ -66,7 +67,7 @@ TEST(ThinWalls, ConstantSky) {
       const double mu = (i + .5) / kSteps;
       sum += 2 * kPiD * mu / kSteps * std::pow(c.weight * pane_transmittance(mu), c.panes);
     }
-    // 1e-5: float arithmetic, and the sky beside the pane.
+    // The tolerance of 1e-5 covers float arithmetic and the sky beside the pane.
     expect_irradiance_at("E40", b, sum, 1e-5, c.what);
   }
 }
@@ -79,13 +80,14 @@ TEST(ThinWalls, Lamp) {
     add_lamp(b);
     const double exact =
         lamp_irradiance([&](double mu) { return std::pow(.9 * pane_transmittance(mu), panes); });
-    // 1e-4: the lamp's corners are floats, and the midpoint rule errs by 1 / 24 steps^2.
+    // The tolerance is 1e-4, since the lamp's corners are floats, and the midpoint rule errs by 1 /
+    // 24 steps^2.
     expect_irradiance_at("E40", b, exact, 1e-4, "lamp through " + std::to_string(panes) + " panes");
   }
 }
 
-// Coverage is decided once per path: a pane of coverage .4 lets the rest through unchanged. Two
-// random keys for one path would let more through.
+// Coverage is decided once per path. A pane of coverage .4 lets .6 of the light through unchanged.
+// If one path used two random keys, more light would pass.
 TEST(ThinWalls, BlendedPane) {
   for (const bool point_light : {false, true}) {
     SceneBuilderForTests b = white_floor();
@@ -107,7 +109,7 @@ TEST(ThinWalls, BlendedPane) {
   }
 }
 
-// A blended card that blocks light where it is present, in a scene with a pane elsewhere.
+// A blended card blocks light where it is present, in a scene with a pane elsewhere.
 TEST(ThinWalls, BlendedCardBesideAPane) {
   SceneBuilderForTests b = white_floor();
   MaterialDescription m = two_sided(lambert(Rgb(.5f)));
@@ -123,7 +125,7 @@ TEST(ThinWalls, BlendedCardBesideAPane) {
 // ---- two estimators
 // ------------------------------------------------------------------------------
 
-// A room, 2 on a side, open towards +Z; the tests add panes and lamps.
+// A room 2 wide, which is open towards +Z. The tests add panes and lamps.
 struct Room {
   SceneBuilderForTests b;
   CameraDescription view = perspective({.2, 1.1, .8}, {-.1, .7, -1}, 70);
@@ -148,7 +150,7 @@ struct Room {
     b.set_environment(patterned_sky(4.0f));
     b.description.environment->image = grey(*b.description.environment->image);
   }
-  // Grey, since mean_of reads one channel.
+  // The sky is grey, since mean_of reads one channel.
   static std::shared_ptr<const Image> grey(const Image& colours) {
     auto image = std::make_shared<Image>(colours);
     for (size_t i = 0; i < image->texels.size(); i += 12) {
@@ -237,7 +239,7 @@ TEST(ThinWalls, EstimatorsAgreeOnTextures) {
     image->channels = 4;
     for (int i = 0; i < 16; ++i) {
       const bool on = ((i + i / 4) & 1) != 0;
-      // Grey for colours; green is roughness, blue metalness, red transmission.
+      // Colours are grey. Green is roughness, blue is metalness, and red is transmission.
       for (int c = 0; c < 4; ++c) image->texels.push_back(std::byte(on || c == 3 ? 255 : 0));
     }
     room.b.description.images.push_back(image);
@@ -266,7 +268,7 @@ TEST(ThinWalls, EstimatorsAgreeOnTextures) {
   expect_estimators_agree(lamp, "checkered lamp behind a pane");
 }
 
-// A drinking glass whose wall is two panes, around a ball and around the lamp.
+// The wall of a drinking glass is two panes. It encloses a ball or the lamp.
 TEST(ThinWalls, EstimatorsAgreeOnDrinkingGlasses) {
   const auto put = [](Room& room, const Vec3d& at, float radius) {
     const int wall = room.b.add_material(pane(.95f));
@@ -291,8 +293,8 @@ TEST(ThinWalls, EstimatorsAgreeOnDrinkingGlasses) {
   expect_estimators_agree(lamp, "lamp in a drinking glass");
 }
 
-// Triangles small enough to be sampled by area, in walls glossy enough for both strategies to
-// matter. The pdf must use the distance from the wall, not from the pane.
+// The lamp's triangles are small enough to be sampled by area. The walls are glossy enough for both
+// strategies to matter. The pdf must use the distance from the wall, not from the pane.
 TEST(ThinWalls, EstimatorsAgreeOnSmallTriangles) {
   Room room(metal(Rgb(.8f), .35f));
   room.close(pane(.9f));
@@ -317,7 +319,8 @@ TEST(ThinWalls, EstimatorsAgreeOnSmallTriangles) {
   expect_estimators_agree(room, "lamp of small triangles behind a pane");
 }
 
-// A pane inside an absorbing solid, and one seen from outside that scatters its own lamp's light.
+// Tests a pane inside an absorbing solid, and a pane that scatters the light of its own lamp and is
+// seen from outside.
 TEST(ThinWalls, EstimatorsAgreeOnPanesElsewhere) {
   Room room;
   const int solid = room.b.add_material(changed(glass(1.0f, 0), [](MaterialDescription& m) {
@@ -337,7 +340,8 @@ TEST(ThinWalls, EstimatorsAgreeOnPanesElsewhere) {
   expect_estimators_agree(outside, "pane of transmission .5 from outside");
 }
 
-// Light samples through the pane reduce noise: BSDF samples hit the small lamp only by chance.
+// Light samples through the pane reduce noise, since BSDF samples hit the small lamp only by
+// chance.
 TEST(ThinWalls, TakeATwentiethOfTheVariance) {
   Room room;
   room.close(pane());
@@ -353,8 +357,8 @@ TEST(ThinWalls, TakeATwentiethOfTheVariance) {
   EXPECT_LT(20 * square(both.standard_error), square(alone.standard_error));
 }
 
-// A floor under a solid slab gets nothing from a lamp above it, and all of the floor's light
-// samples are counted as blocked. Without solid glass nothing is counted.
+// A floor under a solid slab gets no light from a lamp above the slab, and all light samples of the
+// floor are counted as blocked. Without solid glass nothing is counted as blocked.
 TEST(SolidGlass, LightSamplesThatItBlocksAreCounted) {
   for (const bool solid : {true, false}) {
     SceneBuilderForTests b;
@@ -370,7 +374,7 @@ TEST(SolidGlass, LightSamplesThatItBlocksAreCounted) {
   }
 }
 
-// An opaque lid blocks them, not the glass.
+// An opaque lid blocks the light samples here, not the glass.
 TEST(SolidGlass, WhatOtherThingsBlockIsNotCounted) {
   SceneBuilderForTests b;
   b.add_box({-9, .5f, -9}, {9, .6f, 9}, b.add_material(glass(1.5f, 0)));

@@ -1,5 +1,5 @@
-// The velocity channel: closed forms for objects and cameras that translate or rotate, at an
-// instant and with an open shutter. The picture itself must not change.
+// Tests the velocity channel with closed forms for objects and cameras that translate or rotate, at
+// an instant and with an open shutter. The picture itself must not change.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -16,7 +16,7 @@ using Vec2d = Imath::V2d;
 constexpr int kFrame = 16;
 constexpr double kPixelWidth = 2.0 / kFrame;  // of facing_view()
 
-// Straight down the Z axis on the plane z = 0, from -1 to 1.
+// Looks straight down the Z axis at the plane z = 0. The view spans -1 to 1.
 CameraDescription facing_view() { return orthographic({0, 0, 5}, {0, 0, 0}, 1); }
 
 RenderSettings settings_of(std::optional<Shutter> shutter = {}) {
@@ -56,12 +56,12 @@ MeshDescription sheet(int material, float half, float z = 0) {
   return mesh;
 }
 
-// A square at `to_world` that is moved by `motion` one frame later (an instant), or while the
-// shutter is open for `frames`.
+// A square at `to_world`. `motion` moves it one frame later (if the picture is an instant), or
+// while the shutter is open for `frames`.
 struct MovingSquare {
   double frames = 0.0;    // 0: an instant
   bool vertices = false;  // moves the vertices instead of the transform
-  bool twice = false;     // a second instance of the mesh, out of sight
+  bool twice = false;     // adds a second instance of the mesh, out of sight
   Mat44d to_world;
   float half = 0.5f;
 
@@ -72,7 +72,7 @@ struct MovingSquare {
     MeshDescription mesh = sheet(b.add_material(material), half);
     std::vector<Vec3f> moved;
     for (const Vec3f& p : mesh.positions) {
-      // In the square's own space.
+      // Expresses the motion in the square's own space.
       const Mat44d there = to_world * motion * to_world.inverse();
       moved.push_back(Vec3f(transform_point(there, Vec3d(p))));
     }
@@ -117,7 +117,8 @@ TEST(Velocity, OfASquareThatPasses) {
   }
 }
 
-// At r from a rotating wheel's axis an instant's velocity is the chord, omega r for small angles.
+// At a distance r from the axis of a rotating wheel, the velocity at an instant is the chord, which
+// is omega r for small angles.
 TEST(Velocity, OfAWheelThatTurns) {
   constexpr double kHalfHeight = 0.01;
   const Vec3d at(.6, .3, 0);
@@ -128,11 +129,12 @@ TEST(Velocity, OfAWheelThatTurns) {
         const MovingSquare wheel{frames, false, twice, Mat44d(), 2};
         const Vec2d found = mean_velocity(wheel.seen(turned(omega), view));
         Vec3d way = transform_point(turned(omega), at) - at;
-        // A point seen at time t moves from -t omega to (1 - t) omega: the mean over t is
+        // A point seen at time t moves from -t omega to (1 - t) omega, so the mean over t is
         // tangential.
         if (frames > 0) way = Vec3d(-at.y, at.x, 0) * (2 * (1 - std::cos(omega)) / omega);
         const double pixel = 2 * kHalfHeight / kFrame;
-        // Sample means match the pixel centre, and the mean over times, to a thousandth.
+        // The mean over samples equals the value at the pixel's centre, and the mean over times, to
+        // a thousandth.
         const double tolerance =
             2e-3 * std::abs(omega) + (frames > 0 ? 1e-3 * way.length() / pixel : 0);
         expect_velocity(found, Vec2d(way.x, way.y) / pixel, tolerance,
@@ -170,8 +172,8 @@ TEST(Velocity, OfACameraThatPasses) {
   }
 }
 
-// When the camera pans left, everything moves right, at any distance; when it rolls, the picture
-// rotates about its centre.
+// When the camera pans left, everything moves right, at any distance. When the camera rolls, the
+// picture rotates about its centre.
 TEST(Velocity, OfACameraThatTurns) {
   constexpr double kAngle = .02;
   const auto turn = [](bool roll, double angle) {  // about the camera's own axis, or its +Y
@@ -197,8 +199,8 @@ TEST(Velocity, OfACameraThatTurns) {
         const RenderedImage image = render(*b.build(), view, settings_of(shutter));
         for (int i = 0; i < kFrame; ++i) {
           const Vec3d seen((i + .5) * kPixelWidth - 1, 1 - 4.5 * kPixelWidth, -1);
-          // First and last position in camera space, averaged over the times at which the point is
-          // seen.
+          // The difference between the first and the last position in camera space, averaged over
+          // the times at which the point is seen.
           Vec2d exact(0.0);
           const int times = open ? 100 : 1;
           for (int t = 0; t < times; ++t) {
@@ -216,12 +218,13 @@ TEST(Velocity, OfACameraThatTurns) {
   }
 }
 
-// Towards a wall: x becomes x z / (z - way).
+// The camera moves towards a wall, so that x becomes x z / (z - way).
 TEST(Velocity, OfACameraThatComesNearer) {
   SceneBuilderForTests b;
   b.place(b.add_mesh(sheet(b.add_material(emitter(Rgb(1.0f))), 20)));
   const auto scene = b.build();
-  // The last two pass the wall: no nearer than a hundredth of the depth.
+  // The last two come within a hundredth of the first depth, or pass the wall. Their depth counts
+  // as a hundredth of the first depth.
   for (const double way : {.5, 3.0, -4.0, 3.99, 5.0}) {
     CameraDescription view = straight_view();
     view.next_frame = view.to_world * translation(0, 0, -way);
@@ -257,7 +260,7 @@ TEST(Velocity, IsFiniteWhereverThingsAre) {
       EXPECT_LE(std::max(std::abs(sideways.x), std::abs(sideways.y)), 65504.0f);
     }
   }
-  // Behind the camera all the time.
+  // This point is behind the camera all the time.
   description.orthographic = false;
   const Camera camera(description, kFrame, kFrame, Vec3d(0.0), 1.0);
   EXPECT_EQ(camera.velocity(Vec3d(1, 0, 9), Vec3d(2, 0, 8), 1), Vec2f(0.0f));
@@ -271,7 +274,7 @@ TEST(Velocity, OfWhatIsAtRestIsNothing) {
   for (int y = 0; y < kFrame; ++y) {
     for (int x = 0; x < kFrame; ++x) EXPECT_EQ(velocity(image, x, y), Vec2d(0.0));
   }
-  // Objects at rest in a scene that moves, too, with an open shutter.
+  // Objects at rest in a moving scene also have no velocity, with an open shutter.
   const RenderedImage room =
       render(*moving.at_all_times().build(), moving.view_at(0), settings_of(Shutter{0, 1}));
   EXPECT_EQ(velocity(room, 0, kFrame - 1), Vec2d(0.0));  // the floor
@@ -279,7 +282,7 @@ TEST(Velocity, OfWhatIsAtRestIsNothing) {
 }
 
 // A sharp picture blurred along its velocities nearly equals the picture with an open shutter.
-// Objects emit on black, so occlusion does not matter.
+// Objects emit light and the background is black, so occlusion does not matter.
 TEST(Velocity, BlursASharpPictureAsTheShutterDoes) {
   constexpr int kSize = 64;
   SceneBuilderForTests b;
@@ -326,7 +329,7 @@ TEST(Velocity, BlursASharpPictureAsTheShutterDoes) {
   EXPECT_LT(std::sqrt(error), .25 * std::sqrt(without));
 }
 
-// Positions one frame later do not change the picture.
+// The positions in the next frame do not change the picture.
 TEST(Velocity, LeavesThePictureItsBits) {
   const MovingScene moving;
   const SceneBuilderForTests plain = moving.at(.3);

@@ -1,5 +1,5 @@
-// Case 27: closed meshes do not leak. EMBERLINE_WATERTIGHT_RAYS sets the number of rays per way of
-// aiming (default 8e5, more than 1e7 in total; 1e7 makes it 2e8).
+// Case 27: closed meshes do not leak. EMBERLINE_WATERTIGHT_RAYS sets the number of rays for each
+// mesh and way of aiming. The default of 8e5 gives more than 1e7 rays in total, and 1e7 gives 2e8.
 #include <atomic>
 #include <cstdlib>
 
@@ -19,14 +19,14 @@ uint64_t ray_count() {
   return text && *text ? uint64_t(std::strtod(text, nullptr)) : long_or_short(800'000, 200'000);
 }
 
-// A bumpy ball without coplanar triangles, tessellated by longitude and latitude: needles at the
-// poles, with vertices of 48 triangles.
+// Returns a bumpy ball without coplanar triangles, tessellated by longitude and latitude. Its
+// triangles at the poles are needles, 48 of which share a vertex.
 MeshDescription bumpy(int material) {
   MeshDescription mesh = SceneBuilderForTests::sphere(1.0f, 24, material, true);
   for (Vec3f& p : mesh.positions) {
     p *= 1 + 0.1f * std::sin(7 * p.x) * std::sin(5 * p.y + 1) * std::sin(6 * p.z + 2);
   }
-  // Each pole has one vertex per column, made identical here.
+  // Each pole has one vertex per column. This loop makes them identical.
   for (size_t i = 0; i < 48; ++i) {
     mesh.positions[i] = mesh.positions[0];
     mesh.positions[mesh.positions.size() - 1 - i] = mesh.positions.back();
@@ -52,7 +52,7 @@ Mat44d sheared() {
 enum class Aim { kAnywhere, kAlongAxes, kAtEdges, kAtVertices };
 constexpr const char* kAims[] = {"anywhere", "along the axes", "at edges", "at vertices"};
 
-// Counts escaping rays from random points well inside; `vertices` are in internal space.
+// Counts the rays that escape, from random points well inside. `vertices` are in internal space.
 double escapes(const Scene& scene, const std::vector<Vec3f>& vertices,
                const std::vector<std::array<uint32_t, 3>>& triangles, const Vec3f& center,
                Aim aim) {
@@ -61,7 +61,8 @@ double escapes(const Scene& scene, const std::vector<Vec3f>& vertices,
     uint64_t missed = 0;
     for (size_t i = begin; i < end; ++i) {
       TestRandom random(27 + uint64_t(aim), i);
-      // Between the centre and a vertex, which is inside: the ball is star-shaped about it.
+      // The ray starts between the centre and a vertex. This point is inside, since the ball is
+      // star-shaped about its centre.
       const Vec3f& some = vertices[random.bits() % vertices.size()];
       const Vec3f from = center + (some - center) * (0.6f * random.next());
       Vec3f direction;
@@ -71,13 +72,14 @@ double escapes(const Scene& scene, const std::vector<Vec3f>& vertices,
         const uint32_t axis = random.bits() % 3;
         direction = Vec3f(0.0f);
         direction[int(axis)] = random.bits() & 1 ? 1.0f : -1.0f;
-        // Half of them lie in a coordinate plane, with one component a zero of either sign.
+        // Half of the directions have a second component and lie in a coordinate plane. The third
+        // component is a zero of either sign.
         if (random.bits() & 1) direction[int((axis + 1) % 3)] = random.next() - .5f;
         direction[int((axis + 2) % 3)] = random.bits() & 1 ? -0.0f : 0.0f;
       } else {
         const auto& t = triangles[random.bits() % triangles.size()];
         const Vec3f &a = vertices[t[0]], &b = vertices[t[1]];
-        // A third aim at the middles of edges, the rest at other points on them.
+        // A third of the rays aim at the middles of edges, the rest at other points on edges.
         const uint32_t which = random.bits() % 3;
         const float s = aim == Aim::kAtVertices ? 0.0f : which == 0 ? .5f : random.next();
         direction = a + (b - a) * s - from;
@@ -124,7 +126,8 @@ TEST(Watertight, ClosedMeshesLetNothingOut) {
                   {0, lost, 0, 0}, "TestRandom(" + std::to_string(27 + int(aim)) + ", ray)");
     }
   }
-  // Reported separately: a random ray hits a vertex exactly once in 1e14.
+  // Rays at vertices are reported separately, since only one random ray in 1e14 hits a vertex
+  // exactly.
   expect_known_failure({"27", "rays lost from closed meshes, aimed at vertices"},
                        {0, at_vertices, 0, 0}, 0.02 * rays / 4,
                        "Embree's robust triangle test is watertight at edges, not at vertices "
@@ -133,8 +136,8 @@ TEST(Watertight, ClosedMeshesLetNothingOut) {
   std::printf("measured: %.3g rays, lost at vertices %.0f\n", rays, at_vertices);
 }
 
-// Two meshes that share an edge by coordinates, not indices, close a box between them. They have
-// different partners, and one is also instanced elsewhere.
+// Two halves of a ball are separate meshes. They share edges by coordinates, not by indices, and
+// together they are closed.
 TEST(Watertight, MeshesMeetAlongTheirVertices) {
   SceneBuilderForTests b;
   const int material = b.add_material(lambert(Rgb(.5f)));
@@ -142,7 +145,7 @@ TEST(Watertight, MeshesMeetAlongTheirVertices) {
   const size_t half = ball.triangles.size() / 2 / 48 * 48;
   upper.triangles.resize(half);
   lower.triangles.erase(lower.triangles.begin(), lower.triangles.begin() + std::ptrdiff_t(half));
-  // The diagonals below differ: consecutive triangles share theirs.
+  // The cut lies between two rows, so both triangles of each quad are in one mesh.
   b.place(b.add_mesh(upper));
   b.place(b.add_mesh(lower));
   b.set_environment(Rgb(1.0f));

@@ -1,6 +1,6 @@
-"""Every row of the channel table, alone and with all others, through files, checkpoints, parts and crops.
+"""Tests every row of the channel table, alone and with all other rows, with files, checkpoints, parts and crops.
 
-The table is `emberline info --channels --json`, so a new row is tested automatically.
+The table comes from `emberline info --channels --json`, so a new row is tested automatically.
 """
 import json
 import subprocess
@@ -16,10 +16,10 @@ EMBERLINE = sys.argv.pop(1)
 SCENE = SCENES / "moving_blade.glb"
 FRAME = {"size": (24, 16), "spp": 16, "max_depth": 3, "streams": 2, "frame": 4, "bucket_size": 8,
          "clamp_indirect": 0.05}
-# What a row needs besides its name in `aov`, or instead of it.
+# The settings that a row needs in addition to its name in `aov`, or instead of it.
 NEEDS = {
     "shadow": {"catcher": "desk"},
-    "rays": {"catcher": "desk"},  # a catcher, which casts rays
+    "rays": {"catcher": "desk"},  # a catcher casts rays
     "light": {"light_groups": True},
     "Crypto": {"cryptomatte": "object,material", "cryptomatte_levels": 4},
     "denoised": {"denoise": True},
@@ -47,7 +47,8 @@ def options_of(settings):
 
 
 def channels_of(row, picture):
-    """A picture's channels of a row; those that the scene names are found by their prefix."""
+    """Returns the channels of a picture that belong to a row. If the scene names the channels, they are found by their
+    prefix."""
     if row["name"] == "denoised":
         return [name for name in picture.channels if name.startswith("denoised.")]
     if row["channels"]:
@@ -92,7 +93,8 @@ class Channels(Test):
         self.assertEqual(len(names), len(set(names)))
         listed = [channel for row in ROWS for channel in channels_of(row, self.picture)]
         self.assertEqual(sorted(set(listed)), sorted(listed), "a channel of two rows")
-        # Additional channels: Cryptomatte's counts of dropped ids, and the sums of shares that replace the shares.
+        # The picture has channels that are in no row: Cryptomatte's counts of dropped ids, and the sums of shares
+        # (half1.shared.*, half2.shared.*) that a file has instead of the shares.
         others = set(self.picture.channels) - set(listed)
         self.assertTrue(all(name.startswith(("dropped.", "half")) for name in others), others)
         for row in ROWS:
@@ -104,7 +106,7 @@ class Channels(Test):
 
     def test_something_is_in_each(self):
         nothing = {"non_finite", "part"}
-        # The scene has neither glass nor a sky, and no visible lamp.
+        # These channels need another scene, because this one has neither glass nor a sky, and no visible lamp.
         elsewhere = {"emission", "transmission", "environment"}
         other = emberline.Scene(SCENES / "glass_metal.glb", panorama=True, sun="30,40")
         others = emberline.render(other, size=(32, 24), spp=4, aov=",".join(elsewhere))
@@ -116,7 +118,7 @@ class Channels(Test):
                 self.assertEqual(any(np.any(v != 0) for v in finite), row["name"] not in nothing)
 
     def test_files_without_loss(self):
-        # How a part is compressed does not depend on how many parts there are.
+        # One compression is enough for files with several parts, because it does not depend on the number of parts.
         for compression, parts in (*((name, "one") for name in LOSSLESS), ("zip", "layers")):
             with self.subTest(f"{compression}, {parts}"):
                 picture = self.render_file(exr_compression=compression, exr_parts=parts)
@@ -167,8 +169,8 @@ class Channels(Test):
         self.assert_same(merged, set(merged.channels) - {"part"}, self.all_values)
 
     def test_samples_are_merged(self):
-        """Two sample ranges are merged by adding sums. Means are rounded differently than in a single run, and full
-        lists of mattes drop other ids."""
+        """Merges two sample ranges. Merging adds sums, so means are rounded in another way than in a single run, and
+        full lists of mattes drop other ids."""
         files = [self.work / name for name in ("0-8", "8-16")]
         settings = {name: value for name, value in self.all.items() if name != "spp"}
         scene = emberline.Scene(SCENE, **settings)
@@ -182,7 +184,8 @@ class Channels(Test):
 
     def test_crops(self):
         picture = emberline.render(self.scene, crop="5,3,17,12")
-        # At a crop's border, the denoiser and the sums of neighbours' samples have less data.
+        # These channels differ at the border of a crop, because the denoiser and the sums of neighbours' samples have
+        # less data there.
         channels = [n for n in picture.channels if not n.startswith("denoised.") and ".shared" not in n]
         self.assert_same(picture, channels, self.all_values, np.s_[3:12, 5:17])
 

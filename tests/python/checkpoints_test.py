@@ -1,4 +1,4 @@
-"""Checkpoints, parts, heatmaps and studies: the command and Python accept each other's files."""
+"""Tests checkpoints, parts, heatmaps and studies. The command and Python must accept each other's files."""
 import csv
 import subprocess
 import sys
@@ -85,7 +85,8 @@ class Checkpoints(Test):
             ("samples", {}, []),
             ("samples", {"colors": "viridis", "log": True}, ["--colors=viridis", "--log"]),
             ("samples", {"range": (0, 40), "plain": True}, ["--range=0,40", "--plain"]),
-            # Their legends name settings: --spp, spp.
+            # These have no legend, because legends name settings, which are called --spp in the command and spp in
+            # Python.
             ("error", {"colors": "viridis", "log": True, "plain": True}, ["--colors=viridis", "--log", "--plain"]),
             ("stop", {"plain": True}, ["--plain"]),
         ):
@@ -117,7 +118,7 @@ class Checkpoints(Test):
                 self.assertEqual(row[name], float(said[name]), name)
         again = emberline.study(BOX, folder, drivers=["bucket", "bisection"], spp=[1, 2], seeds=2, size=(16, 16),
                                 max_depth=2)
-        self.assertEqual(again.rows, table.rows)  # read from the folder
+        self.assertEqual(again.rows, table.rows)  # these rows were read from the folder
         with self.assert_error(emberline.UsageError, "working_space"):
             emberline.study(BOX, folder, working_space="acescg")
         for name, value in (("light_groups", True), ("noise_threshold", 0.1), ("aov", "N"), ("edits", "a.json")):

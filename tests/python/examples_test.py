@@ -65,7 +65,7 @@ class Examples(Test):
         self.assertTrue(mask.min() == 0 and mask.max() > 0.5)
         lit = emberline.read(f"{shot}.exr")["RGB"].mean()
         self.assertLess(emberline.read(f"{shot}_relit.png")["RGB"].mean(), lit)
-        self.assertGreater(emberline.read(f"{shot}_samples.png").height, 24)  # with a legend
+        self.assertGreater(emberline.read(f"{shot}_samples.png").height, 24)  # the legend adds to the height
 
     def test_resume_and_merge(self):
         out = self.run_example(

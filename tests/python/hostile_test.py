@@ -1,4 +1,4 @@
-"""Errors are reported in one line with the right type, and no wrong value is accepted."""
+"""Checks that errors have the right type and a message of one line, and that no wrong value is accepted."""
 import functools
 import itertools
 import json
@@ -13,7 +13,8 @@ import emberline
 from support import BOX, ROOT, SMALL, Test, python
 
 
-# Uses every member of an object that was never initialised, in a process that may crash.
+# This script uses every member of objects that were never initialised. It runs in a separate process, because it may
+# crash.
 UNINITIALISED_SCRIPT = """
 import copy, pickle, sys, types
 import emberline
@@ -47,7 +48,7 @@ for kind in (getattr(emberline, name) for name in sys.argv[1:]):
 
 
 class Unmade(Test):
-    """Objects whose __init__ has not run, and objects that only claim to be ours."""
+    """Tests objects whose __init__ has not run, and objects that only claim to be ours."""
 
     def test_nothing_can_be_asked_of_them(self):
         names = ("Settings", "Scene", "Progress", "Picture", "Comparison", "StoredFrame", "StudyTable")
@@ -140,7 +141,8 @@ class WrongInput(Test):
                 emberline.Scene(BOX, **{name: True})
 
     def test_what_the_machine_gives(self):
-        """The command's ranges, and one line for a wrong type."""
+        """Checks that threads and times have the same ranges as in the command, and that a wrong type causes one
+        line."""
         scene = functools.partial(emberline.Scene, BOX)
         render = functools.partial(emberline.render, self.box)
         read = functools.partial(emberline.read, ROOT / "scenes/dusk.hdr")
@@ -265,7 +267,7 @@ class WrongInput(Test):
     def test_arrays(self):
         rgb = emberline.render(self.box)["RGB"]
         black = np.zeros_like(rgb)
-        # Order, strides, byte order and a smaller float type lose nothing.
+        # Arrays may have any order, strides and byte order, and a smaller float type.
         spread = np.zeros((32, 48, 6), "float32")
         spread[::2, ::2, ::2] = rgb
         for same in (np.asfortranarray(rgb), rgb[::-1].copy()[::-1], spread[::2, ::2, ::2], rgb.astype(">f4")):

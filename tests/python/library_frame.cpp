@@ -1,4 +1,5 @@
-// Renders a frame with the library and writes it: library_frame SCENE FILE.exr [NAME=TEXT ...]
+// Renders a frame with the library and writes it to a file:
+//   library_frame SCENE FILE.exr [NAME=TEXT ...]
 #include <cstdio>
 #include <string>
 

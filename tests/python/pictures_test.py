@@ -1,4 +1,4 @@
-"""Pictures: their contents, the lifetime of their memory, and that they match the command's."""
+"""Tests the contents of pictures and the lifetime of their memory, and that they match the command's pictures."""
 import copy
 import gc
 import json
@@ -55,7 +55,7 @@ class Pictures(Test):
         np.testing.assert_array_equal(rgb, kept)
         self.assertEqual(error.mse, 0)
         del noise
-        rgb *= 2  # the caller owns it
+        rgb *= 2  # the caller owns the array
         np.testing.assert_array_equal(rgb, 2 * kept)
 
     def test_bits_are_the_commands(self):
@@ -69,7 +69,7 @@ class Pictures(Test):
                 np.testing.assert_array_equal(picture[layer], command[layer])
 
     def command(self, scene, layers, *options):
-        """The command's picture of the scene, with the settings of SMALL."""
+        """Renders the scene with the command, with the settings of SMALL. Returns these layers of the picture."""
         file = self.folder() / "a.exr"
         common = ["--size", "24x16", "--spp", "4", "--max-depth", "3", "--quiet"]
         subprocess.run([EMBERLINE, "render", scene, "-o", file, *common, *options], check=True)
@@ -91,7 +91,7 @@ class Pictures(Test):
                 np.testing.assert_array_equal(picture[layer], command[layer])
             scene.edit(edit)
             dark = emberline.render(scene)["RGB"]
-            scene.pose(**when)  # the edits are kept
+            scene.pose(**when)  # must keep the edits
             np.testing.assert_array_equal(emberline.render(scene)["RGB"], dark)
             scene.edit({})
             seen.append(picture["RGB"])
@@ -153,7 +153,7 @@ class Pictures(Test):
         edits["environment"]["strength"] = 3
         scene.edit(edits)
         self.assertGreater(emberline.render(scene)["RGB"].mean(), whole.mean())
-        self.assertNotEqual(scene.editable, edits)  # the file's values
+        self.assertNotEqual(scene.editable, edits)  # `editable` has the values of the file
 
     def test_an_environment_from_an_array(self):
         sky = SCENES / "dusk.hdr"
@@ -167,7 +167,7 @@ class Pictures(Test):
         scene.edit({"environment": {"strength": 2}}, environment=emberline.read(sky))
         self.assertGreater(emberline.render(scene)["RGB"].mean(), file.mean())
         scene.edit({}, environment=np.asfortranarray(texels)[::1])
-        texels[:] = 0  # the scene has its own copy
+        texels[:] = 0  # must have no effect, because the scene has a copy
         np.testing.assert_array_equal(emberline.render(scene)["RGB"], file)
         scene.edit({})
         np.testing.assert_array_equal(emberline.render(scene)["RGB"], bare)
@@ -269,7 +269,8 @@ class Files(Test):
         self.assertAlmostEqual(float(flip.mean(dtype="float64")), said["flip"], places=6)
 
     def test_compare_knows_the_working_space(self):
-        """As the command does for files: colours of ACEScg compared with those of Rec. 709."""
+        """Compares a picture in ACEScg with a picture in Rec. 709, and checks that the command gives the same
+        result."""
         folder = self.folder()
         scenes = [emberline.Scene(BOX, size=(24, 16), spp=4, working_space=s) for s in ("acescg", "rec709")]
         pictures = [emberline.render(scene) for scene in scenes]

@@ -1,4 +1,4 @@
-"""Every setting once, by the command, the library and Python: the same bits in every channel."""
+"""Uses every setting once in the command, the library and Python. All channels must have the same bits."""
 import json
 import re
 import struct
@@ -18,7 +18,7 @@ SMALL = {"size": "16x16", "spp": "4", "max-depth": "3"}
 ADAPTIVE = {"driver": "adaptive"}
 VIEW = {"look-from": "0,1,6", "look-at": "0,1,0"}
 
-# For each setting: a text other than the default, what it also needs, and its scene.
+# Each setting has a text other than its default, the other settings that it needs, and a scene.
 CASES = {
     "edits": ("edits.json", {}, BOX),
     "variant": ("dark", {}, "variants.glb"),
@@ -81,12 +81,12 @@ CASES = {
     "fps": ("30", {"frame": "4"}, BLADE),
     "shutter": ("0,0.5", {"frame": "4"}, BLADE),
     "lenient": ("yes", {}, BOX),
-    "isa": ("", {}, BOX),  # the first one available
+    "isa": ("", {}, BOX),  # settings_of() replaces the empty text by the first name in the help
     "resource-root": (str(SCENES), {}, BOX),
 }
 
 def with_variants(scene, to):
-    """Writes the box with a second material for its floor as a variant."""
+    """Writes a copy of the box to the file `to`, with a variant that gives its meshes another material."""
     data = scene.read_bytes()
     length = struct.unpack("<I", data[12:16])[0]
     gltf, rest = json.loads(data[20:20 + length]), data[20 + length:]
@@ -103,7 +103,7 @@ def with_variants(scene, to):
 
 
 def bits(picture):
-    """The bits of each channel, because the order of channels is the file's."""
+    """Returns the bits of each channel by its name, because the order of channels depends on the file."""
     return {name: np.ascontiguousarray(picture[name]).view(np.uint32) for name in picture.channels}
 
 
@@ -128,7 +128,7 @@ class EverySetting(Test):
         return {n: v for n, v in settings.items() if v is not None}, self.work / scene
 
     def command(self, settings, scene):
-        """The channels that the command writes; for a part, those of a merge of it alone."""
+        """Returns the channels that the command writes. If the settings render a part, merges that part alone."""
         file = self.work / "command.exr"
         options = [f"--{n}" if v == "yes" else f"--{n}={v}" for n, v in settings.items()]
         run = [EMBERLINE, "render", scene, "-o", file, "--quiet", *options]
@@ -145,7 +145,8 @@ class EverySetting(Test):
         return bits(emberline.read(file))
 
     def python(self, settings, scene):
-        """Also reads the file back, because half and working_space affect only the file."""
+        """Returns the channels of the written file and of the picture, because half and working_space affect only the
+        file."""
         file = self.work / "python.exr"
         arguments = {n.replace("-", "_"): v for n, v in settings.items()}
         opened = emberline.Scene(scene, **arguments)

@@ -1,4 +1,4 @@
-"""The stub names exactly what the module has: names, members, parameters."""
+"""Checks that the stub has exactly the names, members and parameters that the module has."""
 import ast
 import inspect
 import re
@@ -8,7 +8,7 @@ from pathlib import Path
 import emberline
 
 FOLDER = Path(emberline.__file__).parent
-# Members of every class are listed only if ours differ.
+# Every class has special methods. Only these are compared, because ours may differ from the default.
 PUBLIC_SPECIAL_METHODS = ("__init__", "__getitem__", "__setitem__", "__iter__", "__contains__", "__copy__", "__deepcopy__")
 
 
@@ -23,7 +23,7 @@ def parameters_of_stub(function):
 
 
 def parameters_of(function):
-    """Parameters from the signature in the docstring's first line, as pybind11 writes it."""
+    """Returns the parameters from the first line of the docstring, where pybind11 writes the signature."""
     inside = re.match(r"\w+\((.*)\) ->", function.__doc__.splitlines()[0])[1]
     while re.search(r"\[[^\[\]]*\]", inside):
         inside = re.sub(r"\[[^\[\]]*\]", "", inside)
@@ -69,7 +69,7 @@ class Stub(unittest.TestCase):
 
     @staticmethod
     def is_refused(kind, member):
-        """Whether only the module can create objects of this class."""
+        """Returns whether only the module can create objects of this class."""
         return member == "__init__" and "_emberline" not in (vars(kind)[member].__doc__ or "")
 
 

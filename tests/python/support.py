@@ -1,4 +1,4 @@
-"""Shared by the tests of the module."""
+"""Shared code of the tests of the Python module."""
 import contextlib
 import logging
 import os
@@ -27,7 +27,7 @@ class Test(unittest.TestCase):
 
     @contextlib.contextmanager
     def assert_error(self, kind, *texts):
-        """Expects an error of exactly this type, in one line that contains these texts."""
+        """Expects an error of exactly this type, with a message of one line that contains these texts."""
         with self.assertRaises(kind) as caught:
             yield
         self.assertIs(type(caught.exception), kind)

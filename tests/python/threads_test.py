@@ -1,4 +1,4 @@
-"""Callbacks, Ctrl-C and other threads while a frame renders."""
+"""Tests callbacks, Ctrl-C and other threads while a frame renders."""
 import os
 import signal
 import tempfile
@@ -34,7 +34,7 @@ class Callbacks(Test):
                 samples = [now.samples for now in seen]
                 self.assertEqual(samples, sorted(samples))
                 self.assertEqual(samples[-1], picture.samples)
-                for now in seen:  # each still has its own data
+                for now in seen:  # each object must still have its data
                     self.assertEqual(now.rgba is not None, pictures)
                 if pictures:
                     self.assertEqual(seen[0].rgba.shape, (16, 24, 4))
@@ -102,7 +102,7 @@ class Callbacks(Test):
         done.set()
         counter.join()
         self.assertGreater(ticks[0], 0)
-        # Only another thread ends this one.
+        # This render ends only because another thread sends a signal.
         ended = threading.Event()
 
         def end():
@@ -119,8 +119,8 @@ class Callbacks(Test):
             np.testing.assert_array_equal(picture, alone)
 
 
-# Renders until Ctrl-C; then prints how soon it returned, and how many threads are left. A joined thread is still listed
-# for a moment.
+# This script renders until Ctrl-C. Then it prints how soon the render returned, and how many threads are left. It waits
+# because a joined thread is still listed for a moment.
 INTERRUPTED = """
 import os, sys, time, signal, threading
 import emberline
@@ -155,7 +155,7 @@ for case in sys.argv[2:]:
 
 class Interrupts(Test):
     def test_ctrl_c(self):
-        # Those with one thread first: after the others TBB keeps its own for the next render.
+        # The cases with one thread come first. After the other cases, TBB keeps its threads for the next render.
         cases = ["bucket,1,no", "bisection,1,no", "adaptive,1,yes", "bucket,0,no", "bucket,0,yes", "bisection,0,yes",
                  "adaptive,0,no"]
         with tempfile.TemporaryDirectory() as folder:
@@ -171,7 +171,7 @@ class Interrupts(Test):
                     self.assertEqual(int(left), 1)
 
     def test_a_merge(self):
-        """A handler that raises while parts are read and added."""
+        """Checks that a merge ends early if a signal handler raises an exception while parts are read and added."""
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         parts = [os.path.join(folder.name, str(i)) for i in (1, 2)]
@@ -241,7 +241,7 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
         self.assertEqual((process.returncode, err), (0, ""))
 
     def test_a_process_forked_amid_a_render_ends(self):
-        # Each is another moment of the render.
+        # The script forks this many times, each time at another moment of a render.
         forks = 10 if os.environ.get("EMBERLINE_LONG_TESTS", "0") not in ("", "0") else 3
         code = """
 import gc, os, sys, threading, time

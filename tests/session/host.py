@@ -1,4 +1,4 @@
-"""A host for the tests of `emberline session`, and reference pictures from `emberline render`."""
+"""Runs `emberline session` as a host, for its tests, and renders reference pictures with `emberline render`."""
 import contextlib
 import json
 import mmap
@@ -11,7 +11,7 @@ import time
 
 PROGRAM, SCENES, EXAMPLE = sys.argv[1:4]
 SCENE = os.path.join(SCENES, "cornell_box.glb")
-TIMEOUT_S = 240  # enough for a sanitizer, too
+TIMEOUT_S = 240  # is also enough for a sanitized program
 
 
 def wait_until(true, seconds=30):
@@ -22,12 +22,12 @@ def wait_until(true, seconds=30):
 
 
 def shared_memory():
-    """Segments that could be ours; other programs' come and go."""
+    """Returns shared memory segments that could be ours. Other programs may create and remove segments meanwhile."""
     return sorted(name for name in os.listdir("/dev/shm") if "emberline" in name.lower())
 
 
 class Host:
-    """A host that reads and acknowledges, unless a test does otherwise."""
+    """A host that reads and acknowledges pictures, unless a test does something else."""
 
     def __init__(self, *options):
         self.process = subprocess.Popen([PROGRAM, "session", "--threads", "2", *options], stdin=subprocess.PIPE,
@@ -90,7 +90,7 @@ class Host:
         return self.picture(lambda p: p["finished"] and p["edit"] >= edit)
 
     def end(self, data=None):
-        """Closes standard input after `data`; returns the exit code, all events, and the lines of stderr."""
+        """Sends `data` and closes standard input. Returns the exit code, all events, and the lines of stderr."""
         if data is not None:
             self.send(data)
         out, err = self.process.communicate()
@@ -99,7 +99,7 @@ class Host:
 
 
 def rgba_of(exr):
-    """R G B A of an uncompressed EXR with scan lines and float channels, as rows from the top."""
+    """Returns R, G, B and A of an uncompressed EXR with scan lines and float channels, in rows from the top."""
     with open(exr, "rb") as file:
         data = file.read()
     at, header = 8, {}

@@ -1,4 +1,5 @@
-"""Tests `emberline session` from a host: a real process, its lines, its shared memory, and misbehaving hosts.
+"""Tests `emberline session` as a host uses it: a real process, its lines and its shared memory, also with hosts that
+misbehave.
 
     session_test.py PROGRAM SCENES EXAMPLE [TEST...]
 """
@@ -62,16 +63,16 @@ class Pictures(SessionTest):
         host, answer = self.opened()
         host.request("camera", camera=camera)
         edit = host.request("edits", edits={"materials": [{"index": 0, "base_color": [0, 0, 1]}]})["edit"]
-        edit = host.request("edits", edits={"materials": [material]})["edit"]  # replaces the other edit
+        edit = host.request("edits", edits={"materials": [material]})["edit"]  # replaces the edit before it
         pixels = host.finished(edit)[1]
         look = os.path.join(self.folder.name, "look.json")
         with open(look, "w") as file:
             json.dump({"emberline_edits": 1, "camera": camera, "materials": [material]}, file)
         self.assertEqual(pixels, rendered(self.folder.name, *self.COMMON, "--edits", look))
-        # Edits saved by the session give the same picture.
+        # If the session saves these edits, they give the same picture.
         self.assertTrue(host.request("save", file=look)["ok"])
         self.assertEqual(pixels, rendered(self.folder.name, *self.COMMON, "--edits", look))
-        # Part of the edits is reset.
+        # The camera and the materials can be reset separately.
         host.request("camera", camera=None)
         edit = host.request("edits", edits={"materials": None})["edit"]
         self.assertEqual(host.finished(edit)[1], rendered(self.folder.name, *self.COMMON))
@@ -87,7 +88,7 @@ class Pictures(SessionTest):
         mirrored = host.finished(host.request("camera", camera={"matrix": [-2] + matrix[1:], "fov_y": 40})["edit"])[1]
         row = 64 * 16
         self.assertNotEqual(seen, mirrored)
-        # The mirrored scene, up to its noise.
+        # Up to its noise, the picture must show the mirrored scene.
         def mean(pixels, x0, x1):
             values = [struct.unpack_from("<f", pixels, y * row + 16 * x)[0] for y in range(48) for x in range(x0, x1)]
             return sum(values) / len(values)
@@ -137,7 +138,7 @@ class Pictures(SessionTest):
             example = json.loads(line[2:].replace(", ...}", "}").replace("{...}", "{}"))
             if example.get("event") == "hello":
                 self.assertEqual(example.keys(), host.hello.keys())
-            elif example.get("event") != "loading":  # may occur any number of times
+            elif example.get("event") != "loading":  # this event may occur any number of times
                 fixed = {key: example[key] for key in ("event", "id", "ok", "edit") if key in example}
                 host.receive(lambda m: fixed.items() <= m.items() and example.keys() <= m.keys())
         self.assertEqual(host.end()[0], 0)
@@ -162,7 +163,7 @@ class Pictures(SessionTest):
         picture, pixels = host.finished(edit)
         self.assertGreater(picture["segment"], before["segment"])
         self.assertEqual(len(pixels), 96 * 64 * 16)
-        old[0:16]  # the old mapping stays valid
+        old[0:16]  # must not crash, because the old mapping stays valid
 
     def test_display_and_overlay(self):
         host, _ = self.opened()
@@ -178,9 +179,9 @@ class Pictures(SessionTest):
         host.finished()
         host.request("settings", settings={"paused": True})
         edit = host.request("settings", settings={"spp": 100000})["edit"]
-        host.picture(lambda p: p["edit"] >= edit)  # it pauses after showing one picture
+        host.picture(lambda p: p["edit"] >= edit)  # the paused session shows one picture of the edit
         time.sleep(0.3)
-        host.request("settings", settings={"exposure": 1})  # shows the same picture again
+        host.request("settings", settings={"exposure": 1})  # makes the session show the same picture again
         first = host.picture(lambda p: True)[0]["samples"]
         time.sleep(0.3)
         host.request("settings", settings={"exposure": 2})
@@ -205,7 +206,7 @@ class Pictures(SessionTest):
     def test_memory_cannot_be_written(self):
         host, _ = self.opened()
         picture, _ = host.finished()
-        with contextlib.suppress(PermissionError):  # root may open it
+        with contextlib.suppress(PermissionError):  # only root can open the memory for writing
             with open(picture["memory"], "r+b", buffering=0) as file:
                 with self.assertRaises(OSError):
                     file.write(b"x")
@@ -221,7 +222,7 @@ class Pictures(SessionTest):
         answer = host.request("open", scene=other)
         self.assertGreater(answer["edit"], first["edit"])
         host.finished(answer["edit"])
-        # A bad scene leaves the open one unchanged.
+        # After a bad scene is refused, the scene that was open stays open.
         refused = host.request("open", scene=os.path.join(SCENES, "none.glb"))
         self.assertFalse(refused["ok"])
         self.assertIn("none.glb", refused["error"])
@@ -290,7 +291,7 @@ class Refusals(SessionTest):
         self.refused(host, "neither true nor false", "settings", settings={"transparent": "maybe"})
         self.refused(host, "--spp", "settings", settings={"spp": True})
         self.assertTrue(host.request("settings", settings={"transparent": True, "paused": False, "lenient": "no"})["ok"])
-        # A refused setting leaves the others of its command unchanged.
+        # If one setting is refused, the other settings of its command have no effect either.
         self.refused(host, "--seed", "settings", settings={"size": "8x8", "seed": -1})
 
     def test_edits(self):
@@ -336,12 +337,13 @@ class Ends(SessionTest):
         self.assertEqual(host.end()[0::2], (0, []))
 
     def save_commands(self, *files):
-        """Lines that save to these files, and quit."""
+        """Returns the lines of commands that save to these files and then quit."""
         lines = [{"do": "save", "id": f"save {file}", "file": os.path.join(self.folder.name, file)} for file in files]
         return b"".join(json.dumps(line).encode() + b"\n" for line in [*lines, {"do": "quit", "id": "quit"}])
 
     def test_saves_before_quit_are_told(self):
-        """All commands at once, as from a script: each save is answered, and a failed one affects the exit code."""
+        """Sends all commands at once, as a script would. The session must answer each save, and a failed save must
+        affect the exit code."""
         for files, code, complaint in (
             (["a.exr", "b.png", "c.json"], 0, None),
             (["d.exr", "no/e.exr", "f.png"], 1, "no/e.exr"),
@@ -383,7 +385,7 @@ class Ends(SessionTest):
                          {"save a.exr": True, "save no/b.exr": False})
 
     def test_what_a_writer_leaves_in_the_pipe_is_carried_out(self):
-        """The writer closes the pipe while its answers are unread and the session has stopped listening."""
+        """Closes the pipe while the host has not read the answers, so that the session has stopped reading commands."""
         for file, code in (("a.exr", 0), ("no/b.exr", 1)):
             with self.subTest(file):
                 host, _ = self.opened()
@@ -471,7 +473,8 @@ class Ends(SessionTest):
         host.stdout.close()
 
     def test_host_that_does_not_read(self):
-        """Sends commands without reading the answers: the session stops listening, and neither grows nor hangs."""
+        """Sends commands without reading the answers. The session must then stop reading commands, and must neither
+        grow nor hang."""
         host, _ = self.opened("--spp", "100000")
         os.set_blocking(host.process.stdin.fileno(), False)
         line, sent, end = b'{"id": "' + b"x" * 900 + b'", "do": "cancel"}\n', 0, time.monotonic() + 3

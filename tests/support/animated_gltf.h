@@ -1,4 +1,4 @@
-// Adds animations to glTF files that tests build.
+// Adds animations to the glTF files that tests build.
 #pragma once
 
 #include <cstddef>
@@ -41,7 +41,7 @@ class AnimationBuilder {
 
  private:
   struct Sampler {
-    int input, output;  // accessors
+    int input, output;  // indices of accessors
     const std::string& interpolation;
   };
   template <class T>

@@ -18,7 +18,7 @@ class StageBuilder {
   explicit StageBuilder(GltfBuilder& file) : gltf(file) {
     add_materials();
     floor_ = node(quad(2, kFloor), {0, 0, 0});
-    node(quad(0.5f, kLamp), {1.2, 0, 1.2});  // flush with the floor
+    node(quad(0.5f, kLamp), {1.2, 0, 1.2});  // this lamp is flush with the floor
     const int box_mesh = box(kRed);
     turning_ = node(box_mesh, {-1, 0.4, 0});
     const int pair = box(kVeil);
@@ -67,7 +67,7 @@ class StageBuilder {
                           {"indices", gltf.add_accessor<uint16_t>("SCALAR", indices)},
                           {"material", material}});
   }
-  // A horizontal square that faces up.
+  // Adds a horizontal square that faces up, with sides of 2 * half. Returns its mesh.
   int quad(float half, int material) {
     return mesh({-half, 0, -half, half, 0, -half, half, 0, half, -half, 0, half},
                 {0, 2, 1, 0, 3, 2}, material);

@@ -1,4 +1,4 @@
-// One scene with many features, for properties that must hold for any scene.
+// A scene with many features, for tests of properties that every scene must have.
 #pragma once
 
 #include <memory>

@@ -1,17 +1,18 @@
-// The chi-square harness for all sampling routines. It tests whether a map from random numbers to
-// points has the density that the routine reports.
+// The chi-square harness for all sampling routines. A sampling routine maps random numbers to
+// points and reports the density of these points. The harness tests whether the points have that
+// density.
 //
 //   EXPECT_TRUE(chi_square_directions(
 //       [&](TestRandom& random) { return std::optional(square_to_cosine_hemisphere(random.vec2()));
 //       },
 //       [](const Vec3f& w) { return double(test::square_to_cosine_hemisphere_pdf(w)); }));
 //
-// The domain is divided into bins, and the density is integrated adaptively over each bin. The map
-// is sampled many times. Pearson's statistic over bins with at least `min_expected` expected draws
-// (smaller bins are pooled) yields a p-value. A routine may reject a sample (std::nullopt); the
-// mass that is missing from the density is then one more bin. Seeds are fixed, so failures are
-// repeatable, and the message says which draws to repeat. The design follows the chi-square tests
-// of Mitsuba 2 (Nimier-David et al. 2019).
+// The harness divides the domain into bins and integrates the density adaptively over each bin.
+// Then it draws many samples, and computes a p-value from Pearson's statistic over the bins. Bins
+// with fewer than `min_expected` expected draws are pooled. A routine may reject a sample
+// (std::nullopt). The mass that is missing from the density is then one more bin. Seeds are fixed,
+// so failures are repeatable, and the message says which draws to repeat. The design follows the
+// chi-square tests of Mitsuba 2 (Nimier-David et al. 2019).
 #pragma once
 
 #include <gtest/gtest.h>
@@ -33,13 +34,13 @@
 
 namespace emberline::test {
 
-// The random numbers of one draw are a pure function of (seed, draw), so any single draw can be
-// repeated.
+// The random numbers of one draw. They depend only on the seed and on the number of the draw, so
+// any single draw can be repeated.
 class TestRandom {
  public:
   TestRandom(uint64_t seed, uint64_t draw) : state_(hash_combine64(hash64(seed + 1), draw)) {}
   uint32_t bits() { return uint32_t(hash64(state_ += 0x9e3779b97f4a7c15ull) >> 32); }
-  float next() { return to_unit_float(bits()); }  // [0, 1)
+  float next() { return to_unit_float(bits()); }  // uniform in [0, 1)
   Vec2f vec2() {
     const float x = next();
     return {x, next()};
@@ -53,9 +54,9 @@ class TestRandom {
   uint64_t state_;
 };
 
-// A sampled point of the parameter domain. With weights other than 1, the test compares the
-// weighted histogram with the density (for instance, the weights of a BSDF's samples with its
-// value).
+// A sampled point of the parameter domain. If weights differ from 1, the test compares the weighted
+// histogram with the density. For instance, the samples of a BSDF, weighted by value over density,
+// must have a histogram that follows the value of the BSDF.
 struct ChiSquarePoint {
   double x = 0, y = 0;
   double weight = 1;
@@ -67,26 +68,26 @@ struct ChiSquareDomain {
 
 struct ChiSquareSettings {
   int bins_x = 16, bins_y = 32;
-  // Short tests draw a quarter of this. 400,000 samples in 512 bins detect a density that is 2 %
-  // too high in half of the bins and 2 % too low in the others; 100,000 samples detect 4 %. If the
-  // integral of the density exceeds 1 by 1e-3, the test fails whatever the samples.
+  // Short tests draw a quarter of this number. 400,000 samples in 512 bins detect a density that is
+  // 2 % too high in half of the bins and 2 % too low in the other half; 100,000 samples detect 4 %.
+  // If the integral of the density exceeds 1 by 1e-3, the test fails with any samples.
   uint64_t samples = 400'000;
   uint64_t seed = 1;
-  // Probability that any of `tests` correct routines fails; the limit for each follows from Sidak
-  // 1967.
+  // The probability that at least one of `tests` correct routines fails. The limit on the p-value
+  // of each routine follows from this (Sidak 1967).
   double false_alarm = 1e-6;
   int tests = 1;
-  double min_expected = 5;  // smaller bins are pooled (Cochran 1954)
-  // Fraction of the draws that may have density 0 themselves, because rounding moves points beyond
-  // the edge of the support.
+  double min_expected = 5;  // bins with fewer expected draws are pooled (Cochran 1954)
+  // The fraction of the draws whose reported density may be 0, because rounding moves some points
+  // beyond the edge of the support.
   double zero_density_fraction = 1e-4;
 };
 
 using ChiSquareSampler = std::function<std::optional<ChiSquarePoint>(TestRandom&)>;
 using ChiSquareDensity = std::function<double(double x, double y)>;
 
-// Regularised upper incomplete gamma function Q(a, x); the p-value of chi-square with k degrees of
-// freedom is Q(k / 2, statistic / 2). For x below a + 1 it uses the series DLMF 8.11.4, above it
+// The regularised upper incomplete gamma function Q(a, x). The p-value of chi-square with k degrees
+// of freedom is Q(k / 2, statistic / 2). Uses the series DLMF 8.11.4 for x < a + 1, and otherwise
 // the continued fraction DLMF 8.9.2 (modified Lentz).
 inline double gamma_q(double a, double x) {
   if (!(x > 0)) return 1;
@@ -116,9 +117,9 @@ inline double chi_square_p_value(double statistic, int degrees) {
   return gamma_q(degrees / 2.0, statistic / 2.0);
 }
 
-// Integrates over a rectangle with 3x3 Gauss-Legendre nodes, and halves it in both directions until
-// the sum of the four parts agrees with the whole. For discontinuous integrands, the depth
-// determines the error.
+// Integrates `f` over a rectangle with 3x3 Gauss-Legendre nodes. Halves the rectangle in both
+// directions until the sum over the four parts agrees with the integral over the whole. If `f` is
+// discontinuous, `depth` determines the error.
 inline double integrate_rectangle(const ChiSquareDensity& f, const ChiSquareDomain& r,
                                   double tolerance, int depth = 9) {
   const auto rule = [&f](double x0, double x1, double y0, double y1) {
@@ -144,7 +145,7 @@ inline double integrate_rectangle(const ChiSquareDensity& f, const ChiSquareDoma
                refine(x0, xm, ym, y1, c, limit / 2, left - 1) +
                refine(xm, x1, ym, y1, d, limit / 2, left - 1);
       };
-  // Always split once, since a narrow support could lie between the nine nodes of a bin.
+  // Always split the rectangle once, because a narrow support could lie between its nine nodes.
   const double xm = (r.x0 + r.x1) / 2, ym = (r.y0 + r.y1) / 2;
   const double cuts[4][4] = {
       {r.x0, xm, r.y0, ym}, {xm, r.x1, r.y0, ym}, {r.x0, xm, ym, r.y1}, {xm, r.x1, ym, r.y1}};
@@ -178,7 +179,7 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
     TestRandom random(settings.seed, draw);
     const std::optional<ChiSquarePoint> p = sample(random);
     if (!p) continue;
-    const double slack = 1e-6;  // relative to the domain's width; rounding may move points outside
+    const double slack = 1e-6;  // how far rounding may move points outside, as part of the width
     const double fx = (p->x - domain.x0) / (domain.x1 - domain.x0);
     const double fy = (p->y - domain.y0) / (domain.y1 - domain.y0);
     if (!(fx >= -slack && fx <= 1 + slack && fy >= -slack && fy <= 1 + slack) ||
@@ -205,7 +206,8 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
     for (int bx = 0; bx < nx; ++bx) {
       const ChiSquareDomain r{domain.x0 + bx * wx, domain.x0 + (bx + 1) * wx, domain.y0 + by * wy,
                               domain.y0 + (by + 1) * wy};
-      // An error of a hundredth of the count's standard deviation does not affect the statistic.
+      // The integral may have an error of a hundredth of the standard deviation of a bin's count,
+      // which does not affect the statistic.
       const double tolerance = 0.01 * std::sqrt(std::max(1.0, n / (double(nx) * ny))) / n;
       const double e = integrate_rectangle(density, r, tolerance);
       if (!(e >= 0) || !std::isfinite(e))
@@ -226,7 +228,7 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
       statistic += square(o - e) / e;
       ++degrees;
     };
-    const double expected_rejected = std::max(0.0, n * (1 - mass));  // rejected draws
+    const double expected_rejected = std::max(0.0, n * (1 - mass));  // in draws
     if (expected_rejected >= settings.min_expected)
       add(expected_rejected, n - inside);
     else
@@ -244,8 +246,9 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
     if (pooled_expected >= settings.min_expected) {
       add(pooled_expected, pooled_observed);
     } else if (pooled_observed > 0) {
-      // The pool has too little mass for a term of its own, so a Poisson tail decides whether it
-      // has too many draws. Rounding may misplace one draw in a million.
+      // The pool has too little mass for a term of the statistic, so the tail of a Poisson
+      // distribution decides whether it has too many draws. Rounding may put one draw in a million
+      // into a wrong bin.
       const double p = 1 - gamma_q(pooled_observed, pooled_expected + 1e-6 * n);
       if (p < settings.false_alarm / 2)
         return failure() << pooled_observed << " draws where " << pooled_expected
@@ -253,10 +256,10 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
     }
     --degrees;  // the counts add up to n
   } else {
-    // Weighted sums per bin are not multinomial. Their covariance is n (diag(s) - e e^T), where s
-    // is the second moment of the weights in a bin and e the mass of the bin; it is inverted as in
-    // Sherman & Morrison 1950. Bins with few draws are skipped, since their sums are far from
-    // normal.
+    // The weighted sums of the bins are not multinomial. Their covariance matrix is
+    // n (diag(s) - e e^T), where s is the second moment of the weights in a bin, and e is the mass
+    // of the bin. The matrix is inverted as in Sherman & Morrison 1950. Bins with few draws are
+    // skipped, because their sums are far from normally distributed.
     double de = 0, ee = 0;
     for (size_t i = 0; i < sum.size(); ++i) {
       const double e = expected[i] / n, s = squares[i] / n, d = (sum[i] - expected[i]) / n;
@@ -269,8 +272,9 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
       ee += e * e / s;
       ++degrees;
     }
-    // The moments s are estimates. If weights are nearly equal, ee is 1 except for noise, and the
-    // term would divide noise by noise. The term is positive, so skipping it causes no false alarm.
+    // The moments s are estimates. If the weights are nearly equal, ee is 1 except for noise, and
+    // the last term of the inverse would divide noise by noise. This term is positive, so skipping
+    // it causes no false alarm.
     if (ee < 0.9)
       statistic += n * de * de / (1 - ee);
     else
@@ -291,8 +295,9 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
                    << expected[worst] << " expected";
 }
 
-// For directions: the domain is (cos theta, phi) around +Z, whose area is solid angle. `density` is
-// per solid angle. z_min = 0 restricts the domain to the upper hemisphere.
+// Tests a routine that samples directions. The domain is (cos theta, phi) around +Z, in which areas
+// are solid angles. `density` is per solid angle. With z_min = 0, the domain is only the upper
+// hemisphere.
 inline ::testing::AssertionResult chi_square_directions(
     const std::function<std::optional<Vec3f>(TestRandom&)>& sample,
     const std::function<double(const Vec3f&)>& density, const ChiSquareSettings& settings = {},
@@ -301,7 +306,7 @@ inline ::testing::AssertionResult chi_square_directions(
       [&](TestRandom& random) -> std::optional<ChiSquarePoint> {
         const std::optional<Vec3f> w = sample(random);
         if (!w) return std::nullopt;
-        if (std::abs(dot(*w, *w) - 1.0f) > 1e-4f)  // outside the domain, so the draw is reported
+        if (std::abs(dot(*w, *w) - 1.0f) > 1e-4f)  // NaN is outside the domain, so it is reported
           return ChiSquarePoint{std::numeric_limits<double>::quiet_NaN(), 0, 1};
         double phi = std::atan2(double(w->y), double(w->x));
         if (phi < 0) phi += 2 * kPiD;

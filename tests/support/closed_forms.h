@@ -1,4 +1,5 @@
-// Reference values for tests: exact irradiance of polygonal lights in double precision.
+// Computes reference values for tests: the exact irradiance of polygonal lights, in double
+// precision.
 #pragma once
 
 #include <cmath>
@@ -11,15 +12,16 @@ namespace emberline::test {
 
 inline Vec3d unit(const Vec3d& v) { return v / std::sqrt(dot(v, v)); }
 
-// Angle between unit vectors, without the cancellation of acos near 0.
+// Returns the angle between unit vectors. Unlike acos, it has no cancellation near 0.
 inline double angle_between(const Vec3d& a, const Vec3d& b) {
   const Vec3d c = cross(a, b);
   return std::atan2(std::sqrt(dot(c, c)), dot(a, b));
 }
 
-// Lambert's vector irradiance at the origin from a polygon of radiance 1 (Arvo 1994, "The
-// Irradiance Jacobian for Partially Occluded Polyhedral Sources", equation 1). Its dot product with
-// a normal is the irradiance, if the whole polygon is above the horizon of that normal.
+// Returns Lambert's vector irradiance at the origin from a polygon of radiance 1 (Arvo 1994, "The
+// Irradiance Jacobian for Partially Occluded Polyhedral Sources", equation 1). If the whole polygon
+// is above the horizon of a normal, the dot product of this vector and the normal is the
+// irradiance.
 inline Vec3d vector_irradiance(const std::vector<Vec3d>& polygon) {
   Vec3d sum(0.0);
   for (size_t i = 0; i < polygon.size(); ++i) {
@@ -31,8 +33,8 @@ inline Vec3d vector_irradiance(const std::vector<Vec3d>& polygon) {
   return sum * 0.5;
 }
 
-// Irradiance at `point` with normal `n` from a polygon of radiance 1, which is clipped to the
-// horizon (Sutherland & Hodgman 1974). The polygon is two-sided, so its orientation does not
+// Returns the irradiance at `point` with normal `n` from a polygon of radiance 1. Clips the polygon
+// to the horizon (Sutherland & Hodgman 1974). The polygon is two-sided, so its orientation does not
 // matter.
 inline double polygon_irradiance(std::vector<Vec3d> polygon, const Vec3d& point, const Vec3d& n) {
   std::vector<Vec3d> above;
@@ -47,8 +49,9 @@ inline double polygon_irradiance(std::vector<Vec3d> polygon, const Vec3d& point,
   return above.size() < 3 ? 0.0 : std::abs(dot(vector_irradiance(above), n));
 }
 
-// Solid angle from the sum of the vertex angles (Girard), which are computed from planes. This is
-// independent of the arctangent form, and accurate enough for the tests in double precision.
+// Returns the solid angle of a spherical triangle from the sum of its vertex angles (Girard). The
+// vertex angles are the angles between the planes of its sides. In double precision this is
+// accurate enough for the tests, and it is independent of the arctangent form.
 inline double girard_solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   const Vec3d ab = cross(a, b), bc = cross(b, c), ca = cross(c, a);
   return kPiD - angle_between(unit(ab), unit(bc)) + kPiD - angle_between(unit(bc), unit(ca)) +

@@ -1,4 +1,5 @@
-// Perceived colours in CIELAB, also for colour-blind observers.
+// Computes perceived colours in CIELAB, for observers with normal vision and for colour-blind
+// observers.
 #pragma once
 
 #include <algorithm>
@@ -18,9 +19,9 @@ inline Triple times(const Matrix& m, const Triple& v) {
   return out;
 }
 
-// Normal vision and the three dichromacies, as matrices on linear sRGB, from Machado, Oliveira &
-// Fernandes 2009, "A Physiologically-based Model for Simulation of Color Vision Deficiency",
-// severity 1.
+// Normal vision and the three dichromacies, as matrices for linear sRGB. The matrices are from
+// Machado, Oliveira & Fernandes 2009, "A Physiologically-based Model for Simulation of Color Vision
+// Deficiency", with severity 1.
 inline constexpr Matrix kVisions[] = {{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
                                       {{{0.152286, 1.052583, -0.204868},
                                         {0.114503, 0.786281, 0.099216},
@@ -32,7 +33,7 @@ inline constexpr Matrix kVisions[] = {{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
                                         {-0.078411, 0.930809, 0.147602},
                                         {0.004733, 0.691367, 0.303900}}}};
 
-// L*, a*, b* (CIE 15, D65) of an 8-bit sRGB colour.
+// Returns L*, a* and b* (CIE 15, D65) of an 8-bit sRGB colour.
 inline Triple cielab(const Rgb8& colour, const Matrix& vision = kVisions[0]) {
   Triple linear{};
   for (size_t c = 0; c < 3; ++c) {
@@ -54,8 +55,8 @@ inline Triple cielab(const Rgb8& colour, const Matrix& vision = kVisions[0]) {
 
 inline double lightness(const Rgb8& colour) { return cielab(colour)[0]; }
 
-// The smallest CIE 1976 difference between two colours over all kinds of vision; 2.3 is just
-// noticeable.
+// Returns the CIE 1976 difference between two colours for the kind of vision for which it is
+// smallest. A difference of 2.3 is just noticeable.
 inline double min_difference(const Rgb8& a, const Rgb8& b) {
   double smallest = 1e9;
   for (const Matrix& vision : kVisions) {

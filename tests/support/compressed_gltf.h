@@ -1,4 +1,4 @@
-// glTF with Draco and meshopt streams, which the encoders of those libraries write.
+// Creates glTF files with Draco and meshopt streams, using the encoders of these libraries.
 #pragma once
 
 #include <draco/compression/encode.h>
@@ -13,7 +13,7 @@
 
 namespace emberline::test {
 
-// A unit square of two triangles with positions, UVs and colours.
+// Returns a unit square of two triangles with positions, UVs and colours.
 GltfBuilder draco_square(int method, bool with_metadata = false);
 
 struct MeshoptView {
@@ -54,7 +54,7 @@ inline MeshoptView encode_indices(const std::vector<uint32_t>& indices, bool seq
   return view;
 }
 
-// Adds the stream to buffer 0, and a view of the fallback buffer 1, which has no data.
+// Adds the stream to buffer 0. Adds and returns a view of the fallback buffer 1, which has no data.
 int add_meshopt_view(GltfBuilder& gltf, const MeshoptView& stream,
                      const std::string& extension = "EXT_meshopt_compression");
 

@@ -1,12 +1,12 @@
-// A small glTF with many features, for tests that damage it.
+// A small glTF file with many features, for tests that damage files.
 #pragma once
 
 #include "support/gltf_builder.h"
 
 namespace emberline::test {
 
-// A textured, normal-mapped quad with sparse positions, a skin, morph targets, instances, a camera
-// and a light.
+// The file has a textured, normal-mapped quad with sparse positions, a skin, morph targets and
+// instances, and it has a camera and a light.
 GltfBuilder dense_gltf();
 
 }  // namespace emberline::test

@@ -1,4 +1,4 @@
-// Unit vectors in spherical coordinates about +Z, for tests of lobes.
+// Makes unit vectors from spherical coordinates around +Z, for tests of lobes.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// A scene with everything that edits can change.
+// A scene that has everything that edits can change.
 #pragma once
 
 #include "renderer/description/scene_edits.h"
@@ -7,7 +7,7 @@
 
 namespace emberline::test {
 
-// A pattern whose neighbouring texels differ in every channel.
+// Returns a pattern in which neighbouring texels differ in every channel.
 inline std::shared_ptr<const Image> patterned_image(int size, int channels, int low = 0) {
   auto image = std::make_shared<Image>();
   image->name = "pattern";
@@ -19,7 +19,7 @@ inline std::shared_ptr<const Image> patterned_image(int size, int channels, int 
   return image;
 }
 
-// A float sky with a bright half.
+// Returns a sky of floats. Its left half is bright.
 inline std::shared_ptr<const Image> patterned_sky(float bright) {
   constexpr int kWidth = 16;
   return float_map(kWidth, 8, [&](int column, int) {
@@ -27,16 +27,16 @@ inline std::shared_ptr<const Image> patterned_sky(float bright) {
   });
 }
 
-// Materials by index, as edits refer to them.
+// The materials of the scene, by index. Edits refer to them by these indices.
 enum EditedMaterial {
-  kFloorMaterial,  // coat; normal map with strength 0
-  kBallMaterial,   // rough metal; two instances, one mirrored
-  kGlassMaterial,  // clear, single-sided; visible from behind while it transmits
-  kShellMaterial,  // opaque, single-sided and open; invisible from behind
-  kNeonMaterial,   // emissive texture, switched off
-  kLampMaterial,   // emissive, flush with the panel
+  kFloorMaterial,  // has a clear coat, and a normal map with strength 0
+  kBallMaterial,   // is a rough metal; its mesh has two instances, one of them mirrored
+  kGlassMaterial,  // is clear and single-sided, so it is visible from behind while it transmits
+  kShellMaterial,  // is opaque and single-sided, so its open mesh is invisible from behind
+  kNeonMaterial,   // has an emissive texture, which is switched off
+  kLampMaterial,   // is emissive, and its mesh is flush with the panel
   kPanelMaterial,
-  kVeilMaterial,  // alpha blended
+  kVeilMaterial,  // is alpha blended
 };
 
 inline SceneDescription edited_scene() {
@@ -64,7 +64,7 @@ inline SceneDescription edited_scene() {
   neon.emission_texture.image = 0;
   add("neon", neon);
   add("lamp", emitter(Rgb(6.0f)));
-  add("lamp", lambert(Rgb(0.5f)));  // the panel; has the same name as the lamp in it
+  add("lamp", lambert(Rgb(0.5f)));  // the panel, which has the same name as the lamp
   MaterialDescription veil = lambert({0.2f, 0.7f, 0.3f});
   veil.alpha = 0.4f;
   veil.alpha_mode = AlphaMode::kBlend;
@@ -83,7 +83,7 @@ inline SceneDescription edited_scene() {
   b.place(b.add_mesh(SceneBuilderForTests::sphere(0.45f, 8, kGlassMaterial, false, true)),
           translation(0.1, 0.45, 1.2));
   b.add_quad({0.4f, 0, -0.6f}, {-0.4f, 0, -0.6f}, {-0.4f, 1, -0.6f}, {0.4f, 1, -0.6f},
-             kShellMaterial);  // faces away from the camera
+             kShellMaterial);  // this quad faces away from the camera
   b.add_quad({-2, 0, -1}, {-1, 0, -1}, {-1, 1, -1}, {-2, 1, -1}, kNeonMaterial);
   b.add_floor(0.3f, 2.5f, kLampMaterial, false);
   b.add_floor(1.5f, 2.5f, kPanelMaterial, false);
@@ -95,20 +95,21 @@ inline SceneDescription edited_scene() {
   return b.description;
 }
 
-// Variants by index. Each changes the filter of the BVH or the lights.
+// The material variants of the scene, by index. Most of them change which hits the BVH's filter
+// accepts, or which surfaces are lights.
 enum EditedVariant {
   kGoldenFloor,
-  kVeiledBall,    // adds coverage to an instanced mesh
-  kSolidVeil,     // removes coverage; its back becomes invisible
-  kSwappedLamps,  // panel and ball become emissive, the lamp does not emit
-  kClearShell,    // becomes visible from behind
+  kVeiledBall,    // the ball, an instanced mesh, gets alpha coverage
+  kSolidVeil,     // the veil loses its alpha coverage, and its back becomes invisible
+  kSwappedLamps,  // the panel and the ball emit light, and the lamp does not
+  kClearShell,    // the shell becomes visible from behind
 };
 
 inline void add_variants(SceneDescription& scene) {
   scene.variants = {
       {"golden floor"}, {"veiled ball"}, {"solid veil"}, {"swapped lamps"}, {"clear shell"}};
   scene.variants_read = true;
-  // Meshes are in the order of their materials.
+  // Meshes have the same order as their materials.
   scene.meshes[kFloorMaterial].variant_materials = {{kGoldenFloor, kBallMaterial}};
   scene.meshes[kBallMaterial].variant_materials = {{kVeiledBall, kVeilMaterial},
                                                    {kSwappedLamps, kLampMaterial}};
@@ -118,7 +119,7 @@ inline void add_variants(SceneDescription& scene) {
   scene.meshes[kShellMaterial].variant_materials = {{kClearShell, kGlassMaterial}};
 }
 
-// A view of all objects, including the lamp in its panel.
+// The camera sees all objects, including the lamp in its panel.
 inline CameraDescription edited_view() { return perspective({0.3, 1.3, 4.5}, {0, 1, 0}, 45); }
 
 }  // namespace emberline::test

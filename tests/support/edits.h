@@ -1,4 +1,4 @@
-// Adds edits of objects that are given by index, for tests and benchmarks of edits.
+// Adds edits of objects, which are given by index. For tests and benchmarks of edits.
 #pragma once
 
 #include "renderer/description/scene_edits.h"

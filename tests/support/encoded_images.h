@@ -9,8 +9,8 @@
 
 namespace emberline::test {
 
-// Writes `texels` (interleaved, rows from the top) to `path`, whose suffix decides the format.
-// `spec` has the size, channels, type and attributes.
+// Writes an image to `path`, whose suffix decides the format. `texels` are interleaved, in rows
+// from the top. `spec` contains the size, channels, type and attributes.
 template <class T>
 void write_image(const std::string& path, const OIIO::ImageSpec& spec,
                  const std::vector<T>& texels) {
@@ -22,7 +22,7 @@ void write_image(const std::string& path, const OIIO::ImageSpec& spec,
   }
 }
 
-// Returns the bytes of such a file; `suffix` is "png", "jpg", "webp", "exr" or "hdr".
+// Returns the bytes of such a file. `suffix` is "png", "jpg", "webp", "exr" or "hdr".
 template <class T>
 std::vector<uint8_t> encode_image(const std::string& suffix, const OIIO::ImageSpec& spec,
                                   const std::vector<T>& texels) {

@@ -1,4 +1,4 @@
-// Creates a float image for environments, which a function computes.
+// Creates a float image for environments. A function computes its texels.
 #pragma once
 
 #include <cstring>
@@ -9,7 +9,7 @@
 
 namespace emberline::test {
 
-// texel(column, row) returns an Rgb; it is called row by row from the top.
+// texel(column, row) must return an Rgb. It is called row by row from the top.
 template <class Texel>
 std::shared_ptr<const Image> float_map(int width, int height, const Texel& texel) {
   auto image = std::make_shared<Image>();

@@ -1,6 +1,6 @@
-// The albedo of a GGX reflection lobe, computed differently from the renderer's tables: as an
-// integral over microfacet normals distributed as D cos, instead of the visible normals (Walter et
-// al. 2007, eq. 35 and 41), with the midpoint rule in double precision.
+// Computes the albedo of a GGX reflection lobe in another way than the renderer's tables. It
+// integrates over microfacet normals with the density D cos (Walter et al. 2007, eq. 35 and 41),
+// where the tables integrate over visible normals. It uses the midpoint rule in double precision.
 #pragma once
 
 #include <cmath>
@@ -11,8 +11,8 @@
 namespace emberline::test {
 
 struct GgxAlbedo {
-  double e = 0;  // with F = 1
-  double b = 0;  // with F = (1 - wo.m)^5
+  double e = 0;  // the albedo with a Fresnel term F = 1
+  double b = 0;  // the albedo with F = (1 - wo.m)^5
 };
 
 inline GgxAlbedo ggx_albedo(const Vec3d& wo, double ax, double ay, int n) {
@@ -24,7 +24,7 @@ inline GgxAlbedo ggx_albedo(const Vec3d& wo, double ax, double ay, int n) {
   GgxAlbedo sum;
   for (int i = 0; i < n; ++i) {
     const double u = (i + 0.5) / n;
-    // t = 1 - (1 - u)^4 places nodes in the long tail.
+    // The map t = 1 - (1 - u)^4 puts more nodes into the long tail.
     const double rest = std::pow(1 - u, 4), t = 1 - rest, dt = 4 * std::pow(1 - u, 3);
     const double tan_unit = std::sqrt(t / rest);
     for (int j = 0; j < n; ++j) {

@@ -1,4 +1,4 @@
-// Glass and a sky, for tests.
+// A glass material and a sky, for tests.
 #pragma once
 
 #include <algorithm>
@@ -22,8 +22,8 @@ inline MaterialDescription glass(float ior, float roughness, bool solid = true) 
   return m;
 }
 
-// Radiance is 1 above the horizon and 0 below. Within 1/64 of a turn at the horizon it is
-// interpolated, but no ray of these tests goes there.
+// Returns a sky with radiance 1 above the horizon and 0 below. The radiance is interpolated between
+// the two rows of texels at the horizon, but no ray of these tests goes there.
 inline std::shared_ptr<const Image> upper_half() {
   auto image = std::make_shared<Image>();
   image->width = 4;
@@ -37,7 +37,7 @@ inline std::shared_ptr<const Image> upper_half() {
   return image;
 }
 
-// Reflectance of a dielectric interface for unpolarised light from outside.
+// Returns the reflectance of a dielectric interface for unpolarised light from outside.
 inline double fresnel(double theta, double eta) {
   const double ci = std::cos(theta), ct = std::sqrt(1 - square(std::sin(theta) / eta));
   const double s = (ci - eta * ct) / (ci + eta * ct), p = (eta * ci - ct) / (eta * ci + ct);

@@ -1,4 +1,4 @@
-// Scenes with light groups, and functions to compare their frames.
+// Builds scenes with light groups, and compares their frames.
 #pragma once
 
 #include <vector>
@@ -18,7 +18,7 @@ struct GroupedScene {
   LightGroups groups;
 };
 
-// These turn off one light of a list, or all lights except one.
+// These functions turn off one light group, or all light groups except one.
 inline void turn_off(SceneEdits& edits, const LightGroup& group) {
   light(edits, group.kind, group.target.index).on = false;
 }
@@ -30,11 +30,11 @@ inline SceneEdits all_off_except(const LightGroups& groups, int group_on) {
   return edits;
 }
 
-// The mean difference between the pixels of two frames, divided by its standard error, for each
-// quarter of the frame and each channel. Pixels are independent, and if the frames have the same
-// expectation, a difference has either sign equally often. Then only 1 in 15,000 values exceeds 4,
-// because a sum divided by the root of its terms' squares does not have heavier tails than the
-// normal distribution.
+// Returns the mean difference between the pixels of two frames, divided by its standard error, for
+// each quarter of the frame and each channel. Pixels are independent. If the frames have the same
+// expectation, the differences are positive as often as negative, and only 1 in 15,000 of the
+// returned values exceeds 4. This is because a sum of such terms, divided by the root of the sum of
+// their squares, has no heavier tails than the normal distribution.
 inline std::vector<double> deviations(const std::vector<Rgb>& a, const std::vector<Rgb>& b,
                                       int width) {
   const size_t height = a.size() / size_t(width);

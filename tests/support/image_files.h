@@ -1,6 +1,6 @@
-// Writes and reads image files with OpenImageIO. Loading it and its 240 dependencies takes 0.4 s of
-// processor time in each test, since each is a process. So it is loaded on the first use of these
-// functions (image_files.cpp), which most tests never call.
+// Writes and reads image files with OpenImageIO. Each test is a process, in which loading
+// OpenImageIO and its 240 dependencies takes 0.4 s of processor time. Most tests never call these
+// functions, so OpenImageIO is loaded only when they are first used (image_files.cpp).
 #pragma once
 
 #include <cstdint>
@@ -17,15 +17,16 @@ struct BytePicture {
   }
 };
 
-// These throw std::runtime_error. `texels` are interleaved, in rows from the top; they are stored
-// as floats if the format, which the suffix of `path` decides, supports floats.
+// These functions throw std::runtime_error if they cannot write or read the file. `texels` are
+// interleaved, in rows from the top. The suffix of `path` decides the format. If the format
+// supports floats, the texels are stored as floats.
 void write_floats(const std::string& path, int width, int height, int channels,
                   const std::vector<float>& texels);
 BytePicture read_bytes_picture(const std::string& path);
 // Reads all frames of an animation.
 std::vector<BytePicture> read_animation(const std::string& path);
 
-// The functions that the library exports.
+// The library (image_files_library.cpp) exports these functions.
 struct ImageFiles {
   decltype(&write_floats) write;
   decltype(&read_animation) read;

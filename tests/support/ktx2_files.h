@@ -1,5 +1,6 @@
-// Reads the KTX 2 files of tests/support/ktx2, and helps to change them. emberline_ktx2_files
-// (CMake) defines EMBERLINE_KTX2. Offsets are from the KTX specification, section 2.
+// Reads the KTX 2 files of tests/support/ktx2, and helps to change them. tests/CMakeLists.txt
+// defines EMBERLINE_KTX2, which is their folder. The offsets are from the KTX specification,
+// section 2.
 #pragma once
 
 #include <array>
@@ -15,7 +16,7 @@ inline constexpr std::array kKtx2Files = {
 inline std::vector<uint8_t> ktx2_file(const std::string& name) {
   return read_bytes(EMBERLINE_KTX2 "/" + name + ".ktx2");
 }
-// Reads the output of the reference decoder.
+// Reads the picture that the reference decoder made from a KTX 2 file.
 inline std::vector<uint8_t> ktx2_reference(const std::string& name) {
   return read_bytes(EMBERLINE_KTX2 "/" + name + ".png");
 }
@@ -29,7 +30,8 @@ inline void set_word(std::vector<uint8_t>& bytes, size_t offset, uint32_t value)
   for (size_t i = 0; i < 4; ++i) bytes.at(offset + i) = uint8_t(value >> (8 * i));
 }
 
-// Offsets of the basic descriptor, and of the byte that contains a sample's channel.
+// These functions return the offset of the basic descriptor, and the offset of the byte that
+// contains a sample's channel.
 inline size_t descriptor_of(const std::vector<uint8_t>& bytes) { return word_at(bytes, 48) + 4; }
 inline size_t channel_of(const std::vector<uint8_t>& bytes, size_t sample) {
   return descriptor_of(bytes) + 24 + 16 * sample + 3;

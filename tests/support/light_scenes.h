@@ -1,4 +1,5 @@
-// Lights for tests. Compares the irradiance that sampling estimates with the exact one.
+// Makes lights for tests, and compares the irradiance that sampling estimates with the exact
+// irradiance.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -50,7 +51,8 @@ inline PointLight directional(const Vec3f& direction, float irradiance) {
   return light;
 }
 
-// Replaces a braced list, for which GCC 12 prints a false warning (-Wmaybe-uninitialized).
+// Replaces a braced list, because GCC 12 prints a false warning for braced lists
+// (-Wmaybe-uninitialized).
 template <class... Points>
 std::vector<PointLight> points_of(const Points&... points) {
   std::vector<PointLight> result;
@@ -65,7 +67,7 @@ inline LightSampler make_light_sampler(
                       threshold);
 }
 
-// A sample's contribution to the irradiance at the query, without occlusion.
+// Returns a sample's contribution to the irradiance at the query. Nothing occludes the light.
 inline double irradiance_of(const LightSampler& lights, const LightQuery& query,
                             const LightSample& s) {
   if (s.kind == LightKind::kNone) return 0;
@@ -87,8 +89,8 @@ inline Moments estimate(const LightSampler& lights, const LightQuery& query, int
   return moments;
 }
 
-// Allows 5.5 standard errors, so that the probability of a false alarm is below 1e-6 for all
-// comparisons of one test together.
+// Expects that the sampled irradiance is `exact`. The tolerance of 5.5 standard errors keeps the
+// probability of a false alarm below 1e-6 for all comparisons of a test together.
 inline void expect_irradiance(const LightSampler& lights, const LightQuery& query, double exact,
                               const std::string& what, int samples = 50'000,
                               double relative = 1e-5) {
@@ -111,7 +113,8 @@ inline double exact_irradiance(const Triangles& triangles, const LightQuery& que
   return sum;
 }
 
-// A sphere of 2 * rings * rings triangles that face outwards.
+// Returns the triangles of a sphere, which face outwards. Each of its `rings` rings has 2 * rings
+// faces.
 inline Triangles sphere(const Vec3f& centre, float radius, int rings, float radiance) {
   Triangles list;
   const auto at = [&](int i, int j) {

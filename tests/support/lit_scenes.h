@@ -7,11 +7,11 @@
 
 namespace emberline::test {
 
-// Materials of both scenes, by index.
+// The materials of both scenes, by index.
 enum Part { kMatt, kRed, kTube, kPane, kGlass };
 
-// A scene of matt surfaces with two lamps, a dark spot light from the file, an emissive tube and a
-// sky.
+// A scene with matt surfaces, three point lights, an emissive tube and a sky. One of the point
+// lights is dark, and one emissive material is not used.
 inline SceneDescription lit_scene() {
   SceneBuilderForTests b;
   const auto add = [&](const char* name, MaterialDescription m) {
@@ -38,7 +38,7 @@ inline SceneDescription lit_scene() {
 
 inline CameraDescription lit_view() { return perspective({0.3, 1.3, 4.0}, {0, 0.5, 0}, 45); }
 
-// lit_scene() behind a pane, and with a glass ball.
+// lit_scene() seen through a pane of glass, with a glass ball.
 inline SceneDescription glazed_scene() {
   SceneBuilderForTests b;
   b.description = lit_scene();

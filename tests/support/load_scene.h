@@ -1,4 +1,4 @@
-// Loads the scene that the settings name, at their time.
+// Loads the scene that the settings name, at the time that the settings name.
 #pragma once
 
 #include "renderer/engine/scene_file.h"

@@ -1,4 +1,4 @@
-// Loads files that tests build.
+// Loads glTF files that tests build.
 #pragma once
 
 #include <string>

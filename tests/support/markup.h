@@ -1,5 +1,5 @@
-// Parses our HTML and SVG strictly: every element must be closed properly, every attribute must be
-// quoted, and an ampersand must begin an entity. It is stricter than browsers, so that it detects
+// Parses our HTML and SVG strictly: every element must be closed, every attribute must be quoted,
+// and an ampersand must begin an entity. The parser is stricter than browsers, so that it detects
 // text that is not escaped.
 #pragma once
 
@@ -13,20 +13,21 @@ namespace emberline::test {
 
 struct Element {
   std::string name;
-  std::map<std::string, std::string> attributes;  // entities are replaced in the values
+  std::map<std::string, std::string> attributes;  // the values contain no entities
 };
 
 struct ParsedMarkup {
-  std::string fault;  // empty if well formed
+  std::string fault;  // empty if the markup is well formed
   std::vector<Element> elements;
-  std::string text;  // between the tags, entities replaced
+  std::string text;  // the text between the tags, with entities replaced
 
   size_t count(std::string_view name) const {
     return size_t(std::ranges::count(elements, name, &Element::name));
   }
 };
 
-// Replaces entities; returns false if an ampersand begins anything else.
+// Appends `from` to `to` and replaces its entities. Returns false if an ampersand does not begin an
+// entity.
 inline bool unescape(std::string_view from, std::string* to) {
   static const std::map<std::string_view, char> kEntities = {
       {"amp", '&'}, {"lt", '<'}, {"gt", '>'}, {"quot", '"'}, {"#39", '\''}};
@@ -45,7 +46,8 @@ inline bool unescape(std::string_view from, std::string* to) {
   return true;
 }
 
-// `tag` is the text between < and >, without a final slash.
+// Parses a tag. `tag` is the text between < and >, without a final slash. Returns false if it is
+// malformed.
 inline bool read_element(std::string_view tag, Element* element) {
   const size_t name_end = std::min(tag.find_first_of(" \n"), tag.size());
   element->name = tag.substr(0, name_end);

@@ -10,7 +10,7 @@
 
 namespace emberline::test {
 
-// Creates an image from bytes in row order.
+// Creates an image from bytes, which are in row order.
 inline std::shared_ptr<Image> byte_image(int width, int height, int channels,
                                          const std::vector<uint8_t>& values) {
   auto image = std::make_shared<Image>();

@@ -1,4 +1,4 @@
-// Small JPEG and PNG images with valid pixels and hostile metadata.
+// Makes small JPEG and PNG images with valid pixels and hostile metadata.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace emberline::test {
 
 using ByteList = std::vector<uint8_t>;
 
-inline void put_u32(ByteList& out, uint32_t value) {  // big endian
+inline void put_u32(ByteList& out, uint32_t value) {  // writes in big-endian order
   for (int shift = 24; shift >= 0; shift -= 8) out.push_back(uint8_t(value >> shift));
 }
 
@@ -24,8 +24,8 @@ inline ByteList operator+(ByteList a, const ByteList& b) {
   return a;
 }
 
-// Returns an ICC profile (ICC.1:2010, section 7) with a header, a tag table and some text. `offset`
-// and `size` are those in the tag table; `tags` is the number of tags that the profile declares.
+// Returns an ICC profile (ICC.1:2010, section 7) with a header, a tag table and some text. The
+// profile declares that it has `tags` tags, and its tag table contains `offset` and `size`.
 inline ByteList icc_profile(uint32_t tags, uint32_t offset, uint32_t size) {
   ByteList profile(128, 0);
   const std::string header[] = {"mntr", "RGB ", "XYZ "};
@@ -58,7 +58,7 @@ inline ByteList icc_segment(const ByteList& profile, uint8_t number, uint8_t of)
   return jpeg_segment(0xe2, head + profile);
 }
 
-// Inserts segments where metadata usually is.
+// Inserts segments into a JPEG where metadata usually is.
 inline ByteList with_segments(const ByteList& jpeg, const ByteList& segments) {
   ByteList out(jpeg.begin(), jpeg.begin() + 2);
   out = out + segments;
@@ -79,7 +79,7 @@ inline ByteList png_chunk(const std::string& type, const ByteList& content) {
   return chunk;
 }
 
-// Inserts chunks after IHDR.
+// Inserts chunks into a PNG after IHDR.
 inline ByteList with_chunks(const ByteList& png, const ByteList& chunks) {
   ByteList out(png.begin(), png.begin() + 33);
   out = out + chunks;
@@ -87,8 +87,9 @@ inline ByteList with_chunks(const ByteList& png, const ByteList& chunks) {
   return out;
 }
 
-// Returns a zlib stream of 1 + 258 * `runs` zeros that is a thousand times shorter. It has fixed
-// codes (RFC 1951, section 3.2.6): a zero, and then copies of 258 bytes at distance one.
+// Returns a zlib stream of 1 + 258 * `runs` zeros. The stream is a thousand times shorter than its
+// contents. It uses fixed codes (RFC 1951, section 3.2.6): one zero, and then copies of 258 bytes
+// at distance 1.
 inline ByteList zlib_zeros(size_t runs) {
   ByteList out = {0x78, 0x9c};
   uint32_t bits = 0;
@@ -102,8 +103,8 @@ inline ByteList zlib_zeros(size_t runs) {
       count = 0;
     }
   };
-  put(1, 1, false);    // the last block
-  put(1, 2, false);    // with fixed codes
+  put(1, 1, false);    // this is the last block
+  put(1, 2, false);    // it uses fixed codes
   put(0x30, 8, true);  // literal 0
   for (size_t i = 0; i < runs; ++i) {
     put(0xc5, 8, true);  // length 258
@@ -115,7 +116,7 @@ inline ByteList zlib_zeros(size_t runs) {
   return out;
 }
 
-// All JPEG images below have these pixels.
+// The JPEG images below have the pixels of this image.
 inline ByteList small_jpeg() {
   ByteList pixels;
   for (int i = 0; i < 16 * 16 * 3; ++i) pixels.push_back(uint8_t(i));

@@ -1,4 +1,4 @@
-// A moving scene, and its state at a single time, which independent formulas compute.
+// A moving scene, and the same scene at a single time, for which separate code computes the state.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace emberline::test {
 
-// A rotation about +Z, counter-clockwise.
+// Returns a counter-clockwise rotation about +Z.
 inline Mat44d turned(double radians) {
   Mat44d m;
   m[0][0] = m[1][1] = std::cos(radians);
@@ -31,8 +31,9 @@ inline std::shared_ptr<const VisibilityTimes> visible_from(bool visible_at_open,
       VisibilityTimes{visible_at_open, std::move(toggle_times)});
 }
 
-// A room with objects that turn by up to a quarter turn while moving straight, lamps that change,
-// and an object that appears and disappears.
+// A floor with objects that move along straight lines. Some of them turn by up to a quarter turn or
+// change their size. The scene also has lamps that change, and an object that appears and
+// disappears.
 class MovingScene {
  public:
   using Pose = std::function<Mat44d(double)>;
@@ -105,7 +106,7 @@ class MovingScene {
     return b;
   }
 
-  // A lamp that is white, and then a red that fades.
+  // Returns the material of a lamp that is white at first. Then it turns red and fades.
   static MaterialDescription blinking(const std::vector<double>& times) {
     MaterialDescription lamp = emitter(Rgb(20.0f));
     const auto share =
@@ -133,7 +134,7 @@ class MovingScene {
     b.description.lights.push_back(light);
   }
 
-  // Adds a spot light whose cone opens, and which turns off before the end.
+  // Adds a spot light. Its cone opens, and it turns off before the end.
   static void add_spot(SceneBuilderForTests& b, const std::vector<double>& times) {
     PunctualLightDescription light;
     light.type = PunctualType::kSpot;
@@ -154,7 +155,8 @@ class MovingScene {
     b.description.lights.push_back(light);
   }
 
-  // Adds a sheet whose vertices move up or down, in straight lines from the first time to the last.
+  // Adds a sheet. Its vertices move up or down along straight lines, from the first time to the
+  // last.
   static void add_wave(SceneBuilderForTests& b, const std::vector<double>& times) {
     MaterialDescription cloth = lambert(Rgb(.5f));
     cloth.double_sided = true;

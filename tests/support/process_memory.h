@@ -1,4 +1,4 @@
-// Measures the memory of this process, to check the numbers of a report.
+// Measures the memory of this process, to check the numbers in a report.
 #pragma once
 
 #include <malloc.h>
@@ -12,10 +12,10 @@
 
 namespace emberline::test {
 
-// Memory in use, in bytes. now() first returns the allocator's free pages to the system, so that
-// temporary memory does not count.
+// The memory in use, in bytes. now() first returns the allocator's free pages to the system, so
+// memory that was in use only temporarily does not count.
 struct ProcessMemory {
-  double resident = 0;   // resident pages of the whole process
+  double resident = 0;   // in resident pages of the whole process
   double allocated = 0;  // allocated by malloc and not yet freed
 
   static ProcessMemory now() {
@@ -33,8 +33,8 @@ struct ProcessMemory {
   }
 };
 
-// peak_resident_bytes() is the largest resident memory since the last reset_peak(), including that
-// of a sanitizer.
+// peak_resident_bytes() returns the largest resident memory since the last reset_peak(). This
+// includes the memory of a sanitizer.
 inline void reset_peak() {
   malloc_trim(0);
   std::ofstream("/proc/self/clear_refs") << 5;

@@ -71,7 +71,7 @@ RenderedImage render(const Scene& scene, const CameraDescription& view, const Re
     image.lights.resize(size_t(image.crop.area()) * size_t(groups->size()));
   }
   MemorySink sink(image);
-  // A TBB arena has as many workers as requested, even if there are fewer cores.
+  // A TBB arena runs as many threads as requested, even if there are fewer cores.
   tbb::task_arena arena(s.threads);
   RenderJob job(frame, driver_factory(s.driver, plan.driver_settings));
   arena.execute([&] {

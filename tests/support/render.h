@@ -31,21 +31,21 @@ struct RenderSettings : FrameSettings {
   Rect crop;  // empty: the whole frame
   uint32_t spp = 16;
   StreamCount streams = StreamCount::kOne;
-  AdaptiveSettings adaptive;      // for the adaptive driver, which ignores spp; with a threshold
-                                  // also for the bucket driver
-  bool find_empty_pixels = true;  // see RenderPlan
+  // For the adaptive driver, which ignores spp. With a threshold, also for the bucket driver.
+  AdaptiveSettings adaptive;
+  bool find_empty_pixels = true;  // see PrepareOptions (renderer/engine/render_plan.h)
   int threads = 2;
 };
 
-// The channels of the frame's crop, as an EXR file would contain them.
+// The channels of a frame's crop, as an EXR file would contain them.
 struct RenderedImage {
   Rect crop;
   std::vector<std::string> channels;
   std::vector<float> values;
   RenderCounters counters;
-  std::optional<double> error_estimate;  // by the driver
+  std::optional<double> error_estimate;  // the driver's estimate
   int light_groups = 0;
-  std::vector<Rgb> lights;  // means of the light groups, by pixel, then by group
+  std::vector<Rgb> lights;  // the mean of each light group in each pixel; groups vary fastest
 
   const float* pixel(int x, int y) const {
     return &values[(size_t(y - crop.y0) * size_t(crop.width()) + size_t(x - crop.x0)) *
@@ -56,8 +56,8 @@ struct RenderedImage {
   }
   Rgb rgb(int x, int y) const { return {pixel(x, y)[0], pixel(x, y)[1], pixel(x, y)[2]}; }
 
-  // Mean of R, G and B over the crop, and the standard error of that mean. It assumes independent
-  // pixels, which holds because every pixel is randomised separately.
+  // The mean of R, G and B over the crop, and the standard error of that mean. The standard error
+  // is valid because pixels are independent: every pixel is randomised separately.
   double mean = 0, standard_error = 0;
 };
 
@@ -73,20 +73,21 @@ class MemorySink final : public RenderSink {
   std::mutex mutex_;
 };
 
-// Does not check numbers and names, unlike the command, which also checks their combinations.
+// Prepares a render plan from the settings. Unlike the command, it does not check numbers, names or
+// their combinations.
 RenderPlan plan_of(const RenderSettings& s);
 
-// An image with the frame and channels of the plan, and black pixels.
+// Returns an image with the crop and the channels of the plan. Its pixels are black.
 RenderedImage blank_image(const RenderPlan& plan);
 
-// With `groups`, the light of each group is stored separately. `on_picture`, if given, receives the
-// final picture of the driver, or null if the driver keeps none.
+// Renders a frame. With `groups`, it stores the light of each group separately. `on_picture`, if
+// given, is called with the final picture of the driver, or with null if the driver keeps none.
 RenderedImage render(const Scene& scene, const CameraDescription& view, const RenderSettings& s,
                      const LightGroups* groups = nullptr,
                      const std::function<void(const LivePicture*)>& on_picture = {},
                      const SurfaceRoles* roles = nullptr);
 
-// Expects that the pixels which both images contain have the same bits in every channel.
+// Expects that pixels that are in both images have the same bits in every channel.
 void expect_same_bits(const RenderedImage& a, const RenderedImage& b, const std::string& what);
 
 }  // namespace emberline::test

@@ -3,7 +3,8 @@
 
 namespace emberline::test {
 
-// Tests multiply time limits by this, and skip limits on memory.
+// With a sanitizer, tests multiply their time limits by kSanitizerSlowdown and skip limits on
+// memory.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr double kSanitizerSlowdown = 10.0;
 #else

@@ -1,4 +1,4 @@
-// Checks the guarantees of load_gltf for a scene that it returned.
+// Checks whether a scene that load_gltf returned has the properties that load_gltf guarantees.
 #pragma once
 
 #include <string>
@@ -8,7 +8,8 @@
 
 namespace emberline::test {
 
-// Returns the guarantee that an image violates; empty if there is none.
+// These functions describe a guarantee that an image, a mesh or a scene violates. They return an
+// empty string if it violates none.
 inline std::string find_scene_violation(const Image& image) {
   const size_t texel = image.type == TexelType::kUint8   ? 1
                        : image.type == TexelType::kFloat ? 4

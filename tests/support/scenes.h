@@ -1,4 +1,4 @@
-// Scenes for tests, which are built in code so that all numbers are visible.
+// Builds scenes for tests. They are built in code so that a test shows all its numbers.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@
 
 namespace emberline::test {
 
-// A material with ideal diffuse reflection of `albedo`, without a dielectric coat.
+// Returns a material with ideal diffuse reflection of `albedo`, without a dielectric coat.
 inline MaterialDescription lambert(const Rgb& albedo) {
   MaterialDescription m;
   m.base_color = albedo;
@@ -69,7 +69,7 @@ class SceneBuilderForTests {
     place(add_mesh(std::move(mesh)));
   }
 
-  // A horizontal square with sides of 2 h at height y, which faces +Y if `up`, else -Y.
+  // Adds a horizontal square with sides of 2 h at height y. It faces +Y if `up`, and -Y otherwise.
   void add_floor(float h, float y, int material, bool up = true) {
     if (up) {
       add_quad({-h, y, h}, {h, y, h}, {h, y, -h}, {-h, y, -h}, material);
@@ -78,7 +78,7 @@ class SceneBuilderForTests {
     }
   }
 
-  // A closed box.
+  // Returns a closed box.
   static MeshDescription box(const Vec3f& low, const Vec3f& high, int material) {
     MeshDescription mesh;
     mesh.name = "box";
@@ -95,8 +95,8 @@ class SceneBuilderForTests {
     place(add_mesh(box(low, high, material)));
   }
 
-  // A latitude-longitude sphere of `rings` x 2 `rings` faces, which are flat unless `smooth` and
-  // face inwards if `inward`.
+  // Returns a latitude-longitude sphere of `rings` x 2 `rings` faces. The faces are flat unless
+  // `smooth`, and they face inwards if `inward`.
   static MeshDescription sphere(float radius, int rings, int material, bool inward = false,
                                 bool smooth = false) {
     MeshDescription mesh;
@@ -117,7 +117,7 @@ class SceneBuilderForTests {
     for (int r = 0; r < rings; ++r) {
       for (int c = 0; c < columns; ++c) {
         const uint32_t a = at(r, c), b = at(r, c + 1), d = at(r + 1, c), e = at(r + 1, c + 1);
-        // The poles have one vertex per column, all at the same place.
+        // Each pole has one vertex per column, and all of them are at the same place.
         if (r > 0) mesh.triangles.push_back(inward ? std::array{a, d, b} : std::array{a, b, d});
         if (r + 1 < rings) {
           mesh.triangles.push_back(inward ? std::array{b, d, e} : std::array{b, e, d});

@@ -1,5 +1,5 @@
-// Tests that a frame, and any part of it, has the same bits with every driver and any number of
-// threads (laws 1 and 2).
+// Tests that a frame and a crop of it have the same bits with every driver and any number of
+// threads (laws 1 and 2 in renderer/README.md).
 #pragma once
 
 #include <fmt/format.h>
@@ -8,8 +8,8 @@
 
 namespace emberline::test {
 
-// `image(settings)` must render the frame. It is called with one thread, then with each driver and
-// two numbers of threads, then with the crop.
+// `image(settings)` must render the frame with these settings. This function calls it with one
+// thread, then with each driver and two numbers of threads, and finally with the crop.
 template <typename Image>
 void expect_same_bits_with_every_driver(const RenderSettings& settings, const Rect& crop,
                                         const Image& image) {

@@ -1,4 +1,4 @@
-// Owns a session as the thread of a window does: it sleeps until the session reports a change.
+// Owns a session as a window does: its thread sleeps until the session reports a change.
 #pragma once
 
 #include <chrono>
@@ -28,7 +28,8 @@ class SessionOwner {
   SessionOwner(const SessionOwner&) = delete;
   SessionOwner& operator=(const SessionOwner&) = delete;
 
-  // Waits until `done()` returns true; calls it after each change. Returns false after `seconds`.
+  // Waits until `done()` returns true, and calls it after each change of the session. Returns false
+  // if `done()` has not returned true after `seconds`.
   bool wait(double seconds, const std::function<bool()>& done) {
     using Clock = std::chrono::steady_clock;
     const auto end =
@@ -43,7 +44,7 @@ class SessionOwner {
     return true;
   }
 
-  // Loads a scene and waits for its first picture. Throws RenderError if there is none.
+  // Loads a scene and waits for its first picture. Throws RenderError if no picture appears.
   void open(const std::string& scene, const std::string& edits = {}) {
     session.open(scene, edits);
     wait(600, [&] { return session.load_status().state != LoadStatus::State::kLoading; });
@@ -53,7 +54,7 @@ class SessionOwner {
       throw RenderError("no picture of " + scene + ": " + session.problem());
     }
   }
-  // Whether the current picture is complete and includes this edit.
+  // Returns whether the current picture covers the whole frame and includes this edit.
   bool shows(uint64_t edit) const {
     const auto picture = session.picture();
     return picture && picture->edit >= edit && picture->filled;

@@ -1,5 +1,5 @@
-// Queries lights and lobes for one sample or density at a time. The renderer asks for many at once,
-// or for the density together with the value.
+// Asks lights and lobes for one sample or one density at a time. The renderer asks for several
+// samples at once, or for the density together with the value.
 #pragma once
 
 #include "renderer/lights/environment_light.h"
@@ -29,7 +29,8 @@ inline float pdf_of(const EnvironmentLight& light, const Vec3f& direction) {
   return result;
 }
 
-// Probability density with which a sampler without a guide returns the environment in `direction`.
+// Returns the probability density with which a sampler without a guide samples the environment in
+// `direction`.
 inline float pdf_environment(const LightSampler& lights, const LightQuery& query,
                              const Vec3f& direction) {
   if (!lights.environment()) return 0.0f;

@@ -1,12 +1,13 @@
-// Reference for the reflection of a rough conductor with multiple scattering: a random walk on the
-// Smith microsurface (Heitz, Hanika, d'Eon & Dachsbacher 2016, "Multiple-Scattering Microfacet
-// BSDFs with the Smith Model", ACM TOG 35(4)). Isotropic GGX, in double precision, without code of
-// the renderer's lobes.
+// A reference for the reflection of a rough conductor with multiple scattering. It is a random walk
+// on the Smith microsurface (Heitz, Hanika, d'Eon & Dachsbacher 2016, "Multiple-Scattering
+// Microfacet BSDFs with the Smith Model", ACM TOG 35(4)) with isotropic GGX, in double precision.
+// It uses no code of the renderer's lobes.
 //
 // A height is given as the fraction c of the surface that is lower (C1 in the paper). Light that
-// starts at height c in direction d meets the next microfacet at c u^(-d.z / a), where u is uniform
-// in [0, 1) and a is the area of the microfacets that it faces (section 4 of the paper; Lambda is a
-// / d.z). Light that goes up leaves the surface instead if u is below c^(a / d.z).
+// starts at height c in direction d meets the next microfacet at the height c u^(-d.z / a). Here u
+// is uniform in [0, 1), and a is the area of the microfacets that the light faces (section 4 of the
+// paper, where Lambda is a / d.z). If the light goes up and u is below c^(a / d.z), it leaves the
+// surface instead.
 #pragma once
 
 #include <algorithm>
@@ -19,17 +20,19 @@ namespace emberline::test {
 
 class SmithWalk {
  public:
-  // The Fresnel term is Schlick's, with f0 at normal incidence and 1 at grazing angles.
+  // The Fresnel term is Schlick's: it is f0 at normal incidence and 1 at grazing angles.
   explicit SmithWalk(double alpha, double f0 = 1) : alpha2_(alpha * alpha), f0_(f0) {}
 
-  // Area of the microfacets visible from v, per area of the surface; v.z may be negative.
+  // Returns the projected area of the microfacets visible from v, per area of the surface. v.z may
+  // be negative.
   double visible_area(const Vec3d& v) const {
     const double slopes = alpha2_ * (v.x * v.x + v.y * v.y), root = std::sqrt(v.z * v.z + slopes);
-    return v.z >= 0 ? (root + v.z) / 2 : slopes / (2 * (root - v.z));  // equal; no cancellation
+    // Both terms have the same value, but each is free of cancellation only for its sign of v.z.
+    return v.z >= 0 ? (root + v.z) / 2 : slopes / (2 * (root - v.z));
   }
 
-  // The phase function of a conductor (section 5.2): the density, per solid angle, with which a
-  // microfacet that is visible from v reflects towards w.
+  // Returns the phase function of a conductor (section 5.2). It is the density, per solid angle,
+  // with which a microfacet that is visible from v reflects light towards w.
   double phase(const Vec3d& v, const Vec3d& w) const {
     const Vec3d h = v + w;
     if (h.z <= 0) return 0;
@@ -40,9 +43,9 @@ class SmithWalk {
   }
 
   // Samples a direction w in proportion to phase() for a Fresnel term of 1. With alpha = 1, the
-  // normals of the microfacets are those of a hemisphere, which reflects uniformly into the cap w.z
-  // > -v.z (Dupuy & Benyoub 2023); with another alpha, the hemisphere is stretched. This is valid
-  // for v from below, too.
+  // microfacets have the normals of a hemisphere. It reflects uniformly into the cap w.z > -v.z
+  // (Dupuy & Benyoub 2023). With another alpha, the hemisphere is stretched. v may also come from
+  // below.
   Vec3d sample_phase(const Vec3d& v, double u1, double u2) const {
     const double alpha = std::sqrt(alpha2_);
     const Vec3d s = unit(Vec3d(alpha * v.x, alpha * v.y, v.z));
@@ -52,11 +55,12 @@ class SmithWalk {
     return unit(m * (2 * dot(v, m) / dot(m, m)) - v);
   }
 
-  // Fraction of the light at height c towards w (w.z > 0) that leaves the surface.
+  // Returns the fraction of the light that leaves the surface if it starts at height c towards w,
+  // where w.z > 0.
   double escape(double c, const Vec3d& w) const { return std::pow(c, visible_area(-w) / w.z); }
 
-  // f(wo, wi) wi.z of a single bounce, in closed form. The heights c at which light from wo first
-  // meets the surface have the density (a / wo.z) c^(a / wo.z - 1), where a is visible_area(wo).
+  // Returns f(wo, wi) wi.z for a single bounce, in closed form. Light from wo first meets the
+  // surface at heights c with the density (a / wo.z) c^(a / wo.z - 1), where a is visible_area(wo).
   // The result is phase() times the mean of escape() over these heights.
   double single(const Vec3d& wo, const Vec3d& wi) const {
     const double in = visible_area(wo) / wo.z;
@@ -64,12 +68,11 @@ class SmithWalk {
   }
 
   // Simulates one walk of light that comes from wo (wo.z > 0). Calls visit(order, v, c, weight) at
-  // each microfacet, where the light comes from v and is at height c. The expected sum over visits
-  // of
+  // each microfacet, where the light comes from v and is at height c. The sum over all visits of
   //   weight phase(v, wi) escape(c, wi)
-  // is f(wo, wi) wi.z; the visits of one order sum to the part of that order. To estimate multiple
-  // scattering better, every walk meets a second microfacet, and `weight` includes the probability
-  // of that.
+  // has the expectation f(wo, wi) wi.z. The sum over the visits of one order has the expectation of
+  // that order's part of f(wo, wi) wi.z. To estimate multiple scattering better, every walk meets a
+  // second microfacet, and `weight` includes the probability of this.
   template <class Random, class Visit>
   void walk(const Vec3d& wo, Random& random, const Visit& visit) const {
     Vec3d d = -wo;

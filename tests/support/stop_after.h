@@ -13,11 +13,11 @@
 
 namespace emberline::test {
 
-// Requests a stop once `samples` samples are finished. Checks every picture that the driver
+// Requests a stop when `samples` samples are finished. Checks every picture that the driver
 // reports, and stores the finished tiles in `image`.
 class StopAfter final : public RenderSink {
  public:
-  // If `require_positive`, no picture may contain a value of 0.
+  // If `require_positive`, all values of all pictures must be positive.
   StopAfter(MemorySink& image, uint64_t samples, const Rect& crop, bool require_positive)
       : image_(image),
         samples_(samples),

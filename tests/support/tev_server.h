@@ -1,5 +1,5 @@
-// A viewer for tests, which listens as tev does and decodes the packets into images. The decoder
-// was written from tev's published layout, not from our encoder.
+// A viewer for tests. It listens as tev does, and decodes the packets into images. The decoder was
+// written from tev's published packet layout and not from our encoder.
 #pragma once
 
 #include <arpa/inet.h>
@@ -27,15 +27,16 @@ namespace emberline::test {
 struct TevImage {
   int width = 0, height = 0;
   std::vector<std::string> channels;
-  std::map<std::string, std::vector<float>> values;  // rows of the whole image from the top
-  std::vector<Rect> updates;                         // in order of arrival
+  std::map<std::string, std::vector<float>> values;  // by channel, in rows from the top
+  std::vector<Rect> updates;                         // in the order in which they arrived
 
   float at(const std::string& channel, int x, int y) const {
     return values.at(channel)[size_t(y) * size_t(width) + size_t(x)];
   }
 };
 
-// Reads numbers and strings from a packet, in order. Throws std::runtime_error at the packet's end.
+// Reads numbers and strings from a packet, in order. Throws std::runtime_error if it would read
+// beyond the end of the packet.
 class TevPacketReader {
  public:
   explicit TevPacketReader(const std::vector<unsigned char>& bytes) : bytes_(bytes) {}
@@ -50,7 +51,7 @@ class TevPacketReader {
     for (unsigned char c; (c = byte()) != 0;) text += char(c);
     return text;
   }
-  float float_at(size_t index) const {  // index into floats from here on
+  float float_at(size_t index) const {  // counts floats from the current position
     if (at_ + 4 * index + 4 > bytes_.size()) throw std::runtime_error("too few values");
     float value;
     std::memcpy(&value, &bytes_[at_ + 4 * index], 4);
@@ -70,7 +71,7 @@ class TevPacketReader {
 using TevImages = std::map<std::string, TevImage>;
 
 inline void decode_create(TevPacketReader& packet, TevImages& images) {
-  packet.byte();  // focus
+  packet.byte();  // skips a flag: whether tev shows the image
   TevImage& image = images[packet.string()] = {};
   image.width = int(packet.integer(4));
   image.height = int(packet.integer(4));
@@ -82,7 +83,7 @@ inline void decode_create(TevPacketReader& packet, TevImages& images) {
 }
 
 inline void decode_update(TevPacketReader& packet, TevImages& images) {
-  packet.byte();  // focus
+  packet.byte();  // skips a flag: whether tev shows the image
   TevImage& image = images.at(packet.string());
   std::vector<std::string> channels(size_t(packet.integer(4)));
   for (std::string& channel : channels) channel = packet.string();
@@ -109,8 +110,8 @@ inline void decode_update(TevPacketReader& packet, TevImages& images) {
   }
 }
 
-// Decodes one packet, including its length. Throws std::exception for a packet that tev would not
-// understand.
+// Decodes one packet, which begins with its length. Throws std::exception for a packet that tev
+// would not understand.
 inline void decode_tev_packet(const std::vector<unsigned char>& bytes, TevImages& images) {
   TevPacketReader packet(bytes);
   if (uint64_t(packet.integer(4)) != bytes.size())
@@ -125,21 +126,21 @@ inline void decode_tev_packet(const std::vector<unsigned char>& bytes, TevImages
   }
 }
 
-// Serves one connection, on its own thread, until the peer closes it.
+// Serves one connection on a separate thread, until the peer closes the connection.
 class TevServer {
  public:
   struct Behaviour {
     bool ipv6 = false;
-    bool reads = true;  // if false, accepts, but reads only after start_reading()
-    size_t closes_after = std::numeric_limits<size_t>::max();  // bytes
-    useconds_t pause_us = 0;                                   // before each check of the socket
+    bool reads = true;  // if false, the server accepts, but reads only after start_reading()
+    size_t closes_after = std::numeric_limits<size_t>::max();  // received bytes
+    useconds_t pause_us = 0;                                   // before each read from the socket
   };
 
   TevServer() : TevServer(Behaviour()) {}
   explicit TevServer(const Behaviour& behaviour) : behaviour_(behaviour), reads_(behaviour.reads) {
     listener_ = ::socket(behaviour.ipv6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (!behaviour.reads || behaviour.pause_us > 0) {
-      // The buffer is small, so that the sender blocks soon if this server does not read.
+      // The receive buffer is small, so that the sender soon blocks if this server does not read.
       const int size = 4096;
       ::setsockopt(listener_, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
     }
@@ -165,7 +166,7 @@ class TevServer {
   TevServer(const TevServer&) = delete;
   TevServer& operator=(const TevServer&) = delete;
 
-  int port() const { return port_; }  // 0 if there is no such network
+  int port() const { return port_; }  // 0 if this system has no IPv4 or IPv6, as requested
   std::string url() const {
     return (behaviour_.ipv6 ? "tev://[::1]:" : "tev://127.0.0.1:") + std::to_string(port_);
   }
@@ -177,9 +178,9 @@ class TevServer {
     if (thread_.joinable()) thread_.join();
     return fault_;
   }
-  // Valid after wait().
+  // The images are complete after wait().
   const TevImages& images() const { return images_; }
-  // The first image, for tests that send only one.
+  // Returns the first image, for tests that send only one.
   const TevImage& image() const { return images_.begin()->second; }
   bool connected() const { return connected_; }
 
@@ -211,7 +212,7 @@ class TevServer {
     ::close(socket);
   }
 
-  // Decodes the complete packets at the front of `pending` and removes them.
+  // Decodes the complete packets at the beginning of `pending` and removes them.
   void decode(std::vector<unsigned char>& pending) {
     size_t at = 0;
     while (fault_.empty() && pending.size() - at >= 4) {

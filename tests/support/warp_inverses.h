@@ -1,17 +1,17 @@
-// Densities and inverses of the maps in renderer/core/warps.h, for the chi-square harness.
+// The densities and the inverses of the maps in renderer/core/warps.h, for tests.
 #pragma once
 
 #include "renderer/core/warps.h"
 
 namespace emberline::test {
 
-// Unit disk; the density is per area.
+// The map to the unit disk. Its density is per area.
 inline float square_to_disk_pdf(const Vec2f& p) { return p.dot(p) <= 1.0f ? kInvPi : 0.0f; }
 
 inline Vec2f disk_to_square(const Vec2f& p) {
   const float r = std::sqrt(p.dot(p));
   float phi = std::atan2(p.y, p.x);
-  if (phi < -kPi / 4) phi += 2 * kPi;  // to [-pi/4, 7pi/4): four wedges in order
+  if (phi < -kPi / 4) phi += 2 * kPi;  // in [-pi/4, 7pi/4), which consists of four wedges in order
   float a, b;
   if (phi < kPi / 4) {
     a = r;
@@ -29,20 +29,21 @@ inline Vec2f disk_to_square(const Vec2f& p) {
   return {(a + 1) / 2, (b + 1) / 2};
 }
 
-// Cosine-weighted hemisphere around +Z.
+// The map to the cosine-weighted hemisphere around +Z.
 inline float square_to_cosine_hemisphere_pdf(const Vec3f& w) {
   return std::max(0.0f, w.z) * kInvPi;
 }
 inline Vec2f cosine_hemisphere_to_square(const Vec3f& w) { return disk_to_square({w.x, w.y}); }
 
-// Uniform on the sphere.
+// The inverse of the map that is uniform on the sphere.
 inline Vec2f sphere_to_square(const Vec3f& w) {
   float phi = std::atan2(w.y, w.x);
   if (phi < 0) phi += 2 * kPi;
   return {(1.0f - w.z) / 2, phi / (2 * kPi)};
 }
 
-// Triangle, uniform in area; b are barycentric coordinates.
+// The inverse of the map that is uniform in the area of a triangle. b contains barycentric
+// coordinates.
 inline Vec2f triangle_to_square(const Vec2f& b) {
   if (b.y > b.x) return {2 * b.x, b.y + b.x};
   return {b.x + b.y, 2 * b.y};

@@ -32,7 +32,7 @@ class OutputFolder : public ::testing::Test {
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
-  // Sorted names of the folder's entries.
+  // Returns the sorted names of the entries in the folder.
   std::vector<std::string> contents() const {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
@@ -45,7 +45,7 @@ class OutputFolder : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-// Expects that `action` throws E, with a message of one line that contains `part`.
+// Expects `action` to throw E, with a message of one line that contains `part`.
 template <typename E, typename Action>
 void expect_error(const Action& action, const std::string& part) {
   try {

@@ -1,4 +1,4 @@
-// Synthetic frames shared by the tests of all planners, and figures of their plans.
+// Synthetic frames that the tests of all planners share, and figures that describe their plans.
 #pragma once
 
 #include <cmath>
@@ -19,7 +19,7 @@ inline SyntheticFrame even_noise(int width, int height, uint64_t seed) {
           [](int, int, TestRandom& random) { return noisy(random, 0.4f, 0.1f); }};
 }
 
-// Settings with two streams, where counts need no steps; step_planner_test.cpp tests `nested`.
+// Settings with two streams, with which counts need no steps. step_planner_test.cpp tests `nested`.
 inline AdaptiveSettings budget_settings(uint32_t budget,
                                         ErrorMetric allocation = ErrorMetric::kMse) {
   AdaptiveSettings s;
@@ -29,7 +29,7 @@ inline AdaptiveSettings budget_settings(uint32_t budget,
   return s;
 }
 
-// Mean samples of a noise-free pixel in a frame of which one half is noisy.
+// The mean number of samples of a noise-free pixel in a frame whose other half is noisy.
 inline double noiseless_samples(const AdaptiveSettings& settings) {
   SyntheticFrame frame(64, 64, 6, [](int x, int, TestRandom& random) {
     return x < 32 ? noisy(random, 0.5f, 0.2f) : SyntheticFrame::Sample{0.5f, 2};
@@ -37,14 +37,15 @@ inline double noiseless_samples(const AdaptiveSettings& settings) {
   RoundPlanner planner(settings, 64, 64, 5);
   frame.render(planner);
   double quiet = 0;
-  // Beyond the reach of the noisy half's kernel.
+  // These pixels are beyond the reach of the noisy half's kernel.
   for (int y = 0; y < 64; ++y) {
     for (int x = 36; x < 64; ++x) quiet += frame.count(x, y) / (64.0 * 28);
   }
   return quiet;
 }
 
-// Ratio of the samples of two halves, one with four times the other's deviation.
+// The ratio of the samples in two halves of a frame. One half has four times the deviation of the
+// other.
 inline double sample_ratio_by_noise(const AdaptiveSettings& settings) {
   SyntheticFrame frame(96, 48, 13, [](int x, int, TestRandom& random) {
     return noisy(random, 0.4f, x < 48 ? 0.03f : 0.12f);
@@ -61,7 +62,8 @@ inline double sample_ratio_by_noise(const AdaptiveSettings& settings) {
   return loud / quiet;
 }
 
-// Ratio of the samples of two halves, one with a cost of 1.17 per sample and the other with 8.17.
+// The ratio of the samples in two halves of a frame. A sample costs 1.17 in one half and 8.17 in
+// the other.
 inline double sample_ratio_by_cost(const AdaptiveSettings& settings) {
   SyntheticFrame frame(96, 48, 12, [](int x, int, TestRandom& random) {
     return noisy(random, 0.4f, 0.1f, x < 48 ? 2 : 9);
@@ -75,12 +77,13 @@ inline double sample_ratio_by_cost(const AdaptiveSettings& settings) {
   return cheap / dear;
 }
 
-// Samples of a uniformly noisy frame, relative to those that bring its error to the threshold.
+// The samples of a uniformly noisy frame, relative to the number that brings its error to the
+// threshold.
 inline double spent_to_needed_ratio(const AdaptiveSettings& settings) {
   SyntheticFrame frame = even_noise(64, 64, 9);
   RoundPlanner planner(settings, 64, 64, 5);
   frame.render(planner);
-  // display_value's slope at .4, times .1 per sample.
+  // The slope of display_value at .4. The noise is .1 per sample.
   const double slope = double(display_value(0.401f) - display_value(0.399f)) / 0.002;
   return frame.mean_count() / std::pow(slope * 0.1 / double(settings.threshold), 2);
 }

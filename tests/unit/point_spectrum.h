@@ -11,10 +11,10 @@
 
 namespace emberline {
 
-// Mean over `pixels` pixels of |sum_k exp(-2 pi i (f . x_k))|^2 / count, at frequency (fx, fy) in
-// cycles per pixel, for the first `count` numbers of the pair at dimension `first_dimension` of
-// slot 0. Independent points have 1 at all frequencies but 0. The relative deviation is 1 /
-// sqrt(pixels).
+// The mean over `pixels` pixels of |sum_k exp(-2 pi i (f . x_k))|^2 / count, at each frequency (fx,
+// fy) in cycles per pixel. The x_k are the first `count` points of the pair at dimension
+// `first_dimension` of slot 0. Independent points have 1 at all frequencies but 0. The relative
+// deviation is 1 / sqrt(pixels).
 inline std::vector<double> point_spectrum(const Sampler& sampler, int first_dimension,
                                           uint32_t count, uint32_t pixels,
                                           const std::vector<std::pair<int, int>>& frequencies) {
@@ -34,7 +34,8 @@ inline std::vector<double> point_spectrum(const Sampler& sampler, int first_dime
   return power;
 }
 
-// The frequencies of a half plane (the other half is its mirror image) from `low` to `high` cycles.
+// The frequencies of a half plane from `low` to `high` cycles. The other half plane is its mirror
+// image.
 inline std::vector<std::pair<int, int>> frequency_ring(double low, double high) {
   std::vector<std::pair<int, int>> ring;
   const int reach = int(high) + 1;

@@ -13,7 +13,7 @@
 
 namespace emberline {
 
-// Radiance at the centre of a pixel.
+// The radiance at the centre of a pixel.
 using Picture = std::function<Rgb(int x, int y)>;
 
 inline Picture constant_picture(const Rgb& value) {
@@ -26,7 +26,8 @@ inline Rgb noise(int x, int y) {
   return {to_unit_float(h), to_unit_float(hash32(h)), 4 * to_unit_float(hash32(h + 1))};
 }
 
-// 256 x 256: discs of three sizes, a line, a checker board, a ramp between them.
+// A picture of 256 x 256 pixels: discs of three sizes, a line, a checker board, and a ramp between
+// them.
 inline Rgb test_picture(int x, int y) {
   const double u = x + 0.5, v = y + 0.5;
   double value = 0.15 + 0.25 * u / 256;
@@ -51,7 +52,7 @@ inline std::vector<Vec2i> insert_round(RefinementTree& tree, const Picture& pict
   return pixels;
 }
 
-// The rectangle around each leaf's pixels, by leaf.
+// Returns, for each leaf, the rectangle around its pixels.
 inline std::vector<Rect> leaf_rects(const RefinementTree& tree) {
   const Rect& crop = tree.crop();
   std::vector<Rect> rects(tree.sample_count(), Rect{crop.x1, crop.y1, crop.x0, crop.y0});
@@ -66,7 +67,7 @@ inline std::vector<Rect> leaf_rects(const RefinementTree& tree) {
   return rects;
 }
 
-// Refines until the tree has `samples`, or every pixel.
+// Refines until the tree has `samples` samples, or all pixels are sampled.
 inline void refine(RefinementTree& tree, const Picture& picture, size_t samples = ~size_t(0)) {
   while (!tree.finished() && tree.sample_count() < samples) {
     insert_round(tree, picture, samples - tree.sample_count());
@@ -78,7 +79,7 @@ inline std::string name_of(const Rect& r) {
          std::to_string(r.x0) + "," + std::to_string(r.y0);
 }
 
-// Edge cases: one pixel, one row, one column, primes, windows away from the origin.
+// Edge cases: one pixel, one row, one column, primes, and windows away from the origin.
 inline std::vector<Rect> awkward_windows() {
   return {{0, 0, 1, 1},   {3, 4, 4, 5},    {0, 0, 1, 97},      {-8, 2, 89, 3}, {0, 0, 2, 2},
           {0, 0, 64, 64}, {5, 9, 118, 40}, {-50, -70, 51, 33}, {0, 0, 37, 256}};

@@ -10,7 +10,7 @@
 
 namespace emberline {
 
-// Couples two pairs of the camera other than the pixel's.
+// Couples two pairs of the camera, neither of which is the pixel's.
 inline double coupled_shuffled(const SlotNumbers& n) {
   const double x = n.u[4] - n.u[2], y = n.u[5] - n.u[3];
   return std::exp(-4.0 * (x * x + y * y));
@@ -18,7 +18,8 @@ inline double coupled_shuffled(const SlotNumbers& n) {
 inline double signs(const SlotNumbers& n) {
   return (n.u[0] < 0.5f) == (n.u[2] < 0.5f) ? 1.0 : -1.0;
 }
-// The same at a scale that blocks of 8 do not resolve: parity of the fourth binary digits.
+// Like signs(), but at a scale that blocks of 8 do not resolve: the parity of the fourth binary
+// digits.
 inline double fine_signs(const SlotNumbers& n) {
   return ((int(n.u[0] * 16.0f) ^ int(n.u[2] * 16.0f)) & 1) == 0 ? 1.0 : -1.0;
 }
@@ -27,8 +28,9 @@ inline double edge_and_shadow(const SlotNumbers& n) {
   return n.u[1] < 0.3f + 0.37f * n.u[0] && n.u[2] + n.u[3] < 0.8f + 0.4f * n.u[0] ? 1.0 : 0.0;
 }
 
-// Integral over x of (0.3 + 0.37 x) * area(a + b < 0.8 + 0.4 x); the area is s^2 / 2 up to s = 1
-// (x = 1/2), then 1 - (2 - s)^2 / 2. Simpson's rule is exact for cubics, piece by piece.
+// The integral over x of (0.3 + 0.37 x) * area(a + b < s) with s = 0.8 + 0.4 x. The area is s^2 / 2
+// up to s = 1 (x = 1/2), and then 1 - (2 - s)^2 / 2. Simpson's rule is exact for cubics, piece by
+// piece.
 inline double edge_and_shadow_mean() {
   const auto f = [](double x) {
     const double s = 0.8 + 0.4 * x;
@@ -37,7 +39,7 @@ inline double edge_and_shadow_mean() {
   return (f(0.0) + 4 * f(0.25) + 2 * f(0.5) + 4 * f(0.75) + f(1.0)) / 12.0;
 }
 
-// Mean squared error of the mean after each count, over `seeds` pixels.
+// The mean squared error of the mean after each count, over `seeds` pixels.
 inline std::vector<double> error_curve(const Sampler& sampler, const Integrand& integrand,
                                        uint32_t seeds, const std::vector<uint32_t>& counts) {
   std::vector<double> error(counts.size());
@@ -56,7 +58,8 @@ inline std::vector<double> error_curve(const Sampler& sampler, const Integrand& 
   return error;
 }
 
-// Variance relative to the exact one of independent samples; 10000 seeds give it to about 1.5 %.
+// The variance relative to the exact variance of independent samples. 10000 seeds determine the
+// ratio to about 1.5 %.
 inline double ratio_to_random(const Sampler& sampler, const Integrand& integrand, double variance,
                               uint32_t count) {
   return error_curve(sampler, integrand, 10000, {count})[0] * count / variance;

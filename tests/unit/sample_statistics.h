@@ -1,5 +1,5 @@
-// Shared by the statistical tests of samplers and filters: the chi-square threshold, a reader of
-// sample points, a straight-line fit.
+// Helpers for the statistical tests of samplers and filters: the chi-square threshold, a reader of
+// sample points, and a straight-line fit.
 #pragma once
 
 #include <cmath>
@@ -13,15 +13,15 @@
 
 namespace emberline {
 
-// The value that a chi-square variate with `degrees` of freedom exceeds with probability 1e-6
-// (Wilson & Hilferty 1931; z = 4.7534 is the normal quantile; accurate to 1 % from 5 degrees on).
+// The value that a chi-square variate with `degrees` of freedom exceeds with probability 1e-6, by
+// Wilson & Hilferty 1931. z = 4.7534 is the normal quantile. Accurate to 1 % from 5 degrees on.
 inline double chi_square_limit(double degrees) {
   const double a = 2.0 / (9.0 * degrees);
   const double root = 1.0 - a + 4.7534 * std::sqrt(a);
   return degrees * root * root * root;
 }
 
-// Sum of (observed - expected)^2 / expected over equal cells.
+// The sum of (observed - expected)^2 / expected over equal cells.
 inline double chi_square(const std::vector<uint32_t>& counts) {
   double total = 0;
   for (const uint32_t count : counts) total += count;
@@ -31,7 +31,7 @@ inline double chi_square(const std::vector<uint32_t>& counts) {
   return sum;
 }
 
-// Slope of the least-squares line through (x, y).
+// The slope of the least-squares line through (x, y).
 inline double slope(const std::vector<double>& x, const std::vector<double>& y) {
   double mean_x = 0, mean_y = 0, xy = 0, xx = 0;
   for (size_t i = 0; i < x.size(); ++i) {

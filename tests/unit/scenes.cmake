@@ -1,4 +1,4 @@
-# Checks that scenes/make_scenes.py reproduces the files in scenes/ byte for byte.
+# These tests check that scenes/make_scenes.py reproduces the files in scenes/ byte for byte.
 find_package(Python3 3.9 REQUIRED COMPONENTS Interpreter)
 foreach(scene teapot spheres cornell_box roughness_spheres mis_plates checker_plane thin_wires glass_metal
               material_rows moving_blade shallow_focus night_street window_room caustics studio dusk)

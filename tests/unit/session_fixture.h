@@ -1,4 +1,5 @@
-// A session with small frames of the committed scenes, and references for it.
+// A fixture for sessions with small frames of the committed scenes, and references for these
+// frames.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -34,7 +35,7 @@ class SessionFixture : public OutputFolder {
     return result;
   }
 
-  // The output of `render` with these options: R G B A, rows from the top.
+  // Returns the output of `render` with these options as R G B A, with rows from the top.
   std::vector<float> rendered(RenderOptions options) const {
     options.outputs = {path("rendered.exr")};
     EXPECT_EQ(run_render(options), 0);
@@ -67,7 +68,7 @@ class SessionFixture : public OutputFolder {
     return testing::AssertionFailure() << "not finished; problem: " << owner.session.problem();
   }
 
-  // One edit of every kind that applies to the Cornell box.
+  // An edit of the camera and one of a material of the Cornell box.
   static SceneEdits some_edits(float amount = 1.0f) {
     SceneEdits edits;
     edits.camera.look_from = Vec3d(278 + 10 * double(amount), 273, -700);

@@ -15,7 +15,7 @@ namespace emberline::test {
 
 class SyntheticFrame {
  public:
-  // Sample k of pixel (x, y): a pure function of these and of its own random numbers.
+  // Sample k of pixel (x, y) is a pure function of k, x, y and its own random numbers.
   struct Sample {
     float radiance = 0.0f;
     uint32_t rays = 2;
@@ -34,7 +34,7 @@ class SyntheticFrame {
   // All samples have the same features, so that they tell a filter nothing.
   static constexpr float kAlbedo = 0.5f, kNearness = 1.0f;
 
-  // Adds samples in index order, streams in blocks of eight (samplers/sampler.h).
+  // Adds samples in index order. The streams alternate in blocks of eight (samplers/sampler.h).
   void add_samples_until(std::span<const uint32_t> targets) {
     const DenoiserFeatures seen = {Rgb(kAlbedo), Vec3f(0.0f, 0.0f, 1.0f), kNearness, 1.0f};
     for (size_t i = 0; i < sample_counts_.size(); ++i) {

@@ -22,7 +22,8 @@ class SyntheticHalves {
         random_(seed),
         counts_(size(), samples_per_half) {}
 
-  // Grey samples, normally distributed with mean `truth` and standard deviation `spread`.
+  // Sets grey samples, which are normally distributed with mean `truth` and standard deviation
+  // `spread`.
   void set_colour(const Function& truth, const Function& spread) {
     truth_ = plane(truth);
     colour_ = noisy(truth, spread);
@@ -39,8 +40,8 @@ class SyntheticHalves {
     parts_.push_back(part);
   }
 
-  // Shares each pixel's samples equally with its 3 x 3 neighbours: except at the border, a pixel's
-  // value is their mean.
+  // Shares the samples of each pixel equally with its 3 x 3 neighbours. So the value of a pixel is
+  // their mean, except at the border.
   void blur_with_neighbours() {
     shared_ = colour_;
     for (size_t s = 0; s < 2; ++s) {
@@ -90,7 +91,7 @@ class SyntheticHalves {
     }
     return sum / double(size());
   }
-  // Factor by which denoising reduces the squared error.
+  // The factor by which denoising reduces the squared error.
   double gain() const { return squared_error(raw()) / squared_error(denoise(input()).colour[0]); }
 
  private:

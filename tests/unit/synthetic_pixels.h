@@ -1,5 +1,5 @@
-// Synthetic pixels for the tests of error estimators: constant ones, and ones whose samples have a
-// known distribution.
+// Synthetic pixels for the tests of error estimators: constant pixels, and pixels whose samples
+// have a known distribution.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace emberline::test {
 
-// A pixel of one channel, whose samples go to two streams in blocks of eight as in the samplers
+// A pixel of one channel. Its samples go to two streams in blocks of eight, as in the samplers
 // (samplers/sampler.h).
 class SamplePixel {
  public:
@@ -47,7 +47,8 @@ inline PixelStatistics constant_pixels(int width, int height, float value, float
   return pixels;
 }
 
-// Grey pixels of `count` samples draw(random); `random` depends on `seed` and the pixel's index.
+// Grey pixels with `count` samples each. draw(random) makes a sample, and `random` depends on
+// `seed` and the pixel's index.
 template <typename Draw>
 PixelStatistics drawn_pixels(int width, int height, uint32_t count, uint64_t seed,
                              const Draw& draw) {
@@ -66,7 +67,7 @@ PixelStatistics drawn_pixels(int width, int height, uint32_t count, uint64_t see
   return pixels;
 }
 
-// Standard normal, by Box & Muller 1958.
+// A standard normal number, by Box & Muller 1958.
 inline double draw_normal(TestRandom& random) {
   const double radius = std::sqrt(-2.0 * std::log1p(-random.next_double()));
   return radius * std::cos(2.0 * kPiD * random.next_double());

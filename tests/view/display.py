@@ -1,4 +1,4 @@
-"""A virtual screen, the window on it, and real key and mouse events through XTest."""
+"""Runs the window on a virtual screen, and sends it real key and mouse events through XTest."""
 import json
 import os
 import pathlib
@@ -10,7 +10,7 @@ import tempfile
 import time
 import zlib
 
-# Sanitized builds and busy machines are slow.
+# The timeout can be raised, because sanitized builds and busy machines are slow.
 TIMEOUT_S = float(os.environ.get("EMBERLINE_VIEW_PATIENCE", "60"))
 
 
@@ -18,7 +18,8 @@ def missing_programs():
     return [name for name in ("Xvfb", "xdotool") if shutil.which(name) is None]
 
 
-# Given their names, xdotool would also press alt if the keyboard map has them on five levels.
+# These are the key codes of the function keys. If xdotool got a function key's name, it would also press alt if the
+# keyboard map has five levels for that key.
 FUNCTION_KEYS = {f"F{i + 1}": code for i, code in enumerate([*range(67, 77), 95, 96])}
 
 
@@ -49,7 +50,7 @@ class Display:
 
 
 class Window:
-    """A running `emberline view`, observed through its journal."""
+    """A running `emberline view`. Its journal tells what it does."""
 
     def __init__(self, display, binary, *words, size=(1000, 640), environment=None):
         self.display = display
@@ -82,7 +83,8 @@ class Window:
         return next((e for e in reversed(self.events) if e["event"] == name), None)
 
     def wait_for(self, name, accept=lambda event: True, since=0, seconds=TIMEOUT_S):
-        """Returns the first event of that name, from number `since` on, that `accept` accepts."""
+        """Waits for an event with this name that `accept` accepts, and returns the first one. Skips the first `since`
+        events."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             self.update()
@@ -120,7 +122,7 @@ class Window:
         self.display.xdotool("type", "--delay", "5", text)
 
     def screen_of(self, x, y):
-        """Screen coordinates of the centre of a picture's pixel."""
+        """Returns the screen coordinates of the centre of a pixel of the picture."""
         picture = self.last("placed")
         zoom = picture["zoom"]
         return (round(picture["at"][0] + (x + 0.5) * zoom), round(picture["at"][1] + (y + 0.5) * zoom))
@@ -142,7 +144,7 @@ class Window:
         self.display.xdotool(*words)
 
     def screenshot(self):
-        """The window's contents, saved by its own key: (width, height, rows of RGB)."""
+        """Returns the window's contents as (width, height, rows of RGB). The window saves them when F12 is pressed."""
         since = self.mark()
         self.key("F12")
         text = self.wait_for("message", lambda e: "Screenshot saved" in e["text"], since)["text"]
@@ -151,7 +153,7 @@ class Window:
     # ---- exit
 
     def end(self, send=None, seconds=TIMEOUT_S):
-        """Returns the exit code after ctrl+Q or a signal."""
+        """Ends the window with ctrl+Q or with a signal. Returns its exit code."""
         if self.process.poll() is None:
             if send is None:
                 self.key("ctrl+q")
@@ -174,7 +176,7 @@ class Window:
 
 
 def read_png(path):
-    """Returns (width, height, rows) of an 8-bit RGB or RGBA PNG; rows are bytes of RGB."""
+    """Reads an 8-bit RGB or RGBA PNG. Returns (width, height, rows), where rows are bytes of RGB."""
     data = pathlib.Path(path).read_bytes()
     at, packed, header = 8, b"", None
     while at < len(data):
@@ -200,7 +202,7 @@ def read_png(path):
 
 def unfilter(kind, row, before, n):
     """Reverses a row filter (PNG specification, section 9.2)."""
-    for i in range(len(row) if kind else 0):  # our rows have no filter
+    for i in range(len(row) if kind else 0):  # kind 0 is no filter
         left = row[i - n] if i >= n else 0
         up, corner = before[i], before[i - n] if i >= n else 0
         if kind == 1:

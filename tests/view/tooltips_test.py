@@ -3,8 +3,8 @@
 
     tests/view/tooltips_test.py renderer/window
 
-The functions of panels/widgets.h and panels/action_widgets.h draw controls and demand a tooltip that is not empty.
-Other files must not call ImGui's controls.
+The functions of panels/widgets.h and panels/action_widgets.h draw controls, and require a tooltip that is not empty.
+The test checks that other files do not call the functions with which ImGui draws controls.
 """
 import pathlib
 import re
@@ -29,7 +29,7 @@ def bare_controls(folder):
 def main():
     folder = pathlib.Path(sys.argv[1])
     faults = list(bare_controls(folder))
-    # The test itself would pass without the files.
+    # Without these files, the test would find nothing and pass.
     if not WITH_TOOLTIPS <= {path.name for path in folder.rglob("*.cpp")}:
         faults.append(f"{folder}: panels/widgets.cpp was not found")
     for fault in faults:

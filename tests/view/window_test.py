@@ -1,4 +1,4 @@
-"""Tests the window as a user would: on a virtual screen, with real keys and a real mouse."""
+"""Tests the window as a user would, with real key and mouse events on a virtual screen."""
 import json
 import pathlib
 import random
@@ -14,7 +14,7 @@ import unittest
 import display as screens
 
 BINARY, SCENES = None, None
-SKIPPED = 77  # ctest's exit code for a skipped test
+SKIPPED = 77  # the exit code with which a test tells ctest that it is skipped
 SIZE = (160, 90)
 
 
@@ -23,13 +23,13 @@ def scene(name="cornell_box"):
 
 
 def small(*more, driver="bisection", spp=4):
-    """Arguments for a frame that finishes in a moment."""
+    """Returns arguments for a frame that finishes within a moment."""
     words = [scene(), "--size", f"{SIZE[0]}x{SIZE[1]}", "--driver", driver]
     return words + (["--spp", spp] if spp else []) + list(more)
 
 
 def with_camera(source, target, camera, scale):
-    """Copies a scene file with another camera, under a node with that scale."""
+    """Copies a scene file. The copy has this camera, and its camera node has this scale."""
     data = source.read_bytes()
     length, = struct.unpack_from("<I", data, 12)
     gltf = json.loads(data[20:20 + length])
@@ -57,7 +57,7 @@ class WindowTest(unittest.TestCase):
         return window
 
     def finished(self, *words, **options):
-        """A focused window whose frame is finished."""
+        """Opens a window, waits until its frame is finished, and gives it the keyboard focus."""
         window = self.window(*(words or small()), **options)
         window.wait_until_finished()
         window.focus()
@@ -66,7 +66,7 @@ class WindowTest(unittest.TestCase):
     shared_window = None
 
     def shared(self):
-        """One for all tests that need a finished frame and nothing else; they leave it unedited and running."""
+        """Returns one window for all tests that only need a finished frame. They must leave it unedited and running."""
         if self.shared_window is None or self.shared_window.process.poll() is not None:
             type(self).shared_window = screens.Window(self.display, BINARY, *small())
             self.addClassCleanup(self.shared_window.close)
@@ -88,7 +88,7 @@ class WindowTest(unittest.TestCase):
         return file
 
     def values_of(self, exr):
-        """R, G and B by the pixel's place. The option counts for the files behind it."""
+        """Returns R, G and B of each pixel, by its (x, y)."""
         text = subprocess.run(["oiiotool", "--dumpdata", str(exr)], check=True, capture_output=True, text=True).stdout
         found = re.findall(r"Pixel \((\d+), (\d+)\): (\S+) (\S+) (\S+)", text)
         self.assertEqual(len(found), SIZE[0] * SIZE[1])
@@ -106,7 +106,7 @@ class WindowTest(unittest.TestCase):
     def test_shows_what_render_writes(self):
         window = self.raw(self.finished())
         since = window.mark()
-        window.key("z")  # one to one
+        window.key("z")  # shows the picture at a zoom of 1
         window.wait_for("placed", lambda e: e["zoom"] == 1, since)
         width, height, rows = window.screenshot()
         self.assertEqual((width, height), (1000, 640))
@@ -148,10 +148,10 @@ class WindowTest(unittest.TestCase):
         window.key("F5")
         window.wait_for("explanation", lambda e: "ended by" not in e["text"], since)
         window.wait_for("explanation", lambda e: "ended by --spp" in e["text"] and "rounds\n" in e["text"], since)
-        # The explanation stays with its pixel until another is clicked.
+        # The explanation stays with its pixel until another pixel is clicked.
         since = window.mark()
         window.move_to_pixel(150, 10)
-        window.screenshot()  # when it comes, the move before it is dealt with
+        window.screenshot()  # once it is saved, the window has handled the move
         self.assertFalse([e for e in window.events[since:] if e["event"] == "explanation"])
         window.display.xdotool("click", 1)
         event = window.wait_for("explanation", since=since)
@@ -164,7 +164,7 @@ class WindowTest(unittest.TestCase):
     def test_a_click_selects_the_material(self):
         window = self.shared()
         since = window.mark()
-        window.move_to_pixel(80, 85)  # the floor
+        window.move_to_pixel(80, 85)  # this pixel shows the floor
         window.display.xdotool("click", 1)
         self.assertGreaterEqual(window.wait_for("select", since=since)["material"], 0)
 
@@ -182,13 +182,13 @@ class WindowTest(unittest.TestCase):
         self.assertEqual(window.wait_until_finished(since)["legend"], "")
 
     def halves(self, window):
-        """Mean grey of the left and right half of the picture."""
+        """Returns the mean brightness of the left half and of the right half of the picture."""
         left, top = (int(value) for value in window.last("placed")["at"])
         zoom = window.last("placed")["zoom"]
         _, _, rows = window.screenshot()
         def mean(x0, x1):
             spans = [rows[top + int(y * zoom)][3 * (left + int(x0 * zoom)):3 * (left + int(x1 * zoom))]
-                     for y in range(30, SIZE[1] - 20)]  # clear of labels and notes
+                     for y in range(30, SIZE[1] - 20)]  # these rows contain no labels or notes
             return sum(sum(s) for s in spans) / sum(len(s) for s in spans)
         return mean(10, SIZE[0] // 2 - 10), mean(SIZE[0] // 2 + 10, SIZE[0] - 10)
 
@@ -222,11 +222,11 @@ class WindowTest(unittest.TestCase):
 
         def difference(x0, x1):
             span = slice(3 * (left + int(x0 * zoom)), 3 * (left + int(x1 * zoom)))
-            rows = range(top + int(20 * zoom), top + int(70 * zoom))  # clear of labels and notes
+            rows = range(top + int(20 * zoom), top + int(70 * zoom))  # these rows contain no labels or notes
             pairs = [pair for y in rows for pair in zip(before[y][span], after[y][span])]
             return sum(abs(a - b) for a, b in pairs) / len(pairs)
-        self.assertGreater(difference(10, SIZE[0] // 2 - 10), 20)  # the overlay
-        self.assertLess(difference(SIZE[0] // 2 + 10, SIZE[0] - 10), 1)  # the earlier picture
+        self.assertGreater(difference(10, SIZE[0] // 2 - 10), 20)  # this half shows the overlay
+        self.assertLess(difference(SIZE[0] // 2 + 10, SIZE[0] - 10), 1)  # this half shows the earlier picture
 
     def test_pictures_are_denoised_from_the_first_on(self):
         window = self.finished(*small(driver="live", spp=4))
@@ -255,7 +255,7 @@ class WindowTest(unittest.TestCase):
         window.wait_for("picture", since=since)
         time.sleep(0.3)
         wiped = window.screenshot()[2]
-        self.raw(window)  # also ends the wipe
+        self.raw(window)  # this also ends the wipe
         time.sleep(0.3)
         noisy = window.screenshot()[2]
         left, top = (int(value) for value in window.last("placed")["at"])
@@ -263,7 +263,7 @@ class WindowTest(unittest.TestCase):
 
         def side(rows, x0, x1):
             span = slice(3 * (left + int(x0 * zoom)), 3 * (left + int(x1 * zoom)))
-            return [bytes(rows[top + int(y * zoom)][span]) for y in range(30, 60)]  # clear of labels and notes
+            return [bytes(rows[top + int(y * zoom)][span]) for y in range(30, 60)]  # without labels and notes
         first, second = (10, SIZE[0] // 2 - 10), (SIZE[0] // 2 + 10, SIZE[0] - 10)
         self.assertEqual(side(wiped, *first), side(clean, *first))
         self.assertEqual(side(wiped, *second), side(noisy, *second))
@@ -284,7 +284,7 @@ class WindowTest(unittest.TestCase):
 
     def test_a_drag_shows_pictures_before_there_is_a_bucket(self):
         window = self.window(*small("--bucket-size", 160, driver="bucket", spp=16384))
-        window.wait_for("picture", lambda e: e["buckets"] > 0)  # the only one, which takes more than a minute
+        window.wait_for("picture", lambda e: e["buckets"] > 0)  # the frame's only bucket takes more than a minute
         window.focus()
         since = window.mark()
         window.drag((80, 20), steps=40)
@@ -314,7 +314,7 @@ class WindowTest(unittest.TestCase):
         window.wait_for("edits", lambda e: e["camera"] is not None, since)
 
     def picture_rows(self, window, shot):
-        """The rows of the picture, away from its edges and from notes at the bottom."""
+        """Returns rows of the picture without its edges and without the notes at the bottom."""
         picture = window.last("placed")
         left, top = (int(value) for value in picture["at"])
         zoom = picture["zoom"]
@@ -399,7 +399,7 @@ class WindowTest(unittest.TestCase):
         self.assertIsNone(event["time"])
 
     def window_of_a_copy(self):
-        """A window with a copied scene that edits can be saved beside and that may be replaced."""
+        """Opens a window with a copy of a scene. Tests may replace the copy, and may save edits beside it."""
         box = pathlib.Path(self.window_folder()) / "box.glb"
         shutil.copy(scene(), box)
         window = self.window(box, *small()[1:])
@@ -446,10 +446,10 @@ class WindowTest(unittest.TestCase):
         self.choose_in_dialog(window, "ctrl+shift+s", picture)
         time.sleep(1)
         self.assertEqual(picture.read_text(), "last week's")
-        window.key("Return")  # confirms the dialog's question
+        window.key("Return")  # answers the dialog's question with yes
         window.wait_for("message", lambda e: "Picture saved" in e["text"], since)
         self.assertEqual(screens.read_png(picture)[0], SIZE[0])
-        # A scene's input must not be overwritten under any name.
+        # The window must not overwrite a file that the scene reads, under any name of that file.
         other = box.with_name("other.png")
         other.hardlink_to(box)
         before = box.read_bytes()
@@ -510,7 +510,7 @@ class WindowTest(unittest.TestCase):
         window.key("ctrl+z")
         self.assertEqual(window.wait_for("edits", since=since)["orthographic_height"], heights[3])
         since = window.mark()
-        window.key("ctrl+1")  # set a bookmark, change the view, and return
+        window.key("ctrl+1")  # sets a bookmark, to which key 1 returns below
         window.drag((30, 30))
         window.key("f")
         window.wait_for("edits", lambda e: abs(e["orthographic_height"] - heights[4]) < 1e-9, since)
@@ -555,7 +555,7 @@ class WindowTest(unittest.TestCase):
 
     def choose_in_dialog(self, window, keys, path):
         self.open_dialog(window, keys)
-        window.type(str(path))  # replaces the suggested name
+        window.type(str(path))  # this replaces the name that the dialog suggests
         window.key("Return")
 
     def test_an_environment_can_be_opened_and_taken_back(self):
@@ -566,7 +566,7 @@ class WindowTest(unittest.TestCase):
         edits = window.wait_for("edits", lambda e: e["environment"], since)
         self.assertEqual(edits["environment"], str(SCENES / "dusk.hdr"))
         window.wait_until_finished(since)
-        time.sleep(0.5)  # until the dialog is gone
+        time.sleep(0.5)  # until the dialog has disappeared
         self.assertNotEqual(self.picture_rows(window, window.screenshot()), start)
         since = window.mark()
         window.key("ctrl+z")
@@ -578,11 +578,11 @@ class WindowTest(unittest.TestCase):
         window.drag((60, 40), key="ctrl")
         window.wait_for("settings", lambda e: e["region"], since)
         self.open_dialog(window, "ctrl+o")
-        window.type("f")  # a letter of the name
+        window.type("f")  # is a letter of the file name here
         window.key("Escape")
         time.sleep(0.5)
         since = window.mark()
-        window.key("f")  # shows the whole scene
+        window.key("f")  # now shows the whole scene
         window.wait_for("edits", lambda e: e["camera"], since)
         self.assertTrue(window.last("settings")["region"])
 
@@ -609,7 +609,7 @@ class WindowTest(unittest.TestCase):
         since = window.mark()
         for _ in range(4):
             window.drag((generator.randint(-200, 200), generator.randint(-80, 80)), steps=150)
-        window.screenshot()  # when it comes, all that was done before it has been dealt with
+        window.screenshot()  # once it is saved, the window has handled all drags
         edit = window.last("edit")["edit"]
         window.wait_for("picture", lambda e: e["edit"] >= edit and e["finished"], since)
         self.assertEqual(window.end(), 0)
@@ -664,7 +664,7 @@ class WindowTest(unittest.TestCase):
         self.assertIn("bad.glb", message["text"])
         self.assertGreaterEqual(window.last("picture")["serial"], before)
         self.assertIsNone(next((e for e in window.events[since:] if e["event"] == "scene"), None))
-        time.sleep(0.5)  # until the dialog, which has the keyboard focus, is gone
+        time.sleep(0.5)  # until the dialog has disappeared, because it has the keyboard focus
         since = window.mark()
         window.key("F5")
         window.wait_until_finished(since)

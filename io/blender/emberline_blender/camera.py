@@ -8,7 +8,7 @@ from .glb import point
 
 
 class View:
-    """A frame of `width` x `height`, of which `crop` (x0, y0, x1, y1 from the top) is visible."""
+    """A frame of `width` x `height` pixels, of which only `crop` is visible (x0, y0, x1, y1, counted from the top)."""
 
     def __init__(self, width, height, crop, edit, placed=None, left=0, bottom=0):
         """`placed` is the camera's matrix with axes of length 1. `left` and `bottom` are the crop's position in a 3D
@@ -32,7 +32,8 @@ class View:
         glb.add("cameras", lens)
         self.edit = {name: self.edit[name] for name in ("f_stop", "focus_distance") if name in self.edit}
         self.edit["file_camera"] = {"index": 0}
-        # Cameras look along their node's -Z in glTF and in Blender. axes() would turn that axis; this undoes the turn.
+        # In glTF and in Blender, cameras look along their node's -Z. axes() would turn that axis; the rotation undoes
+        # the turn.
         places = [view.placed @ Matrix.Rotation(-math.pi / 2, 4, "X") for view in views]
         return [animation.node(places, camera=0)]
 
@@ -155,8 +156,8 @@ def region_view(context, depsgraph):
     left, bottom, right_edge, top_edge = _region_border(context, depsgraph, width, height)
     projection, world = region_data.window_matrix, region_data.view_matrix.inverted_safe()
     flat = projection[3][3] != 0  # orthographic
-    # The point at which the axis meets the image, from -1 to 1. If it is off centre, the view is a crop of a larger
-    # view that is centred on the axis.
+    # `axis` is the point at which the view's axis meets the image, from -1 to 1. If it is off centre, the view is a
+    # crop of a larger view that is centred on the axis.
     axis = [projection[i][3] if flat else -projection[i][2] for i in (0, 1)]
     more_x, more_y = round(abs(axis[0]) * width), round(abs(axis[1]) * height)
     whole = (width + more_x, height + more_y)
@@ -169,7 +170,7 @@ def region_view(context, depsgraph):
     eye = world.translation
     through_camera = region_data.view_perspective == "CAMERA"
     if flat and not through_camera:
-        eye = eye + back * space.clip_end  # steps back, since nothing is clipped behind the eye in such a view
+        eye = eye + back * space.clip_end  # steps back: Blender's orthographic view also shows what is behind the eye
     edit = {"look_from": point(eye), "look_at": point(eye - back), "up": _up(top)}
     slope = whole[1] / height / projection[1][1]
     if flat:

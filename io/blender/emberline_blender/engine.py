@@ -22,7 +22,8 @@ class _Cancelled(Exception):
     pass
 
 
-# Blender renders on a separate thread, but only the main thread may change its data. A timer there runs these jobs.
+# Blender renders on a separate thread, but only the main thread may change its data. A timer on the main thread runs
+# these jobs.
 _main_thread_jobs = queue.SimpleQueue()
 
 
@@ -77,7 +78,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             if self._viewport:
                 self._viewport.close()
         except ReferenceError:
-            pass  # newer Blender versions have already freed the engine, which viewport.py notices
+            pass  # newer Blender versions have freed the engine by now; viewport.py notices this itself
 
     def update_render_passes(self, scene, renderlayer):
         self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
@@ -92,7 +93,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             pass
         except (EmberlineError, exr.ExrError, OSError) as fault:
             self._fail(str(fault))
-        except Exception as fault:  # for a bug in the add-on, or an EXR that lacks a layer: says why the frame is empty
+        except Exception as fault:  # a bug in the add-on, or a missing EXR layer: say why the frame is empty
             traceback.print_exc()
             self._fail(f"Emberline: the add-on failed: {type(fault).__name__}: {fault}")
         finally:
@@ -147,7 +148,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         return self.begin_result(0, 0, crop[2] - crop[0], crop[3] - crop[1], layer=layer.name)
 
     def _wait_for_frame(self, process, viewer, crop, layer):
-        """Waits until the frame ends. Esc kills the process, whose files are later removed with our folder."""
+        """Waits until the frame ends. Esc kills the process; its files are removed later, together with our folder."""
         shown = time.monotonic()
         result = self._result(layer, crop)
         code = None

@@ -70,7 +70,7 @@ def _read(data):
             end = start + kind.itemsize * w
             planes[name][top : top + h, left : left + w] = numpy.ascontiguousarray(rows[:, start:end]).view(kind)
             start = end
-    # The attributes' types are no longer known here, so every value that decodes counts as text.
+    # The attributes' types are no longer known here, so every value that is valid UTF-8 counts as text.
     texts = {}
     for name, value in header.items():
         try:

@@ -1,4 +1,4 @@
-"""Holds a .glb as JSON and buffer, to modify and extend the output of Blender's exporter."""
+"""Holds a .glb as its JSON and its buffer, to modify and extend the output of Blender's exporter."""
 import json
 import struct
 

@@ -1,6 +1,6 @@
-"""Cleans up after Blender, even if it is killed: child processes and temporary files.
+"""Removes child processes and temporary files when Blender ends, even if Blender is killed.
 
-A small helper process waits on a pipe from Blender. When the pipe closes, it kills the remaining children and
+A small helper process waits on a pipe from Blender. When the pipe closes, the helper kills the remaining children and
 removes the folder with all our files. The helper runs this file, which must not import Blender modules.
 """
 import os
@@ -35,12 +35,12 @@ def folder():
                     start_new_session=True,
                 )
             except OSError:
-                _helper = None  # without it, files stay behind if Blender is killed
+                _helper = None  # without the helper, files stay behind if Blender is killed
         return tempfile.mkdtemp(dir=_folder)
 
 
 def last_frame():
-    """Returns the path of the last finished frame's EXR, for heatmaps."""
+    """Returns the path of the last finished frame's EXR, from which heatmaps are made."""
     return os.path.join(_folder or tempfile.gettempdir(), "emberline-last-frame.exr")
 
 

@@ -10,7 +10,7 @@ import bpy
 import numpy
 
 _LINEAR = ("Linear", "Linear Rec.709")
-_opaque = {}  # whether images are opaque, by key
+_opaque = {}  # for each image's key, whether the image is opaque
 
 
 def space(image):
@@ -115,7 +115,7 @@ def _is_colour(link, seen):
 
 
 def _path(node, frame):
-    """Returns the file that a node with an image sequence shows at `frame`, numbered as in Blender."""
+    """Returns the file that a node with an image sequence shows at `frame`. The numbering follows Blender's rules."""
     user, number = node.image_user, node.image_user.frame_current
     if user.use_auto_refresh:
         at, count = frame - user.frame_start + 1, max(user.frame_duration, 1)
@@ -133,7 +133,8 @@ def is_missing(node, frame):
 
 
 def differences(image):
-    """Returns a line for each way in which Emberline shows the image differently from Blender. The image must exist."""
+    """Returns a line for each way in which Emberline shows the image differently from Blender. The image file must
+    exist."""
     warnings = []
     if image.source == "TILED" and len(image.tiles) > 1:
         warnings.append(f"the image '{image.name}' has {len(image.tiles)} tiles (UDIM); only the first one is used")

@@ -12,7 +12,8 @@ from mathutils import Matrix, Vector
 from . import versions
 
 _STEPS = 48  # segments of a circle
-# A sun with an angle is a disc at this distance, in scene radii. Its direction varies by 1/1000 rad per radius.
+# A sun with an angle is a disc at this distance, in scene radii. At a point that is one scene radius off the centre,
+# its direction is wrong by 1/1000 rad.
 _SUN_RADII = 1000.0
 
 
@@ -159,7 +160,8 @@ def add(glb, animation, name, light, track, centre, radius, hidden_from_camera):
         area = sum(_triangle_area(points, f) for f in faces)
         return emitter(points, faces, _scaled(rgb, 1 / (math.pi * area)), at)
     intensity = 1.0 if light.type == "SUN" else 1 / (4 * math.pi)
-    # Lights shine along their node's -Z in glTF and in Blender. axes() would turn that axis; this undoes the turn.
+    # In glTF and in Blender, lights shine along their node's -Z. axes() would turn that axis; the rotation undoes the
+    # turn.
     places = [a @ r @ Matrix.Rotation(-math.pi / 2, 4, "X") for a, r in zip(at, rotations)]
     shining = {"light": _punctual(glb, name, light, _scaled(rgb, intensity))}
     return animation.node(places, name=name, extensions={"KHR_lights_punctual": shining})
@@ -175,8 +177,8 @@ def _punctual(glb, name, light, rgb):
     entry["type"] = {"SUN": "directional", "POINT": "point", "SPOT": "spot"}[light.type]
     if light.type == "SPOT":
         outer = min(light.spot_size / 2, math.pi / 2 - 1e-4)
-        # Towards its edge, a Cycles spot fades as t^2 (3 - 2 t), but a glTF spot fades as t^2. If the latter fades over
-        # 3/4 of the range, both emit the same amount of light.
+        # Towards its edge, a Cycles spot fades as t^2 (3 - 2 t), but a glTF spot fades as t^2. If the glTF spot fades
+        # over 3/4 of the range, both emit the same amount of light.
         inner = math.acos(min(math.cos(outer) + 0.75 * light.spot_blend * (1 - math.cos(outer)), 1.0))
         entry["spot"] = {"outerConeAngle": outer, "innerConeAngle": min(inner, outer - 1e-5)}
     glb.use("KHR_lights_punctual")

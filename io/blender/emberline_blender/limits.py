@@ -6,7 +6,7 @@ import bpy
 
 from . import images, lights, materials, versions, world
 
-# Nodes that Blender's glTF exporter or this add-on reads. Others are reported as ignored.
+# Nodes that Blender's glTF exporter or this add-on reads. Other nodes are reported as ignored.
 _SUPPORTED_NODES = {
     "OUTPUT_MATERIAL", "BSDF_PRINCIPLED", "EMISSION", "BSDF_DIFFUSE", "BSDF_GLOSSY", "TEX_IMAGE", "MAPPING", "UVMAP",
     "NORMAL_MAP", "SEPRGB", "SEPARATE_COLOR", "FRAME", "REROUTE", "RGB", "VALUE", "TEX_COORD",

@@ -165,7 +165,7 @@ class LightGroups:
         return self._materials[index, group]
 
     def name_emitters(self):
-        """Gives the copies unique names, so that their layers can be identified."""
+        """Gives each copy a unique name, so that its layer can be identified."""
         for (index, group), made in self._materials.items():
             material = self._glb.json["materials"][made]
             material["name"] = f"group{made}-{material.get('name', '')}"

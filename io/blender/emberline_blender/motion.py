@@ -11,7 +11,7 @@ OPTIONS = ["--time", "0", "--fps", "1", "--shutter", "0,1"]
 
 
 class Shutter:
-    """The shutter of an F12 render by `engine`. Going to another time updates the engine's depsgraph."""
+    """The shutter of an F12 render by `engine`. Moving the scene to another time updates the engine's depsgraph."""
 
     def __init__(self, engine, scene):
         self._engine = engine
@@ -39,7 +39,7 @@ class Shutter:
 
 
 class Animation:
-    """Adds static and moving nodes to a file. `times` are the times of a track's matrices; it is empty without a
+    """Adds static and moving nodes to a file. `times` has the time of each matrix of a track; it is empty without a
     shutter."""
 
     def __init__(self, glb, times=()):

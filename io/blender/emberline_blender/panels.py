@@ -6,7 +6,7 @@ import bpy
 from . import limits, versions
 
 ENGINE = "EMBERLINE"
-# Panels that Blender shows for all engines but that we exclude, and panels of other engines that we include.
+# Panels that Blender shows for all engines but that we exclude; and panels of other engines that we include.
 _EXCLUDED_PANELS = {
     "VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_simplify", "DATA_PT_light", "NODE_DATA_PT_light",
     "RENDER_PT_freestyle",

@@ -3,7 +3,7 @@ import hashlib
 
 import numpy
 
-# Each Blender pass: its name, channels and type, our channels, and the view layer's switch for it.
+# For each Blender pass: its name, channels and type, our channels, and the view layer's switch for the pass.
 _PASSES = (
     ("Depth", "Z", "VALUE", ("Z",), "use_pass_z"),
     ("Position", "XYZ", "VECTOR", ("P.X", "-P.Z", "P.Y"), "use_pass_position"),
@@ -68,7 +68,7 @@ def _plane(planes, channel):
 
 
 def fill(result_layer, name, channels):
-    """Writes one plane per channel to a pass. Rows start at the top in planes, and at the bottom in passes."""
+    """Writes one plane per channel to a pass. A plane starts with the top row, a pass with the bottom row."""
     for rendered in result_layer.passes:
         if rendered.name == name:
             pixels = numpy.stack([c[::-1] for c in channels], axis=-1).astype(numpy.float32)

@@ -1,7 +1,7 @@
 """Exports the evaluated scene as a .glb for Emberline.
 
-Blender's own exporter writes the materials: it gets a temporary scene with one triangle per material, so that
-the user's scene is not touched. Meshes (once each), their nodes and the lights are then added to its file.
+Blender's own exporter writes the materials. It exports a temporary scene with one triangle per material, so that the
+user's scene is not touched. To the exporter's file, this module adds each mesh once, the nodes and the lights.
 """
 import collections
 import contextlib
@@ -27,7 +27,7 @@ class _MaterialScene:
         self.scene = bpy.data.scenes.new("Emberline export")
         self.ids, self.original_names, self.warnings = [], {}, []
         self._copies = materials.Copies(depsgraph, self.ids, self.original_names)
-        self._triangles, self._users = {}, {}  # names of triangles; names of each triangle's material and a user of it
+        self._triangles, self._users = {}, {}  # triangle names, by material; (material, user) names, by triangle
 
     def __enter__(self):
         return self
@@ -37,7 +37,7 @@ class _MaterialScene:
         bpy.data.batch_remove(self.ids)
 
     def triangle(self, material, uv_maps, active_uv_map, user):
-        """Returns the name of the material's triangle. `user` is the name of an object with the material. Textures
+        """Returns the name of the material's triangle. `user` is the name of an object that has the material. Textures
         refer to UV maps, so meshes with different UV maps need separate triangles."""
         used_materials = (self._copies.of(material), uv_maps, active_uv_map)
         if used_materials not in self._triangles:
@@ -95,8 +95,8 @@ class _ExporterFailed(Exception):
 
 
 class _Context:
-    """Blender's context without its window. Otherwise the exporter would switch the window to the exported scene. The
-    user would see this, and it would make Blender evaluate the user's scene twice more."""
+    """Blender's context without its window. With the window, the exporter would switch it to the exported scene. The
+    user would see this, and Blender would evaluate the user's scene twice more."""
 
     def __init__(self, context):
         self._context = context
@@ -174,8 +174,8 @@ def _one_line(error):
 
 
 class Parts:
-    """The meshes and materials of an exported file, for reuse. `meshes` has the index of each mesh in the file; `end`
-    says where these parts end."""
+    """The meshes and materials of an exported file, for reuse. `meshes` maps the key of each mesh to its index in the
+    file. `end` says where these parts end in the file."""
 
     def __init__(self):
         self.path, self.meshes, self.end = "", {}, None
@@ -186,20 +186,20 @@ def material_names(placed):
     return tuple(slot.material.name_full if slot.material else "" for slot in placed.material_slots)
 
 
-# A mesh or a light. `track` has a matrix per moment, `key` identifies a mesh, and a `holdout` looks like a hole.
+# A mesh or a light. `track` has a matrix per moment, `key` identifies a mesh, and a `holdout` is a hole in the picture.
 _ExportItem = collections.namedtuple("_ExportItem", "name data track group key hidden_from_camera holdout", defaults=(None, False, False))
 
 
 class Export:
     """Writes scene.glb to `folder` from the depsgraph.
 
-    The attribute `groups` then maps light layers to Blender's light groups, but only to those in `light_groups`.
-    `holdout` is the name of the parent node of all holdouts, or None.
+    Afterwards, the attribute `groups` maps light layers to Blender's light groups, but only to those in `light_groups`.
+    The attribute `holdout` is the name of the parent node of all holdouts, or None.
 
     `parts` come from an earlier export whose meshes and materials are still valid. With them, only nodes are written,
-    unless a mesh is missing. With a `shutter` (motion.py), the scene is evaluated at each of its moments; `view` is
-    then the view at the middle one, and `moves` says whether anything moves. `only`, if given, names the objects to
-    export; their instances are exported too."""
+    unless a mesh is missing. With a `shutter` (motion.py), the scene is evaluated at each of the shutter's moments. The
+    attribute `view` is then the view at the middle moment, and `moves` says whether anything moves. `only`, if given,
+    names the objects to export; their instances are exported too."""
 
     def __init__(self, depsgraph, folder, light_groups=(), parts=None, shutter=None, only=None):
         self._depsgraph = depsgraph
@@ -271,8 +271,8 @@ class Export:
                 self._items[name] = _ExportItem(placed.name, placed.data, track, group, hidden_from_camera=hidden_from_camera)
                 continue
             used_materials = self.used_materials[placed.name_full] = material_names(placed)
-            # Objects without modifiers share their data. The evaluated data of an object with modifiers has an address
-            # of its own.
+            # Objects without modifiers share their data. An object with modifiers has evaluated data at a separate
+            # address.
             key = (placed.data.as_pointer(), placed.type, used_materials)
             if placed.type != "MESH":
                 key = (placed.original.as_pointer(), placed.type, used_materials)
@@ -351,7 +351,7 @@ class Export:
                 node = animation.node(item.track, morphs, name=item.name, mesh=split.mesh(mesh, item.group))
                 (holdout_nodes if item.holdout else placed).append(node)
                 continue
-            # Light groups are found by the layer's name. Without the index, two lights might have the same one.
+            # Light groups are found by the layer's name. The index keeps two lights from having the same layer name.
             layer = f"group{index}-{item.name}" if item.group else item.name
             if item.group:
                 light_layers[layer] = item.group

@@ -13,7 +13,7 @@ from . import guard
 from .command import EmberlineError, environment
 
 
-# The pixels are linear RGBA, with rows from the bottom as in Blender's textures.
+# The pixels are linear RGBA. The first row is the bottom one, as in Blender's textures.
 Picture = collections.namedtuple("Picture", "message pixels")
 
 
@@ -37,7 +37,7 @@ class Session:
         self._commands.put({"do": do, **members})
 
     def take_picture(self):
-        """Returns the newest picture, or None if it has been taken already."""
+        """Returns the newest picture, or None if the caller has already taken it."""
         with self._lock:
             picture, self._picture = self._picture, None
         return picture

@@ -3,8 +3,8 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 # The --filter-radius for a filter width of 1 in Cycles. Blackman-Harris ends at a radius that equals the width. The
-# Gaussian's sigma is a quarter of the width in Cycles and a third of the radius in Emberline. Cycles has no Mitchell;
-# this factor gives it the usual radius of 2 at the default width.
+# Gaussian's sigma is a quarter of the width in Cycles and a third of the radius in Emberline. Cycles has no Mitchell
+# filter; the factor here gives it the usual radius of 2 at the default width.
 _RADII = {"blackman-harris": 1.0, "gaussian": 0.75, "mitchell": 4 / 3}
 
 
@@ -151,7 +151,7 @@ def preferred_command():
 
 
 def filter_radius(own):
-    """Returns the radius in pixels. As in Cycles, the width has no effect on a box filter."""
+    """Returns the filter radius in pixels. As in Cycles, the width has no effect on a box filter."""
     return own.filter_width * _RADII[own.pixel_filter] if own.pixel_filter in _RADII else 0.5
 
 

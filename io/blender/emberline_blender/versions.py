@@ -6,7 +6,7 @@ import numpy
 AREA_RADIANCE = 0.25 if bpy.app.version < (4, 0) else 1 / numpy.pi
 
 
-# Since 4.0, an error that an engine reports with report() also shows in the window; before, error_set() was needed.
+# Since 4.0, an error that an engine passes to report() also shows in the window. Earlier versions need error_set().
 REPORT_SHOWS_ERRORS = bpy.app.version >= (4, 0)
 
 
@@ -28,8 +28,8 @@ def shutter_owner(scene):
 
 
 def update_after_export(depsgraph):
-    """Must be called after a render's export: Blender 5.2 crashes, with any engine, if the depsgraph's relations have
-    not been rebuilt before the next frame of an animation."""
+    """Must be called after a render's export. Otherwise Blender 5.2 crashes, with any engine, because the depsgraph's
+    relations are not rebuilt before the next frame of an animation."""
     if bpy.app.version >= (5, 0):
         depsgraph.update()
 

@@ -1,9 +1,9 @@
 """Shows the image in a viewport: sends changes to `emberline session` and draws its pictures.
 
 A new view is sent at once, whenever Blender draws. Other changes wait for a timer, because only a timer may create data
-for the export. The world, plain materials, and a light's colour and power are sent as edits; moved objects and lights
-are combined with the meshes of the last export; for any other change, the scene is exported again. The old picture
-stays until the next one arrives.
+for the export. The world, plain materials, and a light's colour and power are sent as edits. Moved objects and lights
+are written again, but reuse the meshes of the last export. For any other change, the whole scene is exported again. The
+old picture stays until the next one arrives.
 """
 import os
 import shutil
@@ -28,8 +28,8 @@ _exporting = False
 
 
 class _Changes:
-    """Pending changes. `extent` says what must be exported again. If it is _NOTHING, edits to the world and the named
-    materials and lights are enough."""
+    """Pending changes. `extent` says what must be exported again. If `extent` is _NOTHING, edits to the world and to
+    the named materials and lights are enough."""
 
     def __init__(self, extent):
         self.extent, self.materials, self.lights, self.world = extent, set(), set(), False
@@ -41,7 +41,7 @@ class _Changes:
         data = update.id
         kind = data.bl_rna.identifier
         if kind in ("Scene", "Camera", "Screen", "WindowManager", "Collection", "ViewLayer") or data.is_embedded_data:
-            return  # other code counts objects and compares views; an embedded tree's owner gets an update of its own
+            return  # changed() counts objects and _send() compares views; Blender also reports an embedded tree's owner
         if kind == "Material":
             self.materials.add(data.name_full)
         elif isinstance(data, bpy.types.Light):
@@ -115,7 +115,7 @@ class Viewport:
             self._changes.extent, self._objects = _ALL, count
 
     def _is_material_update(self, update):
-        """Whether the update lists the object only because one of its materials changed, as Blender 4 does."""
+        """Whether the update lists the object only because one of its materials changed. Blender 4 does this."""
         data = update.id
         if update.is_updated_geometry or update.is_updated_transform:
             return False
@@ -128,7 +128,7 @@ class Viewport:
         engine = self._engine()
         if not engine:
             raise ReferenceError
-        engine.is_preview  # raises if Blender has freed the engine, since the Python object may outlive it
+        engine.is_preview  # raises if Blender has freed the engine; the Python object may live longer
         if not self._session:
             return
         if self._session.fault:
@@ -241,7 +241,7 @@ class Viewport:
             self._record_states(exported, exported.parts is not parts)
             self._parts, self._material_names = exported.parts, exported.used_materials
             light = world.options(depsgraph.scene_eval.world, folder)
-            layer.update()  # handles the updates that the temporary scene causes while _exporting ignores them
+            layer.update()  # while _exporting is set, so that changed() ignores the temporary scene's updates
         except (EmberlineError, OSError) as fault:
             self._status = str(fault)
             return
@@ -257,7 +257,8 @@ class Viewport:
         self._remove_old_files()
 
     def _remove_old_files(self):
-        """Removes the folders of scenes before the open one, except the one whose meshes are still in use."""
+        """Removes the folders of all scenes that are older than the open one, except the folder whose meshes are still
+        in use."""
         kept = {str(n) for n in range(self._open_id, self._requested_id + 1)}
         if self._parts:
             kept.add(os.path.basename(os.path.dirname(self._parts.path)))

@@ -31,7 +31,7 @@ def rotation(environment):
     mapping = environment.inputs["Vector"].links[0].from_node
     if mapping.type != "MAPPING":
         return 0.0
-    # A Mapping node rotates the lookup direction, but one of type Texture applies the inverse rotation.
+    # A Mapping node rotates the lookup direction. A Mapping node of type Texture applies the inverse rotation.
     angle = math.degrees(mapping.inputs["Rotation"].default_value[2])
     return angle if mapping.vector_type == "TEXTURE" else -angle
 

@@ -1,5 +1,6 @@
-// Values that KHR_animation_pointer changes while the shutter is open, apart from nodes: emission
-// of lights and materials, spot cones, and lenses. Other values are held constant.
+// Values other than node properties that KHR_animation_pointer changes while the shutter is open:
+// emission of lights and materials, spot cones, ranges of lights, and lenses. All other values are
+// held constant.
 #pragma once
 
 #include <map>
@@ -14,28 +15,29 @@
 
 namespace emberline {
 
-// Upper limit on the number of times in all curves and visibility tracks together. Without it, a
-// small file could ask for any number, since key frames can be shared. The value is our choice.
+// Upper limit on the number of times in all curves together. The same limit applies separately to
+// all visibility changes together. Without it, a small file could ask for any number, since key
+// frames can be shared. The value is our choice.
 uint64_t max_curve_times(const GltfDocument& document);
 
 // Curves with step interpolation become jumps. Other curves of up to a thousand key frames are
 // within 0.1 % of the exact value; with many more key frames, straight lines connect them.
 class GltfAnimatedValues {
  public:
-  // Both arguments must outlive this object; values that are not animated come from the JSON.
-  // Lights, lenses and emission that are invalid at some time are noted as broken; values that are
+  // Both arguments must outlive this object. Values that are not animated come from the JSON.
+  // Lights, lenses and emission that are invalid at some time are noted as broken. Values that are
   // held constant are added to `coverage`. Throws InputError for more key frames than memory or the
   // file's size allows.
   GltfAnimatedValues(const GltfDocument& document, const GltfAnimation& animation,
                      CoverageReport& coverage);
 
-  // These add the animated curves to an object that was read from the file.
+  // These functions add the animated curves to an object that was read from the file.
   void apply(std::vector<MaterialDescription>& materials) const;
   void apply(size_t light, PunctualLightDescription& description) const;
   void apply(size_t camera, CameraDescription& description) const;
 
  private:
-  // The brightest emission, and the curve relative to it, as in scene_description.h.
+  // The brightest emission, and the curve relative to this peak, as in scene_description.h.
   struct EmissionCurve {
     Rgb peak = Rgb(0.0f);
     std::shared_ptr<const TimeCurve<Rgb>> share;
@@ -67,7 +69,7 @@ class GltfAnimatedValues {
   std::map<size_t, Curve<Vec2f>> cones_;
   std::map<size_t, Curve<float>> ranges_;
   std::map<size_t, Curve<double>> lenses_;
-  uint64_t times_ = 0;  // total of all curves
+  uint64_t times_ = 0;  // total number in all curves
 };
 
 }  // namespace emberline

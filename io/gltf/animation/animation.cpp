@@ -29,7 +29,7 @@ class AnimationReader {
 
  private:
   using Numbers = KeyFrames::Numbers;
-  // Cache key: samplers that use an accessor in the same way share its values.
+  // Cache key. Samplers that use an accessor in the same way share its values.
   using ValuesKey = std::tuple<int, bool, bool>;  // accessor, rotations, splines
 
   KeyFrames read_keys(const json& sampler, const GltfTarget& target, const std::string& place);
@@ -141,10 +141,10 @@ KeyFrames::Numbers AnimationReader::read_values(int accessor, const KeyFrames& k
   return entry = std::make_shared<const std::vector<float>>(std::move(values));
 }
 
-// Checks each key frame, but not the tangents of splines, which are not rotations.
+// Checks each key frame. Does not check the tangents of splines, which are not rotations.
 void AnimationReader::check_rotations(const std::vector<float>& values, bool splines,
                                       const std::string& place) {
-  // This exceeds the error of a unit quaternion that is stored as signed bytes.
+  // The tolerance exceeds the error of a unit quaternion that is stored as signed bytes.
   constexpr double kTolerance = 0.02;
   const size_t stride = splines ? 12 : 4;
   for (size_t at = splines ? 4 : 0; at < values.size(); at += stride) {
@@ -167,8 +167,8 @@ void AnimationReader::warn_about_repairs() const {
 
 // ---- selection
 
-// If the name is not found but a broken animation has no known name, throws its fault, since it may
-// be the wanted one.
+// If the name is not found, but there is a broken animation without a known name, throws that
+// animation's fault, since it may be the wanted one.
 size_t choose_animation(const GltfDocument& document, const std::string& wanted,
                         const std::vector<AnimationDescription>& list) {
   try {
@@ -204,8 +204,8 @@ std::vector<size_t> choose_animations(const GltfDocument& document, const GltfOp
   return indices;
 }
 
-// Compares as float, the type of key times. In double, a frame at the last key could seem to be
-// later than that key, because key times are rounded.
+// Compares times as float, which is the type of key times. In double, a frame at the last key could
+// seem to be later than that key, because key times are rounded.
 void log_if_outside(const GltfDocument& document, const GltfAnimation& animation) {
   const bool before = animation.time < 0.0;
   if (!before && float(animation.time) <= float(animation.duration)) return;
@@ -236,7 +236,7 @@ void apply_track(const NodeTrack& track, double time, NodePose& pose) {
       pose.weights[target.weight] = value[0];
       return;
     case NodeProperty::kWeights:
-    case NodeProperty::kVisible:  // GltfVisibility
+    case NodeProperty::kVisible:  // see GltfVisibility
       return;
   }
 }
@@ -292,8 +292,8 @@ GltfPose pose_at(const GltfAnimation& animation, double time) {
   return pose;
 }
 
-// Compares as float, the type of key times. In double, a key at shutter opening or closing might be
-// listed twice, because key times are rounded.
+// Compares times as float, which is the type of key times. In double, a key at shutter opening or
+// closing could be listed twice, because key times are rounded.
 std::vector<double> shutter_key_times(const GltfAnimation& animation,
                                       std::span<const KeyFrames* const> keys) {
   if (!(animation.open < animation.close)) return {animation.open};

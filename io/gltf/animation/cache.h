@@ -1,4 +1,4 @@
-// Parts of an open file that are the same in every pose and are kept once they have been read.
+// Parts of an open file that are the same in every pose. Once read, they are kept.
 #pragma once
 
 #include <map>
@@ -31,8 +31,8 @@ struct GltfCache {
   std::map<size_t, std::vector<Mat44d>> instancing;  // by node
   MemoryReservation memory;                          // for `instancing`
   // State of the latest pose. `deforms`: whether any mesh deforms, so that later poses need the
-  // buffers. `static_bytes`: reserved for all undeformed meshes. `new_static_bytes`: the part of
-  // these that this pose read.
+  // buffers. `static_bytes`: bytes reserved for all undeformed meshes. `new_static_bytes`: the
+  // bytes of those meshes that this pose read.
   bool deforms = false;
   uint64_t static_bytes = 0, new_static_bytes = 0;
 };

@@ -12,7 +12,8 @@ namespace {
 
 using nlohmann::json;
 
-// Checks the output's type against the tables of section 3.11 and of KHR_animation_pointer.
+// Checks the output's type against the tables in section 3.11 of the glTF specification and in
+// KHR_animation_pointer.
 void check_output_type(const GltfAccessor& output, const GltfTarget& target,
                        const std::string& place) {
   const int type = output.component_type;
@@ -89,7 +90,7 @@ void check_animation(const GltfDocument& document, const json& animation, size_t
   }
 }
 
-// Reads only the last key time of each animation.
+// Finds the duration of animations. Reads only the last key time of each sampler.
 class DurationReader {
  public:
   explicit DurationReader(const GltfDocument& document)
@@ -101,7 +102,8 @@ class DurationReader {
     document_.progress->check();
     const GltfAccessor& times = document_.accessor(accessor);
     check_zero_count(document_, accessor, place);
-    // Finding the last element means searching all sparse indices, so their number is limited.
+    // Finding the last element means searching all sparse indices. Therefore their number is
+    // limited.
     sparse_elements_ += times.sparse.count;
     if (times.count > UINT32_MAX || sparse_elements_ > max_sparse_elements_) {
       throw InputError(place, "too many key frames for a file of this size");

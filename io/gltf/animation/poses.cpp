@@ -47,8 +47,8 @@ const SkinPose& GltfPoses::skin(int index) {
     inverse_bind = read_floats(document_, source.inverseBindMatrices, 16,
                                place + "/inverseBindMatrices", &joint_elements);
   }
-  // Joints move vertices to world space, so the transform of the mesh's node is ignored (section
-  // 3.7.3.3).
+  // Joints move vertices to world space. Therefore the transform of the mesh's node is ignored
+  // (section 3.7.3.3).
   const Mat44d& first = shutter_.world()[size_t(source.joints[0])];
   pose.origin = row(first, 3);
   const Mat44d from_origin = Mat44d().setTranslation(-pose.origin);
@@ -74,8 +74,8 @@ const SkinPose& GltfPoses::skin(int index) {
   return pose;
 }
 
-// Returns the weights that the pose has for the node. Without these, returns the node's own
-// weights; if the node has none either, returns the mesh's.
+// Returns the weights that the pose has for the node. If the pose has none, returns the node's own
+// weights. If the node has none either, returns the mesh's.
 const std::vector<double>& GltfPoses::weights_of(size_t node, size_t step) const {
   const GltfPose& pose = shutter_.pose(step);
   const auto posed = pose.find(node);

@@ -9,8 +9,8 @@
 
 namespace emberline {
 
-// The joint matrices are relative to `origin`, the first joint's position at shutter opening. It is
-// in double, for scenes far from the world's origin.
+// The joint matrices are relative to `origin`, the first joint's position at shutter opening.
+// `origin` is in double, for scenes far from the world's origin.
 struct SkinPose {
   Vec3d origin;
   std::vector<std::vector<Mat44d>> joints;  // per step; only the first if no joint moves
@@ -18,21 +18,23 @@ struct SkinPose {
 
 class GltfPoses {
  public:
-  // The arguments must outlive this object. Returned references are valid as long as this object.
+  // The arguments must outlive this object. Returned references are valid as long as this object
+  // exists.
   GltfPoses(const GltfDocument& document, const GltfShutter& shutter);
 
-  // Whether the mesh has morph targets, and whether the node has animated weights or its own.
+  // Whether the mesh has morph targets; and whether the node has animated weights or weights of its
+  // own.
   bool morphs(size_t mesh) const { return defaults_[mesh].morphs; }
   bool has_own_weights(size_t node) const;
   // Loads the skin on first use. Throws InputError.
   const SkinPose& skin(int index);
   const SkinPose& loaded_skin(int index) const { return skins_.at(index); }
-  // Returns as many poses of the node's mesh as are needed if vertices move linearly between them.
+  // Returns the poses of the node's mesh: just enough that vertices can move linearly between them.
   // Throws InputError.
   std::vector<MeshPose> mesh_poses(size_t node);
 
  private:
-  // The mesh's default weights, for nodes without their own.
+  // Whether a mesh has morph targets, and its default weights, for nodes without their own weights.
   struct MorphDefaults {
     bool morphs = false;
     std::vector<double> weights;

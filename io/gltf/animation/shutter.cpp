@@ -14,13 +14,13 @@ namespace {
 
 using nlohmann::json;
 
-// Our choice; Embree supports up to 128 segments.
+// The value is our choice. Embree supports up to 128 segments.
 constexpr size_t kMaxSegments = 64;
 constexpr size_t kMaxTransforms = size_t(1) << 22;  // nodes times steps: 512 MiB
 // Largest visible deviation from the path, relative to the object's radius.
 constexpr double kTolerance = 1e-3;
-// Largest rotation between two steps, in radians, if vertices move linearly between them: the chord
-// of an arc of this angle deviates from the arc by kTolerance.
+// Largest rotation between two steps, in radians, if vertices move linearly between the steps. The
+// chord of an arc of this angle deviates from the arc by kTolerance.
 constexpr double kMaxJointRotation = 0.09;
 constexpr double kMaxRotation = 0.8;      // limit if Embree interpolates the rotation
 constexpr double kMaxKeptRotation = 1.6;  // limit between two steps that are kept
@@ -29,8 +29,8 @@ double angle_between(const Imath::Quatd& a, const Imath::Quatd& b) {
   return 2.0 * std::acos(std::min(1.0, std::abs(a ^ b)));
 }
 
-// Upper bound on the distance between the positions to which `a` and `b` move any point of a ball
-// around the origin.
+// Returns an upper bound on the distance between the two positions to which `a` and `b` move a
+// point of a ball around the origin.
 double distance_between(const Mat44d& a, const Mat44d& b, double radius) {
   double shift = 0.0, turn = 0.0;
   for (int c = 0; c < 3; ++c) {
@@ -70,8 +70,8 @@ WorldBounds position_bounds(const GltfDocument& document, const json& mesh) {
   return bounds;
 }
 
-// Largest number of key frames that a track has in the interval. Motion is smooth between key
-// frames.
+// Returns the largest number of key frames that a track has in the interval. Motion is smooth
+// between key frames.
 size_t max_keys_within(const GltfAnimation& animation, double open, double close) {
   size_t most = 0;
   for (const NodeTrack& track : animation.nodes) {
@@ -102,7 +102,7 @@ GltfShutter::GltfShutter(const GltfDocument& document, const GltfAnimation& anim
   find_moving_nodes();
   size_t most = is_instant() ? 1 : kMaxSegments;
   while (most > 2 && order_.size() * (most + 1) > kMaxTransforms) most /= 2;
-  // Reserve memory for the matrices and for the poses from which they are computed.
+  // Reserves memory for the matrices and for the poses from which they are computed.
   size_t numbers = 0;
   for (const NodeTrack& track : animation.nodes) numbers += track.keys.width;
   memory_.add(bytes_of(order_.size() * (most + 1), sizeof(Mat44d)) +
@@ -158,8 +158,8 @@ void GltfShutter::sample_poses(size_t segments) {
 }
 
 // Returns the radius of the node's mesh in world space at shutter opening. If that is 0, returns
-// the largest radius later. If the mesh's bounds are unknown, returns the length of the node's
-// path. Returns 0 without a mesh.
+// the largest radius of all steps. If the mesh's bounds are unknown, returns the length of the
+// node's path. Without a mesh, returns 0.
 double GltfShutter::node_radius(size_t i) const {
   const size_t node = order_[i];
   const int mesh = document_.model->nodes[node].mesh;
@@ -181,7 +181,7 @@ double GltfShutter::node_radius(size_t i) const {
   return path_length;
 }
 
-// Whether the object's handedness flips between steps, which interpolation cannot reproduce.
+// Whether the object's handedness flips between two steps. Interpolation cannot reproduce this.
 bool GltfShutter::flips_handedness(size_t i) const {
   double before = 0.0;
   for (size_t step = 0; step < steps(); ++step) {
@@ -237,8 +237,8 @@ double GltfShutter::radius(size_t mesh) const {
 
 namespace {
 
-// Thickens flattened steps. Mirrors each of them if the last invertible step before it is mirrored;
-// without such a step, the first invertible one decides.
+// Thickens flattened steps. A thickened step is mirrored if the last invertible step before it is
+// mirrored. If there is no such step, the first invertible step decides.
 void thicken(std::vector<Mat44d>& steps, const Vec3d& center) {
   const auto first = std::ranges::find_if_not(steps, is_singular);
   bool mirrored = first != steps.end() && first->determinant() < 0.0;
@@ -277,7 +277,8 @@ std::vector<Mat44d> make_invertible(std::vector<Mat44d> steps, const Vec3d& cent
 namespace {
 
 // Returns the smallest number of segments (1, 2, 4, ... up to `segments`) for which the error of
-// interpolating each step is at most `most`. That error is error(step, before, after).
+// interpolating each step is at most `most`. error(step, before, after) is the error of `step`
+// between two kept steps.
 template <class Error>
 size_t required_segments(size_t segments, double most, const Error& error) {
   for (size_t count = 1; count < segments; count *= 2) {

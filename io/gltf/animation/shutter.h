@@ -1,6 +1,6 @@
-// Node transforms while the shutter is open, at as many evenly spaced times (steps) as the motion
-// needs. For an instant with motion vectors, there are two steps: the instant and the time of the
-// next frame.
+// Node transforms while the shutter is open. They are given at evenly spaced times (steps), as many
+// as the motion needs. For an instant with motion vectors, there are two steps: the instant and the
+// time of the next frame.
 #pragma once
 
 #include <vector>
@@ -12,22 +12,22 @@ namespace emberline {
 
 class GltfShutter {
  public:
-  // Requires an animation. Throws InputError if memory does not suffice.
+  // Requires an animation. Throws InputError if there is not enough memory.
   GltfShutter(const GltfDocument& document, const GltfAnimation& animation);
 
   // World transforms of all nodes at shutter opening.
   const std::vector<Mat44d>& world() const { return world_; }
   const GltfPose& pose(size_t step = 0) const { return poses_[step]; }
 
-  // Bounds of the undeformed mesh, as stated by its accessors; empty if they state none. The scene
-  // must not be at rest.
+  // Bounds of the undeformed mesh, as its accessors state them; empty if the accessors state none.
+  // The scene must not be at rest.
   const WorldBounds& bounds(size_t mesh) const { return bounds_[mesh]; }
-  // Radius of a ball around the origin that contains the mesh; infinite if unknown.
+  // Radius of a ball around the origin that contains the mesh; infinite if the bounds are unknown.
   double radius(size_t mesh) const;
 
   // Number of poses, including the first; 1 if nothing moves.
   size_t steps() const { return poses_.size(); }
-  // True if the second pose, if any, is GltfAnimation::next_frame.
+  // True if the second pose, if there is one, belongs to the time GltfAnimation::next_frame.
   bool is_instant() const { return animation_.next_frame.has_value(); }
   bool moves(size_t node) const { return !moving_.empty() && moving_[node] != kNotMoving; }
   // Requires moves(node).
@@ -54,7 +54,7 @@ class GltfShutter {
 };
 
 // Thickness of a flattened object, relative to its size in the plane. The thickness keeps the front
-// in front of the back, but is too small to see. The value is our choice.
+// side in front of the back side, but is too small to see. The value is our choice.
 inline constexpr double kThickness = 4e-6;
 
 // Makes all steps invertible. A flattened object gets thickness kThickness around `center`. An
@@ -62,12 +62,12 @@ inline constexpr double kThickness = 4e-6;
 // Returns an empty list if no step is invertible.
 std::vector<Mat44d> make_invertible(std::vector<Mat44d> steps, const Vec3d& center);
 
-// Keeps only as many evenly spaced steps as are needed: if vertices move linearly between the kept
-// steps, no vertex is further than `radius` / 1000 from its original path. `radius` is that of the
-// mesh.
+// Keeps only as many evenly spaced steps as are needed. If vertices move linearly between the kept
+// steps, no vertex is further than `radius` / 1000 from its original path. `radius` is the mesh's
+// radius.
 std::vector<MeshPose> reduce_poses(std::vector<MeshPose> steps, double radius);
-// Like reduce_poses(), but for transforms, between which Embree interpolates rotations. Returns an
-// empty list if nothing moves.
+// Like reduce_poses(), but for transforms. Embree interpolates the rotations between transforms.
+// Returns an empty list if nothing moves.
 std::vector<Mat44d> reduce_transforms(std::vector<Mat44d> steps, double radius);
 
 }  // namespace emberline

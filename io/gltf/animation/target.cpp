@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 struct NodePropertyEntry {
-  std::string_view path;  // as in a channel's target, or after the node in a pointer
+  std::string_view path;  // in a channel's target, or after the node in a pointer
   NodeProperty property;
   size_t width;
 };
@@ -22,10 +22,10 @@ constexpr NodePropertyEntry kNodeProperties[] = {
     {"translation", NodeProperty::kTranslation, 3},
     {"rotation", NodeProperty::kRotation, 4},
     {"scale", NodeProperty::kScale, 3},
-    {"weights", NodeProperty::kWeights, 0},  // as many as the mesh has targets
+    {"weights", NodeProperty::kWeights, 0},  // as many as the mesh has morph targets
     {"extensions/KHR_node_visibility/visible", NodeProperty::kVisible, 1}};
 
-// Parses an index in the form of JSON pointers, without leading zeros.
+// Parses an index as JSON pointers write it, without leading zeros.
 std::optional<size_t> pointer_index(std::string_view text, size_t end) {
   return text.size() > 1 && text.front() == '0' ? std::nullopt : parse_index(text, end);
 }
@@ -87,8 +87,8 @@ GltfTarget TargetFinder::node_target(size_t node, std::string_view path, bool by
   target.width = entry->width;
   target.node = {node, entry->property, 0};
   target.by_pointer = by_pointer;
-  // The specification allows no animation of a node that has a matrix. We reject rotations and
-  // scales only, since a translation can simply replace the matrix's.
+  // The specification forbids animations of a node that has a matrix. We reject only rotations and
+  // scales, since a translation can simply replace that of the matrix.
   const bool turns = target.has(NodeProperty::kRotation) || target.has(NodeProperty::kScale);
   if (turns && object.contains("matrix")) {
     const InputError fault(document_.place(pointer_ + member),
@@ -150,8 +150,8 @@ GltfTarget TargetFinder::number_target(const std::string& text) const {
   return target;
 }
 
-// Whether the member exists, or can be added because its object exists and the member has a
-// default.
+// Whether the member exists, or can be added because its object exists and the member has a default
+// value.
 bool TargetFinder::is_defined(const std::string& text) const {
   constexpr std::string_view kWithoutDefault[] = {"/aspectRatio", "/zfar", "/range"};
   try {

@@ -1,4 +1,5 @@
-// Targets of animation channels: node properties and, with KHR_animation_pointer, most numbers.
+// Targets of animation channels: node properties and, with KHR_animation_pointer, most numbers of
+// the document.
 #pragma once
 
 #include <cstddef>
@@ -32,19 +33,21 @@ struct GltfTarget {
   size_t width = 1;                // numbers per value
   std::optional<NodeTarget> node;  // absent: the target is one or more numbers of the document
   const schema::Property* property = nullptr;  // describes those numbers
-  bool by_pointer = false;                     // whether it uses KHR_animation_pointer
+  bool by_pointer = false;                     // whether the channel uses KHR_animation_pointer
 
   bool has(NodeProperty which) const { return node && node->property == which; }
   // Whether the values are an array of scalars and not a vector.
   bool is_array() const { return has(NodeProperty::kWeights); }
 };
 
-// Thrown if the target does not exist or is unknown to this loader. The channel then has no effect.
+// Thrown if the target does not exist or if this loader does not know it. The channel then has no
+// effect.
 struct NoTarget : InputError {
   explicit NoTarget(const InputError& reason) : InputError(reason) {}
 };
 
-// Return the JSON pointers to an animation, to one of its channels, and to a channel's sampler.
+// These return the JSON pointers to an animation, to one of its channels, and to a channel's
+// sampler.
 std::string animation_pointer(size_t animation);
 std::string channel_pointer(size_t animation, size_t channel);
 std::string sampler_pointer(size_t animation, const nlohmann::json& channel);
@@ -57,9 +60,10 @@ Interpolation interpolation_of(const nlohmann::json& sampler, const std::string&
 GltfTarget find_target(const GltfDocument& document, const nlohmann::json& target,
                        const std::string& pointer);
 
-// Number of morph targets of the node's mesh, from its first primitive; all have the same number.
+// Number of morph targets of the node's mesh, taken from its first primitive. All primitives have
+// the same number.
 size_t morph_target_count(const GltfDocument& document, size_t node);
-// Returns the weights that the file states: the node's, or else the mesh's, or else none.
+// Returns the weights of all morph targets: the node's, or else the mesh's, or else zeros.
 std::vector<double> morph_weights(const GltfDocument& document, size_t node);
 
 }  // namespace emberline

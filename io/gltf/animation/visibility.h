@@ -1,5 +1,5 @@
-// Finds when nodes are visible while the shutter is open (KHR_node_visibility). Times are exact,
-// because visibility changes abruptly, which time steps would blur.
+// Finds when nodes are visible while the shutter is open (KHR_node_visibility). The times are
+// exact, because visibility changes abruptly, and time steps would blur the change.
 #pragma once
 
 #include <map>
@@ -13,13 +13,13 @@
 
 namespace emberline {
 
-// A node is visible if it and all its ancestors are.
+// A node is visible if the node and all its ancestors are visible.
 class GltfVisibility {
  public:
   // Throws InputError for more changes than memory or the file's size allows.
   GltfVisibility(const GltfDocument& document, const GltfAnimation& animation);
 
-  // Whether the node is visible at any time, and when (null: always).
+  // Whether the node is visible at any time; and when it is visible (null: always).
   bool is_ever_visible(size_t node) const { return visible_times_[node] != never_visible_; }
   const std::shared_ptr<const VisibilityTimes>& times(size_t node) const {
     return visible_times_[node];
@@ -37,9 +37,9 @@ class GltfVisibility {
   const TimesPtr never_visible_ = std::make_shared<VisibilityTimes>(VisibilityTimes{false, {}});
   std::vector<TimesPtr> visible_times_;  // per node
   std::vector<char> may_be_visible_;
-  // Caches, keyed by a track's times and values, and by the two operands of intersect().
+  // Caches. The keys are a track's times and values, and the two operands of intersect().
   std::map<std::pair<const void*, const void*>, TimesPtr> track_cache_, intersection_cache_;
-  uint64_t changes_ = 0;  // total of all nodes
+  uint64_t changes_ = 0;  // total number for all nodes
 };
 
 }  // namespace emberline

@@ -13,7 +13,7 @@ constexpr int kUint32Type = 5125, kFloatType = 5126;
 
 template <class T>
 T load(const uint8_t* bytes) {
-  T value;  // data may be misaligned
+  T value;  // copied, since the data may be misaligned
   std::memcpy(&value, bytes, sizeof(T));
   return value;
 }
@@ -36,7 +36,7 @@ uint32_t read_unsigned(const uint8_t* bytes, int component_type) {
   }
 }
 
-// Returns the accessor's first element; the elements are `stride` bytes apart.
+// Returns the accessor's first element. The elements are `stride` bytes apart.
 const uint8_t* accessor_bytes(const GltfDocument& document, const GltfAccessor& accessor) {
   if (accessor.count == 0) return nullptr;
   const uint64_t element_size = uint64_t(accessor.component_size) * uint64_t(accessor.components);

@@ -20,14 +20,15 @@ using nlohmann::json;
 
 constexpr const char* kMeshopt[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
-// Returns the meshopt extension that the view has, or the second one if it has neither.
+// Returns the name of the meshopt extension that the view has, or the second name if it has neither
+// extension.
 const char* meshopt_name(const json& view) {
   return find_extension(view, kMeshopt[0]) ? kMeshopt[0] : kMeshopt[1];
 }
 
-// Returns null for a buffer without bytes. Such a buffer is a placeholder for views that are
-// compressed by meshopt, whether it is marked as a fallback or not. If any other view uses the
-// buffer, checked_range() reports that.
+// Returns null for a buffer without bytes. Such a buffer is a placeholder for views that meshopt
+// compresses, whether it is marked as a fallback or not. If any other view uses the buffer,
+// checked_range() reports this.
 std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, const json& buffer,
                                         const std::string& place, size_t i) {
   const uint64_t byte_length = buffer.at("byteLength").get<uint64_t>();
@@ -57,7 +58,8 @@ std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, const json& buff
   return result;
 }
 
-// Returns the range of a buffer to which a view, or the compressed form of a view, refers.
+// Returns the range of a buffer to which `reference` refers. `reference` is a view, or the
+// compressed form of a view.
 GltfView checked_range(const GltfDocument& document, const json& reference,
                        const std::string& place) {
   GltfView view;
@@ -71,7 +73,7 @@ GltfView checked_range(const GltfDocument& document, const json& reference,
                      "the buffer has neither a uri nor a GLB binary chunk");
   }
   const uint64_t size = document.buffers[size_t(view.buffer)]->size();
-  // Both are at most 2^53, so the sum cannot overflow.
+  // The offset and the size are at most 2^53, so their sum cannot overflow.
   if (view.offset + view.size > size) {
     throw InputError(place, "bytes {} to {} are outside the buffer of {} bytes", view.offset,
                      view.offset + view.size, size);
@@ -92,8 +94,8 @@ GltfView decompress_view(const GltfDocument& document, const json& object, const
   return view;
 }
 
-// Reads the view at `pointer`. If compressed data do not decode and the extension is optional, uses
-// the fallback buffer's bytes and sets `fault`.
+// Reads the view at `pointer`. If compressed data cannot be decoded and the extension is optional,
+// uses the fallback buffer's bytes and sets `fault`.
 GltfView read_view(const GltfDocument& document, const json& object, const std::string& pointer,
                    std::optional<InputError>& fault) {
   const char* name = meshopt_name(object);
@@ -112,7 +114,7 @@ GltfView read_view(const GltfDocument& document, const json& object, const std::
   } catch (const InputError& error) {
     GltfFaults::rethrow_limit_error(error);
     if (fault) throw InputError(*fault);
-    // If check_schema() removed the extension, the fault to report is the extension's.
+    // If check_schema() removed the extension, reports the fault of the extension instead.
     for (const char* extension : kMeshopt) {
       document.faults->require(pointer + "/extensions/" + extension);
     }
@@ -130,7 +132,7 @@ ByteSpan GltfBuffer::bytes(uint64_t begin, uint64_t end, const LoadProgress& pro
     memory_.reset(size_);
     reserved_ = MemoryReservation(progress.budget(), MemoryPart::kFile);
   }
-  // Merge all ranges that touch this one, and read the gaps between them.
+  // Merges all loaded ranges that touch this one, and reads the gaps between them.
   auto next = loaded_ranges_.upper_bound(begin);
   if (next != loaded_ranges_.begin() && std::prev(next)->second >= begin) --next;
   uint64_t first = begin, at = begin;
@@ -162,7 +164,8 @@ void GltfBuffer::copy(uint64_t begin, uint64_t end, void* out, const LoadProgres
     std::ranges::copy(bytes(begin, end, progress), to);
     return;
   }
-  // Large enough that reading, with the page faults in `out`, takes longer than scheduling.
+  // A part is so large that reading it, with the page faults in `out`, takes longer than scheduling
+  // it.
   constexpr uint64_t kGrain = uint64_t(1) << 20;
   parallel_ranges(end - begin, kGrain, [&](size_t first, size_t last) {
     file_->read(offset_ + begin + first, last - first, to + first, progress);
@@ -190,7 +193,7 @@ void load_gltf_buffers(GltfDocument& document) {
     if (views[i].is_null()) return;
     document.views[i] = read_view(document, views[i], pointer(i), extension_faults[i]);
   });
-  // Faults are noted in file order, so that messages do not depend on timing.
+  // Faults are noted in file order, so that the messages do not depend on timing.
   for (size_t i = 0; i < views.size(); ++i) {
     try {
       if (errors[i]) std::rethrow_exception(errors[i]);

@@ -1,4 +1,5 @@
-// Reads the buffers of a glTF file on demand: a scene may use only a little of a large buffer.
+// Reads the buffers of a glTF file on demand, since a scene may use only a little of a large
+// buffer.
 #pragma once
 
 #include <cstdint>
@@ -18,25 +19,26 @@ using ByteSpan = std::span<const uint8_t>;
 
 class GltfBuffer {
  public:
-  // An empty buffer.
+  // Makes an empty buffer.
   GltfBuffer() = default;
-  // A buffer in memory, from a data URI.
+  // Makes a buffer in memory, from a data URI.
   explicit GltfBuffer(std::vector<uint8_t> bytes)
       : bytes_(std::move(bytes)), size_(bytes_.size()) {}
-  // A buffer of `size` bytes from `offset` of a file; the range must lie inside the file.
+  // Makes a buffer of `size` bytes from `offset` of a file. The range must lie inside the file.
   GltfBuffer(InputFile file, uint64_t offset, uint64_t size)
       : file_(std::move(file)), offset_(offset), size_(size) {}
 
   uint64_t size() const { return size_; }
   void shrink(uint64_t size) { size_ = size; }  // `size` must not exceed size()
 
-  // Returns the bytes [begin, end), which must lie in the buffer; they are valid until forget() or
-  // the end of the buffer's lifetime. Thread-safe. Throws InputError if they cannot be read or
-  // exceed the memory budget, and Cancelled.
+  // Returns the bytes [begin, end), which must lie in the buffer. The bytes are valid until
+  // forget() or the end of the buffer's lifetime. Thread-safe. Throws InputError if the bytes
+  // cannot be read or exceed the memory budget, and throws Cancelled.
   ByteSpan bytes(uint64_t begin, uint64_t end, const LoadProgress& progress);
-  // Copies the bytes to `out`. If they are not all loaded, reads them directly to it, in parallel.
+  // Copies the bytes to `out`. If some are not loaded yet, reads all of them directly into `out`,
+  // in parallel.
   void copy(uint64_t begin, uint64_t end, void* out, const LoadProgress& progress);
-  // Drops loaded file data; it is read again when needed.
+  // Drops loaded file data. It is read again when needed.
   void forget();
 
  private:

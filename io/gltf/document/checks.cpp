@@ -38,7 +38,7 @@ int checked_component_size(const json& object, const std::string& place) {
 }
 
 // Throws unless `count` elements of `size` bytes, `stride` apart, lie within the view. All values
-// are at most 2^53, and the stride is below 2^16; the first test keeps the product below 2^63.
+// are at most 2^53, and the stride is below 2^16. The test of `count` keeps the product below 2^63.
 void check_range(const GltfView& view, uint64_t offset, uint64_t count, uint64_t stride,
                  uint64_t size, const std::string& place) {
   const bool exceeds_view = count > view.size;
@@ -216,11 +216,11 @@ void NodeGraph::order() {
   }
 }
 
-// Each node has one parent, so an unreached node lies on or below a cycle.
+// Each node has at most one parent, so a node that was not reached lies on or below a cycle.
 void NodeGraph::find_cycles() const {
   std::optional<InputError> first;
   const auto fault_of = [&](size_t node) {
-    // After as many steps to the parent as there are nodes, we are on the cycle itself.
+    // After as many steps to the parent as there are nodes, `node` is on the cycle itself.
     for (size_t step = 0; step < nodes_.size(); ++step) node = size_t(document_.parents[node]);
     return InputError(document_.place(pointer(node)),
                       "the node is its own ancestor (a cycle of nodes)");
@@ -249,7 +249,7 @@ void check_gltf_accessors(GltfDocument& document) {
     }
     document.accessors[i] = accessor;
   });
-  // An accessor without data consists of zeros, so a few bytes could claim any number of them.
+  // An accessor without data consists of zeros, so a few bytes could claim any number of zeros.
   document.max_zeros = std::max(max_backed_count, document.total_bytes);
 }
 
@@ -274,7 +274,7 @@ void check_gltf_skins(GltfDocument& document) {
 }
 
 void check_gltf_cameras_and_lights(GltfDocument& document) {
-  // The object's type must be one of `types`. If the flag of that type is set, the object must have
+  // The object's type must be one of `types`. If the flag of the type is set, the object must have
   // a member with the type's name.
   using Types = std::initializer_list<std::pair<const char*, bool>>;
   const auto check = [](const json& object, const std::string& place, Types types) {

@@ -28,7 +28,7 @@ constexpr uint32_t kBinChunk = 0x004E4942;   // "BIN\0"
 std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
                               MemoryReservation& text_memory) {
   // The specification defines two chunks, and extensions may add more. The limit stops files that
-  // consist of endless empty chunks.
+  // consist of countless empty chunks.
   constexpr int kMaxChunks = 1000;
   const std::string& file = document.file;
   const auto describe_sizes = [](uint64_t needed, uint64_t found) {
@@ -83,7 +83,7 @@ std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
     }
     offset += chunk_length;
   }
-  // Padding should be spaces, but some writers use zeros.
+  // The padding should be spaces, but some writers use zeros.
   while (!text.empty() && text.back() == 0) text.pop_back();
   return text;
 }

@@ -1,4 +1,4 @@
-// A glTF file after validation: well-formed JSON and the bytes of its buffers. All users of this
+// A glTF file after validation: its JSON is valid, and its buffers can be read. All users of this
 // header may rely on the invariants stated here.
 #pragma once
 
@@ -34,13 +34,13 @@ namespace tinygltf = ::emberline_tinygltf;
 struct GltfView {
   int buffer = -1;
   uint64_t offset = 0, size = 0;
-  std::vector<uint8_t> decoded;  // if there is no buffer
+  std::vector<uint8_t> decoded;  // used if there is no buffer
   bool broken = true;
 };
 
 // A range-checked accessor: every element lies inside its buffer view or is zero.
 struct GltfAccessor {
-  int view = -1;  // -1: the elements are zeros or are in a compressed primitive
+  int view = -1;  // -1: the elements are zeros, or are in a compressed primitive
   uint64_t offset = 0, stride = 0, count = 0;
   int component_type = 0;  // 5120 BYTE .. 5126 FLOAT
   int component_size = 0;  // bytes
@@ -78,14 +78,15 @@ struct GltfDocument {
   uint64_t total_bytes = 0;  // size of the file and its buffers, which limits counts
   uint64_t max_zeros = 0;    // limit on the count of an accessor without data
 
-  // Returns "file#/json/pointer", for InputError.
+  // Returns "file#/json/pointer", the place for an InputError.
   std::string place(const std::string& pointer) const { return file + "#" + pointer; }
-  // Returns the array `name`, or an empty array.
+  // Returns the array `name`, or an empty array if the file has none.
   const nlohmann::json& array(const char* name) const;
   bool requires_extension(std::string_view name) const {
     return required_extensions.contains(name);
   }
-  // Reserves memory in the load's budget. Throws LimitError at `at`, by default the file.
+  // Reserves memory in the load's budget. On failure, throws LimitError at `at`, by default the
+  // file.
   void reserve(MemoryPart part, uint64_t bytes) const { reserve(part, bytes, file); }
   void reserve(MemoryPart part, uint64_t bytes, const std::string& at) const {
     progress->budget()->reserve(part, bytes, at);
@@ -97,19 +98,20 @@ struct GltfDocument {
   // These throw InputError if the view or accessor is broken.
   const GltfView& view(int i) const;
   const GltfAccessor& accessor(int i) const;
-  // Returns the bytes of a range, which must lie inside the view, or of the whole view. They are
-  // valid for the document's lifetime. Thread-safe. Throws InputError and Cancelled.
+  // Returns the bytes of a range, which must lie inside the view, or the bytes of the whole view.
+  // The bytes are valid for the document's lifetime. Thread-safe. Throws InputError and Cancelled.
   ByteSpan bytes(int view, uint64_t offset, uint64_t length) const;
   ByteSpan bytes(int view) const;
-  // Copies the bytes to `out`. Bytes that are not loaded yet are read directly into `out`.
+  // Copies the bytes to `out`. If some of them are not loaded yet, reads all of them directly into
+  // `out`.
   void copy_bytes(int view, uint64_t offset, uint64_t length, void* out) const;
   // Opens a file that the scene refers to and adds it to `files`. Thread-safe. Throws InputError.
   InputFile open_resource(const std::string& uri, const std::string& uri_place) const;
-  // Runs body(i) for all i < count in parallel, and advances `progress` by one item after each.
-  // Returns the exception of each call, or null. Throws only Cancelled.
+  // Runs body(i) for all i < count in parallel, and advances `progress` by one item after each
+  // call. Returns, for each call, its exception or null. Throws only Cancelled.
   std::vector<std::exception_ptr> try_each(size_t count,
                                            const std::function<void(size_t)>& body) const;
-  // Returns all files opened so far, the scene first.
+  // Returns all files opened so far. The scene file comes first.
   std::vector<NamedFile> files() const;
 
  private:
@@ -127,11 +129,11 @@ struct GltfDocument {
 GltfDocument open_gltf_document(const std::string& path, const std::string& resource_root,
                                 LoadProgress& progress);
 
-// Opens the buffers, decompresses EXT_meshopt_compression views and fills `views`. Like the checks
-// below, it records broken objects as faults.
+// Opens the buffers, decompresses the views that meshopt has compressed, and fills `views`. Like
+// the checks below, records broken objects as faults.
 void load_gltf_buffers(GltfDocument& document);
 
-// The checks of gltf/document/checks.cpp. The first two fill `accessors`, `parents` and
+// These are the checks of gltf/document/checks.cpp. The first two fill `accessors`, `parents` and
 // `node_order`. check_gltf_nodes() throws InputError if the scene's nodes do not form trees.
 void check_gltf_accessors(GltfDocument& document);
 void check_gltf_nodes(GltfDocument& document);
@@ -139,14 +141,14 @@ void check_gltf_skins(GltfDocument& document);
 void check_gltf_cameras_and_lights(GltfDocument& document);
 
 // Parses assets, scenes, nodes, materials, textures, samplers, cameras, skins and punctual lights
-// of a checked document, with glTF's defaults. tinygltf gets only the JSON that check_schema has
-// passed, without extras, buffers, accessors, meshes and images, because version 2.7 does not check
-// their indices and offsets. Throws InputError.
+// of a checked document, and adds glTF's defaults. tinygltf gets only JSON that check_schema() has
+// accepted. It does not get extras, buffers, accessors, meshes and images, because version 2.7 does
+// not check their indices and offsets. Throws InputError.
 void parse_gltf_model(GltfDocument& document);
 
 // Returns the member `key` of an object, or null if it is absent.
 const nlohmann::json* find_member(const nlohmann::json& object, const char* key);
-// Returns the extension `name` of `object`, or null.
+// Returns the extension `name` of `object`, or null if it is absent.
 const nlohmann::json* find_extension(const nlohmann::json& object, const char* name);
 
 }  // namespace emberline

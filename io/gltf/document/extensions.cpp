@@ -41,7 +41,7 @@ constexpr std::string_view kSupported[] = {
     "KHR_texture_transform",
 };
 
-// Extensions that are known but ignored, and what the image lacks as a result.
+// Extensions that are known but ignored, and the reasons that are reported.
 constexpr std::pair<std::string_view, std::string_view> kIgnored[] = {
     {"AGI_articulations", "articulations are not supported"},
     {"AGI_stk_metadata", "does not affect the picture"},
@@ -82,8 +82,9 @@ std::string with_reason(const std::string& extension) {
   return shortened(extension) + " (" + spell_setting_names(why) + ")";
 }
 
-// Returns false if the text is already listed or the list is full (its last entry then says so).
-// The length is limited because a hostile file may list any number of things.
+// Adds the text to the list. Returns false if the text is already listed, or if the list is full
+// (its last entry then says so). The length is limited because a hostile file may list any number
+// of things.
 bool add_once(std::vector<std::string>& list, const std::string& text) {
   constexpr size_t kMaxEntries = 100;
   if (std::ranges::find(list, text) != list.end() || list.size() > kMaxEntries) return false;
@@ -125,7 +126,7 @@ void report_approximated(const std::string& file, const std::string& what,
 
 void report_unknown_members(const GltfDocument& document, CoverageReport& coverage) {
   const std::string version = document.json->at("asset").at("version").get<std::string>();
-  // In version 2.0 unknown members are application data, like extras.
+  // In version 2.0, unknown members are application data, like extras.
   if (version.find_first_not_of("0.", version.find('.')) == std::string::npos) return;
   for (const std::string& member : unknown_members(*document.json)) {
     report_ignored(

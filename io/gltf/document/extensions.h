@@ -1,6 +1,6 @@
-// Says how this loader treats each glTF extension. To add one, add a row to the table in
-// gltf/document/extensions.cpp, its members to gltf/document/schema.cpp, and the code that reads
-// it.
+// Says how this loader treats each glTF extension. To add an extension, add a row to the table in
+// gltf/document/extensions.cpp, add its members to gltf/document/schema.cpp, and write the code
+// that reads it.
 #pragma once
 
 #include <string_view>
@@ -18,8 +18,8 @@ void check_required_extensions(const GltfDocument& document);
 // Adds extensionsUsed to the report. Warns about extensions that have no effect, with the reason.
 void report_extensions(const GltfDocument& document, CoverageReport& coverage);
 
-// If the file has a later minor version, reports members of nodes, meshes and materials that this
-// program does not know, with a warning.
+// If the file has a later minor version, reports those members of nodes, meshes and materials that
+// this program does not know, and warns about them.
 void report_unknown_members(const GltfDocument& document, CoverageReport& coverage);
 
 // These add `what` to the report once, with a warning such as "FILE: ignored: WHAT (WHY)".

@@ -85,8 +85,8 @@ std::optional<std::string> GltfFaults::first_fault_below(
 }
 
 std::vector<std::string> GltfFaults::lines() const {
-  // The schema tables have fewer kinds than this. Any further kinds would be counted with the last
-  // one.
+  // The schema tables have fewer kinds of locations than this. Any further kinds would be counted
+  // together with the last one.
   constexpr size_t kMaxKinds = 60;
   struct Line {
     std::string kind, text;

@@ -12,9 +12,9 @@
 namespace emberline {
 namespace {
 
-// Minimum number of bytes for `count` elements, from the extension's appendix A: a vertex stream
-// has 2 header bits per 16 bytes of a byte plane; an index stream has one byte per triangle, and an
-// index sequence has one byte per index.
+// Returns the minimum number of bytes for `count` elements, from the extension's appendix A. A
+// vertex stream has 2 header bits per 16 bytes of a byte plane. An index stream has one byte per
+// triangle. An index sequence has one byte per index.
 uint64_t min_encoded_size(const std::string& mode, ByteSpan encoded, uint64_t count,
                           uint64_t stride) {
   if (mode == "TRIANGLES") return 1 + count / 3;
@@ -56,7 +56,7 @@ void check_description(const Description& d, ByteSpan encoded, uint64_t byte_len
 void check_filter(const Description& d, const std::string& place) {
   struct Filter {
     std::string_view name;
-    bool any_stride, stride_4;  // strides that are valid besides 8
+    bool any_stride, stride_4;  // which strides are valid besides 8
   };
   constexpr Filter kFilters[] = {{"NONE", true, true},
                                  {"OCTAHEDRAL", false, true},
@@ -76,7 +76,7 @@ void check_filter(const Description& d, const std::string& place) {
   }
 }
 
-// Returns the decoder's status, 0 for success.
+// Returns the decoder's status, which is 0 for success.
 int decode(const Description& d, ByteSpan encoded, uint8_t* decoded) {
   if (d.attributes() && is_meshopt_v1(encoded)) {
     return decode_meshopt_v1(encoded, d.count, d.stride, decoded) ? 0 : -1;

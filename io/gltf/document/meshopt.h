@@ -5,25 +5,26 @@
 
 namespace emberline {
 
-// Decodes `encoded` to the `byte_length` bytes of the view at `place`. `extension` describes it.
-// Before allocating, checks that `encoded` can hold that much data and reserves the memory from the
-// budget of `progress`. Throws InputError.
+// Decodes `encoded` to the `byte_length` bytes of the view at `place`. `extension` describes the
+// encoding. Before allocating memory, checks that `encoded` can hold that much data, and reserves
+// the memory from the budget of `progress`. Throws InputError.
 std::vector<uint8_t> decode_meshopt_view(const nlohmann::json& extension, ByteSpan encoded,
                                          uint64_t byte_length, const std::string& place,
                                          const LoadProgress& progress = LoadProgress::none());
 
 // The functions below (meshopt_v1.cpp) implement what KHR_meshopt_compression adds to
-// EXT_meshopt_compression and what meshoptimizer 0.18 lacks: version 1 of the attribute codec and
-// the COLOR filter (appendices A and B of the extension's specification).
+// EXT_meshopt_compression and meshoptimizer 0.18 lacks: version 1 of the attribute codec and the
+// COLOR filter (appendices A and B of the extension's specification).
 
 // Whether the attribute stream has the header of version 1.
 bool is_meshopt_v1(std::span<const uint8_t> encoded);
 
-// Minimum size in bytes of a stream of `count` elements (all zeros).
+// Returns the minimum size in bytes of a stream of `count` elements, which is reached if all are
+// zero.
 uint64_t min_meshopt_v1_size(uint64_t count, uint64_t stride);
 
 // Decodes `count` elements of `stride` bytes (a multiple of 4, at most 256) into `decoded`, which
-// must have room for them. Returns false for an invalid stream; never reads outside it.
+// must have room for them. Returns false for an invalid stream. Never reads outside the stream.
 bool decode_meshopt_v1(std::span<const uint8_t> encoded, size_t count, size_t stride,
                        uint8_t* decoded);
 

@@ -12,7 +12,7 @@ namespace emberline {
 namespace {
 
 constexpr uint8_t kHeader = 0xa1;
-constexpr size_t kGroupSize = 16;     // elements whose deltas of one byte plane are stored together
+constexpr size_t kGroupSize = 16;     // elements; a byte plane stores their deltas together
 constexpr size_t kMaxElements = 256;  // per block
 constexpr size_t kBlockBytes = 8192;  // approximate size of a decoded block
 constexpr size_t kMaxStride = 256;
@@ -39,8 +39,8 @@ class Stream {
   size_t at_ = 0;
 };
 
-// Reads sixteen deltas of `bits` each. A delta whose bits are all ones means that the value follows
-// as a byte.
+// Reads sixteen deltas of `bits` bits each. If all bits of a delta are ones, its value follows as a
+// byte.
 bool read_group(Stream& stream, int bits, uint8_t* deltas) {
   if (bits == 0) {
     std::fill_n(deltas, kGroupSize, uint8_t(0));
@@ -55,7 +55,8 @@ bool read_group(Stream& stream, int bits, uint8_t* deltas) {
   const unsigned sentinel = (1u << bits) - 1u;
   const size_t per_byte = 8 / size_t(bits);
   for (size_t i = 0; i < kGroupSize; ++i) {
-    // In a byte, 1-bit deltas start at the lowest bit, but wider deltas start at the highest.
+    // Within a byte, 1-bit deltas start at the lowest bit, but wider deltas start at the highest
+    // bit.
     const size_t place = bits == 1 ? i % per_byte : per_byte - 1 - i % per_byte;
     const unsigned value = packed[i / per_byte] >> (place * size_t(bits)) & sentinel;
     const uint8_t* exact = value == sentinel ? stream.take(1) : nullptr;
@@ -65,7 +66,7 @@ bool read_group(Stream& stream, int bits, uint8_t* deltas) {
   return true;
 }
 
-// Reads the deltas of one byte plane of `count` elements; `deltas` must have room for whole groups.
+// Reads the deltas of one byte plane of `count` elements. `deltas` must have room for whole groups.
 bool read_deltas(Stream& stream, int control, size_t count, uint8_t* deltas) {
   const size_t groups = (count + kGroupSize - 1) / kGroupSize;
   if (control == 2) {
@@ -139,7 +140,7 @@ void decode_color(uint8_t* element) {
   const int halved = in[3] & (scale >> 1);
   const int rgba[4] = {y + co - cg, y + cg, y - co - cg, halved << 1 | (halved & 1)};
   for (size_t c = 0; c < 4; ++c) {
-    // Without the marker bit in alpha the scale is 0 and the element is undefined.
+    // Without the marker bit in alpha, the scale is 0 and the element is undefined.
     const float value = scale > 0 ? float(rgba[c]) * (kLargest / float(scale)) : 0.0f;
     out[c] = Unsigned(std::clamp(std::round(value), 0.0f, kLargest));
   }
@@ -160,8 +161,8 @@ uint64_t min_meshopt_v1_size(uint64_t count, uint64_t stride) {
 bool decode_meshopt_v1(std::span<const uint8_t> encoded, size_t count, size_t stride,
                        uint8_t* decoded) {
   if (stride == 0 || stride % 4 != 0 || stride > kMaxStride) return false;
-  // The stream ends with padding, the initial value of `last`, and one mode for every four bytes of
-  // an element.
+  // The stream ends with the padding, the initial value of `last`, and one mode for every four
+  // bytes of an element.
   const size_t tail_data_bytes = stride + stride / 4;
   const size_t tail = std::max(tail_data_bytes, kMinTail);
   if (!is_meshopt_v1(encoded) || encoded.size() < 1 + tail) return false;

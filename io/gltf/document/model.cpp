@@ -43,7 +43,7 @@ void drop_extensions(json& value) {
   for (json& member : value) drop_extensions(member);
 }
 
-// Approximate memory that the model and its construction take.
+// Returns the approximate memory that the model and its construction take.
 uint64_t model_bytes(const GltfDocument& document) {
   constexpr std::pair<const char*, size_t> kArrays[] = {
       {"scenes", sizeof(tinygltf::Scene)},       {"nodes", sizeof(tinygltf::Node)},
@@ -56,7 +56,7 @@ uint64_t model_bytes(const GltfDocument& document) {
     objects += bytes_of(lights->at("lights").size(), sizeof(tinygltf::Light));
   }
   // The factor 2 is for vectors, which grow by doubling. The second term is for the reduced JSON,
-  // tinygltf's copy of it, and the text.
+  // tinygltf's copy of that JSON, and its text.
   return 2 * objects + document.json_memory.bytes() / 4 * 9;
 }
 

@@ -58,15 +58,15 @@ constexpr Property kTexture[] = {propagating(index("sampler", "/samplers")),
                                  index("source", "/images"),
                                  object("extensions", kTextureExtensions)};
 
-// Our limit is sixteen UV sets; no known tool writes more than eight.
+// The limit of sixteen UV sets is our choice. No known tool writes more than eight.
 constexpr Property kTextureTransform[] = {numbers("offset", 2), number("rotation"),
                                           numbers("scale", 2), integer("texCoord", 0, 15)};
 constexpr Property kTextureInfoExtensions[] = {object("KHR_texture_transform", kTextureTransform)};
-// The code that finds the texture checks the index, and may be lenient about it.
+// The code that finds the texture checks the index, and may tolerate an invalid one.
 constexpr Property kTextureInfo[] = {required(integer("index")), integer("texCoord", 0, 15),
                                      number("scale"), defaultable(number("strength")),
                                      object("extensions", kTextureInfoExtensions)};
-// A texture that may be left out without spoiling the image.
+// A texture that may be missing without spoiling the image.
 constexpr Property kDefaultableTextureInfo[] = {
     required(propagating(index("index", "/textures"))), integer("texCoord", 0, 15),
     defaultable(number("strength")), object("extensions", kTextureInfoExtensions)};
@@ -214,7 +214,7 @@ constexpr Property kAnimationSampler[] = {required(index("input", "/accessors"))
                                           required(index("output", "/accessors"))};
 constexpr Property kAnimation[] = {name(), required(objects("channels", kChannel)),
                                    required(objects("samplers", kAnimationSampler))};
-// Targets of `propagating` indices must come before the objects that refer to them.
+// The target of a `propagating` index must come before the objects that refer to it.
 constexpr Property kRoot[] = {required(object("asset", kAsset)),
                               index("scene", "/scenes"),
                               plain("extensionsRequired", Kind::kStrings),
@@ -242,8 +242,8 @@ std::string_view take_step(std::string_view& pointer) {
   return step;
 }
 
-// Collects members that the table does not list: each once per kind of object, and no more than a
-// report shows.
+// Collects the members that the table does not list. Adds each member only once per kind of object,
+// and at most as many as a report shows.
 void find_unknown(const nlohmann::json& value, Schema schema, const std::string& kind,
                   std::vector<std::string>& found) {
   if (value.is_array()) {
@@ -282,7 +282,7 @@ const Property* find_property(std::string_view pointer) {
   while (true) {
     const auto found = std::ranges::find(schema, take_step(pointer), &Property::name);
     if (found == schema.end()) return nullptr;
-    if (found->kind == Kind::kObjects) take_step(pointer);  // the index
+    if (found->kind == Kind::kObjects) take_step(pointer);  // skips the index
     if (pointer.empty()) return &*found;
     schema = found->schema;
   }

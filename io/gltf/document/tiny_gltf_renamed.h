@@ -1,8 +1,8 @@
 // Includes tinygltf in a namespace of our own.
 //
 // Debian's libdraco.so exports an older tinygltf under the same names with other class layouts. In
-// a program linked with both, the dynamic loader mixes them, and objects that were never
-// constructed are destroyed. tinygltf is therefore compiled into this library
+// a program linked with both versions, the dynamic loader mixes them, and objects that were never
+// constructed are destroyed. Therefore tinygltf is compiled into this library
 // (gltf/document/tiny_gltf_build.cpp) under another name, without its image and file functions.
 #pragma once
 

@@ -22,7 +22,8 @@ constexpr std::array<int8_t, 256> make_base64_table() {
 }
 constexpr std::array<int8_t, 256> kBase64 = make_base64_table();
 
-// RFC 4648 section 4. Padding may be missing, as some exporters omit it, but must not be wrong.
+// Follows RFC 4648 section 4. Some exporters omit the padding, so it may be missing, but it must
+// not be wrong.
 std::vector<uint8_t> decode_base64(std::string_view text, const std::string& place) {
   size_t padding = 0;
   while (!text.empty() && text.back() == '=' && padding < 2) {
@@ -62,7 +63,7 @@ int escaped_byte(std::string_view text, size_t i) {
 
 struct Unescaped {
   std::string text;
-  bool is_valid = true;  // every % begins an escape that was decoded
+  bool is_valid = true;  // whether every % begins an escape that was decoded
 };
 
 // Decodes the escapes of bytes >= `min_byte` and keeps all other text.
@@ -82,7 +83,8 @@ InputError malformed_escape(std::string_view uri, const std::string& place) {
   return InputError(place, "malformed % escape in the URI " + shortened(uri));
 }
 
-// RFC 3986 section 3.1: a scheme is a letter, then letters, digits, "+", "-" or ".", then ":".
+// Follows RFC 3986 section 3.1: a scheme is a letter, then letters, digits, "+", "-" or ".", then
+// ":".
 bool has_scheme(std::string_view uri) {
   const size_t colon = uri.find(':');
   if (colon == std::string_view::npos || colon == 0) return false;
@@ -118,8 +120,8 @@ std::filesystem::path file_in_root(const std::filesystem::path& relative, std::s
   return file;
 }
 
-// Returns the file names that a URI may mean, likeliest first. A query and a fragment count as
-// parts of the name.
+// Returns the file names that a URI may mean. The likeliest name comes first. A query and a
+// fragment count as parts of the name.
 std::vector<std::string> candidate_names(std::string_view uri) {
   const std::string decoded = unescape(uri, 1).text;
   std::vector<std::string> names = {decoded};
@@ -150,7 +152,8 @@ std::vector<uint8_t> decode_data_uri(std::string_view uri, const std::string& pl
   std::string_view head = uri.substr(5, comma - 5);
   const std::string_view payload = uri.substr(comma + 1);
 
-  // Media type, then parameters; only the last may be the bare word "base64" (RFC 2397).
+  // A media type comes first, then parameters. Only the last of them may be the bare word "base64"
+  // (RFC 2397).
   constexpr std::string_view kBase64Mark = ";base64";
   const bool base64 = head.ends_with(kBase64Mark);
   if (base64) head.remove_suffix(kBase64Mark.size());

@@ -21,9 +21,10 @@ void add_scaled(const std::vector<float>& delta, int components, float weight,
   }
 }
 
-// Returns the matrix for normals (row vectors, n' = n * result): the cofactors of the upper 3x3,
-// which exist for singular matrices too. They are the inverse transpose times the determinant;
-// multiplying by the determinant's sign keeps normals on their side of the surface.
+// Returns the matrix for normals (row vectors, n' = n * result). Its upper 3x3 has the cofactors of
+// the upper 3x3 of `m`, which exist even if `m` is singular. The cofactors are the inverse
+// transpose times the determinant. Multiplying them by the determinant's sign keeps normals on
+// their side of the surface.
 Mat44d normal_matrix(const Mat44d& m) {
   const Vec3d r0 = row(m, 0), r1 = row(m, 1), r2 = row(m, 2);
   const Vec3d c0 = cross(r1, r2), c1 = cross(r2, r0), c2 = cross(r0, r1);
@@ -58,7 +59,7 @@ void apply_morph_targets(const PrimitiveReader& reader, const GltfDocument& docu
     if (!mesh.normals.empty()) {
       add_scaled(reader.target_floats(t, "NORMAL", 3), 3, weight, mesh.normals);
     }
-    // Tangent displacements have no w, because handedness does not morph.
+    // Tangent displacements have no w, because the handedness does not morph.
     if (!mesh.tangents.empty()) {
       add_scaled(reader.target_floats(t, "TANGENT", 3), 3, weight, mesh.tangents);
     }
@@ -103,8 +104,8 @@ void apply_skin(const PrimitiveReader& reader, const GltfDocument& document,
     }
   }
   for (size_t v = 0; v < mesh.positions.size(); ++v) {
-    // Quantised weights may not add up to 1, so divide by their sum. A vertex without weights
-    // follows the first joint.
+    // Quantised weights may not add up to 1, so they are divided by their sum. A vertex without
+    // weights follows the first joint.
     const Mat44d matrix = sums[v] != 0.0 ? blended[v] * (1.0 / sums[v]) : joints[0];
     Vec3d position;
     matrix.multVecMatrix(Vec3d(mesh.positions[v]), position);

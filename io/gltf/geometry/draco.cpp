@@ -17,15 +17,16 @@
 namespace emberline {
 namespace {
 
-// Our limit on the number of faces per byte of the stream, and also on that of vertices. It means
-// that each takes at least 1/32 bit. Draco has no minimum (its entropy coder approaches zero for
-// regular meshes), but real meshes need at least one bit per face.
+// Limit on the number of faces per byte of the stream, and also on the number of vertices per byte.
+// With this limit, a face or vertex takes at least 1/32 bit. The value is our choice: Draco has no
+// minimum (its entropy coder approaches zero for regular meshes), but real meshes need at least one
+// bit per face.
 constexpr uint64_t kMaxPerByte = 256;
 
-// Reads the counts in the header, because Draco allocates memory for that many elements before it
-// reads the data. The layout is that of the Draco bitstream specification 2.2, "Decode header",
-// "Decode metadata", "Decode connectivity data". Returns nothing if the stream ends before the
-// counts.
+// The counts in the header of a Draco stream. They are read first, because Draco allocates memory
+// for that many elements before it reads the data. The layout follows the Draco bitstream
+// specification 2.2, "Decode header", "Decode metadata" and "Decode connectivity data".
+// peek_counts() returns nothing if the stream ends before the counts.
 struct DracoCounts {
   uint8_t method = 0;
   uint64_t faces = 0, points = 0;
@@ -68,9 +69,9 @@ std::optional<DracoCounts> peek_counts(ByteSpan encoded, const std::string& plac
   return DracoCounts{method, face_count, point_count};
 }
 
-// A Draco decoder that reserves memory for the attributes after it has read their descriptions and
-// before it decodes their values. The stream's size does not limit this memory: values may take no
-// bits, and there may be any number of attributes.
+// A Draco decoder that reserves memory for the attributes. It does this after it has read their
+// descriptions and before it decodes their values. The stream's size does not limit this memory,
+// since values may take no bits and there may be any number of attributes.
 template <class MeshDecoder>
 class BudgetedDecoder final : public MeshDecoder {
  public:
@@ -82,8 +83,8 @@ class BudgetedDecoder final : public MeshDecoder {
     uint64_t bytes_per_point = 0;
     for (int i = 0; i < this->point_cloud()->num_attributes(); ++i) {
       const draco::PointAttribute& attribute = *this->point_cloud()->attribute(i);
-      // Each component is stored as a quantised int32 and as a value, and each attribute has one
-      // index per point.
+      // Each component is stored twice, as a quantised int32 and as a value. Each attribute also
+      // has one index per point.
       const int64_t component = draco::DataTypeLength(attribute.data_type()) + 4;
       bytes_per_point += uint64_t(attribute.num_components()) * uint64_t(component) + 4;
     }
@@ -112,7 +113,7 @@ constexpr std::pair<draco::DataType, int> kComponentTypes[] = {
     {draco::DT_INT8, 5120},   {draco::DT_UINT8, 5121},  {draco::DT_INT16, 5122},
     {draco::DT_UINT16, 5123}, {draco::DT_UINT32, 5125}, {draco::DT_FLOAT32, 5126}};
 
-// Returns glTF's code for the component type, or 0 if it has none.
+// Returns glTF's code for the component type, or 0 if glTF has none.
 int component_type(draco::DataType type) {
   for (const auto& [theirs, number] : kComponentTypes) {
     if (theirs == type) return number;

@@ -1,4 +1,4 @@
-// KHR_draco_mesh_compression: decodes one primitive's indices and attributes.
+// Decodes the indices and attributes of one primitive (KHR_draco_mesh_compression).
 #pragma once
 
 #include <map>

@@ -38,8 +38,8 @@ uint64_t count_points_or_lines(const GltfDocument& document, const json& primiti
   return mode == kLines ? count / 2 : mode == kLineStrip ? count - 1 : count;
 }
 
-// Specification section 3.7.2.1: every second triangle of a strip is reversed, and the hub of a fan
-// is the last vertex of each triangle. Surplus vertices at the end are ignored.
+// Follows specification section 3.7.2.1: every second triangle of a strip is reversed, and the hub
+// of a fan is the last vertex of each triangle. Surplus vertices at the end are ignored.
 std::vector<Triangle> to_triangle_list(PrimitiveReader& reader, int mode) {
   if (mode == kTriangles || reader.is_draco()) return reader.take_triangles();
   const std::span<const uint32_t> indices = reader.indices();
@@ -56,8 +56,8 @@ std::vector<Triangle> to_triangle_list(PrimitiveReader& reader, int mode) {
   return triangles;
 }
 
-// Two edges count as collinear if their cross product, relative to the longest edge squared, is
-// below this. The value is the rounding error of the product in double, a few times 2^-53.
+// Two edges count as collinear if their cross product, divided by the square of the longest edge,
+// is below this limit. The value is the rounding error of the product in double, a few times 2^-53.
 constexpr double kCollinear = 1e-15;
 
 bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
@@ -72,8 +72,8 @@ constexpr float kMaxCoordinate = 1e18f;
 
 bool is_usable(const Vec3f& p) { return is_finite(p) && max_abs_component(p) <= kMaxCoordinate; }
 
-// Drops triangles that have an unusable corner at one step or more, and those without area at all
-// steps.
+// Drops triangles that have an unusable corner in at least one step, and triangles whose area is
+// zero in every step.
 void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
   std::vector<const std::vector<Vec3f>*> steps = {&mesh.positions};
   for (const MeshStep& step : mesh.motion) steps.push_back(&step.positions);
@@ -102,7 +102,7 @@ void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
   });
 }
 
-// Keeps only vertices that triangles use: some writers share one vertex buffer among a hundred
+// Keeps only the vertices that triangles use. Some writers share one vertex buffer among a hundred
 // primitives, and an unused NaN must not reach a bounding box.
 void drop_unused_vertices(MeshDescription& mesh) {
   std::vector<uint8_t> is_used(mesh.positions.size(), 0);  // bytes, to stay in the cache
@@ -141,7 +141,7 @@ class VertexFaults {
     find_non_finite({reinterpret_cast<const float*>(values.data()), values.size() * kComponents},
                     kComponents);
   }
-  // Returns how many faulty vertices the triangles use.
+  // Returns how many of the faulty vertices the triangles use.
   uint64_t count(std::span<const Triangle> triangles) const;
 
  private:
@@ -190,12 +190,12 @@ std::set<int> used_uv_sets(Materials materials) {
   return used;
 }
 
-// Reads the UV sets that materials use; missing ones become (0, 0) everywhere.
+// Reads the UV sets that materials use. A missing set becomes (0, 0) everywhere.
 void read_uv_sets(const PrimitiveReader& reader, Materials materials, LoadedMesh& loaded,
                   VertexFaults& faults) {
   MeshDescription& mesh = loaded.mesh;
   const std::set<int> used = used_uv_sets(materials);
-  // If a used material refers to a higher set, the material is rejected later, when it is compiled.
+  // If a material refers to a higher set, it is rejected later, when it is compiled.
   constexpr int kMaxUvSets = 16;
   const int last = used.empty() ? 0 : std::min(*used.rbegin(), kMaxUvSets);
   for (int set = 0; set <= last; ++set) {
@@ -224,13 +224,13 @@ void read_colors(const PrimitiveReader& reader, MeshDescription& mesh, VertexFau
   for (size_t i = 0; i < mesh.colors.size(); ++i) {
     for (int c = 0; c < components; ++c) {
       const float value = values[i * size_t(components) + size_t(c)];
-      // The comparison is false for NaN, too.
+      // The comparison is also false for NaN.
       mesh.colors[i][c] = value > 0.0f ? value : 0.0f;
     }
   }
 }
 
-// Specification 3.7.2.1 and 3.7.2.2: colours are clamped to [0, 1] after morphing.
+// Specification 3.7.2.1 and 3.7.2.2 require that colours are clamped to [0, 1] after morphing.
 void clamp_colors(std::vector<Vec4f>& colors) {
   for (Vec4f& color : colors) {
     for (int c = 0; c < 4; ++c) color[c] = color[c] > 0.0f ? std::min(color[c], 1.0f) : 0.0f;
@@ -247,8 +247,8 @@ TextureRef tangent_layout(const MaterialDescription& material) {
   return {};
 }
 
-// Returns the layout of the first material that needs tangents. If none does, returns the layout of
-// the first material if `required`, and nothing otherwise.
+// Returns the layout of the first material that needs tangents. If no material does, returns the
+// layout of the first material if `required`, and otherwise nothing.
 std::optional<TextureRef> find_tangent_layout(const PrimitiveReader& reader, Materials materials,
                                               bool required, LoadedMesh& loaded) {
   std::optional<TextureRef> found;
@@ -321,8 +321,8 @@ void apply_poses(const PrimitiveReader& reader, const GltfDocument& document, co
   }
 }
 
-// Whether morph targets make colours or UVs differ between the poses. A mesh holds these constant
-// while the shutter is open.
+// Whether morph targets make colours or UVs differ between the poses. A mesh holds colours and UVs
+// constant while the shutter is open.
 bool morphs_held_attributes(const json& primitive, std::span<const MeshPose> poses) {
   const json* targets = find_member(primitive, "targets");
   if (!targets) return false;
@@ -340,8 +340,8 @@ bool morphs_held_attributes(const json& primitive, std::span<const MeshPose> pos
   return false;
 }
 
-// Upper bound on the memory that load_primitive() uses at any time, including the result, computed
-// from the counts that the primitive declares.
+// Returns an upper bound on the memory that load_primitive() uses at any time, including the
+// result. The bound follows from the counts that the primitive declares.
 uint64_t max_load_bytes(const GltfDocument& document, const PrimitiveReader& reader,
                         const json& primitive, std::span<const MeshPose> poses, Materials materials,
                         bool generates_tangents) {
@@ -354,7 +354,7 @@ uint64_t max_load_bytes(const GltfDocument& document, const PrimitiveReader& rea
   if (!poses[0].joints.empty()) per_vertex += sizeof(Mat44d) + sizeof(double) + sizeof(Vec4f);
   // Covers the motion steps and a copy of the undeformed vertices.
   if (poses.size() > 1) per_vertex += poses.size() * (2 * sizeof(Vec3f) + sizeof(Vec4f));
-  // generate_tangents() needs groups and up to twice as many vertices.
+  // generate_tangents() needs memory for groups and for up to twice as many vertices.
   if (generates_tangents) per_vertex = 2 * per_vertex + 256;
   const json* member = find_member(primitive, "indices");
   const uint64_t indices = member ? document.accessor(member->get<int>()).count : vertices;
@@ -419,14 +419,14 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   PrimitiveReader reader(document, primitive, pointer);
   loaded.draco_fault = reader.draco_fault();
   const std::optional<TextureRef> layout = find_tangent_layout(reader, materials, tangents, loaded);
-  // Specification 3.7.2.1: without normals, supplied tangents are ignored.
+  // Specification 3.7.2.1 requires that supplied tangents are ignored if there are no normals.
   const bool has_normals = !flat && reader.has("NORMAL");
   const bool has_tangents = layout && has_normals && reader.has("TANGENT");
   MemoryReservation memory(
       document.progress->budget(), MemoryPart::kGeometry,
       max_load_bytes(document, reader, primitive, poses, materials, layout && !has_tangents),
       document.place(pointer));
-  mesh.positions = reader.vectors<Vec3f>("POSITION", 1);  // Embree reads past the last one
+  mesh.positions = reader.vectors<Vec3f>("POSITION", 1);  // Embree reads past the last position
   if (mesh.positions.size() >= UINT32_MAX) {
     throw InputError(document.place(pointer), "more vertices than a 32-bit index can address");
   }
@@ -454,7 +454,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   normalise_directions(mesh);
   for (MeshStep& step : mesh.motion) normalise_directions(step);
   if (layout && mesh.tangents.empty()) generate_tangents(mesh, *layout);
-  // Release what was needed only for reading.
+  // Releases what was needed only for reading.
   memory.release();
   loaded.bytes = mesh.name.capacity() + allocated_bytes(mesh);
   document.reserve(MemoryPart::kGeometry, loaded.bytes, document.place(pointer));

@@ -14,12 +14,13 @@ namespace emberline {
 
 // The pose in which a mesh is used.
 struct MeshPose {
-  std::span<const double> weights;  // morph target weights; empty: all 0
-  // One matrix per joint from bind space to instance space (row vectors). Empty: no skin.
+  std::span<const double> weights;  // morph target weights; all 0 if empty
+  // For each joint, the matrix from bind space to instance space (for row vectors). Empty if there
+  // is no skin.
   std::span<const Mat44d> joints;
 };
 
-// The part of a material that determines a mesh's tangents.
+// The properties of a material that determine a mesh's tangents.
 struct TangentLayout {
   bool required = false;
   int uv_set = 0;
@@ -33,20 +34,25 @@ struct LoadedMesh {
   MeshDescription mesh;  // has no triangles if all were dropped
   LoadRepairs repairs;
   std::vector<std::string> ignored, approximated;  // for the coverage report
-  std::optional<InputError> draco_fault;           // why Draco data was not used
+  std::optional<InputError> draco_fault;           // set if Draco data was not used; says why
   std::optional<InputError> variants_fault;        // set if the variants are broken
-  // If the primitive consists of points or lines: its mode, and how many of them it would draw.
+  // If the primitive consists of points or lines: its mode, and how many points or lines it would
+  // draw.
   int mode = 4;
   uint64_t surfaceless_count = 0;
   uint64_t bytes = 0;  // reserved for the mesh
 };
 
 // `poses` has a single pose; or the poses at evenly spaced times while the shutter is open; or,
-// with `next_frame`, the current pose and that of MeshDescription::next_frame. `materials` are all
-// materials that may shade the primitive, its own first. They decide which UV sets are kept (set 0
-// always is) and whether the mesh gets tangents; with `tangents`, it always gets them. `flat` means
-// that the instance transform flattens the mesh; the normals are then not read, since those of the
-// plane are used. Throws InputError. Thread-safe.
+// with `next_frame`, the current pose and the pose of MeshDescription::next_frame.
+//
+// `materials` are all materials that may shade the primitive, and the primitive's own material
+// comes first. They decide which UV sets are kept (set 0 always is) and whether the mesh gets
+// tangents. With `tangents`, the mesh always gets tangents. `flat` means that the instance
+// transform flattens the mesh. Its normals are then not read, since the normals of the plane are
+// used.
+//
+// Throws InputError. Thread-safe.
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh, size_t primitive,
                           std::span<const MeshPose> poses, bool next_frame,
                           std::span<const MaterialDescription* const> materials, bool tangents,

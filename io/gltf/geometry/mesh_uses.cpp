@@ -21,7 +21,7 @@ std::string primitive_pointer(size_t mesh, size_t primitive) {
   return "/meshes/" + std::to_string(mesh) + "/primitives/" + std::to_string(primitive);
 }
 
-// Radius of a ball around the origin that contains the mesh.
+// Returns the radius of a ball around the origin that contains the mesh.
 double radius_of(const MeshDescription& mesh) {
   double largest = 0.0;
   for (const Vec3f& p : mesh.positions) largest = std::max(largest, to_double(p).length());
@@ -30,9 +30,10 @@ double radius_of(const MeshDescription& mesh) {
 
 }  // namespace
 
-// Limits the number of elements read to a multiple of the data that the file has, because
-// primitives and morph targets may share accessors, and nodes may use a primitive in many poses. A
-// variant counts as one element. The factor of 64 is our choice and far above normal sharing.
+// Limits the number of elements read to a multiple of the number that the file has. This is
+// necessary because primitives and morph targets may share accessors, and nodes may use a primitive
+// in many poses. A variant counts as one element. The factor of 64 is our choice and is far above
+// normal sharing.
 void GltfMeshUses::check_budget(std::span<const MeshUse> uses) const {
   uint64_t backed = document_.total_bytes;
   for (const GltfAccessor& accessor : document_.accessors) {
@@ -50,7 +51,7 @@ void GltfMeshUses::check_budget(std::span<const MeshUse> uses) const {
   }
 }
 
-// Returns the number of accessor elements that are read for the primitive in these poses.
+// Returns the number of accessor elements that are read for the primitive in `poses`.
 uint64_t GltfMeshUses::count_elements(const json& primitive,
                                       std::span<const MeshPose> poses) const {
   const auto accessor = [&](const json& index) -> const GltfAccessor& {
@@ -59,7 +60,7 @@ uint64_t GltfMeshUses::count_elements(const json& primitive,
   };
   uint64_t elements = variant_material_count(primitive);
   const json* indices = find_member(primitive, "indices");
-  // For Draco, the size of the stream limits the count.
+  // For Draco, the size of the stream limits the number of elements.
   const bool is_draco = find_extension(primitive, "KHR_draco_mesh_compression");
   const bool is_read = indices && (!is_draco || accessor(*indices).view >= 0);
   const uint64_t corners = is_read ? accessor(*indices).count : UINT64_MAX;
@@ -68,7 +69,7 @@ uint64_t GltfMeshUses::count_elements(const json& primitive,
     for (const json& attribute : attributes) {
       const GltfAccessor& source = accessor(attribute);
       if (is_draco && source.view < 0) continue;
-      // If there are few indices, PrimitiveReader reads only the vertices to which they refer.
+      // If there are few indices, PrimitiveReader reads only the vertices that they refer to.
       const uint64_t most = corners <= UINT64_MAX / 4 ? corners * 4 : UINT64_MAX;
       elements += std::min(source.count, most) + source.sparse.count;
     }
@@ -88,12 +89,12 @@ struct GltfMeshUses::Primitive {
   MeshUse* use = nullptr;
   size_t primitive = 0;
   std::vector<TangentLayout> layouts = {};
-  const StaticMesh* cached = nullptr;  // read for an earlier pose
+  const StaticMesh* cached = nullptr;  // the mesh that was read for an earlier pose
   LoadedMesh result = {};
 };
 
-// Loads a primitive. If no animation deforms it and it is both cached and held, takes it from the
-// cache instead.
+// Loads a primitive. Takes it from the cache if no animation deforms it and it is both cached and
+// held.
 void GltfMeshUses::load(Primitive& task) const {
   static const MaterialDescription default_material;
   const MeshUse& use = *task.use;
@@ -213,7 +214,7 @@ void GltfMeshUses::load(std::vector<MeshUse>& uses, bool at_rest) {
   document_.progress->begin(LoadStage::kMeshes, tasks.size());
   const std::vector<std::exception_ptr> errors =
       document_.try_each(tasks.size(), [&](size_t i) { load(tasks[i]); });
-  // Throw the first error in file order, so that the message does not depend on timing.
+  // Throws the first error in file order, so that the message does not depend on timing.
   for (const std::exception_ptr& error : errors) {
     if (error) std::rethrow_exception(error);
   }

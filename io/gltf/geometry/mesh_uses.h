@@ -1,4 +1,4 @@
-// Loads the meshes of a scene graph, in parallel and in the poses in which nodes use them; reuses
+// Loads the meshes of a scene graph in parallel, in the poses in which nodes use them. Reuses
 // meshes of the previous pose.
 #pragma once
 
@@ -14,13 +14,13 @@
 namespace emberline {
 
 // A mesh (with all its primitives) in one pose, in several poses of a motion, or in the poses of
-// this and the next frame.
+// the current and the next frame.
 struct MeshUse {
   size_t mesh = 0;
   std::vector<MeshPose> poses;
   uint64_t placements = 0;
-  int skin = -1, node = -1;  // the node, if it has its own weights; otherwise -1
-  bool undeformed = false;   // no animation deforms it
+  int skin = -1, node = -1;  // node: -1 unless the node has its own weights
+  bool undeformed = false;   // whether no animation deforms the mesh
   bool may_move = false;     // MeshDescription::may_move
   bool flat = false;         // passed to load_primitive()
   // Cached result of GltfMeshUses::center().
@@ -30,8 +30,8 @@ struct MeshUse {
 
 class GltfMeshUses {
  public:
-  // `next_frame` means the same as in load_primitive(). Undeformed meshes are added to `cache`.
-  // Meshes in the cache whose keys are in `held` (ascending) are not read again. All arguments must
+  // `next_frame` means the same as in load_primitive(). Undeformed meshes are added to `cache`. A
+  // mesh in the cache whose key is in `held` (ascending) is not read again. All arguments must
   // outlive this object.
   GltfMeshUses(const GltfDocument& document, bool next_frame, std::span<const uint64_t> held,
                GltfCache& cache, SceneDescription& scene)
@@ -42,9 +42,9 @@ class GltfMeshUses {
 
   // Radius of a ball around the origin that contains the scene's mesh with this index.
   double radius(size_t mesh) const;
-  // Centre of the bounds of all primitives, in mesh space.
+  // Centre of the bounds of all the mesh's primitives, in mesh space.
   Vec3d center(const MeshUse& use) const;
-  // How many points and lines nodes place in the scene. They are not rendered.
+  // Number of points and of lines that nodes place in the scene. Points and lines are not rendered.
   uint64_t points() const { return points_; }
   uint64_t lines() const { return lines_; }
   // Whether deformation has left a primitive without area in this pose.
@@ -64,7 +64,7 @@ class GltfMeshUses {
   const std::span<const uint64_t> held_;
   GltfCache& cache_;
   SceneDescription& scene_;
-  std::vector<const StaticMesh*> static_meshes_;  // per mesh of the scene; null if it deforms
+  std::vector<const StaticMesh*> static_meshes_;  // for each mesh of the scene; null if it deforms
   uint64_t points_ = 0, lines_ = 0;
   bool collapsed_ = false;
 };

@@ -55,7 +55,7 @@ Vec2f cone_angles(double inner, double outer, const GltfDocument& document,
                          fmt::format("the number {} is out of range", outer));
     outer = kPiD / 4.0;
   }
-  // For a hard-edged spot, writers set both angles to the same value, possibly rounded.
+  // For a spot with a hard edge, writers set both angles to the same value, which may be rounded.
   if (!(inner >= 0.0 && inner <= outer * (1.0 + 1e-6))) {
     note_defaulted_light(
         document, spot + "innerConeAngle",
@@ -67,7 +67,8 @@ Vec2f cone_angles(double inner, double outer, const GltfDocument& document,
 }
 
 float light_range(double range, const GltfDocument& document, const std::string& pointer) {
-  // Invalid animated values are clamped to the schema's minimum, FLT_TRUE_MIN; reject that too.
+  // Invalid animated values are clamped to the schema's minimum, FLT_TRUE_MIN. That value is
+  // rejected too.
   if (range > double(FLT_TRUE_MIN)) return float(range);
   note_defaulted_light(document, pointer + "/range", "expected a number above 0");
   return std::numeric_limits<float>::infinity();
@@ -102,7 +103,7 @@ void read_lens(const GltfDocument& document, const tinygltf::Camera& source,
   }
 }
 
-// Whether the clip planes might cut off something. Near planes of up to a decimetre are ignored,
+// Whether the clip planes might cut off something. Ignores near planes of up to a decimetre,
 // because exporters write one even if the camera has none.
 bool may_clip(const json& camera) {
   constexpr double kIgnoredNear = 0.101;
@@ -115,7 +116,7 @@ bool may_clip(const json& camera) {
 CameraDescription* read_camera(const GltfDocument& document, size_t node, const GltfPose& pose,
                                const Mat44d& to_world, SceneDescription& scene) {
   const int index = document.model->nodes[node].camera;
-  // If the node has no valid camera, the fault may be in the node's own member.
+  // If the node has no valid camera, the fault may be in the "camera" member of the node itself.
   const std::string pointer = index < 0 ? "/nodes/" + std::to_string(node) + "/camera"
                                         : "/cameras/" + std::to_string(index);
   std::optional<InputError> fault = document.faults->take_fault(pointer);
@@ -125,7 +126,8 @@ CameraDescription* read_camera(const GltfDocument& document, size_t node, const 
     ++scene.repairs.singular_instances;
     return nullptr;
   }
-  // Any number of nodes may use a camera whose name is as long as the file, so reserve the memory.
+  // Any number of nodes may use a camera, and its name may be as long as the file. Therefore the
+  // memory is reserved.
   CameraDescription camera;
   camera.name = index < 0 || document.model->cameras[size_t(index)].name.empty()
                     ? node_name(document, node)
@@ -239,7 +241,7 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
   const std::vector<float> rotations = read("ROTATION", 4);
   const std::vector<float> scales = read("SCALE", 3);
   if (!has_count) {
-    // There are only attributes that this loader ignores, such as _ID. Their count is the number of
+    // All attributes are ones that this loader ignores, such as _ID. Their count is the number of
     // instances.
     if (attributes.empty()) return {};
     const auto first = attributes.begin();

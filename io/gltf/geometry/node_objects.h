@@ -1,4 +1,4 @@
-// Reads what nodes have besides meshes: cameras, punctual lights, instance transforms.
+// Reads what nodes have besides meshes: cameras, punctual lights and instance transforms.
 #pragma once
 
 #include "io/gltf/animation/animation.h"
@@ -10,30 +10,30 @@ namespace emberline {
 
 std::string node_name(const GltfDocument& document, size_t node);
 
-// Append the node's camera or light to `scene`, or count and skip it if its transform is too
-// degenerate to define a direction. Invalid values of a camera are stored as its fault; those of a
-// light throw InputError.
+// These append the node's camera or light to `scene`. If its transform is too degenerate to define
+// a direction, they count it and skip it. An invalid value of a camera is stored as the camera's
+// fault. Most invalid values of a light are replaced by defaults; the others throw InputError.
 CameraDescription* read_camera(const GltfDocument& document, size_t node, const GltfPose& pose,
                                const Mat44d& to_world, SceneDescription& scene);
 PunctualLightDescription* read_punctual_light(const GltfDocument& document, size_t node,
                                               const GltfPose& pose, const Mat44d& to_world,
                                               SceneDescription& scene);
 
-// Validate and convert a camera's values, including animated ones. Throw InputError.
+// These validate and convert a camera's values, including animated ones. They throw InputError.
 double field_of_view(double yfov, const std::string& place);
 double magnification(double ymag, const std::string& place);
 
-// Validate a spot's cone angles and a light's range. Replaces an out-of-range value by the default,
-// with a warning that names the member of the light at `pointer`. If the file requires the
-// extension, throws InputError instead.
+// These validate a spot's cone angles and a light's range. A default replaces a value that is out
+// of range, with a warning that names the member of the light at `pointer`. If the file requires
+// the extension, they throw InputError instead.
 Vec2f cone_angles(double inner, double outer, const GltfDocument& document,
                   const std::string& pointer);
 float light_range(double range, const GltfDocument& document, const std::string& pointer);
-// The maximum outerConeAngle is pi / 2, which writers may have rounded up.
+// The maximum outerConeAngle is pi / 2. Writers may have rounded it up.
 inline constexpr double kMaxOuterCone = kPiD / 2.0 * (1.0 + 1e-6);
 
 // Reads EXT_mesh_gpu_instancing: one transform per instance, relative to the node. Adds the bytes
-// that it allocates to `memory`.
+// of the result to `memory`.
 std::vector<Mat44d> read_instance_transforms(const GltfDocument& document,
                                              const nlohmann::json& extension, size_t node,
                                              MemoryReservation& memory);

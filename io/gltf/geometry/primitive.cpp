@@ -28,7 +28,7 @@ PrimitiveReader::PrimitiveReader(const GltfDocument& document, const json& primi
       draco_fault_ = error;
     }
   } else if (!has_fallback()) {
-    // If check_schema() removed the extension, no data are left; require() then throws the
+    // If check_schema() removed the extension, no data are left. require() then throws the
     // extension's fault.
     document.faults->require(pointer_ + "/extensions/" + kDracoExtension);
   }
@@ -159,10 +159,11 @@ std::vector<float> PrimitiveReader::read(int index, int components,
   return read_floats(document_, index, components, place, selected_vertices());
 }
 
-// Speeds up files in which thousands of primitives use a few triangles of one huge accessor.
+// Speeds up files in which each of thousands of primitives uses a few triangles of one huge
+// accessor.
 void PrimitiveReader::select_used_vertices() {
-  // With at most one index for every four vertices, sorting the indices costs less than reading all
-  // vertices.
+  // If there is at most one index for every four vertices, sorting the indices costs less than
+  // reading all vertices.
   constexpr uint64_t kFew = 4;
   if (index_count_ == 0 || index_count_ > vertex_count_ / kFew) return;
   used_vertices_.assign(corners(), corners() + index_count_);

@@ -13,8 +13,8 @@ namespace emberline {
 
 class PrimitiveReader {
  public:
-  // Decodes the Draco stream, if any. If that fails, uses the accessors, provided that they have
-  // data and the extension is optional. Throws InputError.
+  // Decodes the Draco stream, if there is one. If that fails, uses the accessors, provided that
+  // they have data and that the extension is optional. Throws InputError.
   PrimitiveReader(const GltfDocument& document, const nlohmann::json& primitive,
                   std::string pointer);
 
@@ -22,12 +22,12 @@ class PrimitiveReader {
   // Whether the attribute exists and is not broken.
   bool is_intact(const std::string& attribute) const;
   bool is_draco() const { return draco_.has_value(); }
-  // Says why the Draco stream was not used. Empty if it was used or there is none.
+  // Says why the Draco stream was not used. Empty if the stream was used or if there is none.
   const std::optional<InputError>& draco_fault() const { return draco_fault_; }
   // Returns vertex_count() x components floats. Throws InputError if the attribute's count differs
-  // from POSITION's.
+  // from the count of POSITION.
   std::vector<float> floats(const std::string& attribute, int components) const;
-  // Like floats(), but returns vectors and reserves capacity for `extra_capacity` more.
+  // Like floats(), but returns vectors and reserves capacity for `extra_capacity` more vectors.
   template <class Vector>
   std::vector<Vector> vectors(const std::string& attribute, size_t extra_capacity = 0) const {
     const int components = int(sizeof(Vector) / sizeof(float));
@@ -40,19 +40,21 @@ class PrimitiveReader {
   }
   // Number of components of the attribute's accessor (COLOR_0 may have 3 or 4).
   int components(const std::string& attribute) const;
-  // Returns the displacements of morph target `target`; empty if it does not affect the attribute.
+  // Returns the displacements of morph target `target`. Empty if the target does not affect the
+  // attribute.
   std::vector<float> target_floats(size_t target, const std::string& attribute,
                                    int components) const;
 
-  // Number of vertices that are read: all, or only the indexed ones if these are few.
+  // Number of vertices that are read: all vertices, or only the indexed ones if these are few.
   uint64_t vertex_count() const {
     return used_vertices_.empty() ? vertex_count_ : used_vertices_.size();
   }
   // The index that vertex `i` has in the file.
   uint64_t file_vertex(size_t i) const { return used_vertices_.empty() ? i : used_vertices_[i]; }
-  // Corner indices in drawing order, below vertex_count(). Without an index accessor: 0, 1, 2...
+  // Corner indices in drawing order, all below vertex_count(). Without an index accessor: 0, 1,
+  // 2...
   std::span<const uint32_t> indices() const { return {corners(), index_count_}; }
-  // Moves the indices out as triangles; an incomplete last triangle is dropped.
+  // Moves the indices out as triangles. Drops an incomplete last triangle.
   std::vector<std::array<uint32_t, 3>> take_triangles();
 
  private:
@@ -82,7 +84,7 @@ class PrimitiveReader {
   uint64_t vertex_count_ = 0;                       // in the file
   std::vector<std::array<uint32_t, 3>> triangles_;  // all indices; the last may be partial
   uint64_t index_count_ = 0;
-  std::vector<uint32_t> used_vertices_;  // ascending; empty: all
+  std::vector<uint32_t> used_vertices_;  // ascending; empty if all are used
 };
 
 }  // namespace emberline

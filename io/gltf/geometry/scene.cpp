@@ -25,15 +25,16 @@ namespace {
 
 using nlohmann::json;
 
-// A MeshUse with its transform.
+// A MeshUse with its transform. There is one for each instance of a node's mesh.
 struct Placement {
   size_t use = 0;
   size_t node = 0;
   Mat44d to_world;
-  std::vector<Mat44d> motion;  // per step of GltfShutter; empty: at rest
+  std::vector<Mat44d> motion;  // per step of GltfShutter; empty if the mesh does not move
 };
 
-// Returns nodes depth-first in file order. Not recursive: hierarchies may be arbitrarily deep.
+// Returns the nodes depth-first in file order. Not recursive, since hierarchies may be arbitrarily
+// deep.
 std::vector<size_t> nodes_in_scene(const GltfDocument& document) {
   std::vector<int> roots;
   if (!document.model->scenes.empty()) {
@@ -95,11 +96,12 @@ class SceneGraphReader {
   void read_light_node(size_t node);
   void add_motion(size_t node, std::vector<Mat44d>& motion) const;
   void find_moving_meshes();
-  // Transforms of EXT_mesh_gpu_instancing; valid until the next call.
+  // Returns the transforms of EXT_mesh_gpu_instancing. They are valid until the next call.
   const std::vector<Mat44d>& instance_transforms(const json& instancing, size_t node);
   size_t find_or_add_use(size_t node, bool flat);
   bool is_flat(const Placement& placement) const;
-  // Invertible transforms of a placement; `next_frame` is the one at GltfAnimation::next_frame.
+  // Invertible transforms of a placement. `next_frame` is the transform at
+  // GltfAnimation::next_frame.
   struct Transforms {
     Mat44d to_world;
     std::vector<Mat44d> motion;
@@ -120,18 +122,18 @@ class SceneGraphReader {
   const GltfAnimation& animation_;
   GltfCache& cache_;
   std::vector<char> may_move_;          // per node
-  std::vector<char> mesh_may_move_;     // per mesh: whether any node with it may move
+  std::vector<char> mesh_may_move_;     // per mesh: whether any node that uses it may move
   bool mesh_weights_animated_ = false;  // whether animation pointers change any mesh's weights
   const bool at_rest_;
   const GltfShutter shutter_;
   const std::vector<Mat44d>& world_;  // per node, at shutter opening
   const GltfVisibility visibility_;
   std::vector<size_t> hidden_nodes_;  // only nodes with meshes
-  uint64_t collapsed_instances_ = 0;  // instances collapsed to a line or a point by their scale
+  uint64_t collapsed_instances_ = 0;  // instances whose scale collapses them to a line or a point
   GltfPoses poses_;
   GltfMeshUses meshes_;
   std::vector<MeshUse> uses_;
-  // Mesh uses that nodes may share, by mesh, skin, and whether the node flattens the mesh.
+  // Mesh uses that nodes may share, by mesh, by skin, and by whether the node flattens the mesh.
   std::map<std::tuple<int, int, bool>, size_t> shared_uses_;
   std::deque<Placement> placements_;  // a deque, so that growing does not copy
   MemoryReservation placements_memory_;
@@ -191,7 +193,7 @@ std::optional<Mat44d> SceneGraphReader::aimed(size_t node, size_t step) const {
 
 void SceneGraphReader::add_motion(size_t node, std::vector<Mat44d>& motion) const {
   if (!shutter_.moves(node) || shutter_.is_instant()) return;
-  // If a step has no direction, keeps the direction of the previous step.
+  // A step without a direction keeps the direction of the previous step.
   Mat44d last = aimed(node, 0).value_or(shutter_.world(node, 0));
   for (size_t step = 1; step < shutter_.steps(); ++step) {
     const Mat44d& world = shutter_.world(node, step);
@@ -216,7 +218,8 @@ void SceneGraphReader::find_moving_meshes() {
   }
 }
 
-// Whether no animation deforms the node's mesh. False for a scene at rest, which is posed once.
+// Whether no animation deforms the node's mesh. Returns false for a scene at rest, which is posed
+// only once.
 bool SceneGraphReader::undeformed(size_t node) const {
   const tinygltf::Node& source = document_.model->nodes[node];
   if (at_rest_) return false;
@@ -350,7 +353,7 @@ void SceneGraphReader::place_meshes() {
       sizeof(InstanceDescription) + (shutter_.is_instant() ? sizeof(NextFrameInstance) : 0);
   document_.reserve(MemoryPart::kGeometry, bytes_of(count, bytes_each) + name_bytes);
   scene_.instances.reserve(count);
-  std::vector<double> radii(scene_.meshes.size(), -1.0);  // of moving meshes
+  std::vector<double> radii(scene_.meshes.size(), -1.0);  // only of moving meshes
   for (const Placement& placement : placements_) {
     const std::string place = document_.place("/nodes/" + std::to_string(placement.node));
     check_transform(placement.to_world, place);
@@ -379,9 +382,10 @@ void SceneGraphReader::place_meshes() {
   }
 }
 
-// Returns the scene's bounds at rest, from the accessors' bounds and the nodes' and joints' rest
-// transforms. Includes unskinned nodes that the animation hides at this time. Skips meshes without
-// accessor bounds; if there are no others, returns the bounds of the current pose.
+// Returns the scene's bounds at rest, computed from the accessors' bounds and from the rest
+// transforms of nodes and joints. Includes unskinned nodes that the animation hides at the current
+// time. Skips meshes without accessor bounds. If no bounds are found, returns the bounds of the
+// current pose.
 WorldBounds SceneGraphReader::rest_bounds() const {
   const std::vector<Mat44d> at_rest = world_transforms(document_, {});
   WorldBounds bounds;
@@ -408,7 +412,8 @@ WorldBounds SceneGraphReader::rest_bounds() const {
   return bounds.isEmpty() ? world_bounds(scene_) : bounds;
 }
 
-// Throws the error for a file with nothing to render: its geometry is broken or has no surface.
+// Throws the error for a file with nothing to render because its geometry is broken or has no
+// surface.
 void SceneGraphReader::throw_empty(const std::string& dropped) const {
   std::string found;
   for (const auto& [count, what] :
@@ -427,8 +432,8 @@ std::optional<std::string> SceneGraphReader::find_broken_geometry() const {
       {"/scenes/", "/nodes/", "/meshes/", "/skins/", "/accessors/", "/bufferViews/", "/buffers/"});
 }
 
-// Decides whether a scene without instances is rendered with its environment alone, or is an error
-// because the file has geometry that can never be seen.
+// Decides what to do with a scene without instances. Either only its environment is rendered, or
+// this throws an error because the file has geometry that can never be seen.
 void SceneGraphReader::check_empty(const std::string& dropped) const {
   const auto may_be_visible = [&](size_t node) { return visibility_.may_be_visible(node); };
   const bool visible_later = !at_rest_ && std::ranges::any_of(hidden_nodes_, may_be_visible);

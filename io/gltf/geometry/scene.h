@@ -11,11 +11,11 @@
 
 namespace emberline {
 
-// Fills meshes, instances, lights and cameras of `scene`, whose materials must have been read, from
-// the file's default scene (`scene`, else scene 0, else all root nodes) in the animation's pose.
-// Loads meshes in parallel; adds repairs and coverage. Undeformed meshes are added to `cache`.
-// Meshes in the cache whose keys are in `held` (ascending) are not read again. Throws InputError,
-// also if the file has nothing to render at any time.
+// Reads the meshes, instances, lights and cameras of the file's default scene (`scene`, else scene
+// 0, else all root nodes) into `scene`, in the animation's pose. The materials of `scene` must have
+// been read before. Loads meshes in parallel. Also records repairs and coverage. Undeformed meshes
+// are added to `cache`. A mesh in the cache whose key is in `held` (ascending) is not read again.
+// Throws InputError, also if the file has nothing to render at any time.
 void load_scene_graph(const GltfDocument& document, const GltfAnimation& animation,
                       const GltfAnimatedValues& changes, std::span<const uint64_t> held,
                       GltfCache& cache, SceneDescription& scene);

@@ -11,7 +11,8 @@ namespace {
 
 using Triangle = std::array<uint32_t, 3>;
 
-// Position, normal and UV. Corners whose keys are bit-identical (with -0 as 0) share a tangent.
+// Position, normal and UV of a corner. Corners whose keys are bit-identical (with -0 as 0) share a
+// tangent.
 using CornerKey = std::array<uint32_t, 8>;
 
 uint32_t float_bits(float x) { return std::bit_cast<uint32_t>(x == 0.0f ? 0.0f : x); }
@@ -32,7 +33,7 @@ int uv_orientation(const Vec2f& a, const Vec2f& b, const Vec2f& c) {
   return area < 0.0 ? 1 : area > 0.0 ? -1 : 0;
 }
 
-// Direction of increasing u in the triangle's plane.
+// Returns the direction of increasing u in the triangle's plane.
 Vec3d u_direction(const Vec3d& e1, const Vec3d& e2, const Vec2f& a, const Vec2f& b,
                   const Vec2f& c) {
   const double v1 = double(b.y) - a.y, v2 = double(c.y) - a.y;
@@ -76,7 +77,7 @@ std::vector<Vec3f> face_normals(const std::vector<Vec3f>& positions,
   return normals;
 }
 
-// Sums of weighted directions per corner key and orientation (0 upright, 1 mirrored).
+// Sums of weighted directions, for each corner key and orientation (0 upright, 1 mirrored).
 class TangentGroups {
  public:
   TangentGroups(const std::vector<Vec3f>& positions, const std::vector<Vec3f>& normals,
@@ -150,7 +151,7 @@ uint32_t duplicate_vertex(MeshDescription& mesh, std::vector<Vec3f>& normals,
   return copy;
 }
 
-// Adds tangents to the motion steps. Vertices stay split as in the first step, since the UV
+// Adds tangents to the motion steps. Vertices are split as in the first step, since the UV
 // orientation of a triangle does not change.
 void add_motion_tangents(MeshDescription& mesh, const std::vector<Vec2f>& uv,
                          const std::vector<int8_t>& orientation) {
@@ -182,7 +183,7 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
 
   const std::array<float, 6>& m = layout.uv_transform;
   std::vector<Vec2f> uv = mesh.uv_sets.at(size_t(layout.uv_set));
-  if (uv.empty()) uv.assign(mesh.positions.size(), Vec2f(0.0f));  // then any direction will do
+  if (uv.empty()) uv.assign(mesh.positions.size(), Vec2f(0.0f));  // any direction will do then
   for (Vec2f& v : uv) {
     v = Vec2f(m[0] * v.x + m[1] * v.y + m[2], m[3] * v.x + m[4] * v.y + m[5]);
   }
@@ -194,7 +195,8 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
   }
   const TangentGroups groups = accumulate(mesh.positions, normals, uv, mesh.triangles, orientation);
 
-  // The first orientation found at a vertex keeps its index; the other gets a copy of the vertex.
+  // The first orientation found at a vertex keeps the vertex's index. The other orientation gets a
+  // copy of the vertex.
   constexpr uint32_t kNone = UINT32_MAX;
   const size_t original_count = mesh.positions.size();
   std::vector<std::array<uint32_t, 2>> vertex_of_side(original_count, {kNone, kNone});
@@ -202,7 +204,7 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (uint32_t& corner : mesh.triangles[i]) {
       const uint32_t vertex = corner;
-      // A triangle without UV area joins a neighbour of either orientation.
+      // At this vertex, a triangle without UV area takes the orientation of a neighbour.
       const size_t side = orientation[i] != 0
                               ? (orientation[i] > 0 ? 0 : 1)
                               : (groups.has(vertex, 0) || !groups.has(vertex, 1) ? 0 : 1);

@@ -36,7 +36,7 @@ Mat44d compose_transform(const Vec3d& translation, const Quaternion& rotation, c
     x = y = z = 0.0;
     w = 1.0;
   }
-  // The rows are the images of the axes.
+  // The rows are the images of the coordinate axes.
   const Vec3d rows[3] = {
       {1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)},
       {2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)},
@@ -53,7 +53,8 @@ bool is_singular(const Mat44d& m) {
   const Vec3d r0 = row(m, 0), r1 = row(m, 1), r2 = row(m, 2);
   const double l0 = std::sqrt(dot(r0, r0)), l1 = std::sqrt(dot(r1, r1)),
                l2 = std::sqrt(dot(r2, r2));
-  // True if an axis rounds to 0 in float, or if the axes span no volume except for rounding errors.
+  // The matrix is singular if an axis rounds to 0 in float, or if the axes span no volume except
+  // for rounding errors.
   constexpr double kMinScale = 1e-30;
   if (!(l0 > kMinScale && l1 > kMinScale && l2 > kMinScale)) return true;
   return !(std::abs(dot(r0 / l0, cross(r1 / l1, r2 / l2))) > 1e-12);
@@ -74,7 +75,7 @@ std::optional<Vec3d> flattened_axis(const Mat44d& m) {
   for (const Vec3d& c : crosses) {
     if (c.length2() > normal->length2()) normal = &c;
   }
-  // The threshold of is_singular(), applied to the two rows that span the plane.
+  // This is the threshold of is_singular(), applied to the two rows that span the plane.
   if (!(normal->length() > 1e-12)) return {};
   const Vec3d n = normal->normalized();
   return Vec3d(dot(n, crosses[0]), dot(n, crosses[1]), dot(n, crosses[2])).normalized();
@@ -83,7 +84,7 @@ std::optional<Vec3d> flattened_axis(const Mat44d& m) {
 Mat44d thickened(const Mat44d& flat, const Vec3d& axis, double thickness, const Vec3d& center,
                  bool mirrored) {
   const Vec3d r0 = row(flat, 0), r1 = row(flat, 1), r2 = row(flat, 2);
-  // The area vector that the transform gives to a unit square perpendicular to `axis`.
+  // The area vector of a unit square perpendicular to `axis` after the transform.
   const Vec3d area = cross(r1, r2) * axis.x + cross(r2, r0) * axis.y + cross(r0, r1) * axis.z;
   const double size = std::sqrt(area.length());
   const Vec3d normal = area / area.length() * (mirrored ? -thickness * size : thickness * size);
@@ -113,7 +114,7 @@ std::optional<Mat44d> restore_directions(const Mat44d& m) {
 }
 
 void check_transform(const Mat44d& m, const std::string& place) {
-  // Our limit, well below 1.8e19, whose square overflows float.
+  // The limit is our choice. It is well below 1.8e19, whose square overflows float.
   constexpr double kLargest = 1e18;
   for (int r = 0; r < 4; ++r) {
     for (int c = 0; c < 4; ++c) {
@@ -128,7 +129,8 @@ Mat44d local_transform(const GltfDocument& document, size_t index, const GltfPos
   const tinygltf::Node& node = document.model->nodes[index];
   const NodePose& pose = pose_of(posed, int(index));
   if (node.matrix.size() == 16) {
-    // A column-major matrix for column vectors has the layout of a row-major one for row vectors.
+    // A column-major matrix for column vectors has the same layout as a row-major matrix for row
+    // vectors.
     Mat44d m;
     for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = node.matrix[size_t(i)];
     if (m[0][3] != 0.0 || m[1][3] != 0.0 || m[2][3] != 0.0 || m[3][3] != 1.0) {

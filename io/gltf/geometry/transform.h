@@ -1,4 +1,4 @@
-// Node transforms in double precision. Row vectors: p' = p * M.
+// Node transforms in double precision. They are for row vectors: p' = p * M.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace emberline {
 
-// Returns the world matrix of every node in a pose, whether it is in the scene or not. If the
+// Returns the world matrix of every node in a pose, whether the node is in the scene or not. If the
 // matrix of a node is not finite or is too large for float, notes the node and its descendants as
 // broken.
 std::vector<Mat44d> world_transforms(const GltfDocument& document, const GltfPose& pose);
@@ -27,18 +27,19 @@ bool is_singular(const Mat44d& m);
 // Returns the unit direction that a singular transform maps to 0, or nothing if the transform
 // collapses space to a line or a point.
 std::optional<Vec3d> flattened_axis(const Mat44d& m);
-// Makes a flat transform invertible: maps `axis` to the normal of the plane, with a length of
+// Makes a flat transform invertible. Maps `axis` to the normal of the plane, with a length of
 // `thickness` times the size in the plane. `center` stays in the plane. If `mirrored`, the
 // determinant is negative.
 Mat44d thickened(const Mat44d& flat, const Vec3d& axis, double thickness,
                  const Vec3d& center = Vec3d(0.0), bool mirrored = false);
-// Returns a transform that projects along `axis` onto the plane through `center`, then applies `m`.
+// Returns a transform that first projects along `axis` onto the plane through `center` and then
+// applies `m`.
 Mat44d flattened(const Mat44d& m, const Vec3d& axis, const Vec3d& center);
 // Makes a flat transform invertible, so that it can orient a camera or light. Returns an invertible
-// transform unchanged, and nothing if it collapses space to a line or a point.
+// transform unchanged. Returns nothing if the transform collapses space to a line or a point.
 std::optional<Mat44d> restore_directions(const Mat44d& m);
 
-// Returns a transform at the node's position that keeps the directions of the node's -Z and +Y even
+// Returns a transform at the node's position. It keeps the directions of the node's -Z and +Y even
 // if scales of the node or its ancestors are 0. Returns nothing if a matrix destroys the
 // directions.
 std::optional<Mat44d> aimed_transform(const GltfDocument& document, size_t node,

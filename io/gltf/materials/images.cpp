@@ -63,7 +63,8 @@ std::shared_ptr<const Image> make_uniform_image(const std::string& name,
   return image;
 }
 
-// For slots in which white is not neutral. Replaces failed images by one texel of the given colour.
+// Replaces failed images by one texel of the given colour. This is for slots in which white is not
+// neutral.
 void replace_failed(SceneDescription& scene, const std::vector<const GltfImage*>& images,
                     const char* name, std::array<uint8_t, 3> rgb,
                     std::initializer_list<TextureRef MaterialDescription::*> slots) {
@@ -81,7 +82,7 @@ void replace_failed(SceneDescription& scene, const std::vector<const GltfImage*>
   }
 }
 
-// Maps each KTX 2 or WebP image, if its extension is optional, to the other images of the same
+// Maps each KTX 2 or WebP image whose extension is optional to the other images of the same
 // texture.
 std::map<int, std::vector<int>> fallback_images(const GltfDocument& document) {
   std::map<int, std::vector<int>> fallbacks;
@@ -95,8 +96,8 @@ std::map<int, std::vector<int>> fallback_images(const GltfDocument& document) {
   return fallbacks;
 }
 
-// Decodes the image or, if that fails, the first of `others` that decodes; `fault` is then the
-// image's error. Throws that error if none decodes.
+// Decodes the image. If that fails, decodes the first of `others` that can be decoded, and sets
+// `fault` to the image's error. If none can be decoded, throws that error.
 DecodedImage decode_with_fallbacks(const GltfDocument& document, int image,
                                    const std::vector<int>& others, bool lenient,
                                    std::string& fault) {
@@ -118,7 +119,8 @@ DecodedImage decode_with_fallbacks(const GltfDocument& document, int image,
 }
 
 // KHR_texture_basisu requires that an image states the transfer function that its use implies. As
-// for all images, the use decides (glTF 2.0, section 3.9.2); this warns if the file disagrees.
+// for all images, the use decides (glTF 2.0, section 3.9.2). This function warns if the file
+// disagrees.
 void warn_about_transfer(const SceneDescription& scene, const std::vector<const GltfImage*>& images,
                          const std::string& file) {
   std::vector<char> warned(images.size(), 0);
@@ -130,7 +132,7 @@ void warn_about_transfer(const SceneDescription& scene, const std::vector<const 
     log_warning(file + ": " + shortened(image.image->name) + " is marked as " + image.transfer +
                 ", but is used where " + transfer + " is expected; the marking is ignored");
   };
-  // Excludes slots that read alpha, which is always linear.
+  // These lists leave out slots that read alpha, which is always linear.
   using Material = MaterialDescription;
   constexpr TextureRef Material::*kColours[] = {
       &Material::base_color_texture, &Material::emission_texture, &Material::specular_color_texture,
@@ -148,7 +150,8 @@ void warn_about_transfer(const SceneDescription& scene, const std::vector<const 
   }
 }
 
-// Decodes the wanted images that are not in `cached`, and returns all wanted images from there.
+// Decodes the wanted images that are not in `cached`, adds them to `cached`, and returns all wanted
+// images.
 std::vector<const GltfImage*> decode_images(const GltfDocument& document,
                                             const GltfOptions& options,
                                             const std::vector<int>& wanted,
@@ -194,7 +197,7 @@ std::vector<int> texture_sources(const json& texture) {
 
 void load_images(const GltfDocument& document, const GltfOptions& options,
                  std::map<int, GltfImage>& cached, TextureStore& store, SceneDescription& scene) {
-  std::map<int, int> numbers;  // glTF image -> index in scene.images
+  std::map<int, int> numbers;  // index of the glTF image -> index in scene.images
   std::vector<int> wanted;
   std::vector<char> is_used(scene.materials.size(), 0);
   for (const MeshDescription& mesh : scene.meshes) {
@@ -238,7 +241,7 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
         make_uniform_image("replaced image " + std::to_string(wanted[i]), {255, 255, 255}));
   }
   warn_about_transfer(scene, images, document.file);
-  // 128 is how files usually encode a zero component, although (128/255) * 2 - 1 is 0.004.
+  // Files usually encode a component of zero as 128, although (128/255) * 2 - 1 is 0.004.
   replace_failed(
       scene, images, "replaced normal map", {128, 128, 255},
       {&MaterialDescription::normal_texture, &MaterialDescription::clearcoat_normal_texture});

@@ -28,7 +28,7 @@ void read_transmission(const GltfMaterialObject& in, MaterialDescription& m) {
   in.texture("transmissionTexture", m.transmission_texture);
 }
 
-// The mesh itself bounds the volume; the thickness texture is for rasterisers.
+// The mesh itself bounds the volume. The thickness texture is only for rasterisers.
 void read_volume(const GltfMaterialObject& in, MaterialDescription& m) {
   float thickness = 0.0f;
   in.number("thicknessFactor", thickness, kNotNegative);
@@ -82,7 +82,7 @@ void read_clearcoat(const GltfMaterialObject& in, MaterialDescription& m) {
 struct Layer {
   const char* extension;
   void (*read)(const GltfMaterialObject&, MaterialDescription&);
-  bool is_base_layer = false;  // not read with specular-glossiness, which replaces it
+  bool is_base_layer = false;  // replaced by specular-glossiness, so not read together with it
 };
 constexpr Layer kLayers[] = {{"KHR_materials_ior", read_ior, true},
                              {"KHR_materials_specular", read_specular, true},

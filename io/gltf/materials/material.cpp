@@ -22,8 +22,8 @@ void read_metallic_roughness(const GltfMaterialObject& object, MaterialDescripti
   object.texture("metallicRoughnessTexture", material.metallic_roughness_texture);
 }
 
-// If both models are present, uses specular-glossiness; metallic-roughness is then a fallback (the
-// extension's "Best practices"). An unlit material takes its colour from metallic-roughness.
+// If both models are present, uses specular-glossiness, since metallic-roughness is then a fallback
+// (the extension's "Best practices"). An unlit material takes its colour from metallic-roughness.
 void read_base(const GltfMaterialObject& object, MaterialDescription& material) {
   const auto metallic_roughness = object.member("pbrMetallicRoughness");
   const auto glossy = object.extension(kSpecularGlossiness);

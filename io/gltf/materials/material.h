@@ -9,16 +9,17 @@
 
 namespace emberline {
 
-// Returns one MaterialDescription per glTF material; TextureRef::image holds glTF image indices.
-// Ignored and approximated features go to `coverage`. A material that cannot be read is noted as
-// broken. Unless options.lenient is set, this includes materials with a texture that has no image
-// in a supported format.
+// Returns one MaterialDescription per glTF material, in which TextureRef::image holds glTF image
+// indices. Ignored and approximated features go to `coverage`. A material that cannot be read is
+// noted as broken. Unless options.lenient is set, this includes a material with a texture that has
+// no image in a supported format.
 std::vector<MaterialDescription> read_materials(const GltfDocument& document,
                                                 const GltfOptions& options,
                                                 CoverageReport& coverage);
 
-// Returns pointers to all texture slots of a material, const or not. Every slot must be listed
-// here: a missing one would keep its glTF image index, and its UV set would not be read.
+// Returns pointers to all texture slots of a material, which may be const. Every slot must be
+// listed here. Otherwise the slot would keep its glTF image index, and its UV set would not be
+// read.
 template <class Material>
 auto texture_slots(Material& material) {
   return std::array{&material.base_color_texture,

@@ -32,8 +32,8 @@ WrapMode wrap_mode(int code, const std::string& place) {
   }
 }
 
-// KHR_texture_transform: uv' = translation * rotation * scale * uv, with the rotation as in its
-// README (counter-clockwise in a space with v downwards).
+// Computes the matrix of KHR_texture_transform: uv' = translation * rotation * scale * uv. The
+// rotation is as in the extension's README (counter-clockwise in a space with v downwards).
 std::array<float, 6> transform_matrix(const json& extension) {
   const std::vector<double> offset = extension.value("offset", std::vector<double>{0.0, 0.0});
   const std::vector<double> scale = extension.value("scale", std::vector<double>{1.0, 1.0});

@@ -1,5 +1,6 @@
-// Reads a material's JSON object, or one inside it, member by member: factors, colours, texture
-// slots. An absent member leaves the value unchanged, so MaterialDescription decides the default.
+// Reads a material's JSON object, or an object inside it, member by member: factors, colours and
+// texture slots. An absent member leaves the value unchanged, so MaterialDescription decides the
+// default.
 #pragma once
 
 #include <optional>
@@ -16,7 +17,7 @@ namespace emberline {
 // The members that were clamped; one warning reports them all.
 struct ClampedFactors {
   struct List {
-    static constexpr size_t kMaxNamed = 8;  // others are only counted; a file may have any number
+    static constexpr size_t kMaxNamed = 8;  // the rest are only counted; a file may have any number
     std::vector<std::string> named;         // clamped members and their values
     uint64_t more = 0;
   };
@@ -39,24 +40,24 @@ struct ValidNumbers {
 inline constexpr ValidNumbers kNotNegative = {[](float x) { return x >= 0.0f; },
                                               "a number of at least 0"};
 
-// Invalid values throw InputError (file, JSON pointer, what was expected). In an extension that the
-// file does not require, or with GltfOptions::lenient, they cause a warning and leave the value
-// unchanged.
+// Invalid values throw InputError (file, JSON pointer, what was expected). With
+// GltfOptions::lenient, or in an extension that the file does not require, they cause a warning
+// instead and leave the value unchanged.
 class GltfMaterialObject {
  public:
-  // `file` and `object` must outlive this. check_schema has checked the types.
+  // `file` and `object` must outlive this object. check_schema() has already checked the types.
   GltfMaterialObject(const MaterialFile& file, const nlohmann::json& object, std::string pointer)
       : file_(file), object_(object), pointer_(std::move(pointer)) {}
 
-  // These clamp to [0, 1] and record clamped members in ClampedFactors.
+  // These functions clamp to [0, 1] and record clamped members in ClampedFactors.
   void unit_factor(const char* name, float& value) const;
   void unit_factors(const char* name, Rgb& value) const;
   void unit_factors(const char* name, Rgb& value, float& alpha) const;  // four numbers
-  // Clamps to [0, inf).
+  // Clamps to [0, inf), and records clamped members in ClampedFactors.
   void non_negative(const char* name, Rgb& value) const;
   void number(const char* name, float& value, const ValidNumbers& valid) const;
 
-  // Whether the slot has a texture. A texture index out of range is an invalid value.
+  // Whether the slot has a texture. A texture index that is out of range is an invalid value.
   bool has_texture(const char* name) const { return texture_info(name) != nullptr; }
   void texture(const char* name, TextureRef& slot) const;
   // Also reads the "scale" of a normal map.
@@ -65,11 +66,11 @@ class GltfMaterialObject {
   std::optional<GltfMaterialObject> member(const char* name) const;
   std::optional<GltfMaterialObject> extension(const char* name) const;
 
-  // Adds to the file's coverage report.
+  // Adds a line to the file's coverage report.
   void report_ignored(const std::string& what) const;
-  // Reports a faulty member: throws, or warns in an optional extension.
+  // Reports a faulty member: warns in an optional extension, and otherwise throws InputError.
   void fail(const std::string& name, const std::string& message) const;
-  // The place of the member `name`, for messages.
+  // Returns the place of the member `name`, for messages.
   std::string place(const std::string& name) const {
     return file_.document.place(pointer_ + "/" + name);
   }
@@ -85,19 +86,20 @@ class GltfMaterialObject {
   const MaterialFile& file_;
   const nlohmann::json& object_;
   std::string pointer_;
-  bool optional_ = false;  // whether this is inside an extension that the file does not require
+  bool optional_ = false;  // whether we are inside an extension that the file does not require
 };
 
 // Material extensions, implemented in layers.cpp.
 inline constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
 
-// Reads all KHR_materials_* that change scattering, except specular-glossiness. An unlit material
-// must not have them; if it does, they are reported as ignored. Specular-glossiness defines its own
-// index of refraction and specular colour, so with it, only the layers on top are read.
+// Reads all KHR_materials_* extensions that change scattering, except specular-glossiness. An unlit
+// material must not have them; if it does, they are reported as ignored. Specular-glossiness
+// defines its own index of refraction and specular colour. So together with it, only the layers on
+// top are read.
 void read_material_layers(const GltfMaterialObject& object, MaterialDescription& material);
 
-// Reads KHR_materials_pbrSpecularGlossiness, which replaces pbrMetallicRoughness. As that
-// extension's section "Conversions" says, such a material is equivalent to a non-metallic one with
+// Reads KHR_materials_pbrSpecularGlossiness, which replaces pbrMetallicRoughness. According to the
+// extension's section "Conversions", such a material is equivalent to a non-metallic material with
 // ior = 0 in KHR_materials_ior and with the specular colour in KHR_materials_specular.
 void read_specular_glossiness(const GltfMaterialObject& object, MaterialDescription& material);
 

@@ -9,8 +9,8 @@ namespace {
 constexpr size_t kGlobalHeader = 20, kImageEntry = 20;
 constexpr uint32_t kPFrame = 2;
 
-// Reads a number in groups of `width` bits, lowest group first; after each, one more bit says
-// whether another group follows.
+// Reads a number in groups of `width` bits. The lowest group comes first. After each group, one
+// more bit says whether another group follows.
 uint64_t take_varint(BitReader& bits, int width) {
   uint64_t value = 0;
   for (int shift = 0; shift < 32; shift += width) {
@@ -21,8 +21,8 @@ uint64_t take_varint(BitReader& bits, int width) {
   throw_damaged(bits.place(), "has an unterminated number");
 }
 
-// Each value is stored as a difference from the previous one. Colour differences use one of three
-// tables, chosen by the previous value.
+// Each value is stored as its difference from the previous value. Colour differences use one of
+// three tables. The previous value decides which one.
 std::vector<Endpoint> read_endpoints(const BasisLzHeader& header, const std::string& place) {
   BitReader bits(header.endpoint_data, place, "endpoints");
   std::array<HuffmanTable, 3> colour_delta;
@@ -123,8 +123,8 @@ std::span<const SliceReader::Block> SliceReader::next_row() {
   for (size_t x = 0; x < row_.size(); ++x) previous_endpoints_[x] = row_[x].endpoint;
   uint32_t prediction = 0;
   for (size_t x = 0; x < row_.size(); ++x) {
-    // A prediction has two bits for each of 2 x 2 blocks. The bits of the lower two blocks are kept
-    // for the next row.
+    // A prediction has two bits for each block of a square of 2 x 2 blocks. The bits of the lower
+    // two blocks are kept for the next row.
     if (x % 2 == 0) {
       uint8_t& stored_prediction = predictions_[x / 2];
       prediction = row_number_ % 2 == 0 ? next_prediction() : stored_prediction;
@@ -204,7 +204,7 @@ uint16_t SliceReader::next_selector() {
 }
 
 EtcPixels decode_etc1s(const Endpoint& endpoint, const Selectors& selectors) {
-  // The table "Intensity modifier sets", with each row in selector order.
+  // This is the table "Intensity modifier sets", with each row in selector order.
   constexpr std::array<std::array<int, 4>, 8> kModifiers = {{{-8, -2, 2, 8},
                                                              {-17, -5, 5, 17},
                                                              {-29, -9, 9, 29},

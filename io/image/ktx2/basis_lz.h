@@ -20,7 +20,8 @@ struct Endpoint {
   uint8_t intensity = 0;               // row of ETC1's modifier table, 0 to 7
 };
 
-// One byte per row, leftmost pixel in the lowest two bits; 0 is the most negative modifier.
+// One byte per row of pixels. The leftmost pixel is in the lowest two bits. 0 is the most negative
+// modifier.
 using Selectors = std::array<uint8_t, kBlockSide>;
 
 // The header of the global data, and the data itself, still encoded.
@@ -34,7 +35,7 @@ struct BasisLzHeader {
   }
 };
 
-// Checks the slices of all levels. Throws InputError.
+// Checks the slices of all levels and reads the header. Throws InputError.
 BasisLzHeader read_basis_lz_header(const Container& container, const std::string& place);
 
 // Decoded tables, which all slices share.
@@ -59,7 +60,7 @@ class SliceReader {
   SliceReader(const BasisLzTables& tables, Bytes slice, size_t blocks_across,
               const std::string& place);
 
-  // Returns the next row, valid until the next call. Throws InputError.
+  // Returns the next row, which is valid until the next call. Throws InputError.
   std::span<const Block> next_row();
 
  private:
@@ -72,17 +73,18 @@ class SliceReader {
   uint64_t row_number_ = 0;
   std::vector<Block> row_;
   std::vector<uint16_t> previous_endpoints_;  // endpoints of the previous row
-  std::vector<uint8_t> predictions_;          // predictions for the next odd row, per block pair
+  std::vector<uint8_t> predictions_;  // per pair of blocks, the predictions for the next odd row
   uint32_t last_prediction_ = 0;
   uint64_t prediction_run_ = 0;
   uint32_t last_endpoint_ = 0;
-  // The selector history, an approximate move-to-front list.
+  // The selector history, which is an approximate move-to-front list.
   std::vector<uint16_t> history_;
   size_t rover_ = 0;
   uint64_t selector_run_ = 0;
 };
 
-// Decodes a block to RGB, rows from the top. Khronos Data Format Specification 1.4, "ETC1S".
+// Decodes a block to RGB, with rows from the top, as in Khronos Data Format Specification 1.4,
+// "ETC1S".
 using EtcPixels = std::array<std::array<uint8_t, 3>, kBlockPixels>;
 EtcPixels decode_etc1s(const Endpoint& endpoint, const Selectors& selectors);
 

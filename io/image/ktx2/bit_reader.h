@@ -1,4 +1,4 @@
-// Reads bits as KTX 2 stores them, least significant first. For io/image/ktx2 only.
+// Reads bits as KTX 2 stores them, the least significant bit first. For io/image/ktx2 only.
 #pragma once
 
 #include <cstdint>

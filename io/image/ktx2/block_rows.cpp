@@ -35,8 +35,8 @@ class Etc1sRows final : public BlockRows {
         row[x][i] = {colour[i][0], colour[i][1], colour[i][2], 255};
       }
       if (!alpha_) continue;
-      // Alpha is the green channel, as in the reference transcoder. The channels can differ, since
-      // alpha and colour share a palette of endpoints.
+      // Alpha is the green channel of the second slice, as in the reference transcoder. The
+      // channels of that slice can differ, since alpha and colour share a palette of endpoints.
       const EtcPixels alpha = decode(alphas[x]);
       for (size_t i = 0; i < alpha.size(); ++i) row[x][i][3] = alpha[i][1];
     }
@@ -69,8 +69,8 @@ class UncompressedRows final : public BlockRows {
   Bytes unread_;
 };
 
-// Returns the size of a Zstandard frame's window, which its decoder keeps in memory (RFC 8878,
-// 3.1.1.1), or 0 if this is not a frame.
+// Returns the size of a Zstandard frame's window, which the decoder keeps in memory (RFC 8878,
+// 3.1.1.1). Returns 0 if `frame` is not a Zstandard frame.
 uint64_t zstd_window(Bytes frame) {
   if (frame.size() < 6 || little_endian(frame, 0, 4) != ZSTD_MAGICNUMBER) return 0;
   const uint8_t descriptor = frame[4];
@@ -85,7 +85,8 @@ uint64_t zstd_window(Bytes frame) {
   return little_endian<uint64_t>(frame, at, bytes) + (bytes == 2 ? 256 : 0);
 }
 
-// Zstandard's smallest window, and the largest that its decoder accepts by default.
+// Logarithms of Zstandard's smallest window and of the largest window that its decoder accepts by
+// default.
 constexpr int kMinWindowLog = 10, kMaxWindowLog = 27;
 
 uint64_t checked_window(const Container& container, const std::string& place) {
@@ -105,7 +106,7 @@ class ZstdRows final : public BlockRows {
         packed_{container.level.data(), container.level.size(), 0},
         blocks_(size_t(container.blocks_across()) * kUastcBlockBytes) {
     if (!stream_) throw std::bad_alloc();
-    // Later frames must not have a larger window than the one that was counted.
+    // Later frames must not have a larger window than the first frame, whose window was counted.
     const int log = int(std::bit_width(checked_window(container, place) - 1));
     ZSTD_DCtx_setParameter(stream_.get(), ZSTD_d_windowLogMax, std::max(kMinWindowLog, log));
   }
@@ -132,7 +133,7 @@ class ZstdRows final : public BlockRows {
   const std::string place_;
   std::unique_ptr<ZSTD_DStream, Free> stream_;
   ZSTD_inBuffer packed_;
-  std::vector<uint8_t> blocks_;  // of one row
+  std::vector<uint8_t> blocks_;  // the blocks of one row
 };
 
 }  // namespace
@@ -145,7 +146,7 @@ uint64_t block_rows_bytes(const Container& container, const std::string& place) 
     return kTables + read_basis_lz_header(container, place).decoded_bytes() + 2 * slice;
   }
   if (!container.is_zstd) return 0;
-  constexpr uint64_t kState = uint64_t(1) << 20;  // with buffers of 128 KiB for input and output
+  constexpr uint64_t kState = uint64_t(1) << 20;  // with 128 KiB buffers for input and output
   return checked_window(container, place) + kState + across * kUastcBlockBytes;
 }
 

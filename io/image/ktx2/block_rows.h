@@ -18,15 +18,16 @@ class BlockRows {
   virtual void next(std::span<BlockPixels> row) = 0;
 };
 
-// Memory of make_block_rows()'s result, computed from the headers. Throws InputError.
+// Returns the memory that the result of make_block_rows() takes, computed from the headers. Throws
+// InputError.
 uint64_t block_rows_bytes(const Container& container, const std::string& place);
 
-// The result refers to the container's bytes, which must outlive it. Throws InputError.
+// Makes a decoder that refers to the container's bytes, which must outlive it. Throws InputError.
 std::unique_ptr<BlockRows> make_block_rows(const Container& container, const std::string& place);
 
-// Decodes UASTC: 4 x 4 pixels in 128 bits. Khronos Data Format Specification 1.4, chapter
-// "Universal ASTC Compressed Texture Images". An invalid block decodes to the specification's error
-// colour, (255, 0, 255, 255).
+// Decodes a UASTC block: 4 x 4 pixels in 128 bits (Khronos Data Format Specification 1.4, chapter
+// "Universal ASTC Compressed Texture Images"). An invalid block decodes to the specification's
+// error colour, (255, 0, 255, 255).
 BlockPixels decode_uastc(std::span<const uint8_t, kUastcBlockBytes> block);
 
 }  // namespace emberline::ktx2

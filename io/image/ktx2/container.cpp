@@ -11,10 +11,12 @@
 namespace emberline::ktx2 {
 namespace {
 
-// Section 2: the header and the index have 80 bytes; an entry of the level index has 24.
+// Section 2: the header and the index together have 80 bytes. An entry of the level index has
+// 24 bytes.
 constexpr size_t kHeaderBytes = 80, kLevelEntry = 24;
 enum Supercompression : uint32_t { kNone = 0, kBasisLz = 1, kZstandard = 2 };  // section 3.8
-// Khronos Data Format Specification 1.4, 4 and 5: a basic block has 24 bytes, plus 16 per sample.
+// Khronos Data Format Specification 1.4, sections 4 and 5: a basic block has 24 bytes, plus
+// 16 bytes per sample.
 constexpr size_t kDescriptorBytes = 24, kSampleBytes = 16;
 constexpr uint32_t kModelEtc1s = 163, kModelUastc = 166;
 constexpr uint32_t kTransferLinear = 1, kTransferSrgb = 2;
@@ -70,7 +72,7 @@ class ContainerReader {
     }
   }
 
-  // See section 3.10, and section 5 of the Data Format Specification.
+  // See section 3.10 of the KTX specification, and section 5 of the Data Format Specification.
   void read_descriptor() {
     const Bytes data = part(word(48), word(52), "data format descriptor");
     const auto at = [&](size_t offset) { return little_endian(data, offset, 4); };
@@ -144,7 +146,7 @@ class ContainerReader {
                       (second >= 0 ? " and " + std::to_string(second) : ""));
   }
 
-  // Section 3.11. KHR_texture_basisu requires the default values.
+  // See section 3.11. KHR_texture_basisu requires the default values.
   void check_key_values() const {
     if (word(60) == 0) return;
     const Bytes data = part(word(56), word(60), "key/value data");
@@ -165,7 +167,7 @@ class ContainerReader {
     }
   }
 
-  // Section 3.9. Checks all levels, though only the first is decoded.
+  // See section 3.9. Checks all levels, although only the first is decoded.
   void read_levels() {
     container_.levels = int(levels_);
     if (levels_ * kLevelEntry > file_.size() - kHeaderBytes) {

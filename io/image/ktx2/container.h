@@ -16,7 +16,7 @@ using Bytes = std::span<const uint8_t>;
 inline constexpr int kBlockSide = 4;  // pixels, for both ETC1S and UASTC
 inline constexpr size_t kBlockPixels = 16;
 inline constexpr size_t kUastcBlockBytes = 16;
-// The RGBA values of each pixel, rows from the top.
+// The RGBA values of each pixel, with rows from the top.
 using BlockPixels = std::array<std::array<uint8_t, 4>, kBlockPixels>;
 
 // Throws the error for a damaged file. `what` completes the sentence "the KTX 2 ...".
@@ -32,21 +32,22 @@ struct Container {
   bool is_srgb = false;  // whether the transfer function is sRGB and not linear
   bool is_zstd = false;  // whether UASTC blocks are compressed with Zstandard
   int channels = 0;      // 1 (red), 3, or 4 with alpha
-  // For each channel, the channel of a decoded block that it comes from: 0 (red) to 3 (alpha), or
+  // For each channel, the channel of a decoded block from which it comes: 0 (red) to 3 (alpha), or
   // -1 for zero. For ETC1S, alpha comes from the second slice.
   std::array<int, 4> sources = {};
-  bool has_second_slice = false;  // ETC1S
+  bool has_second_slice = false;  // for ETC1S
   int levels = 0;
   std::array<uint64_t, 32> level_bytes = {};  // size of each level; all levels lie inside the file
   Bytes level;                                // level 0 as stored
-  Bytes global_data;                          // BasisLZ
+  Bytes global_data;                          // for BasisLZ
 
   int64_t blocks_across() const { return (width + kBlockSide - 1) / kBlockSide; }
 };
 
-// Checks everything except the levels' data and the global data. The result refers to `file`.
-// Throws InputError for a damaged file, and for images outside KHR_texture_basisu (2D; ETC1S in
-// BasisLZ, or UASTC plain or in Zstandard; unassociated alpha; rows from the top).
+// Checks everything except the data of the levels and the global data. The result refers to `file`.
+// Throws InputError for a damaged file, and for images that KHR_texture_basisu does not allow.
+// Allowed are 2D images in ETC1S with BasisLZ, or in UASTC without supercompression or with
+// Zstandard, with unassociated alpha and with rows from the top.
 Container read_container(Bytes file, const std::string& place);
 
 }  // namespace emberline::ktx2

@@ -5,8 +5,8 @@ namespace emberline::ktx2 {
 HuffmanTable::HuffmanTable(std::span<const uint8_t> lengths, const std::string& place) {
   for (const uint8_t length : lengths) ++counts_[length];
   counts_[0] = 0;
-  // How many of the 2^16 sequences of 16 bits begin with one of the table's codes. If the table is
-  // complete, all of them do.
+  // The number of 16-bit sequences, out of all 2^16, that begin with one of the table's codes. If
+  // the table is complete, all of them do.
   uint64_t taken = 0;
   size_t used = 0;
   std::array<uint32_t, kMaxCodeLength + 2> first = {};  // index of the first symbol of each length
@@ -29,7 +29,7 @@ HuffmanTable::HuffmanTable(std::span<const uint8_t> lengths, const std::string& 
 
 uint32_t HuffmanTable::decode(BitReader& bits) const {
   // Codes of the same length are consecutive numbers. The first code of the next length is twice
-  // the number after the last of them.
+  // the number that follows the last of these codes.
   uint32_t code = 0, first = 0, index = 0;
   for (size_t length = 1; length <= kMaxCodeLength; ++length) {
     code |= bits.take(1);

@@ -14,8 +14,8 @@ class HuffmanTable {
  public:
   HuffmanTable() = default;  // no symbols
   // Builds canonical codes (RFC 1951, section 3.2.2) from each symbol's code length, 0 to 16 bits.
-  // Throws InputError unless the code is complete, has a single symbol, or is empty; an empty table
-  // cannot decode.
+  // Throws InputError unless the code is complete, has a single symbol, or is empty. An empty table
+  // cannot decode anything.
   HuffmanTable(std::span<const uint8_t> lengths, const std::string& place);
   // Reads a table from the stream, as in the section "Compressed Huffman Tables".
   static HuffmanTable read(BitReader& bits);

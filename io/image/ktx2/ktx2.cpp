@@ -36,7 +36,8 @@ class Ktx2Decoder final : public ImageDecoder {
     assert(first == 0 && last == container_.channels && type == SampleType::kUint8);
     assert(pixels.x0 == 0 && pixels.x1 == layout_.width);
     for (int y = pixels.y0; y < pixels.y1; ++y, out += row) {
-      // Rows are requested in order, but a row of blocks may be requested in parts.
+      // Rows of pixels are requested in order, but the pixels of one row of blocks may be requested
+      // in parts.
       for (; rows_read_ <= y / kBlockSide; ++rows_read_) rows_->next(blocks_);
       write_row(y % kBlockSide, out);
     }
@@ -58,7 +59,7 @@ class Ktx2Decoder final : public ImageDecoder {
   const ktx2::Container container_;
   std::unique_ptr<ktx2::BlockRows> rows_;
   std::vector<ktx2::BlockPixels> blocks_;  // the current row of blocks
-  int rows_read_ = 0;                      // number of rows of blocks
+  int rows_read_ = 0;                      // number of rows of blocks read so far
 };
 
 }  // namespace

@@ -1,7 +1,9 @@
-// Decodes KTX 2 images in glTF (KHR_texture_basisu): ETC1S in BasisLZ, UASTC plain or in Zstandard.
-// Decodes level 0; checks only the sizes of the other levels.
+// Decodes KTX 2 images in glTF (KHR_texture_basisu): ETC1S with BasisLZ, and UASTC without
+// supercompression or with Zstandard. Decodes only level 0. Of the other levels, checks only the
+// sizes.
 //
-// We implemented this from the specifications, because existing decoders come with GPU transcoders.
+// We implemented this decoder from the specifications, because existing decoders come with GPU
+// transcoders.
 #pragma once
 
 #include <cstdint>
@@ -14,15 +16,16 @@
 
 namespace emberline {
 
-// The decoder's attribute with the transfer function, "sRGB" or "linear".
+// The decoder's attribute that states the transfer function, "sRGB" or "linear".
 inline constexpr const char* kTransferAttribute = "ktx2:transfer";
 
-// Checks the container. Throws InputError at `place` if it is damaged or unsupported.
+// Reads the header and checks the container. Throws InputError at `place` if it is damaged or
+// unsupported.
 ImageHeader read_ktx2_header(std::span<const uint8_t> bytes, const std::string& place);
 
 // `bytes` must have passed read_ktx2_header() and must outlive the decoder. Rows must be read in
-// order, with all channels, as bytes: R, RGB or RGBA, with unassociated alpha. Opening and reading
-// throw InputError if the data are damaged.
+// order, with all channels, as bytes. The channels are R, RGB or RGBA, with unassociated alpha.
+// Opening and reading throw InputError if the data are damaged.
 std::unique_ptr<ImageDecoder> open_ktx2(std::span<const uint8_t> bytes, const std::string& place);
 
 }  // namespace emberline

@@ -13,14 +13,14 @@ constexpr BlockPixels kErrorColour = [] {
 }();
 
 enum Channels : uint8_t { kLuminanceAlpha = 2, kRgb = 3, kRgba = 4 };
-enum Digits : uint8_t { kBits = 0, kTrits = 3, kQuints = 5 };  // an endpoint's upper part
+enum Digits : uint8_t { kBits = 0, kTrits = 3, kQuints = 5 };  // type of an endpoint's upper part
 
-// One row of the tables "Mode Index encoding", "Block configuration bits", "Endpoint bits", "Block
+// A row of the tables "Mode Index encoding", "Block configuration bits", "Endpoint bits", "Block
 // endpoint description prefix" and "weight bits".
 struct Mode {
-  uint8_t code_bits, code;  // the block's lowest bits
-  uint8_t hint_bits;        // for transcoders
-  bool has_etc2_hints;      // in the last 8 hint bits, whose upper half must not be 0
+  uint8_t code_bits, code;  // `code` is the block's lowest `code_bits` bits
+  uint8_t hint_bits;        // number of hint bits for transcoders
+  bool has_etc2_hints;  // whether the last 8 hint bits are for ETC2; their upper half must not be 0
   uint8_t pattern_bits;
   bool selects_channel;  // stores which channel has the second weight plane; if false, alpha has it
   uint8_t subsets, planes;
@@ -52,7 +52,8 @@ constexpr std::array<Mode, kModeCount> kModes = {{
     {4, 0x09, 15, false, 0, false, 1, 1, kRgb, kBits, 5, 5},
 }};
 
-// The subset of each pixel, in one or two bits per pixel, with the first pixel in the lowest bits.
+// The subset of each pixel. A pattern has one or two bits per pixel, with the first pixel in the
+// lowest bits.
 constexpr std::array<uint16_t, 30> kTwoSubsets = {  // modes 2, 4, 9 and 16
     0xcccc, 0x8888, 0x1111, 0xecc8, 0x377f, 0xfeec, 0x0137, 0x137f, 0xc800, 0x0013,
     0xfe80, 0x17ff, 0x0017, 0x00ff, 0xfff0, 0x0fff, 0xff71, 0x8eff, 0x08ce, 0x008c,
@@ -81,7 +82,7 @@ bool find_subsets(size_t mode, size_t pattern, Subsets& subsets) {
   return pattern < kTwoSubsets.size() && spread(kTwoSubsets[pattern], 1);
 }
 
-// The 128 bits of a block, lowest first.
+// The 128 bits of a block, which are read from the lowest bit on.
 class BlockBits {
  public:
   explicit BlockBits(std::span<const uint8_t, kUastcBlockBytes> block) {
@@ -107,8 +108,8 @@ class BlockBits {
   int taken_ = 0;
 };
 
-// "ASTC Endpoint Unquantization": combines a value's lower bits and its trit or quint into 8 bits.
-// Entry B of that table repeats the bits above the lowest at other positions.
+// Follows "ASTC Endpoint Unquantization": combines a value's lower bits and its trit or quint into
+// 8 bits. Entry B of that table repeats all bits above the lowest bit at other positions.
 uint8_t unquantize(Digits digits, int bit_count, uint32_t bits, uint32_t digit) {
   const uint32_t upper = bits >> 1;
   const std::array<uint32_t, 5> b = {
@@ -125,15 +126,15 @@ uint8_t unquantize(Digits digits, int bit_count, uint32_t bits, uint32_t digit) 
   return uint8_t((a & 0x80) | ((digit * kC[row] + b[row]) ^ a) >> 2);
 }
 
-// The endpoints in storage order: for each subset, a low and a high value per channel.
+// The endpoint values in storage order: for each subset, a low and a high value per channel.
 constexpr size_t kMaxValues = 18;
 using Values = std::array<uint8_t, kMaxValues>;
 
 Values take_values(const Mode& mode, BlockBits& bits) {
   const size_t count = size_t(2 * mode.channels * mode.subsets);
   std::array<uint32_t, kMaxValues> digits = {};
-  // Five trits or three quints are stored as one number. The last group may have fewer of them, in
-  // fewer bits.
+  // Five trits or three quints are stored as one number. The last group may have fewer trits or
+  // quints, in fewer bits.
   const size_t group_size = mode.digits == kTrits ? 5 : 3;
   for (size_t i = 0; mode.digits != kBits && i < count; i += group_size) {
     const size_t group_count = std::min(group_size, count - i);
@@ -147,7 +148,7 @@ Values take_values(const Mode& mode, BlockBits& bits) {
     const uint32_t value = bits.take(mode.endpoint_bits);
     if (mode.digits != kBits) {
       values[i] = unquantize(mode.digits, mode.endpoint_bits, value, digits[i]);
-    } else {  // replicate 4, 5 or 8 bits to fill 8
+    } else {  // replicates 4, 5 or 8 bits to fill 8 bits
       const uint32_t left = value << (8 - mode.endpoint_bits);
       values[i] = uint8_t(left | left >> mode.endpoint_bits);
     }
@@ -155,7 +156,8 @@ Values take_values(const Mode& mode, BlockBits& bits) {
   return values;
 }
 
-// "ASTC Weights Unquantization": replicates the bits to fill 6 bits, then maps the result to 0..64.
+// Follows "ASTC Weights Unquantization": replicates the bits to fill 6 bits, then maps the result
+// to 0..64.
 int unquantize_weight(uint32_t weight, int bit_count) {
   uint32_t value = 0;
   for (int shift = 6 - bit_count; shift > -bit_count; shift -= bit_count) {
@@ -203,7 +205,7 @@ BlockPixels decode_uastc(std::span<const uint8_t, kUastcBlockBytes> block) {
   std::array<bool, 3> has_weight = {};
   for (size_t i = 0; i < kBlockPixels; ++i) {
     const size_t subset = subsets[i];
-    // The highest bit of each subset's first weight is 0 and is not stored.
+    // The highest bit of the first weight of each subset is 0 and is not stored.
     const int stored = has_weight[subset] ? mode.weight_bits : mode.weight_bits - 1;
     has_weight[subset] = true;
     std::array<int, 2> weights = {};

@@ -17,11 +17,11 @@
 namespace emberline::python {
 namespace {
 
-// Chosen so that Ctrl-C seems to take effect at once.
+// This interval is so short that Ctrl-C seems to take effect at once.
 constexpr auto kPollInterval = std::chrono::milliseconds(20);
 
-// Any thread may log a message while the library holds a lock. Acquiring the GIL then could
-// deadlock with a thread that holds the GIL and logs, so messages are queued.
+// Any thread may log a message while the library holds a lock. If it then acquired the GIL, it
+// could deadlock with another thread that holds the GIL and logs. So messages are queued.
 struct Messages {
   std::mutex mutex;
   std::vector<std::pair<api::Message, std::string>> queued;
@@ -55,7 +55,7 @@ constexpr const char* kForked =
     "this process was forked from one that has used emberline; call "
     "multiprocessing.set_start_method(\"spawn\") first";
 
-// The process that made the first call; 0 before that.
+// The id of the process that made the first call; 0 before the first call.
 std::atomic<pid_t> g_process{0};
 
 // Throws in a process that was forked after the library had started threads. These threads do not
@@ -139,10 +139,10 @@ class WaitingCall final : public Call {
   std::exception_ptr error_, error_in_python_;
 };
 
-// Waits for all calls before the interpreter exits. On exit, it would terminate all threads that
-// are waiting for the GIL, and the C++ functions on their stacks cannot handle that. (Non-daemon
-// threads have already ended.) A forked process does not wait: it has inherited the count of calls,
-// but not their threads.
+// Waits for all calls before the interpreter exits. On exit, the interpreter would terminate all
+// threads that are waiting for the GIL, and the C++ functions on their stacks cannot handle that.
+// (Non-daemon threads have already ended.) A forked process does not wait: it has inherited the
+// count of calls, but not their threads.
 void wait_for_calls() {
   if (is_forked()) return;
   g_is_finalizing = true;

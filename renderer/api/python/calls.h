@@ -20,8 +20,8 @@ class Call {
   // Returns a token whose stop is requested after an exception in Python. The call's result is then
   // discarded.
   virtual std::stop_token cancellation() const = 0;
-  // Runs `work` with the GIL on the thread that called from Python, and waits for it. Does nothing
-  // once the call is given up.
+  // Runs `work` with the GIL on the thread that called from Python, and waits until `work` has
+  // ended. Does nothing once the call is given up.
   virtual void run_in_python(const std::function<void()>& work) = 0;
 };
 
@@ -44,7 +44,7 @@ bool is_forked();
 // Call once, when the module is imported.
 void init_calls();
 
-// Decodes bytes as UTF-8, with backslash escapes for invalid ones.
+// Decodes bytes as UTF-8. Invalid bytes become backslash escapes.
 py::str text(std::string_view bytes);
 
 }  // namespace emberline::python

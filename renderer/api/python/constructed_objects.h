@@ -1,5 +1,5 @@
-// Casters that reject objects whose __init__ has not run. For these, pybind11 would return
-// uninitialised memory. Such objects come from Scene.__new__(Scene), or from a subclass that uses
+// Casters that reject objects whose __init__ has not run. For such an object, pybind11 would return
+// uninitialised memory. These objects come from Scene.__new__(Scene), or from a subclass that uses
 // `self` before it calls super().__init__().
 #pragma once
 

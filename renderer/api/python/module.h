@@ -41,7 +41,7 @@ struct Scene {
   bool is_being_edited = false;
 };
 
-// The argument of a progress callback, which may keep it.
+// The argument of a progress callback. The callback may keep the object.
 struct Progress {
   uint64_t samples;
   std::optional<double> error_estimate;

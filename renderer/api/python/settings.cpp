@@ -1,4 +1,4 @@
-// Exceptions, and settings by the names of the command's options.
+// Exceptions, and settings, which are named like the command's options.
 #include <string>
 #include <vector>
 
@@ -10,7 +10,7 @@ namespace {
 struct ErrorTypes {
   py::handle error, usage, input, render;
 };
-ErrorTypes g_errors;  // the module owns them, and is never unloaded
+ErrorTypes g_errors;  // owned by the module, which is never unloaded
 
 py::handle add_error(py::module_& module, const char* name, const py::handle& base,
                      const char* doc) {

@@ -43,7 +43,7 @@ std::vector<size_t> channels_of(const api::RenderedPicture& picture, const std::
     return indices;
   }
   const std::string prefix = layer + ".";
-  add(prefix, "RGBA");  // these first, in this order: EXR sorts names alphabetically
+  add(prefix, "RGBA");  // first and in this order, because EXR sorts names
   for (size_t i = 0; i < picture.channels.size(); ++i) {
     const std::string& name = picture.channels[i];
     const bool is_in_layer =
@@ -141,7 +141,7 @@ std::string setting_text(const std::string& name, const py::handle& value) {
     return check_no_nul(encode_path(value), name);
   }
   const NestedCall nested;
-  // A NumPy scalar or 0-dimensional array.
+  // Converts a NumPy scalar or a 0-dimensional array.
   const auto dimensions = py::getattr(value, "ndim", py::none());
   if (PyLong_Check(dimensions.ptr()) && dimensions.cast<int>() == 0) {
     return setting_text(name, value.attr("item")());

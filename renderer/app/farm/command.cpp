@@ -58,8 +58,8 @@ std::string absolute(const std::string& path) {
   return path.empty() ? path : fs::absolute(path).string();
 }
 
-// Makes paths absolute, since the jobs run in another folder, and adds the channels that the
-// heatmaps need.
+// Makes paths absolute, because the jobs run in another folder. Adds the channels that the heatmaps
+// need.
 RenderOptions prepare_options(const FarmOptions& farm) {
   RenderOptions o = farm.frame;
   for (std::string* path : {&o.scene, &o.resource_root, &o.environment, &o.edits})
@@ -72,8 +72,8 @@ RenderOptions prepare_options(const FarmOptions& farm) {
     const std::string_view name = name_of(aov_table(), *heatmap.quantity->aov);
     o.aovs += (o.aovs.empty() ? "" : ",") + std::string(name);
   }
-  // All nodes must use one Embree instruction set, because a merge rejects parts with different
-  // ones.
+  // All nodes must use the same Embree instruction set, because a merge rejects parts with
+  // different instruction sets.
   o.isa = o.isa.value_or(widest_isa());
   return o;
 }
@@ -95,8 +95,8 @@ void check_names(const RenderOptions& o) {
   }
 }
 
-// Rejects symbolic links in the folder. Another user may have made it, and a link could redirect
-// what the jobs write.
+// Rejects symbolic links in the folder. Another user may have made the folder, and a link could
+// redirect what the jobs write.
 void check_file_types(const FarmFolder& folder) {
   std::error_code unknown;
   const auto check = [&](const fs::path& path, fs::file_type expected_type) {
@@ -151,9 +151,9 @@ void reject_running(const FarmFolder& folder) {
       folder.path, tasks.size());
 }
 
-// Rejects checkpoints with other settings or of an earlier version of the scene. The jobs would
-// reject them, too, and a merge of nothing but such checkpoints would write the picture of another
-// frame. Returns the number of parts that have a checkpoint.
+// Throws InputError for a checkpoint with other settings or of an earlier version of the scene. The
+// jobs would reject such a checkpoint as well. But if all checkpoints were of this kind, the merge
+// would write the picture of another frame. Returns the number of parts that have a checkpoint.
 int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, uint32_t parts) {
   RenderOptions options;
   static_cast<FrameSettings&>(options) = settings;
@@ -179,7 +179,7 @@ int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, u
   return resumable_parts;
 }
 
-// Removes the progress files of earlier jobs, which would otherwise be read as those of the new
+// Removes the progress files of earlier jobs, because they would be taken for those of the new
 // jobs.
 void remove_progress(const FarmFolder& folder, const std::vector<uint32_t>& parts) {
   std::error_code ignored;
@@ -226,9 +226,9 @@ void write_record(const FarmFolder& folder, const FarmRecord& record) {
   write_file_atomically(folder.file("job.json"), record_json(record));
 }
 
-// Submits the parts as a job array, and a merge that runs after the parts and after `others`
-// (unfinished jobs or tasks). Rewrites job.json after each submission, so that `farm cancel` finds
-// every submitted job even after a crash.
+// Submits the parts as a job array. Then submits a merge, which runs after the parts and after
+// `others` (unfinished jobs or tasks). Rewrites job.json after each submission, so that `farm
+// cancel` finds every submitted job even after a crash.
 void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint32_t>& parts,
             const std::vector<std::string>& others) {
   std::vector<std::string> dependencies = others;
@@ -309,8 +309,8 @@ bool is_complete_part(const FarmFolder& folder, uint32_t part, uint32_t parts) {
   }
 }
 
-// Submits the parts that are neither complete nor queued or running. The new merge waits for the
-// queued and running ones, too.
+// Submits the parts that are not complete, queued or running. The new merge also waits for the
+// parts that are queued or running.
 int retry_frame(const FarmFolder& folder) {
   FarmRecord record = read_record(folder);
   check_file_types(folder);

@@ -1,5 +1,5 @@
-// OUTPUT.farm: the folder in which `emberline farm` keeps the files of a frame that is rendered in
-// parts.
+// OUTPUT.farm, the folder in which `emberline farm` keeps the files of a frame that is rendered in
+// parts:
 //
 //   settings.json   the frame's settings, for `render --settings`
 //   part.sh         renders a part; merge.sh merges the parts
@@ -19,21 +19,21 @@
 
 namespace emberline {
 
-// "shot.####.exr" -> "shot.0000.exr": replaces every run of four or more '#' with the frame's
-// number, which is always 0 here.
+// Replaces every run of four or more '#' with the frame number, which is always 0 here:
+// "shot.####.exr" becomes "shot.0000.exr".
 std::string expand_frame_zero(std::string name);
 
 // The paths are absolute and need not exist.
 struct FarmFolder {
-  // `name` is an output as given by the user, or the folder itself.
+  // `name` is the path of an output, as the user gave it, or of the folder itself.
   explicit FarmFolder(const std::string& name);
 
   std::string file(const std::string& name) const { return path + "/" + name; }
   std::string progress(uint32_t part) const;
   std::string checkpoint(uint32_t part, uint32_t parts) const;
-  // Whether Slurm can open the logs. Slurm interprets % and \ in log names, and has no way to
-  // escape both at once. If the folder's path contains these or control characters, the scripts
-  // open their logs themselves.
+  // Whether Slurm opens the logs. Slurm interprets % and \ in the names of logs, and no way of
+  // escaping works for both characters. If the folder's path contains one of them or a control
+  // character, the scripts open their logs themselves.
   bool slurm_writes_logs() const {
     return std::ranges::none_of(
         path, [](unsigned char c) { return c == '%' || c == '\\' || c < 0x20 || c == 0x7f; });
@@ -47,12 +47,12 @@ struct FarmRecord {
   uint32_t parts = 0;
   SlurmRequest request;
   std::vector<uint64_t> arrays;   // job arrays of the parts, in the order of submission
-  std::optional<uint64_t> merge;  // absent: nothing was submitted
+  std::optional<uint64_t> merge;  // the job of the merge; absent: nothing was submitted
 
   std::vector<uint64_t> jobs() const;  // the arrays and, if set, the merge
 };
 
-// Does not trust the file: throws InputError if it is missing or invalid.
+// Validates the file. Throws InputError if it is missing or invalid.
 FarmRecord read_record(const FarmFolder& folder);
 std::string record_json(const FarmRecord& record);
 

@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// "mv -T" renames the copy atomically. If others may write to the folder, only its sticky bit keeps
-// them from replacing the stage, so safe() requires that bit.
+// "mv -T" renames the copy atomically. If other users may write to the folder, only its sticky bit
+// keeps them from replacing the stage, so safe() then requires this bit.
 constexpr const char* kStageBegin = R"sh(
 # A copy of the scene on this machine's own disk, named after its content. If two parts start at
 # once, both copy, and one copy gets the name. A file that has changed meanwhile is not copied. A
@@ -79,8 +79,8 @@ std::string merge_arguments(const FarmFrame& frame) {
   return words + quoted_option("--report", frame.folder.file("merge.json"));
 }
 
-// Returns the file's size and the time of its last change, "SIZE SECONDS.NANOSECONDS", as `stat -c
-// '%s %.9Y'` prints them.
+// Returns the file's size and the time of its last change in the format of `stat -c '%s %.9Y'`:
+// "SIZE SECONDS.NANOSECONDS".
 std::string file_state(const fs::path& file) {
   std::error_code error;
   const auto size = fs::file_size(file, error);
@@ -91,7 +91,7 @@ std::string file_state(const fs::path& file) {
   return fmt::format("{} {}.{:09}", size, ns / 1000000000, ns % 1000000000);
 }
 
-// The deepest folder that contains all files.
+// Returns the deepest folder that contains all files.
 fs::path common_folder(const std::vector<fs::path>& files) {
   fs::path common = files.front().parent_path();
   const auto contains_file = [](const fs::path& folder, const fs::path& file) {
@@ -105,7 +105,7 @@ fs::path common_folder(const std::vector<fs::path>& files) {
   return common;
 }
 
-// The files to copy to the scratch folder, with their names there.
+// The files to be copied to the scratch folder, and their names in it.
 struct Stage {
   std::string folders, files;  // script text: arguments of mkdir; lines of the function each()
   uint64_t hash = 0;
@@ -146,7 +146,8 @@ std::string stage_script(const RenderOptions& options) {
          "    mkdir -p" + stage.folders + " &&\n" + fmt::format(fmt::runtime(kStageEnd), staged);
 }
 
-// `suffix` is appended unquoted, for the shell to expand.
+// Returns a line of a script that opens its log; "" if Slurm opens it. Appends `suffix` to the
+// log's name, unquoted, so that the shell expands it.
 std::string log_line(const FarmFolder& folder, const std::string& name, const std::string& suffix) {
   if (folder.slurm_writes_logs()) return "";
   return "exec >>" + shell_quoted(folder.file("logs/" + name)) + suffix + " 2>&1\n";
@@ -183,7 +184,7 @@ std::string part_script(const FarmFrame& frame, bool stage) {
       "echo \"part $part of {} on ${{SLURMD_NODENAME:-$(hostname)}}, $(date -u +%FT%TZ)\"\n",
       log_line(frame.folder, "part-", "\"$part\".log"), frame.parts);
   const std::string parts = std::to_string(frame.parts);
-  // Uses exec, because signals to the script's process must reach the renderer.
+  // The script uses exec, so that signals to its process reach the renderer.
   if (!stage) {
     const std::string scene = shell_quoted(options.scene);
     return text + "exec " + part_arguments(frame, scene, "\"$part\"", parts) + "\n";

@@ -1,4 +1,5 @@
-// The commands and scripts that render the parts of a farm and merge them. File names are quoted.
+// Makes the commands and scripts that render the parts of a frame and merge them. File names in
+// them are quoted.
 #pragma once
 
 #include <string>
@@ -15,14 +16,15 @@ struct FarmFrame {
   std::string program;  // path of this executable
 };
 
-// Each function returns a command of one line. `part` and `parts` are inserted unquoted, so they
-// may be shell text such as "$part".
+// These two functions return a command of one line. `part` and `parts` are inserted unquoted, so
+// they may be shell text such as "$part".
 std::string part_command(const FarmFrame& frame, const std::string& part, const std::string& parts);
 std::string merge_command(const FarmFrame& frame);
 
-// Runs as "sh part.sh K"; in a task of a Slurm array, K is the task's number. With `stage`, the
-// scene and its files are first copied once to the machine's scratch folder; if that fails, the
-// part reads the originals. Throws InputError for a scene that cannot be read.
+// Return the contents of part.sh and merge.sh. "sh part.sh K" renders part K; in a task of a Slurm
+// array, K is the number of the task. With `stage`, part.sh first copies the scene and its files to
+// the machine's scratch folder, unless a copy is already there. If this fails, the part reads the
+// original files. part_script() throws InputError for a scene that cannot be read.
 std::string part_script(const FarmFrame& frame, bool stage);
 std::string merge_script(const FarmFrame& frame);
 

@@ -54,8 +54,9 @@ void read_both(Pipe& out, Pipe& err, ToolResult& result) {
   }
 }
 
-// Runs words[0], found in PATH, with the other words as arguments and without a shell. Returns
-// nothing if there is no such program. Throws RenderError if it cannot be started.
+// Finds the program words[0] in PATH and runs it without a shell, with the other words as
+// arguments. Returns nothing if there is no such program. Throws RenderError if the program cannot
+// be started.
 std::optional<ToolResult> run_tool(const std::vector<std::string>& words) {
   Pipe out, err;
   posix_spawn_file_actions_t actions;
@@ -107,8 +108,8 @@ bool is_name_character(char c) {
   return letter || c == '.' || c == '-' || c == '_';
 }
 
-// Replaces all characters but letters, digits, '.', '-' and '_', so that the text can be a job name
-// in Slurm.
+// Replaces all characters except letters, digits, '.', '-' and '_' with '_', so that the text can
+// be a job name in Slurm.
 std::string sanitize_name(std::string text) {
   std::ranges::replace_if(
       text, [](char c) { return !is_name_character(c); }, '_');
@@ -165,8 +166,8 @@ uint64_t submit_job(const SlurmRequest& request, const std::string& folder,
 std::optional<std::vector<SlurmTask>> queued_tasks(std::span<const uint64_t> jobs) {
   std::vector<SlurmTask> tasks;
   if (jobs.empty()) return tasks;
-  // Calls squeue once for each job. If asked about several, squeue omits those that it has
-  // forgotten.
+  // Calls squeue once for each job. If squeue is asked about several jobs, it omits the jobs that
+  // it has forgotten.
   for (const uint64_t job : jobs) {
     const auto result = run_tool({"squeue", "--noheader", "--array", "--format=%F|%K|%T|%N|%r",
                                   fmt::format("--jobs={}", job)});

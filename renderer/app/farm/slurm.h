@@ -10,7 +10,7 @@
 
 namespace emberline {
 
-// The resources that each job requests. An absent value means the partition's default.
+// The resources that each job requests. If a value is absent, the partition's default applies.
 struct SlurmRequest {
   std::string partition;
   std::optional<int> cpus;  // absent: a whole node
@@ -24,8 +24,8 @@ bool is_partition(const std::string& text);
 // Throws RenderError if this machine has no Slurm.
 void require_slurm();
 
-// Submits `script` as a job that runs in `folder`, with extra sbatch arguments, and returns its
-// number. Throws RenderError with sbatch's message.
+// Submits `script` as a job that runs in `folder`, and returns the job's number. `words` are
+// further arguments for sbatch. Throws RenderError with the message of sbatch.
 uint64_t submit_job(const SlurmRequest& request, const std::string& folder,
                     const std::string& script, const std::vector<std::string>& words);
 
@@ -38,8 +38,8 @@ struct SlurmTask {
 
   std::string id() const;  // "JOB_TASK" or "JOB"
 };
-// Returns the unfinished tasks of these jobs, or nothing if there is no Slurm or its controller
-// does not answer.
+// Returns the unfinished tasks of these jobs. Returns nothing if there is no Slurm or its
+// controller does not answer.
 std::optional<std::vector<SlurmTask>> queued_tasks(std::span<const uint64_t> jobs);
 
 // Returns the final states of finished jobs and tasks ("FAILED", "NODE_FAIL"), keyed by "JOB" or

@@ -29,7 +29,7 @@ constexpr std::string_view kStates[] = {"waiting", "running", "done",
 
 std::string_view state_name(PartState state) { return kStates[size_t(state)]; }
 
-// Returns the last non-empty line within the last 4 KiB.
+// Returns the last line of the file that is not empty, from its last 4 KiB.
 std::string last_line(const std::string& path) {
   try {
     const auto file = InputFile::try_open(path);
@@ -44,7 +44,7 @@ std::string last_line(const std::string& path) {
   }
 }
 
-// Returns false if there is no such file or its contents are invalid.
+// Reads a progress file into `status`. Returns false if the file is missing or invalid.
 bool read_progress(const std::string& path, PartStatus& status) {
   constexpr double kMaxSeconds = 1e12;
   try {
@@ -96,8 +96,8 @@ struct Queue {
   }
 };
 
-// Updates the status with what Slurm says. The part's own file says how much is done; Slurm knows
-// whether the part is running.
+// Updates the status with Slurm's answer. The part's progress file says how much is done, but Slurm
+// knows whether the part is running.
 void apply_queue_state(const Queue& queue, const std::string& id, PartStatus& status) {
   if (!queue.known || status.state == kDone) return;
   if (const auto task = queue.tasks.find(id); task != queue.tasks.end()) {
@@ -130,7 +130,8 @@ void set_message(const std::string& log, PartStatus& status) {
   status.message = status.message.empty() ? line : status.message + ": " + line;
 }
 
-// Without Slurm, a running part that has not written its file for a minute becomes kUnknown.
+// Without Slurm: changes the state to kUnknown if a running part has not written its progress file
+// for a minute.
 void mark_if_silent(const std::string& progress, PartStatus& status) {
   using namespace std::chrono;
   std::error_code error;
@@ -151,7 +152,7 @@ PartStatus part_status(const FarmFolder& folder, const FarmRecord& record, const
   if (!has_progress) status.done = checkpoint_fraction(folder.checkpoint(part, record.parts));
   if (!has_progress && !queue.known) status.state = record.arrays.empty() ? kWaiting : kUnknown;
   if (!has_progress && status.done == 1) status.state = kDone;
-  // Uses the last array that contains the part, which may have been submitted again.
+  // The part may have been submitted several times, so uses the last array that contains it.
   std::string id;
   for (const uint64_t array : record.arrays) {
     const std::string task = fmt::format("{}_{}", array, part);
@@ -179,8 +180,8 @@ PartStatus merge_status(const FarmFolder& folder, const FarmRecord& record, cons
   return status;
 }
 
-// Assumes that waiting parts take as long as the others, and that the number of running parts stays
-// the same.
+// Estimates the time left for all parts. Assumes that waiting parts take as long as the other
+// parts, and that the number of running parts stays the same.
 std::optional<double> time_left(const std::vector<PartStatus>& parts) {
   double sum = 0, longest = 0, total_s = 0, waiting = 0, timed_parts = 0, running = 0;
   for (const PartStatus& part : parts) {
@@ -248,7 +249,7 @@ std::string status_json(const FarmStatus& status) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-// Waiting and finished parts are only counted, not listed.
+// Lists the parts, but only counts waiting and finished parts.
 std::string status_text(const FarmStatus& status) {
   std::string text = printable(status.output) + fmt::format(": {} parts", status.parts.size());
   for (size_t i = 0; i < std::size(kStates); ++i) {

@@ -10,8 +10,8 @@
 
 namespace emberline {
 
-// A stopped part has a checkpoint to resume from. A failed part's log has the reason. kUnknown:
-// neither the part nor Slurm reports a state.
+// A stopped part can be resumed from its checkpoint. If a part failed, its log has the reason. The
+// state is kUnknown if neither the part nor Slurm reports one.
 enum class PartState : uint8_t { kWaiting, kRunning, kDone, kStopped, kFailed, kUnknown };
 
 struct PartStatus {
@@ -21,7 +21,7 @@ struct PartStatus {
   uint64_t samples = 0;
   std::optional<double> elapsed_s, left_s;
   std::string node;     // as named by Slurm; without Slurm, the host
-  std::string message;  // why it failed or waits: the log's last line, or Slurm's reason
+  std::string message;  // why the part failed or waits: the log's last line, or Slurm's reason
 };
 
 struct FarmStatus {
@@ -32,8 +32,8 @@ struct FarmStatus {
   std::optional<double> left_s;  // for all parts; absent: unknown
 };
 
-// Throws InputError if this output has no farm folder. The parts' files are not trusted: an invalid
-// one causes a warning.
+// Throws InputError if this output has no farm folder. The files of the parts are validated; an
+// invalid file causes a warning.
 FarmStatus farm_status(const FarmFolder& folder);
 
 std::string status_text(const FarmStatus& status);

@@ -11,7 +11,8 @@ namespace {
 
 bool is_lower(char c) { return std::islower(static_cast<unsigned char>(c)) != 0; }
 
-// Finds suffixes as in ".gltf or .glb" or ".png, .jpg", but not within a word ("FILE.checkpoint").
+// Finds file suffixes, as in ".gltf or .glb" or ".png, .jpg". Ignores suffixes at the end of a name
+// ("FILE.checkpoint").
 std::vector<std::string> suffixes_in(const std::string& text) {
   std::vector<std::string> found;
   for (size_t dot = text.find('.'); dot != std::string::npos; dot = text.find('.', dot + 1)) {
@@ -31,7 +32,8 @@ void add_literals(OptionHelp& help) {
   }
 }
 
-// Appends one sentence for each of `options`, which CLI11 has recorded as required or excluded.
+// Appends a sentence for each of `options`, the options that CLI11 has recorded as required or
+// excluded.
 void add_sentence(std::string& text, const char* begin, const std::set<CLI::Option*>& options) {
   for (const CLI::Option* other : options) text += begin + other->get_name() + ".";
 }

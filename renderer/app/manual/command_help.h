@@ -17,12 +17,12 @@ struct OptionHelp {
   bool argument = false;           // positional
   std::string section;             // title_of() a HelpSection
   std::string type;                // type of the value; empty for a flag
-  std::string brief;               // one line for --help; empty: not in --help
+  std::string brief;               // one line for --help; empty: --help does not list the option
   std::string text;                // a paragraph
   std::vector<std::pair<std::string, std::string>> values;  // valid names and their meanings
   std::string fallback;                                     // the default; empty: none
-  std::string example;                                      // options as typed; empty: none
-  std::vector<std::string> suffixes;                        // file suffixes that `text` mentions
+  std::string example;                                      // the option as typed; empty: none
+  std::vector<std::string> suffixes;                        // file suffixes that occur in `text`
   bool required = false, repeats = false;
 };
 
@@ -42,12 +42,12 @@ std::string upper_case(std::string text);
 
 // Returns "emberline render SCENE -o FILE [OPTION]...".
 std::string usage_line(const CommandHelp& command);
-// Returns the titles of the sections that have some of `options`, in the order of HelpSection.
+// Returns the titles of the sections to which `options` belong, in the order of HelpSection.
 std::vector<std::string> sections_of(const std::vector<OptionHelp>& options);
 // Returns "-o, --output FILE".
 std::string option_line(const OptionHelp& option);
 
-// Returns the text of --help: the common options, one line each, and examples.
+// Returns the text of --help: one line for each common option, and examples.
 std::string brief_help(const CommandHelp& command);
 // Returns the text of --help-all: all options with their values.
 std::string full_help(const CommandHelp& command);
@@ -59,15 +59,15 @@ std::string option_page(const CommandHelp& command, const std::string& name);
 std::string options_page(const CommandHelp& root);
 std::string channels_page();
 
-// Returns the man(7) page of a command. Each subcommand of the root has its own page; subcommands
-// of these have a section in their parent's page.
+// Returns the man page of a command, in the format of man(7). Each subcommand of the root has its
+// own page. A subcommand of such a command has a section in the command's page.
 std::string manual_page(const CommandHelp& command);
 // Returns "emberline-render.1".
 std::string manual_name(const CommandHelp& command);
 
-// A script for bash 4 that completes commands, options, values, and files by suffix.
+// Returns a script for bash 4 that completes commands, options, values, and files by suffix.
 std::string bash_completion(const CommandHelp& root);
-// A script for zsh, to be saved as _emberline in a folder of $fpath.
+// Returns a script for zsh, to be saved as _emberline in a folder of $fpath.
 std::string zsh_completion(const CommandHelp& root);
 
 }  // namespace emberline

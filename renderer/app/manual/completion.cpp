@@ -99,8 +99,8 @@ constexpr const char* kBashTail = R"(  esac
 complete -F _emberline emberline
 )";
 
-// Returns the first sentence or clause of `text`, escaped for single quotes within the [...] of
-// _arguments.
+// Returns the first sentence or clause of `text`. Escapes it for use within single quotes and
+// within the [...] of zsh's _arguments.
 std::string zsh_text(const std::string& text) {
   std::string out;
   const size_t sentence = std::min(text.find(". "), text.size());
@@ -120,7 +120,7 @@ std::string zsh_value(const OptionHelp& option) {
   return fmt::format("_files -g \"*.({})\"", fmt::join(option.suffixes, "|"));
 }
 
-// `farm` takes a scene or a subcommand, which is followed by its output.
+// `farm` takes a scene, or a subcommand followed by an output.
 std::string zsh_argument(const OptionHelp& option, const Words& commands) {
   const std::string& name = option.names.front();
   const std::string value = zsh_value(option);

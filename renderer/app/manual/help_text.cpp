@@ -16,10 +16,11 @@ constexpr size_t kHelpWidth = 100;   // columns
 constexpr size_t kBriefColumn = 30;  // where the short texts begin
 constexpr size_t kMaxBriefLength = 70;
 
-// Breaks `text` into lines. The first begins with `first`, the others with `indent` spaces.
+// Breaks `text` into lines. The first line begins with `first`, the other lines with `indent`
+// spaces.
 std::string wrap_text(const std::string& text, const std::string& first, size_t indent) {
   std::string out, line = first;
-  bool empty = true;  // the line has only its indent
+  bool empty = true;  // whether the line has only its indentation
   for (size_t begin = 0; begin < text.size();) {
     const size_t end = std::min(text.find(' ', begin), text.size());
     if (!empty && line.size() + 1 + (end - begin) > kHelpWidth) {

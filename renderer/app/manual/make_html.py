@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Makes the manual as HTML, readable as files without a network: make_html.py MKDOCS GENERATED OUT
+"""Builds the manual as HTML files that can be read without a network: make_html.py MKDOCS GENERATED OUT
 
-MKDOCS is the program, GENERATED the folder in which the command has written options.md and channels.md, OUT the folder
-to replace. Pictures of scenes/gallery are copied, because a site cannot use files outside its folder.
+MKDOCS is the program mkdocs. GENERATED is the folder in which the command has written options.md and channels.md. OUT
+is the folder to be replaced. Pictures in scenes/gallery are copied, because a site cannot use files outside its folder.
 """
 
 import pathlib
@@ -39,7 +39,7 @@ def main():
                 (pages / name).write_text(f"# {name[:-3].capitalize()}\n\n{otherwise}\n")
         shutil.copy(HERE / "mkdocs.yml", site)
         subprocess.run([mkdocs, "build", "--quiet", "--strict", "--clean", "--site-dir", out], cwd=site, check=True)
-    for name in ("404.html", "sitemap.xml", "sitemap.xml.gz"):  # of no use without a server
+    for name in ("404.html", "sitemap.xml", "sitemap.xml.gz"):  # useless without a server
         (out / name).unlink(missing_ok=True)
     print(f"manual: {out / 'index.html'}")
 

@@ -9,12 +9,12 @@ out=$PWD/pictures
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# Takes the edits of the example in edits.md.
+# Extracts the edits file look.json, an example in edits.md.
 sed -n '/file: look.json/,/^```$/p' edits.md | grep -v -e '^```' -e '^<!--' >"$work/look.json"
 cd "$work"
 
 render() { "$emberline" render "$scenes/$1.glb" -q --size 320x180 "${@:2}"; }
-join() { # NAME COLUMNSxROWS PICTURE...
+join() { # arguments: NAME COLUMNSxROWS PICTURE...
   oiiotool "${@:3}" --mosaic:pad=4 "$2" --eraseattrib ".*" --nosoftwareattrib --attrib oiio:ColorSpace sRGB \
     --compression jpeg:85 -d uint8 -o "$out/$1.jpg"
 }

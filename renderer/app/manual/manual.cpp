@@ -9,7 +9,7 @@
 namespace emberline {
 namespace {
 
-// Characters that roff would typeset differently; see groff_char(7).
+// The characters that roff would typeset differently, and their escapes; see groff_char(7).
 constexpr std::pair<char, const char*> kEscapes[] = {
     {'\\', "\\e"}, {'-', "\\-"}, {'\'', "\\(aq"}, {'`', "\\(ga"}, {'^', "\\(ha"}, {'~', "\\(ti"}};
 
@@ -98,7 +98,7 @@ std::string subcommand_section(const CommandHelp& command) {
          "\n.PP\n" + synopsis(command) + option_entries(command);
 }
 
-// Returns "render a scene" for "Render a scene.", for the NAME section, which whatis(1) prints.
+// Converts "Render a scene." to "render a scene" for the NAME section, which whatis(1) prints.
 std::string to_phrase(std::string text) {
   if (text.ends_with('.')) text.pop_back();
   if (!text.empty()) text[0] = char(std::tolower(static_cast<unsigned char>(text[0])));

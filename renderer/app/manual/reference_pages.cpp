@@ -1,4 +1,4 @@
-// Pages of the manual that are generated from the tables of options and channels.
+// Generates the manual's pages about options and channels from the tables of options and channels.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -9,7 +9,7 @@
 namespace emberline {
 namespace {
 
-// Escapes text so that Markdown shows it unchanged, also within a table.
+// Escapes the text so that Markdown shows it unchanged, even within a table.
 std::string escape_markdown(const std::string& text) {
   std::string out;
   for (const char c : text) {

@@ -10,7 +10,8 @@ namespace emberline {
 
 inline constexpr ErrorMetric kDefaultAllocation = ErrorMetric::kDisplay;
 
-// The first limit that is reached ends a pixel or the frame. A limit of 0 means none.
+// A pixel or the frame ends at the first limit that is reached. A limit of 0 means that there is
+// none.
 struct AdaptiveSettings {
   std::string_view estimator = kDefaultEstimator;
   ErrorMetric allocation = kDefaultAllocation;
@@ -18,9 +19,9 @@ struct AdaptiveSettings {
   uint32_t budget = 0;       // average samples per pixel of the crop
   uint32_t min_samples = 0;  // samples before a pixel may finish; 0: the estimator's choice
   uint32_t max_samples = 0;  // limit for each pixel
-  bool two_halves = false;   // every pixel needs samples in both halves of the film
-  bool unbiased = false;     // every round samples every pixel; only with a budget and an estimator
-                             // that distributes samples by deviation
+  bool two_halves = false;   // if true, every pixel needs samples in both halves of the film
+  bool unbiased = false;     // if true, every round samples every pixel; requires a budget and an
+                             // estimator that distributes samples by deviation
 };
 
 }  // namespace emberline

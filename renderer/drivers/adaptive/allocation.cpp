@@ -62,8 +62,8 @@ Extent extent_of(std::span<const float> rates, std::span<const SampleBounds> bou
   });
 }
 
-// The sum of all counts for a given K, and its derivative with respect to K: the sum of the rates
-// of those pixels whose counts are within their bounds.
+// The sum of all counts for a given K, and its derivative with respect to K. The derivative is the
+// sum of the rates of those pixels whose counts are within their bounds.
 struct ScaledSum {
   double sum = 0.0, slope = 0.0;
   ScaledSum& operator+=(const ScaledSum& other) {
@@ -93,8 +93,8 @@ float find_scale(std::span<const float> rates, std::span<const SampleBounds> bou
   const Extent extent = extent_of(rates, bounds);
   if (!(extent.max_rate > 0.0f) || total <= extent.minimum) return 0.0f;
   const double max_count = std::max(1e-3, double(extent.max_count));
-  // A K so large that even the pixel with the smallest rate reaches its maximum, unless that K
-  // exceeds the range of float.
+  // A K so large that even the pixel with the smallest rate reaches its maximum. It is less if the
+  // range of float does not suffice.
   double high = std::min(2.0 * max_count / double(extent.min_rate), 0x1p126);
   if (total >= extent.maximum) return float(high);
   double low = 0x1p-24 * max_count / double(extent.max_rate);

@@ -1,9 +1,9 @@
-// Distributes a round's samples. Pure functions of the pixels' state.
+// Functions that distribute a round's samples. They are pure functions of the pixels' state.
 //
 // The best distribution of a time budget is n ~ deviation / sqrt(cost) (Neyman 1934, "On the Two
-// Different Aspects of the Representative Method", with costs): it minimizes the sum of variance /
-// n for a given sum of n x cost. In addition, no pixel loses samples, no pixel is left out forever,
-// and no pixel's count grows further than its present samples justify.
+// Different Aspects of the Representative Method", extended by costs). It minimizes the sum of
+// variance / n for a given sum of n x cost. In addition, no pixel loses samples, no pixel is left
+// out forever, and no pixel's count grows further than its present samples justify.
 #pragma once
 
 #include <algorithm>
@@ -20,22 +20,22 @@ struct SampleBounds {
   float minimum = 0.0f, maximum = 0.0f;
 };
 
-// Computes counts n_i = clamp(K x rate_i, minimum_i, maximum_i) with K such that they add up to
-// `total`. If the maxima add up to less, all counts are maxima; if the minima add up to more, all
-// are minima. Rates must be >= 0 and finite; NaN counts as 0. Runs in parallel, with the same
-// result for any number of threads.
+// Computes counts n_i = clamp(K x rate_i, minimum_i, maximum_i). K is such that the counts add up
+// to `total`. If the maxima add up to less than `total`, all counts are maxima; if the minima add
+// up to more, all counts are minima. Rates must be >= 0 and finite; NaN counts as 0. Runs in
+// parallel, with the same result for any number of threads.
 void allocate_samples(std::span<const float> rates, std::span<const SampleBounds> bounds,
                       double total, std::vector<float>* counts);
 
 // Like allocate_samples(), but K x rate_i is rounded to a power of two or 1.5 times a power of two,
-// with a preference for powers of two. K is about the largest for which the counts add up to at
-// most `total`. So every pixel takes its next step at about the same expected gain per sample. A
+// with a preference for powers of two. K is about the largest value for which the counts add up to
+// at most `total`. So every pixel takes its next step at about the same expected gain per sample. A
 // step from n to m samples gains variance / (n m) per sample.
 void allocate_steps(std::span<const float> rates, std::span<const SampleBounds> bounds,
                     double total, std::vector<float>* counts);
 
-// Counts near `wanted` must be multiples of this number. It is at least 8, one block of the
-// sampler: pairs of dimensions are stratified in blocks of 8 samples, and streams alternate
+// Returns the number of which counts near `wanted` must be multiples. It is at least 8, one block
+// of the sampler: pairs of dimensions are stratified in blocks of 8 samples, and streams alternate
 // every 8. For large counts it is a quarter of the largest power of two that is at most `wanted`,
 // because a Sobol' sequence is better stratified at 12, 14 or 16 times a power of two than in
 // between (tests/bench/results). With `halves` it is half of that power, since halves are compared
@@ -46,9 +46,9 @@ inline uint32_t count_multiple(float wanted, bool halves) {
 }
 
 // Rounds `wanted` to `current` or to a larger multiple of `step`, which must be a power of two. The
-// random number u in [0, 1) decides between up and down, so that the expectation is `wanted`.
-// Returns `current` if `wanted` is less or NaN. Exact below 2^24; uses only floats so that loops
-// vectorise.
+// random number u in [0, 1) decides whether to round up or down, so that the expectation is
+// `wanted`. Returns `current` if `wanted` is less than `current` or NaN. Exact below 2^24; uses
+// only floats so that loops vectorise.
 inline uint32_t round_count(uint32_t current, float wanted, uint32_t step, float u) {
   const auto minimum = float(current), whole_step = float(step);
   const float lower = std::max(minimum, std::floor(wanted / whole_step) * whole_step);

@@ -8,8 +8,8 @@
 namespace emberline {
 namespace {
 
-// Ratio of the bound to the plain estimate variance / n. The bound is s^2 / chi2, where s^2 =
-// variance (n - 1) / n.
+// Returns the ratio of the bound to the plain estimate, which is variance / n. The bound is s^2 /
+// chi2, where s^2 = variance (n - 1) / n.
 float bound_factor(float count) {
   const double degrees = double(count) - 1.0;
   return float(degrees / chi_square_quantile_05(degrees));

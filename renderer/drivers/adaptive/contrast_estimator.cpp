@@ -11,8 +11,9 @@ namespace {
 
 constexpr float kLimits[3] = {0.4f, 0.3f, 0.6f};  // red, green, blue: Mitchell 1987
 
-// For each column, the extremes of a channel over three rows. There is one more column at each end,
-// so entry x + 1 is column x. An entry without samples, or outside the crop, has low above high.
+// The extremes of a channel over three rows, for each column. There is one extra column at each
+// end, so entry x + 1 is column x. If an entry has no samples or is outside the crop, its low is
+// above its high.
 struct ColumnExtremes {
   std::vector<float> low, high;
 
@@ -28,7 +29,7 @@ struct ColumnExtremes {
       high[x + 1] = std::max(high[x + 1], sampled ? value : -1.0f);
     }
   }
-  // (max - min) / (max + min) over columns x - 1 to x + 1; 0 without light or samples.
+  // Returns (max - min) / (max + min) over columns x - 1 to x + 1, or 0 without light or samples.
   float contrast(size_t x) const {
     const float minimum = std::min({low[x], low[x + 1], low[x + 2]});
     const float maximum = std::max({high[x], high[x + 1], high[x + 2]});
@@ -36,7 +37,7 @@ struct ColumnExtremes {
   }
 };
 
-// Raises the error of each pixel in a row to one channel's error where the latter is larger.
+// Raises the error of each pixel in row `y` to the error of one channel if that is larger.
 void add_channel(const PixelStatistics& pixels, size_t channel, size_t y, ColumnExtremes& columns,
                  float* error) {
   const auto width = size_t(pixels.width), height = size_t(pixels.height);
@@ -52,7 +53,8 @@ void add_channel(const PixelStatistics& pixels, size_t channel, size_t y, Column
 
 void estimate_contrast(const PixelStatistics& pixels, const EstimatorSettings&, ErrorMap* out) {
   constexpr size_t kRows = 8;
-  // The error of a pixel with one sample is unknown, because its value is that of a single path.
+  // The error of a pixel with one sample is unknown, because the pixel's value is that of a single
+  // path.
   fill_errors(
       pixels, [&](size_t i) { return pixels.count[i] >= 2.0f ? 0.0f : kUnknownError; }, out);
   const auto width = size_t(pixels.width);

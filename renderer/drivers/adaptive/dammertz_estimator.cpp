@@ -39,21 +39,21 @@ uint64_t pixel_error(const PixelStatistics& pixels, size_t i) {
   return std::isfinite(e) ? uint64_t(std::min(e, kMaxPixelError) * kUnits) : 0;
 }
 
-// The error e_b in the threshold's units.
+// Returns the error e_b in the threshold's units.
 float block_error(const SummedAreaTable& sums, const Rect& block) {
   const auto area = float(block.area());
   const float mean = float(double(sums(block)) / double(kUnits)) / area;
   return mean * std::sqrt(area / float(kDammertzLeafPixels)) / kErrorPerDeviation;
 }
 
-// The part of `block` before `cut` along its longer axis.
+// Returns the part of `block` before `cut` along its longer axis.
 Rect first_part(const Rect& block, int cut) {
   return block.width() >= block.height() ? Rect{block.x0, block.y0, cut, block.y1}
                                          : Rect{block.x0, block.y0, block.x1, cut};
 }
 
-// The first cut with at least half of the error before it. At least one column or row comes after
-// it.
+// Returns the first cut with at least half of the block's error before it. At least one column or
+// row comes after the cut.
 int median_cut(const SummedAreaTable& sums, const Rect& block) {
   const bool across = block.width() >= block.height();
   int low = (across ? block.x0 : block.y0) + 1, high = (across ? block.x1 : block.y1) - 1;

@@ -16,7 +16,7 @@
 namespace emberline {
 namespace {
 
-// With fewer samples one of the two streams may be empty (samplers/sampler.h).
+// With fewer samples, one of the two streams may be empty (samplers/sampler.h).
 constexpr double kMinSamples = 16.0;
 constexpr size_t kGrain = 8192;
 
@@ -25,7 +25,7 @@ enum Channel : size_t { kRed, kAlbedo = 3, kFeatures = 6, kSamples = 11, kShared
 constexpr size_t kChannels = kShared + 3;
 constexpr int kRowsAtOnce = 64;
 
-// Rows of a film as planes: first the planes of the first half, then those of the second.
+// Holds rows of a film as planes: first the planes of the first half, then those of the second.
 class HalfRows {
  public:
   HalfRows(const FilmTile& film, int begin, int end)

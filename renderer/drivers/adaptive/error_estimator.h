@@ -17,27 +17,27 @@ namespace emberline {
 
 // The planes have one entry per pixel, in the order of the statistics.
 struct ErrorMap {
-  // Compared with --noise-threshold; a pixel is finished if its error is at most the threshold. For
-  // most estimators this is the expected RMS error of the pixel in display units (sRGB, [0, 1]), as
-  // the root mean square over the channels. Where a paper uses another measure, the estimator's
-  // header says so.
+  // This error is compared with --noise-threshold: a pixel is finished if its error is at most the
+  // threshold. For most estimators this is the expected RMS error of the pixel in display units
+  // (sRGB, [0, 1]), as the root mean square over the channels. Where a paper uses another measure,
+  // the estimator's header says so.
   std::vector<float> error;
   // Standard deviation of one sample in the allocation's metric, as the root mean square over the
-  // channels. The planner distributes the next samples according to it. Empty for the historical
-  // estimators, which only tell which pixels are unfinished; the unfinished pixels get equal
+  // channels. The planner uses it to distribute the next samples. It is empty for the historical
+  // estimators, which only tell which pixels are unfinished; the unfinished pixels then get equal
   // numbers of samples.
   std::vector<float> deviation;
   // Squared display error from missed light, summed over pixels and channels. A pixel counts as
-  // having missed light if its neighbours found light that its own samples did not. Not part of
-  // `error`; 0 for estimators that do not pool.
+  // having missed light if its neighbours found light that its own samples did not. `error` does
+  // not include this value. It is 0 for estimators that do not pool over neighbours.
   double missed = 0.0;
 };
 
 // The table of error metrics, used for --allocation, its --help and its error message. A metric
-// weights a channel's squared error by a function of the channel's value; expected errors are sums
-// of weight x variance. The weight is 1 for mse, 1 / (mean^2 + epsilon) for relmse
-// (rel_mse_epsilon()), and display_error_weight() for display and denoised. For denoised, errors
-// are those after filtering (denoised_error.h).
+// weights a channel's squared error by a function of the channel's value. The expected error is a
+// sum of weight x variance. The weight is 1 for mse, 1 / (mean^2 + epsilon) for relmse
+// (rel_mse_epsilon()), and display_error_weight() for display and denoised. For denoised, the
+// errors are those that remain after filtering (denoised_error.h).
 std::span<const NamedValue<ErrorMetric>> error_metric_table();
 
 struct EstimatorSettings {
@@ -49,11 +49,11 @@ struct EstimatorSettings {
 struct EstimatorEntry {
   std::string_view name;
   std::string_view summary;
-  // Fills `out` completely; no value is NaN or negative, whatever the statistics hold. A pure
-  // function, independent of threads and time.
+  // Fills `out` completely. No value is NaN or negative, whatever the statistics hold. This is a
+  // pure function, independent of threads and time.
   void (*estimate)(const PixelStatistics& pixels, const EstimatorSettings& settings, ErrorMap* out);
   StreamCount streams = StreamCount::kOne;  // streams that the estimate requires
-  uint32_t first_samples = 0;  // samples per pixel before the first estimate; from the paper
+  uint32_t first_samples = 0;               // samples per pixel before the first estimate
   uint32_t batch = 0;  // samples that an unfinished pixel gets at a time; 0: according to deviation
   bool rms_error = false;   // whether `error` is the displayed pixel's expected RMS error
   bool halves = false;      // whether the statistics hold halves (SampleHalves) instead of streams

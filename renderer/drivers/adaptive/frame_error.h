@@ -1,4 +1,4 @@
-// Error estimates of the whole crop, for the report; no stopping rule uses them.
+// Error estimates of the whole crop. They are only reported; no stopping rule uses them.
 #pragma once
 
 #include <algorithm>
@@ -8,10 +8,10 @@
 
 namespace emberline {
 
-// Sample variance of a pixel, defined such that dividing it by the pixel's sample count gives the
-// variance of the pixel's mean. It is computed from the difference of the means of two streams or
-// halves if there are two, otherwise from the samples' `spread` as if they were independent. The
-// result is limited, so that sums over a frame stay finite.
+// Returns the sample variance of a pixel, defined such that dividing it by the pixel's sample count
+// gives the variance of the pixel's mean. If there are two streams or halves, it is computed from
+// the difference of their means. Otherwise it is `spread`, the variance of the samples as if they
+// were independent. The result is limited, so that sums over a frame stay finite.
 inline float sample_variance(float count, float second_count, float difference, float spread) {
   constexpr float kMaxVariance = 1e18f;
   const float n = std::max(1.0f, count), b = second_count, a = n - b;
@@ -19,15 +19,16 @@ inline float sample_variance(float count, float second_count, float difference, 
   return std::min(a > 0.0f && b > 0.0f ? streams : spread, kMaxVariance);
 }
 
-// Expected RMS error of the displayed crop (sRGB, [0, 1]) over pixels and channels. Each pixel's
-// part is estimated from its own two streams and weighted for display at its own mean. One pixel's
-// difference is unreliable, but the mean of thousands of squares is reliable. Decisions about
-// single pixels need pooling over neighbours. Here pooling would weight noise beside a highlight by
-// the steep display curve of the shadow next to it, and would treat pixels next to a lamp as
-// clipped. Without a second stream, samples are treated as independent. Includes `missed`
-// (ErrorMap::missed). The result is finite, and the same for any number of threads.
+// Returns the expected RMS error of the displayed crop (sRGB, [0, 1]) over pixels and channels.
+// Each pixel's part is estimated from the pixel's own two streams and weighted for display at the
+// pixel's own mean. One pixel's difference is unreliable, but the mean of thousands of squares is
+// reliable. Decisions about single pixels need pooling over neighbours, but this sum does not.
+// Pooling would weight noise beside a highlight by the steep display curve of the shadow next to
+// it, and would treat pixels next to a lamp as clipped. Without a second stream, samples are
+// treated as independent. Includes `missed` (ErrorMap::missed). The result is finite, and the same
+// for any number of threads.
 double frame_error(const PixelStatistics& pixels, double missed = 0.0);
-// The same for averages over rounds, from RoundAverages::variance().
+// Returns the same error for averages over rounds, from RoundAverages::variance().
 double frame_error(const RoundAverages& averages, size_t pixels, double missed = 0.0);
 
 }  // namespace emberline

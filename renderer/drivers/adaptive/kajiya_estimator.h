@@ -1,5 +1,5 @@
-// `kajiya`: after Kajiya 1986, "The Rendering Equation", Computer Graphics 20(4) (SIGGRAPH 86),
-// hierarchical sampling.
+// `kajiya`: after the hierarchical sampling of Kajiya 1986, "The Rendering Equation", Computer
+// Graphics 20(4) (SIGGRAPH 86).
 //
 // The paper keeps a tree over the sample domain and estimates a node's variance from the difference
 // of its two halves. Here each pixel has only the root of that tree, and the pixel's two
@@ -8,10 +8,10 @@
 // samples within a stream are. The error is the square root of that variance in display units, as
 // the root mean square over the channels.
 //
-// Known fault of the method: the estimate is right on average but has one degree of freedom. It is
-// less than half of the true error for 38 % of the pixels and less than a tenth for 8 %. So with
-// any threshold some pixels finish although their errors are far larger, including those where
-// neither stream found rare light. Measured in
+// Known fault of the method: the estimate is right on average but has only one degree of freedom.
+// The estimate is less than half of the true error for 38 % of the pixels and less than a tenth for
+// 8 %. So with any threshold, some pixels finish although their errors are far larger, including
+// pixels where neither stream found rare light. These fractions are measured in
 // tests/unit/drivers/adaptive/error_estimator_statistics_test.cpp.
 #pragma once
 
@@ -19,8 +19,8 @@
 
 namespace emberline {
 
-// Variance of the mean of all samples, from the difference of the means of two independent streams
-// with `first` and `second` samples; each must have at least 1.
+// Returns the variance of the mean of all samples, computed from the difference of the means of two
+// independent streams. The streams have `first` and `second` samples, each at least 1.
 float half_difference_variance(float difference, float first, float second);
 
 // Our choice: a whole block of each stream. As far as we know, the paper gives no number.

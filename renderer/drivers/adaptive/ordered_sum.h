@@ -9,8 +9,8 @@
 
 namespace emberline {
 
-// Adds the results of part_sum(begin, end) for fixed parts of [0, count) in order, with +=. Returns
-// a value-initialised sum if count is 0.
+// Divides [0, count) into fixed parts and adds the results of part_sum(begin, end) in order, with
+// +=. Returns a value-initialised sum if count is 0.
 template <typename PartSum>
 auto ordered_sum(size_t count, const PartSum& part_sum) {
   constexpr size_t kPart = 8192;
@@ -23,8 +23,8 @@ auto ordered_sum(size_t count, const PartSum& part_sum) {
   return total;
 }
 
-// Number of separate running values (lanes) per part. A single one would keep loops from
-// vectorising, because compilers may not reorder float additions. Each lane adds at most kPart /
+// Number of separate running values (lanes) per part. With a single running value, loops would not
+// vectorise, because compilers may not reorder float additions. Each lane adds at most kPart /
 // kSumLanes terms.
 inline constexpr size_t kSumLanes = 16;
 

@@ -10,7 +10,7 @@
 namespace emberline {
 namespace {
 
-// The pixel and its edge neighbours, without those that have no samples.
+// The pixel and its edge neighbours. Pixels without samples are left out.
 struct Neighbourhood {
   std::array<size_t, 5> pixels;
   size_t size = 0;
@@ -31,8 +31,8 @@ Neighbourhood neighbourhood(const PixelStatistics& statistics, size_t i) {
   return result;
 }
 
-// Standard deviation of the displayed means in the pixel's neighbourhood, as the root mean square
-// over the channels.
+// Returns the standard deviation of the displayed means in the pixel's neighbourhood, as the root
+// mean square over the channels.
 float external_deviation(const PixelStatistics& statistics, size_t i) {
   const Neighbourhood neighbours = neighbourhood(statistics, i);
   if (neighbours.size < 2) return 0.0f;

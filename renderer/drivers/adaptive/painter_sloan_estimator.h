@@ -8,21 +8,20 @@
 // the expected RMS error at 8 samples, and about twice that error if there are many samples. The
 // test assumes independent samples, so the interval is too wide for stratified ones.
 //
-// From 2 to 7 samples the interval is unreliable. The error is then the larger of the interval and
-// the standard deviation over the displayed means of the pixel and its four edge neighbours,
-// leaving out neighbours without samples (the paper's external variance). Below 2 samples the pixel
-// is unfinished.
+// With 2 to 7 samples, the interval is unreliable. The error is then at least the standard
+// deviation of the displayed means of the pixel and its four edge neighbours (the paper's external
+// variance). Neighbours without samples are left out. With fewer than 2 samples, the pixel is
+// unfinished.
 //
-// Known fault of the method: a pixel is judged by its own samples, so rare light is lost, as with
-// `chi-square`. The interval of eight black samples has zero width.
+// Known fault of the method: a pixel is judged only by its own samples, so rare light is lost, as
+// with `chi-square`. For example, the interval of eight black samples has zero width.
 #pragma once
 
 #include "renderer/drivers/adaptive/error_estimator.h"
 
 namespace emberline {
 
-// Such tests usually begin with 4 to 8 samples; this is the upper end. The batch size is our
-// choice.
+// Such tests usually begin with 4 to 8 samples; 8 is the upper end. The batch size is our choice.
 inline constexpr uint32_t kPainterSloanBatch = 8;
 
 void estimate_painter_sloan(const PixelStatistics& pixels, const EstimatorSettings& settings,

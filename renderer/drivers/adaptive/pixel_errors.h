@@ -10,16 +10,18 @@
 
 namespace emberline {
 
-// The error of a pixel that cannot be estimated yet: above every threshold, but finite.
+// The error of a pixel whose error cannot be estimated yet. It is above every threshold, but
+// finite.
 inline constexpr float kUnknownError = 1e6f;
 
-// Limits an error to the map's range. NaN, which non-finite statistics cause, becomes
+// Limits an error to the map's range. Non-finite statistics lead to NaN, which becomes
 // kUnknownError.
 inline float map_error(float error) {
   return error <= kUnknownError ? std::max(error, 0.0f) : kUnknownError;
 }
 
-// Fills the map in parallel with pixel_error(i) for each pixel, and without deviations.
+// Sets the map's error of each pixel i to pixel_error(i), in parallel. Leaves the map without
+// deviations.
 template <typename PixelError>
 void fill_errors(const PixelStatistics& pixels, const PixelError& pixel_error, ErrorMap* out) {
   constexpr size_t kGrain = 4096;
@@ -30,11 +32,11 @@ void fill_errors(const PixelStatistics& pixels, const PixelError& pixel_error, E
   });
 }
 
-// Fills the map in parallel with finish(i, e) for each pixel, and without deviations. e is the
-// standard deviation of the pixel's mean in display units (display_error.h), as the root mean
-// square over the channels. variance_of_mean(c, i) must return the variance of pixel i's mean in
-// channel c, in squared linear radiance. It is called for every pixel, even one without samples, in
-// a loop that vectorises if the function has no branch.
+// Sets the map's error of each pixel i to finish(i, e), in parallel. Leaves the map without
+// deviations. e is the standard deviation of the pixel's mean in display units (display_error.h),
+// as the root mean square over the channels. variance_of_mean(c, i) must return the variance of
+// pixel i's mean in channel c, in squared linear radiance. It is called for every pixel, even one
+// without samples. The loop vectorises if variance_of_mean() has no branch.
 template <typename VarianceOfMean, typename Finish>
 void fill_display_errors(const PixelStatistics& pixels, const VarianceOfMean& variance_of_mean,
                          const Finish& finish, ErrorMap* out) {
@@ -58,7 +60,7 @@ void fill_display_errors(const PixelStatistics& pixels, const VarianceOfMean& va
 }
 
 // Like fill_display_errors(), with variances computed from the pixels' samples. finish() must
-// handle n < 2.
+// handle pixels with fewer than 2 samples.
 template <typename Finish>
 void fill_display_errors_of_samples(const PixelStatistics& pixels, const Finish& finish,
                                     ErrorMap* out) {

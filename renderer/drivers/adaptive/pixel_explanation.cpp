@@ -14,8 +14,8 @@ std::string error_text(float error) {
   return error < kUnknownError ? fmt::format("{:.4g}", error) : "unknown";
 }
 
-// Says why the round gave the pixel more samples. Pixels that met the threshold also get some,
-// because their few samples may have overlooked light.
+// Says why the round gave the pixel more samples. Pixels that met the threshold also get more
+// samples, because their few samples may have overlooked light.
 std::string describe_growth(const RoundRecord& round, float threshold, uint32_t reached) {
   const bool met = threshold > 0.0f && round.error <= threshold;
   const bool doubled = round.target == 2 * round.samples && reached == round.target;

@@ -12,7 +12,7 @@
 
 namespace emberline {
 
-// What the driver knows about one pixel.
+// Everything that the driver knows about one pixel.
 struct PixelHistory {
   std::span<const RoundRecord> rounds;
   int recorded_since = 0;             // the rounds before this one were not recorded
@@ -22,9 +22,9 @@ struct PixelHistory {
   std::optional<PixelStop> end = {};  // absent: the frame is not finished
 };
 
-// Returns one sentence and a line break, or nothing if there was no decision yet. Example: "At 64
-// samples its error was 0.034 (threshold 0.02), so its target was 256 samples; at 256 it was 0.015,
-// so the pixel was finished."
+// Returns one sentence and a line break, or an empty text if there was no decision yet. Example:
+// "At 64 samples its error was 0.034 (threshold 0.02), so its target was 256 samples; at 256 it was
+// 0.015, so the pixel was finished."
 std::string describe_history(const PixelHistory& history);
 
 // Return tables, each followed by an explanation of its columns.

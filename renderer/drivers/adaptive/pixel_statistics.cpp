@@ -10,19 +10,19 @@
 namespace emberline {
 namespace {
 
-// Sums of squares and their differences may exceed the range of float.
+// Limits the value, because sums of squares and their differences may exceed the range of float.
 float to_float(double x) { return float(std::clamp(x, -1e30, 1e30)); }
 
 // A camera ray that hits nothing costs little; every further ray comes with a surface to shade.
 float sample_cost(double rays) { return float(double(kCameraRayCost) + std::max(0.0, rays - 1.0)); }
 
-// The sums of a few pixels as arrays, so that the arithmetic vectorises; the film stores each
-// pixel's sums together.
+// The sums of a few pixels as arrays. The film stores each pixel's sums together, but arithmetic on
+// arrays vectorises.
 struct Block {
   static constexpr size_t kPixels = 64;
   double count[2][kPixels], rgb[2][3][kPixels], squares[3][kPixels], rays[kPixels];
 
-  // `last` is the index of the film's last pixel. Prefetches one block ahead; this halves the time,
+  // `last` is the index of the film's last pixel. Prefetches one block ahead. This halves the time,
   // since a film is larger than the caches.
   void load(const FilmTile& film, size_t first, size_t pixels, size_t last) {
     for (size_t j = 0; j < pixels; ++j) {

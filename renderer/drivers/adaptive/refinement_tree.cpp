@@ -20,22 +20,23 @@ constexpr uint32_t kNone = ~0u;
 constexpr int kMaxSide = 65536;                         // limited by RefinementTree::Cell
 constexpr int64_t kMaxPixels = (int64_t(1) << 31) - 1;  // each pixel takes two node ids
 
-// A round splits the most urgent leaves, which together hold this fraction of the total priority.
-// They are few while contrast is concentrated, so that the next round can react, and many if all
-// leaves look alike. Their number is limited to these fractions of the leaves that can be split, so
-// that a sample costs at most 16 evaluations of leaves. It is also at least 64 and at least a 64th
-// of all samples, even if that is above the upper limit, so that the last rounds are not many small
-// ones. tests/bench/results shows how other values affect error and speed.
+// A round splits the most urgent leaves that together hold the fraction kRoundPriority of the total
+// priority. These are few leaves while contrast is concentrated, so that the next round can react,
+// and many if all leaves look alike. Their number is at least 1 / kMinRoundDivisor and at most 1 /
+// kMaxRoundDivisor of the leaves that can be split, so that a sample costs at most 16 evaluations
+// of leaves. It is also at least kMinRoundSize and at least 1 / kMinRoundDivisorOfAll of all
+// samples, even if that is above the upper limit, so that the last rounds are not many small ones.
+// tests/bench/results shows how other values affect error and speed.
 constexpr double kRoundPriority = 0.25;
 constexpr size_t kMinRoundDivisor = 16, kMaxRoundDivisor = 4, kMinRoundDivisorOfAll = 64;
 constexpr size_t kMinRoundSize = 64;
 
 constexpr float kMaxRadiance = 1e30f, kMaxExposure = 1e6f;
 
-// How many splits ahead a parent is prefetched; parents are seldom in the caches.
+// A parent is prefetched this many splits ahead, since parents are seldom in the caches.
 constexpr size_t kPrefetchDistance = 8;
 
-// Number of leaves for which memory is reserved at the start: those of a 4K frame.
+// Number of leaves for which memory is reserved at the start: one for each pixel of a 4K frame.
 constexpr size_t kReserved = size_t(3840) * 2160;
 
 // Leaves per task when contrasts are computed: about 0.1 ms.
@@ -49,15 +50,15 @@ constexpr uint32_t split_node(uint32_t split) { return 2 * split + 1; }
 // buckets per octave.
 size_t bucket_of(float priority) { return std::bit_cast<uint32_t>(priority) >> 20; }
 
-// Converts through 32-bit integers, which GCC 12 converts as a vector; it converts 16-bit ones one
-// by one.
+// Converts through 32-bit integers, because GCC 12 converts 32-bit integers as a vector, but 16-bit
+// integers one by one.
 using Int4 [[gnu::vector_size(16)]] = int32_t;
 Color4 to_color4(auto shade) {
   return __builtin_convertvector(__builtin_convertvector(shade, Int4), Color4);
 }
 
-// Returns the mean of the luminance's variance and the largest channel variance, from the variances
-// of the four components of shades.
+// Combines the variances of the four components of shades. Returns the mean of the luminance's
+// variance and the largest channel variance.
 float combine_variances(Color4 variance) {
   const float channels = std::max(variance[0], std::max(variance[1], variance[2]));
   return 0.5f * (variance[3] + channels) * square(1.0f / 65535);
@@ -205,8 +206,8 @@ void RefinementTree::add_leaf(PixelOffset pixel, const Rgb& value) {
   shade_.push_back(shade(finite));
 }
 
-// The half that contains the leaf's sample keeps it; the other half gets the new sample. Returns
-// the halves, the one with the smaller coordinates first.
+// Splits a leaf. The half that contains the leaf's sample keeps it; the other half gets the new
+// sample. Returns the halves, the one with the smaller coordinates first.
 std::array<RefinementTree::OpenLeaf, 2> RefinementTree::split(const OpenLeaf& open,
                                                               PixelOffset pixel, const Rgb& value) {
   const auto new_split = uint32_t(splits_.size()), new_leaf = uint32_t(leaves_.size());
@@ -239,7 +240,7 @@ void RefinementTree::update_priorities() {
   const auto large = [&](const OpenLeaf& o) { return o.cell.area() > settings_.coverage_area; };
   const size_t too_large = phase_ == RefinementPhase::kCoverage
                                ? size_t(std::ranges::count_if(open_leaves_, large))
-                               : 0;  // once 0 it stays 0: leaves only shrink
+                               : 0;  // once it is 0, it stays 0: leaves only shrink
   std::atomic<bool> features{false};
   parallel_ranges(open_leaves_.size(), kGrain, [&](size_t begin, size_t end) {
     bool has_feature = false;
@@ -259,8 +260,8 @@ void RefinementTree::update_priorities() {
                                 : RefinementPhase::kPixelLevel;
 }
 
-// The variance of the display values of the leaf and its neighbours across the middles of its
-// edges.
+// Returns the variance of the display values of the leaf and its neighbours across the middles of
+// its edges.
 float RefinementTree::external_variance(const Cell& c, uint32_t leaf) const {
   const Color4 own = to_color4(shade_[leaf]);
   const size_t stride = size_t(crop_.width());

@@ -1,7 +1,7 @@
-// Chooses which pixels get their first sample next, as long as some pixels have none. This is a k-d
-// tree over the image plane, refined where the picture needs it, after Painter & Sloan 1989,
-// "Antialiased Ray Tracing by Adaptive Progressive Refinement", SIGGRAPH. The caller does the
-// rendering:
+// Chooses which pixels get their first sample next, as long as some pixels have none. The tree is a
+// k-d tree over the image plane that is refined where the picture needs it. It follows Painter &
+// Sloan 1989, "Antialiased Ray Tracing by Adaptive Progressive Refinement", SIGGRAPH. The caller
+// does the rendering:
 //
 //   RefinementTree tree(crop, settings);
 //   while (!tree.finished()) {
@@ -9,27 +9,28 @@
 //     tree.insert(values); // the radiance of each of these pixels, in the same order
 //   }
 //
-// A leaf is a rectangle of whole pixels with one sample: the value of one pixel inside it. To split
-// a leaf, its longer side is cut in the middle. The half that contains the sample keeps it; a pixel
-// drawn in the other half is requested. A leaf of one pixel is finished. When all leaves are
-// finished, every pixel has been requested exactly once.
+// A leaf is a rectangle of whole pixels with one sample: the value of one pixel inside it. A leaf
+// is split by a cut in the middle of its longer side. The half that contains the sample keeps it.
+// In the other half, a pixel is drawn at random and requested. A leaf of one pixel is finished.
+// When all leaves are finished, every pixel has been requested exactly once.
 //
 // Priorities. A leaf of area a (pixels) has the priority p = a (max(v_int, v_ext) + kappa). v_int
 // is the variance of the two samples that the last cut separated; v_ext is the variance of the leaf
 // and its neighbours across the middles of its edges. Both are variances of display values (below).
-// kappa is the coverage term, which makes the largest leaf come first where there is no contrast.
+// kappa is the coverage term: where there is no contrast, it makes the largest leaf come first.
 // While any leaf is larger than `coverage_area`, only such leaves are split.
 //
 // Differences from the paper. The paper splits one leaf at a time and finds it by descending from
 // the root. Here a round splits many leaves: first all that are larger than `coverage_area`, then
-// those that hold a quarter of the total priority. So leaves are read sequentially and the renderer
-// gets many pixels to work on, but leaves cannot react to samples of their own round. The paper
-// also updates v_int with means that are propagated up the tree; once there is v_ext, this improves
-// little (tests/bench/results).
+// those that hold a quarter of the total priority. So leaves are read sequentially, and the
+// renderer gets many pixels to work on. On the other hand, leaves cannot react to samples of their
+// own round. The paper also updates v_int with means that are propagated up the tree. Since there
+// is v_ext, this would improve little (tests/bench/results).
 //
 // Display values. Radiance x exposure, however large, is mapped to [0, 1] by x / (1 + x) (Reinhard,
-// Stark, Shirley & Ferwerda 2002) and then a square root, which approximates perception. Each
-// variance is the mean of two variances: the luminance's and that of the channel that varies most.
+// Stark, Shirley & Ferwerda 2002) and then by a square root, which approximates perception. Each
+// variance is the mean of two variances: that of the luminance, and that of the channel that varies
+// most.
 //
 // The tree is a pure function of crop, settings, limits and values, independent of threads and
 // time. It computes contrasts on the calling thread's TBB arena. Only one thread at a time may call
@@ -65,15 +66,15 @@ struct RefinementSettings {
   uint32_t seed = 0;            // for the drawn pixels, and the order of equal priorities
   int coverage_area = 16 * 16;  // in pixels, > 0
   // kappa, in squared display values, > 0. With test_picture() (refinement_pictures.h) at a quarter
-  // sample per pixel, the error is almost the same for any kappa from 1e-4 to 3e-3, but doubles at
-  // 1e-2.
+  // of a sample per pixel, the error is almost the same for any kappa from 1e-4 to 3e-3, but
+  // doubles at 1e-2.
   float coverage_weight = 1e-3f;
   // tau, the least v_int or v_ext that counts as a feature: the square of two 8-bit display steps.
   float feature_threshold = square(2.0f / 255);
   float exposure = 1.0f;  // factor on radiance, in (0, 1e6]
 };
 
-// A node on the path to a pixel, to explain why the pixel was sampled.
+// A node on the path from the root to a pixel. It explains why the pixel was sampled.
 struct RefinementNode {
   Rect rect;
   Rgb mean;  // area-weighted mean of the present leaves inside
@@ -92,19 +93,20 @@ class RefinementTree {
 
   const Rect& crop() const { return crop_; }
   const RefinementSettings& settings() const { return settings_; }
-  // Whether all pixels have been requested and inserted.
+  // Returns whether all pixels have been requested and inserted.
   bool finished() const { return phase_ == RefinementPhase::kFinished; }
   RefinementPhase phase() const { return phase_; }
   uint32_t rounds() const { return rounds_; }  // number of rounds inserted so far
   size_t sample_count() const { return leaves_.size(); }
 
-  // Requests first samples: returns one pixel for each of the most urgent leaves, in tree order, so
-  // that neighbours in the list are neighbours in the frame. The first round is one pixel; a
-  // coverage round splits all leaves that are too large. Other rounds split the leaves that hold a
-  // quarter of the total priority. Of the leaves that can be split, these are at least a 16th and
-  // at most a quarter. They are also at least 64 and at least a 64th of all samples, even if that
-  // is more than a quarter. No round has more than `limit` pixels. Calls must alternate with
-  // insert() (asserted), which invalidates the returned span.
+  // Requests first samples. Returns one pixel for each of the most urgent leaves. The pixels are in
+  // tree order, so that neighbours in the list are neighbours in the frame. The first round is one
+  // pixel. A coverage round splits all leaves that are too large. Any other round splits the most
+  // urgent leaves that together hold a quarter of the total priority. Their number is at least a
+  // 16th and at most a quarter of the number of leaves that can be split. It is also at least 64
+  // and at least a 64th of the number of all samples, even if that is more than a quarter. No round
+  // has more than `limit` pixels. Calls must alternate with insert() (asserted), which invalidates
+  // the returned span.
   std::span<const Vec2i> next_round(size_t limit = std::numeric_limits<size_t>::max());
   // Takes the radiance of each requested pixel, in the order of next_round(), in linear Rec. 709.
   // NaN and infinity count as black.
@@ -114,24 +116,24 @@ class RefinementTree {
   // each pixel, in rows from the crop's top. Both are meaningless before the first sample.
   uint32_t leaf_at(int x, int y) const { return leaf_of_pixel_[index(x, y)]; }
   std::span<const uint32_t> leaf_map() const { return leaf_of_pixel_; }
-  // The value and the sampled pixel of a leaf. Leaves 0 .. sample_count() - 1 are in the order in
-  // which their samples were inserted.
+  // Return the value and the sampled pixel of a leaf. Leaves 0 .. sample_count() - 1 are in the
+  // order in which their samples were inserted.
   const Rgb& value(uint32_t leaf) const { return leaves_[leaf].value; }
   Vec2i sampled_pixel(uint32_t leaf) const { return pixel_of(leaves_[leaf].pixel); }
 
-  // Returns the nodes from the root to the leaf that covers pixel (x, y) of the crop; empty before
-  // the first insert(). Reads every pixel of the crop.
+  // Returns the nodes from the root to the leaf that covers pixel (x, y) of the crop, or nothing
+  // before the first insert(). Reads every pixel of the crop.
   std::vector<RefinementNode> describe(int x, int y) const;
 
   // most_urgent() returns the first `max_count` leaves of two or more pixels in the order in which
   // they will be split; open_count() returns the number of all such leaves.
   std::vector<RefinementNode> most_urgent(size_t max_count) const;
   size_t open_count() const { return open_leaves_.size(); }
-  // Number of leaves with 2^k .. 2^(k+1) - 1 pixels, for k = 0, 1, ...
+  // Returns the number of leaves with 2^k .. 2^(k+1) - 1 pixels, for k = 0, 1, ...
   std::vector<size_t> leaves_by_area() const;
 
-  // node_bytes() is at most 16, plus 36 for each of the 2 sample_count() - 1 nodes (only 22 for
-  // each once the tree is finished). map_bytes() is 4 per pixel.
+  // node_bytes() is at most 16 bytes plus 36 bytes per node; once the tree is finished, a node
+  // takes only 22 bytes. There are 2 sample_count() - 1 nodes. map_bytes() is 4 bytes per pixel.
   size_t node_bytes() const;
   size_t map_bytes() const { return leaf_of_pixel_.capacity() * sizeof(uint32_t); }
 
@@ -140,7 +142,7 @@ class RefinementTree {
     uint16_t x, y;
   };
   // A rectangle given by its first and last column and row, relative to the crop. It holds the last
-  // column, not the one after it, so that 65536 columns fit into 16 bits.
+  // column, and not the column after that, so that 65536 columns fit into 16 bits.
   struct Cell {
     uint16_t x0, y0, x_last, y_last;
     int width() const { return x_last - x0 + 1; }
@@ -173,21 +175,21 @@ class RefinementTree {
     uint32_t parent;  // split that created the leaf; kNone for the root
     Cell cell;
     float v_int, v_ext = 0;
-    float priority = 0;  // 0 while the current phase does not split such leaves
+    float priority = 0;  // 0 if the current phase does not split this leaf
   };
 
   size_t index(int x, int y) const {
     return size_t(y - crop_.y0) * size_t(crop_.width()) + size_t(x - crop_.x0);
   }
-  // Open leaves in buckets of ascending priority: for each bucket, their number and the sum of
-  // their priorities.
+  // Open leaves in buckets of ascending priority. For each bucket, this holds the number of its
+  // leaves and the sum of their priorities.
   static constexpr size_t kPriorityBuckets = 2048;
   struct PriorityBuckets {
     std::array<uint32_t, kPriorityBuckets> count = {};
     std::array<double, kPriorityBuckets> sum = {};
   };
 
-  uint32_t root_node() const { return splits_.empty() ? 0 : 1; }  // the first leaf, or split
+  uint32_t root_node() const { return splits_.empty() ? 0 : 1; }  // first split, or the only leaf
   Cell root() const { return {0, 0, uint16_t(crop_.width() - 1), uint16_t(crop_.height() - 1)}; }
   PixelOffset offset_of_pixel(const Vec2i& pixel) const {
     return {uint16_t(pixel.x - crop_.x0), uint16_t(pixel.y - crop_.y0)};

@@ -5,7 +5,7 @@
 // expectation if the weights of the rounds are fixed beforehand. The plain mean of all samples
 // weights rounds by the pixel's counts, so its expectation is wrong: pixels whose samples happen to
 // agree stop early (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis"). The
-// price is more noise where a pixel's counts differ much from the weights.
+// price of fixed weights is more noise where a pixel's counts differ much from the weights.
 #pragma once
 
 #include <array>
@@ -29,10 +29,10 @@ class RoundAverages {
   void resolve(size_t i, float* rgba) const;
   double mean(size_t i, size_t c) const { return pixels_[i].average[c] / weight_; }
   // Estimated variance of mean(i, c), computed from the difference between each round's mean and
-  // the average over all earlier rounds. Rounds are independent, so its expectation is right,
-  // however a round's samples are stratified. It is unreliable for one pixel, but reliable as a
-  // mean over many. After a single round it is estimated from two streams if there are two,
-  // otherwise as if samples were independent.
+  // the average over all earlier rounds. Rounds are independent, so the estimate has the right
+  // expectation, however a round's samples are stratified. For one pixel the estimate is
+  // unreliable, but its mean over many pixels is reliable. After a single round, the variance is
+  // estimated from two streams if there are two, otherwise as if samples were independent.
   double variance(size_t i, size_t c) const { return pixels_[i].variance[c]; }
   void archive(Archive& archive, const FilmTile& film);
   uint64_t bytes() const { return pixels_.capacity() * sizeof(Pixel); }

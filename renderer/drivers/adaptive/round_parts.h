@@ -10,9 +10,9 @@
 
 namespace emberline {
 
-// Indices of a crop's pixels (rows from its top) in the order of a round: tiles of 16 x 16 pixels
-// row by row, and row by row within a tile, so that neighbours in the list are neighbours in the
-// frame.
+// Returns the indices of a crop's pixels (rows from its top) in the order of a round. Tiles of 16 x
+// 16 pixels follow row by row, as do the pixels within a tile, so that neighbours in the list are
+// neighbours in the frame.
 std::vector<uint32_t> tile_order(const Rect& crop);
 
 // Cuts a round's list of pixels into parts of about `samples` samples (at least one pixel each).

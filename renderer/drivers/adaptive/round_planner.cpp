@@ -29,13 +29,14 @@ constexpr double kMinRoundFraction = 1.0 / 500;
 // Pixels get slightly more samples than the estimate says that they need to reach the threshold.
 constexpr float kThresholdMargin = 1.05f;
 
-// A few samples without any noise prove little: a point lit by a caustic, or through a gap, is
-// black until a path finds the light. It is enough if all noise-free pixels of a crop together have
-// kNoiselessSamples, or one has kNoiselessGrowth times the pilot. With 95 % confidence, n samples
-// find light that one path in n / 3 finds; here that is one in 44 000.
+// A few samples without any noise prove little: a point that is lit by a caustic, or through a gap,
+// is black until a path finds the light. So noise-free pixels get more samples until all such
+// pixels of a crop together have kNoiselessSamples, or a pixel has kNoiselessGrowth times the
+// pilot. With 95 % confidence, n samples find light that one path in n / 3 finds. For
+// kNoiselessSamples, this is one path in 44 000.
 constexpr uint64_t kNoiselessSamples = 1 << 17;
 constexpr uint32_t kNoiselessGrowth = 64;
-// Below this fraction of the threshold, an error is rounding noise.
+// An error below this fraction of the threshold is rounding noise.
 constexpr float kNoiselessFraction = 1e-6f;
 
 constexpr uint32_t kMinPilot = 8, kMaxPilot = 16;
@@ -52,7 +53,7 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
   } else if (entry.batch == 0 && s.threshold <= 0.0f) {
     samples = std::clamp(s.budget / 8 / 8 * 8, kMinPilot, kMaxPilot);
   }
-  // With fewer samples, the second half would have none.
+  // With fewer samples, the second half would have no samples.
   if (s.two_halves || s.allocation == ErrorMetric::kDenoised)
     samples = std::max(samples, kMaxPilot);
   if (s.budget > 0) samples = std::min(samples, s.budget);
@@ -70,7 +71,7 @@ bool is_unfinished(const AdaptiveSettings& s, uint32_t current, float error) {
   return !full && !good;
 }
 
-// The sample count that brings the pixel to the threshold, or its maximum if that is less.
+// Returns the sample count that brings the pixel to the threshold, or its maximum if that is less.
 float samples_to_threshold(const AdaptiveSettings& s, float current, float error, bool halves) {
   const float maximum = sample_limit(s);
   if (s.threshold <= 0.0f) return maximum;
@@ -91,12 +92,13 @@ uint32_t hash_of_round(uint32_t seed, int round) {
   return hash_combine(hash_combine(hash32(seed), 0x7a11u), uint32_t(round));
 }
 
-// The next power of two above `current`; `current` is below 2^24.
+// Returns the next power of two above `current`, which must be below 2^24.
 float next_power_of_two(float current) { return float(std::bit_ceil(uint32_t(current) + 1)); }
 
 constexpr double kUnlimited = 1e18;
 
-// Limits the rounds of a loaded state. A round spends a 500th of the budget or doubles counts.
+// Limits the number of rounds in a loaded state. A round spends a 500th of the budget or doubles
+// counts, so real frames have far fewer.
 constexpr int kMaxRounds = 1 << 20;
 
 constexpr size_t kGrain = 8192;
@@ -159,7 +161,7 @@ void RoundPlanner::write_variances(FilmTile* film) const {
       if (p.count[i] < 2.0f || !(has_two_parts || averaged)) continue;
       Rgb variance;
       for (size_t c = 0; c < 3; ++c) {
-        // The film divides by its present count.
+        // The film divides this value by its present count.
         variance[int(c)] = averaged ? float(averages_->variance(i, c) * film->sums(i).samples())
                                     : sample_variance(p.count[i], p.second_count[i],
                                                       p.stream_difference[c][i], p.variance[c][i]);
@@ -195,7 +197,8 @@ PixelStop RoundPlanner::current_stop(size_t i, uint32_t current) const {
   return is_unfinished(settings_, current, error) ? PixelStop::kUnfinished : stop_of(i);
 }
 
-// Estimators with batches provide no deviation of a sample, so the gain uses their error.
+// Estimators with batches provide no deviation of a sample, so the gain is computed from their
+// error.
 void RoundPlanner::expected_gains(std::span<const uint32_t> current,
                                   std::span<const uint32_t> targets,
                                   std::vector<float>* gains) const {
@@ -214,8 +217,8 @@ void RoundPlanner::expected_gains(std::span<const uint32_t> current,
   });
 }
 
-// What is left is too small for a round if it is less than one sample, less than 8 samples for
-// every thousandth pixel, or less than a 500th of the budget.
+// The rest of the budget is too small for a round if it is less than one sample, less than 8
+// samples per thousand pixels, or less than a 500th of the budget.
 bool RoundPlanner::is_budget_spent() const {
   const auto pixels = double(targets_.size());
   const double left = double(settings_.budget) * pixels - spent_;
@@ -243,7 +246,7 @@ bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
   return true;
 }
 
-// Doubles all counts until they reach the pilot.
+// Doubles all counts, up to the pilot. Returns false if they need not grow.
 bool RoundPlanner::grow_pilot() {
   if (pilot_done_ || !doubles_counts() || targets_.empty() || targets_[0] >= pilot_) return false;
   std::ranges::fill(targets_, std::min(pilot_, 2 * targets_[0]));
@@ -290,10 +293,11 @@ bool RoundPlanner::allocate_by_deviation() {
   return true;
 }
 
-// Must be called only if no pixel may get more samples. Doubles the samples of pixels whose camera
-// rays hit something but that, like their neighbours, show no noise, until such pixels have many
-// samples in total. A small bucket may be black after its pilot because only one path in thousands
-// finds the light. Unbiased rounds need samples of every pixel, so all pixels double if one does.
+// Must be called only if no pixel may get more samples. Some pixels show no noise, like their
+// neighbours, although their camera rays hit something. Doubles the samples of these pixels until,
+// in total, they have many samples. For example, a small bucket may be black after its pilot
+// because only one path in thousands finds the light. Unbiased rounds need samples of every pixel,
+// so all pixels double if one does.
 bool RoundPlanner::resample_noise_free_pixels() {
   const size_t pixels = targets_.size();
   const auto noiseless = [&](size_t i) {
@@ -349,7 +353,7 @@ float RoundPlanner::scale_to_budget(float uniform_samples) {
 }
 
 // Sets the rates and bounds of a range of pixels and summarises the pixels that may get more
-// samples. The loop's inputs are copies or pointers, so that it vectorises.
+// samples. The loop's inputs are copies or pointers, so that the loop vectorises.
 RoundPlanner::OpenPixels RoundPlanner::set_rates_and_bounds(size_t begin, size_t end) {
   const AdaptiveSettings s = settings_;
   const bool halves = entry_.halves;
@@ -397,7 +401,7 @@ void RoundPlanner::set_targets(const CountOf& count_of) {
 }
 
 // Rounds the allocated counts to whole numbers of samples. On average, each pixel gets at least
-// `uniform_samples` more.
+// `uniform_samples` more samples.
 void RoundPlanner::round_to_counts(float uniform_samples) {
   const uint32_t round_hash = hash_of_round(seed_, round_);
   const float maximum = sample_limit(settings_);
@@ -405,11 +409,12 @@ void RoundPlanner::round_to_counts(float uniform_samples) {
   const uint32_t min_increase = settings_.unbiased ? 1 : 0;
   const bool doubling = doubles_counts();
   set_targets([&](size_t i, uint32_t current, float wanted) {
-    // Not even the uniform share may raise a count beyond the next power of two: if one of the two
-    // compared parts is small, a bright sample in the other hardly shows.
+    // If counts double, not even the uniform share may raise a count beyond the next power of two.
+    // If one of the two compared parts were small, a bright sample in the other part would hardly
+    // show.
     const float cap = doubling ? std::min(maximum, next_power_of_two(float(current))) : maximum;
     const float share = std::min(std::max(wanted, float(current) + uniform_samples), cap);
-    // The maximum need not be a multiple of the step, and random rounding might never reach it, so
+    // The maximum need not be a multiple of the step, and random rounding might never reach it. So
     // a share equal to the maximum is always rounded up and then clipped.
     const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
     const float u = share < maximum ? chance : 0.0f;
@@ -418,7 +423,7 @@ void RoundPlanner::round_to_counts(float uniform_samples) {
   });
 }
 
-// The allocated counts are steps already. At random, some pixels advance at least to the next power
+// The allocated counts are steps already. Randomly chosen pixels advance at least to the next power
 // of two, so that each pixel gets at least `uniform_samples` more samples on average.
 void RoundPlanner::round_to_steps(float uniform_samples) {
   const uint32_t round_hash = hash_of_round(seed_, round_);
@@ -428,13 +433,13 @@ void RoundPlanner::round_to_steps(float uniform_samples) {
     const float next = std::min(next_power_of_two(now), maximum);
     const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
     const bool found = chance * (next - now) < uniform_samples;
-    // Rounds up, because clipping by a threshold or --max-spp may leave a fraction of a sample.
+    // Rounds up, because the limit by a threshold or --max-spp may leave a fraction of a sample.
     return std::max(current, uint32_t(std::ceil(found ? std::max(share, next) : share)));
   });
 }
 
 // Gives every unfinished pixel the same number of samples. Without a threshold, only the half of
-// the pixels with the larger errors counts as unfinished.
+// the unfinished pixels that has the larger errors gets samples.
 bool RoundPlanner::allocate_evenly() {
   const size_t pixels = targets_.size();
   const double left = settings_.budget > 0 ? double(settings_.budget) * double(pixels) - spent_

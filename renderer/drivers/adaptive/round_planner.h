@@ -36,47 +36,47 @@ class RoundPlanner {
   // Plans a crop of width x height pixels; `seed` is used for random rounding.
   RoundPlanner(const AdaptiveSettings& settings, int width, int height, uint32_t seed);
 
-  // From the first round on, the picture shows these averages instead of the plain means of all
-  // samples, so error estimates are for the averages. `averages` must outlive the planner.
+  // Makes the error estimates apply to `averages`, which must outlive the planner. From the first
+  // round on, the picture shows these averages instead of the plain means of all samples.
   void set_averages(const RoundAverages* averages) { averages_ = averages; }
 
-  // The sample count of each pixel after the coming round. Before the first plan() it is equal for
-  // all pixels.
+  // The sample count of each pixel after the coming round. Before the first plan(), all pixels have
+  // the same count.
   std::span<const uint32_t> targets() const { return targets_; }
   // Reads a film in which every pixel has its target number of samples, and sets the next targets.
   // Returns false if no more samples are needed or a stop was requested; the targets then do not
   // change.
   bool plan(const FilmTile& film, const std::stop_token& stop = {});
-  // Whether a stop request interrupted the last plan().
+  // Returns whether a stop request interrupted the last plan().
   bool interrupted() const { return interrupted_; }
-  // Computes how much each pixel's squared error is expected to fall from `current` samples to
-  // `targets`, according to the last update; all 0 before the first update.
+  // Computes by how much each pixel's squared error is expected to fall between `current` and
+  // `targets` samples, according to the last update. The gains are 0 before the first update.
   void expected_gains(std::span<const uint32_t> current, std::span<const uint32_t> targets,
                       std::vector<float>* gains) const;
   // Updates only the error estimates.
   void update(const FilmTile& film);
 
-  // Whether write_variances() writes variances that the film cannot compute itself.
+  // Returns whether write_variances() writes variances that the film cannot compute itself.
   static bool has_variances(const AdaptiveSettings& settings) {
     return find_estimator(settings.estimator).halves || settings.unbiased;
   }
-  // Writes the pixel variances on which the last error_estimate() is based into the film; skips
+  // Writes into the film the pixel variances on which the last error_estimate() is based. Skips
   // pixels whose variance the film can compute as well. Must not be called while samples are added.
   void write_variances(FilmTile* film) const;
 
-  // Error of the whole crop (frame_error.h) at the last update. NaN before the first update, and
-  // for estimators whose error is not an RMS error.
+  // Returns the error of the whole crop (frame_error.h) at the last update. Returns NaN before the
+  // first update, and for estimators whose error is not an RMS error.
   double error_estimate() const { return error_estimate_; }
-  // Why the pixel would get no more samples if the frame ended now.
+  // Returns why the pixel would get no more samples if the frame ended now.
   PixelStop stop_of(size_t i) const;
-  // While the frame continues, the limit that a pixel with `current` samples had met at the last
-  // update, or kUnfinished. A pixel that met its limit may still get samples that a round gives to
-  // all pixels.
+  // Used while the frame continues. Returns the limit that a pixel with `current` samples had met
+  // at the last update, or kUnfinished if it had met none. A pixel that met its limit may still get
+  // samples that a round gives to all pixels.
   PixelStop current_stop(size_t i, uint32_t current) const;
-  // With `unbiased`, the weight of the current round in a mean over rounds (RoundAverages). It
-  // depends only on the settings.
+  // With `unbiased`, returns the weight of the current round in a mean over rounds (RoundAverages).
+  // The weight depends only on the settings.
   double round_weight() const { return round_weight_; }
-  // Seed of the current round's samples. With `unbiased`, each round has a new one.
+  // Returns the seed of the current round's samples. With `unbiased`, each round has a new seed.
   uint32_t round_seed() const;
   int round() const { return round_; }
   const ErrorMap& errors() const { return errors_; }
@@ -86,8 +86,8 @@ class RoundPlanner {
   void record(size_t pixel);
   size_t recorded() const { return recorded_; }
   std::span<const RoundRecord> records() const { return records_; }
-  // Call this before loading a state whose pilot is done, since that pilot may be smaller than
-  // these settings require.
+  // Must be called before a state whose pilot is done is loaded, since that pilot may be smaller
+  // than these settings require.
   void skip_pilot() { pilot_done_ = true; }
   // Saves or loads the state, except for values that the next update recomputes.
   void archive(Archive& archive);
@@ -97,7 +97,7 @@ class RoundPlanner {
   bool update(const FilmTile& film, bool to_plan, const std::stop_token& stop);
   bool update_denoised(const FilmTile& film, bool to_plan, const std::stop_token& stop);
   bool uses_denoised_error() const { return settings_.allocation == ErrorMetric::kDenoised; }
-  // Whether the rest of the budget is too small for a round.
+  // Returns whether the rest of the budget is too small for a round.
   bool is_budget_spent() const;
   bool grow_pilot();
   bool allocate_by_deviation();
@@ -127,13 +127,13 @@ class RoundPlanner {
   AdaptiveSettings settings_;
   const EstimatorEntry& entry_;
   uint32_t seed_;
-  double spent_ = 0.0;  // samples of the whole crop up to the current round
+  double spent_ = 0.0;  // samples of the whole crop after the current round
   int round_ = 0;
   bool interrupted_ = false;
   uint32_t pilot_ = 0;
   bool pilot_done_ = false;
   double round_weight_ = 0.0;
-  double planned_mean_ = 0.0;  // planned samples per pixel up to the current round, if unbiased
+  double planned_mean_ = 0.0;  // samples per pixel planned up to the current round, if unbiased
   double error_estimate_;
   std::vector<uint32_t> targets_;
   const RoundAverages* averages_ = nullptr;

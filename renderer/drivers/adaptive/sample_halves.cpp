@@ -31,8 +31,8 @@ void SampleHalves::update(PixelStatistics* pixels) {
                   [&](size_t begin, size_t end) { update_range(begin, end, pixels); });
 }
 
-// Parts of a and b samples have the mean M = (a M1 + b M2) / n, so M1 - M2 = (M1 - M) n / b.
-// Example: 8 samples of 1, then 8 samples of 3: M = 2 and M1 - M2 = (1 - 2) 16 / 8 = -2.
+// Two parts with a and b samples have the mean M = (a M1 + b M2) / n, so M1 - M2 = (M1 - M) n / b.
+// Example: for 8 samples of 1 and then 8 samples of 3, M = 2 and M1 - M2 = (1 - 2) 16 / 8 = -2.
 void SampleHalves::update_range(size_t begin, size_t end, PixelStatistics* pixels) {
   const bool every_update = parts_ == SampleParts::kEveryUpdate;
   for (size_t i = begin; i < end; ++i) {

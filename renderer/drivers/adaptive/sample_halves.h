@@ -1,5 +1,5 @@
-// The two halves of a pixel's samples, derived from successive states of the film; `nested` uses
-// them.
+// Derives the two halves of a pixel's samples from successive states of the film. The estimator
+// `nested` uses them.
 //
 // In a scrambled Sobol' sequence, all aligned blocks of 2^k samples are nets of the same quality
 // (samplers/sobol_sampler.h). So the means M1, M2 of a stream's two halves have the same variance
@@ -23,14 +23,14 @@ namespace emberline {
 
 class Archive;
 
-// The counts that divide a pixel's samples into two parts.
+// Says at which counts a pixel's samples are divided into two parts.
 enum class SampleParts {
-  // The first part ends at the last power of two, at least 8. The later samples are compared with
-  // it when they are half as many or equally many. Both parts are then nets, and large enough for a
-  // rare bright sample to show in either.
+  // The first part ends at the last count that is a power of two and at least 8. The later samples
+  // are compared with the first part when they are half as many or equally many. Both parts are
+  // then nets, and large enough for a rare bright sample to show in either.
   kPowersOfTwo,
-  // The first part ends at the count of the last update, whatever it was. For rounds that are
-  // independent of each other.
+  // The first part ends at the count of the last update, whatever that count was. This is for
+  // rounds that are independent of each other.
   kEveryUpdate,
 };
 
@@ -38,12 +38,12 @@ class SampleHalves {
  public:
   explicit SampleHalves(SampleParts parts) : parts_(parts) {}
 
-  // Reads the statistics of a crop, which must be the same in all calls. Replaces each stream
+  // Reads the statistics of a crop; all calls must be for the same crop. Replaces each stream
   // difference by the difference between the means of the pixel's two parts, scaled as if these
-  // were halves of all n samples: second_count is n / 2, and the expected square of the difference
-  // is 4 / n times the variance of a sample, if the variance of a mean falls as 1 / n. Count and
-  // difference are 0 until there are two parts. Between the counts at which parts are compared, the
-  // last result is kept.
+  // were halves of all n samples. second_count becomes n / 2. If the variance of a mean falls as 1
+  // / n, the expected square of the difference is 4 / n times the variance of a sample. Until there
+  // are two parts, second_count and the difference are 0. Between the counts at which parts are
+  // compared, the last result is kept.
   void update(PixelStatistics* pixels);
 
   void archive(Archive& archive, size_t pixels);
@@ -55,8 +55,8 @@ class SampleHalves {
   SampleParts parts_;
   std::vector<float> count_;                // samples of the first part in the next comparison
   std::array<std::vector<float>, 3> mean_;  // mean of that part's samples
-  // For the last two parts, with a and b samples: the weight a b / (a + b), or 0 before there are
-  // two parts, and the difference of their means.
+  // Describes the last two parts, with a and b samples: the weight a b / (a + b), and the
+  // difference of their means. The weight is 0 before there are two parts.
   std::vector<float> weight_;
   std::array<std::vector<float>, 3> difference_;
 };

@@ -42,8 +42,8 @@ Level samples_of(const RefinementTree& tree, std::span<const Rgb> values) {
   return level;
 }
 
-// Computes the mean of the known pixels of each 2 x 2 block; unknown if there are none. Uses a
-// running mean, because the mean of equal values is then exact.
+// Computes the mean of the known pixels of each 2 x 2 block. A block without known pixels stays
+// unknown. Uses a running mean, because the mean of equal values is then exact.
 Level pull(const Level& fine) {
   Level coarse((fine.width + 1) / 2, (fine.height + 1) / 2);
   for_each_row(coarse.height, [&](int y) {

@@ -12,15 +12,16 @@ namespace emberline {
 namespace {
 
 constexpr int kRadius = 2;
-// exp(-d^2 / (2 sigma^2)), sigma = 1.2 pixels, d = 0, 1, 2.
+// exp(-d^2 / (2 sigma^2)) for sigma = 1.2 pixels and d = 0, 1, 2 pixels.
 constexpr float kKernel[kRadius + 1] = {1.0f, 0.706648f, 0.249352f};
 
-// The samples' spread weighs as much as this many degrees of freedom of the streams. It prevents a
-// pixel whose streams agree by chance from counting as finished.
+// The samples' spread weighs as much as this many degrees of freedom of the streams. Without this
+// weight, a pixel whose streams agree by chance would count as finished.
 constexpr float kSpreadWeight = 0.1f;
 
-// Up to this many samples a pixel's own spread is ignored, since otherwise unlucky pixels would
-// stop: with 1 instead of 64, thin wires lose 3.6 % of their light at 64 samples instead of 2.1 %.
+// A pixel's own spread is ignored up to this many samples, since otherwise unlucky pixels would
+// stop. With a limit of 64, thin wires lose 2.1 % of their light at 64 samples; with a limit of 1,
+// they lose 3.6 %.
 constexpr float kFewSamples = 64.0f;
 // The neighbours' spread weighs as much as this many of the pixel's own samples beyond kFewSamples.
 constexpr float kPooledFreedom = 128.0f;
@@ -62,9 +63,9 @@ void pool_down(const std::array<const float*, 2 * kRadius + 1>& in, int width, f
   }
 }
 
-// Computes rows pooled over the kernel's height from rows pooled over its width. The latter are
-// computed once and kept while the kernel covers them, so rows must be requested from top to
-// bottom.
+// Computes rows pooled over the kernel's height from rows pooled over its width. The rows pooled
+// over the width are computed once and kept while the kernel covers them, so rows must be requested
+// from top to bottom.
 class PooledRows {
  public:
   PooledRows(const PixelStatistics& pixels, int first)
@@ -112,7 +113,7 @@ class PooledRows {
       const float* difference = &pixels_.stream_difference[size_t(c)][first];
       pool_across(pad_row(&pixels_.mean[size_t(c)][first]), pixels_.width, out[kMean + c]);
       pool(kSpread + c, [&](int x) { return freedom(x) * variance[x]; });
-      // (A - B)^2 / (1/a + 1/b); the difference is 0 where there is no second stream.
+      // Computes (A - B)^2 / (1/a + 1/b). The difference is 0 where there is no second stream.
       pool(kDifference + c, [&](int x) {
         const float a = count[x] - second[x], b = second[x];
         return difference[x] * difference[x] * (a * b / std::max(1.0f, a + b));
@@ -178,13 +179,14 @@ struct OwnRow {
   const float *count, *mean, *variance;
 };
 
-// Squared display error of a pixel that is darker than its neighbours, assuming that they have
-// found light that it missed. Let p be the probability that a sample finds the light, and d the
-// amount by which the light brightens the mean. The light then adds d / p to a sample that finds it
-// and d^2 / p to a sample's variance; n samples all miss it with probability exp(-n p). p is
-// derived from d^2 and the neighbours' variance, so that a lamp in focus next to the pixel, which
-// every other sample finds, does not count as missed. n p is divided by 4, since pixels that found
-// rare light by luck overestimate p. (1 - x / 8)^8 approximates exp(-x).
+// Returns the squared display error of a pixel that is darker than its neighbours. Assumes that the
+// neighbours have found light that the pixel's samples missed. Let p be the probability that a
+// sample finds the light, and d the amount by which the light brightens the mean. The light then
+// adds d / p to a sample that finds it and d^2 / p to a sample's variance; n samples all miss it
+// with probability exp(-n p). p is derived from d^2 and the neighbours' variance. So a lamp in
+// focus next to the pixel, which half of the neighbours' samples find, does not count as missed. n
+// p is divided by 4, since pixels that found rare light by luck overestimate p. (1 - x / 8)^8
+// approximates exp(-x).
 float missed_error(float count, float mean, float neighbours, float neighbours_square,
                    float variance) {
   const float increase = std::max(0.0f, neighbours - mean);
@@ -226,8 +228,8 @@ void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& 
     error[x] += displayed * per_count[x];
     missed[x] += missed_error(own_count[x], sanitize(own_mean[x]), sanitize(mean),
                               sanitize(squares[x] * per_weight[x]), from_streams);
-    // Ratio of the pixel's own spread to its neighbours' spread, weighted by how well the samples
-    // determine it.
+    // Ratio of the pixel's own spread to its neighbours' spread. The fewer samples the pixel has,
+    // the closer the ratio is moved to 1.
     const float freedom = std::max(0.0f, own_count[x] - kFewSamples);
     const float own_share = freedom / (freedom + kPooledFreedom);
     const float spread_ratio =

@@ -1,17 +1,19 @@
-// The table of AnisotropicAlbedo, by quadrature over bounded visible normals.
+// Builds the table of AnisotropicAlbedo, by quadrature over bounded visible normals, and looks up
+// values in it.
 //
-// Coordinates, chosen to minimise the interpolation error along each dimension:
+// The table's coordinates are chosen to minimise the interpolation error along each dimension:
 // - for the cosine: sqrt(c/2 + mu/2), where c = (1 + 2 alpha) mu / (mu + 2 alpha) as in
-//   specular_albedo.h, with the alpha in the direction's azimuth. Across the groove, values change
-//   over mu ~ alpha and, because normals spread along x, also over mu ~ 1;
-// - for the azimuth: the eighth root of the alpha at that azimuth, from alpha_y^(1/8) to
+//   specular_albedo.h, and alpha is that at the direction's azimuth. For azimuths near y, values
+//   change over mu ~ alpha and, because the normals spread along x, also over mu ~ 1;
+// - for the azimuth: the eighth root of the alpha at this azimuth, from alpha_y^(1/8) to
 //   alpha_x^(1/8). With alpha_y = 1e-3 and alpha_x = 1, all changes are within a few degrees of y;
 // - for alpha_y: its fourth root, from kMirrorAlpha^(1/4) to 1;
 // - for alpha_x: its square root, from alpha_y^(1/2) to 1.
-// Cubic (Lagrange) interpolation has an error of at most 1e-3 along the cosine and 7e-4 along each
-// other dimension, with a thirtieth of the nodes that linear interpolation would need. But every
-// neighbour costs a lookup one cache line. So after the build, the table is refined along both
-// alphas, which change less often than directions, and lookups interpolate linearly along them.
+// Cubic (Lagrange) interpolation has an error of at most 1e-3 along the cosine and of at most 7e-4
+// along each of the other dimensions. It needs a thirtieth of the nodes that linear interpolation
+// would need. But a lookup reads one cache line for each neighbour. So after the build, the table
+// is refined along both alphas, which change less often than directions, and lookups interpolate
+// linearly along the alphas.
 
 #include <algorithm>
 #include <array>
@@ -34,13 +36,13 @@ constexpr int kPolar = 32, kTurns = 64;  // quadrature nodes
 
 constexpr float kFirstRoot = 0.177827941f;  // kMirrorAlpha^(1/4)
 
-// The alphas at positions in [0, 1].
+// Return alpha_y (narrow) and alpha_x (wide) at positions in [0, 1] along the table.
 float narrow_at(float position) { return square(square(lerp(kFirstRoot, 1.0f, position))); }
 float wide_at(float position, float alpha_y) {
   return square(lerp(std::sqrt(alpha_y), 1.0f, position));
 }
 float position_of(int i, int size) { return float(i) / float(size - 1); }
-// cos^2 of the azimuth at a node.
+// Returns cos^2 of the azimuth at node i.
 float cos2_at(int i, float alpha_x, float alpha_y) {
   const float position = float(i) / float(kAzimuths - 1);
   const float x = std::pow(alpha_x, 0.125f), y = std::pow(alpha_y, 0.125f);
@@ -59,7 +61,7 @@ float cosine_at(int i, float alpha) {
   return float(std::min(1.0, b > 0 ? 4 * g * a / (b + root) : 0.5 * (root - b)));
 }
 
-// Four nodes around a position in [0, 1] with their cubic weights.
+// The four nodes around a position in [0, 1], with their weights for cubic interpolation.
 struct Cubic {
   size_t first;
   float weight[4];
@@ -92,7 +94,7 @@ struct Quadrature {
   }
 };
 
-// Computes E and B, as in specular_albedo.cpp.
+// Computes E and B for the direction w, as in specular_albedo.cpp.
 void integrate(const Quadrature& rule, const Vec3f& w, float ax, float ay, float* e, float* b) {
   const float ax2 = square(ax), ay2 = square(ay), mu = w.z;
   const float t = std::sqrt(ax2 * square(w.x) + ay2 * square(w.y) + square(mu));
@@ -124,7 +126,7 @@ void integrate(const Quadrature& rule, const Vec3f& w, float ax, float ay, float
   *b = sum_b;
 }
 
-// The isotropic lobe whose averages approximate those of an anisotropic one.
+// Returns the isotropic lobe whose averages approximate those of the anisotropic lobe.
 SpecularAlbedo mean_width(float ax, float ay) {
   return SpecularAlbedo(std::sqrt(std::sqrt(0.5f * (square(ax) + square(ay)))));
 }
@@ -133,8 +135,8 @@ SpecularAlbedo mean_width(float ax, float ay) {
 
 struct AnisotropicAlbedo::Tables {
   std::array<Node, kPlane * kNarrow * kWide> nodes;  // [alpha_y][alpha_x][azimuth][cosine]
-  // Averages over the hemisphere: the loss divided by mean_width()'s loss, and the Schlick part
-  // minus mean_width()'s.
+  // Averages over the hemisphere, relative to the isotropic lobe of mean_width(): the loss divided
+  // by that lobe's loss, and the Schlick part minus that lobe's Schlick part.
   std::array<Node, size_t(kNarrow* kWide)> averages = {};
 
   Tables() {
@@ -191,9 +193,10 @@ struct AnisotropicAlbedo::Tables {
     }
   }
 
-  // Cosine-weighted hemispherical means of at(). The nodes are spread over log(cosine) and over an
-  // azimuth that is stretched by the square root of the lobe's stretch, so that both narrow
-  // features and the rest get nodes.
+  // Returns the cosine-weighted means of at() over the hemisphere, relative to the lobe of
+  // mean_width(). The quadrature nodes are spread over log(cosine) and over a stretched azimuth, so
+  // that narrow features and the rest of the hemisphere both get nodes. The azimuth is stretched by
+  // sqrt(ax / ay).
   Node average(float ax, float ay) const {
     if (!(ax > ay * 1.00001f)) return {1, 0};
     static const GaussLegendre<32> cosines;
@@ -262,9 +265,9 @@ SpecularAlbedo::Value AnisotropicAlbedo::at(const Vec3f& w) const {
   const float x2 = square(w.x), sin2 = fma(w.y, w.y, x2);
   const float cos2 = sin2 > 0 ? x2 / sin2 : 0.5f;
   // Computes the alpha `a` in w's azimuth, and its position between y = alpha_y and x = alpha_x.
-  // The position is (a^p - y^p) / (x^p - y^p) with p = 1/8. It is computed as cos^2 times a ratio
-  // of sums, which follows from a^2 - y^2 = (x^2 - y^2) cos^2 and does not cancel where x
-  // approaches y.
+  // The position is (a^p - y^p) / (x^p - y^p) with p = 1/8. The code computes it as cos^2 times a
+  // ratio of two products of sums. This form follows from a^2 - y^2 = (x^2 - y^2) cos^2, and does
+  // not cancel where x approaches y.
   const float alpha = std::sqrt(lerp(alpha_y2_, alpha_x2_, cos2)), root = std::sqrt(alpha);
   const float root4 = std::sqrt(root), root8 = std::sqrt(root4);
   const float sums =
@@ -295,8 +298,8 @@ SpecularAlbedo::Value AnisotropicAlbedo::at(const Vec3f& w) const {
   }
   const SpecularAlbedo::Value base = SpecularAlbedo(root).at(mu);
   const float loss = std::clamp(base.loss + more_loss, 0.0f, 1.0f);
-  // base.schlick contains (1 - mu)^5 E with the isotropic lobe's E. The next line replaces this E,
-  // too.
+  // base.schlick contains (1 - mu)^5 E, where E is that of the isotropic lobe. The next line
+  // replaces this E by that of the anisotropic lobe.
   return {loss, std::clamp(fma(pow5(1 - mu), base.loss - loss, base.schlick + rest), 0.0f, 1.0f)};
 }
 

@@ -33,7 +33,8 @@ class AnisotropicGgx {
     k_ = (1.0f - narrow2) * s2 / fma(narrow2, square(wo.z), s2);
   }
 
-  // Maps u in [0, 1)^2 to a reflected direction. The caller must reject wi.z <= 0 (no energy).
+  // Maps u in [0, 1)^2 to a reflected direction. The caller must reject a result with z <= 0, which
+  // carries no energy.
   Vec3f sample(const Vec2f& u) const {
     float sin_phi, cos_phi;
     sincos_turns(u.x, &sin_phi, &cos_phi);
@@ -44,7 +45,7 @@ class AnisotropicGgx {
   using Value = GgxReflection::Value;
   // Requires wi.z > 0.
   [[gnu::always_inline]] Value evaluate(const Vec3f& wi) const {
-    const Vec3f h = wo_ + wi;  // |h| = 2 wo.h for unit wo and wi
+    const Vec3f h = wo_ + wi;  // |h| = 2 cos_d for unit wo and wi
     const float length2 = fma(h.z, h.z, fma(h.x, h.x, square(h.y)));
     const float unstretched2 =
         fma(h.z, h.z, fma(square(h.x), square(inv_alpha_x_), square(h.y * inv_alpha_y_)));
@@ -66,18 +67,19 @@ class AnisotropicGgx {
 };
 
 // The directional albedo of AnisotropicGgx, with the interface of SpecularAlbedo. It is the albedo
-// of an isotropic lobe with the alpha in w's azimuth, plus a difference from a table over (cosine,
-// azimuth, alpha_y, alpha_x). If alpha_x = alpha_y, the difference is 0. Errors were measured
-// against quadrature at 20,000 points, including narrow lobes and grazing angles: |error| in E is
-// at most 1.5e-3, and below 9e-4 at 99 % of the points; |error| in B is at most 1.7e-3, and below
-// 6e-4 at 99 %. The table (950 KiB) is built once, in 90 ms; the build is deterministic and
-// thread-safe.
+// of an isotropic lobe, whose alpha is that at w's azimuth, plus a difference, which is looked up
+// in a table over (cosine, azimuth, alpha_y, alpha_x). If alpha_x = alpha_y, the difference is 0.
+// Errors were measured against quadrature at 20,000 points, including narrow lobes and grazing
+// angles. The error in E is at most 1.5e-3, and below 9e-4 at 99 % of the points. The error in B is
+// at most 1.7e-3, and below 6e-4 at 99 % of the points. The table (950 KiB) is built once, in 90
+// ms. The build is deterministic and thread-safe.
 class AnisotropicAlbedo {
  public:
-  // alpha_x >= alpha_y (glTF: x is the stretched direction), both in [kMirrorAlpha, 1].
+  // Requires alpha_x >= alpha_y (in glTF, x is the stretched direction), both in [kMirrorAlpha, 1].
   AnisotropicAlbedo(float alpha_x, float alpha_y);
 
-  // Builds the table if needed; call it before rendering, otherwise the first sample waits.
+  // Builds the table if it does not exist yet. Call this before rendering; otherwise, the first
+  // sample waits for the build.
   static void prepare() { tables(); }
 
   SpecularAlbedo::Value at(const Vec3f& w) const;  // w unit, w.z in [0, 1]
@@ -96,11 +98,11 @@ class AnisotropicAlbedo {
   AnisotropicAlbedo(float alpha_x, float alpha_y, const Tables& tables);
 
   float alpha_x2_, alpha_y2_;
-  // roots_y_: alpha_y^p for p = 1, 1/2, 1/4, 1/8. sums_: the product of alpha_x^p + alpha_y^p over
-  // the same p.
+  // roots_y_ holds alpha_y^p for p = 1, 1/2, 1/4, 1/8. sums_ is the product of alpha_x^p +
+  // alpha_y^p over the same p.
   float roots_y_[4], sums_;
-  const Node* nodes_;    // the first of 2 x 2 neighbouring pairs of alphas
-  float narrow_, wide_;  // position between them
+  const Node* nodes_;    // values at the first of 2 x 2 neighbouring pairs of alphas
+  float narrow_, wide_;  // position between the pairs
   float average_loss_, average_schlick_;
 };
 

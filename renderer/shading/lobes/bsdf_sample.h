@@ -10,8 +10,9 @@ struct BsdfSample {
   Rgb weight = Rgb(0.0f);  // eval / pdf; for a delta lobe, albedo / pick probability
   float pdf = 0.0f;        // of all lobes together; 0 for a delta lobe
   // Square of the relative index of refraction if the sample enters another medium, otherwise 1.
-  // `weight` contains the inverse of this. For Russian roulette, a path's weight is multiplied by
-  // the product of its eta_scales; otherwise roulette would end every second path into glass.
+  // `weight` contains the inverse of this factor. For Russian roulette, a path's weight is
+  // multiplied by the product of its eta_scales; otherwise roulette would end every second path
+  // into glass.
   float eta_scale = 1.0f;
   bool delta = false;
   bool transmitted = false;  // wi is on the other side of the surface from wo

@@ -1,4 +1,4 @@
-// Spectral curves of the linear Rec. 709 channels, for tables built at first use.
+// Spectral curves of the linear Rec. 709 channels, for tables that are built at first use.
 #pragma once
 
 #include <cmath>
@@ -7,8 +7,9 @@
 
 namespace emberline {
 
-// CIE 1931 colour matching functions by the multi-lobe fit of Wyman, Sloan & Shirley 2013, "Simple
-// Analytic Approximations to the CIE XYZ Color Matching Functions", equation 4.
+// Returns the CIE 1931 colour matching functions at a wavelength, by the multi-lobe fit of Wyman,
+// Sloan & Shirley 2013, "Simple Analytic Approximations to the CIE XYZ Color Matching Functions",
+// equation 4.
 inline Vec3d cie_1931(double nanometres) {
   const auto lobe = [nanometres](double height, double peak, double below, double above) {
     const double t = (nanometres - peak) * (nanometres < peak ? below : above);
@@ -20,15 +21,16 @@ inline Vec3d cie_1931(double nanometres) {
           lobe(1.217, 437.0, 0.0845, 0.0278) + lobe(0.681, 459.0, 0.0385, 0.0725)};
 }
 
-// Converts XYZ to linear Rec. 709 (ITU-R BT.709-6 primaries and D65), with the digits of
-// KHR_materials_iridescence.
+// Converts XYZ to linear Rec. 709 (ITU-R BT.709-6 primaries and D65). The matrix has the same
+// digits as in KHR_materials_iridescence.
 inline Vec3d rec709_of_xyz(const Vec3d& c) {
   return {3.2404542 * c.x - 1.5371385 * c.y - 0.4985314 * c.z,
           -0.9692660 * c.x + 1.8760108 * c.y + 0.0415560 * c.z,
           0.0556434 * c.x - 0.2040259 * c.y + 1.0572252 * c.z};
 }
 
-// Response of the channels to a wavelength; negative where it is outside the Rec. 709 gamut.
+// Returns the response of each channel to a wavelength. A response is negative where the spectral
+// colour is outside the Rec. 709 gamut.
 inline Vec3d rec709_response(double nanometres) { return rec709_of_xyz(cie_1931(nanometres)); }
 
 inline constexpr double kFirstNanometre = 380.0, kLastNanometre = 780.0;

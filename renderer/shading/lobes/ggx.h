@@ -1,12 +1,13 @@
 // The isotropic GGX (Trowbridge-Reitz) reflection lobe with height-correlated Smith masking, for
 // one wo: sampling map, density, and value without Fresnel.
 //
-// Sampling: visible normals as spherical caps (Dupuy & Benyoub 2023, "Sampling Visible GGX Normals
-// with Spherical Caps", HPG), bounded so that few reflections are below the horizon (Eto &
-// Tokuyoshi 2023, "Bounded VNDF Sampling for the Smith-GGX BRDF", SIGGRAPH Asia). value / pdf <= 1.
+// Sampling: visible normals are sampled as spherical caps (Dupuy & Benyoub 2023, "Sampling Visible
+// GGX Normals with Spherical Caps", HPG). The caps are bounded so that few reflections are below
+// the horizon (Eto & Tokuyoshi 2023, "Bounded VNDF Sampling for the Smith-GGX BRDF", SIGGRAPH
+// Asia). The ratio value / pdf is at most 1.
 //
-// Numerics: nothing here cancels, overflows or underflows if alpha >= kMirrorAlpha and wo.z > 0.
-// sin^2 of the microfacet normal is computed from its x and y, since 1 - z^2 has no significant
+// Numerics: no expression here cancels, overflows or underflows if alpha >= kMirrorAlpha and wo.z >
+// 0. sin^2 of the microfacet normal is computed from its x and y, since 1 - z^2 has no significant
 // digits in float at alpha = 1e-3. The normal is never normalised; only its squared length is used.
 #pragma once
 
@@ -19,7 +20,8 @@
 namespace emberline {
 
 // Samples an unnormalised visible microfacet normal of a surface with two alphas. `t` is the length
-// of (alpha_x wo.x, alpha_y wo.y, wo.z), and `k` is the bound on the cap; since k <= 1, z >= 0.
+// of (alpha_x wo.x, alpha_y wo.y, wo.z), and `k` is the bound on the cap. The result has z >= 0,
+// since k <= 1.
 [[gnu::always_inline]] inline Vec3f sample_cap(const Vec3f& wo, float alpha_x, float alpha_y,
                                                float t, float k, float sin_phi, float cos_phi,
                                                float u) {
@@ -45,7 +47,8 @@ class GgxReflection {
     k_ = (1.0f - alpha2_) * s2 / fma(alpha2_, square(wo.z), s2);
   }
 
-  // Maps u in [0, 1)^2 to a reflected direction. The caller must reject wi.z <= 0 (no energy).
+  // Maps u in [0, 1)^2 to a reflected direction. The caller must reject a result with z <= 0, which
+  // carries no energy.
   Vec3f sample(const Vec2f& u) const {
     float sin_phi, cos_phi;
     sincos_turns(u.x, &sin_phi, &cos_phi);
@@ -60,11 +63,11 @@ class GgxReflection {
   struct Value {
     float cosine_brdf;  // D G2 / (4 |wo.z| |wi.z|) * wi.z: the lobe for F = 1
     float pdf;          // density of sample() per solid angle
-    float cos_d;        // wo.h
+    float cos_d;        // cosine between wo and the half vector
   };
   // Requires wi.z > 0.
   [[gnu::always_inline]] Value evaluate(const Vec3f& wi) const {
-    const Vec3f h = wo_ + wi;  // |h| = 2 wo.h for unit wo and wi
+    const Vec3f h = wo_ + wi;  // |h| = 2 cos_d for unit wo and wi
     const float xy2 = fma(h.x, h.x, square(h.y));
     const float length2 = fma(h.z, h.z, xy2);
     const float ratio = length2 / fma(xy2, inv_alpha2_, square(h.z));

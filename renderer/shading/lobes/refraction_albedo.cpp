@@ -1,5 +1,5 @@
-// The table of refraction_albedo(): reflection plus transmission of the rough solid interface,
-// computed by quadrature.
+// Builds the table of refraction_albedo() by quadrature. The table holds the sum of reflection and
+// transmission of a rough solid interface.
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,8 @@ namespace {
 
 constexpr int kMus = 20, kRoughnesses = 16, kEtas = 16;
 constexpr int kNodes = 24;
-// z = sqrt((n - 1) / (n + 1)) spreads indices evenly (as in Cycles); 0.8 corresponds to n = 4.6.
+// The coordinate z = sqrt((n - 1) / (n + 1)) spreads indices of refraction n evenly (as in Cycles).
+// The last z, 0.8, corresponds to n = 4.6.
 constexpr float kLastZ = 0.8f;
 constexpr float kFirstRoughness = 0.0316227766f;  // sqrt(kMirrorAlpha)
 
@@ -32,8 +33,8 @@ struct Quadrature {
   }
 };
 
-// Returns the mean, over visible normals, of a sum: F G2/G1 if the reflection stays above the
-// surface, plus (1 - F) G2/G1 if the refraction stays below it.
+// Returns the mean, over visible normals, of a sum: F G2/G1 if the reflected direction is above the
+// surface, plus (1 - F) G2/G1 if the refracted direction is below the surface.
 float integrate(const Quadrature& rule, float mu, float alpha, float eta) {
   const float alpha2 = square(alpha);
   const float sin_o = safe_sqrt(1 - square(mu));

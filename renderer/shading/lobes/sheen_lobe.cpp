@@ -14,8 +14,8 @@ namespace emberline {
 namespace {
 
 // Table 1 of Estevez & Kulla 2017: log L(x) = a / (1 + b x^c) + d x + e. Each coefficient is
-// interpolated between its values at roughness 1 and 0, with the weight (1 - alpha)^2 for the
-// latter.
+// interpolated between its values at roughness 1 and 0. The value at roughness 0 has the weight
+// (1 - alpha)^2.
 struct Shadowing {
   double a, b, c, d, e;
   explicit Shadowing(double alpha) {
@@ -38,7 +38,8 @@ struct Shadowing {
 constexpr int kColumns = 144, kRows = 64;
 constexpr int kCosines = 48, kAzimuths = 16;  // quadrature nodes
 
-// Columns are evenly spaced in mu^(1/4) from kSheenMinCosine, rows in roughness^(1/4).
+// The columns are evenly spaced in mu^(1/4), from kSheenMinCosine to 1. The rows are evenly spaced
+// in roughness^(1/4), from kSheenMinRoughness to 1.
 constexpr float kFirstColumn = 0.1f;
 const float kFirstRow = std::sqrt(std::sqrt(kSheenMinRoughness));
 static_assert(kSheenMinCosine == 1e-4f);
@@ -58,7 +59,8 @@ double roughness_at(int row) {
   return square(square(double(kFirstRow) + (1 - double(kFirstRow)) * row / (kRows - 1)));
 }
 
-// Returns the s for which the density (1 + s) / (1 + s mu)^2 has this mean, which falls as s grows.
+// Returns the s for which the density (1 + s) / (1 + s mu)^2 has the mean `mean`. The mean falls as
+// s grows.
 double slope_of_mean(double mean) {
   double low = std::log(0.1), high = std::log(1e5);  // log(1 + s)
   for (int i = 0; i < 40; ++i) {
@@ -70,9 +72,10 @@ double slope_of_mean(double mean) {
   return std::expm1(0.5 * (low + high));
 }
 
-// The corner of max(1, r) is rounded off where r is within this distance of 1, because the table
-// could not represent a sharp corner. At high roughness the distance is small: R is at most
-// 0.953 there, and the result must remain 1. For narrower lobes it is larger, because R is steeper.
+// Returns the distance from 1 within which the corner of max(1, r) is rounded off, because the
+// table could not represent a sharp corner. At high roughness, this distance is small, since R is
+// at most 0.953 there and the max must remain 1. For narrower lobes, the distance is larger,
+// because R is steeper.
 float rounding_at(float roughness) {
   return lerp(0.15f, 0.045f, std::clamp((roughness - 0.15f) / (0.285f - 0.15f), 0.0f, 1.0f));
 }
@@ -100,8 +103,8 @@ namespace {
               lerp(p[kColumns].*field, p[kColumns + 1].*field, column.fraction), row_fraction);
 }
 
-// Computes 2^x for x <= 0 to within 1e-7, by a series around the nearest integer. Branch-free, so
-// that it vectorises.
+// Computes 2^x for x <= 0 to within 1e-7, by a series around the nearest integer. The code has no
+// branches, so that it vectorises.
 [[gnu::always_inline]] inline float exp2_below_one(float x) {
   x = std::max(x, -126.0f);
   const float whole = std::nearbyint(x), y = (x - whole) * 0.693147181f;
@@ -115,8 +118,8 @@ namespace {
   return e * std::bit_cast<float>((int(whole) + 127) << 23);
 }
 
-// Quadrature over incident cosines mu = t^4 (the shadowing is steep at 0), averaged over the
-// azimuth.
+// A quadrature rule over incident cosines mu and over the azimuth, for the mean over the azimuth.
+// It substitutes mu = t^4, because the shadowing is steep at 0.
 struct Quadrature {
   std::array<double, kCosines> mu, sine, weight;
   std::array<TablePosition, kCosines> column;
@@ -140,8 +143,8 @@ struct Quadrature {
   }
 };
 
-// Energy that a column returns towards each incident cosine, and the same energy weighted by the
-// azimuth's cosine.
+// For one column, that is, one cosine of wo: `all` is the energy that the lobe returns towards each
+// incident cosine, and `along` is the same energy weighted by the cosine of the azimuth.
 struct ColumnEnergy {
   std::array<double, kCosines> all, along;
 };
@@ -158,7 +161,7 @@ class Table {
   }
 
  private:
-  // log2 of the squared sine of the half vector, independent of the roughness.
+  // log2 of the squared sine of the half vector, which does not depend on the roughness.
   using HalfSines = std::array<std::array<float, kCosines>, kAzimuths>;
 
   void fill_half_sines(size_t column);
@@ -219,8 +222,8 @@ void Table::fill(int row) {
     SheenNode& node = out[column];
     node.raw = float(sum);
     if (sum > double(1 - round)) exceeds_one[size_t(row)] = true;
-    // The densities are made wider than the moments suggest, because the lobe has longer tails
-    // than they have. This lowers the variance of the weights.
+    // The densities are made wider than the moments suggest, because the lobe has longer tails than
+    // these densities. This lowers the variance of the weights.
     node.slope = float(std::pow(1 + slope_of_mean(sum_mu / sum), 0.75) - 1);
     node.concentration = float(0.77 * std::max(0.0, sum_cos / sum));
   }

@@ -11,8 +11,8 @@ namespace emberline {
 
 namespace {
 
-// Nodes per dimension of the integral over microfacet normals. With 32 nodes the error is 3e-4 (the
-// integrand has a kink where reflections fall below the horizon); with 40 it is 2e-4.
+// Nodes per dimension of the integral over microfacet normals. With 32 nodes, the error is 3e-4
+// (the integrand has a kink where reflections fall below the horizon). With 40 nodes, it is 2e-4.
 constexpr int kNodes = 40;
 
 struct Quadrature {
@@ -63,7 +63,7 @@ void integrate(const Quadrature& rule, float mu, float alpha, double* e, double*
 }
 
 // Rows are evenly spaced in roughness = sqrt(alpha), with alpha from kMirrorAlpha to 1. `y` in [0,
-// 1] is a position along them.
+// 1] is a position along the rows.
 constexpr float kFirstRoughness = 0.0316227766f;
 static_assert(kFirstRoughness * kFirstRoughness / kMirrorAlpha - 1 < 1e-6f &&
               1 - kFirstRoughness * kFirstRoughness / kMirrorAlpha < 1e-6f);
@@ -74,8 +74,8 @@ float alpha_at(float y) { return square(kFirstRoughness + (1 - kFirstRoughness) 
 
 struct SpecularAlbedo::Tables {
   std::array<Node, size_t(kRows* kColumns)> nodes;
-  // Averages per alpha. The loss is divided by alpha^2, since at mu >> alpha it falls as (alpha /
-  // mu)^2; the quotient varies slowly.
+  // The averages at each alpha. The loss is divided by alpha^2: at mu >> alpha, it falls as
+  // (alpha / mu)^2, so the quotient varies slowly with alpha.
   std::array<float, size_t(kAverages)> average_loss_over_alpha2, average_schlick;
 
   Tables() {
@@ -104,8 +104,8 @@ struct SpecularAlbedo::Tables {
   }
 };
 
-// Integrates cell by cell, since the interpolant has a kink at every node. Integrates over log(mu),
-// because for small alpha the last cell reaches from mu = 36 alpha to 1.
+// Integrates cell by cell, since the interpolant has a kink at every node. After the first cell,
+// the variable is log(mu), because for small alpha the last cell reaches from mu = 36 alpha to 1.
 void SpecularAlbedo::integrate_average(double* loss, double* schlick) const {
   static const GaussLegendre<4> kShort;
   static const GaussLegendre<24> kLong;
@@ -132,7 +132,7 @@ void SpecularAlbedo::integrate_average(double* loss, double* schlick) const {
 }
 
 const SpecularAlbedo::Tables& SpecularAlbedo::tables() {
-  static const Tables instance;  // thread-safe by the language
+  static const Tables instance;  // C++ makes this thread-safe
   return instance;
 }
 

@@ -1,30 +1,32 @@
-// Directional albedo of a GGX reflection lobe: the tables for energy compensation.
+// The directional albedo of a GGX reflection lobe, from tables, for energy compensation.
 //
-// With F = 1, a single-scatter lobe returns E(mu, alpha) < 1. Its Schlick part returns B(mu,
-// alpha), the integral of the lobe times (1 - v.h)^5. With Fresnel reflectance F0 at normal
-// incidence, the lobe's albedo is then F0 E + (1 - F0) B (the split sum of Karis 2013, "Real
-// Shading in Unreal Engine 4"). The lobe is isotropic GGX with height-correlated Smith masking.
+// With F = 1, a single-scattering lobe returns the fraction E(mu, alpha) < 1 of the light. B(mu,
+// alpha) is the lobe's Schlick part, the integral of the lobe times (1 - v.h)^5. With Fresnel
+// reflectance F0 at normal incidence, the lobe's albedo is then F0 E + (1 - F0) B (the split sum of
+// Karis 2013, "Real Shading in Unreal Engine 4"). The lobe is isotropic GGX with height-correlated
+// Smith masking.
 //
-// The tables contain the loss 1 - E and B - (1 - mu)^5 E. Both are smooth in
+// The tables contain two quantities: the loss 1 - E, and B - (1 - mu)^5 E. Both are smooth in
 //   x = sqrt((1 + 2 alpha) mu / (mu + 2 alpha)),  y = sqrt(alpha).
-// A grid in mu alone would miss the changes below mu = alpha, because for small alpha both are
-// functions of mu / alpha. With 40 x 64 nodes and bilinear interpolation, |error| < 6e-4 in E and
-// in B for all mu and every alpha in [kMirrorAlpha, 1] (measured against quadrature; unit test
-// SpecularAlbedo).
+// For small alpha, both quantities are functions of mu / alpha, so a grid in mu alone would miss
+// their changes below mu = alpha. With 40 x 64 nodes and bilinear interpolation, the errors in E
+// and in B are below 6e-4 for all mu and for every alpha in [kMirrorAlpha, 1] (measured against
+// quadrature; unit test SpecularAlbedo).
 //
-// Built once, at first use or in prepare(), in 6 to 13 ms; deterministic and thread-safe.
+// The tables are built once, at first use or in prepare(), in 6 to 13 ms. The build is
+// deterministic and thread-safe.
 #pragma once
 
 #include "renderer/core/vector.h"
 
 namespace emberline {
 
-// The tables at one alpha. Cheap to copy; valid until the program ends.
+// A view of the tables at one alpha. It is cheap to copy and valid until the program ends.
 class SpecularAlbedo {
  public:
   // The default is a mirror: E = 1, B = (1 - mu)^5.
   SpecularAlbedo() = default;
-  // `roughness` is glTF's, alpha = roughness^2, in [0, 1]; an alpha below kMirrorAlpha means a
+  // `roughness` is glTF's, in [0, 1]; alpha = roughness^2. An alpha below kMirrorAlpha means a
   // mirror.
   explicit SpecularAlbedo(float roughness);
   // Builds the tables if needed, so that the first hit does not wait for them.

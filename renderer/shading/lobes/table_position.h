@@ -8,7 +8,7 @@ namespace emberline {
 
 struct TablePosition {
   size_t index;    // of the first node
-  float fraction;  // towards the second
+  float fraction;  // towards the second node
   TablePosition() = default;
   // Converts `at`, clamped to [0, 1], to a position among `size` nodes.
   TablePosition(float at, int size) {

@@ -12,8 +12,8 @@ namespace emberline {
 namespace {
 
 // Response of each channel to cos(2 pi D / lambda) as a function of the path difference D. It is 1
-// at D = 0, then oscillates and decays. Stored as values and slopes at even steps, and interpolated
-// cubically in between.
+// at D = 0, then oscillates and decays. The table stores values and slopes at even steps. Lookups
+// interpolate cubically between the steps.
 constexpr double kStep = 25.0;  // nanometres
 constexpr int kSteps = 400;
 constexpr int kMaxOrder = 32;
@@ -47,7 +47,7 @@ struct Sensitivity {
     }
   }
 
-  // Cubic Hermite interpolation; D in steps, >= 0.
+  // Interpolates by a cubic Hermite polynomial. `d` is the path difference in steps, at least 0.
   Color4 at(float d) const {
     const int i = int(d);
     const float t = d - float(i), s = 1.0f - t;
@@ -63,7 +63,7 @@ const Sensitivity& sensitivity() {
   return instance;
 }
 
-float clamp_unit(float x) { return x > 0.0f ? std::min(x, 1.0f) : 0.0f; }  // NaN: 0
+float clamp_unit(float x) { return x > 0.0f ? std::min(x, 1.0f) : 0.0f; }  // 0 for NaN
 
 // Rounding can raise an amplitude above 1 if both interfaces reflect nearly everything.
 Color4 clamp_amplitude(Color4 r) {
@@ -82,8 +82,9 @@ float max_abs(Color4 c) {
   return std::max(std::abs(c[0]), std::max(std::abs(c[1]), std::abs(c[2])));
 }
 
-// The ends of the transition in lower_amplitude_of_metals() (see the header): two values of
-// base_f0, and a path difference of a quarter of 550 nm, in units of kStep.
+// The ranges of the transition in lower_amplitude_of_metals() (see the header). base_f0 goes from
+// kDielectric to kMetal. The path difference goes from 0 to kQuarterWave, a quarter of 550 nm in
+// units of kStep.
 constexpr float kDielectric = 0.1f, kMetal = 0.4f;
 constexpr float kQuarterWave = float(137.5 / kStep);
 
@@ -119,7 +120,7 @@ Rgb thin_film_reflectance(float cos_i, float film_ior, float thickness_nm, const
   const Color4 r13 = sqrt4(base);
   Color4 r23 = clamp_amplitude((r13 - r12) / fma(-r13, r12, splat4(1.0f)));
   if (max_abs(f0) > kDielectric) r23 = lower_amplitude_of_metals(r23, f0, film_ior, cos_t, path);
-  // Sum the orders of bounces in the film: C0 + 2 sum of C q^m cos(m delta).
+  // Sum the orders m of bounces in the film: C0 + 2 sum of C q^m cos(m delta).
   const Color4 q = r23 * splat4(-r12);
   const Color4 r23_squared = r23 * r23;
   const Color4 all = r23_squared * (square(pass)) / fma(r23_squared, -reflect, splat4(1.0f));
@@ -133,8 +134,8 @@ Rgb thin_film_reflectance(float cos_i, float film_ior, float thickness_nm, const
     const float d = path * float(order);
     if (!(d < float(kSteps))) break;
     term *= q;
-    // The last order also accounts for the remaining ones as a geometric series, which is exact for
-    // a film of thickness 0, where every cosine is 1.
+    // The last order also accounts for the remaining orders, as a geometric series. This is exact
+    // for a film of thickness 0, where every cosine is 1.
     bound *= ratio;
     const bool last = order == kMaxOrder || bound < kNegligible;
     const Color4 scaled = last ? term / (1.0f - q) : term;

@@ -11,9 +11,11 @@ namespace emberline {
 
 namespace {
 
-// Indices closer to 1 do not refract, because the half vector would have no significant digits.
+// An index that is closer to 1 than this does not refract, because the half vector would have no
+// significant digits.
 constexpr float kIndexMatchTolerance = 1e-3f;
-// Minimum pick probability of each part that can contribute. Chosen by us.
+// If reflection and transmission can both contribute, each has at least this pick probability. We
+// chose the value.
 constexpr float kPickFloor = 0.02f;
 
 float mean(const Rgb& c) { return (c.x + c.y + c.z) * (1.0f / 3.0f); }

@@ -1,5 +1,5 @@
-// A transmitting dielectric interface: reflection and transmission together, thin-walled or into a
-// solid, smooth or rough (KHR_materials_transmission, _ior, _volume).
+// A dielectric interface that reflects and transmits light (KHR_materials_transmission, _ior,
+// _volume). It is smooth or rough, and either is a thin wall or leads into a solid.
 //
 // Local space is as in bsdf.h, with normal +Z on wo's side. Solids follow Walter et al. 2007,
 // "Microfacet Models for Refraction through Rough Surfaces", with height-correlated Smith GGX,
@@ -11,9 +11,10 @@
 // for multiple scattering (Turquin 2019, "Practical Multiple Scattering Compensation for Microfacet
 // Models"). So a white interface conserves energy but is not reciprocal.
 //
-// Radiance is scaled by 1 / eta^2 where a path, starting at the camera, enters a denser medium;
-// leaving a closed object reverses this. Below kMirrorAlpha both parts are deltas. An index within
-// 1e-3 of 1 does not refract: light goes straight through.
+// Radiance is scaled by 1 / eta^2 where a path, starting at the camera, enters a denser medium.
+// Leaving a closed object reverses this scale. If alpha is below kMirrorAlpha, reflection and
+// transmission are both deltas. An index within 1e-3 of 1 does not refract: light goes straight
+// through.
 #pragma once
 
 #include "renderer/core/vector.h"
@@ -24,8 +25,8 @@ namespace emberline {
 
 struct TransmissionParameters {
   Rgb tint = Rgb(1.0f);    // of transmitted light, per crossing; [0, 1]
-  float roughness = 0.0f;  // glTF's: alpha = roughness^2
-  float ior = 1.5f;        // of the solid relative to the outside; >= 1, or 0: reflects everything
+  float roughness = 0.0f;  // glTF's roughness; alpha = roughness^2
+  float ior = 1.5f;        // of the solid relative to the outside; >= 1, or 0 to reflect everything
   float specular = 1.0f;   // weight of the reflection, [0, 1]
   Rgb specular_color = Rgb(1.0f);  // of the reflection at normal incidence
   ThinFilm film = {};              // on the outside
@@ -39,18 +40,21 @@ class TransmissionLobe {
   // Unless wo.z > 0, the result absorbs everything.
   TransmissionLobe(const TransmissionParameters& parameters, const Vec3f& wo);
 
-  // f |wi.z| and the density of sample(), on both sides; 0 if is_delta().
+  // Returns f |wi.z| and stores the density of sample() in *pdf. wi may be on either side. Both
+  // values are 0 if is_delta().
   Rgb eval_and_pdf(const Vec3f& wi, float* pdf) const;
   BsdfSample sample(float u_lobe, const Vec2f& u) const;
   bool is_delta() const { return delta_; }
-  // Reflected and transmitted light at wo, estimated for a smooth interface.
+  // Returns the sum of reflectance and transmittance at wo, estimated as if the interface were
+  // smooth.
   Rgb albedo() const;
-  // Straight transmission to -wo through a smooth thin wall; 0 for any other lobe.
+  // Returns the transmittance of a smooth thin wall along -wo; 0 for any other lobe.
   Rgb straight_transmittance() const;
 
  private:
-  // Reflectance of a microfacet at cos_d. Every channel transmits 1 minus the largest channel of
-  // the reflectance, so that the transmission does not get the complementary colour.
+  // Returns the reflectance of a microfacet at the cosine of incidence cos_d. Every channel
+  // transmits 1 minus the largest channel of the reflectance, so that the transmitted light does
+  // not get the complementary colour of the reflection.
   Rgb reflectance(float cos_d) const;
   float reflect_pick(const Rgb& reflectance) const;
   bool refract(const Vec3f& m, float cos_d, Vec3f* wi) const;
@@ -61,8 +65,8 @@ class TransmissionLobe {
   float eta_ = 1.0f;  // index on the far side over index on wo's side
   float specular_ = 0.0f;
   bool coloured_ = false;  // whether the reflection is coloured; otherwise base_f0_ is unused
-  Rgb base_f0_;            // excludes specular_
-  float plain_f0_ = 0.0f;  // before specular_color
+  Rgb base_f0_;            // F0 without specular_
+  float plain_f0_ = 0.0f;  // F0 without specular_ and specular_color
   ThinFilm film_;
   float alpha_ = 0.0f, alpha2_ = 0.0f;
   float t_ = 1.0f;  // sqrt(alpha^2 sin^2 + cos^2) of wo
@@ -73,17 +77,18 @@ class TransmissionLobe {
   bool mirror_only_ = false;  // ior = 0
 };
 
-// Fresnel reflectance of an interface between dielectrics; 1 for total internal reflection. `eta`
-// is the index of the far side over that of the near side; `cos_i` is in [0, 1].
+// Returns the Fresnel reflectance of an interface between dielectrics; 1 for total internal
+// reflection. `eta` is the index of the far side over that of the near side; `cos_i` is in [0, 1].
 float fresnel_dielectric(float cos_i, float eta);
 
-// Beer's law in a solid (KHR_materials_volume): white light becomes `color` after `distance`. An
-// infinite distance means no attenuation. A channel of 0 counts as 1e-6.
+// Return the coefficients and the transmittance of Beer's law in a solid (KHR_materials_volume):
+// white light becomes `color` after `distance`. An infinite distance means no attenuation. A
+// channel of 0 counts as 1e-6.
 Rgb attenuation_coefficient(const Rgb& color, float distance);
 Rgb beer_transmittance(const Rgb& coefficient, float distance);  // distance in scene units, >= 0
 
-// Total directional albedo of a rough, white solid interface, by which TransmissionLobe divides. It
-// is looked up in a table over (mu, roughness, eta), which is built at first use (25 ms).
+// Returns the total directional albedo of a rough, white solid interface, by which TransmissionLobe
+// divides. Looks it up in a table over (mu, roughness, eta), which is built at first use (25 ms).
 // Thread-safe.
 float refraction_albedo(float mu, float roughness, float eta);
 

@@ -8,9 +8,9 @@ namespace emberline {
 
 namespace {
 
-// Responses are linear between nodes and normalised by the integrals of these polygons, so the mean
-// weight is 1 up to rounding. Nodes end at 700 nm: beyond that, the fit of the matching functions
-// turns green, and only one 400th of the red lies there.
+// The responses are linear between nodes and normalised by the integrals of these polylines, so the
+// mean weight is 1 up to rounding. The nodes end at 700 nm. Beyond that, the fit of the matching
+// functions turns green, and only 1/400 of the red response lies there.
 constexpr int kNodes = 161;
 constexpr double kStep = 2.0;
 constexpr int kGuide = 256;
@@ -18,7 +18,7 @@ static_assert(kFirstNanometre + (kNodes - 1) * kStep == 700.0);
 
 struct Table {
   std::array<Rgb, size_t(kNodes)> response;   // each channel's integral over steps is 1
-  std::array<float, size_t(kNodes)> density;  // mean of the three
+  std::array<float, size_t(kNodes)> density;  // mean of the three channels
   std::array<float, size_t(kNodes)> cdf;      // integral of the density up to the node
   std::array<uint8_t, size_t(kGuide)> guide;  // last node whose cdf is <= i / kGuide
 
@@ -66,7 +66,7 @@ SampledWavelength sample_wavelength(float u) {
 }
 
 float ior_at(float ior_d, float dispersion, float nanometres) {
-  // Fraunhofer's F, d and C lines, nanometres.
+  // Fraunhofer's F, d and C lines, in nanometres.
   constexpr double kF = 486.13, kD = 587.56, kC = 656.27;
   // The next two constants are 523655 and 1.5168 in the extension's text.
   constexpr double kPerSquare = 1.0 / (1.0 / (kF * kF) - 1.0 / (kC * kC));

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Returns null for a missing number; Json writes non-finite numbers as null, too.
+// Returns null for a missing number. Json also writes non-finite numbers as null.
 Json number(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 double read_finite(const JsonReader& value) {
@@ -245,7 +245,7 @@ std::string aligned(const Rows& rows) {
   return text;
 }
 
-// Returns a table with a row for each denoised method and budget; empty if there are none.
+// Returns a table with a row for each denoised method and budget; "" if no method is denoised.
 std::string denoised_table(const StudyResults& r) {
   Rows rows = {{"method", "budget", "relmse", "trimmed", "display_mse", "flip", "speedup by relmse",
                 "filter, s", "estimate : truth", "unfiltered"}};

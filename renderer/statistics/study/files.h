@@ -1,4 +1,5 @@
-// Formats the files of a study: the results as CSV and JSON, and each finished run, for resuming.
+// Formats the files of a study: the results as CSV and JSON, and each finished run, so that the
+// study can be resumed.
 #pragma once
 
 #include <string>
@@ -9,17 +10,17 @@
 
 namespace emberline {
 
-// Returns one row for each checkpoint, and one for each failed run. The columns are method, driver,
-// estimator, allocation, unbiased, sampler, seed, status, reason, budget, samples, mean_samples,
-// the name of each metric, signed_bias, estimate, wall_s, cpu_s. Reading a number back yields
-// exactly the same number; missing values are empty.
+// Returns a row for each checkpoint and for each failed run. The columns are method, driver,
+// estimator, allocation, unbiased, denoised, sampler, seed, status, reason, budget, samples,
+// mean_samples, the name of each metric, signed_bias, estimate, wall_s, cpu_s, filter_cpu_s,
+// kept_share. Numbers have enough digits to be read back exactly. Missing values are empty.
 std::string study_csv(const StudyResults& results);
 
 // Returns all results and, under "summary", each method's statistics (study_summary.h).
 std::string study_json(const StudyResults& results);
 
-// Returns a table for the terminal, with each method's error, slope, speedup and overhead at the
-// largest budget.
+// Returns a table for the terminal. It shows each method's error, slope, speedup and overhead at
+// the largest budget.
 std::string study_table(const StudyResults& results);
 
 // Convert a finished run to JSON and back. `key` identifies everything that the run depends on.

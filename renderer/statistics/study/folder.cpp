@@ -23,8 +23,9 @@ constexpr const char* kSettings = "settings.json";
 constexpr const char* kPace = "pace.json";
 constexpr const char* kRuns = "runs";
 
-// Reads one of our files with `read`. Returns nothing if the file is missing or damaged. For a
-// damaged file, also logs the error and `consequence`, a text about what happens instead.
+// Reads one of the study's own files with `read`. Returns nothing if the file is missing or
+// damaged. For a damaged file, also logs the error and `consequence`, a text that says what happens
+// instead.
 template <typename Value>
 std::optional<Value> read_own_file(const std::string& path, const char* consequence,
                                    Value (*read)(const JsonReader& root, std::string_view key),

@@ -12,8 +12,8 @@
 
 namespace emberline {
 
-// The pace of each method, measured before the runs. A resumed study must use the same values,
-// which is why they are saved.
+// The pace of each method, measured before the runs, and the samples of the reference. They are
+// saved, because a resumed study must use the same values.
 struct StudyPace {
   std::map<std::string, double> samples_per_s;  // by PlannedMethod::id
   uint32_t reference_spp = 0;
@@ -27,10 +27,10 @@ class StudyFolder {
   // Throws like OwnedFolder's constructor.
   explicit StudyFolder(const std::string& path);
 
-  // Reserves the folder for one study. Throws UsageError if the folder has the runs of a study with
-  // another key; with `restart`, removes these runs instead. Throws InputError for damaged
-  // settings. `files` are all files that the study will write besides its settings and pace. Those
-  // that exist must belong to a study.
+  // Reserves the folder for one study. If the folder has the runs of a study with another key,
+  // throws UsageError or, with `restart`, removes these runs. Throws InputError for damaged
+  // settings. `files` are all files that the study will write besides its settings and pace. If one
+  // of these files exists, it must belong to a study.
   void begin(const std::string& key, std::vector<std::string> files, bool restart);
   void claim(const std::vector<std::string>& files) { folder_.claim(files); }
 
@@ -40,8 +40,8 @@ class StudyFolder {
   std::optional<StudyPace> read_pace() const;
   void write_pace(const StudyPace& pace) const;
 
-  // Reads the run of the method with this id. Empty if the run is not finished or is damaged;
-  // damage is logged.
+  // Reads the run of the method with this id. Returns nothing if the run is not finished or, after
+  // logging this, if its file is damaged.
   std::optional<StudyRun> read_run(const std::string& id, uint32_t seed) const;
   void write_run(const std::string& id, const StudyRun& run) const;
 

@@ -13,15 +13,15 @@ namespace emberline {
 
 inline constexpr uint32_t kMaxStudySeeds = 10000;
 
-// The groups of settings that all frames of a study have in common. The lists in StudyOptions
-// choose what is compared.
+// The groups of settings that are the same for all frames of a study. The lists in StudyOptions
+// choose the methods that are compared.
 inline constexpr std::initializer_list<SettingGroup> kStudySettings = {
     SettingGroup::kSample, SettingGroup::kSeed,  SettingGroup::kSchedule,
     SettingGroup::kView,   SettingGroup::kLight, SettingGroup::kLoading};
 
 struct StudyOptions {
   RenderOptions frame;  // settings in kStudySettings, the scene and the limits of the run
-  // Comma-separated lists. An estimator may be followed by its allocation and then `unbiased`:
+  // Comma-separated lists. After an estimator, its allocation and then `unbiased` may follow:
   // "two-stream/mse", "two-stream/display/unbiased".
   std::string drivers = "bucket,bisection,adaptive";
   std::string estimators{kDefaultEstimator};

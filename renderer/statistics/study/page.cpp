@@ -28,7 +28,7 @@ bool any_checkpoint(const StudyResults& results) {
                              [](const auto& run) { return !run.checkpoints.empty(); });
 }
 
-// Returns a text such as "1.92 [1.8, 2.05]", followed by the number of runs if some are missing.
+// Returns a text such as "1.92 [1.8, 2.05]". If runs are missing, appends the number of runs.
 std::string format_estimate(const Estimate& e, const StudyResults& results) {
   std::string text = readable_number(e.value);
   if (e.low && e.high) {
@@ -45,7 +45,7 @@ PageCell cell(const std::optional<Estimate>& e, const StudyResults& results) {
   return e ? PageCell(format_estimate(*e, results)) : PageCell("none");
 }
 
-// The cell is coloured as better or worse if the interval excludes 1.
+// Colours the cell as better or worse if the interval excludes 1.
 PageCell ratio_cell(const Estimate& e, const StudyResults& results, bool above_is_better,
                     const std::string& more = "") {
   Tone tone = Tone::kPlain;
@@ -62,8 +62,8 @@ std::string budget_text(const StudySettings& settings, double budget) {
 
 std::string metric_name(StudyMetric metric) { return std::string(study_metric_entry(metric).name); }
 
-// Makes a table with a row for each method except `excluded`. A row has the method's name, then
-// make_cell(method, column) for each column.
+// Makes a table with a row for each method except `excluded`. A row has the method's name, followed
+// by make_cell(method, column) for each column.
 template <typename Cell>
 PageTable method_table(const StudyResults& results, const std::string& caption,
                        const std::vector<std::string>& columns, const Cell& make_cell,
@@ -151,15 +151,17 @@ PageCell bias_cell(const StudyResults& results, size_t method, size_t budget) {
   std::string text = fmt::format("{:+.3f}\u00a0%", 100 * bias->value);
   if (!bias->low || !bias->high) return text;
   text += fmt::format(" [{:+.3f},\u00a0{:+.3f}]", 100 * *bias->low, 100 * *bias->high);
-  // A bias of up to two standard errors of the reference's own sum may come from the reference's
-  // noise.
+  // A bias of up to two standard errors of the reference's sum may come from the noise of the
+  // reference.
   const double tolerance = 2 * results.reference.noise_bias;
   const bool biased = *bias->low > tolerance || *bias->high < -tolerance;
   return {text, biased ? Tone::kBad : Tone::kPlain};
 }
 
-// ---- sections; a section with nothing to show says so (no finished run, a single seed, no
-// rendered reference)
+// ---- sections -----------------------------------------------------------------------------------
+
+// If a section has nothing to show, it says why: no run is finished, there is only one seed, or the
+// study did not render the reference.
 
 void add_warnings(HtmlPage& page, const StudyResults& results) {
   if (!results.complete) {

@@ -21,8 +21,8 @@ std::string study_page(const StudyResults& results, const std::string& folder);
 void add_study_pictures(HtmlPage& page, const StudyResults& results, const std::string& folder);
 
 // Finds up to `count` disjoint squares of `side` x `side` pixels in which `picture` differs most
-// from `reference` (by the squared differences of the bytes), and returns the worst first. The
-// sizes must be equal (asserted).
+// from `reference`, measured by the squared differences of the bytes. Returns the square with the
+// largest difference first. The pictures must have equal size (asserted).
 std::vector<Rect> most_different_squares(const ByteImage& picture, const ByteImage& reference,
                                          int side, size_t count);
 

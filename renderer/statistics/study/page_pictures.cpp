@@ -20,7 +20,8 @@
 namespace emberline {
 namespace {
 
-// Maximum side of a picture on the page, in pixels; larger pictures are downsampled by averaging.
+// Maximum width and height of a picture on the page, in pixels. Larger pictures are downsampled by
+// averaging.
 constexpr int kMaxPixels = 1280;
 // Maximum number of pictures in a row of figures, and the width of such a row in pixels.
 constexpr int kMaxColumns = 4, kPageWidth = 1300;
@@ -31,7 +32,7 @@ struct MethodPictures {
   std::optional<Plane> samples;
 };
 
-// A study's folder. Each picture in it must have `pixels` pixels.
+// The folder of a study, and the number of pixels that each picture in it must have.
 struct PictureFolder {
   std::string path;
   int64_t pixels;
@@ -41,7 +42,7 @@ struct PictureFolder {
   }
 };
 
-// Returns three channels of 8 bits; empty if the file is missing or unreadable.
+// Returns the picture with three channels of 8 bits; nothing if the file is missing or unreadable.
 std::optional<ByteImage> read_picture(const PictureFolder& folder, const std::string& name) {
   if (name.empty()) return std::nullopt;
   try {
@@ -94,7 +95,7 @@ MethodPictures read_method(const StudyResults& results, size_t m, const PictureF
           read_picture(folder, p.flip_png), read_samples(folder, p.exr)};
 }
 
-// Returns how many pictures to show in a row, which is more for narrower pictures.
+// Returns how many pictures of this width to show in a row.
 int column_count(int width) { return std::clamp(kPageWidth / std::max(1, width), 2, kMaxColumns); }
 
 ByteImage downsample(const ByteImage& image) {

@@ -14,16 +14,17 @@ namespace emberline {
 
 class StudyPictures {
  public:
-  // `frame` must have the frame's actual width and height.
+  // The width and height in `frame` must be those of the rendered frame.
   StudyPictures(const StudyFolder& folder, const RenderOptions& frame, const Rect& crop);
 
   static constexpr const char* kReferenceExr = "pictures/reference.exr";
   static constexpr const char* kReferencePng = "pictures/reference.png";
-  // Returns the names of the files of the method with this id. The files need not exist.
+  // Returns the file names of the pictures of the method with this id. The files need not exist.
   static StudyMethod::Pictures names(const std::string& id);
   bool exist(const std::string& id) const;
 
-  // Writes the EXR (R G B A samples), the PNG and the FLIP picture. Throws RenderError.
+  // Writes the EXR (channels R, G, B, A and samples), the PNG and the FLIP picture. Throws
+  // RenderError.
   void write(const std::string& id, const StudyPicture& picture,
              const ReferencePicture& reference) const;
   // Writes the mean of the halves, and sets the file names in `out`.

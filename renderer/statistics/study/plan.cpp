@@ -18,7 +18,7 @@ namespace emberline {
 namespace {
 
 constexpr std::string_view kDefaultBudgets = "1,2,4,8,16,32,64";
-// Limits of a budget in seconds, the same as for --time-limit.
+// The limits of a budget in seconds. They are the same as for --time-limit.
 constexpr double kMinSeconds = 0.001, kMaxSeconds = 1e9;
 
 std::vector<std::string> split(std::string_view text, char separator) {
@@ -99,7 +99,7 @@ bool is_fixed_count(const std::string& sampler) {
 }
 
 // Returns the message of the UsageError that rendering the method at one of the budgets would
-// throw; empty if all budgets are possible.
+// throw. Returns "" if all budgets are possible.
 std::string find_unsupported_reason(const PlannedMethod& method, const StudyPlan& plan) {
   try {
     for (const double budget : plan.budgets) {
@@ -148,8 +148,8 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
   return planned;
 }
 
-// Chooses a sampler that is not studied, if there is one, so that the reference does not have the
-// same faults as the pictures.
+// Chooses a sampler that is not studied, if possible, so that the reference does not have the same
+// faults as the pictures.
 std::string reference_sampler(const std::vector<std::string>& studied) {
   for (const char* name : {"independent", "sobol"}) {
     if (std::ranges::find(studied, name) == studied.end()) return name;

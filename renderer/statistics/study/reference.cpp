@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// The channels are R G B A samples variance.R variance.G variance.B time.
+// The channels are R, G, B, A, samples, variance.R, variance.G, variance.B and time.
 constexpr size_t kChannels = 9, kVariance = 5, kTime = 8;
 
 constexpr const char* kAttribute = "emberline:study_reference";
@@ -80,7 +80,7 @@ void check_cached_files(const ReferenceRequest& request) {
     try {
       return has_attribute(picture);
     } catch (const InputError&) {
-      // The picture may be missing, so look for the note.
+      // The picture may be missing, so the next step looks for the note.
     }
     try {
       return !read_checksum(request).empty();
@@ -122,7 +122,7 @@ std::optional<ReferenceHalf> render_reference_half(const StudyRenderer& renderer
   std::optional<StudyPicture> picture =
       renderer.render(request.options, study_reference_aovs(), stop);
   if (!picture) return std::nullopt;
-  // Write the note last, since pixels without a note are not used.
+  // Writes the note last, because pixels without a note are not used.
   const std::string base = base_path(request);
   write_film_exr(base + ".exr", study_reference_aovs(), request.options.width,
                  request.options.height, renderer.crop(), {{kAttribute, request.key}},

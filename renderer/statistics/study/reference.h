@@ -1,4 +1,4 @@
-// The reference of a study consists of two halves with independent noise. They are sampled
+// The reference of a study. It consists of two halves with independent noise, which are sampled
 // uniformly and cached.
 #pragma once
 
@@ -15,8 +15,8 @@
 
 namespace emberline {
 
-// Describes one half: its frame and its folder. `key` describes everything that the pixels depend
-// on.
+// A request for one half: its frame and its folder. `key` describes everything that the pixels
+// depend on.
 struct ReferenceRequest {
   RenderOptions options;  // with the driver, sampler, samples and seed of this half
   std::string key;
@@ -31,11 +31,11 @@ AovSet study_reference_aovs();
 std::vector<std::string> reference_files(const ReferenceRequest& request);
 
 // Call this for a folder that several studies share. Throws UsageError if files with the half's
-// names exist but are not a reference half, since they would be overwritten.
+// names exist but are not a reference half, because they would be overwritten.
 void check_cached_files(const ReferenceRequest& request);
 
-// Reads a cached half. Returns nothing if there is none. If it is damaged or belongs to another
-// frame, logs this and returns nothing.
+// Reads a cached half. Returns nothing if it is not in the cache. If it is damaged or belongs to
+// another frame, logs this and returns nothing.
 std::optional<ReferenceHalf> read_reference_half(const ReferenceRequest& request, const Rect& crop);
 
 // Renders a half and caches it. Returns nothing if a stop was requested. Throws RenderError.
@@ -46,8 +46,8 @@ std::optional<ReferenceHalf> render_reference_half(const StudyRenderer& renderer
 RgbImage reference_picture(const ReferenceHalf& half, const Rect& crop);
 
 // Computes the Neyman limits from the variance of the halves' samples, which are treated as
-// independent, and from the time of each pixel. The smaller of the two halves' times is used, since
-// it was disturbed less. `samples` is the number of samples per pixel in one half.
+// independent, and from the time of each pixel. Of a pixel's times in the two halves, uses the
+// smaller, because it was disturbed less. `samples` is the number of samples per pixel in one half.
 NeymanLimits reference_limits(const std::array<ReferenceHalf, 2>& halves, uint32_t samples,
                               const ReferencePicture& reference);
 

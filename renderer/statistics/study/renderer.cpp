@@ -62,7 +62,7 @@ class TileCollector : public RenderSink {
 // Copies the picture whenever a budget is spent or a round ends.
 class ProgressiveCollector final : public TileCollector {
  public:
-  // With `uniform` sampling there are no rounds, and therefore no error estimates.
+  // With uniform sampling (`uniform`) there are no rounds, and therefore no error estimates.
   ProgressiveCollector(const Rect& crop, std::span<const double> budgets, bool by_time,
                        bool uniform, const std::function<void(uint64_t)>& on_samples)
       : TileCollector(crop, {}, on_samples),
@@ -107,8 +107,8 @@ class ProgressiveCollector final : public TileCollector {
   std::stop_source budgets_spent;
 
  private:
-  // Number of pictures that this class collects. If the last picture is the finished frame, it is
-  // not counted; render_progressive() adds it.
+  // Returns the number of pictures that this class collects. If the last picture is the finished
+  // frame, it is not counted, because render_progressive() adds it.
   size_t collected_count() const {
     return by_time_ && uniform_ ? budgets_.size() : budgets_.size() - 1;
   }

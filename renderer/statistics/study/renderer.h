@@ -20,16 +20,16 @@ namespace emberline {
 
 class AovSet;
 
-// Number of channels of an intermediate picture, which are R G B A samples. A finished frame may
+// The number of channels of an intermediate picture: R, G, B, A and samples. A finished frame may
 // have more channels after these five.
 inline constexpr size_t kStudyPictureChannels = 5;
 
 // Side of the tiles in which a frame is denoised.
 inline constexpr int kStudyTile = 64;
 
-// A picture taken during or at the end of a frame. Its `error` has not been measured yet.
+// A picture that was taken during a frame or at its end. `error` has not been measured yet.
 struct StudyPicture : StudyCheckpoint {
-  std::vector<float> values;        // of the crop: R G B A samples; if finished, film_channels()
+  std::vector<float> values;        // R, G, B, A, samples; film_channels() if finished
   uint64_t non_finite_samples = 0;  // only for a finished frame
 };
 
@@ -49,15 +49,15 @@ struct ProgressiveFrame {
 
 class StudyRenderer {
  public:
-  // Loads and builds the scene. Registers the files that it reads. Throws what the render command
-  // throws.
+  // Loads and builds the scene. Registers the files that the scene reads. Throws what the render
+  // command throws.
   StudyRenderer(const RenderOptions& frame, const LoadLimits& limits, FileRegister& files);
 
   const Rect& crop() const { return crop_; }
   uint64_t pixels() const { return uint64_t(crop_.area()); }
 
-  // Returns the memory that a frame needs while it is rendered and measured. This excludes
-  // the pictures of RoundEstimates, of which an adaptive frame has one for each round.
+  // Returns the memory that a frame needs while it is rendered and measured. Does not include the
+  // pictures in RoundEstimates; an adaptive frame has one for each round.
   uint64_t frame_bytes(const RenderOptions& options, size_t budgets) const;
 
   // `callback` receives the number of new samples; any thread may call it.
@@ -69,11 +69,11 @@ class StudyRenderer {
   std::optional<StudyPicture> render(const RenderOptions& options, const AovSet& aovs,
                                      const std::stop_token& stop) const;
 
-  // Renders one frame of a progressive driver. For each budget, in samples per pixel or seconds,
+  // Renders one frame of a progressive driver. For each budget, in samples per pixel or in seconds,
   // takes a picture at the driver's first pause after the budget is spent. The last picture is the
-  // finished frame, except that uniform sampling with budgets in seconds stops once the last budget
-  // is spent. If the frame finishes early, the finished frame is the picture for all remaining
-  // budgets.
+  // finished frame. There is one exception: uniform sampling with budgets in seconds stops once the
+  // last budget is spent. If the frame finishes early, the finished frame is the picture for all
+  // remaining budgets.
   ProgressiveFrame render_progressive(const RenderOptions& options, std::span<const double> budgets,
                                       bool by_time, const std::stop_token& stop) const;
 
@@ -85,8 +85,9 @@ class StudyRenderer {
 };
 
 // Denoises a picture of a whole frame that has the channels of Aov::kDenoising. Replaces the
-// picture's values with R G B A samples of the denoised picture, sets `estimate` to the error that
-// the filter expects, and adds the filter's time. Uses the calling thread's TBB arena.
+// picture's values with those of the denoised picture (channels R, G, B, A, samples), sets
+// `estimate` to the error that the filter expects, and adds the filter's time. Uses the calling
+// thread's TBB arena.
 void denoise_picture(const Rect& crop, StudyPicture* picture);
 
 }  // namespace emberline

@@ -10,20 +10,20 @@
 
 namespace emberline {
 
-// Returns the settings of view, light, integrator, filter and buckets, by option name. Input files
-// are given by name.
+// Returns the settings of the view, light, integrator, filter and buckets, by option name. The
+// settings have the names of input files, not their contents.
 SettingTexts frame_settings(const RenderOptions& options);
 
-// Returns a line of JSON with everything that a frame's pixels depend on, except driver, sampler,
-// samples and seed: the settings above without those of buckets (SettingGroup::kSchedule), and the
-// contents of input files instead of their names. Reads the files within the limits; throws
-// InputError.
+// Returns a line of JSON with everything that a frame's pixels depend on, except the driver, the
+// sampler, the number of samples and the seed. The line has the settings above, but not those of
+// buckets (SettingGroup::kSchedule). It has fingerprints of the input files instead of their names.
+// Reads the files within the limits. Throws InputError.
 std::string frame_key(const RenderOptions& options, const LoadLimits& limits);
 
-// The key of one half of the reference.
+// Returns the key of one half of the reference.
 std::string reference_key(const std::string& frame_key, const RenderOptions& half);
 
-// The key of a study's runs, which contains everything that must not change when the study is
+// Returns the key of a study's runs. It contains everything that must not change when the study is
 // resumed.
 std::string study_key(const std::string& frame_key, const StudyOptions& options,
                       const StudyPlan& plan, const LoadLimits& limits);

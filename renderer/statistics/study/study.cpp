@@ -32,14 +32,15 @@ namespace emberline {
 namespace {
 
 constexpr uint32_t kDefaultSeeds = 5;
-// The reference has this many times the samples of the largest budget. Its variance, in metrics
-// from which its noise is not removed, is therefore 1/64 of the best picture's.
+// The reference has this many times the samples of the largest budget. Its variance is therefore
+// 1/64 of that of the best picture. This matters for metrics from which the reference's noise is
+// not removed.
 constexpr uint32_t kReferenceFactor = 64;
-// Offsets from the first seed to those of the reference and the warm-up. No run reaches them, since
-// the maximum of --seeds is far below.
+// Offsets from the first seed to the seeds of the reference and of the warm-up. No run uses these
+// seeds, because the maximum of --seeds is far smaller than the offsets.
 constexpr uint32_t kReferenceSeed = 0x40000000u, kWarmUpSeed = 0x80000000u;
-// Target time of the last frame of a warm-up: in seconds, and as a fraction of the largest budget
-// if budgets are in seconds. The larger of the two applies.
+// Target time of the last frame of a warm-up, in seconds. If budgets are in seconds, the target is
+// at least this fraction of the largest budget.
 constexpr double kWarmUpSeconds = 0.3, kWarmUpFraction = 0.1;
 constexpr uint32_t kMaxWarmUpSamples = 1024;
 // A frame that ends by time may take up to this many times the samples that its pace predicts.
@@ -56,8 +57,8 @@ StudyRun failed_run(const std::string& reason) {
   return run;
 }
 
-// Reads the picture of --reference. This is done first, so that a bad file is reported before
-// anything slow.
+// Reads the picture of --reference. Called before anything slow, so that a bad file is reported at
+// once.
 std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLimits& limits) {
   if (options.reference.empty()) return std::nullopt;
   const RenderOptions& frame = options.frame;
@@ -65,12 +66,13 @@ std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLi
                           "the frame to measure", crop_of(frame), frame.width, frame.height);
 }
 
-// Call prepare(), then render() and, if has_reference(), write_results(), all on the same thread
-// and in its TBB arena.
+// Call prepare(), render() and, if has_reference() is true, write_results(), in this order. Call
+// all of them on the same thread and in its TBB arena.
 class Study {
  public:
   // Loads the scene and opens the folder. Throws UsageError, InputError or RenderError for invalid
-  // options. `threads` is only recorded. The references must outlive the study.
+  // options. `threads` is only recorded in the results. `options` and `plan` must outlive the
+  // study.
   Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& files, int threads)
       : options_(options),
         plan_(plan),
@@ -92,8 +94,8 @@ class Study {
     describe_settings(threads);
   }
 
-  // Warms up and thereby measures each method's pace. Finds the reference and the runs that an
-  // earlier start has finished.
+  // Warms up, and measures the pace of each method in doing so. Then finds the reference and the
+  // runs that were finished before this study was resumed.
   void prepare() {
     prepare_pace();
     find_reference();
@@ -107,8 +109,8 @@ class Study {
         samples, readable_seconds(double(renderer_.pixels()) * samples / pace)));
   }
 
-  // Returns the number of samples that render() will take, which is estimated for runs that end by
-  // time.
+  // Returns the number of samples that render() will take. For runs that end by time, this is an
+  // estimate.
   uint64_t remaining_samples() const {
     double samples = 0;
     for (const auto& half : reference_.halves) {
@@ -137,7 +139,8 @@ class Study {
     renderer_.on_samples({});
   }
 
-  // False if the study was stopped before the reference was complete; then there are no results.
+  // Returns false if the study was stopped before the reference was complete. In this case there
+  // are no results.
   bool has_reference() const { return reference_.picture.has_value(); }
   // Writes study.csv, study.json and study.html.
   void write_results(WriteAttempts& attempts) {
@@ -179,15 +182,16 @@ class Study {
           std::max(maximum, renderer_.frame_bytes(frame_options(method, 1, options_.frame.seed),
                                                   plan_.budgets.size()));
     }
-    // Memory per pixel for the channels of both halves, and for the pictures of the halves and
-    // their mean, each in both linear and display-encoded form.
+    // The memory per pixel for the channels of both halves, and for the pictures of the halves and
+    // of their mean. Each of these pictures is stored in linear and in display-encoded form.
     const uint64_t reference =
         2 * sizeof(float) * film_channels(study_reference_aovs()).size() + 6 * 3 * sizeof(float);
     const uint64_t references = bytes_of(renderer_.pixels(), reference + kComparisonBytesPerPixel);
     reserve_pixels(maximum + references, renderer_.crop(), memory_);
   }
 
-  // The files that the study writes, except settings, pace and the halves of the reference.
+  // Returns the names of all files that the study writes, except the settings, the pace and the
+  // halves of the reference.
   std::vector<std::string> file_names() const {
     std::vector<std::string> names = {"study.csv", "study.json", "study.html",
                                       StudyPictures::kReferenceExr, StudyPictures::kReferencePng};
@@ -235,8 +239,8 @@ class Study {
     folder_.write_pace(pace_);
   }
 
-  // Renders frames with more and more samples until one takes long enough; returns samples per
-  // second.
+  // Renders frames with more and more samples until a frame takes long enough. Returns its samples
+  // per second.
   double warm_up(const PlannedMethod& method) const {
     const double largest = plan_.budgets.back();
     const double target =
@@ -252,7 +256,7 @@ class Study {
     }
   }
 
-  // Returns the samples per pixel of the reference, in both halves together.
+  // Returns the number of samples per pixel that both halves of the reference have together.
   uint32_t reference_samples() const {
     double maximum = 1;
     for (const PlannedMethod& method : plan_.methods)
@@ -321,7 +325,7 @@ class Study {
     return true;
   }
 
-  // Returns the samples per pixel that the method can take within the largest budget.
+  // Returns how many samples per pixel the method can take within the largest budget.
   double samples_in_largest_budget(const PlannedMethod& method) const {
     if (!plan_.by_time) return plan_.budgets.back();
     const auto pace = pace_.samples_per_s.find(method.id);
@@ -334,8 +338,8 @@ class Study {
         std::floor(samples_in_largest_budget(method) * budget / plan_.budgets.back()));
   }
 
-  // Loads the runs that an earlier start has finished, and adds failed runs for the methods that
-  // are impossible.
+  // Loads the runs that were finished before this study was resumed. For the methods that cannot be
+  // rendered, adds failed runs.
   void find_finished_runs() {
     for (uint32_t k = 0; k < seeds_; ++k) {
       const uint32_t seed = options_.frame.seed + k;
@@ -370,7 +374,7 @@ class Study {
     return true;
   }
 
-  // Returns nothing if the study was stopped. A run that throws is returned as a failed run.
+  // Returns nothing if the study was stopped. If the run throws, returns a failed run.
   std::optional<StudyRun> execute_run(size_t m, uint32_t seed) {
     const PlannedMethod& method = plan_.methods[m];
     StudyRun run;
@@ -386,7 +390,7 @@ class Study {
     }
     run.method = m;
     run.seed = seed;
-    // Failed runs are not saved, so that the next start retries them.
+    // Failed runs are not saved, so that a resumed study retries them.
     if (run.status == StudyRunStatus::kDone) folder_.write_run(method.id, run);
     return run;
   }
@@ -394,7 +398,7 @@ class Study {
   // Returns nothing if the study was stopped.
   std::optional<ProgressiveFrame> render_run(const PlannedMethod& method, uint32_t seed) const {
     if (!method.separate) {
-      // An adaptive frame must know its budget in advance.
+      // The number of samples of an adaptive frame must be known in advance.
       const bool ends_by_time = plan_.by_time && method.method.estimator.empty();
       const double maximum = samples_in_largest_budget(method) * (ends_by_time ? kPaceMargin : 1.0);
       ProgressiveFrame frame =

@@ -20,8 +20,8 @@ struct StudyOutcome {
   WriteAttempts attempts = {};
 };
 
-// Renders the reference of a study, then its runs. Any thread may call `on_samples`. Failed runs
-// are recorded as failed; runs that were interrupted are repeated when the study is resumed.
+// Renders the reference of a study, then the study's runs. Any thread may call `on_samples`. If a
+// run fails, the results say so. If a run is interrupted, a resumed study repeats it.
 using RenderStudy =
     std::function<void(const std::function<void(uint64_t)>& on_samples, std::stop_token stop)>;
 
@@ -29,9 +29,8 @@ using RenderStudy =
 // for runs that end by time, it is an estimate.
 using StudyClient = std::function<void(uint64_t samples, const RenderStudy& render)>;
 
-// Runs a study and writes its files, on `options.frame.threads` threads. `folder` is the client's
-// name for the option that chooses the results folder. Throws UsageError, InputError and
-// RenderError.
+// Runs a study on `options.frame.threads` threads and writes its files. `folder` is what the client
+// calls the option that chooses the results folder. Throws UsageError, InputError and RenderError.
 StudyOutcome execute_study(const StudyOptions& options, const std::string& folder,
                            const StudyClient& client);
 

@@ -15,7 +15,7 @@ namespace emberline {
 // All times are in seconds on the same clock.
 struct MeasuredEdit {
   uint64_t number = 0;   // RenderSession::edit()
-  std::string what;      // "orbit", "roughness"
+  std::string what;      // such as "orbit" or "roughness"
   double input_s = 0.0;  // time of the input
   std::optional<double> filled_s,
       complete_s;  // when a filled and a complete SessionPicture first showed the edit
@@ -30,7 +30,7 @@ class EditLatency {
   void displayed(const SessionPicture& picture, double time_s);
 
   std::span<const MeasuredEdit> edits() const { return edits_; }
-  // Latency of the newest edit that has been displayed as a filled picture.
+  // Returns the latency of the newest edit that has been displayed as a filled picture.
   std::optional<double> newest_s() const { return newest_s_; }
 
  private:
@@ -40,7 +40,7 @@ class EditLatency {
 };
 
 // Returns the quantile for `q` in [0, 1], interpolated linearly (Hyndman & Fan 1996, definition 7).
-// NaN if there are no values.
+// Returns NaN if there are no values.
 double quantile(std::vector<double> values, double q);
 
 }  // namespace emberline

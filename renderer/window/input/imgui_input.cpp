@@ -11,8 +11,8 @@
 namespace emberline {
 namespace {
 
-// Whether ImGui's event queue is empty. Also compiles for versions of ImGui without a queue, and
-// then returns true.
+// Returns whether ImGui's event queue is empty. Also compiles for versions of ImGui without a
+// queue, and then returns true.
 template <typename Context>
 bool queue_empty(const Context& context) {
   if constexpr (requires { context.InputEventsQueue; }) return context.InputEventsQueue.empty();

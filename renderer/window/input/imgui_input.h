@@ -1,6 +1,6 @@
-// Passes keys to Dear ImGui so that none is lost. Versions before 1.87 poll keys once per frame and
-// would miss a key that is pressed and released between two frames. Later versions queue events and
-// may need several frames to handle them.
+// Passes keys to Dear ImGui so that no key is lost. ImGui before version 1.87 polls keys once per
+// frame and would miss a key that is pressed and released between two frames. Later versions queue
+// events and may need several frames to handle them.
 #pragma once
 
 #include <vector>

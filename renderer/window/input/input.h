@@ -64,16 +64,16 @@ struct Shortcut {
   std::string_view group;   // heading in the list
   std::string_view keys;    // shown to the user, for example "Ctrl+Shift+Z"
   std::string_view effect;  // shown to the user, for example "Undo the last edit"
-  int key_count = 1;        // this many consecutive keys, from `key` on in GLFW's order
-  bool listed = true;       // false: an alternative key for an entry above
+  int key_count = 1;        // number of consecutive keys, from `key` on in GLFW's order
+  bool listed = true;       // false for an alternative key of an entry above
 
   int number_of(int pressed) const { return 1 + pressed - key; }  // `key` itself is number 1
 };
 std::span<const Shortcut> shortcut_table();
 // Returns the entry for a key, or null if there is none.
 const Shortcut* find_shortcut(int key, int modifiers);
-// Returns the keys of the action's first entry, such as "Ctrl+S", for menus. Empty if the action
-// has no entry.
+// Returns the keys of the action's first entry, such as "Ctrl+S", for menus. The result is empty if
+// the action has no entry.
 std::string_view keys_of(Action action);
 // Returns what the action does, for tooltips. Every action has such a text.
 std::string_view effect_of(Action action);

@@ -1,4 +1,5 @@
-// `--journal F`: logs what the window does and shows as JSON lines, for bug reports and tests.
+// Implements `--journal F`: logs in JSON lines what the window does and shows, for bug reports and
+// tests.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

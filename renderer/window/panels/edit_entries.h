@@ -20,7 +20,7 @@ struct ListedLight {
 // Lists all light sources, including materials that emit only because of edits.
 std::vector<ListedLight> list_lights(const SceneDescription& outline, const SceneEdits& edits);
 
-// Returns the item's own name or, for example, "Material 3".
+// Returns the item's name or, if it has none, a name such as "Material 3".
 std::string display_name(const std::string& name, const char* what, int index);
 
 // Returns the edits' entry for this light or material, or an entry without changes if there is
@@ -31,11 +31,11 @@ MaterialEdit material_edit(const SceneEdits& edits, const SceneDescription& outl
 
 // Returns an entry without changes.
 MaterialEdit unedited(const EditTarget& material);
-// Whether the entry changes any parameter of its material.
+// Returns whether the entry changes any parameter of its material.
 bool has_changes(const MaterialEdit& edit);
 
-// Stores `edit` in place of the entry for the same light or material, if any. An entry without
-// changes is removed instead, so that edits that have all been reset equal no edits.
+// Stores `edit` in place of the entry for the same light or material, if any. If `edit` has no
+// changes, removes that entry instead, so that edits that have all been reset equal no edits.
 void store_entry(SceneEdits& edits, const SceneDescription& outline, const LightEdit& edit);
 void store_entry(SceneEdits& edits, const SceneDescription& outline, const MaterialEdit& edit);
 

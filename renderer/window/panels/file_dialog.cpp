@@ -20,7 +20,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-// The dialog opens in the centre of the window.
+// Opens the dialog in the centre of the window.
 bool begin_popup(const char* title) {
   const float em = ImGui::GetFontSize();
   const ImVec2 screen = ImGui::GetIO().DisplaySize;

@@ -15,16 +15,16 @@ class FileDialog {
     kWrite,  // asks before it replaces an existing file
   };
 
-  // Lists files with these lower-case `suffixes`.
+  // The dialog lists files with these lower-case `suffixes`.
   FileDialog(const char* title, const char* verb, Purpose purpose,
              std::vector<std::string> suffixes);
 
-  // `path`: the initial file or folder.
+  // `path` is the initial file or folder.
   void open(const std::string& path);
   // Closes the dialog the next time it is drawn.
   void cancel() { cancelled_ = true; }
   const char* title() const { return title_; }
-  // Whether the name field had keyboard focus when last drawn.
+  // Returns whether the name field had keyboard focus when it was last drawn.
   bool has_keyboard() const { return has_keyboard_; }
   // Call each frame. Draws the dialog while it is open, and calls `chosen` with the path that the
   // user chooses.
@@ -36,10 +36,11 @@ class FileDialog {
     bool folder = false;
   };
   void enter(const std::string& folder);
-  // Whether `path` may be chosen now. Before an existing file is replaced, the user must confirm.
+  // Returns whether `path` may be chosen now. Before an existing file is replaced, the user must
+  // confirm.
   bool is_confirmed(const std::string& path);
-  // Draws the folder's contents. Returns whether a file was chosen; if a folder was, sets `next` to
-  // it.
+  // Draws the folder's contents. Returns whether the user chose a file. If the user chose a folder,
+  // sets `next` to that folder.
   bool draw_files(std::string* next);
 
   const char* title_;

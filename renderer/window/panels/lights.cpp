@@ -134,8 +134,8 @@ void draw_environment(Workbench& bench) {
   }
 }
 
-// Switches light groups on or off. With them, changes of lights need no new samples; without them,
-// the noise is the same as in a final frame.
+// Lets the user switch light groups on or off. With light groups, changes of lights need no new
+// samples. Without them, the noise is the same as in a final frame.
 void choose_light_groups(Workbench& bench) {
   ViewSettings settings = bench.session.settings();
   ImGui::BeginDisabled(!can_relight(settings.render));

@@ -20,7 +20,8 @@ struct MaterialRow {
   float minimum = 0.0f, maximum = 1.0f;
   const char* format = "%.3f";
   bool logarithmic = false;
-  // Returns whether the row applies to the file's material with this edit; null if it always does.
+  // Returns whether the row applies to the file's material with this edit; null if the row always
+  // applies.
   bool (*applies)(const MaterialDescription& original, const MaterialEdit& edit) = nullptr;
 };
 
@@ -33,10 +34,10 @@ struct MaterialGroup {
   bool edited(const MaterialEdit& edit) const;  // whether any row is edited
 };
 
-// All groups, the base first.
+// Returns all groups, the base first.
 std::span<const MaterialGroup> material_groups();
 
-// Whether the row applies to this material.
+// Returns whether the row applies to this material.
 bool is_applicable(const MaterialRow& row, const MaterialDescription& original,
                    const MaterialEdit& edit);
 

@@ -33,7 +33,7 @@ void draw_message_text(const Message& message) {
   ImGui::PopStyleColor();
 }
 
-// `height`: the vertical position in the area, from 0 at the top to 1 at the bottom.
+// `height` is the vertical position in the area, from 0 at the top to 1 at the bottom.
 void center_next_window(const Rect& area, float height) {
   const float y = float(area.y0) + height * float(area.height());
   ImGui::SetNextWindowPos({0.5f * float(area.x0 + area.x1), y}, ImGuiCond_Always, {0.5f, 0.5f});

@@ -86,7 +86,8 @@ void Interface::draw_side_panel(Workbench& bench, float top, float width, float 
   const float panel = panel_width(bench.window, width);
   ImGui::SetNextWindowPos({width - panel, top});
   ImGui::SetNextWindowSize({panel, bottom - top});
-  // Needs no background, because the frame buffer has already been cleared to the panel's colour.
+  // The panel needs no background, because the frame buffer has already been cleared to the panel's
+  // colour.
   ImGui::Begin("##panel", nullptr, fixed_panel_flags() | ImGuiWindowFlags_NoBackground);
   if (ImGui::BeginTabBar("##tabs", ImGuiTabBarFlags_FittingPolicyResizeDown)) {
     for (int i = 0; i < int(kTabs.size()); ++i) {

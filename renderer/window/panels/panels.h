@@ -14,10 +14,10 @@ namespace emberline {
 class Interface {
  public:
   void draw(Workbench& bench, float width, float height);
-  // Whether a panel, menu or dialog covers the point.
+  // Returns whether a panel, menu or dialog covers the point.
   bool covers(const Vec2f& point) const;
   bool popup_open() const { return is_popup_open_; }  // a menu, list or dialog has keyboard focus
-  const char* focused_dialog() const;  // the dialog whose name field has focus; empty: none
+  const char* focused_dialog() const;  // the dialog whose name field has focus; empty if none
   void cancel_dialogs();               // does the same as their Cancel buttons
 
  private:

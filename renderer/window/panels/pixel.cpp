@@ -15,7 +15,7 @@ namespace {
 // Size in line heights. The driver's tables are 80 characters wide.
 constexpr float kWidth = 44.0f, kHeight = 22.0f;
 
-// Places the panel in the corner of the picture area farthest from the pixel, leaving space for
+// Places the panel in the corner of the picture area farthest from the pixel, and leaves space for
 // notes at the lower edge.
 void place_opposite_pixel(const Workbench& bench) {
   const float em = ImGui::GetFontSize();

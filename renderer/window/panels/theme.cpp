@@ -34,7 +34,7 @@ constexpr std::array<ImWchar, 17> kGlyphRanges = {0x0020, 0x024F, 0x0370, 0x03FF
                                                   0x2010, 0x2044, 0x2070, 0x209F, 0x2190, 0x2193,
                                                   0x2200, 0x226F, 0x25A0, 0x25FF, 0};
 
-// Adds the named font or, as a fallback, ImGui's monospaced one.
+// Adds the named font or, as a fallback, ImGui's monospaced font.
 void add_font(const char* name, float pixels, const ImWchar* glyph_ranges) {
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
   for (const char* folder : kFontFolders) {
@@ -49,7 +49,7 @@ void add_font(const char* name, float pixels, const ImWchar* glyph_ranges) {
     fonts.AddFontFromMemoryTTF(owned_by_imgui, int(bytes.size()), pixels, &config, glyph_ranges);
     return;
   }
-  ImFontConfig config;  // ImGui's font is 13 pixels high, and is sharp only at multiples of that
+  ImFontConfig config;  // ImGui's font is 13 pixels high, and is sharp only at multiples of 13
   config.SizePixels = 13.0f * std::max(1.0f, std::round(pixels / 13.0f));
   fonts.AddFontDefault(&config);
 }

@@ -13,17 +13,17 @@ namespace emberline {
 // texture.
 void apply_theme(float scale, float pixels_per_unit);
 
-// Signal colours from Okabe & Ito 2008, "Color Universal Design", lightened for a dark background;
-// distinguishable by colour-blind readers.
+// Signal colours that colour-blind readers can distinguish. They are from Okabe & Ito 2008, "Color
+// Universal Design", and lightened for a dark background.
 ImVec4 accent_colour();
 ImVec4 warning_colour();
 ImVec4 error_colour();
 ImVec4 muted_colour();  // less important text
 
-// ImGuiWindowFlags of a panel that cannot move and stays behind all floating windows.
+// Returns the ImGuiWindowFlags of a panel that cannot move and stays behind all floating windows.
 int fixed_panel_flags();
 
-// A monospaced font for tables, with Latin letters only.
+// Returns a monospaced font for tables, with Latin letters only.
 ImFont* fixed_font();
 
 }  // namespace emberline

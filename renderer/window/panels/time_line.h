@@ -8,7 +8,7 @@
 
 namespace emberline {
 
-// Whether the edit sets neither a time nor an animation, so that the scene is not animated.
+// Returns whether the edit sets neither a time nor an animation, so that the scene is not animated.
 inline bool is_unanimated(const AnimationEdit& edit) { return !edit.time && edit.name.empty(); }
 // Returns the index of the edit's animation in `list`: -1 if the edit selects all animations or the
 // scene is not animated, 0 if the edit sets only a time.

@@ -25,7 +25,7 @@ struct Hovered {
 };
 Hovered hovered;
 
-// Whether the mouse has rested long enough on the item drawn last.
+// Returns whether the mouse has rested long enough on the item drawn last.
 bool is_tooltip_due() {
   if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled) || ImGui::IsItemActive()) {
     return false;
@@ -47,7 +47,8 @@ std::string with_hint(Help help, const char* hint) {
   return text + (text.ends_with('.') ? " " : ". ") + hint;
 }
 
-// Draws the row's name, moves ImGui's cursor to where the widget begins, and returns its label.
+// Draws the row's name, moves ImGui's cursor to where the widget begins, and returns the widget's
+// label.
 std::string begin(const Row& row) {
   const float left = ImGui::GetCursorPosX();
   const float row_width = ImGui::GetContentRegionAvail().x;

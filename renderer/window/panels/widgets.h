@@ -16,8 +16,8 @@
 
 namespace emberline::widgets {
 
-// `edited`: the value differs from the file's. The name then has the accent colour, and a right
-// click on the name sets *reset, if `reset` is not null.
+// `edited` says whether the value differs from the file's. If it does, the name has the accent
+// colour, and a right click on the name sets *reset, unless `reset` is null.
 struct Row {
   const char* name;
   Help help;
@@ -28,7 +28,7 @@ struct Row {
 bool slide(const Row& row, float& value, float minimum, float maximum, const char* format,
            bool logarithmic = false);
 bool slide(const Row& row, int& value, int minimum, int maximum, bool logarithmic = false);
-// A slider for a number that an edit may replace. `own` is the file's number.
+// Draws a slider for a number that an edit may replace. `own` is the file's number.
 template <typename T>
 bool slide_edit(const char* name, Help help, std::optional<T>& edit, T own, float minimum,
                 float maximum, const char* format, bool logarithmic = false) {
@@ -50,8 +50,8 @@ struct Choice {
   std::string label, summary;
 };
 // Lets the user choose an index in `choices`. While `index` is not valid, shows `placeholder` or,
-// if that is empty, `none_label`. Unless `none_label` is null, it can also be chosen; `index` is
-// then -1.
+// if that is empty, `none_label`. Unless `none_label` is null, the user can also choose it, which
+// sets `index` to -1.
 bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
                   const std::string& placeholder = {}, const char* none_label = nullptr);
 bool choose(const Row& row, std::string& value, std::span<const Choice> choices,
@@ -70,7 +70,8 @@ std::vector<Choice> choices_of(const Table& table) {
 // it.
 std::vector<Choice> choices_of_names(std::span<const std::string> names);
 
-// Controls that are not part of a row. `width`: 0 for the label's width, -1 for the panel's.
+// Controls that are not part of a row. A `width` of 0 means the label's width; -1 means the panel's
+// width.
 bool button(const char* label, Help help, float width = 0.0f);
 bool small_button(const char* label, Help help);
 bool checkbox(const char* label, Help help, bool& value);
@@ -94,8 +95,8 @@ void heading(const char* text);
 // Shows a tooltip for the item that was drawn last, once the mouse has rested on it for a moment.
 void help(const std::string& text);
 void help(Help text);
-// Returns the window_time_s() at which the pending tooltip will be shown; far in the future if none
-// is pending.
+// Returns the window_time_s() at which the pending tooltip will be shown; the time is far in the
+// future if no tooltip is pending.
 double next_tooltip_s();
 void tooltip(const std::string& text);
 // Draw a paragraph that is wrapped at the panel's edge. muted_paragraph() is for less important

@@ -18,7 +18,7 @@ class DrawnJournal {
   // Call after each frame with the displayed picture and its placement.
   void record_picture(const std::shared_ptr<const SessionPicture>& picture,
                       const PicturePlacement& placement);
-  // `focused_dialog`: the dialog whose name field has keyboard focus; empty: none.
+  // `focused_dialog` is the title of the dialog whose name field has keyboard focus, or empty.
   void record_dialog(const std::string& focused_dialog);
 
  private:

@@ -19,7 +19,7 @@ class Histogram {
   // Returns the height of a bar, in [0, 1], for channels 0 to 2. It is relative to the highest bar
   // other than the first and last, so that a black background does not flatten the other bars.
   float height(size_t channel, int bin) const;
-  // The fraction of pixels with all channels at 0, and the fraction with any channel at 255.
+  // Return the fraction of pixels with all channels at 0, and the fraction with any channel at 255.
   double black() const { return black_; }
   double clipped() const { return clipped_; }
 

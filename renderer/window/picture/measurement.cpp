@@ -64,7 +64,8 @@ Measurement::Measurement(const ViewOptions& options, Workbench& bench)
   const JsonReader script(json, options.measure_script);
   for (size_t i = 0; i < script.size(); ++i) {
     const JsonReader step = script[i].object({"at_s", "edit"});
-    step["edit"].members();  // checks that it is an object; the members are checked when it is due
+    step["edit"].members();  // checks that the edit is an object; its members are checked when it
+                             // is due
     steps_.push_back({step["at_s"].number(0.0, kMaxScript_s), JsonValue(json[i]["edit"])});
   }
   std::ranges::stable_sort(steps_, {}, &Step::at_s);

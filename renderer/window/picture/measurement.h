@@ -1,8 +1,8 @@
-// `--measure F`: replays edits in the real window. Measures the latency of each edit, how long the
-// window was busy, and the render speed after the last edit.
+// Implements `--measure F`: replays edits in the real window, and measures the latency of each
+// edit, how long the window was busy, and the render speed after the last edit.
 //
-// A script is a JSON list of steps. Each has a time, in seconds after the first complete picture,
-// and one edit:
+// A script is a JSON list of steps. Each step has a time, in seconds after the first complete
+// picture, and one edit:
 //
 //   [{"at_s": 0.5, "edit": {"orbit": [40, 0]}},                 mouse pixels
 //    {"at_s": 0.7, "edit": {"light": 0, "intensity": 2}},       index in the list of lights

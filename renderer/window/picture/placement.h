@@ -33,7 +33,8 @@ class PicturePlacement {
   const Rect& area() const { return area_; }
   Vec2f to_screen(const Vec2f& picture) const;
   Vec2f to_picture(const Vec2f& screen) const;
-  // Returns the pixel under a screen point; absent if the point is outside the picture or the area.
+  // Returns the pixel under a screen point, or nullopt if the point is outside the picture or the
+  // area.
   std::optional<Vec2i> pixel_at(const Vec2f& screen) const;
 
  private:

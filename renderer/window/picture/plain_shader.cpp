@@ -21,7 +21,7 @@ void main() {
 }
 )";
 
-// Does nothing but look up the texture, which llvmpipe recognises as a copy.
+// Only looks up the texture. llvmpipe recognises this as a copy.
 constexpr const char* kPixels = R"(#version 130
 uniform sampler2D Texture;
 in vec2 place;

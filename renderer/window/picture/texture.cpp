@@ -6,8 +6,8 @@
 namespace emberline {
 namespace {
 
-// Blue in the lowest byte of a word: the native layout of graphics cards and windows, which needs
-// no conversion while drawing.
+// Blue is in the lowest byte of a word. This is the native layout of graphics cards and windows, so
+// drawing needs no conversion.
 constexpr GLenum kFormat = GL_BGRA, kType = GL_UNSIGNED_INT_8_8_8_8_REV;
 
 void convert(const std::vector<uint8_t>& rgba8, std::vector<uint32_t>& words) {

@@ -164,7 +164,7 @@ void row(const char* name, const std::string& value) {
   ImGui::TextUnformatted(value.c_str());
 }
 
-// Whether the right side of the wipe has a picture.
+// Returns whether the right side of the wipe has a picture.
 bool has_other_side(const Workbench& bench) {
   const Wipe wipe = bench.comparison.wipe();
   if (wipe == Wipe::kStored) return bench.comparison.picture_b() != nullptr;
@@ -239,7 +239,7 @@ void draw_inspector(const Workbench& bench) {
   const Vec2f at = bench.placement.to_screen(Vec2f(float(pixel.x + 1), float(pixel.y + 1)));
   const float gap = ImGui::GetFontSize();
   const Rect& area = bench.placement.area();
-  // Place the box on the side of the pixel with enough room.
+  // Place the box on the side of the pixel that has enough room.
   const bool left = at.x + 18.0f * gap > float(area.x1),
              above = at.y + 13.0f * gap > float(area.y1);
   ImGui::SetNextWindowPos({at.x + (left ? -gap : gap), at.y + (above ? -gap : gap)},

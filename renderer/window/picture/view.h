@@ -1,5 +1,5 @@
-// Draws the picture and its overlays: the other half of a wipe, buckets in progress, the region,
-// values of enlarged pixels. No overlay changes the picture's pixels.
+// Draws the picture and its overlays: the second picture of a wipe, buckets in progress, the
+// region, and values of enlarged pixels. No overlay changes the picture's pixels.
 #pragma once
 
 #include "renderer/window/picture/plain_shader.h"
@@ -13,7 +13,7 @@ class PictureView {
   // Call between ImGui's NewFrame and Render.
   void draw(Workbench& bench, const std::optional<Rect>& dragged_region);
 
-  // The picture that was drawn last; null before the first.
+  // Returns the picture that was drawn last, or null before the first picture.
   const std::shared_ptr<const SessionPicture>& drawn() const { return drawn_; }
 
  private:

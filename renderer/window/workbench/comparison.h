@@ -1,5 +1,5 @@
-// Compares two pictures with a wipe: the newest picture, A, with an earlier one that the user has
-// kept, B; or the denoised picture with the raw one.
+// Compares two pictures with a wipe. One wipe shows the newest picture, A, beside an earlier
+// picture that the user has kept, B. The other shows the denoised picture beside the raw picture.
 //
 // Used on the window's thread only; nothing here blocks.
 #pragma once
@@ -14,7 +14,7 @@ class Workbench;
 
 // Picture B, unchanged since the user kept it.
 struct StoredPicture {
-  std::shared_ptr<const SessionPicture> picture;  // null: none
+  std::shared_ptr<const SessionPicture> picture;  // null if there is none
   DisplaySettings display;                        // display settings when it was kept
   double time_s = 0.0;                            // window_time_s() when it was kept
 };
@@ -36,16 +36,16 @@ class Comparison {
   // Keeps `picture` as B. Null is ignored.
   void store(const std::shared_ptr<const SessionPicture>& picture);
   const StoredPicture& stored() const { return stored_; }
-  // Whether B uses the current display settings instead of those it was kept with.
+  // Returns whether B uses the current display settings instead of those with which it was kept.
   bool graded_as_a() const { return graded_as_a_; }
   void set_graded_as_a(bool on) { graded_as_a_ = on; }
-  // B as displayed; null if nothing is kept.
+  // Returns B as displayed, or null if no picture is kept.
   const std::shared_ptr<const SessionPicture>& picture_b() const { return picture_b_; }
 
   Wipe wipe() const { return wipe_; }
   // Switches this kind of wipe on or off, or tells the user why it is not possible.
   void toggle(Wipe kind);
-  // Position of the wipe's line as a fraction of the picture's width, in [0, 1].
+  // Returns the position of the wipe's line as a fraction of the picture's width, in [0, 1].
   float wipe_position() const { return wipe_position_; }
   void set_wipe_position(float wipe_position);
 

@@ -20,14 +20,14 @@ class MessageLog {
   // Messages also go to `journal`, which must outlive this object.
   explicit MessageLog(Journal& journal) : journal_(journal) {}
 
-  // A message with the same text as the newest one replaces it.
+  // A message with the same text as the newest message replaces that message.
   void note(const std::string& text);
   void warning(const std::string& text);
   void error(const std::string& text);
 
-  // The most recent messages, newest last.
+  // Returns the most recent messages, newest last.
   const std::deque<Message>& messages() const { return messages_; }
-  // Whether there was a message since the last call.
+  // Returns whether there was a message since the last call.
   bool poll_changed();
 
  private:

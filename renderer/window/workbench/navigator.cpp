@@ -12,8 +12,8 @@ namespace {
 constexpr double kRotationPerPixel = 0.25;  // degrees of environment rotation
 constexpr double kOrbitPerHeight = 3.0;     // radians of orbit for a drag over the frame's height
 constexpr double kDollyStep = 0.88;         // factor on the distance per wheel step
-// Flight speed per second, relative to the distance to the pivot, and the factor on it while Shift
-// is held.
+// The flight speed per second, relative to the distance to the pivot, and the factor by which Shift
+// increases this speed.
 constexpr double kFlightSpeed = 0.6, kFastFlight = 4.0;
 
 }  // namespace
@@ -67,7 +67,7 @@ void Navigator::fly(const std::array<bool, 6>& held, double seconds, bool fast) 
     return double(held[size_t(positive)]) - double(held[size_t(negative)]);
   };
   const ViewCamera view = camera();
-  // Proportional to the distance to the pivot, so that flight slows down near objects.
+  // The speed is proportional to the distance to the pivot, so that flight slows down near objects.
   const double distance = kFlightSpeed * view.move_scale() * seconds * (fast ? kFastFlight : 1.0);
   change(emberline::fly(view, distance * axis_value(Flight::kRight, Flight::kLeft),
                         distance * axis_value(Flight::kUp, Flight::kDown),

@@ -19,12 +19,12 @@ class Navigator {
  public:
   explicit Navigator(Workbench& bench) : bench_(bench) {}
 
-  // Call when the session has a new scene. `reread`: the scene is the same file, read again.
-  // Bookmarks are then kept.
+  // Call when the session has a new scene. `reread` says that the scene is the same file, read
+  // again. Bookmarks are then kept.
   void on_new_scene(bool reread);
 
-  // Handles camera drags and Drag::kRotateEnvironment, and ignores others. `pixels` is the mouse
-  // movement in picture pixels.
+  // Handles camera drags and Drag::kRotateEnvironment, and ignores other drags. `pixels` is the
+  // mouse movement in picture pixels.
   void drag(Drag drag, const Vec2f& pixels);
   void dolly(double steps);  // positive wheel steps move towards the pivot
   // `held` is indexed by Flight.
@@ -37,8 +37,8 @@ class Navigator {
   // view.
   void set_orthographic(bool orthographic);
   void set_mirrored(bool mirrored);
-  // The lens's focus distance in metres; the distance to the pivot by default. There must be a
-  // scene.
+  // Returns the lens's focus distance in metres. By default, this is the distance to the pivot.
+  // There must be a scene.
   double focus_distance() const;
 
   void frame_all();

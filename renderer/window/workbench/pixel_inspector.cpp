@@ -11,7 +11,8 @@
 namespace emberline {
 namespace {
 
-// The displayed members of an inspection, except the values that come from the picture itself.
+// Returns the displayed members of an inspection, except the values that come from the picture
+// itself.
 auto displayed_values(const std::optional<PixelInspection>& p) {
   return p ? std::tuple(p->known, p->x, p->y, p->samples, p->explanation)
            : std::tuple(false, -1, -1, 0u, std::string());

@@ -16,7 +16,7 @@ class Workbench;
 
 // The material that the materials tab shows.
 struct MaterialSelection {
-  int material = -1;      // index in the materials of ListedScene::outline; -1: none
+  int material = -1;      // index in the materials of ListedScene::outline; -1 if there is none
   bool show_tab = false;  // request to open the materials tab
 };
 
@@ -31,11 +31,11 @@ class PixelInspector {
   // something new to display.
   bool update();
 
-  // Sets the pixel under the cursor; absent: outside the picture.
+  // Sets the pixel under the cursor, or nullopt if the cursor is outside the picture.
   void set_cursor_pixel(const std::optional<Vec2i>& pixel);
   const std::optional<Vec2i>& cursor_pixel() const { return cursor_pixel_; }
-  // The inspection of the pixel under the cursor; absent while neither the display nor a click
-  // needs it.
+  // Returns the inspection of the pixel under the cursor, or nullopt while neither the display nor
+  // a click needs it.
   const std::optional<PixelInspection>& inspection() const { return inspection_; }
   // Toggles the display beside the cursor (WindowState::inspector).
   void toggle();
@@ -46,14 +46,15 @@ class PixelInspector {
   // Handles a double click: makes the point that is visible in this pixel the camera's pivot.
   void orbit_around(const Vec2i& pixel);
 
-  // The pixel to explain: the one that was clicked last, or that toggle_explanation() chose.
+  // Returns the pixel to explain: the pixel that was clicked last or that toggle_explanation()
+  // chose.
   const std::optional<Vec2i>& picked() const { return picked_; }
-  // Whether the explanation panel is open. It opens for the pixel under the cursor or, if the
-  // cursor is not over the picture, for the pixel picked before.
+  // Returns whether the explanation panel is open. It opens for the pixel under the cursor or, if
+  // the cursor is not over the picture, for the pixel picked before.
   bool shows_explanation() const { return shows_explanation_; }
   void toggle_explanation();
   const std::optional<PixelInspection>& explanation() const { return explanation_; }
-  // The text in the panel; empty if nothing is known.
+  // Returns the text in the panel, which is empty if nothing is known.
   std::string explanation_text() const;
   void copy_explanation();
 

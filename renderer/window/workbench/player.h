@@ -26,7 +26,7 @@ class Player {
 
   // Shows the frame that is due. Call whenever the window wakes up.
   void update();
-  // When the next frame is due, as a window_time_s(); 1e300 if not playing.
+  // Returns the window_time_s() at which the next frame is due, or 1e300 if not playing.
   double next_frame_s() const;
 
  private:

@@ -19,8 +19,8 @@ class SceneEditor {
  public:
   explicit SceneEditor(Workbench& bench) : bench_(bench) {}
 
-  // Call when the session has a new scene. Clears the history. `reread`: the scene is the same
-  // file, read again. The edits are then kept if they still fit.
+  // Call when the session has a new scene. Clears the history. `reread` says that the scene is the
+  // same file, read again. The edits are then kept if they still fit.
   void on_new_scene(bool reread);
 
   // `what` names the control; changes with the same name during one gesture form one undo step.
@@ -38,7 +38,7 @@ class SceneEditor {
   void clear_environment();
   void rotate_environment(double degrees);
 
-  // Switches all lights but `light` off; absent: ends solo. Solo is neither saved nor undoable.
+  // Switches off all lights except `light`; nullopt ends solo. Solo is neither saved nor undoable.
   void set_solo(const std::optional<LightEdit>& light);
   const std::optional<LightEdit>& solo() const { return solo_; }
 

@@ -51,7 +51,7 @@ class SceneFiles {
   const std::string first_scene_, first_edits_file_;
   Workbench& bench_;
   bool reloading_ = false;
-  std::string edits_file_, pending_edits_file_;  // empty: none
+  std::string edits_file_, pending_edits_file_;  // empty if there is none
   std::vector<PendingSave> saves_;
 };
 

@@ -28,7 +28,7 @@
 
 namespace emberline {
 
-// Which parts of the interface are open, and pending requests.
+// Says which parts of the interface are open, and holds pending requests.
 struct InterfaceState {
   bool show_shortcuts = false, show_messages = false;
   bool scene_dialog_requested = false, save_dialog_requested = false,
@@ -48,13 +48,13 @@ class Workbench {
   // Fetches updates from the session. Call whenever the window wakes up. Returns whether there is
   // something new to display. Throws UsageError if the journal is an input file of a new scene.
   bool update();
-  // `held`: a control, mouse button or flight key is held; all changes until its release form one
-  // undo step.
+  // `held` says whether a control, mouse button or flight key is held. All changes until its
+  // release form one undo step.
   void update_gesture(bool held);
   // `number` is the bookmark's number, for actions that store or recall a bookmark.
   void act(Action action, int number = 0);
 
-  // State as of the last update().
+  // Return the state at the last update().
   const LoadStatus& load_status() const { return load_status_; }
   const std::shared_ptr<const SessionPicture>& picture() const { return picture_; }
 

@@ -1,4 +1,4 @@
-// The library's frames that are saved, resumed, extended and merged.
+// Saves, resumes, extends and merges frames through the library.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -44,7 +44,7 @@ class LibraryCheckpoints : public ::testing::Test {
       ("library_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
 };
 
-// A stopped and resumed frame has the bits of one that was never stopped.
+// A frame that was stopped and resumed is identical, bit for bit, to a frame that never stopped.
 TEST_F(LibraryCheckpoints, StoppedFrameResumes) {
   for (const char* const driver : {"bucket", "bisection", "adaptive"}) {
     const Settings settings =
@@ -71,8 +71,8 @@ TEST_F(LibraryCheckpoints, StoppedFrameResumes) {
   }
 }
 
-// The frame is abandoned, or ended by an exception from its observer, before the file was first
-// saved.
+// The frame is abandoned, or its observer throws, before the first scheduled save of the
+// checkpoint. The checkpoint is written all the same.
 TEST_F(LibraryCheckpoints, AbandonedFrameResumes) {
   for (const char* const driver : {"bucket", "bisection", "adaptive"}) {
     for (const bool throws : {false, true}) {
@@ -99,7 +99,7 @@ TEST_F(LibraryCheckpoints, AbandonedFrameResumes) {
   }
 }
 
-// A resumable frame is not complete when its time limit ends it.
+// When the time limit ends a frame that can be resumed, the frame is not complete.
 TEST_F(LibraryCheckpoints, FrameOutOfTimeIsNotComplete) {
   const Settings settings = small("bisection").set("spp", "1000000").set("time-limit", "0.1");
   const Scene scene = box(settings);
@@ -215,7 +215,8 @@ TEST_F(LibraryCheckpoints, PartsBecomeTheWhole) {
   EXPECT_EQ(RenderedPicture(read_picture(file)).rec709(), RenderedPicture(whole).rec709());
 }
 
-// A checkpoint belongs to the scene as loaded: replaced files are detected.
+// A checkpoint belongs to the files from which the scene was loaded. If one of them has changed
+// since, the frame is refused.
 TEST_F(LibraryCheckpoints, UseTheFilesThatWereLoaded) {
   const auto copy = [&](const std::string& name, const std::string& from) {
     fs::copy_file(EMBERLINE_SCENES "/" + from, path(name), fs::copy_options::overwrite_existing);
@@ -252,8 +253,8 @@ TEST_F(LibraryCheckpoints, UseTheFilesThatWereLoaded) {
   EXPECT_TRUE(refused(scene)) << "its time is another";
 }
 
-// Some tiles meet the threshold while a few of their pixels have seen no noise: every pixel must
-// get samples in a round all the same. A saved tile can be read again.
+// Some tiles meet the threshold while a few of their pixels have seen no noise. Every pixel must
+// get samples in each round all the same, and a saved tile must be readable.
 TEST_F(LibraryCheckpoints, UnbiasedTilesAreFiniteAndCanBeRead) {
   const Settings settings = small("bucket")
                                 .set("size", "64x64")
@@ -276,8 +277,8 @@ TEST_F(LibraryCheckpoints, UnbiasedTilesAreFiniteAndCanBeRead) {
   }
 }
 
-// Settings and edits file describe another pose than the scene has. The checkpoint records the
-// scene's pose, so neither the command nor an unposed scene can resume it.
+// The settings and the edits file describe another pose than the scene has. The checkpoint records
+// the scene's pose, so a scene that is loaded from the settings alone cannot resume it.
 TEST_F(LibraryCheckpoints, AreOfTheScenesPose) {
   const std::string edits = path("edits.json");
   std::ofstream(edits) << R"({"emberline_edits": 1, "animation": {"time": 0.1}})";

@@ -1,4 +1,4 @@
-// Light groups, mattes, working spaces and denoising in the library.
+// Tests light groups, mattes, working spaces and denoising in the library.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -136,7 +136,7 @@ TEST_F(LibraryLayers, FilesAreTheCommands) {
   std::filesystem::remove(file);
 }
 
-// Files show the rendered scene, even if the scene changes afterwards.
+// A file shows the scene as it was rendered, even if the scene changes before the file is written.
 TEST_F(LibraryLayers, FilesAreOfTheSceneThatWasRendered) {
   const Settings settings = small().set("time", "0.25").set("spp", "1");
   Scene scene = Scene::animated(scene_file("moving_blade.glb"), settings);

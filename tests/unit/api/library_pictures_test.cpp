@@ -93,7 +93,7 @@ TEST_F(LibraryPictures, RejectsUnwritablePictures) {
   EXPECT_THROW(read_picture(file("none.exr")), InputError);
 }
 
-// Uniform differences, in closed form.
+// All pixels differ by the same amount, so each metric has a closed form.
 TEST_F(LibraryPictures, Compares) {
   std::vector<float> reference(3 * 8 * 8, 0.5f), image(reference.size(), 0.75f);
   const Comparison errors = compare(image.data(), reference.data(), 8, 8);

@@ -86,7 +86,7 @@ TEST_F(Library, EditableValuesChangeNothing) {
   EXPECT_EQ(render(scene, settings).values, whole.values);
 }
 
-// Light is linear: halving the only lamp halves every pixel, to the bit.
+// Light is linear: halving the only lamp halves every pixel exactly.
 TEST_F(Library, EditsMatchTheCommand) {
   const Settings settings = small();
   Scene scene(kScenes + "cornell_box.glb", settings);
@@ -248,7 +248,7 @@ TEST_F(Library, ErrorsNameTheProblem) {
   }
 }
 
-// Resources have the same ranges as the command's options.
+// The resources have the same ranges as the command's options.
 TEST_F(Library, RejectsInvalidResources) {
   const std::string file = kScenes + "cornell_box.glb";
   const Scene scene(file);

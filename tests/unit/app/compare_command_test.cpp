@@ -1,4 +1,4 @@
-// emberline compare on files: its output, the files that it writes, and its errors.
+// Runs emberline compare on files and checks its output, the files that it writes, and its errors.
 #include "renderer/app/commands.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace {
 
 class CompareTest : public OutputFolder {
  protected:
-  // Writes one tile of `channels` x width x height floats.
+  // Writes a picture of width x height pixels as one tile, with a float for each of the `channels`.
   std::string write_exr(const std::string& name, int width, int height,
                         const std::vector<std::string>& channels,
                         const std::vector<float>& pixels) {
@@ -65,7 +65,7 @@ TEST_F(CompareTest, JsonHasEveryMetric) {
   EXPECT_EQ(json.size(), 14u);
   EXPECT_EQ(json["width"], 2);
   EXPECT_EQ(json["height"], 1);
-  // Differences: blue 1 in the first pixel, red 0.5 in the second.
+  // The pictures differ by 1 in the blue of the first pixel and by 0.5 in the red of the second.
   EXPECT_DOUBLE_EQ(json["mse"], 1.25 / 6);
   EXPECT_DOUBLE_EQ(json["rmse"], std::sqrt(1.25 / 6));
   EXPECT_DOUBLE_EQ(json["signed_bias"], 1.5 / 5);
@@ -89,7 +89,7 @@ TEST_F(CompareTest, EqualPicturesHaveNullPsnr) {
   EXPECT_EQ(json["ssim"], 1);
 }
 
-// Pixels are matched by their position in the frame, whatever part of it a file holds.
+// Pixels are matched by their position in the frame, even if a file holds only part of the frame.
 TEST_F(CompareTest, CropsAreComparedWhereTheyLie) {
   const auto write_part = [&](const std::string& name, const Rect& crop, int width, int height) {
     ExrHeader header;
@@ -183,8 +183,8 @@ TEST_F(CompareTest, DifferencePictures) {
   const FloatImage picture = read_float_image(path("d.png"));
   ASSERT_EQ(picture.width, size);
   ASSERT_EQ(picture.channels(), 3);
-  // The non-finite pixel is pure green, an equal one is the map's black, and a different one is
-  // not.
+  // The non-finite pixel is pure green. An equal pixel has the map's black, and a different pixel
+  // is brighter.
   EXPECT_EQ(picture.values[0], 0.0f);
   EXPECT_EQ(picture.values[1], 1.0f);
   EXPECT_LT(picture.values[3 * (5 * 70 + 5)], 0.01f);

@@ -23,7 +23,7 @@ std::string rejection_message(const RenderOptions& options) {
   return "";
 }
 
-// The error for options of two frames that are otherwise valid.
+// Starts with valid options for two frames, changes them with `set`, and returns the error.
 template <typename Set>
 std::string message_of_settings(const Set& set) {
   RenderOptions options;
@@ -143,7 +143,7 @@ TEST(FrameRange, ATextGivesTheSameFrames) {
   EXPECT_EQ(format_frames(all), "1-1000000");
 }
 
-// A farm's text field may hold anything: it gives frames or a one-line error.
+// The text field of a render farm may hold anything. Any text gives frames or a one-line error.
 TEST(FrameRange, AnyTextIsFramesOrRefused) {
   std::mt19937 random(2);
   constexpr std::string_view kLetters = "0123456789-,x #";
@@ -197,7 +197,7 @@ TEST(FrameRange, EachFrameHasItsOwnNames) {
   EXPECT_EQ(own.reference, "ref.0004.exr");
   EXPECT_EQ(own.frame, 4.0);
   EXPECT_TRUE(own.frames.empty());
-  // These belong to the range, whatever their names contain.
+  // These two files belong to the whole range, so a # in their names is not replaced.
   EXPECT_EQ(own.save_settings, "take#2.json");
   EXPECT_EQ(own.progress_file, "p#.json");
 }
@@ -219,7 +219,7 @@ TEST(FrameRange, AnOutputForAllFramesIsRefused) {
   EXPECT_TRUE(
       message_of_settings([](RenderOptions& o) { o.snapshots = "s"; }).starts_with("--snapshots"));
   EXPECT_EQ(message_of_settings([](RenderOptions& o) { o.range_report = "r.json"; }), "");
-  // One frame's name may equal another's from a different pattern.
+  // Two patterns may give the same name to different frames.
   EXPECT_EQ(message_of_settings([](RenderOptions& o) {
               o.frames = {2, 12};
               o.outputs = {"a.#.exr", "a.1#.exr"};
@@ -239,7 +239,7 @@ TEST(FrameRange, TurntableDefinesItsOwnRange) {
   EXPECT_EQ(options_of_frame(options, 2).frame, 2.0);
   options.frames = {7};
   EXPECT_EQ(requested_frames(options), (Frames{7}));
-  // A turntable of one frame is a single frame.
+  // A turntable for which one frame is chosen renders that frame alone.
   options = {};
   options.turntable = Turntable{2, 3};
   EXPECT_TRUE(requested_frames(options).empty());

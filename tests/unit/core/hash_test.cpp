@@ -12,9 +12,10 @@
 namespace emberline {
 namespace {
 
-// Every input bit flips every output bit half of the time. With 32768 trials the standard deviation
-// is .0028, and the tolerance of .02 is seven of them; the finalisers' own biases (below .01) fit
-// in it. Inputs count up from 0, as pixel coordinates and sample indices do.
+// Every input bit must flip every output bit half of the time. With 32768 trials the standard
+// deviation is .0028. The tolerance of .02 is 7 standard deviations, and leaves room for the
+// finalisers' own biases of less than .01. The inputs count up from 0, as pixel coordinates and
+// sample indices do.
 template <typename Word, typename Hash>
 void expect_avalanche(Hash hash) {
   constexpr int kBits = 8 * sizeof(Word);
@@ -46,8 +47,8 @@ TEST(Hash, AvalancheOfCombinedHash) {
   expect_avalanche<uint64_t>([](uint64_t h) { return hash_combine64(h, 7u); });
 }
 
-// A bijection of 2^32 values maps a million inputs to distinct images (a random function would have
-// 116 collisions).
+// A bijection of 2^32 values maps a million inputs to a million different images. A random function
+// would have 116 collisions.
 template <typename Word, typename Hash>
 size_t distinct_images(Hash hash, Word stride) {
   std::vector<Word> images(1000000);
@@ -67,10 +68,11 @@ TEST(Hash, NoTwoInputsMeet) {
   EXPECT_EQ(distinct_images<uint64_t>([](uint64_t x) { return hash64(x); }, 1ull << 20), 1000000u);
 }
 
-// Inverts the finaliser step by step, which proves that it is a bijection.
+// The inverse of an odd number modulo 2^32. The test below uses it to undo the finaliser step by
+// step, which proves that the finaliser is a bijection.
 uint32_t inverse_of_odd(uint32_t a) {
-  uint32_t x = a;                               // 3 bits are right
-  for (int i = 0; i < 4; ++i) x *= 2u - a * x;  // Newton doubles them
+  uint32_t x = a;                               // the lowest 3 bits are right
+  for (int i = 0; i < 4; ++i) x *= 2u - a * x;  // each Newton step doubles that number
   return x;
 }
 TEST(Hash, Hash32CanBeUndone) {
@@ -98,7 +100,7 @@ TEST(Hash, OrderOfWordsMatters) {
   EXPECT_NE(hash_combine64(0, 0), 0u);
 }
 
-// Neighbours in a pixel grid are uncorrelated: the lag-1 correlation of hashed coordinates.
+// The hashes of neighbouring pixels are uncorrelated, and so are those of (x, y) and (y, x).
 TEST(Hash, NeighbouringPixelsAreUncorrelated) {
   constexpr int kSize = 512;
   const auto u = [](int x, int y) {
@@ -112,7 +114,7 @@ TEST(Hash, NeighbouringPixelsAreUncorrelated) {
       diagonal += u(x, y) * u(y, x) * (x != y);
     }
   }
-  const double limit = 5.0 / 12.0 * kSize;  // five standard deviations, false alarm 6e-7
+  const double limit = 5.0 / 12.0 * kSize;  // 5 standard deviations: the false-alarm rate is 6e-7
   EXPECT_LT(std::abs(right), limit);
   EXPECT_LT(std::abs(below), limit);
   EXPECT_LT(std::abs(diagonal), limit * std::sqrt(2.0));

@@ -1,4 +1,4 @@
-// Progress reports while a scene loads, and cancelling at any moment.
+// Tests the progress reports while a scene loads, and cancelling at any moment.
 #include "renderer/core/load_progress.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,8 @@ namespace {
 
 constexpr int kImages = 5;
 
-// Two textured squares, one of them placed twice, and a lamp flush in one.
+// The scene has five textured squares. The second is a lamp that lies flush in the first, and the
+// last three are placed twice each.
 class LoadProgressTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -37,7 +38,7 @@ class LoadProgressTest : public testing::Test {
     settings_.scene = scene_file(small_png());
   }
 
-  // `last_image` holds the bytes of the last image.
+  // Writes the scene. `last_image` holds the bytes of the last square's image.
   std::string scene_file(const std::vector<uint8_t>& last_image) const {
     GltfBuilder gltf;
     const int uv = gltf.add_accessor<float>("VEC2", {0, 0, 1, 0, 1, 1, 0, 1});
@@ -171,7 +172,7 @@ TEST_F(LoadProgressTest, BeforeItBegins) {
   EXPECT_THROW(load(progress), Cancelled);
 }
 
-// A wavy square of 2 n^2 triangles, once or as an instanced mesh.
+// A wavy square of 2 n^2 triangles, which is placed `instances` times in a row.
 SceneDescription large_scene(uint32_t n, int instances) {
   MeshDescription mesh;
   for (uint32_t y = 0; y <= n; ++y) {
@@ -218,8 +219,8 @@ TEST(LoadProgressOfEmbree, ABuildIsToldOfAndCalledOffWithin) {
   }
 }
 
-// Cancels from another thread at moments spread over the whole build. The header promises about 100
-// ms, after which memory is freed.
+// Cancels from another thread at moments spread over the whole build. The header promises at most
+// 250 ms. The limit of the test is 1 s.
 TEST_F(LoadProgressTest, IsCalledOffAtOnce) {
   const SceneDescription description = large_scene(500, 1);
   const double start = processor_seconds();

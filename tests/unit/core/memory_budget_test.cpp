@@ -34,7 +34,8 @@ TEST(MemoryBudget, RefusalNamesTheOwnerAndTheAmount) {
   EXPECT_EQ(budget.reserved(MemoryPart::kTextures), uint64_t(3) << 29);
 }
 
-// Memory may be released between a refusal and its message.
+// The message tells how much was left when the request was refused, even if memory has been
+// released since.
 TEST(MemoryBudget, RefusalTellsWhatWasLeftThen) {
   MemoryBudget budget(2000);
   budget.reserve(MemoryPart::kBvh, 1900, "");

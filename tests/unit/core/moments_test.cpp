@@ -19,7 +19,7 @@ std::vector<double> numbers(uint32_t count, double offset, double scale) {
 struct Reference {
   long double mean = 0, variance = 0;
 };
-// The naive form: two passes, in long double.
+// Computes the moments the simple way, with two passes in long double.
 Reference two_pass(const std::vector<double>& xs) {
   Reference r;
   for (const double x : xs) r.mean += x;
@@ -35,7 +35,7 @@ Moments running(const std::vector<double>& xs, size_t begin, size_t end) {
   return m;
 }
 
-// A large offset breaks the naive sum of squares: at 1e9 it has no correct digit left.
+// A naive sum of squares fails with a large offset: at 1e9 it has no correct digit left.
 TEST(Moments, AgreeWithTwoPasses) {
   for (const double offset : {0.0, 1.0, -1e4, 1e9}) {
     for (const double scale : {1e-3, 1.0, 1e6}) {
@@ -44,7 +44,7 @@ TEST(Moments, AgreeWithTwoPasses) {
       const Moments m = running(xs, 0, xs.size());
       EXPECT_EQ(m.count(), xs.size());
       EXPECT_NEAR(m.mean(), double(expected.mean), 1e-13 * (std::abs(offset) + scale));
-      // The deviation is limited by the rounding of the inputs' own magnitude.
+      // Rounding errors grow with the offset, so the variance becomes less accurate.
       const double known = 1e-12 + 1e-14 * std::abs(offset) / scale;
       EXPECT_NEAR(m.variance() / double(expected.variance), 1.0, known) << offset << " " << scale;
       EXPECT_DOUBLE_EQ(m.standard_error(), std::sqrt(m.variance() / 10001.0));

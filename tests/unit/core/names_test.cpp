@@ -28,7 +28,7 @@ TEST(Names, MessageListsAndSuggests) {
   EXPECT_EQ(unknown_name_message("integrator", "ambient-occlusion", kNames),
             "unknown integrator 'ambient-occlusion' (did you mean 'ambient_occlusion'?); valid "
             "names are path, direct, ambient_occlusion");
-  // No similar name: no suggestion.
+  // If no name is similar, the message suggests none.
   EXPECT_EQ(unknown_name_message("integrator", "photon", kNames),
             "unknown integrator 'photon'; valid names are path, direct, ambient_occlusion");
   EXPECT_EQ(unknown_name_message("integrator", "", kNames),
@@ -37,7 +37,7 @@ TEST(Names, MessageListsAndSuggests) {
             std::string::npos);
 }
 
-// Lists of more than twelve names are cut to the nearest three.
+// If there are more than twelve names, the message lists only the nearest three.
 TEST(Names, MessageOfManyNamesHasTheNearest) {
   constexpr std::string_view kNames[] = {
       "one", "two", "spp", "fps",  "seed", "min-spp",        "max-spp",
@@ -49,7 +49,8 @@ TEST(Names, MessageOfManyNamesHasTheNearest) {
   EXPECT_EQ(nearest_names("spp", {}), "");
 }
 
-// However long a name is, a message keeps its beginning, which names the place, and its end.
+// A message may contain a name of any length. It keeps its beginning, which names the place, and
+// its end.
 TEST(Names, MessagesCutNamesOfMegabytes) {
   const std::string name(3'000'000, 'n');
   const std::string_view valid[] = {"sobol", "independent"};

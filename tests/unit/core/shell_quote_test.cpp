@@ -1,4 +1,4 @@
-// A quoted word, parsed by the system's shell, gives the word again.
+// When the system's shell parses a quoted word, it must get the original word back.
 #include "renderer/core/shell_quote.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ std::string read_with_shell(const std::string& word) {
 void expect_round_trip(const std::string& word) {
   const std::string quoted = shell_quoted(word);
   EXPECT_EQ(read_with_shell(quoted), word) << quoted;
-  // It is printable: one line of UTF-8.
+  // The quoted word is printable: it is one line of UTF-8.
   for (std::string_view rest = quoted; !rest.empty();) {
     const size_t length = utf8_length(rest);
     ASSERT_GT(length, 0u) << quoted;
@@ -45,7 +45,7 @@ TEST(ShellQuote, RandomBytesComeBack) {
   for (int i = 0; i < 200; ++i) {
     std::string word;
     for (int k = int(random() % 12); k >= 0; --k) word += char(1 + random() % 255);
-    word += 'e';  // since a trailing newline would be cut off
+    word += 'e';  // since the shell cuts off a trailing newline
     expect_round_trip(word);
   }
 }

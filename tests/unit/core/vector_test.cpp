@@ -1,4 +1,4 @@
-// Shading frames, normalisation and the small vector helpers.
+// Tests shading frames, normalisation and the small vector helpers.
 #include "renderer/core/vector.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ Vec3f random_unit(uint32_t i) {
 
 void expect_orthonormal(const Vec3f& n) {
   const ShadingFrame f = ShadingFrame::from_normal(n);
-  // The paper's own bound is about 1e-6 for float; n itself is unit to 1e-7.
+  // The paper states an error of about 1e-6 for float. The length of n is 1 to within 1e-7.
   constexpr float kTolerance = 1.5e-6f;
   ASSERT_EQ(f.normal, n);
   ASSERT_NEAR(dot(f.tangent, f.tangent), 1.0f, kTolerance) << n;
@@ -39,7 +39,8 @@ TEST(ShadingFrame, OrthonormalForAMillionNormals) {
   for (uint32_t i = 0; i < 1000000; ++i) expect_orthonormal(random_unit(i));
 }
 
-// The axes, both zeros, and normals close to -Z, where the formula divides by sign + z.
+// Tries the axes, both signs of zero, normals close to +Z and -Z, and normals with z close to 0,
+// where the formula changes its sign.
 TEST(ShadingFrame, OrthonormalAtTheHardPlaces) {
   for (const float one : {1.0f, -1.0f}) {
     for (const float zero : {0.0f, -0.0f}) {
@@ -70,7 +71,8 @@ TEST(ShadingFrame, LocalAndWorldAreInverse) {
   EXPECT_EQ(up.to_local({0.1f, 0.2f, 0.3f}), Vec3f(0.1f, 0.2f, 0.3f));
 }
 
-// Vectors whose squared length is outside float's range, 1e-60 and 1e60, keep their direction.
+// A vector keeps its direction even if its squared length, such as 1e-58 or 1e60, is outside
+// float's range.
 TEST(NormalizeOr, AnyLengthThatHasADirection) {
   const Vec3f fallback(0, 0, 1);
   for (uint32_t i = 0; i < 10000; ++i) {
@@ -127,7 +129,7 @@ TEST(Rect, HalfOpen) {
   EXPECT_FALSE(r.contains(4, 7));
   EXPECT_FALSE(r.contains(1, 3));
   EXPECT_EQ(r.intersect({0, 0, 4, 4}), (Rect{2, 3, 4, 4}));
-  const Rect apart = r.intersect({5, 0, 9, 9});  // they touch without overlapping
+  const Rect apart = r.intersect({5, 0, 9, 9});  // the two rectangles touch without overlapping
   EXPECT_TRUE(apart.empty());
   EXPECT_EQ(apart.area(), 0);
   EXPECT_TRUE((Rect{7, 7, 3, 9}).empty());

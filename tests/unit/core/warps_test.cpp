@@ -1,4 +1,5 @@
-// Every warp of renderer/core/warps.h: pdf by chi-square, inverse by round trip, edges of u.
+// Tests every warp of renderer/core/warps.h: its pdf by chi-square, its inverse by a round trip,
+// and its values at the edges of u.
 #include "renderer/core/warps.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +24,7 @@ ChiSquareSettings settings(uint64_t seed) {
   return s;
 }
 
-// Values of u at the corners and edges, then random ones.
+// Values of u at the corners and edges, followed by random values.
 std::vector<Vec2f> probes() {
   std::vector<Vec2f> result;
   const float edges[] = {0.0f, 0x1p-24f, 0.25f, 0.5f, 0.75f, kOneMinusEpsilon};
@@ -33,7 +34,7 @@ std::vector<Vec2f> probes() {
   return result;
 }
 
-// The distance between two values of u, where 0 and 1 are the same angle.
+// The distance between two coordinates that stand for an angle, so that 0 and 1 coincide.
 float wrapped(float a, float b) { return std::min(std::abs(a - b), 1 - std::abs(a - b)); }
 
 TEST(Warps, DiskHasItsDensity) {
@@ -113,7 +114,8 @@ TEST(Warps, TriangleInvertsAndStaysInside) {
   }
 }
 
-// The harness must be able to fail: it finds a pdf that is 5 % too high on one half.
+// The harness must be able to fail: it detects a pdf that is 5 % too high on one half and 5 % too
+// low on the other half.
 TEST(ChiSquare, FindsAWrongDensity) {
   const auto uniform = [](TestRandom& r) -> std::optional<ChiSquarePoint> {
     return ChiSquarePoint{r.next(), r.next(), 1};
@@ -125,7 +127,7 @@ TEST(ChiSquare, FindsAWrongDensity) {
   EXPECT_FALSE(test::chi_square_test(uniform, [](double, double) { return 1.1; }));
 }
 
-// Rejected samples count as the missing mass of the pdf.
+// The rejected samples account for the mass that the pdf lacks.
 TEST(ChiSquare, AccountsForRefusedDraws) {
   const auto half = [](TestRandom& r) -> std::optional<ChiSquarePoint> {
     const Vec2f u = r.vec2();
@@ -142,13 +144,13 @@ TEST(ChiSquare, ComparesWeightsWithAFunction) {
     return ChiSquarePoint{u.x, u.y, 3.0 * u.x * u.x};
   };
   EXPECT_TRUE(test::chi_square_test(weighted, [](double x, double) { return 3 * x * x; }));
-  // A quarter of the draws sees twice the error.
+  // A short run has a quarter of the draws, so its error is twice as large.
   const double wrong = test::long_or_short(3.1, 3.2);
   EXPECT_FALSE(test::chi_square_test(weighted, [=](double x, double) { return wrong * x * x; }));
   EXPECT_FALSE(test::chi_square_test(weighted, [](double x, double) { return 2 * x; }));
 }
 
-// Tabulated chi-square quantiles: Abramowitz & Stegun table 26.8.
+// The quantiles are those of Abramowitz & Stegun, table 26.8.
 TEST(ChiSquare, PValuesMatchTables) {
   EXPECT_NEAR(test::chi_square_p_value(3.84146, 1), 0.05, 1e-6);
   EXPECT_NEAR(test::chi_square_p_value(18.3070, 10), 0.05, 1e-6);

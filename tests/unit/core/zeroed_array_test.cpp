@@ -1,4 +1,4 @@
-// The film's memory, small and with huge pages.
+// Tests the memory of the film, both small arrays and arrays in huge pages.
 #include "renderer/core/zeroed_array.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ bool all_zero(const ZeroedArray<T>& array) {
 }
 
 TEST(ZeroedArray, IsZeroWhenMadeAndAfterEachReset) {
-  // 5 million: 38 MiB, large enough for huge pages but not a multiple of them.
+  // 5 million doubles take 38 MiB, which is large enough for huge pages but not a multiple of them.
   for (const size_t size : {size_t(0), size_t(1), size_t(1000), size_t(5'000'001)}) {
     ZeroedArray<double> array;
     array.reset(size);

@@ -1,4 +1,4 @@
-// Key frames compared with the formulas of glTF 2.0, appendix C, implemented again here.
+// Compares key frames with the formulas of glTF 2.0, appendix C, which are implemented again here.
 #include "renderer/description/animation.h"
 #include "support/processor_time.h"
 
@@ -54,7 +54,8 @@ TEST(Animation, StepsHoldUntilTheNextKey) {
   }
 }
 
-// Key times are floats, frame times are not.
+// Key times are floats, but frame times are doubles. A frame at the time of a key must get its
+// value.
 TEST(Animation, AFrameAtAKeyIsThere) {
   Values times, values;
   for (int frame = 0; frame <= 1000; ++frame) {
@@ -84,7 +85,7 @@ TEST(Animation, LinesBetweenKeysAndHeldOutside) {
 }
 
 TEST(Animation, CubicSplinesAreTheAppendixs) {
-  // In-tangent, value, out-tangent.
+  // The values of each key are its in-tangent, its value and its out-tangent.
   const KeyFrames frames = keys(Interpolation::kCubicSpline, 2, {1, 3, 3.5f},
                                 {9, 9, 1, 2, 3, -4, -1, 5, 7, -8, 2, 6, 0.5f, 4, 0, 1, 9, 9});
   const double v0[] = {1, 2}, b0[] = {3, -4}, a1[] = {-1, 5}, v1[] = {7, -8};
@@ -146,7 +147,7 @@ TEST(Animation, RotationsNeedNotHaveUnitLength) {
 TEST(Animation, RotationsBetweenKeysHaveUnitLength) {
   const KeyFrames linear = keys(Interpolation::kLinear, 4, {0, 1}, {0, 0, 0, 1, 0, 0, 1, 0}, true);
   expect_near(at(linear, 1.0 / 3), turn(3.14159265358979323846 / 3, 0, 0, 1), 1e-15);
-  // The spline's tangents lead far off the unit sphere.
+  // The tangents take the spline far away from the unit sphere.
   const Values spline = {0, 0, 0, 0, 0, 0, 0, 1, 3, 0, 0, 0,  //
                          0, 4, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0};
   const KeyFrames frames = keys(Interpolation::kCubicSpline, 4, {0, 1}, spline, true);

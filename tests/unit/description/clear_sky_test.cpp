@@ -1,5 +1,5 @@
-// The clear sky compared with integrals and random walks that share only its atmosphere, and with
-// measurements of real skies.
+// Compares the clear sky with integrals and random walks, which share only the model of the
+// atmosphere with it, and with measurements of real skies.
 #include "renderer/description/clear_sky.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ Vec3d direction_of(double elevation, double azimuth) {
   return {std::cos(e) * std::sin(a), std::sin(e), -std::cos(e) * std::cos(a)};
 }
 
-// A sky in cd/m^2.
+// The picture of a clear sky, in cd/m^2.
 struct Picture {
   EnvironmentDescription sky;
 
@@ -46,7 +46,7 @@ struct Picture {
   Vec3d sun() const {
     return sky.sun ? to_double(sky.sun->irradiance) * kUnitLuminance : Vec3d(0.0);
   }
-  // Irradiance on level ground from the sky alone.
+  // The irradiance on level ground, from the sky without the sun.
   Vec3d irradiance() const {
     Vec3d sum(0.0);
     const int w = sky.image->width, h = sky.image->height;
@@ -61,7 +61,7 @@ struct Picture {
   Vec3d zenith() const { return at(0, 0); }
 };
 
-// ---- independent integration of the same atmosphere
+// ---- independent integration in the same atmosphere
 
 float extinction(const Density& d, size_t band) {
   const Coefficients& c = coefficients();
@@ -69,7 +69,8 @@ float extinction(const Density& d, size_t band) {
                double(c.haze_extinction) * d.haze);
 }
 
-// Distance to the ground or out of the atmosphere; `ground` tells which.
+// The distance to the ground, or to the top of the atmosphere if the ray misses the ground.
+// `ground` tells which.
 double distance_out(const Vec3d& from, const Vec3d& direction, bool* ground = nullptr) {
   const double b = dot(from, direction), r2 = from.length2();
   const double d = b * b - r2 + square(kGroundRadius);
@@ -78,8 +79,8 @@ double distance_out(const Vec3d& from, const Vec3d& direction, bool* ground = nu
   return down ? -b - std::sqrt(d) : -b + std::sqrt(b * b - r2 + square(kTopRadius));
 }
 
-// Optical depth of each band out of the atmosphere, by Simpson's rule; infinite if the earth is in
-// the way.
+// The optical depth of each band along the way out of the atmosphere, by Simpson's rule. It is
+// infinite if the earth is in the way.
 Spectrum depth_out(const Vec3d& from, const Vec3d& direction, int steps) {
   Spectrum depth{};
   bool ground = false;
@@ -96,7 +97,7 @@ Spectrum depth_out(const Vec3d& from, const Vec3d& direction, int steps) {
   return depth;
 }
 
-// Single scattering, by small equal steps.
+// Integrates single scattering in small, equal steps.
 Vec3d single_scattering(const Vec3d& direction, const Vec3d& sun) {
   constexpr int kSteps = 6000;
   const Vec3d eye(0, kGroundRadius + 1, 0);
@@ -119,8 +120,9 @@ Vec3d single_scattering(const Vec3d& direction, const Vec3d& sun) {
   return to_rgb(light);
 }
 
-// 1 % for steps, tables and the interpolation between rays, and 3 % in a channel. Where the sun is
-// low and reddens within a table's step, 3 and 5 %.
+// The tolerance allows for the steps, the tables and the interpolation between rays. It is 1 % of
+// the luminance, and 1.7 % of it in a channel. A low sun reddens within a step of the table, so the
+// tolerances are 3 % and 5.1 %.
 TEST(ClearSky, ScatteredOnceIsTheIntegral) {
   for (const double elevation : {70.0, 30.0, 5.0, -3.0}) {
     const Picture sky({elevation, 40, 0.0, false, 64});
@@ -145,7 +147,7 @@ Vec3d turned(const Vec3d& axis, double cosine, double turns) {
   return axis * cosine + (x * std::cos(a) + y * std::sin(a)) * sine;
 }
 
-// A random walk in one band, which samples the sun at every event.
+// Follows a random walk in one band and adds the sun's light at every event.
 double walk(Vec3d at, Vec3d direction, const Vec3d& sun, size_t band, double albedo,
             TestRandom& random) {
   const Coefficients& c = coefficients();
@@ -178,7 +180,8 @@ double walk(Vec3d at, Vec3d direction, const Vec3d& sun, size_t band, double alb
     const double cosine = dot(direction, sun);
     light += weight * (air * rayleigh_phase(cosine) + dust * haze_phase(cosine)) / (air + dust) *
              sunlight(at);
-    // A uniform direction, weighted by the phase function, whose peak is 7 times the mean.
+    // The direction is uniform, and the weight contains the phase function, whose peak is 7 times
+    // its mean.
     const double turn = 2 * random.next_double() - 1;
     weight *= 4 * kPiD * (air * rayleigh_phase(turn) + dust * haze_phase(turn)) / (air + dust);
     direction = turned(direction, turn, random.next_double());
@@ -186,9 +189,9 @@ double walk(Vec3d at, Vec3d direction, const Vec3d& sun, size_t band, double alb
   return light;
 }
 
-// Multiple scattering, a third to a half of all light, is less uniform than Hillaire's method
-// assumes: the tolerance is 5 % of the total under a high sun and 12 % under a low one. With
-// 600,000 walks the largest differences are 3 and 9 %.
+// Multiple scattering is a third to a half of all light. It is less uniform than Hillaire's method
+// assumes, so the tolerance is 5 % of the total under a high sun and 12 % under a low sun. With
+// 600,000 walks the largest differences are 3 % and 9 %.
 TEST(ClearSky, MultipleScatteringMatchesARandomWalk) {
   constexpr int kWalks = 30'000;
   for (const double elevation : {50.0, 10.0}) {
@@ -215,20 +218,22 @@ TEST(ClearSky, MultipleScatteringMatchesARandomWalk) {
 
 // ---- measurements
 
-// The sun's illuminance outside the atmosphere is 133.1 klx (ASTM E-490's spectrum).
+// The sun's illuminance outside the atmosphere is 133.1 klx (with the spectrum of ASTM E-490).
 TEST(ClearSky, TheSunOutsideTheAir) {
   Spectrum all;
   all.fill(1.0f);
   EXPECT_NEAR(luminance_of(to_rgb(all)), 133.1e3, 0.5e3);
-  // A Rayleigh depth of 0.0973 at 550 nm: D. Bodhaine et al., "On Rayleigh Optical Depth
-  // Calculations" (1999). Our exponential profile differs slightly from theirs: 12 %.
+  // The Rayleigh depth at 550 nm is 0.0973: D. Bodhaine et al., "On Rayleigh Optical Depth
+  // Calculations" (1999). Our exponential profile differs slightly from theirs, so the tolerance is
+  // 12 %.
   EXPECT_NEAR(double(coefficients().rayleigh[8]) * 8000, 0.0973, 0.012);
 }
 
-// Illuminances under clear skies: about 100 klx at noon, a tenth of it from the sky; 400 to 1000 lx
-// at sunset, 3.4 lx at the end of civil twilight and 0.008 lx at the end of nautical twilight (IES
-// Lighting Handbook; P. Seidelmann, "Explanatory Supplement to the Astronomical Almanac"). Those
-// are for particular conditions, while our air is clean and does not refract: within a factor of 2.
+// Under a clear sky the illuminance is about 100 klx at noon, with a tenth of it from the sky. It
+// is 400 to 1000 lx at sunset, 3.4 lx at the end of civil twilight and 0.008 lx at the end of
+// nautical twilight (IES Lighting Handbook; P. Seidelmann, "Explanatory Supplement to the
+// Astronomical Almanac"). These values hold for particular conditions, while our air is clean and
+// does not refract, so the tolerance is a factor of 2.
 TEST(ClearSky, IsAsBrightAsRealOnes) {
   const auto level = [](double elevation) {
     const Picture sky({elevation, 0, 0.3, true, test::long_or_short(512, 64)});
@@ -254,11 +259,11 @@ TEST(ClearSky, IsAsBrightAsRealOnes) {
     EXPECT_LT(now, before) << elevation;
     before = now;
   }
-  EXPECT_LT(before, 1e-4);          // starlight, which is not modelled, is 1e-3
+  EXPECT_LT(before, 1e-4);          // starlight would add 1e-3 lx but is not modelled
   EXPECT_EQ(level(-45).second, 0);  // the whole atmosphere is in shadow
 }
 
-// Blue overhead, white at the horizon, yellow and red in front of a low sun.
+// The sky is blue overhead, white at the horizon, and yellow and red in front of a low sun.
 TEST(ClearSky, HasItsColours) {
   const Picture noon({50, 0}), evening({1, 0});
   const Vec3d zenith = noon.zenith();
@@ -274,7 +279,7 @@ TEST(ClearSky, HasItsColours) {
   EXPECT_GT(sun.y, 10 * sun.z);
   EXPECT_GT(noon.sun().z, 0.6 * noon.sun().x);
   const Vec3d dusk = Picture({-5, 0}).zenith();
-  EXPECT_GT(dusk.z, 2 * dusk.y);  // ozone keeps it blue
+  EXPECT_GT(dusk.z, 2 * dusk.y);  // ozone keeps the zenith blue
 }
 
 TEST(ClearSky, SunIsAtItsAngles) {
@@ -293,7 +298,8 @@ TEST(ClearSky, SunIsAtItsAngles) {
         if (sky.at(x, y).x > sky.at(brightest.first, brightest.second).x) brightest = {x, y};
       }
     }
-    // Haze glows around the sun; the horizon below is brighter still.
+    // Haze glows around the sun, and the horizon below the sun is brighter still. So the test
+    // compares only the azimuth of the brightest pixel.
     Vec3d at = sky.direction(brightest.first, brightest.second);
     at.y = 0;
     EXPECT_GT(dot(at.normalized(), direction), std::cos(3 * kRadian)) << azimuth;

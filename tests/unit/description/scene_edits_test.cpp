@@ -1,4 +1,4 @@
-// The effects of each edit on a description, and the errors of invalid ones.
+// Tests the effects of each edit on a description, and the errors of invalid edits.
 #include "renderer/description/scene_edits.h"
 
 #include <gtest/gtest.h>
@@ -67,7 +67,7 @@ TEST(SceneEdits, LightsAreScaledTintedAndTurnedOff) {
   edit.intensity = 3.0f;
   edit.color = {1.0f, 0.5f, 0.0f};
   const SceneDescription scaled = edited_by(edits_of(edit));
-  EXPECT_EQ(scaled.lights[1].intensity, Rgb(6.0f, 1.5f, 0.0f));  // of (2, 1, 1)
+  EXPECT_EQ(scaled.lights[1].intensity, Rgb(6.0f, 1.5f, 0.0f));  // was (2, 1, 1)
   EXPECT_EQ(scaled.lights[0].intensity, Rgb(3.0f, 4.0f, 5.0f));
   edit.on = false;
   EXPECT_EQ(edited_by(edits_of(edit)).lights[1].intensity, Rgb(0.0f));
@@ -78,7 +78,8 @@ TEST(SceneEdits, AnEmissiveMaterialIsALight) {
   edit.intensity = 0.5f;
   edit.color = {1.0f, 2.0f, 3.0f};
   EXPECT_EQ(edited_by(edits_of(edit)).materials[kLampMaterial].emission, Rgb(3.0f, 6.0f, 9.0f));
-  // A light edit scales the result of the material's own edit, and a dark material stays dark.
+  // A light edit scales the result of the material's own edit. A material without emission stays
+  // dark.
   SceneEdits both = edits_of(edit);
   both.materials.push_back(material_edit(kLampMaterial));
   both.materials.back().emission = Rgb(1.0f);
@@ -168,7 +169,7 @@ TEST(SceneEdits, AnisotropyNeedsTangents) {
   EXPECT_TRUE(need_tangents(edits_of(edit)));
   expect_words(rejection_message(edits_of(edit)),
                {"shot.json#/materials/0: ", "tangents", "\"anisotropy\"", "'ball'"});
-  edit.target.index = kFloorMaterial;  // which has a normal map
+  edit.target.index = kFloorMaterial;  // this material has a normal map
   EXPECT_EQ(rejection_message(edits_of(edit)), "");
   edit.target.index = kBallMaterial;
   edit.anisotropy = 0.0f;
@@ -188,7 +189,7 @@ TEST(SceneEdits, FullyReflectingMaterialsHaveNoIndexOfRefraction) {
 }
 
 TEST(SceneEdits, UniqueNamesAreFoundAtAnyIndex) {
-  MaterialEdit edit = material_edit(0);  // its index before the file was exported again
+  MaterialEdit edit = material_edit(0);  // the index before the file was exported again
   edit.target.name = "glass";
   edit.roughness = 0.9f;
   EXPECT_EQ(edited_by(edits_of(edit)).materials[kGlassMaterial].roughness, 0.9f);
@@ -380,7 +381,7 @@ TEST(SceneEdits, AnOutlineHasAllButTheVertices) {
   EXPECT_EQ(kept.images, scene.images);
 }
 
-// The default light is added only once: lights turned off later leave darkness.
+// The default light is added only once. If lights are turned off later, the scene stays dark.
 TEST(SceneEdits, OnlyAFileWithoutLightIsGivenOne) {
   SceneBuilderForTests b;
   b.add_floor(1, 0, -1);

@@ -1,4 +1,5 @@
-// The channels for a denoiser: sample halves and features, also seen in mirrors and through glass.
+// Tests the channels for a denoiser: sample halves, and features, also as seen in mirrors and
+// through glass.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,7 +26,7 @@ FilmTile film_of(int width, int groups = -1) {
   return film;
 }
 
-// The value of a channel in one pixel of a film.
+// Returns the value of a channel in one pixel of a film.
 float value_of(const FilmTile& film, size_t pixel, const std::string& name) {
   const std::vector<std::string> names = film_channel_names(film.aovs());
   const auto at = std::ranges::find(names, name);
@@ -61,8 +62,8 @@ TEST(HalfChannels, AreMeansOfEachHalf) {
   }
 }
 
-// If the pixel shows another value, such as an average over rounds, the halves' weighted mean
-// follows it, and their difference stays that of the samples.
+// A pixel may show another value than its mean, such as an average over rounds. The weighted mean
+// of the halves follows this value, and their difference stays that of the samples.
 TEST(HalfChannels, FollowThePixel) {
   FilmTile film = film_of(1);
   const DenoiserFeatures seen;
@@ -97,7 +98,7 @@ TEST(HalfChannels, SharedValuesStayFinite) {
   EXPECT_NO_THROW(loaded.archive(loading));
 }
 
-// Law 4.
+// Law 4: a sample with a non-finite feature counts as black.
 TEST(HalfChannels, FeaturesAreFinite) {
   FilmTile film = film_of(1);
   DenoiserFeatures seen;
@@ -108,7 +109,7 @@ TEST(HalfChannels, FeaturesAreFinite) {
   EXPECT_EQ(value_of(film, 0, "half1.R"), 0.0f);
 }
 
-// Law 3, and the documented memory.
+// Law 3: the channels cost memory only if they are requested, and then as much as documented.
 TEST(HalfChannels, MatchTheirDocumentedCost) {
   FilmTile without((AovSet()));
   without.reset({0, 0, 1000, 1});
@@ -145,7 +146,7 @@ TEST(HalfChannels, AreCopiedAddedAndArchived) {
   float of_half[2][3];
   for (int half = 0; half < 2; ++half) put_half_lights(loaded, 0, half, of_half[half]);
   EXPECT_EQ(of_half[0][0], 3.0f);
-  EXPECT_EQ(of_half[1][0], 2.0f);  // of 3, 3 and 0
+  EXPECT_EQ(of_half[1][0], 2.0f);  // the mean of 3, 3 and 0
   EXPECT_EQ(value_of(loaded, 0, "half2.samples"), 3.0f);
   EXPECT_EQ(value_of(loaded, 0, "half2.R"), 2.0f);
   EXPECT_EQ(value_of(loaded, 0, "half2.nearness"), 4.0f);
@@ -153,8 +154,8 @@ TEST(HalfChannels, AreCopiedAddedAndArchived) {
   EXPECT_EQ(value_of(loaded, 0, "half2.shared.0.A"), 0.5f);
 }
 
-// A film of 5 x 4 pixels as rows of its channels. Every sample counts for the pixel to its right
-// with .75 and for its own with .25.
+// A film of 5 x 4 pixels, which is read as rows of its channels. Every sample counts with .75 for
+// the pixel to its right and with .25 for its own pixel.
 class Sharing : public ::testing::Test {
  protected:
   static constexpr Rect kCrop = {3, 7, 8, 11};
@@ -234,16 +235,16 @@ TEST_F(Sharing, RowsEqualThoseOfTheWhole) {
   EXPECT_EQ(names, summed_names_);
 }
 
-// A pixel keeps its own mean if its neighbours have less than half its samples or none, and where
+// A pixel keeps its own mean if its neighbours have less than half of its samples, or none, or if
 // the weights are unknown.
 TEST_F(Sharing, NeedsNeighboursThatKnowEnough) {
   add_all();
-  add(5, 8, 5.0f, 5);  // 9 in all: its neighbours' 4 are less than half
+  add(5, 8, 5.0f, 5);  // 9 in all; the 4 of its neighbours are less than half
   EXPECT_EQ(sum_at(summed(), 5, 8), 5.0f);
   EXPECT_EQ(sum_at(summed(), 4, 9), 3.25f);
   film_.reset(kCrop);
   for (int x = 3; x < 8; ++x) add(x, 8, float(x), 4);
-  EXPECT_EQ(sum_at(summed(), 5, 8), 5.0f);  // none in the row below
+  EXPECT_EQ(sum_at(summed(), 5, 8), 5.0f);  // the row below has none
 }
 
 TEST_F(Sharing, StaysFinite) {
@@ -255,7 +256,7 @@ TEST_F(Sharing, StaysFinite) {
 
 class Seen : public ::testing::Test {
  protected:
-  // The mean of a channel over both halves, at the frame's centre.
+  // Returns the mean of a channel over both halves, at the centre of the frame.
   float middle(const std::string& name) const {
     const auto at = std::ranges::find(image_.channels, "half1." + name);
     EXPECT_NE(at, image_.channels.end()) << name;
@@ -275,7 +276,8 @@ class Seen : public ::testing::Test {
   RenderedImage image_;
 };
 
-// A mirror 3 below, at 45 degrees, shows the wall beside it, 2 farther away.
+// The mirror is 3 below the camera, at 45 degrees. It shows the wall beside it, which is 2 farther
+// away.
 TEST_F(Seen, MirrorsHaveTheFeaturesOfTheirReflection) {
   const int mirror = scene_.add_material(metal(Rgb(0.5f, 1.0f, 1.0f), 0.0f));
   const int wall = scene_.add_material(lambert(Rgb(0.8f, 0.4f, 0.2f)));
@@ -289,7 +291,8 @@ TEST_F(Seen, MirrorsHaveTheFeaturesOfTheirReflection) {
   EXPECT_NEAR(middle("albedo.B"), 0.2f, 0.02f);
 }
 
-// Features are seen through a pane; 1 in 13 samples sees the empty background reflected in it.
+// Features are seen through a pane. One in 13 samples sees the empty background, reflected in the
+// pane.
 TEST_F(Seen, ThroughAPaneOfGlass) {
   const int pane = scene_.add_material(glass(1.5f, 0.0f, false));
   const int floor = scene_.add_material(lambert(Rgb(0.6f)));
@@ -324,8 +327,8 @@ TEST_F(Seen, AShadowIsNotLit) {
   EXPECT_EQ(middle("visibility"), 1.0f);
 }
 
-// Laws 2 and 3: equal bits for all drivers, thread counts and crops, and R G B and all other
-// channels as without denoising.
+// Laws 2 and 3: all drivers, thread counts and crops give equal bits, and R G B and all other
+// channels are as without denoising.
 TEST(DenoisingChannels, DependOnlyOnTheSamples) {
   const std::unique_ptr<Scene> scene = busy_scene();
   RenderSettings s;
@@ -354,7 +357,8 @@ TEST(DenoisingChannels, DependOnlyOnTheSamples) {
   expect_same_bits(render(*scene, busy_view(), s), with, "a crop");
 }
 
-// A small sample count is halved; a larger one alternates between the two streams.
+// A small number of samples is split in the middle. A larger number alternates between the two
+// halves.
 TEST(HalfOfASample, ChangesWithTheStreamOrInTheMiddle) {
   const auto block = [](uint32_t spp) {
     FrameSettings settings;

@@ -39,7 +39,7 @@ TEST_F(CgroupMemoryLimit, VersionOneHasItsOwnMount) {
   set("memory/docker/1a2b/memory.limit_in_bytes", "5000");
   const std::string groups = "12:cpu,cpuacct:/docker/1a2b\n3:memory:/docker/1a2b\n0::/system\n";
   EXPECT_EQ(limit(groups), 5000u);
-  // In a container the host's path does not exist and the top-level limit counts.
+  // In a container the host's path does not exist, and the top-level limit counts.
   set("memory/memory.limit_in_bytes", "4000");
   EXPECT_EQ(limit("3:memory:/elsewhere\n"), 4000u);
 }

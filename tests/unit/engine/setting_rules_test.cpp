@@ -19,7 +19,7 @@
 namespace emberline {
 namespace {
 
-// Makes conditions true that are not settings, or that are special values of a setting.
+// Makes conditions true that are not settings or that are special values of a setting.
 const std::map<std::string, void (*)(RenderOptions&)> kOptions = {
     {"output FILE.exr", [](RenderOptions& o) { o.outputs = {"a.exr"}; }},
     {"report FILE.html", [](RenderOptions& o) { o.reports = {"a.html"}; }},
@@ -61,7 +61,7 @@ std::vector<std::string> values_of(const Setting& setting) {
   return values;
 }
 
-// The settings and options that are given; everything else has its default.
+// The settings and options that are given. Everything else has its default.
 struct Given {
   std::map<std::string, std::string> settings;
   std::set<std::string> options;
@@ -98,7 +98,8 @@ std::vector<SettingRule> all_rules() {
   return all;
 }
 
-// Searches options for which `about` holds and that break only `wanted`, or no rule if it is null.
+// Searches for options for which `about` holds and which break only `wanted`, or no rule if
+// `wanted` is null.
 class Search {
  public:
   Search(const std::vector<SettingRule>& rules, const SettingRule* wanted,
@@ -166,7 +167,7 @@ TEST(SettingRules, EveryRuleCanBeBrokenAloneAndObeyed) {
   const std::vector<SettingRule> rules = all_rules();
   ASSERT_GT(rules.size(), 40u);
   for (const SettingRule& rule : rules) {
-    if (rule.violation) continue;  // see below
+    if (rule.violation) continue;  // tested below
     ASSERT_TRUE(!rule.needs.empty() || !rule.excludes.empty()) << rule.reason;
     for (const SettingCondition& about : rule.about) {
       Given given;
@@ -186,7 +187,7 @@ TEST(SettingRules, EveryRuleCanBeBrokenAloneAndObeyed) {
   }
 }
 
-// Every exclusion is needed: none follows from another rule.
+// Every exclusion is needed: none of them follows from another rule.
 TEST(SettingRules, EachExclusionIsRefusedByItsOwnRule) {
   const std::vector<SettingRule> rules = all_rules();
   for (size_t i = 0; i < rules.size(); ++i) {
@@ -293,7 +294,8 @@ bool contains(const AnyCondition& list, const SettingCondition& condition) {
       list, [&](const SettingCondition& of_list) { return same(condition, of_list); });
 }
 
-// The reasons of two rules of which one needs what the other excludes, or an empty string.
+// Searches for two rules of which one needs what the other excludes. Returns their reasons, or an
+// empty string.
 std::string contradiction(std::span<const SettingRule> rules) {
   for (const SettingRule& one : rules) {
     for (const SettingRule& other : rules) {

@@ -26,7 +26,8 @@ FrameSettings all_non_default() {
   return settings;
 }
 
-// Fails to compile when FrameSettings gets a new member: give it a row, or list it here.
+// Does not compile if FrameSettings gets a new member. Give the member a row in the table, or list
+// it here.
 TEST(SettingTable, HasEveryMember) {
   const FrameSettings settings;
   const auto& [scene, resource_root, driver, integrator, sampler, filter, filter_radius, spp,
@@ -40,7 +41,7 @@ TEST(SettingTable, HasEveryMember) {
                cryptomatte_levels, catchers, holdouts, light_groups, half, exr_compression,
                exr_parts, denoise] = settings;
   constexpr size_t kMembers = 65;
-  // All but the scene; width and height share a row.
+  // Every member has a row except the scene, and width and height share one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kNonDefaults.size(), setting_table().size());
   EXPECT_TRUE(scene.empty());
@@ -52,7 +53,7 @@ TEST(SettingTable, NamesAreThereOnce) {
     EXPECT_TRUE(names.insert(setting.name).second) << setting.name;
     EXPECT_TRUE(setting.help.full.ends_with('.')) << setting.name;
     EXPECT_LE(setting.help.brief.size(), 70u) << setting.name;
-    // A default is said once: by the value's text, or in words.
+    // A default is stated once, either by the text of the value or in words.
     EXPECT_TRUE(setting.help.fallback.empty() || setting.text(FrameSettings()).empty())
         << setting.name;
   }
@@ -108,7 +109,7 @@ TEST(SettingTable, AFileGivesTheSameSettings) {
   std::ofstream(path) << settings_json(settings, path);
   FrameSettings read;
   read_settings(path, read);
-  // Paths are read back relative to the file.
+  // Paths in the file are relative to it and are resolved when they are read.
   for (const Setting& setting : setting_table()) {
     const std::string text = setting.text(read);
     if (!setting.file) {

@@ -19,7 +19,7 @@
 namespace emberline {
 namespace {
 
-// Becomes a user who may start `more` threads beyond those that libraries have started.
+// Becomes a user who may start `more` threads in addition to those that libraries have started.
 void limit_threads(rlim_t more) {
   const std::filesystem::directory_iterator threads("/proc/self/task");
   const auto there = rlim_t(std::distance(begin(threads), end(threads)));
@@ -33,7 +33,7 @@ TEST(WorkerThreads, StartsTheRequestedNumber) {
   EXPECT_EQ(WorkerThreads(0).count(), usable_processors());
 }
 
-// The mask that taskset, containers and batch systems set for a thread and its children.
+// taskset, containers and batch systems set this mask for a thread and its children.
 TEST(WorkerThreads, TheAffinityMaskCounts) {
   cpu_set_t before;
   ASSERT_EQ(sched_getaffinity(0, sizeof before, &before), 0);
@@ -52,8 +52,8 @@ TEST(WorkerThreads, TheAffinityMaskCounts) {
   ASSERT_EQ(sched_setaffinity(0, sizeof before, &before), 0);
 }
 
-// The error is one line whether the refused thread is the one that work waits for (the second), or
-// one of TBB's own.
+// The refused thread may be the second, which work waits for, or one of TBB's own. In both cases
+// the error is one line.
 TEST(WorkerThreads, AThreadThatTbbIsRefusedIsOneLine) {
   if (::getuid() != 0) GTEST_SKIP() << "limits count all that a user runs; root can become another";
   ::testing::GTEST_FLAG(death_test_style) = "threadsafe";

@@ -1,4 +1,4 @@
-// Pixel filters: the map compared with the profiles, whose integrals are known in closed form.
+// Compares the map of each pixel filter with its profile, whose integral is known in closed form.
 // Every row of the table is tested.
 #include "renderer/film/filter.h"
 
@@ -42,7 +42,7 @@ Vec2f random_point(uint32_t i) {
   return {to_unit_float(uint32_t(bits)), to_unit_float(uint32_t(bits >> 32))};
 }
 
-// Midpoint rule on `steps` cells of [0, 1].
+// Integrates f over [0, 1] by the midpoint rule on `steps` cells.
 double integrate(const std::function<double(double)>& f, int steps = 200000) {
   double sum = 0;
   for (int i = 0; i < steps; ++i) sum += f((i + 0.5) / steps);
@@ -69,12 +69,13 @@ TEST_P(EveryFilter, OffsetsStayInTheSupport) {
 }
 
 // The map increases in u, so that stratified numbers give stratified offsets. The integral of |f|
-// up to the offset is u, by quadrature in double; the table is linear between 253 knots.
+// up to the offset must be u. The test computes the integral by quadrature in double, while the
+// table is linear between 253 knots.
 TEST_P(EveryFilter, MapInvertsTheProfilesIntegral) {
   const FilterEntry& e = entry();
   const PixelFilter f = filter();
   constexpr int kSteps = 1 << 16;
-  std::vector<double> parts = {0.0};  // of |f| over [0, i / kSteps]
+  std::vector<double> parts = {0.0};  // integrals of |f| over [0, i / kSteps]
   for (int i = 0; i < kSteps; ++i) {
     parts.push_back(parts.back() + std::abs(e.profile((i + 0.5) / kSteps)));
   }
@@ -105,7 +106,8 @@ TEST_P(EveryFilter, SymmetricAboutTheCentre) {
   }
 }
 
-// Offsets follow the profile: chi-square over a 20 x 20 grid, false alarm 1e-6.
+// The offsets follow the profile. The chi-square test on a 20 x 20 grid has a false-alarm rate of
+// 1e-6.
 TEST_P(EveryFilter, ChiSquare) {
   const FilterEntry& e = entry();
   const PixelFilter f = filter();
@@ -130,7 +132,8 @@ TEST_P(EveryFilter, WeightsAreSignedAndAverageToOne) {
   const double integral = integrate([&](double x) { return e.profile(x); });
   const double magnitude = integrate([&](double x) { return std::abs(e.profile(x)); });
   const double size = square(magnitude / integral);
-  // With stratified u, an n x n grid gives the mean except for strips that straddle a sign change.
+  // With stratified u, an n x n grid gives the exact mean, except in strips that straddle a sign
+  // change.
   constexpr int kGrid = 1024;
   double sum = 0;
   for (int y = 0; y < kGrid; ++y) {
@@ -153,7 +156,7 @@ TEST_P(EveryFilter, WeightsAreSignedAndAverageToOne) {
 }
 
 // Every filter reproduces a linear ramp across the frame: E[w (a + b x + c y)] = a. The second
-// moment is the profile's, so the blur has the right width.
+// moment is that of the profile, so the blur has the right width.
 TEST_P(EveryFilter, ReconstructsALinearRamp) {
   const FilterEntry& e = entry();
   const PixelFilter f = filter();
@@ -161,7 +164,8 @@ TEST_P(EveryFilter, ReconstructsALinearRamp) {
   double ramp = 0, second = 0;
   for (int y = 0; y < kGrid; ++y) {
     for (int x = 0; x < kGrid; ++x) {
-      // The small shift keeps grid lines off the sign changes, so that strips are split evenly.
+      // The shift by half a cell keeps grid lines off the sign changes, so that strips are split
+      // evenly.
       const FilterSample s = f.sample({(float(x) + 0.5f) / kGrid, (float(y) + 0.5f) / kGrid});
       ramp += s.weight * (2.0 * s.offset.x - 3.0 * s.offset.y);
       second += s.weight * s.offset.x * s.offset.x;
@@ -174,8 +178,9 @@ TEST_P(EveryFilter, ReconstructsALinearRamp) {
   EXPECT_NEAR(second / (kGrid * double(kGrid)), exact, 2e-3);
 }
 
-// The neighbours' samples that count for a pixel have the same expectation as the pixel's own, at a
-// smooth place and at an edge, and so do the weights.
+// The samples that count for a pixel, weighted by its shares in them, have the same expectation as
+// the pixel's own weighted samples. This holds at a smooth place, at an edge, and for the weights
+// alone.
 TEST_P(EveryFilter, SharesOfNeighboursMakeThePixel) {
   constexpr int kGrid = 2048;
   for (const float radius : {entry().default_radius, 0.7f}) {
@@ -192,7 +197,7 @@ TEST_P(EveryFilter, SharesOfNeighboursMakeThePixel) {
         const auto here = light(s.offset);
         for (size_t i = 0; i < 3; ++i) own[i] += double(s.weight) * here[i];
         for (size_t k = 0; k < kSharedPixels; ++k) {
-          // A sample of the pixel on the opposite side.
+          // The pixel gets share k of a sample from the neighbour on the side opposite to k.
           const Vec2f from = {1.0f - float(k % 3), 1.0f - float(k / 3)};
           const auto there = light(from + s.offset);
           for (size_t i = 0; i < 3; ++i) shared[i] += double(shares[k]) * there[i];
@@ -212,8 +217,8 @@ TEST(PixelFilterBox, SharesNothingOfThePixelsOwn) {
 }
 
 // With the sobol sampler a filtered edge converges faster than Monte Carlo, because the maps keep
-// the stratification. 400 pixels give each variance to 7 %; random sampling would give a ratio of
-// 16.
+// the stratification. 400 pixels determine each variance to 7 %. Random sampling would give a ratio
+// of 16.
 TEST_P(EveryFilter, KeepsStratification) {
   const PixelFilter f = filter();
   const auto sampler = create_sampler("sobol", {});
@@ -238,7 +243,7 @@ TEST(PixelFilterClosedForms, Normalisation) {
   const auto integral = [&](size_t i) { return 2 * integrate(entries[i].profile); };
   ASSERT_EQ(entries[0].name, "box");
   EXPECT_NEAR(integral(0), 2.0, 1e-12);
-  ASSERT_EQ(entries[1].name, "gaussian");  // integral of exp(-4.5 x^2) minus its edge, on [-1, 1]
+  ASSERT_EQ(entries[1].name, "gaussian");  // integral of exp(-4.5 x^2) - exp(-4.5) on [-1, 1]
   EXPECT_NEAR(integral(1), std::sqrt(kPiD / 4.5) * std::erf(std::sqrt(4.5)) - 2 * std::exp(-4.5),
               1e-9);
   ASSERT_EQ(entries[2].name, "blackman-harris");  // the cosines integrate to zero
@@ -249,7 +254,7 @@ TEST(PixelFilterClosedForms, Normalisation) {
   EXPECT_NEAR(integral(3), 0.5, 1e-9);
 }
 
-// Mitchell's cubic in its published form, B = C = 1/3.
+// Compares with Mitchell's cubic in its published form, with B = C = 1/3.
 TEST(PixelFilterClosedForms, MitchellAgreesWithThePaper) {
   constexpr double kB = 1.0 / 3, kC = 1.0 / 3;
   for (int i = 0; i <= 1000; ++i) {
@@ -272,8 +277,9 @@ TEST(PixelFilterBox, IsExactlyThePixel) {
   }
 }
 
-// The mean weight without sampling noise, from the share of u on each side of the sign change at
-// 8/7 of Mitchell's 2 pixels, found by bisection.
+// Computes the mean weight without sampling noise, from the shares of u on both sides of the sign
+// change. Mitchell's radius is 2 pixels, and the sign changes at 8/7 pixels. Bisection finds the u
+// for it.
 TEST(PixelFilterClosedForms, MitchellWeightsAverageToOne) {
   const PixelFilter f = PixelFilter::create("mitchell");
   float low = 0.5f, high = 1.0f;
@@ -284,8 +290,8 @@ TEST(PixelFilterClosedForms, MitchellWeightsAverageToOne) {
   const double positive = 2.0 * double(low) - 1.0;
   const double weight = std::sqrt(double(f.sample({0.5f, 0.5f}).weight));
   EXPECT_NEAR(weight * (positive - (1.0 - positive)), 1.0, 1e-6);
-  // A negative lobe is 7/18 s^2 (d - s) with s = 2 - t and d = 6/7, and its integral is 7/18 d^4 /
-  // 12; the two of them turn a unit integral into 1 + 4 * 7/18 d^4 / 12.
+  // A negative lobe is 7/18 s^2 (d - s) with s = 2 - t and d = 6/7. Its integral is 7/18 d^4 / 12.
+  // With two such lobes, the integral of the absolute value is 1 + 4 * 7/18 d^4 / 12.
   const double d = 6.0 / 7.0;
   EXPECT_NEAR(weight, 1.0 + 4.0 * 7.0 / 18.0 * d * d * d * d / 12.0, 2e-5);
 }

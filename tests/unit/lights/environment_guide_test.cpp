@@ -1,4 +1,5 @@
-// Environment samples guided by the visibility in regions of a scene: their pdfs, and the regions.
+// Tests environment samples guided by the visibility in regions of a scene: their pdfs, and the
+// regions.
 #include "renderer/lights/environment_guide.h"
 
 #include <fmt/format.h>
@@ -30,7 +31,8 @@ std::shared_ptr<const Image> map_of(int width, int height, bool spikes) {
   });
 }
 
-// One region of upward-facing points, whose visibility of each tile is given by `visibility`.
+// Returns one region of points that face upwards. `visibility` gives the visibility of each tile
+// from there.
 SkyRegions one_region(const std::function<float(int tile)>& visibility, uint32_t places = 100) {
   SkyRegions regions(Vec3f(-1.0f), Vec3f(1.0f));
   const int region = regions.find_or_add(Vec3f(0.0f), Vec3f(0, 1, 0));
@@ -41,7 +43,7 @@ SkyRegions one_region(const std::function<float(int tile)>& visibility, uint32_t
   return regions;
 }
 
-// Most tiles are closed, the others partly open.
+// Most tiles are closed, and the others are partly open.
 float through_a_window(int tile) {
   TestRandom random(3, uint64_t(tile));
   return random.next() < 0.2f ? random.next() : 0.0f;
@@ -93,7 +95,7 @@ TEST(SkyTiles, ADirectionIsInItsTile) {
   for (int tile = 0; tile < sky_tiles::kCount; ++tile) {
     for (uint64_t draw = 0; draw < 50; ++draw) {
       TestRandom random(uint64_t(tile), draw);
-      const Vec2f u = random.vec2() * 0.998f + Vec2f(0.001f);  // within rounding of an edge
+      const Vec2f u = random.vec2() * 0.998f + Vec2f(0.001f);  // not within rounding of an edge
       const Vec3f direction = sky_tiles::direction_in(tile, u);
       EXPECT_NEAR(direction.length(), 1.0f, 1e-6f);
       EXPECT_EQ(sky_tiles::tile_of(direction), tile) << direction.x << " " << direction.y;
@@ -182,7 +184,7 @@ TEST(EnvironmentGuide, SampleMatchesALookupInItsDirection) {
       ASSERT_GT(s.pdf, 0.0f) << name;
       float pdf;
       const Rgb radiance = look(guide, s.direction, &pdf);
-      // At the edge of a tile or of the sun, rounding may choose the other side.
+      // At the edge of a tile or of the sun, rounding may choose the other side of the edge.
       const bool same = std::abs(pdf - s.pdf) <= 1e-2f * s.pdf &&
                         (radiance - s.radiance).length() <= 1e-2f * s.radiance.length();
       differ += same ? 0 : 1;
@@ -191,7 +193,7 @@ TEST(EnvironmentGuide, SampleMatchesALookupInItsDirection) {
   }
 }
 
-// Without knowledge, or with equal visibility everywhere, samples follow the light.
+// Without knowledge, or with the same visibility everywhere, samples follow the light.
 TEST(EnvironmentGuide, WithoutKnowledgeGoesByLight) {
   const EnvironmentLight light(map_of(64, 32, false), 1.0f, 0.0f,
                                EnvironmentLightSettings{.mis_compensation = 0});
@@ -225,7 +227,7 @@ TEST(EnvironmentGuide, PointsOfNoRegionHaveTheLightsOwnBits) {
   }
 }
 
-// A batch of mixed requests gives each what it gets alone.
+// In a batch of mixed requests, each request gets what it would get alone.
 TEST(EnvironmentGuide, ABatchIsItsSamples) {
   for (const auto& [name, light] : lights()) {
     EnvironmentGuide guide(*light);
@@ -248,7 +250,7 @@ TEST(EnvironmentGuide, ABatchIsItsSamples) {
   }
 }
 
-// The open part has hardly any light, so guiding gains nothing; nothing may overflow.
+// The open part has hardly any light, so guiding gains nothing. Nothing may overflow.
 TEST(EnvironmentGuide, AnOpeningToTheDark) {
   for (const float dim : {1e-6f, 1e-20f, 1e-40f, 0.0f}) {
     const auto image = float_map(64, 32, [&](int, int row) { return Rgb(row < 16 ? dim : 1.0f); });
@@ -266,8 +268,8 @@ TEST(EnvironmentGuide, AnOpeningToTheDark) {
   }
 }
 
-// A dim texel among black ones, which the tables omit, must still be sampled: a shadow catcher has
-// no other technique.
+// The tables omit a dim texel among black ones. It must still be sampled, because a shadow catcher
+// has no other technique.
 TEST(EnvironmentGuide, NothingThatShinesIsLeftOut) {
   constexpr int kWidth = 1024, kHeight = 512;
   for (int dot = 0; dot < 20; ++dot) {
@@ -280,7 +282,7 @@ TEST(EnvironmentGuide, NothingThatShinesIsLeftOut) {
     EnvironmentGuide guide(light);
     guide.set_regions(SkyRegions::single_region());
     const double theta = (row + 0.5) * kPiD / kHeight;
-    // In every direction in which the texel may be.
+    // Looks in every direction in which the texel may be.
     int found = 0;
     for (int c = 0; c < kWidth; ++c) {
       const double phi = (c + 0.5) * 2 * kPiD / kWidth;
@@ -297,7 +299,7 @@ TEST(EnvironmentGuide, NothingThatShinesIsLeftOut) {
   }
 }
 
-// The fewer points a region's visibility comes from, the more samples ignore it.
+// The fewer points contributed to the visibility of a region, the more samples ignore it.
 TEST(EnvironmentGuide, TrustsFewPointsLess) {
   const EnvironmentLight light(Rgb(1.0f));
   const auto closed = [&](uint32_t places) {

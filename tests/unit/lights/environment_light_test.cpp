@@ -1,4 +1,4 @@
-// The environment: radiance, pdf, and irradiance.
+// Tests the environment: its radiance, pdf and irradiance.
 #include "renderer/lights/environment_light.h"
 
 #include <Imath/half.h>
@@ -43,7 +43,8 @@ Map random_map(int width, int height, uint64_t seed) {
   return map;
 }
 
-// A few texels thousands of times brighter, in the corners, on the seam and inside.
+// A random map with a few texels that are about a thousand times brighter, in a corner, on the
+// seam, inside and at the bottom.
 Map spiky_map(int width, int height, uint64_t seed) {
   Map map = random_map(width, height, seed);
   map.at(0, 0) *= 4000.0f;
@@ -73,7 +74,7 @@ std::shared_ptr<const Image> image_of(const Map& map, TexelType type = TexelType
   return image;
 }
 
-// The definition, in double, by angles: theta from +Y, phi = atan2(z, x).
+// The radiance by its definition, in double and by angles: theta from +Y, and phi = atan2(z, x).
 Vec3d reference_radiance(const Map& map, double theta, double phi) {
   const double s = (0.5 + phi / (2 * kPiD)) * map.width - 0.5, t = theta / kPiD * map.height - 0.5;
   const double fs = s - std::floor(s), ft = t - std::floor(t);
@@ -91,8 +92,8 @@ Vec3f direction_of(double theta, double phi) {
                float(std::sin(theta) * std::sin(phi)));
 }
 
-// Integral over the sphere of f(theta, phi) sin theta by 4-point Gauss-Legendre in every cell
-// between texel centres (halved at the equator), within which f is smooth.
+// Integrates f(theta, phi) sin theta over the sphere, by 4-point Gauss-Legendre in every cell
+// between texel centres, where f is smooth. Cells at the equator are halved.
 double integrate_sphere(int width, int height, const std::function<double(double, double)>& f) {
   static const double kNode[4] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563,
                                   0.8611363115940526};
@@ -118,7 +119,7 @@ double integrate_sphere(int width, int height, const std::function<double(double
 
 double luminance_of(const Vec3d& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
-// Irradiance (luminance) on a plane facing +Y.
+// The irradiance, as a luminance, on a plane that faces +Y.
 double reference_irradiance(const Map& map) {
   return integrate_sphere(map.width, map.height, [&](double theta, double phi) {
     return luminance_of(reference_radiance(map, theta, phi)) * std::max(0.0, std::cos(theta));
@@ -127,8 +128,8 @@ double reference_irradiance(const Map& map) {
 
 enum class Technique { kLight, kBsdf, kMis };
 
-// One sample of that irradiance for a Lambertian receiver (for MIS, one of each technique with the
-// balance heuristic). BSDF sampling is cosine-weighted about +Y.
+// Estimates this irradiance for a Lambertian receiver. MIS takes one sample of each technique, with
+// the balance heuristic. BSDF sampling is cosine-weighted about +Y.
 Moments estimate_irradiance(const EnvironmentLight& light, Technique technique, int samples,
                             uint64_t seed) {
   const ShadingFrame frame = ShadingFrame::from_normal(Vec3f(0, 1, 0));
@@ -181,7 +182,7 @@ TEST(EnvironmentLight, InterpolatesAsDefined) {
     for (uint64_t draw = 0; draw < 20000; ++draw) {
       TestRandom random(6, draw);
       double theta = random.next_double() * kPiD;
-      if (draw % 4 == 0) theta *= 1e-3;  // the pole
+      if (draw % 4 == 0) theta *= 1e-3;  // near the pole
       const double phi = (random.next_double() - 0.5) * 2 * kPiD * 0.999999;
       const Vec3d wanted = reference_radiance(map, theta, phi);
       const Rgb got = test::radiance_of(light, direction_of(theta, phi));
@@ -190,7 +191,8 @@ TEST(EnvironmentLight, InterpolatesAsDefined) {
   }
 }
 
-// The rows of a 16k map near its pole are 2e-4 rad apart: acos of a float would merge two of them.
+// Near its pole, the rows of a 16k map are 2e-4 rad apart. The acos of a float would merge two of
+// them.
 TEST(EnvironmentLight, TellsRowsApartAtThePole) {
   Map map{1, 8192, {}};
   for (int row = 0; row < map.height; ++row) map.texels.push_back(Rgb(float(row)));
@@ -206,7 +208,7 @@ TEST(EnvironmentLight, TellsRowsApartAtThePole) {
 // A rotation of 90 degrees moves +X to -Z.
 TEST(EnvironmentLight, RotatesAsDocumented) {
   Map map{64, 32, std::vector<Rgb>(64 * 32, Rgb(0.0f))};
-  for (int row = 14; row < 18; ++row)  // phi = 0 is column 32's left edge: +X
+  for (int row = 14; row < 18; ++row)  // phi = 0, or +X, is the left edge of column 32
     map.at(31, row) = map.at(32, row) = Rgb(1.0f);
   const auto at = [&map](float degrees, const Vec3f& w) {
     return test::radiance_of(EnvironmentLight(image_of(map), 1.0f, degrees), w).x;
@@ -275,7 +277,7 @@ TEST(EnvironmentLight, SamplesHaveTheirDensity) {
     ChiSquareSettings settings;
     settings.seed = ++seed;
     settings.tests = 9;
-    // In (theta, phi) the pdf is finite at the poles.
+    // In (theta, phi), the pdf is finite at the poles.
     EXPECT_TRUE(test::chi_square_test(
         [&](TestRandom& r) -> std::optional<ChiSquarePoint> {
           const Vec3f w = light.sample(r.vec2()).direction;
@@ -290,9 +292,10 @@ TEST(EnvironmentLight, SamplesHaveTheirDensity) {
   }
 }
 
-// A sample's radiance and pdf are those of its place in the map; a ray looks them up at the rounded
-// direction. That is off by up to a millionth of the map's width divided by the sine of the angle
-// to the pole, and the tolerance is this many columns (or rows) times the step between two texels.
+// A sample has the radiance and pdf of its place in the map, but a ray looks them up at the rounded
+// direction. The rounded direction is off by up to a millionth of the map's width, divided by the
+// sine of the angle to the pole. The tolerance is this distance, in columns (or rows), times the
+// step between two texels.
 TEST(EnvironmentLight, SampleAndLookupAgree) {
   for (const DensityCase& c : density_cases()) {
     const EnvironmentLight light(image_of(c.map, c.type), 3.0f, c.rotation, c.settings);
@@ -318,7 +321,7 @@ TEST(EnvironmentLight, SampleAndLookupAgree) {
       for (int k = 0; k < 3; ++k) {
         ASSERT_NEAR(s.radiance[k], radiance[k], 4 * off * brightest * 3.0f) << c.name;
       }
-      // Towards the poles 1 / sine itself changes: the sine is off by a float's rounding.
+      // Towards the poles, 1 / sine also changes, because the sine is off by a float's rounding.
       ASSERT_NEAR(s.pdf * sine, pdf * sine, 4 * off * densest + 3e-7f / sine * s.pdf * sine)
           << c.name;
     }
@@ -376,7 +379,7 @@ TEST(EnvironmentLight, IrradianceOfRandomMaps) {
           {"light", estimate_irradiance(plain, Technique::kLight, 100'000, seed)},
           {"MIS", estimate_irradiance(plain, Technique::kMis, 100'000, seed)},
           {"MIS, compensated", estimate_irradiance(compensated, Technique::kMis, 100'000, seed)}};
-      for (const auto& [name, m] : estimates)  // 24 comparisons: 1e-6 for all of them
+      for (const auto& [name, m] : estimates)  // 24 comparisons, 1e-6 in all
         EXPECT_NEAR(m.mean(), exact, 5.5 * m.standard_error() + 2e-5 * exact)
             << name << " " << seed;
       if (map.width == 8) {  // BSDF sampling would miss spikes
@@ -386,14 +389,14 @@ TEST(EnvironmentLight, IrradianceOfRandomMaps) {
     }
 }
 
-// One texel a million times brighter than a uniform sky, in 1k and 4k maps: exact, and within 1 %
-// at 64 samples with MIS (case 22 of the hard cases).
+// One texel is a million times brighter than a uniform sky, in 1k and 4k maps. The irradiance is
+// exact, and with MIS its error is below 1 % at 64 samples (case 22 of the hard cases).
 TEST(EnvironmentLight, TinySunIsExact) {
   for (int width : {1024, 4096}) {
     Map map{width, width / 2, std::vector<Rgb>(size_t(width) * size_t(width / 2), Rgb(1.0f))};
     map.at(width / 5, width / 11) = Rgb(1e6f);
-    // The sky gives pi. The sun is its texel's tent, in closed form: d phi times the tent's
-    // integral of sin cos = sin(2 theta) / 2.
+    // The sky gives pi. The sun is the tent of its texel and has a closed form: d phi times the
+    // integral of the tent times sin cos = sin(2 theta) / 2.
     const double step = 2 * kPiD / width, theta = (width / 11 + 0.5) * step;
     const double sine = std::sin(step) / step;
     const double exact = kPiD + (1e6 - 1) * step * step * 0.5 * std::sin(2 * theta) * sine * sine;

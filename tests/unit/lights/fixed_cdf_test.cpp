@@ -1,4 +1,4 @@
-// The environment's building blocks: the fast angle and the cumulative sums.
+// Tests the building blocks of the environment: the fast angle and the cumulative sums.
 #include "renderer/lights/fixed_cdf.h"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ TEST(FixedCdf, ChoosesAsASearchFromTheLeftWould) {
     for (size_t i = 0; i < weights.size(); ++i) {
       ASSERT_GE(sums[i + 1], sums[i]);
       const double p = double(sums[i + 1] - sums[i]) / kCdfTotal;
-      ASSERT_EQ(p > 0, weights[i] > 0) << i;  // zero exactly where the weight is
+      ASSERT_EQ(p > 0, weights[i] > 0) << i;  // zero exactly where the weight is zero
       ASSERT_NEAR(p, weights[i] / total, double(weights.size()) * 0x1p-32) << i;
     }
     for (uint64_t draw = 0; draw < 3000; ++draw) {

@@ -1,4 +1,4 @@
-// The light BVH itself: probabilities, ranges, depth.
+// Tests the light BVH itself: its probabilities, ranges and depth.
 #include "renderer/lights/light_bvh.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ using test::TestRandom;
 
 struct Emitter {
   EmitterBounds bounds;
-  Vec3f p[3];  // a triangle; all equal: a point
+  Vec3f p[3];  // a triangle, or a point if all three are equal
 };
 
 Vec3f random_point(TestRandom& random, float scale) {
@@ -34,7 +34,7 @@ Emitter make_triangle(const Vec3f& p0, const Vec3f& p1, const Vec3f& p2, bool tw
   return e;
 }
 
-// Triangles of very different sizes, points and spots, in a cube of the given half width.
+// Triangles of very different sizes, points and spots in a cube of the given half width.
 std::vector<Emitter> random_emitters(int count, uint64_t seed, float scale) {
   std::vector<Emitter> result;
   for (int i = 0; i < count; ++i) {
@@ -72,7 +72,8 @@ LightQuery random_query(TestRandom& random, float scale) {
   return query;
 }
 
-// By definition: whether any light reaches the query from some points on the emitter.
+// Tries some points on the emitter and tells, by definition, whether any light from them reaches
+// the query.
 bool contributes(const Emitter& e, const LightQuery& query, TestRandom& random) {
   const EmitterBounds& b = e.bounds;
   for (int i = 0; i < 12; ++i) {
@@ -105,8 +106,8 @@ TEST(LightBvh, PickTellsItsProbabilityToTheBit) {
   }
 }
 
-// A regular grid of u visits each emitter as often as its probability says, to a few grid steps: a
-// deterministic test.
+// A regular grid of u visits each emitter as often as its probability says, to within a few steps
+// of the grid. The test is deterministic.
 TEST(LightBvh, ProbabilitiesAreTheLengthsOfTheirIntervals) {
   const int kGrid = 200'000;
   for (int count : {2, 7, 60}) {
@@ -185,7 +186,7 @@ TEST(LightBvh, PowersOfTwoOfScaleChangeNothing) {
   }
 }
 
-// Cost-driven splits could separate one emitter per level: the depth must stay limited.
+// Cost-driven splits could separate one emitter per level, but the depth must stay limited.
 TEST(LightBvh, DepthIsBounded) {
   std::vector<EmitterBounds> geometric, same_place;
   for (int i = 0; i < 4000; ++i) {
@@ -209,7 +210,7 @@ TEST(LightBvh, DepthIsBounded) {
   }
 }
 
-// Lights mirrored in x: from the mirror plane both halves are equally likely.
+// The lights are mirrored in X. From the mirror plane, both halves are equally likely.
 TEST(LightBvh, MirroredLightsAreEquallyLikely) {
   std::vector<Emitter> emitters;
   for (int i = 0; i < 64; ++i) {

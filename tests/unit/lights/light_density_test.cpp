@@ -1,4 +1,5 @@
-// Pdfs of the light sampler: of samples, of hits, over the sphere; and lights without one.
+// Tests the pdfs of the light sampler, of samples, of hits and over the sphere, and lights without
+// a pdf.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -74,7 +75,8 @@ TEST(LightSampler, SampleAndHitAgreeToTheBit) {
     }
 }
 
-// Kinds of light are chosen with the stated probabilities, which factors change.
+// The kinds of light are chosen with the stated probabilities, which the factors of the guide
+// change.
 TEST(LightSampler, KindsArePickedWithTheirProbability) {
   const MixedScene scene = mixed_scene(30, 1.0f);
   const LightSampler lights = make_light_sampler(scene.triangles, scene.points, scene.sky);
@@ -127,7 +129,7 @@ TEST(LightSampler, SunsKeepTheirLeastShare) {
   EXPECT_NEAR(lights.kind_probabilities(up, &guide)[kDirectionalKind], 0.05f / 1.05f, 1e-6f);
   EXPECT_EQ(lights.kind_probabilities(down, &guide)[kDirectionalKind], 0.0f);
   EXPECT_LT(lights.kind_probabilities(up)[kDirectionalKind], 0.01f);
-  // Both suns and the sky, each with the stated pdf.
+  // The irradiance is that of both suns and the sky, each with the stated pdf.
   Moments irradiance;
   for (uint64_t draw = 0; draw < 100'000; ++draw) {
     TestRandom random(43, draw);
@@ -144,7 +146,7 @@ TEST(LightSampler, SunsKeepTheirLeastShare) {
   EXPECT_NEAR(irradiance.mean(), exact, 5.5 * irradiance.standard_error());
 }
 
-// Lights whose sum overflows float are still weighted against each other.
+// Lights whose sum overflows float are still weighted relative to each other.
 TEST(LightSampler, TheBrightestLightsHaveDensities) {
   const auto sky = std::make_shared<EnvironmentLight>(Rgb(1.6e38f));
   const std::vector<PointLight> suns =
@@ -169,7 +171,7 @@ TEST(LightSampler, TheBrightestLightsHaveDensities) {
 }
 
 // Over uniform directions, the pdfs of all triangles that a ray hits add up to the probability of
-// sampling a triangle; points and environment are the rest.
+// sampling a triangle. The points and the environment have the rest.
 TEST(LightSampler, DensitiesAddUpToOne) {
   const MixedScene scene = mixed_scene(30, 1.0f);
   for (uint32_t threshold : {1u, 1000u}) {
@@ -206,7 +208,8 @@ TEST(LightSampler, DensitiesAddUpToOne) {
   }
 }
 
-// Frequencies of the choices against the probabilities that the samples state: chi-square.
+// Compares the frequencies of the choices with the probabilities that the samples state, by
+// chi-square.
 TEST(LightSampler, PicksAreAsFrequentAsStated) {
   const MixedScene scene = mixed_scene(40, 1.0f);
   for (uint32_t threshold : {1u, 1000u}) {
@@ -222,7 +225,8 @@ TEST(LightSampler, PicksAreAsFrequentAsStated) {
       if (s.kind == LightKind::kNone) continue;
       auto& [probability, count] = bins[{int(s.kind), s.index}];
       probability = double(s.pdf);
-      // Divides out the pdf within the shape; a triangle's is that of a single one.
+      // Divides out the pdf within the shape. For a triangle, this is the pdf if it is the only
+      // light.
       if (s.kind == LightKind::kTriangle)
         probability /= double(
             make_light_sampler({lights.triangles()[s.index]}).pdf_triangle(query, 0, s.distance));
@@ -285,7 +289,8 @@ TEST(LightSampler, BrokenEmittersAreNeverSampled) {
   }
 }
 
-// Random numbers at the ends of their range, with query points in degenerate positions.
+// The random numbers are at the ends of their range, and the query points are in degenerate
+// positions.
 TEST(LightSampler, NothingIsEverNotANumber) {
   const MixedScene scene = mixed_scene(60, 1.0f);
   for (uint32_t threshold : {1u, 1000u}) {

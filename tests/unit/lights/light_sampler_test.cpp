@@ -1,4 +1,4 @@
-// The choice among all lights, against irradiance in closed form.
+// Compares the choice among all lights with irradiance in closed form.
 #include "renderer/lights/light_sampler.h"
 
 #include <gtest/gtest.h>
@@ -15,14 +15,14 @@ using namespace test;  // NOLINT(google-build-using-namespace): the scenes of th
 // ---- closed forms ------------------------------------------------------------------------------
 
 TEST(LightSampler, Rectangle) {
-  Triangles quad;  // faces down, towards the receiver: case 6
+  Triangles quad;  // faces down, towards the receiver (case 6)
   add_quad(quad, {-.5f, 1.2f, -.3f}, {.9f, 1.2f, -.3f}, {.9f, 1.2f, .7f}, {-.5f, 1.2f, .7f});
   const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
   EXPECT_NEAR(exact_irradiance(quad, query), 0.683537, 1e-6);
   for (uint32_t threshold : {1u, 16u})
     expect_irradiance(make_light_sampler(quad, {}, nullptr, threshold), query, 0.683537,
                       "threshold", 50'000, 1e-5);
-  // Nothing from behind, unless it is two-sided.
+  // A rectangle gives nothing from behind, unless it is two-sided.
   const LightQuery behind{Vec3f(0, 2.4f, 0), Vec3f(0, -1, 0)};
   EXPECT_EQ(estimate(make_light_sampler(quad), behind, 1000, 1).mean(), 0);
   for (EmissiveTriangle& t : quad) t.two_sided = true;
@@ -42,7 +42,7 @@ TEST(LightSampler, HorizonCutsARectangle) {
 }
 
 TEST(LightSampler, TessellatedSphere) {
-  // Case 7: the smooth sphere would give pi (R/d)^2 cos; the polygons have their own exact sum.
+  // Case 7: the smooth sphere would give pi (R/d)^2 cos, but the polygons have their own exact sum.
   const Triangles ball = sphere(Vec3f(0.5f, 2, 0.6f) * 3.0f, 1.0f, 16, 2.0f);
   ASSERT_EQ(ball.size(), 2u * 16 * 2 * 15);
   for (const Vec3f& n :
@@ -104,7 +104,8 @@ TEST(LightSampler, PointAndSpot) {
   }
 }
 
-// KHR_lights_punctual: nothing beyond the range. No sample goes to a light that is out of range.
+// By KHR_lights_punctual, a light gives nothing beyond its range. No sample goes to a light that is
+// out of range.
 TEST(LightSampler, LightsHaveARange) {
   std::vector<PointLight> points;
   for (int i = 0; i < 40; ++i) {
@@ -224,7 +225,7 @@ TEST(LightSampler, InfiniteAndFiniteTogether) {
   const auto sky = std::make_shared<EnvironmentLight>(Rgb(0.5f));
   const std::vector<PointLight> points =
       points_of(point_light({0, 2, 0}, 4), directional({0, -1, 0}, 2), directional({0, -1, 3}, 5),
-                directional({0, 1, 0.2f}, 50));  // the last one from below
+                directional({0, 1, 0.2f}, 50));  // the last shines from below
   const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
   const double exact = 3 * 0.683537 + 0.5 * kPiD + 1 + 2 + 5 / std::sqrt(10.0);
   for (uint32_t threshold : {1u, 16u})
@@ -263,7 +264,7 @@ TEST(LightSampler, TenThousandLamps) {  // case 32
     if (p.x > -100) {
       EXPECT_GT(ratio, 30) << "the tree must be worth having";
     }
-    // One of them is visible: the fifth nearest.
+    // Only one of the lamps is visible, the fifth nearest.
     std::vector<uint32_t> order(10'000);
     for (uint32_t i = 0; i < order.size(); ++i) order[i] = i;
     std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
@@ -293,10 +294,10 @@ TEST(LightSampler, TwoLampsAtOneToTenThousand) {
     const LightSampler lights = make_light_sampler(two, {}, nullptr, threshold);
     const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
     expect_irradiance(lights, query, exact_irradiance(two, query), "near and far");
-    // The far one alone, from the samples of both.
+    // Estimates the far lamp alone, from the samples of both.
     Moments far;
     for (int i = 0; i < 200'000; ++i) {
-      // Stratified as finely as the tree's smallest probability requires.
+      // The stratification is as fine as the tree's smallest probability requires.
       const float pick = (float(i) + 0.5f) / 200'000;
       const LightSample s =
           test::sample_one(lights, query, pick, TestRandom(31, uint64_t(i)).vec2());

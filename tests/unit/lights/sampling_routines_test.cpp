@@ -1,7 +1,7 @@
-// Sampling routines that other tests reach only within larger ones, each with the chi-square
-// harness: single lobes, sample weights, the whole light sampler, discrete choices, texels, and the
-// hashed extra numbers. README.md lists every routine with its test. Each test's false-alarm rate
-// is 1e-6.
+// Tests sampling routines that other tests reach only as parts of larger ones, each with the
+// chi-square harness: single lobes, sample weights, the whole light sampler, discrete choices,
+// texels, and the hashed extra numbers. README.md lists every routine with its test. The
+// false-alarm rate of each test is 1e-6.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -40,7 +40,7 @@ TEST(SamplingRoutines, GgxOverTheHemisphere) {
   }
 }
 
-// A narrow lobe would fall into one bin of the hemisphere. Instead bins are in the slopes of the
+// In the hemisphere, a narrow lobe would fall into one bin. So the bins are in the slopes of the
 // microfacet normal h, in units of alpha: dw_h = h.z^3 dslopes, dw_i = 4 (wo.h) dw_h.
 TEST(SamplingRoutines, NarrowGgxInSlopes) {
   const std::pair<float, float> cases[] = {{1e-3f, 1.0f}, {1e-3f, .2f}, {.01f, .9f}, {.01f, .1f}};
@@ -62,7 +62,8 @@ TEST(SamplingRoutines, NarrowGgxInSlopes) {
           const double cos_d = dot(Vec3d(wo), h);
           const Vec3d wi = h * (2 * cos_d) - Vec3d(wo);
           if (!(cos_d > 0) || !(wi.z > 0)) return 0.0;
-          // The half vector of float directions has a relative error of 6e-8 / alpha in its slopes.
+          // The half vector of two float directions has a relative error of 6e-8 / alpha in its
+          // slopes.
           return double(lobe.evaluate(Vec3f(wi)).pdf) * 4 * cos_d * square(h.z) * h.z *
                  square(scale);
         },
@@ -101,7 +102,7 @@ TEST(SamplingRoutines, Lambert) {
       [&](const Vec3f& wi) { return std::max(0.0, double(wi.z)) / kPiD; }, {.seed = 13}));
 }
 
-// The histogram of weighted samples equals the value, as paths require.
+// The histogram of weighted samples equals the value of the BSDF, as paths require.
 TEST(SamplingRoutines, WeightsGiveTheValue) {
   for (size_t i = 0; i < std::size(kMaterials); ++i) {
     const SurfaceBsdf bsdf(kMaterials[i], direction(.6f, .7f));
@@ -122,14 +123,15 @@ TEST(SamplingRoutines, WeightsGiveTheValue) {
 
 // ---- lights ------------------------------------------------------------------------------------
 
-// Everything together: the choice between sky and triangles, by power and by tree, the choice of a
-// triangle, and the point on it. Directions of the samples against the sum of all pdfs.
+// Tests everything together: the choice between sky and triangles, the choice of a triangle, by
+// power and by tree, and the point on it. The directions of the samples are compared with the sum
+// of all pdfs.
 TEST(SamplingRoutines, WholeLightSampler) {
   const Vec3f kPoint(.1f, -.3f, .2f);
   Triangles list;
   for (uint64_t i = 0; i < 16; ++i) {
-    // Seen from the query at a fair size and not edge-on: a sliver would fall between the points of
-    // the harness's integration.
+    // The query sees the triangle at a fair size and not edge-on. A sliver would fall between the
+    // points at which the harness integrates.
     TestRandom random(15, i);
     const Vec3f away = square_to_sphere(random.vec2());
     const Vec3f u = normalize(cross(away, Vec3f(.3f, .1f, .9f))), v = cross(away, u);
@@ -139,7 +141,7 @@ TEST(SamplingRoutines, WholeLightSampler) {
       return (u * std::cos(phi) + v * std::sin(phi) + away * (.6f * random.next() - .3f)) *
              (.3f + .5f * random.next());
     };
-    // Every second one faces away.
+    // Every second triangle faces away.
     const Vec3f p0 = at + aside(0), p1 = at + aside(i % 2 ? .33f : .67f);
     list.push_back(
         triangle(p0, p1, at + aside(i % 2 ? .67f : .33f), random.next() + .1f, i % 3 == 0));
@@ -198,7 +200,7 @@ TEST(SamplingRoutines, LightBvhPicks) {
       {0, kCount, 0, 1}, {.bins_x = kCount, .bins_y = 1, .seed = 18}));
 }
 
-// An entry and the position within it, together a point of the piecewise constant pdf.
+// An entry and the position within it make a point of the piecewise constant pdf.
 TEST(SamplingRoutines, FixedCdf) {
   std::vector<double> weights;
   for (uint64_t i = 0; i < 200; ++i) {
@@ -221,7 +223,8 @@ TEST(SamplingRoutines, FixedCdf) {
 
 // ---- texels and numbers ------------------------------------------------------------------------
 
-// One of the four texels around a point, with its bilinear weight as probability.
+// A lookup chooses one of the four texels around a point, with its bilinear weight as the
+// probability.
 TEST(SamplingRoutines, StochasticTexel) {
   auto image = std::make_shared<Image>();
   image->width = image->height = 2;
@@ -241,7 +244,7 @@ TEST(SamplingRoutines, StochasticTexel) {
       {0, 2, 0, 2}, {.bins_x = 2, .bins_y = 2, .seed = 21}));
 }
 
-// The hashed extra numbers: pairs of neighbours, over samples, slots and pixels.
+// Tests pairs of neighbours among the hashed extra numbers, over samples, slots and pixels.
 TEST(SamplingRoutines, ExtraNumbersInPairs) {
   const auto sampler = create_sampler("sobol", {});
   PixelSamples samples(*sampler);

@@ -1,4 +1,5 @@
-// A sun in front of an environment map: its position, irradiance, and share of the samples.
+// Tests a sun in front of an environment map: its position, its irradiance and its share of the
+// samples.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -19,7 +20,7 @@ using test::TestRandom;
 
 constexpr float kTrueRadius = 0.265f * kPi / 180;
 
-// Grey, brighter towards +Y.
+// A grey sky that is brighter towards +Y.
 std::shared_ptr<const Image> sky() {
   auto image = std::make_shared<Image>();
   image->width = 16;
@@ -42,7 +43,7 @@ SunDisc sun_of(const Vec3f& direction, float radius, float irradiance = 100.0f) 
   return {direction.normalized(), radius, Rgb(irradiance, 0.5f * irradiance, 0.25f * irradiance)};
 }
 
-// The sun's contribution to a surface that faces it, by samples of the whole sphere.
+// Estimates the sun's contribution to a surface that faces it, with samples over the whole sphere.
 TEST(SunDisc, GivesItsIrradiance) {
   for (const float radius : {kTrueRadius, 0.05f}) {
     const SunDisc sun = sun_of({1, 2, -3}, radius);
@@ -54,7 +55,7 @@ TEST(SunDisc, GivesItsIrradiance) {
       const float facing = std::max(0.0f, dot(s.direction, sun.direction));
       if (s.pdf > 0) difference.add(double((s.radiance - sky_alone).x * facing / s.pdf));
     }
-    // The cosine falls towards the disc's edge: 1e-3 at the larger radius.
+    // The cosine falls towards the edge of the disc, by 1e-3 at the larger radius.
     EXPECT_NEAR(difference.mean(), 100.0, 5 * difference.standard_error() + 0.13) << radius;
   }
 }
@@ -91,7 +92,8 @@ TEST(SunDisc, SampleAndLookupAgree) {
   EXPECT_NEAR(on_the_sun, 10'000, 400);
 }
 
-// A rotation of 90 degrees moves +X to -Z; intensity and colour change with the map's.
+// A rotation of 90 degrees moves +X to -Z. The sun's intensity and colour change with those of the
+// map.
 TEST(SunDisc, GoesWithTheMap) {
   EnvironmentLight light = light_of(sun_of({1, 0, 0}, 0.1f));
   const float bright = test::radiance_of(light, {1, 0, 0}).x;

@@ -1,4 +1,4 @@
-// Triangle sampling by solid angle: pdf, inverse, closed forms, and degenerate shapes.
+// Tests triangle sampling by solid angle: its pdf, inverse, closed forms and degenerate shapes.
 #include "renderer/lights/triangle_sampling.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ struct Case {
   bool spherical;
 };
 
-// Shapes on both sides of both limits.
+// The shapes are on both sides of the lower and of the upper limit of spherical sampling.
 const Case kCases[] = {
     {"ordinary", {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2f, 0.3f, 0.8f}, true},
     {"from behind", {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2f, 0.3f, -0.8f}, true},
@@ -47,8 +47,8 @@ TriangleSample sample_one(const Case& c, const Vec2f& u, float scale = 1.0f) {
   return batch[0];
 }
 
-// Inverse of the spherical map: the solid angle beyond the arc from b through w, and the position
-// of w along that arc.
+// The inverse of the spherical map. The first coordinate is the share of the solid angle beyond the
+// arc from b through w, and the second is the position of w along this arc.
 Vec2f to_square(const ProjectedTriangle& t, const Vec3d& w) {
   Vec3d end = test::unit(cross(cross(t.b, w), cross(t.c, t.a)));
   if (dot(end, t.a + t.c) < 0) end = -end;
@@ -58,7 +58,7 @@ Vec2f to_square(const ProjectedTriangle& t, const Vec3d& w) {
   return {float(part / t.solid_angle), float(dot(to_w, to_w) / dot(to_end, to_end))};
 }
 
-// The pdf in barycentrics (b1, b2), from the pdf per solid angle.
+// The pdf in barycentrics (b1, b2), computed from the pdf per solid angle.
 double density_in_barycentrics(const Case& c, double b1, double b2) {
   if (b1 + b2 > 1) return 0;
   const Vec3d e1 = Vec3d(c.p1) - Vec3d(c.p0), e2 = Vec3d(c.p2) - Vec3d(c.p0);
@@ -98,7 +98,8 @@ TEST(TriangleSampling, Inverts) {
       const Vec3d to_light = projected.to_p0 + projected.edge1 * double(s.barycentric.x) +
                              projected.edge2 * double(s.barycentric.y);
       const Vec2f back = to_square(projected, test::unit(to_light));
-      // Barycentrics are floats: near vertex b a whole range of u.x maps to one of them.
+      // Barycentrics are floats, so near vertex b a whole range of u.x maps to the same
+      // barycentrics.
       ASSERT_NEAR(back.y, u.y, 2e-5) << c.name << " " << u;
       ASSERT_NEAR(back.x, u.x, 2e-5 + 2e-6 / std::sqrt(double(u.y) + 1e-9)) << c.name << " " << u;
     }
@@ -115,7 +116,8 @@ TEST(TriangleSampling, SolidAngleMatchesGirard) {
   EXPECT_NEAR(octant.solid_angle, kPiD / 2, 1e-14);
 }
 
-// A triangle of edge s at distance d fills s^2/2d^2 cos: from 1e-2 down to 1e-16 sr.
+// A triangle with edges of length s at distance d fills s^2/2d^2 cos, here from 1e-2 down to 1e-16
+// sr.
 TEST(TriangleSampling, SolidAngleKeepsItsDigitsFarAway) {
   for (double d = 10; d <= 1e8; d *= 10) {
     const Vec3f p0(0, 0, 0), p1(1, 0, 0), p2(0, 1, 0), point(float(d), 0, float(d));
@@ -127,11 +129,11 @@ TEST(TriangleSampling, SolidAngleKeepsItsDigitsFarAway) {
   }
 }
 
-// The mean direction times the solid angle is Lambert's vector irradiance: exact.
+// The mean direction times the solid angle is Lambert's vector irradiance, which is known exactly.
 TEST(TriangleSampling, MeanDirectionIsVectorIrradiance) {
   for (const Case& c : kCases) {
     const ProjectedTriangle projected = project(c);
-    // Sampled by area from this close, the variance is too high for any count; only MIS may use it.
+    // From this close, sampling by area has too high a variance for any count. Only MIS may use it.
     if (projected.solid_angle > kMaxSphericalAngle) continue;
     Vec3d sum(0.0), squares(0.0);
     constexpr int kSamples = 100'000;
@@ -147,7 +149,7 @@ TEST(TriangleSampling, MeanDirectionIsVectorIrradiance) {
     if (dot(exact, projected.a + projected.b + projected.c) < 0) exact = -exact;
     for (int i = 0; i < 3; ++i) {
       const double error = std::sqrt(std::max(0.0, squares[i] - sum[i] * sum[i]) / kSamples);
-      // 42 comparisons at 5.5 deviations: a false alarm in 1e6 runs with other seeds.
+      // 42 comparisons at 5.5 deviations give one false alarm in 1e6 runs with other seeds.
       EXPECT_NEAR(sum[i], exact[i], 5.5 * error + 1e-6 * projected.solid_angle)
           << c.name << " axis " << i;
     }
@@ -201,7 +203,7 @@ TEST(TriangleSampling, BatchHasTheBitsOfSingleSamples) {
   }
 }
 
-// Powers of two scale exactly, so only the scale may change.
+// Scaling by powers of two is exact, so only the scale of the result may change.
 TEST(TriangleSampling, IsScaleFree) {
   for (const Case& c : kCases)
     for (float scale : {0x1p-40f, 0x1p-20f, 0x1p20f, 0x1p40f}) {

@@ -1,4 +1,4 @@
-// The borders and the JSON of a refinement tree, compared with their definitions.
+// Compares the borders and the JSON of a refinement tree with their definitions.
 #include "renderer/output/refinement_output.h"
 
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 namespace emberline {
 namespace {
 
-// Only the left columns and top rows of leaves of at least two pixels change, including the frame's
-// own left and top border.
+// Only the left column and the top row of a leaf change, and only if it has at least two pixels.
+// This includes the left and top border of the frame.
 TEST(RefinementOutput, BordersAreTheLeaves) {
   const Rect crop = {4, 2, 65, 50};
   constexpr int kStride = 70;  // the picture is wider than the crop

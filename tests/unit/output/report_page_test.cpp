@@ -1,4 +1,4 @@
-// The report's page for a made-up report with contents that a small render rarely has.
+// Tests the page of a made-up report, whose contents a small render rarely has.
 #include "renderer/output/report_page.h"
 #include "renderer/core/setting_names.h"
 
@@ -111,14 +111,14 @@ TEST(ReportPageContent, ManyPassesAreThinnedAndTheLastIsKept) {
   r.error_estimate = 0.001;
   const ParsedMarkup read = page(options(), r, ReportPictures({}, kWindow, {}));
   expect_text(read, "24 of 1000 passes");
-  expect_text(read, "16 min 40 s");  // the last
+  expect_text(read, "16 min 40 s");  // the last pass
   EXPECT_LT(read.count("tr"), 120u);
 }
 
 TEST(ReportPictures, CountEveryPixelAndGradeAsPngDoes) {
   ReportPictures pictures({}, kWindow, {});
   const FilmTile whole = film();
-  // Tiles that do not divide the crop evenly.
+  // The tiles do not divide the crop evenly.
   for (const Rect& rect : {Rect{10, 20, 31, 44}, Rect{31, 20, 50, 44}}) {
     FilmTile tile{AovSet()};
     tile.reset(rect);
@@ -128,12 +128,12 @@ TEST(ReportPictures, CountEveryPixelAndGradeAsPngDoes) {
     pictures.add(tile);
   }
   const std::map<uint32_t, uint64_t> counts = pictures.pixels_by_samples();
-  // x from 10 to 49: 14 with x % 3 = 1, 13 each with 2 and 0; 24 rows.
+  // In 24 rows x runs from 10 to 49, so x % 3 is 1 in 14 columns, and 2 and 0 in 13 columns each.
   EXPECT_EQ(counts, (std::map<uint32_t, uint64_t>{{1, 13 * 24}, {2, 14 * 24}, {3, 13 * 24}}));
   const ByteImage picture = pictures.picture();
   EXPECT_EQ(picture.width, 40);
   EXPECT_EQ(picture.height, 24);
-  // sRGB of 0.5: 1.055 0.5^(1/2.4) - 0.055 = 0.7354, of 255: 187.5.
+  // The sRGB value of 0.5 is 1.055 0.5^(1/2.4) - 0.055 = 0.7354, or 187.5 of 255.
   for (const uint8_t value : picture.values) EXPECT_NEAR(value, 187.5, 1.0);
   const auto maps = pictures.maps();
   ASSERT_EQ(maps.size(), 1u);
@@ -151,7 +151,7 @@ TEST(ReportPictures, PixelsThatNeverCameAreCountedAsWithoutSamples) {
   for (const float value : maps[0].plane.values) EXPECT_EQ(value, 0.0f);
 }
 
-// A frame too large for a page is averaged over squares, with exact counts.
+// A frame that is too large for a page is averaged over squares. The counts stay exact.
 TEST(ReportPictures, LargeFramesAreAveraged) {
   const Rect crop{0, 0, 2 * ReportPictures::kMaxPixels, 3};
   ReportPictures pictures({}, crop, {});
@@ -167,7 +167,7 @@ TEST(ReportPictures, LargeFramesAreAveraged) {
   const ByteImage picture = pictures.picture();
   EXPECT_EQ(picture.width, ReportPictures::kMaxPixels);
   EXPECT_EQ(picture.height, 2);
-  for (const uint8_t value : picture.values) EXPECT_NEAR(value, 187.5, 1.0);  // mean of 0 and 1
+  for (const uint8_t value : picture.values) EXPECT_NEAR(value, 187.5, 1.0);  // the mean of 0 and 1
   const auto maps = pictures.maps();
   for (const float value : maps[0].plane.values) EXPECT_EQ(value, 1.5f);
   EXPECT_EQ(pictures.pixels_by_samples(),

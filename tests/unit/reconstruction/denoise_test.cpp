@@ -21,7 +21,7 @@ constexpr int kWidth = 96, kHeight = 72;
 float checker(int x, int y) { return ((x / 6 + y / 6) & 1) != 0 ? 0.8f : 0.2f; }
 float disc(int x, int y) { return (x - 40) * (x - 40) + (y - 36) * (y - 36) < 500 ? 0.7f : 0.1f; }
 
-// A picture with an edge that no feature has, and one that albedo explains.
+// A picture with an edge that no feature has, and with edges that the albedo explains.
 SyntheticHalves some_picture(float samples = 8.0f, uint32_t seed = 1) {
   SyntheticHalves halves(kWidth, kHeight, samples, seed);
   halves.set_colour([](int x, int y) { return disc(x, y) * checker(x, y) + 0.1f; },
@@ -31,8 +31,8 @@ SyntheticHalves some_picture(float samples = 8.0f, uint32_t seed = 1) {
   return halves;
 }
 
-// The regression is linear in the colours: with equal weights its error is that of a mean over
-// windows of 81 pixels, plus the cost of noisy weights.
+// The regression is linear in the colours. With equal weights its error would be that of a mean
+// over windows of 81 pixels, and noisy weights add to it.
 TEST(Denoise, ConstantLinearAndQuadraticPicturesComeBack) {
   const SyntheticHalves::Function truths[] = {
       constant(0.5f), [](int x, int y) { return 0.2f + 0.005f * float(x) + 0.002f * float(y); },
@@ -121,7 +121,7 @@ TEST(Denoise, PartsStillAddUp) {
   halves.blur_with_neighbours();
   const DenoisedPicture out = denoise(halves.input());
   expect_sum_of_three(out);
-  // Each pixel gets its own share of its neighbours' samples.
+  // Each part keeps its share of every pixel, although neighbours share their samples.
   for (size_t i = 0; i < out.error.size(); ++i) {
     ASSERT_NEAR(out.parts[1][1][i], 0.6f * out.colour[1][i], 1e-4f);
   }
@@ -177,7 +177,7 @@ TEST(Denoise, SameBitsForAnyThreadsAndBands) {
   expect_same_bits(sharing);
 }
 
-// A band of input rows, as a reader of a streamed file has them.
+// The input is a band of rows, as a reader of a streamed file has it.
 TEST(Denoise, ABandNeedsNoMoreThanTheMargin) {
   SyntheticHalves halves = some_picture();
   halves.blur_with_neighbours();
@@ -201,7 +201,7 @@ TEST(Denoise, ABandNeedsNoMoreThanTheMargin) {
                          whole.colour[1].begin() + std::ptrdiff_t(begin * kWidth)));
 }
 
-// A pixel whose neighbours share their samples is filtered like their mean.
+// If neighbours share samples, the picture is filtered like the picture of the shared means.
 TEST(Denoise, SamplesAreShared) {
   SyntheticHalves halves = some_picture();
   const DenoisedPicture unshared = denoise(halves.input());
@@ -213,7 +213,7 @@ TEST(Denoise, SamplesAreShared) {
   for (size_t i = 0; i < shared.error.size(); ++i) {
     ASSERT_NEAR(shared.colour[0][i], expected.colour[0][i], 1e-4f) << i;
   }
-  // The squared error before and after filtering.
+  // Compares the squared error before and after filtering.
   EXPECT_NEAR(shared.squared_error_before / unshared.squared_error_before, 1.0, 0.1);
   EXPECT_NEAR(shared.squared_error_after / expected.squared_error_after, 1.0, 1e-3);
   halves.add_part(0.5f);
@@ -242,8 +242,8 @@ TEST(Denoise, NoNumberOutOfNonNumbers) {
   }
 }
 
-// A factor of exposure or light only scales the picture, and the error is finite, as small as the
-// picture is dark, and at most what a display shows.
+// A factor of exposure or light only scales the picture. The error is finite and at most what a
+// display shows, and it falls with the brightness of a dark picture.
 TEST(Denoise, AFramesScaleMakesNoNumberANonNumber) {
   const SyntheticHalves plain = some_picture();
   const DenoisedPicture reference = denoise(plain.input());
@@ -258,7 +258,7 @@ TEST(Denoise, AFramesScaleMakesNoNumberANonNumber) {
     double square = 0.0, of_reference = 0.0;
     for (size_t i = 0; i < out.error.size(); ++i) {
       ASSERT_TRUE(out.error[i] >= 0.0f && out.error[i] <= 0.5f) << i << ' ' << out.error[i];
-      // Nowhere larger than the noise times the display's steepest slope.
+      // The error is nowhere larger than the noise times the display's steepest slope.
       ASSERT_LT(out.error[i], 12.92f * 0.5f * scale) << i;
       const double value = double(out.colour[0][i]) / double(scale);
       square += (value - double(plain.truth()[i])) * (value - double(plain.truth()[i]));
@@ -282,7 +282,7 @@ TEST(Denoise, BrightLightWithoutNoiseHasNoError) {
   }
 }
 
-// Light is not negative: such a value stays in its pixel and does not affect its neighbours.
+// Light is not negative, so a negative value stays in its pixel and does not affect its neighbours.
 TEST(Denoise, OneNegativeValueSpoilsOnePixel) {
   for (const float bad : {-1e3f, -1e4f, -1e10f, -1e15f, -3e38f}) {
     SCOPED_TRACE(bad);
@@ -359,8 +359,8 @@ TEST(Denoise, AnOutlierNeitherSmearsNorVanishes) {
   EXPECT_LT(most, 0.05f);
 }
 
-// Reflections of lamps in water: spreading the rare light of a neighbourhood must not brighten the
-// dark pixels next to it.
+// The filter spreads rare light, as from lamps that are reflected in water, over its neighbourhood.
+// This must not brighten the dark pixels next to it.
 TEST(Denoise, DarkPixelsNextToRareLightStayDark) {
   SyntheticHalves halves(kWidth, kHeight, 16.0f);
   halves.set_colour(constant(0.0005f), constant(0.0002f));
@@ -381,8 +381,8 @@ TEST(Denoise, DarkPixelsNextToRareLightStayDark) {
   EXPECT_LT(std::sqrt(squares / dark), 0.2 * 0.0005);
 }
 
-// Speckles: a random quarter of the pixels is lit, by samples so few that their noise does not
-// separate them from their dark neighbours. The halves do, since dark pixels are dark in both.
+// A random quarter of the pixels is lit, by so few samples that their noise does not separate these
+// pixels from their dark neighbours. The halves do, because dark pixels are dark in both.
 TEST(Denoise, DarkPixelsAmongRareLightStayDark) {
   SyntheticHalves halves(kWidth, kHeight, 16.0f);
   halves.set_colour(constant(0.002f), constant(0.001f));
@@ -404,7 +404,7 @@ TEST(Denoise, DarkPixelsAmongRareLightStayDark) {
   EXPECT_LT(std::sqrt(squares / dark), 0.006);
 }
 
-// Specks that few samples hit: the estimate includes light that neither half has seen.
+// Few samples hit the specks. The estimate of the error includes light that neither half has seen.
 TEST(Denoise, TheErrorOfLightThatNeitherHalfSawIsExpected) {
   const auto speck = [](int x, int y) { return (x * 7919 + y * 104729) % 97 < 12; };
   double truth = 0.0, estimate = 0.0, raw = 0.0, before = 0.0;
@@ -449,7 +449,7 @@ TEST(Denoise, TheErrorOfLightThatNeitherHalfSawIsExpected) {
   EXPECT_GE(covered, 0.95 * blocks);
 }
 
-// Wires thinner than a pixel, whose light is in few samples of few pixels.
+// The wires are thinner than a pixel, so their light is in few samples of few pixels.
 TEST(Denoise, ThinWiresKeepTheirLight) {
   SyntheticHalves halves(kWidth, kHeight, 16.0f);
   const auto wire = [](int x, int y) { return (x + 2 * y) % 23 == 0 ? 0.4f : 0.0f; };

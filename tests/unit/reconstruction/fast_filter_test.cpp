@@ -89,8 +89,8 @@ TEST(FastFilter, KeepsANoiselessPicture) {
   for (size_t i = 0; i < out.size(); ++i) ASSERT_NEAR(out[i], frame.rgba[i], 1e-6f) << i;
 }
 
-// Share of the variance of independent noise that remains after `levels` levels of [1 2 1] / 4 at
-// strides 1, 2, 4 ..., in two dimensions.
+// The share of the variance of independent noise that remains after `levels` levels of [1 2 1] / 4,
+// at strides of 1, 2, 4 and so on, in two dimensions.
 double kernel_residual(int levels) {
   std::vector<double> kernel = {1.0};
   for (int level = 0; level < levels; ++level) {
@@ -119,7 +119,7 @@ TEST(FastFilter, NoiseThatTellsNothingFallsAsTheKernelHasIt) {
   }
 }
 
-// Weights by brightness reduce that gain.
+// The weights by brightness reduce the gain of the kernel.
 TEST(FastFilter, NoiseOnAPlaneFalls) {
   Frame frame(256, 128);
   frame.add_noise(0.1f);
@@ -247,7 +247,7 @@ TEST(FastFilter, PixelsWithoutSamplesTakeTheirNeighbours) {
   }
   const std::vector<float> out = frame.filtered();
   for (size_t i = 0; i < out.size(); i += 4) ASSERT_NEAR(out[i], 0.5f, 1e-5f) << i / 4;
-  for (float& n : frame.samples) n = 0.0f;  // and without samples: black
+  for (float& n : frame.samples) n = 0.0f;  // pixels without samples are black
   const std::vector<float> none = frame.filtered();
   for (size_t i = 0; i < none.size(); i += 4) ASSERT_NEAR(none[i], 0.0f, 1e-5f) << i / 4;
 }
@@ -260,7 +260,7 @@ TEST(FastFilter, SmallPictures) {
   }
 }
 
-// Earlier use of the filter does not matter either.
+// The result does not depend on the number of threads or on earlier use of the filter.
 TEST(FastFilter, SameBitsForAnyThreads) {
   Frame frame(150, 99);
   frame.add_noise(0.1f);

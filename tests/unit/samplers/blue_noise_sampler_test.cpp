@@ -1,4 +1,5 @@
-// Blue noise: squares of pixels share nets, each pixel has its own, and errors are high-frequency.
+// Tests blue noise: squares of pixels share nets, each pixel has a net of its own, and errors have
+// high frequencies.
 #include "samplers/blue_noise_sampler.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +24,7 @@ std::unique_ptr<Sampler> blue_noise(uint32_t count, int width, int height,
   return create_sampler("blue_noise", {streams, count, width, height});
 }
 
-// Whether 2^m points have one in each elementary interval of area 2^-m, of every shape.
+// Whether each elementary interval of area 2^-m, of every shape, holds one of the 2^m points.
 bool is_net(const std::vector<std::pair<float, float>>& points) {
   const int m = std::countr_zero(points.size());
   for (int j = 0; j <= m; ++j) {
@@ -36,7 +37,8 @@ bool is_net(const std::vector<std::pair<float, float>>& points) {
   return true;
 }
 
-// The union over each aligned square of 1, 2, 4, 8 pixels per side, for each stream and each pair.
+// The union of the points in each aligned square of 1, 2, 4 or 8 pixels per side is a net, for each
+// stream and each pair.
 TEST(BlueNoiseSampler, AlignedSquaresShareNets) {
   for (const uint32_t count : {1u, 2u, 4u, 8u, 16u, 64u}) {
     for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {
@@ -64,7 +66,7 @@ TEST(BlueNoiseSampler, AlignedSquaresShareNets) {
   }
 }
 
-// Each prefix of 2^m samples of a pixel is a net in its own pair.
+// Each prefix of 2^m samples of a pixel is a net in the pixel's own pair of dimensions.
 TEST(BlueNoiseSampler, PrefixesOfAPixelAreNets) {
   const auto sampler = blue_noise(256, 64, 64);
   for (uint32_t p = 0; p < 100; ++p) {
@@ -78,8 +80,8 @@ TEST(BlueNoiseSampler, PrefixesOfAPixelAreNets) {
   }
 }
 
-// The error of each pixel's mean in a frame of kSide^2 pixels, all with the same integrand of the
-// numbers of `slot`.
+// The error of the mean in each pixel of a frame of kSide^2 pixels. All pixels have the same
+// integrand of the numbers of `slot`.
 constexpr int kSide = 128;
 std::vector<double> error_image(const Sampler& sampler, const Integrand& integrand, uint32_t slot,
                                 uint32_t count) {
@@ -93,8 +95,9 @@ std::vector<double> error_image(const Sampler& sampler, const Integrand& integra
   return image;
 }
 
-// Power at frequencies of 1 to kSide / 16 cycles per frame (wavelengths of 16 pixels or more) over
-// the mean power; 1 for white noise, known to 10 % (about 100 frequencies, each exponential).
+// The power at frequencies of 1 to kSide / 16 cycles per frame (wavelengths of 16 pixels or more),
+// divided by the mean power. White noise has 1, which is known to 10 % (about 100 frequencies, each
+// exponential).
 double low_frequency_share(const std::vector<double>& image) {
   constexpr int kHighest = kSide / 16;
   double total = 0, low = 0;
@@ -142,7 +145,7 @@ TEST(BlueNoiseSampler, ErrorIsInTheHighFrequencies) {
   }
 }
 
-// If one sequence is too short for the frame, each tile has its own.
+// If one sequence is too short for the frame, each tile has a sequence of its own.
 TEST(BlueNoiseSampler, LargeFramesAreCutIntoTiles) {
   constexpr uint32_t kCount = 1u << 24;  // 2^32 points are enough for 16 x 16 of these pixels
   const auto sampler = blue_noise(kCount, 65536, 65536);

@@ -1,5 +1,5 @@
-// Decisions of stochastic coverage: stratified over a pixel's samples, and independent between
-// surfaces and of the sample's other numbers.
+// Decisions of stochastic coverage are stratified over a pixel's samples. They are independent
+// between surfaces and of the sample's other numbers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ struct Decision {
   float pixel_x, pixel_y;
 };
 
-// Mean and variance, over pixels, of the number of counted samples out of 64.
+// The mean and variance, over pixels, of the number of samples out of 64 that `counted` accepts.
 struct Count {
   double mean = 0.0, variance = 0.0;
 };
@@ -48,7 +48,8 @@ Count count(const std::string& sampler_name, StreamCount streams,
   return {mean, squares / kPixelCount - mean * mean};
 }
 
-// A mean of `expected` within 4.5 standard errors: one false alarm in 150,000 comparisons.
+// Expects the mean to be `expected` within 4.5 standard errors. One in 150,000 comparisons is a
+// false alarm.
 void expect_mean(const Count& c, double expected, const std::string& what) {
   EXPECT_NEAR(c.mean, expected, 4.5 * std::sqrt(c.variance / kPixelCount) + 1e-9) << what;
 }
@@ -66,7 +67,7 @@ TEST(CoverageKey, APaneIsThereAsOftenAsItShouldBe) {
       EXPECT_EQ(exact.variance, 0) << name;
       const Count nearly = count(name, streams, third, 2);
       expect_mean(nearly, 0.3 * kSampleCount, name);
-      EXPECT_LT(nearly.variance, 0.51) << name;  // one stratum per stream is cut; random: 13.4
+      EXPECT_LT(nearly.variance, 0.51) << name;  // one stratum per stream is cut; 13.4 if random
     }
   }
   const Count chance = count("independent", StreamCount::kOne, quarter, 3);
@@ -74,7 +75,8 @@ TEST(CoverageKey, APaneIsThereAsOftenAsItShouldBe) {
   EXPECT_NEAR(chance.variance, 12, 4.5 * 12 * std::sqrt(2.0 / kPixelCount));
 }
 
-// Independent also of the pixel's stratified position, and of the half that it is in.
+// Decisions are also independent of the stratified position in the pixel, and of the half that it
+// is in.
 TEST(CoverageKey, SurfacesAndPlacesAreIndependent) {
   const auto both = [](const Decision& d) { return d.first < 0.5f && d.second < 0.25f; };
   const auto either_half = [](const Decision& d) { return (d.first < 0.5f) == (d.pixel_x < 0.5f); };
@@ -89,7 +91,7 @@ TEST(CoverageKey, SurfacesAndPlacesAreIndependent) {
     EXPECT_LT(b.variance, 1.1 * 64 * (1 / 8.0) * (7 / 8.0)) << name;
     const Count e = count(name, StreamCount::kOne, either_half, 5);
     expect_mean(e, kSampleCount / 2.0, name);
-    EXPECT_LT(e.variance, 1.3 * 64 / 4.0) << name;  // blocks of 8 make it 8/7
+    EXPECT_LT(e.variance, 1.3 * 64 / 4.0) << name;  // blocks of 8 make the factor 8/7
     const Count c = count(name, StreamCount::kOne, corner, 6);
     expect_mean(c, kSampleCount / 16.0, name);
     const Count s = count(name, StreamCount::kOne, same, 7);
@@ -101,7 +103,7 @@ TEST(CoverageKey, SurfacesAndPlacesAreIndependent) {
   }
 }
 
-// Two streams are two estimates: their difference gives the error of their mean.
+// Two streams are two estimates, so their difference gives the error of their mean.
 TEST(CoverageKey, StreamsAreIndependent) {
   const auto sampler = create_sampler("sobol", {.streams = StreamCount::kTwo});
   PixelSamples samples(*sampler);

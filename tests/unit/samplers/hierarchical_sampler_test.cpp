@@ -1,4 +1,4 @@
-// Kajiya's tree, rebuilt from the points alone: each sample goes to the emptier side, and the
+// Rebuilds Kajiya's tree from the points alone. Each sample goes to the emptier side, and the
 // weights of hierarchical integration are the volumes of the leaves.
 #include "samplers/hierarchical_sampler.h"
 
@@ -35,8 +35,8 @@ std::vector<TreePoint> tree_points(StreamCount streams, uint32_t stream, const P
   return points;
 }
 
-// The side at each depth: depth b halves dimension b % 5 for the (b / 5)-th time. A node's name is
-// its path with a leading 1, so the root is 1.
+// The node at `depth` that contains the point. Depth b halves dimension b % 5 for the (b / 5 +
+// 1)-th time. A node's name is its path with a leading 1, so the root is 1.
 uint32_t node_at(const TreePoint& point, int depth) {
   uint32_t node = 1;
   for (int b = 0; b < depth; ++b) {
@@ -68,8 +68,8 @@ TEST(HierarchicalSampler, EachSampleGoesToTheEmptierSide) {
   }
 }
 
-// The coins are fair, and those of two nodes of a level are independent: over the first 4 samples
-// of many pixels, the 8 possible orders of the four cells are equally frequent.
+// The coins are fair, and the coins of two nodes on one level are independent. The first 4 samples
+// of a pixel visit the four cells in one of 8 orders, which are equally frequent over many pixels.
 TEST(HierarchicalSampler, CoinsAreFair) {
   std::map<uint32_t, uint32_t> orders;
   for (uint32_t pixel = 0; pixel < 8000; ++pixel) {
@@ -86,7 +86,8 @@ TEST(HierarchicalSampler, CoinsAreFair) {
   EXPECT_LT(chi_square(counts), chi_square_limit(7));
 }
 
-// count times the volume of the leaf: the depth at which a sample is alone, by search.
+// The weight is the stream's count times the volume of the leaf. A search finds the depth at which
+// a sample is alone.
 TEST(HierarchicalSampler, WeightsAreTheLeavesVolumes) {
   for (const StreamCount streams : kBoth) {
     const auto sampler = create_sampler("hierarchical", {streams});
@@ -175,9 +176,10 @@ TEST(HierarchicalSampler, HierarchicalIntegrationIsUnbiased) {
   }
 }
 
-// Detail that the tree does not resolve is independent noise: with n = 2^m (1 + t) samples, 1 - t
-// leaves of 1 and 2t of half the volume have (1 + t)(1 - t/2) times the variance of equal weights.
-// Both are known to 1 % and share their samples.
+// Detail that the tree does not resolve is independent noise. With n = 2^m (1 + t) samples, there
+// are 2^m (1 - t) leaves of volume 2^-m and 2^m 2t leaves of half this volume. The variance is then
+// (1 + t)(1 - t/2) times that of equal weights. Both variances are known to 1 % and share their
+// samples.
 TEST(HierarchicalSampler, HierarchicalIntegrationOfNoiseCostsItsShare) {
   const auto sampler = create_sampler("hierarchical", {});
   for (const uint32_t count : {3u, 6u, 20u, 24u, 96u, 112u}) {
@@ -187,7 +189,8 @@ TEST(HierarchicalSampler, HierarchicalIntegrationOfNoiseCostsItsShare) {
   }
 }
 
-// The weights pay where the last halvings matter: the sixth and seventh are of the pixel.
+// The weights pay where the last halvings matter. Here the sixth and the seventh halving are those
+// of the pixel's two dimensions.
 TEST(HierarchicalSampler, HierarchicalIntegrationPaysWhereTheLastHalvingMatters) {
   const auto sampler = create_sampler("hierarchical", {});
   const Integrand integrand = {"smooth", smooth, (std::numbers::e - 1.0) / 3.0, 0};

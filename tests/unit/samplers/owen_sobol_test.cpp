@@ -1,4 +1,5 @@
-// The hash forms of samplers/owen_sobol.h against naive forms, and the nets of SobolSampler.
+// Compares the hash forms of samplers/owen_sobol.h with naive forms, and tests the nets of
+// SobolSampler.
 #include "samplers/owen_sobol.h"
 
 #include <gtest/gtest.h>
@@ -27,8 +28,8 @@ uint32_t naive_reverse(uint32_t x) {
   return result;
 }
 
-// The second Sobol' dimension by direction numbers: primitive polynomial x + 1, so v_1 = 1/2 and
-// v_k = v_{k-1} ^ (v_{k-1} / 2) (Bratley & Fox 1988, algorithm 659).
+// The second Sobol' dimension by direction numbers. Its primitive polynomial is x + 1, so v_1 = 1/2
+// and v_k = v_{k-1} ^ (v_{k-1} / 2) (Bratley & Fox 1988, algorithm 659).
 uint32_t naive_sobol_dimension_1(uint32_t index) {
   uint32_t result = 0;
   uint32_t direction = 0x80000000u;
@@ -65,8 +66,8 @@ TEST(OwenSobol, PermuteFlipsEachBitByLowerBitsOnly) {
   }
 }
 
-// Every node of the scramble's tree down to depth 6 flips for half of the seeds. |z| < 6 for each
-// of 63 nodes: false alarm 1e-7.
+// Every node of the scramble's tree down to depth 6 flips for half of the seeds. The limit of |z| <
+// 6 for each of 63 nodes has a false-alarm rate of 1e-7.
 TEST(OwenSobol, PermuteFlipsEachNodeForHalfOfTheSeeds) {
   constexpr uint32_t kSeeds = 40000;
   for (uint32_t depth = 0; depth < 6; ++depth) {
@@ -79,8 +80,8 @@ TEST(OwenSobol, PermuteFlipsEachNodeForHalfOfTheSeeds) {
   }
 }
 
-// Owen's own definition: one independent random flip per node of the binary tree, here from a hash
-// of (seed, depth, digits above).
+// Owen's own definition has one independent random flip per node of the binary tree. Here the flip
+// is a hash of (seed, depth, digits above).
 uint32_t naive_owen_scramble(uint32_t x, uint32_t seed) {
   uint32_t result = 0;
   for (uint32_t depth = 0; depth < 24; ++depth) {
@@ -92,8 +93,9 @@ uint32_t naive_owen_scramble(uint32_t x, uint32_t seed) {
   return result;
 }
 
-// The hashed scramble must integrate as well as the real one: variance over 20000 seeds of a tilted
-// edge with 64 points. The ratio's standard deviation is 1.4 %, and the tolerance is seven of them.
+// The hashed scramble must integrate as well as the real one. Compares their variances over 20000
+// seeds for a tilted edge with 64 points. The standard deviation of the ratio is 1.4 %, and the
+// tolerance is 7 deviations.
 TEST(OwenSobol, HashedScrambleIntegratesLikeOwens) {
   constexpr uint32_t kSeeds = 20000, kPoints = 64;
   constexpr double kExact = 0.3 + 0.37 / 2;
@@ -146,7 +148,7 @@ uint32_t naive_order_of_8(uint32_t bits) {
   return packed;
 }
 
-// Aligned blocks stay together, so that a pair in any order is still a net.
+// An order keeps aligned blocks together, so that a pair in any order is still a net.
 TEST(OwenSobol, OrdersKeepAlignedBlocksTogether) {
   for (int o = 0; o < kOrders; ++o) {
     for (uint32_t bit = 0; bit < 32; ++bit) {
@@ -161,8 +163,8 @@ TEST(OwenSobol, OrdersKeepAlignedBlocksTogether) {
   }
 }
 
-// Variance relative to random numbers for integrands that couple the parts `a` and `b`: 1 on
-// average over random orders.
+// The variance relative to random numbers, for integrands that couple the parts `a` and `b`. Over
+// random orders it is 1 on average.
 template <typename A, typename B>
 double coupling(Order x, Order y, uint32_t m, const A& a, const B& b) {
   double sum = 0;
@@ -184,7 +186,7 @@ TEST(OwenSobol, OrdersGoTogether) {
     EXPECT_LT(coupling(Order::kPixel, Order::kTime, m, test::first_sum, test::first_sum), 1.1);
     EXPECT_LT(coupling(Order::kPixel, Order::kTime, m, test::second_sum, test::first_sum), 1.4);
   }
-  // The most important one.
+  // This is the most important coupling.
   EXPECT_LT(coupling(Order::kPixel, Order::kFirst, 6, test::pair_sum, test::pair_sum), 0.31);
 }
 
@@ -208,7 +210,7 @@ TEST(OwenSobol, OrdersOfEightAreUniform) {
   EXPECT_LT(chi_square(counts), chi_square_limit(40319));
 }
 
-// One point in every elementary interval 2^-a x 2^-(m - a), or at most `most`.
+// Whether each elementary interval 2^-a x 2^-(m - a) holds one point, or at most `most` points.
 testing::AssertionResult is_net(const std::vector<std::array<float, 2>>& points, uint32_t m,
                                 uint32_t most = 1) {
   for (uint32_t a = 0; a <= m; ++a) {
@@ -230,7 +232,7 @@ testing::AssertionResult is_net(const std::vector<std::array<float, 2>>& points,
 
 class SobolNets : public testing::TestWithParam<StreamCount> {
  protected:
-  // Points of two dimensions in each stream, in the stream's own order.
+  // The points of two dimensions in each stream, in the stream's own order.
   std::vector<std::vector<std::array<float, 2>>> points(const PixelKey& pixel, uint32_t slot, int x,
                                                         int y, uint32_t count_per_stream) {
     const auto sampler = create_sampler("sobol", {GetParam()});
@@ -271,7 +273,7 @@ TEST_P(SobolNets, OtherPairsKeepTheirNetsAtMultiplesOfSixteen) {
   }
 }
 
-// Time together with either coordinate of the pixel.
+// Time is stratified together with either coordinate of the pixel.
 TEST_P(SobolNets, TimeIsStratifiedWithThePixel) {
   for (uint32_t p = 0; p < 10; ++p) {
     const PixelKey pixel{random_word(p), p, p / 2};
@@ -288,7 +290,7 @@ TEST_P(SobolNets, TimeIsStratifiedWithThePixel) {
   }
 }
 
-// An aligned batch anywhere in the sequence, up to the last possible index.
+// The aligned batches are anywhere in the sequence, up to the last possible index.
 TEST_P(SobolNets, EveryAlignedBatchIsStratified) {
   const auto sampler = create_sampler("sobol", {GetParam()});
   const auto streams = uint32_t(GetParam());

@@ -1,5 +1,5 @@
-// Poisson disk: every prefix keeps its minimum distance and has little low-frequency noise, and no
-// two pairs of a pixel are copies of each other.
+// Tests Poisson disk points. Every prefix keeps its minimum distance and has little low-frequency
+// noise, and no two pairs of a pixel are copies of each other.
 #include "samplers/poisson_disk_sampler.h"
 
 #include <gtest/gtest.h>
@@ -28,12 +28,12 @@ double torus_distance(const Point& a, const Point& b) {
   return std::hypot(dx, dy);
 }
 
-// The minimum distance of n points: a fraction of the hexagonal lattice's, less rounding.
+// The minimum distance of n points is a fraction of that of the hexagonal lattice, less rounding.
 double min_distance(uint32_t n) {
   return kPoissonDiskRadius * std::sqrt(2.0 / std::sqrt(3.0) / n) - 1e-6;
 }
 
-// The points of one stream of one pair.
+// Returns the points of one stream in one pair of dimensions.
 std::vector<Point> points(StreamCount streams, uint32_t stream, const PixelKey& pixel,
                           uint32_t slot, int dimension, uint32_t count) {
   const auto sampler = create_sampler("poisson_disk", {streams});
@@ -64,14 +64,15 @@ TEST(PoissonDiskSampler, EveryPrefixKeepsItsDistance) {
   }
 }
 
-// Dippe & Wold 1985: there is little noise at frequencies below that of the samples. Each ring's
-// average over 50 pixels and dozens of frequencies is known to a few per cent.
+// There is little noise at frequencies below that of the samples (Dippe & Wold 1985). The average
+// of each ring, over 50 pixels and dozens of frequencies, is known to a few per cent.
 TEST(PoissonDiskSampler, LowFrequenciesAreQuiet) {
   const uint32_t pixels = test::long_or_short(50u, 15u);
   const auto sampler = create_sampler("poisson_disk", {});
   for (const int dimension : {0, 2}) {
     for (const uint32_t count : {16u, 50u, 64u, 256u, 1000u}) {
-      // In units of the hexagonal lattice's frequency, the inverse of its row spacing.
+      // The rings are in units of the hexagonal lattice's frequency, the inverse of its row
+      // spacing.
       const double lattice = std::sqrt(2.0 / std::sqrt(3.0) * count);
       const double low = average(
           point_spectrum(*sampler, dimension, count, pixels, frequency_ring(1, 0.4 * lattice)));
@@ -86,8 +87,8 @@ TEST(PoissonDiskSampler, LowFrequenciesAreQuiet) {
   }
 }
 
-// Differences between the points of two pairs, or of two streams of one pair, are random: none is a
-// shifted, mirrored or transposed copy of another.
+// The differences between the points of two pairs are random: no pair is a shifted, mirrored or
+// transposed copy of another pair.
 TEST(PoissonDiskSampler, NoPairCopiesAnother) {
   for (const PixelKey pixel : {PixelKey{1, 2, 3}, PixelKey{40, 2, 3}, PixelKey{9, 9, 0}}) {
     std::vector<std::vector<Point>> sets;
@@ -116,7 +117,7 @@ TEST(PoissonDiskSampler, NoPairCopiesAnother) {
   }
 }
 
-// After the end of a table, the same points return with another shift.
+// After the end of a table, the same points return with a different shift.
 TEST(PoissonDiskSampler, TheNextTableIsAnother) {
   const auto p = points(StreamCount::kOne, 0, {6, 7, 8}, 0, 0, 2 * kTableSize);
   std::vector<uint32_t> counts(64);

@@ -1,5 +1,5 @@
-// Orders of convergence of the samplers, the safety of padding, and error estimates from two
-// streams. Every figure is an average over thousands of seeds with exact means.
+// Tests the orders of convergence of the samplers, the safety of padding, and error estimates from
+// two streams. Every figure is an average over thousands of seeds with exact means.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -39,8 +39,8 @@ TEST(SobolConvergence, OrdersAreTheTextbooks) {
 TEST(IndependentConvergence, VarianceIsOneOverN) {
   const auto sampler = create_sampler("independent", {});
   const std::vector<uint32_t> counts = {16, 64, 256};
-  // The variance of an indicator with mean m is m (1 - m); 2000 seeds give it to 3.2 %, and the
-  // tolerance is 5.5 of those.
+  // The variance of an indicator with mean m is m (1 - m). 2000 seeds determine it to 3.2 %, and
+  // the tolerance is 5.5 times this.
   const double m = 0.16 * kPiDouble;
   const std::vector<double> error = error_curve(*sampler, {"disc", disc, m, 1.0}, 2000, counts);
   for (size_t i = 0; i < counts.size(); ++i) {
@@ -48,8 +48,8 @@ TEST(IndependentConvergence, VarianceIsOneOverN) {
   }
 }
 
-// The naive sampler: every pair is an Owen shuffle of the whole index (Burley 2020). It shows that
-// the test below can fail.
+// In this naive sampler, every pair is an Owen shuffle of the whole index (Burley 2020). It shows
+// that the test below can fail.
 class NestedShuffleOnly final : public Sampler {
  public:
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first, int count, SlotBlock& out,
@@ -69,7 +69,7 @@ class NestedShuffleOnly final : public Sampler {
   StreamIndex stream_of(uint32_t sample) const override { return {0, sample}; }
 };
 
-// Most of the time goes into the largest count, which a short run leaves out, here and below.
+// The largest count takes most of the time, so a short run leaves it out, here and below.
 constexpr uint32_t kSampleCounts[] = {16, 64, 256};
 std::span<const uint32_t> sample_counts() {
   return std::span(kSampleCounts).first(test::long_or_short(3u, 2u));
@@ -98,7 +98,8 @@ TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {
       EXPECT_LT(pixel_lens, count == 16 ? 0.75 : 0.35);
       EXPECT_LT(lens_time, 1.0);
       EXPECT_EQ(sign, 0.0);
-      // Finer than the orders' search looks, but it does not grow with the sample count.
+      // The search for the orders did not look at such fine detail, but the ratio does not grow
+      // with the sample count.
       EXPECT_LT(fine, 2.2);
     }
     const double shadow_gain = ratio_to_random(*sobol, shadow, 1.0, 64) / nested_shadow;
@@ -108,9 +109,9 @@ TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {
   }
 }
 
-// All combinations of the pairs of the camera and the first three surfaces: none is a copy of
-// another, except those of light and BSDF at one surface, which share an order because they are
-// added.
+// Tests all combinations of the pairs of the camera and of the first three surfaces. No pair is a
+// copy of another, except that light and BSDF at one surface share an order, because their results
+// are added.
 TEST(SobolPadding, NoTwoPairsThatMultiplyAreCopies) {
   constexpr int kSlots = 4, kPairs = 4, kAll = kSlots * kPairs;
   constexpr uint32_t kPixels = 3000;
@@ -148,7 +149,7 @@ TEST(SobolPadding, NoTwoPairsThatMultiplyAreCopies) {
       for (int b = 0; b < a; ++b) {
         const double ratio = error[size_t(a)][size_t(b)] / kPixels * count / variance;
         const bool adds_up = b % kPairs == 0 && a == b + 1 && (b == kPairs || b == 2 * kPairs);
-        // 3000 pixels give it to 2.6 %; with few samples some digits are copied.
+        // 3000 pixels determine the ratio to 2.6 %. With few samples, some digits are copied.
         if (!adds_up) {
           EXPECT_LT(ratio, count == 16 ? 5.0 : 1.15) << b << " " << a << " " << count;
         }
@@ -177,9 +178,9 @@ TEST_P(EverySamplersError, IsAtMostThatOfRandomNumbersForCoupledPairs) {
   } cases[] = {
       {{"coupled", coupled, mean, 1}, variance, 1.1},
       {{"coupled, no pixel", coupled_shuffled, mean, 1}, variance, 1.1},
-      // Randomly matching two balanced sets of n/2 costs n / (n - 1).
+      // A random matching of two balanced sets of n/2 costs n / (n - 1).
       {{"signs", signs, 0.0, 1}, 1.0, 8.0 / 7.0 + 0.08},
-      // A single frequency that sobol's orders are not designed for.
+      // This is a single frequency for which sobol's orders are not designed.
       {{"fine signs", fine_signs, 0.0, 1}, 1.0, GetParam() == "sobol" ? 2.2 : 8.0 / 7.0 + 0.08},
   };
   for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {
@@ -196,8 +197,8 @@ TEST_P(EverySamplersError, IsAtMostThatOfRandomNumbersForCoupledPairs) {
   }
 }
 
-// (A - B)^2 / 4 against the true squared error of (A + B) / 2, averaged over 20000 pixels. Both
-// averages have a relative deviation of about 1 to 2 %.
+// Compares (A - B)^2 / 4 with the true squared error of (A + B) / 2, averaged over 20000 pixels.
+// Both averages have a relative deviation of about 1 to 2 %.
 TEST_P(EverySamplersError, TwoStreamsEstimateItHonestly) {
   const Integrand integrands[] = {
       {"smooth", smooth, (std::numbers::e - 1.0) / 3.0, 0},

@@ -1,5 +1,6 @@
-// The contract of samplers/sampler.h for every row of the table, so that new samplers are tested
-// automatically. Thresholds have a false-alarm rate of about 1e-6 per assertion; seeds are fixed.
+// Tests the contract of samplers/sampler.h for every row of the table, so that new samplers are
+// tested automatically. Thresholds have a false-alarm rate of about 1e-6 per assertion. Seeds are
+// fixed.
 #include "samplers/sampler.h"
 
 #include <gtest/gtest.h>
@@ -84,21 +85,21 @@ TEST_P(EverySampler, TwoInstancesAgree) {
 TEST_P(EverySampler, NumbersAreInTheHalfOpenInterval) {
   const auto sampler = make();
   for (uint32_t i = 0; i < 50000; ++i) {
-    // Indices over the whole range: i has all bit lengths up to 32.
+    // The indices cover the whole range, with all bit lengths up to 32.
     const uint32_t first = (hash32(i) >> (i % 32)) & ~15u;
     SlotBlock block;
     sampler->fill({i, i >> 8, i & 3}, i % 5, first, kSampleLanes, block);
     for (int d = 0; d < kSlotDimensions; ++d) {
       for (int lane = 0; lane < kSampleLanes; ++lane) {
         const float u = block.values[d][lane];
-        ASSERT_TRUE(u >= 0.0f && u <= kOneMinusEpsilon)  // false for NaN, too
+        ASSERT_TRUE(u >= 0.0f && u <= kOneMinusEpsilon)  // also false for NaN
             << u << ", " << where(name(), {i, i >> 8, i & 3}, i % 5, first + uint32_t(lane));
       }
     }
   }
 }
 
-// One sample from each of 65536 pixels, whose numbers are independent.
+// Takes one sample from each of 65536 pixels, whose numbers are independent.
 TEST_P(EverySampler, MarginalsAreUniform) {
   const auto sampler = make();
   for (const uint32_t sample : {0u, 5u, 8u, 100000u}) {
@@ -116,7 +117,7 @@ TEST_P(EverySampler, MarginalsAreUniform) {
   }
 }
 
-// Low bits, too: 256 cells of the last byte of a float's 24 bits.
+// The low bits are also uniform. The last byte of a float's 24 bits has 256 cells.
 TEST_P(EverySampler, LowBitsAreUniform) {
   const auto sampler = make();
   std::vector<uint32_t> counts(256);
@@ -129,13 +130,14 @@ TEST_P(EverySampler, LowBitsAreUniform) {
 }
 
 double correlation(const std::vector<float>& a, const std::vector<float>& b) {
-  double sum = 0;  // both uniform: mean 1/2, variance 1/12
+  double sum = 0;  // both are uniform, with mean 1/2 and variance 1/12
   for (size_t i = 0; i < a.size(); ++i) sum += (a[i] - 0.5) * (b[i] - 0.5);
   return 12.0 * sum / double(a.size());
 }
 
-// Any two numbers of a pixel are uncorrelated over pixels: dimensions, slots, samples of both
-// streams, neighbouring pixels, neighbouring seeds. |r| < 5/sqrt(N): false alarm 6e-7 per pair.
+// Any two numbers of a pixel are uncorrelated over pixels: those of different dimensions, slots and
+// samples of both streams, and those of neighbouring pixels and seeds. The limit |r| < 5/sqrt(N)
+// has a false-alarm rate of 6e-7 per pair.
 TEST_P(EverySampler, NumbersAreUncorrelatedOverPixels) {
   const auto sampler = make();
   constexpr uint32_t kPixels = 10000;
@@ -168,7 +170,8 @@ TEST_P(EverySampler, NumbersAreUncorrelatedOverPixels) {
   }
 }
 
-// Neighbouring pixels and seeds use different scrambles: 16 samples share at most a stray number.
+// Neighbouring pixels and seeds use different scrambles, so 16 samples share at most a stray
+// number.
 TEST_P(EverySampler, PixelsSeedsAndSlotsDiffer) {
   const auto sampler = make();
   SlotBlock reference;
@@ -236,7 +239,8 @@ TEST_P(EverySampler, ScatteredBatchesReadTheSameNumbers) {
   }
 }
 
-// The same for whole blocks of eight, which may be filled together, and for almost whole ones.
+// The same holds for whole blocks of eight, which may be filled together, and for blocks that are
+// almost whole.
 TEST_P(EverySampler, ScatteredBlocksReadTheSameNumbers) {
   const auto sampler = make();
   const auto eight = [](uint32_t x, uint32_t y, uint32_t first) {
@@ -271,8 +275,8 @@ TEST_P(EverySampler, ScatteredBlocksReadTheSameNumbers) {
   }
 }
 
-// Prints the speed for tests/bench/results, and fails when the batch no longer vectorises: a ratio
-// that does not depend on machine load.
+// Prints the speed for tests/bench/results, and fails if the batch no longer vectorises. The tested
+// ratio does not depend on the load of the machine.
 TEST_P(EverySampler, BatchIsMuchCheaperThanItsSamples) {
   const auto sampler = make();
   SlotBlock block;
@@ -315,7 +319,7 @@ TEST(SamplerTable, UnknownNameListsTheValidOnes) {
   EXPECT_THROW(create_sampler("Sobol", {}), UsageError);
 }
 
-// For a sampler that weights its points, the first of three has a different weight than the others.
+// If a sampler weights its points, the first of three has a weight other than 1.
 TEST(SamplerTable, SaysWhichSamplersWeighTheirPoints) {
   for (const SamplerEntry& entry : sampler_table()) {
     const float weight = entry.create({StreamCount::kOne, 4, 8, 8})->integration_weight(0, 3);

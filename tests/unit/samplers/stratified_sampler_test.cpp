@@ -1,5 +1,5 @@
-// Jitter: one sample per cell for any count, with the papers' spectrum and orders of convergence.
-// Thresholds have a false-alarm rate of about 1e-6 per assertion; seeds are fixed.
+// Tests jitter: one sample per cell for any count, with the spectrum and the orders of convergence
+// in the papers. Thresholds have a false-alarm rate of about 1e-6 per assertion. Seeds are fixed.
 #include "samplers/stratified_sampler.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,8 @@ std::unique_ptr<Sampler> jitter(uint32_t count, StreamCount streams = StreamCoun
   return create_sampler("stratified", {streams, count});
 }
 
-// The cell of a point by definition: rows from y = 0 on, the wide ones first.
+// The cell of a point by definition. The rows start at y = 0, and rows with one more column come
+// first.
 uint32_t cell_of(double x, double y, uint32_t cells) {
   const auto rows = uint32_t(std::lround(std::sqrt(double(cells))));
   uint32_t first = 0;
@@ -38,8 +39,8 @@ uint32_t cell_of(double x, double y, uint32_t cells) {
 
 constexpr uint32_t kCounts[] = {1, 2, 3, 4, 5, 7, 12, 13, 16, 31, 36, 61, 64, 97, 251, 256, 1009};
 
-// Every block of `count` samples has one in each cell of both planes and of all four lines. A float
-// within 2^-23 of a cell's border may be rounded across it; none of these is.
+// Every block of `count` samples has one sample in each cell of both planes and of all four lines.
+// A float within 2^-23 of a cell's border may be rounded across it, but none of these floats is.
 TEST(StratifiedSampler, EachCellHoldsOneSample) {
   for (const uint32_t count : kCounts) {
     const auto sampler = jitter(count);
@@ -63,7 +64,7 @@ TEST(StratifiedSampler, EachCellHoldsOneSample) {
   }
 }
 
-// The same for each stream and its share of the samples.
+// The same holds for each stream and its share of the samples.
 TEST(StratifiedSampler, EachStreamHasItsOwnCells) {
   for (const uint32_t count : {16u, 48u, 64u, 200u, 27u}) {
     const auto sampler = jitter(count, StreamCount::kTwo);
@@ -81,7 +82,7 @@ TEST(StratifiedSampler, EachStreamHasItsOwnCells) {
   }
 }
 
-// A sample is uniform within its cell: the points of many pixels fill a fine grid evenly. Since
+// A sample is uniform within its cell, so the points of many pixels fill a fine grid evenly. Since
 // they are stratified, the statistic stays below that of independent points.
 TEST(StratifiedSampler, PrimesAreUnbiased) {
   for (const uint32_t count : {3u, 7u, 13u}) {
@@ -99,13 +100,14 @@ TEST(StratifiedSampler, PrimesAreUnbiased) {
     }
     EXPECT_LT(chi_square(plane), chi_square_limit(255)) << count << " samples";
     EXPECT_LT(chi_square(line), chi_square_limit(63)) << count << " samples";
-    // 4.9 standard errors of independent samples; jittered ones have smaller errors.
+    // The tolerance is 4.9 standard errors of independent samples. Jittered samples have smaller
+    // errors.
     EXPECT_NEAR(sum, 0.16 * kPiDouble, 4.9 * 0.5 / std::sqrt(double(count) * kPixels));
   }
 }
 
-// Dippe & Wold 1985: with cells 1/s wide the noise at frequency f is 1 - sinc^2(fx/s) sinc^2(fy/s)
-// of that of independent points, almost zero at low frequencies.
+// With cells of width 1/s, the noise at frequency f is 1 - sinc^2(fx/s) sinc^2(fy/s) times that of
+// independent points, almost zero at low frequencies (Dippe & Wold 1985).
 TEST(StratifiedSampler, SpectrumMatchesJitter) {
   constexpr uint32_t kPixels = 1000;
   const auto sampler = jitter(64);
@@ -124,7 +126,7 @@ TEST(StratifiedSampler, SpectrumMatchesJitter) {
   }
 }
 
-// Of 500 seeds, as a short run takes, a slope is known to .012.
+// A short run takes 500 seeds, which determine a slope to .012.
 TEST(StratifiedSampler, OrdersMatchJitter) {
   const Integrand integrands[] = {
       {"smooth", smooth, (std::numbers::e - 1.0) / 3.0, 2.0},
@@ -135,7 +137,8 @@ TEST(StratifiedSampler, OrdersMatchJitter) {
   };
   for (const Integrand& integrand : integrands) {
     std::vector<double> x, y;
-    // Square counts not divisible by 3 (the axis edge would lie between two columns), and primes.
+    // The counts are primes, and squares that are not divisible by 3, as the axis edge would lie
+    // between two columns.
     for (const uint32_t count : {16u, 31u, 64u, 131u, 256u, 509u, 1024u, 2039u, 4096u}) {
       const auto sampler = jitter(count);
       x.push_back(std::log(count));
@@ -164,7 +167,8 @@ TEST(RandomPermutation, IsABijectionAndTheLanesAgree) {
   }
 }
 
-// Over keys, a pair of elements is mapped to every pair of positions equally often, to 5 %.
+// Over many keys, a pair of elements is mapped to every pair of positions equally often, to within
+// 5 %.
 TEST(RandomPermutation, PairsOfPlacesAreUniform) {
   for (const uint32_t size : {2u, 3u, 4u, 5u, 7u, 8u, 13u, 16u}) {
     for (const auto& [a, b] :

@@ -1,4 +1,5 @@
-// Pixels reported as empty: no camera ray of theirs hits a surface, and most are found.
+// Tests the pixels that are reported as empty: none of their camera rays hits a surface, and most
+// are found.
 #include "renderer/scene/empty_pixels.h"
 
 #include <gtest/gtest.h>
@@ -25,8 +26,8 @@ Mat44d placed(const Vec3d& size, const Vec3d& at, bool turned = true) {
   return m;
 }
 
-// Balls (two instances of one mesh, one of them stretched) and a floor that extends below and
-// behind the camera, scaled by `size` and moved.
+// A view of balls (two instances of one mesh, one of them stretched) and of a floor that extends
+// below and behind the camera. Everything is scaled by `size` and moved.
 struct View {
   SceneBuilderForTests builder;
   CameraDescription camera;
@@ -61,7 +62,8 @@ struct Traced {
   }
 };
 
-// Rays of a pixel that hit something: through its filter's corners, and `count` random ones.
+// Counts the rays of a pixel that hit something. Nine rays go to the corners, sides and centre of
+// the filter, and `count` rays are random.
 int count_hits(const Traced& traced, int x, int y, float reach, int count, std::mt19937& random) {
   int found = 0;
   const auto look = [&](float dx, float dy) {
@@ -104,7 +106,8 @@ TEST(EmptyPixels, NoRayOfThemMeetsASurface) {
   expect_right(View(1, Vec3d(3, -2, 5)), 0.5f, "a little aside");
 }
 
-// A camera among triangles of all sizes, many across its plane: the answer is right or unknown.
+// The camera is among triangles of all sizes, many of which cross its plane. The answer is right or
+// unknown.
 TEST(EmptyPixels, TrianglesNextToAndBehindTheCamera) {
   std::mt19937 random(3);
   const auto number = [&] { return float(random()) * 0x1p-31f - 1.0f; };
@@ -138,7 +141,7 @@ TEST(EmptyPixels, TrianglesNextToAndBehindTheCamera) {
   EXPECT_GT(told, 20);
 }
 
-// A wall beside and behind the camera, visible only to filter samples far outside a tiny frame.
+// A wall beside and behind the camera is visible only to filter samples far outside a tiny frame.
 TEST(EmptyPixels, AFilterWiderThanTheFrame) {
   for (const int size : {1, 4, 8}) {
     for (const float reach : {1.5f, 6.0f, 32.0f}) {

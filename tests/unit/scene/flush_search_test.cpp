@@ -1,5 +1,5 @@
-// The search for emitters flush with surfaces, compared with a test of every pair, and its time
-// where a search with a single radius would compare all of them.
+// Compares the search for emitters flush with surfaces with a test of every pair, and measures its
+// time where a search with a single radius would compare all pairs.
 #include "renderer/scene/flush_emitters.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ struct World {
   std::vector<Instance> instances;
   std::vector<EmissiveTriangle> emitters;
 
-  // Corners in the mesh's space; if `shines`, its triangles are emitters.
+  // Adds a mesh with these corners, in the mesh's space. If `shines`, its triangles are emitters.
   void add(const std::vector<Vec3f>& corners, const std::vector<Affine>& placed, bool shines) {
     Mesh mesh;
     mesh.positions = corners;
@@ -56,7 +56,7 @@ struct World {
     return find_flush_surfaces({meshes, instances, {}, emitters}, LoadProgress::none());
   }
 
-  // Reference: emitters with a point that lies in a surface, by testing all pairs.
+  // The reference tests all pairs for emitters with a point that lies in a surface.
   FlushSurfaces all_pairs() const {
     FlushSurfaces found{std::vector<float>(emitters.size(), 0.0f), {}};
     const auto note = [&](uint64_t key, float reach) {
@@ -112,7 +112,7 @@ Affine placed(float scale, const Vec3f& at) {
   return {Vec3f(scale, 0, 0), Vec3f(0, scale, 0), Vec3f(0, 0, scale), at};
 }
 
-// Triangles in few tilted planes of a space with sizes from a millimetre to ten kilometres.
+// The triangles lie in a few tilted planes, and their sizes are a millimetre to ten kilometres.
 TEST(FlushSearch, MatchesASearchOfAllPairs) {
   for (uint32_t seed = 0; seed < 20; ++seed) {
     std::mt19937 random(seed);
@@ -176,8 +176,8 @@ double processor_seconds(const World& world) {
   return double(std::clock() - start) / CLOCKS_PER_SEC / test::kSanitizerSlowdown;
 }
 
-// The far triangle's error is larger than all the small ones together; a single search radius would
-// take minutes.
+// The error of the far triangle is larger than all the small triangles together. With a single
+// search radius, the search would take minutes.
 TEST(FlushSearch, AFarTriangleDoesNotMakeTheNearOnesMeet) {
   World world;
   world.add(tiles(141, 0.1f), {}, true);
@@ -205,7 +205,7 @@ TEST(FlushSearch, StackedTrianglesAreNotAllPaired) {
   EXPECT_LT(processor_seconds(world), 10.0);
 }
 
-// An instance's rounding error comes from its largest terms.
+// The rounding error of an instance comes from the largest terms of its transform.
 TEST(FlushSearch, InstancesFarFromTheirOwnOrigin) {
   World world;
   std::vector<Vec3f> far = tiles(50, 0.1f);

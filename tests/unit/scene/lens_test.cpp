@@ -1,4 +1,5 @@
-// The thin lens against its closed forms: rays, circles of confusion, and cameras without a lens.
+// Compares the thin lens with its closed forms: rays, circles of confusion, and cameras without a
+// lens.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,13 +29,13 @@ Ray lens_ray(const Camera& camera, const Vec2f& film, const Vec2f& lens) {
   return ray;
 }
 
-// Where a ray hits the plane at `depth` in front of a lens at `from` that looks at `at`.
+// The point where a ray hits the plane at `depth` in front of a lens at `from` that looks at `at`.
 Vec3d at_depth(const Ray& ray, const Vec3d& from, const Vec3d& at, double depth) {
   const Vec3d axis = (at - from).normalized(), origin(ray.origin), direction(ray.direction);
   return origin + direction * ((depth - (origin - from).dot(axis)) / direction.dot(axis));
 }
 
-// For scenes of all sizes, rays leave from the lens, and those of one film point meet in focus.
+// In scenes of all sizes, rays leave from the lens, and the rays of one film point meet in focus.
 TEST(Lens, RaysOfAPointOfTheFilmMeetInFocus) {
   for (const double size : {1e-6, 1.0, 1e6}) {
     const Vec3d from = Vec3d(1, 2, 5) * size;
@@ -64,7 +65,7 @@ TEST(Lens, RaysOfAPointOfTheFilmMeetInFocus) {
   }
 }
 
-// Farther from the origin than the lens is wide, so that rounding moves the points of the lens.
+// The lens is so much farther from the origin than it is wide that rounding moves its points.
 TEST(Lens, PointsInFocusAreSharpFarAway) {
   const Vec3d from(1e4, 0, 0), at(1e4 + 5, 0, 0);
   const CameraDescription view = perspective(from, at, 40);
@@ -87,7 +88,7 @@ TEST(Lens, ItsMiddleIsThePinhole) {
     EXPECT_EQ(ray.origin, expected.origin);
     EXPECT_LT((ray.direction - expected.direction).length(), 2e-7f);
     EXPECT_EQ(camera.ray(film).direction, expected.direction);
-    // Focused at infinity, all rays of a point are parallel.
+    // If the lens is focused at infinity, all rays of a film point are parallel.
     EXPECT_LT((lens_ray(infinite, film, {0.9f, 0.1f}).direction - expected.direction).length(),
               2e-7f);
   }
@@ -113,7 +114,7 @@ TEST(Lens, ARayDoesNotDependOnItsNeighbours) {
 }
 
 TEST(Lens, RadiusMatchesTheFNumber) {
-  // 50 mm over 24 mm: 26.99 degrees; f/2 is 25 mm wide.
+  // A lens of 50 mm over a film of 24 mm has 26.99 degrees. At f/2 it is 25 mm wide.
   EXPECT_NEAR(lens_radius(2.0, 2 * std::atan(12.0 / 50.0)), 0.0125, 1e-12);
   EXPECT_NEAR(lens_radius(16.0, kPiD / 2), 0.012 / 32, 1e-12);
 }
@@ -169,12 +170,13 @@ RenderSettings lamp_settings(const std::string& sampler) {
   return s;
 }
 
-// A lens of diameter A focused at f blurs a point at z to A |z - f| / z in the plane of focus, a
-// uniform disc whose variance per axis is a sixteenth of the squared diameter. Energy is conserved:
-// parallel to the film, the lamp covers the same area of the plane of focus from every point of the
-// lens. The bounds are five times the scatter of independent hits (a false alarm in a million each;
-// the samples are stratified), plus 0.02 square pixels for treating a pixel's light as uniform over
-// it.
+// A lens of diameter A that is focused at f blurs a point at z to a uniform disc in the plane of
+// focus. The diameter of the disc is A |z - f| / z, and its variance per axis is a sixteenth of the
+// squared diameter. Energy is conserved: the lamp is parallel to the film and covers the same area
+// of the plane of focus from every point of the lens. The bounds are five times the scatter of
+// independent hits, with a false alarm in a million for each bound. The samples are stratified and
+// scatter less. A further 0.02 square pixels are for treating a pixel's light as uniform over the
+// pixel.
 TEST(Lens, CirclesOfConfusionHaveTheirSize) {
   constexpr double kFov = 40, kDiameter = 0.6;
   const double half = std::tan(kFov / 2 * kPiD / 180);
@@ -191,10 +193,10 @@ TEST(Lens, CirclesOfConfusionHaveTheirSize) {
       const double confusion = kDiameter * std::abs(depth - focus) / (depth * focus) * pixels;
       const double lamp = double(kLamp) / depth * pixels;
       ASSERT_GT(confusion, 3.0);
-      const double scatter = 5.0 / std::sqrt(lamp * lamp * s.spp);  // of the hits, relative
+      const double scatter = 5.0 / std::sqrt(lamp * lamp * s.spp);  // relative scatter of the hits
       EXPECT_NEAR(sharp.energy, lamp * lamp, scatter * lamp * lamp);
       EXPECT_NEAR(blur.energy, lamp * lamp, scatter * lamp * lamp);
-      // The sum for the disc, the lamp and the pixel area.
+      // The variance is the sum of those of the disc, the lamp and the pixel area.
       const double variance = confusion * confusion / 16 + lamp * lamp / 12 + 1.0 / 12;
       EXPECT_NEAR(blur.variance, variance, scatter * variance + 0.02);
       EXPECT_NEAR(blur.x, 0.0, scatter * std::sqrt(variance));
@@ -213,7 +215,8 @@ TEST(Lens, PointsInFocusAreAsSharpAsThroughAPinhole) {
     const RenderedImage sharp = render(*scene, view, s);
     const RenderedImage lens = render(*scene, with_lens(view, 0.3, 4.0), s);
     EXPECT_GT(sharp.mean, 0.0);
-    // The film points are the same; a ray at the lamp's edge may fall to either side of it.
+    // The film points are the same. A ray at the edge of the lamp may fall to either side of the
+    // edge.
     for (size_t i = 0; i < sharp.values.size(); ++i) {
       EXPECT_NEAR(lens.values[i], sharp.values[i], 2.5f / float(s.spp)) << sampler.name << " " << i;
     }

@@ -1,4 +1,4 @@
-// Panoramas are environment maps: they reproduce a sky, and the light of a room.
+// Panoramas are environment maps. They reproduce a sky, and the light of a room.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -71,7 +71,7 @@ TEST(Panorama, PanoramaOfASkyEqualsTheSky) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       const size_t at = size_t(y * kWidth + x) * 3;
-      // Across the seam neighbouring texels differ by 31.
+      // Across the seam, neighbouring texels differ by 31.
       const double step = x == 0 || x == kWidth - 1 ? 0.16 : 0.006;
       EXPECT_NEAR(seen.pixel(x, y)[0], rgb[at], step) << x << "," << y;
       EXPECT_NEAR(seen.pixel(x, y)[1], rgb[at + 1], 0.006) << x << "," << y;
@@ -95,7 +95,7 @@ SceneBuilderForTests room() {
   return b;
 }
 
-// A white speck at the origin that faces `normal`, seen from straight ahead.
+// Returns the colour of a white speck at the origin that faces `normal`, seen from straight ahead.
 Rgb speck(SceneBuilderForTests b, const Vec3d& normal, int depth) {
   constexpr float kHalf = 1e-3f;
   const CameraDescription view = orthographic(normal * 0.01, Vec3d(0.0), 0.8 * double(kHalf));
@@ -118,8 +118,8 @@ Rgb speck(SceneBuilderForTests b, const Vec3d& normal, int depth) {
   return to_float(sum / double(s.width * s.height));
 }
 
-// 1 %: noise of the map and of two pictures of 256 pixels, and texels that are partly lamp at its
-// edges. A rotated or mirrored map is off by tens of per cent.
+// The tolerance of 1 % allows for the noise of the map and of two pictures of 256 pixels, and for
+// texels that are partly lamp at its edges. A rotated or mirrored map is off by tens of per cent.
 TEST(Panorama, PanoramaOfARoomLightsLikeTheRoom) {
   constexpr int kDepth = 4;
   RenderSettings s = settings_of(128, long_or_short(256u, 64u));
@@ -135,7 +135,7 @@ TEST(Panorama, PanoramaOfARoomLightsLikeTheRoom) {
   }
 }
 
-// Only the position matters, and depth is the distance from it.
+// Only the position of the camera matters, and depth is the distance from it.
 TEST(Panorama, SeesTheSameWhicheverWayTheCameraLooks) {
   SceneBuilderForTests b;
   b.place(
@@ -154,12 +154,13 @@ TEST(Panorama, SeesTheSameWhicheverWayTheCameraLooks) {
   const RenderedImage middle = render(*scene, panorama(Vec3d(0.0)), s);
   for (int y = 0; y < s.height; ++y) {
     for (int x = 0; x < s.width; ++x) {
-      EXPECT_NEAR(middle.pixel(x, y)[depth], 2.0, 2e-3) << x << "," << y;  // of flat faces
+      EXPECT_NEAR(middle.pixel(x, y)[depth], 2.0, 2e-3) << x << "," << y;  // the faces are flat
     }
   }
 }
 
-// While the shutter is open only the position moves.
+// The camera may turn while the shutter is open. Only a change of its position would blur the
+// picture.
 TEST(Panorama, ACameraThatTurnsBlursNothing) {
   SceneBuilderForTests b = room();
   RenderSettings s = settings_of(16, 16);
@@ -189,7 +190,7 @@ TEST(Panorama, VelocityGoesTheShorterWayRound) {
   EXPECT_EQ(camera.velocity(Vec3d(1, 0, 0), 1.0), Vec2f(0.0f));
 }
 
-// Every driver, and in tiles, too.
+// All drivers give the same bits, and so does a crop.
 TEST(Panorama, SameSamplesSameBits) {
   const auto scene = room().build();
   RenderSettings s = settings_of(48, 16);

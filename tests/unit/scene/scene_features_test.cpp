@@ -42,7 +42,7 @@ TEST(SceneFeatures, ListOnlyPlacedObjects) {
   b.set_environment(Rgb(1.0f));
   b.add_floor(1, 0, b.add_material(lambert(Rgb(0.5f))));
   const int unworn = b.add_material(everything());
-  // A mesh that no node places, and a placed mesh without triangles.
+  // Adds a mesh that no node places, and a placed mesh without triangles.
   MeshDescription unplaced = SceneBuilderForTests::sphere(1, 4, unworn);
   MeshDescription empty;
   empty.material = unworn;
@@ -63,7 +63,7 @@ TEST(SceneFeatures, ListOnlyPlacedObjects) {
   EXPECT_GE(worn->memory().texture_bytes, scene->memory().texture_bytes + 4);
 }
 
-// The texture is opaque despite the alpha mode, so no ray needs to test it.
+// If the texture is opaque despite the alpha mode, no ray needs to test it.
 TEST(SceneFeatures, CoverageOnlyWhereSomethingIsClear) {
   for (const bool clear : {false, true}) {
     SceneBuilderForTests b;

@@ -1,4 +1,4 @@
-// Transmittance of shadow rays through surfaces of partial coverage.
+// Tests the transmittance of shadow rays through surfaces of partial coverage.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +11,7 @@ namespace {
 
 using namespace test;
 
-// Panes across the z axis, the k-th at z = k + 1.
+// The panes are across the Z axis, the k-th at z = k + 1.
 std::unique_ptr<Scene> panes(const std::vector<float>& coverages) {
   SceneBuilderForTests b;
   for (size_t k = 0; k < coverages.size(); ++k) {
@@ -26,7 +26,7 @@ std::unique_ptr<Scene> panes(const std::vector<float>& coverages) {
   return b.build();
 }
 
-// In the scene's internal space.
+// Points before and behind the panes, in the scene's internal space.
 struct Ends {
   explicit Ends(const Scene& scene)
       : before((Vec3d(0.1, 0.2, 0.5) - scene.origin()) * scene.scale()),
@@ -49,7 +49,7 @@ TEST(Transmittance, IsTheProductOverAllPanes) {
   EXPECT_EQ(transmittance(*panes(std::vector<float>(100, 0.9f))), 0.0f);
 }
 
-// Floats multiplied in another order would differ in their last bits.
+// If the floats were multiplied in another order, the products would differ in their last bits.
 TEST(Transmittance, DoesNotDependOnTheOrderOfThePanes) {
   std::vector<float> coverages;
   for (int k = 0; k < 40; ++k) coverages.push_back(0.01f + 0.002f * float(k));
@@ -61,8 +61,8 @@ TEST(Transmittance, DoesNotDependOnTheOrderOfThePanes) {
   EXPECT_EQ(transmittance(*panes({coverages.rbegin(), coverages.rend()})), there);
 }
 
-// The fraction of camera rays that pass and the mean of shadow rays, below and above the limit of
-// Russian roulette: within 4.5 standard errors of the product.
+// The fraction of camera rays that pass and the mean of the shadow rays equal the product to 4.5
+// standard errors, both below and above the limit of Russian roulette.
 TEST(Transmittance, IsHowOftenRaysPass) {
   constexpr uint32_t kRays = 65536;
   for (const std::vector<float>& coverages :

@@ -15,7 +15,7 @@
 namespace emberline {
 namespace {
 
-// The bytes that an image file gets.
+// Returns the bytes that an image file gets.
 std::vector<uint8_t> expected(const DisplaySettings& settings, const std::vector<float>& rgba) {
   const DisplayTransform transform(settings);
   std::vector<uint8_t> bytes;
@@ -28,7 +28,7 @@ std::vector<uint8_t> expected(const DisplaySettings& settings, const std::vector
   return bytes;
 }
 
-// Blocks of one colour, single pixels, repeated rows, and invalid values.
+// A picture with blocks of one colour, single pixels, repeated rows, and invalid values.
 std::vector<float> picture(int width, int height) {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> stops(-14.0f, 8.0f);
@@ -69,7 +69,7 @@ TEST_P(GradingTest, GivesTheBytesOfTheFiles) {
     std::vector<uint8_t> bytes(rgba.size());
     grading.grade(rgba, kWidth, bytes);
     EXPECT_EQ(bytes, expected(settings, rgba)) << exposure;
-    // Also by way of another exposure, as when a slider moves.
+    // The result is the same by way of another exposure, as when a slider moves.
     DisplaySettings other = settings;
     other.exposure = 3.0f;
     std::vector<uint8_t> slid(rgba.size());
@@ -89,7 +89,7 @@ TEST_P(GradingTest, GivesTheBytesOfTheFiles) {
 
 INSTANTIATE_TEST_SUITE_P(Views, GradingTest, ::testing::Values("sRGB", "ACES", "Raw"));
 
-// Positive floats over the whole range, in relative steps below 2^-7.
+// Tests positive floats over the whole range, in relative steps below 2^-7.
 TEST(Grading, AgreesAlongTheWholeScale) {
   std::vector<float> rgba;
   for (uint32_t bits = 0; bits < 0x7f800000u; bits += 0x8001) {

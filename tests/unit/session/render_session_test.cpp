@@ -1,4 +1,4 @@
-// The pictures of a session: the right samples of the newest edit, with their metadata.
+// Tests the pictures of a session: the right samples of the newest edit, and their metadata.
 #include "renderer/session/render_session.h"
 #include "integrators/integrator.h"
 #include "samplers/sampler.h"
@@ -169,7 +169,7 @@ TEST_F(RenderSessionTest, KeepsToTheMemoryLimitWithFramesAndEnvironments) {
     EXPECT_TRUE(finishes(owner));
     EXPECT_EQ(owner.session.problem(), "");
   }
-  // The first map is too large; the second fits, but its sampling table does not.
+  // The first map is too large. The second map fits, but its sampling table does not.
   for (const auto& [width, height] : {std::pair(1600, 1000), std::pair(1000, 500)}) {
     sky.width = width;
     sky.height = height;
@@ -185,7 +185,7 @@ TEST_F(RenderSessionTest, KeepsToTheMemoryLimitWithFramesAndEnvironments) {
   }
 }
 
-// The Cornell box has one lamp: doubling it doubles the picture without a new sample.
+// The Cornell box has only one lamp, so doubling the lamp doubles the picture without a new sample.
 TEST_F(RenderSessionTest, LightGroupsFollowALightWithoutASample) {
   ViewSettings view = settings("live", 16);
   view.light_groups = true;
@@ -361,7 +361,7 @@ TEST_F(RenderSessionTest, ExplainsThePickedPixel) {
   EXPECT_NE(text.find("refinement tree"), std::string::npos) << text;
   EXPECT_NE(text.find("rounds\n"), std::string::npos) << text;
   EXPECT_EQ(session.inspect(7, 9)->explanation, "");
-  // Another pixel has no recorded rounds, and does not get those of the first.
+  // Another pixel has no recorded rounds, and does not get those of the first pixel.
   session.pick(Vec2i(30, 10));
   ASSERT_TRUE(says("pixel 30,10: ", "ended by spp")) << session.picked()->explanation;
   text = session.picked()->explanation;
@@ -376,7 +376,7 @@ TEST_F(RenderSessionTest, ExplainsThePickedPixel) {
   EXPECT_FALSE(session.picked().has_value());
 }
 
-// The explanation during a frame of a pixel that was picked during it.
+// A pixel that is picked during a frame is explained during this frame.
 TEST_F(RenderSessionTest, ExplainsAnUnfinishedPixel) {
   ViewSettings slow = settings("adaptive");
   slow.render.width = 120;
@@ -447,7 +447,7 @@ TEST_F(RenderSessionTest, TheRegionComesFirstWithTheSameSamples) {
     serial = picture->serial;
     if (!picture->filled) {
       region_alone = true;
-      for (int x = 0; x < 10; ++x) {  // unchanged outside
+      for (int x = 0; x < 10; ++x) {  // unchanged outside the region
         EXPECT_EQ(std::memcmp(&picture->rgba[4 * size_t(x)], &whole[4 * size_t(x)], 16), 0);
       }
     }

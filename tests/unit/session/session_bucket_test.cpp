@@ -69,7 +69,8 @@ TEST_F(SessionBucketTest, BucketsReplaceAFirstPictureOneByOne) {
   expect_same_bits(picture->rgba, rendered(options), "after a first picture");
 }
 
-// As in a mouse drag, each edit has its picture before the next, or gives way to one that has.
+// As in a mouse drag, edits follow each other quickly. Each edit gets a picture before the next
+// edit.
 TEST_F(SessionBucketTest, ADragShowsPictures) {
   ViewSettings view = settings("bucket", 65536);
   view.render.bucket_size = 48;  // one bucket: none is finished during the drag

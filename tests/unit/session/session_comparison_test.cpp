@@ -1,4 +1,4 @@
-// A stored picture compared with the newest one.
+// Compares a stored picture with the newest picture.
 #include <gtest/gtest.h>
 
 #include "renderer/session/grading.h"
@@ -30,7 +30,7 @@ TEST_F(SessionComparisonTest, FollowsTheDisplayWithTheLightItWasKeptWith) {
   session.compare_with(kept);
   ASSERT_TRUE(owner.wait(30, [&] { return session.graded_comparison() != nullptr; }));
   EXPECT_EQ(session.graded_comparison()->rgba8, as_kept);
-  // With other lights and another display.
+  // Changes the scene and the display.
   session.set_edits(some_edits());
   ASSERT_TRUE(finishes(owner));
   ViewSettings view = session.settings();
@@ -66,7 +66,7 @@ TEST_F(SessionComparisonTest, NewerComparisonReplacesTheOlder) {
   expect_same_bits(session.graded_comparison()->rgba, second->rgba, "the newest");
 }
 
-// Colours of a heatmap are not graded.
+// The colours of a heatmap are not graded.
 TEST_F(SessionComparisonTest, OverlayIsNotGraded) {
   ViewSettings view = settings("bisection", 4);
   view.overlay = ViewOverlay::kSamples;

@@ -1,4 +1,4 @@
-// Denoised pictures of a session, and the raw data.
+// Tests the denoised pictures of a session, and the raw data.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ class SessionDenoiseTest : public SessionFixture {
     Grading(DisplaySettings{}).grade(rgba, 48, expected);
     return expected;
   }
-  // Approximately as displayed: the lamp is clipped to white.
+  // The difference is approximately as displayed: the lamp is clipped to white.
   static double difference(const std::vector<float>& a, const std::vector<float>& b) {
     double sum = 0.0;
     for (size_t i = 0; i < a.size(); ++i) {
@@ -48,7 +48,7 @@ TEST_F(SessionDenoiseTest, ShowsLessNoiseAndKeepsTheFilm) {
     EXPECT_TRUE(raw.session.picture()->denoised.empty());
     ASSERT_EQ(picture->denoised.size(), picture->rgba.size()) << driver;
     EXPECT_EQ(picture->rgba8, graded(picture->denoised));
-    // For such a small picture; tests/bench/results has larger ones.
+    // This is the limit for such a small picture. tests/bench/results has larger pictures.
     EXPECT_LT(difference(picture->denoised, truth), 0.75 * difference(picture->rgba, truth))
         << driver;
   }
@@ -98,7 +98,7 @@ TEST_F(SessionDenoiseTest, SwitchingRendersNothingAgain) {
   EXPECT_NE(session.picture()->raw8, beside->raw8);
 }
 
-// Only a new frame has the missing channels.
+// The session starts a new frame, because only a new frame has the missing channels.
 TEST_F(SessionDenoiseTest, SwitchingOnLaterRendersWithFeatures) {
   SessionOwner owner(settings("bisection", 4));
   RenderSession& session = owner.session;
@@ -128,7 +128,7 @@ TEST_F(SessionDenoiseTest, FilesAndOverlaysAndPixelValuesStayRaw) {
   ASSERT_TRUE(pixel && pixel->denoised);
   EXPECT_EQ(pixel->radiance.x, raw[4 * (10 * 48 + 20)]);
   EXPECT_EQ(pixel->denoised->x, session.picture()->denoised[4 * (10 * 48 + 20)]);
-  // With denoising every driver reports the pixel's error.
+  // With denoising, every driver reports the error of the pixel.
   std::optional<PixelInspection> known;
   ASSERT_TRUE(owner.wait(30, [&] {
     known = session.inspect(20, 10);
@@ -142,7 +142,7 @@ TEST_F(SessionDenoiseTest, FilesAndOverlaysAndPixelValuesStayRaw) {
   EXPECT_TRUE(session.picture()->denoised.empty());
 }
 
-// Mixed lights are filtered with the same weights.
+// When the lights are mixed anew, the mixture is denoised with the same weights.
 TEST_F(SessionDenoiseTest, WithLightGroupsAndARegion) {
   ViewSettings view = denoised("live", 8);
   view.light_groups = true;

@@ -1,5 +1,5 @@
-// Edits of a session: their effects, their rejection as a whole, and saved edits that give `render`
-// the same picture.
+// Tests the edits of a session: their effects, their rejection as a whole, and saved edits that
+// give `render` the same picture.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ TEST_F(SessionEditsTest, SavedEditsGiveTheCommandTheSameBits) {
   const std::vector<float> with = rendered(options);
   expect_same_bits(owner.session.picture()->rgba, with, "saved edits");
   EXPECT_NE(with, without);
-  // A session that opens them shows the same.
+  // A session that opens the saved edits shows the same picture.
   SessionOwner other(settings("bisection", 8));
   other.open(scene("cornell_box"), path("look.json"));
   EXPECT_EQ(other.session.edits(), owner.session.edits());
@@ -38,7 +38,7 @@ TEST_F(SessionEditsTest, SavedEditsGiveTheCommandTheSameBits) {
   expect_same_bits(other.session.picture()->rgba, with, "opened edits");
 }
 
-// An orthographic view, and a mirrored one.
+// Both views are mirrored, and the second is also orthographic.
 TEST_F(SessionEditsTest, SavedEditsKeepTheKindOfView) {
   SessionOwner owner(settings("bisection", 4));
   owner.open(scene("cornell_box"));
@@ -79,7 +79,7 @@ TEST_F(SessionEditsTest, SavedEditsStateTheViewOfTheOptions) {
   expect_same_bits(owner.session.picture()->rgba, rendered(options), "the view");
 }
 
-// Saved edits contain the selected camera, also among cameras of one name.
+// Saved edits contain the selected camera, even if several cameras have the same name.
 TEST_F(SessionEditsTest, SavedEditsStateTheCameraOfTheOptions) {
   test::GltfBuilder gltf;
   gltf.add_triangle();
@@ -108,7 +108,7 @@ TEST_F(SessionEditsTest, SavedEditsStateTheCameraOfTheOptions) {
   }
 }
 
-// Saved edits contain the lens, too, which keeps its f-number when the angle of view changes.
+// Saved edits also contain the lens, which keeps its f-number when the angle of view changes.
 TEST_F(SessionEditsTest, SavedEditsStateTheLensOfTheOptions) {
   ViewSettings view = settings("bisection", 4);
   view.render.look_from = Vec3d(300, 250, -700);
@@ -161,7 +161,7 @@ TEST_F(SessionEditsTest, SoloIsTheEditsWithEveryOtherLightOff) {
   SessionOwner owner(settings("bisection", 4));
   owner.open(scene("mis_plates"));
   RenderSession& session = owner.session;
-  // Two of its lamps, by their own materials.
+  // These are two of the scene's lamps, each with a material of its own.
   std::vector<int> lamps;
   const auto& materials = session.scene()->outline.materials;
   for (size_t i = 0; i < materials.size(); ++i) {

@@ -1,4 +1,4 @@
-// Files that a session writes in the background.
+// Tests the files that a session writes in the background.
 #include <gtest/gtest.h>
 
 #include "renderer/core/errors.h"
@@ -12,7 +12,7 @@ using test::SessionOwner;
 
 class SessionFilesTest : public SessionFixture {
  protected:
-  // Expects a session to show, and save with all channels, the command's picture.
+  // Expects a session to show the command's picture, and to save it with all channels.
   void expect_equals_render(const ViewSettings& view, RenderOptions options) {
     SessionOwner owner(view);
     owner.open(scene("cornell_box"));
@@ -35,7 +35,7 @@ TEST_F(SessionFilesTest, SavesThePictureWithItsChannels) {
   expect_equals_render(view, options);
 }
 
-// Saves the variance of adaptive frames, also with the bucket driver.
+// The variance of adaptive frames is saved, also with the bucket driver.
 TEST_F(SessionFilesTest, SavesTheVarianceOfAdaptiveFrames) {
   ViewSettings adaptive = settings("adaptive", 40), bucket = settings("bucket");
   bucket.render.noise_threshold = 0.05f;
@@ -120,7 +120,6 @@ TEST_F(SessionFilesTest, ReportsUnwritableFiles) {
   EXPECT_TRUE(contents().empty());
 }
 
-// Files are written even if the caller does not wait for them.
 TEST_F(SessionFilesTest, WritesFilesEvenIfTheCallerDoesNotWait) {
   {
     SessionOwner owner(settings("live"));

@@ -1,4 +1,4 @@
-// A session's per-pixel overlays and inspection during a frame.
+// Tests a session's per-pixel overlays, and the inspection of pixels during a frame.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -118,8 +118,8 @@ TEST_F(SessionOverlayTest, PausedFrameShowsItsCurrentState) {
   EXPECT_EQ(count(reasons_of(*owner.session.picture()), PixelStop::kBudget), kPixels);
 }
 
-// Bisection reports a finished pixel as finished although the pass continues. With one thread and
-// this many samples the last pass of the frame has two slices.
+// Bisection shows a finished pixel as finished although the pass continues. With one thread and
+// this many samples, the last pass of the frame has two slices.
 TEST_F(SessionOverlayTest, BisectionAndBucketsShowFinishedPixels) {
   for (const char* driver : {"bisection", "bucket"}) {
     ViewSettings view = settings(driver, 1024);

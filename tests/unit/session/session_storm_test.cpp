@@ -1,5 +1,5 @@
-// A session under stress: hundreds of edits, resizing, scenes opened before others are loaded,
-// closing at any moment. Also run under ThreadSanitizer.
+// Puts a session under stress: hundreds of edits, resizing, scenes that are opened before others
+// are loaded, and closing at any moment. ThreadSanitizer runs this file, too.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -119,7 +119,7 @@ TEST_F(SessionStormTest, ASceneThatFailsLeavesTheOldOne) {
   EXPECT_EQ(owner.session.scene(), before);
   EXPECT_EQ(owner.session.edits(), some_edits());
   ASSERT_TRUE(finishes(owner));
-  // Missing edits, or edits of another scene, fail the scene that is opened with them.
+  // If the edits are missing or belong to another scene, the scene that is opened with them fails.
   owner.session.open(scene("spheres"), path("none.json"));
   ASSERT_TRUE(owner.wait(60, [&] {
     return owner.session.load_status().error.find("none.json") != std::string::npos;
@@ -132,7 +132,7 @@ TEST_F(SessionStormTest, SecondSceneReplacesTheFirst) {
   owner.open(scene("cornell_box"));
   owner.session.set_edits(some_edits());
   owner.session.open(scene("spheres"));
-  // The first scene stays until then.
+  // The first scene stays until the second is loaded.
   while (owner.session.load_status().state == LoadStatus::State::kLoading) {
     ASSERT_EQ(owner.session.edits(), some_edits());
     pass_ms(1);

@@ -1,4 +1,4 @@
-// Time as an edit: another pose of an open scene has the bits of `render --time`.
+// Tests time as an edit: another pose of an open scene has the bits of `render --time`.
 #include <gtest/gtest.h>
 
 #include "renderer/core/errors.h"
@@ -96,7 +96,7 @@ TEST_F(SessionTimeTest, SavedTimesGiveTheCommandTheSameBits) {
   other.open(file_, path("look.json"));
   EXPECT_EQ(other.session.edits(), edits);
   expect_shown(other, saved, "opened edits");
-  // The command line takes precedence.
+  // The times on the command line take precedence over those in the edits file.
   SceneEdits as_well = edits;
   as_well.animation.time = 0.2;
   as_well.animation.fps.reset();

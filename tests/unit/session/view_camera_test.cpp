@@ -27,7 +27,7 @@ void expect_near(const Vec3d& a, const Vec3d& b, double tolerance, const char* w
                                          << " against " << b.x << " " << b.y << " " << b.z;
 }
 
-// The camera that a renderer makes of the edit.
+// Returns the camera that a renderer makes of the edit.
 CameraDescription camera_of(const CameraEdit& edit) {
   SceneEdits edits;
   edits.camera = edit;
@@ -61,13 +61,14 @@ const Kind kKinds[] = {{"perspective", false, false},
 CameraDescription of_kind(CameraDescription camera, const Kind& kind, double half_height) {
   camera.orthographic = kind.orthographic;
   camera.y_mag = half_height;
-  // As under a node scaled by (-1, 1, 1).
+  // This mirrors the camera like a node that is scaled by (-1, 1, 1).
   for (int c = 0; c < 3 && kind.mirrored; ++c) camera.to_world[0][c] = -camera.to_world[0][c];
   return camera;
 }
 
-// The point at which the renderer's ray through a frame position hits the pivot's plane, in scene
-// units. Positions are in frame heights from the centre, to the right and down.
+// The point at which the renderer's ray through a frame position hits the pivot's plane, relative
+// to the pivot and in multiples of `unit`. Positions are in frame heights from the centre, to the
+// right and down.
 Vec3d point_at_pivot(const ViewCamera& view, double right, double down, double unit) {
   constexpr int kSide = 100;
   const Camera camera(camera_of(edit_of(view)), kSide, kSide, view.pivot, 1.0 / unit);
@@ -77,7 +78,7 @@ Vec3d point_at_pivot(const ViewCamera& view, double right, double down, double u
   return from - along * (from.dot(back) / along.dot(back));
 }
 
-// The horizontal part of a direction: orbits and the horizon are relative to +Y.
+// The horizontal part of a direction. Orbits and the horizon are relative to +Y.
 Vec3d level_part(const Vec3d& v) { return {v.x, 0.0, v.z}; }
 
 struct Pose {
@@ -100,7 +101,7 @@ class ViewCameraTest : public ::testing::TestWithParam<Pose> {};
 INSTANTIATE_TEST_SUITE_P(Poses, ViewCameraTest, ::testing::ValuesIn(kPoses),
                          [](const auto& pose) { return pose.param.name; });
 
-// At the size of a room, of a micrometre and of a thousand kilometres.
+// The distances are those of a room, of a micrometre and of a thousand kilometres.
 TEST_P(ViewCameraTest, LooksLikeTheCameraThatItComesFrom) {
   for (const double scale : {1.0, 1e-6, 1e6}) {
     for (const Kind& kind : kKinds) {
@@ -132,8 +133,8 @@ TEST_P(ViewCameraTest, EveryMoveKeepsTheKind) {
   }
 }
 
-// However the picture is rotated, mirrored or projected, the dragged point stays under the cursor,
-// and right stays right in the picture.
+// The dragged point stays under the cursor, and right stays right in the picture, however the
+// picture is rotated, mirrored or projected.
 TEST_P(ViewCameraTest, TheScenesMoveIsTheHandsInThePicture) {
   for (const double scale : {1.0, 1e-6, 1e6}) {
     for (const Kind& kind : kKinds) {
@@ -152,8 +153,8 @@ TEST_P(ViewCameraTest, TheScenesMoveIsTheHandsInThePicture) {
       expect_near(view.axes().up, up, 1e-4, "up");
       const ViewCamera flown = fly(view, 0.1 * scale, 0.2 * scale, 0.0);
       expect_near((flown.eye() - view.eye()) / scale, right * 0.1 + up * 0.2, 1e-4, "flown");
-      // For small angles the eye moves to the picture's right, or turns to its left. A turntable
-      // orbits differently when seen from straight above, or upside down.
+      // For small angles, an orbit moves the eye to the picture's right, and a turn turns it to the
+      // left. Seen from straight above, or upside down, a turntable orbits differently.
       if (level_part(view.axes().back).length() < 0.1 || view.axes().up.y < 0) continue;
       const Vec3d orbited = orbit(view, 0.01, 0.0).eye() - view.eye();
       EXPECT_GT(orbited.dot(level_part(right)), 0.0) << "orbited";
@@ -200,13 +201,14 @@ TEST(ViewCamera, TurnsInPlace) {
   expect_near(turn(view, 0, kPiD / 4).axes().back, Vec3d(0, -1, 1).normalized(), 1e-12, "upwards");
 }
 
-// A point at the pivot's depth follows the cursor: a tenth of the frame for a tenth.
+// A point at the pivot's depth follows the cursor. It moves by a tenth of the frame if the cursor
+// does.
 TEST(ViewCamera, PansWithTheCursor) {
   for (const double scale : {1.0, 1e-6, 1e6}) {
     const ViewCamera view =
         view_of(camera_at(Vec3d(0, 0, 4) * scale, Vec3d(0.0)), Vec3d(0.0), scale);
     const ViewCamera moved = pan(view, 0.1, 0.2);
-    // The height of the frame at distance 4: 8 tan(0.3).
+    // At distance 4, the height of the frame is 8 tan(0.3).
     const double height = 8 * std::tan(0.3) * scale;
     expect_near(moved.pivot, Vec3d(-0.1, 0.2, 0) * height, 1e-12 * scale, "pivot");
     expect_near(moved.eye() - moved.pivot, view.eye() - view.pivot, 1e-12 * scale, "view");
@@ -258,7 +260,8 @@ TEST_P(ViewCameraTest, ChangingTheProjectionKeepsTheOrbitCentre) {
       const ViewCamera back = to_perspective(flat, view.fov_y);
       EXPECT_FALSE(camera_of(edit_of(back)).orthographic);
       expect_near(back.eye() / scale, view.eye() / scale, 1e-12, "and back");
-      // Enlarging without perspective brings the camera closer with perspective.
+      // Enlarging the picture without perspective brings the camera closer once it has perspective
+      // again.
       EXPECT_NEAR(to_perspective(dolly(flat, 0.5), view.fov_y).distance, 0.5 * view.distance,
                   1e-12 * view.distance);
     }
@@ -285,7 +288,7 @@ TEST(ViewCamera, AnOrthographicOneIsEnlargedInsteadOfComingNearer) {
   EXPECT_EQ(fly(view, 0, 0, 1.0).eye(), view.eye());
 }
 
-// The direction stays, and the whole sphere is in front of the eye, wherever that was.
+// The direction of view stays, and the whole sphere is in front of the eye, wherever the eye was.
 TEST(ViewCamera, FramesEverythingWithoutPerspective) {
   const Kind flat{"orthographic", true, true};
   for (const double scale : {1.0, 1e-6, 1e6}) {
@@ -337,7 +340,7 @@ TEST(ViewCamera, LooksTowardsAPoint) {
   EXPECT_NEAR(moved.distance, 4.0, 1e-12);
   const ViewCamera same = look_towards(view, view.eye());
   EXPECT_EQ(same.pivot, view.pivot);
-  // Straight down, with the previous roll.
+  // Looks straight down, with the previous roll.
   ViewCamera rolled = view;
   rolled.roll = 0.3;
   const ViewCamera down = look_towards(rolled, view.eye() - Vec3d(0, 5, 0));

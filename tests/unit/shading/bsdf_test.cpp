@@ -1,4 +1,4 @@
-// The surface model against closed forms and independent quadrature.
+// Compares the surface model with closed forms and independent quadrature.
 
 #include "renderer/shading/bsdf.h"
 
@@ -23,7 +23,8 @@ using test::GgxAlbedo;
 using test::TestRandom;
 
 TEST(SpecularAlbedo, DirectQuadratureMeetsTheAnchors) {
-  // 1 - ln 2 is exact; for the rest three methods agree: this, visible normals, and Monte Carlo.
+  // 1 - ln 2 is exact. For the rest, three methods agree: this one, visible normals, and Monte
+  // Carlo.
   const double anchors[][3] = {{.05, 1, .9973}, {.05, .5, .9927}, {.05, .1, .911}, {.1, 1, .9883},
                                {.1, .5, .9694}, {.1, .1, .884},   {.25, 1, .916},  {.25, .5, .857},
                                {.25, .1, .892}, {.5, 1, .6879},   {.5, .5, .698},  {.5, .1, .860},
@@ -70,9 +71,9 @@ float radical_inverse(int base, int i) {
   return std::min(float(value), kOneMinusEpsilon);
 }
 
-// The integral of f L |cos| over directions, half by the BSDF's own samples and half by directions
-// uniform in log(cos) (balance heuristic, Veach & Guibas 1995), so that neither narrow lobes nor
-// grazing light make it noisy. Hammersley points.
+// The integral of f L |cos| over directions. Half of the directions are the BSDF's own samples, and
+// half are uniform in log(cos) (balance heuristic, Veach & Guibas 1995), so that neither narrow
+// lobes nor grazing light make the integral noisy. The points are Hammersley points.
 template <typename Radiance>
 Rgb reflected(const SurfaceBsdf& bsdf, Radiance radiance, int n = 1 << 14) {
   constexpr double kLogRange = 20;  // down to cos = 2e-9
@@ -104,7 +105,7 @@ Rgb furnace(const SurfaceBsdf& bsdf, int n = 1 << 14) {
 const std::vector<float> kAlphas = {0, 1e-7f, 1e-4f, 1e-3f, .01f, .05f, .1f, .25f, .5f, .8f, 1};
 const std::vector<float> kCosines = {1, .5f, .1f, .01f, 1e-3f, 1e-6f};
 
-// White base without absorption: energy is conserved for metal, dielectric and every mix.
+// A white base absorbs nothing. Energy is conserved for metal, dielectric and every mix of them.
 TEST(SurfaceBsdf, WhiteFurnaceReturnsEverything) {
   for (const float alpha : kAlphas)
     for (const float mu : kCosines)
@@ -169,7 +170,8 @@ TEST(SurfaceBsdf, SingleScatterLobeReturnsE) {
 }
 
 TEST(SurfaceBsdf, BlackMetalAndNothingBehind) {
-  // A black metal keeps Schlick's grazing reflection; a surface seen from behind absorbs.
+  // A black metal keeps Schlick's grazing reflection. A surface that is seen from behind absorbs
+  // all light.
   const BsdfParameters black{.base_color = Rgb(0), .metallic = 1, .roughness = .5f};
   EXPECT_LT(SurfaceBsdf(black, Vec3f(0, 0, 1)).albedo().x, 1e-3f);
   for (const Vec3f& wo : {direction(-.5f, 0), Vec3f(1, 0, 0), Vec3f(NAN, NAN, NAN)}) {
@@ -232,8 +234,8 @@ TEST(SurfaceBsdf, SamplesFollowTheDensity) {
   }
 }
 
-// Any parameters and directions, narrow lobes and grazing angles: values are finite and
-// non-negative, and samples agree with eval and pdf.
+// The parameters and directions are arbitrary and include narrow lobes and grazing angles. Values
+// are finite and non-negative, and samples agree with eval and pdf.
 TEST(SurfaceBsdf, SweepStaysFiniteAndConsistent) {
   const float roughnesses[] = {0, 3e-4f, .0316f, .0317f, .05f, .2f, 1};
   const float cosines[] = {1e-38f, 1e-20f, 1e-6f, 1e-4f, .05f, 1};

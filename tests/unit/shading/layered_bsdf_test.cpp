@@ -1,4 +1,5 @@
-// The list of lobes: layers on the base, thin films, anisotropic highlights, diffuse transmission.
+// Tests the list of lobes: layers on the base, thin films, anisotropic highlights, diffuse
+// transmission.
 
 #include <gtest/gtest.h>
 
@@ -43,8 +44,9 @@ double radical_inverse(int base, int i) {
   return value;
 }
 
-// The integral of f |cos| over the sphere, half by the BSDF's own samples, half by directions
-// uniform in the cosine of each hemisphere (balance heuristic). Hammersley points.
+// The integral of f |cos| over the sphere. Half of the directions are the BSDF's own samples, and
+// half are uniform in the cosine of each hemisphere (balance heuristic). The points are Hammersley
+// points.
 Rgb furnace(const SurfaceBsdf& bsdf, int n = 1 << 14) {
   double sum[3] = {0, 0, 0};
   const auto add = [&](const Rgb& value, double scale) {
@@ -79,7 +81,8 @@ TEST(LayeredBsdf, WithoutLayersIsThePlainModel) {
   }
 }
 
-// White without absorption: all light returns. 2e-3, plus the table's error if anisotropic.
+// A white material without absorption returns all light. The tolerance is 2e-3, plus the error of
+// the table if the material is anisotropic.
 TEST(LayeredBsdf, WhiteFurnaceReturnsEverything) {
   std::vector<Material> materials;
   for (const float roughness : {0.0f, .2f, .5f, 1.0f}) {
@@ -152,7 +155,8 @@ TEST(LayeredBsdf, StacksNeverReturnMoreThanTheyGet) {
   EXPECT_GT(least, .5);
 }
 
-// Each kind alone and all together, without clear transmission, which is not reciprocal.
+// Materials with each kind of layer alone and with all of them together. Clear transmission is left
+// out, because it is not reciprocal.
 std::vector<Material> kinds() {
   std::vector<Material> list;
   const auto add = [&](const char* name, const auto& change) {
@@ -205,7 +209,8 @@ TEST(LayeredBsdf, IsReciprocal) {
       const bool below = m.layers.diffuse_transmission > 0 && random.next() < .5f;
       const Vec3f other = below ? Vec3f(b.x, b.y, -b.z) : b;
       const Rgb ab = m.at(a).eval(other) / b.z;
-      // From the other side the surface is mirrored: its normal is reversed, x and y stay.
+      // Seen from the other side, the surface is mirrored: its normal is reversed, and x and y
+      // stay.
       const Rgb ba = below ? m.at(b).eval(Vec3f(a.x, a.y, -a.z)) / a.z : m.at(b).eval(a) / a.z;
       for (int c = 0; c < 3; ++c)
         ASSERT_NEAR(ab[c], ba[c], 2e-4f * (1 + ab[c])) << m.name << " draw " << i;
@@ -244,8 +249,8 @@ TEST(LayeredBsdf, SamplesFollowTheDensity) {
   }
 }
 
-// Any parameters and directions: values are finite and non-negative; samples agree with eval and
-// pdf.
+// The parameters and directions are arbitrary. Values are finite and non-negative, and samples
+// agree with eval and pdf.
 TEST(LayeredBsdf, SweepStaysFiniteAndConsistent) {
   double largest = 0;
   for (uint64_t i = 0; i < 200000; ++i) {
@@ -304,8 +309,8 @@ TEST(LayeredBsdf, SweepStaysFiniteAndConsistent) {
   EXPECT_LT(largest, 40) << "a sample's weight is bounded";
 }
 
-// A coat reduces the sampling of smooth glass by the light that it blocks, and partial glass is
-// sampled with its own weight.
+// A coat reduces the sampling of smooth glass by the light that it blocks. Partial glass is sampled
+// with its own weight.
 TEST(LayeredBsdf, SmoothGlassIsSampledWithItsWeight) {
   const Vec3f wo = direction(.9f, 1);
   const auto passed = [&](const Material& m) {
@@ -323,7 +328,7 @@ TEST(LayeredBsdf, SmoothGlassIsSampledWithItsWeight) {
   glass.base.inside = glass.layers.behind = true;
   const double bare = passed(glass);
   glass.layers.clearcoat = 1;
-  // The ray leaves at the refracted cosine; a smooth coat transmits 1 - F by Schlick.
+  // The ray leaves at the refracted cosine. A smooth coat transmits 1 - F by Schlick.
   const float sine2 = (1 - .9f * .9f) * square(1.5f);
   const float mu = std::sqrt(1 - sine2), m = 1 - mu;
   EXPECT_NEAR(passed(glass) / bare, .96 * (1 - double(m * m * m * m * m)), 1e-3);
@@ -374,7 +379,8 @@ TEST(LayeredBsdf, ASmoothCoatMirrorsAboutItsOwnNormal) {
     const BsdfSample s = bsdf.sample((float(i) + .5f) / 100, Vec2f(.3f, .6f));
     if (!s.valid || !s.delta) continue;
     ++found;
-    // wo is 0.5 to one side, the normal 0.2 to the other: out at 0.9.
+    // wo is 0.5 to one side of the vertical, and the normal 0.2 to the other, so the reflection is
+    // at 0.9.
     EXPECT_NEAR((s.wi - direction(std::cos(.9f), 0)).length(), 0, 1e-5f);
   }
   EXPECT_GT(found, 0);

@@ -1,4 +1,4 @@
-// Parameters of a material's layers at a point.
+// Tests the parameters of a material's layers at a point.
 #include <gtest/gtest.h>
 
 #include "renderer/core/constants.h"
@@ -61,7 +61,7 @@ TEST(MaterialLayers, UsesFactorsWithoutATexture) {
   EXPECT_FALSE(layers.has_clearcoat_normal_map);
 }
 
-// Every slot has its own image, so that a swapped channel or slot shows.
+// Every slot has its own image, so that the test notices a swapped channel or slot.
 TEST(MaterialLayers, FactorsTimesTheirChannels) {
   MaterialDescription d = layered();
   d.clearcoat_normal_scale = .5f;
@@ -99,7 +99,7 @@ TEST(MaterialLayers, FactorsTimesTheirChannels) {
 }
 
 TEST(MaterialLayers, SlotsHaveTheirOwnCoordinates) {
-  // Left black, right white, without interpolation between them.
+  // The image is black on the left and white on the right, without interpolation between them.
   const auto halves = byte_image(2, 1, 1, {0, 255});
   MaterialDescription d;
   d.clearcoat = 1;
@@ -128,7 +128,7 @@ TEST(MaterialLayers, DirectionsAreTurnedCounterClockwise) {
   d.anisotropy = 1;
   d.anisotropy_texture.image = 0;
   d.anisotropy_rotation = kPi / 2;
-  // Up becomes left.
+  // The texture's direction is up, and the rotation makes it left.
   LayerParameters p = layers_of(d, {byte_image(1, 1, 3, {128, 255, 255})}).parameters;
   EXPECT_NEAR(p.anisotropy_direction.x, -1, 1e-4);
   EXPECT_NEAR(p.anisotropy_direction.y, 0, 5e-3);

@@ -74,8 +74,8 @@ TEST(Material, FactorsTimesTexturesTimesVertexColour) {
   EXPECT_NEAR(m.emission(a, .3f).y, p.emission.y, 1e-6);
 }
 
-// Slots with their own UV parametrisation or a shared one: each gets the same texel as its texture
-// alone. Normals are filtered.
+// Slots have their own UV parametrisation or share one. Each slot gets the same texel as its
+// texture would alone. Normals are filtered.
 TEST(Material, EachSlotUsesItsOwnTextureCoordinates) {
   const auto noise = [](int size, int channels) {
     std::vector<uint8_t> bytes(size_t(size * size * channels));
@@ -146,7 +146,7 @@ TEST(Material, SharesTexturesAndCountsImagesOnce) {
 
 TEST(Material, CoverageFollowsTheAlphaMode) {
   SceneDescription scene;
-  // Alpha 0 and 255 next to each other; then an opaque image.
+  // The first image has alpha 0 and 255 next to each other. The second image is opaque.
   scene.images = {byte_image(2, 1, 4, {255, 255, 255, 0, 255, 255, 255, 255}),
                   byte_image(1, 1, 4, {255, 255, 255, 255})};
   MaterialDescription mask;
@@ -289,7 +289,7 @@ TEST(Material, DispersionNeedsRefraction) {
   const MaterialSet set(scene);
   EXPECT_EQ(set[0].dispersion(), .36f);
   for (int i = 1; i < 5; ++i) EXPECT_EQ(set[i].dispersion(), 0) << i;
-  // Diffusely transmitted light is absorbed in the interior, too.
+  // Diffusely transmitted light is also absorbed in the interior.
   EXPECT_TRUE(set[4].is_transmissive() && set[4].has_diffuse_transmission());
   EXPECT_FALSE(set[4].has_transmission());
   EXPECT_NEAR(beer_transmittance(set[4].attenuation(), 1).x, .5f, 1e-6);

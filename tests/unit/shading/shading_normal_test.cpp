@@ -32,9 +32,9 @@ TEST(MappedNormal, FollowsHandedness) {
   EXPECT_TRUE(near(mapped_normal(n, {1, 0, 0, -1}, false, m), Vec3f(m.x, -m.y, m.z)));
 }
 
-// A mirroring instance shows the mirror image: mapping and then mirroring equals mirroring the
-// attributes and then mapping. Mirror in x: positions and tangents (-x, y, z); normals by the
-// inverse transpose, the same.
+// A mirroring instance shows the mirror image. Mapping a normal and then mirroring it equals
+// mirroring the attributes and then mapping. The mirror is in X: positions and tangents become (-x,
+// y, z), and so do normals, by the inverse transpose.
 TEST(MappedNormal, MirroredInstanceIsTheMirrorImage) {
   const auto mirror = [](const Vec3f& v) { return Vec3f(-v.x, v.y, v.z); };
   for (uint64_t i = 0; i < 1000; ++i) {
@@ -67,7 +67,7 @@ TEST(SurfaceFrame, PropertiesHoldForAnyNormals) {
   for (uint64_t i = 0; i < 200000; ++i) {
     TestRandom random(3, i);
     const Vec3f face = random_direction(random), wo_any = random_direction(random);
-    // Often grazing.
+    // The direction is often grazing.
     const float grazing = random.next() < .5f ? 1.0f : std::pow(10.0f, -7 * random.next());
     const Vec3f wo = normalize(wo_any + face * ((grazing - 1) * dot(face, wo_any)));
     const Vec3f vertex = normalize(face + random_direction(random) * random.next());
@@ -87,12 +87,12 @@ TEST(SurfaceFrame, PropertiesHoldForAnyNormals) {
     const float floor = std::min(.9f * cos_g, .01f);
     ASSERT_GE(dot(reflected, f.geometric_normal), floor - 6e-7f) << replay;
 
-    // A valid normal is unchanged; an invalid one moves no farther than needed.
+    // A valid normal is unchanged. An invalid normal moves no farther than needed.
     const Vec3f wanted = normalize(f.back_facing ? -shading : shading);
     if ((n - wanted).length() > 1e-5f && dot(vertex, face) > 0) {
       ++tilted;
       ASSERT_NEAR(dot(reflected, f.geometric_normal), floor, 1e-5f) << replay;
-      ASSERT_NEAR(dot(n, cross(f.geometric_normal, wanted)), 0, 1e-4f) << replay;  // in the plane
+      ASSERT_NEAR(dot(n, cross(f.geometric_normal, wanted)), 0, 1e-4f) << replay;  // in their plane
     }
   }
   EXPECT_GT(tilted, 1000);
@@ -130,7 +130,7 @@ TEST(Terminator, IsGgxMaskingAndNeutralWithoutABend) {
   EXPECT_EQ(terminator_factor(0, .5f), 0);
   EXPECT_EQ(terminator_factor(-.1f, .5f), 0);
   EXPECT_EQ(terminator_factor(1, .5f), 1);
-  // tan(delta) = 1: alpha^2 = 1/8; at 45 degrees 2 / (1 + sqrt(1 + 1/8)).
+  // If tan(delta) = 1, alpha^2 is 1/8, and at 45 degrees the factor is 2 / (1 + sqrt(1 + 1/8)).
   const float alpha2 = terminator_alpha2(std::sqrt(.5f));
   EXPECT_NEAR(alpha2, .125f, 1e-6);
   EXPECT_NEAR(terminator_factor(std::sqrt(.5f), alpha2), 2 / (1 + std::sqrt(1.125)), 1e-6);

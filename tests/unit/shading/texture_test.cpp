@@ -1,4 +1,4 @@
-// Lookups compared with a naive implementation of the glTF specification.
+// Compares lookups with a naive implementation of the glTF specification.
 
 #include "renderer/shading/texture.h"
 
@@ -41,7 +41,7 @@ TextureRef wrapped(WrapMode s, WrapMode t) {
   return ref;
 }
 
-// One tap at a time, in integers.
+// Wraps one tap at a time, in integers.
 int naive_wrap(int64_t i, int64_t n, WrapMode wrap) {
   if (wrap == WrapMode::kClampToEdge) return int(std::clamp<int64_t>(i, 0, n - 1));
   if (wrap == WrapMode::kRepeat) return int(((i % n) + n) % n);
@@ -190,7 +190,8 @@ TEST(Texture, TransformIsApplied) {
   EXPECT_FALSE(plain.same_use(transformed));
 }
 
-// A single lit texel is found wherever it is: the mean is over texels, not over sample points.
+// A single lit texel is found wherever it is, because the mean is over texels and not over sample
+// points.
 TEST(Texture, TriangleMeanSeesEveryTexel) {
   const int n = 512;
   std::vector<float> texels(size_t(n * n));
@@ -200,7 +201,8 @@ TEST(Texture, TriangleMeanSeesEveryTexel) {
   const Rgb b = texture.mean_over_triangle({1, 1}, {1, 0}, {0, 1});
   EXPECT_NEAR(a.x, 2 * 1000.0 / (n * n), 1e-4);  // 377 < 512: the texel is in the first half
   EXPECT_EQ(b.x, 0);
-  // Nine tiles, in either winding order, shifted by whole tiles.
+  // The triangle covers half of 3 x 3 tiles, has the other winding order and is shifted by whole
+  // tiles.
   const Rgb tiled = texture.mean_over_triangle({-3, 0}, {-3, 3}, {0, 0});
   EXPECT_NEAR(tiled.x, 1000.0 / (n * n), 1000.0 / (n * n) * 0.4);  // 3 or 6 whole tiles of 4.5
   // A small triangle uses filtered points.
@@ -210,7 +212,7 @@ TEST(Texture, TriangleMeanSeesEveryTexel) {
   EXPECT_NEAR(point.x, noise.bilinear(p).x, 1e-5);
 }
 
-// A sliver along a row of about 1e9 texels, with hardly any area.
+// The triangle is a sliver with hardly any area, along a row of about 1e9 texels.
 TEST(Texture, TriangleMeanOfASliver) {
   const Texture texture(noise_image(1024, 1, 3), TextureRef{}, false);
   const Rgb along = texture.mean_over_triangle({0, .5f}, {878900, .5f}, {0, .5000001f});
@@ -242,7 +244,7 @@ TEST(Texture, OneTexelMakesItSeeThrough) {
   expect_finds_texel<float>(TexelType::kFloat, 1.0f, 0.999f);
 }
 
-// The layout of the image in a memory-mapped file.
+// Returns the image in the layout of a memory-mapped file.
 std::shared_ptr<Image> in_tiles(const Image& image) {
   auto tiled = std::make_shared<Image>(image);
   const size_t texel = size_t(image.byte_count()) / size_t(image.width) / size_t(image.height);

@@ -1,4 +1,4 @@
-// The clear dielectric against closed forms.
+// Compares the clear dielectric with closed forms.
 
 #include <gtest/gtest.h>
 
@@ -33,7 +33,8 @@ BsdfSample draw(const SurfaceBsdf& bsdf, TestRandom& random) {
 }
 
 TEST(Fresnel, HasItsCosineWeightedMeans) {
-  // 2 int F mu dmu in closed form; inside 1 - (1 - Favg) / eta^2.
+  // The means outside are 2 int F mu dmu in closed form. Inside, the mean is 1 - (1 - Favg) /
+  // eta^2.
   const double want[][2] = {{1.33, .06593}, {1.5, .09178}, {2, .16060}};
   for (const auto& [ior, mean] : want) {
     double outside = 0, inside = 0;
@@ -88,8 +89,8 @@ TEST(Transmission, ThinWallsDoNotBend) {
               1e-6);
 }
 
-// A slab between parallel faces, path by path: R = 2 F / (1 + F), T = 1 - R; with absorption a per
-// crossing T = (1 - F)^2 a / (1 - F^2 a^2).
+// Follows paths through a slab between parallel faces: R = 2 F / (1 + F), T = 1 - R. If a crossing
+// transmits a, then T = (1 - F)^2 a / (1 - F^2 a^2).
 TEST(Transmission, SlabMeetsTheGeometricSeries) {
   const double want[][2] = {{0, .076923}, {.5, .079216}, {1, .143891}, {1.3, .390510}};
   for (const auto& [angle, reflectance] : want)
@@ -133,7 +134,7 @@ TEST(Transmission, GlassSphereVanishesInTheFurnace) {
       Moments radiance;
       for (uint64_t i = 0; i < 40000; ++i) {
         TestRandom random(12, i);
-        // On the unit sphere; the ray travels along d and hits at n.
+        // The sphere has radius 1. The ray travels along d and hits the sphere at n.
         Vec3f n(0, 0, 1), d = -direction(mu, 0);
         double weight = 1;
         bool inside = false, left = false;
@@ -208,8 +209,8 @@ TEST(Transmission, SamplesFollowTheDensity) {
   }
 }
 
-// Without the 1 / eta^2 of radiance and the compensation at wo, refraction is reciprocal: Walter's
-// f(i, o) eta_o^2 = f(o, i) eta_i^2 (Veach 1997, section 5.2).
+// Apart from the 1 / eta^2 of radiance and the compensation at wo, refraction is reciprocal. For
+// Walter's f, f(i, o) eta_o^2 = f(o, i) eta_i^2 (Veach 1997, section 5.2).
 TEST(Transmission, RefractionIsReciprocalUpToEtaSquared) {
   for (uint64_t i = 0; i < 2000; ++i) {
     TestRandom random(14, i);
@@ -281,7 +282,7 @@ TEST(Transmission, NothingFromBehindOrNowhere) {
 }
 
 // The straight transmission equals the mean of the samples that pass straight through, over a fine
-// grid of the lobe selection number; only smooth thin walls have any.
+// grid of the number that selects the lobe. Only smooth thin walls have straight transmission.
 TEST(Transmission, StraightThroughIsTheMeanOfItsSamples) {
   for (int i = 0; i < 60; ++i) {
     TestRandom random(16, uint64_t(i));
@@ -302,7 +303,7 @@ TEST(Transmission, StraightThroughIsTheMeanOfItsSamples) {
       if (s.valid && s.delta && s.transmitted && p.thin_walled) mean += s.weight / float(kSteps);
     }
     const Rgb straight = bsdf.straight_transmittance();
-    // A step of the grid is worth 1 / 20000 of a weight, which is at most 50 (kPickFloor).
+    // A step of the grid is worth 1 / 20000 of a weight, and a weight is at most 50 (kPickFloor).
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(straight[c], mean[c], 5e-3) << "TestRandom(16, " << i;
     EXPECT_TRUE((!rough && !solid && p.ior > 0) || straight == Rgb(0)) << i;
   }

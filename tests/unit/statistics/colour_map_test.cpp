@@ -1,4 +1,4 @@
-// Colour maps compared with the published tables, and their perceptual properties.
+// Compares colour maps with the published tables, and tests their perceptual properties.
 #include "renderer/statistics/colour_map.h"
 
 #include <gtest/gtest.h>
@@ -18,8 +18,9 @@ struct Published {
   std::vector<std::pair<int, Rgb8>> entries;  // of a table of 256
 };
 
-// From matplotlib's tables, the original source of viridis, inferno and magma, and Mikhailov's: the
-// ends, the four entries with the largest error between our samples, and six others.
+// The entries are from Mikhailov's table and from matplotlib's tables, the original source of
+// viridis, inferno and magma. They are the ends, the four entries with the largest error between
+// our samples, and six others.
 const std::vector<Published>& published() {
   static const std::vector<Published> tables = {
       {ColourMap::kViridis,
@@ -113,7 +114,7 @@ TEST(ColourMap, LightnessRisesInAllButTurbo) {
   }
 }
 
-// CIE 1976 differences below 10 are small, those above 20 are obvious.
+// CIE 1976 differences below 10 are small, and differences above 20 are obvious.
 TEST(ColourMap, NoValueIsLikeNoValueOfTheMap) {
   for (const ColourMapEntry& entry : colour_map_table()) {
     for (int i = 0; i <= 255; ++i) {

@@ -1,4 +1,4 @@
-// The error metrics compared with closed forms, hand-computed values and a naive SSIM.
+// Compares the error metrics with closed forms, hand-computed values and a naive SSIM.
 #include "renderer/statistics/error_metrics.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ TEST(ErrorMetrics, EqualImages) {
 }
 
 TEST(ErrorMetrics, ConstantOffset) {
-  // x = 3/4, r = 1/2 in all channels: exact in binary.
+  // All channels have x = 3/4 and r = 1/2, which are exact in binary.
   const ErrorMetrics metrics = compare_images(constant_picture(16, 12, 0.75f, 0.75f, 0.75f),
                                               constant_picture(16, 12, 0.5f, 0.5f, 0.5f));
   EXPECT_EQ(metrics.mse, 0.0625);
@@ -62,7 +62,8 @@ TEST(ErrorMetrics, ConstantOffset) {
 }
 
 TEST(ErrorMetrics, ChannelsAndSign) {
-  // Differences +1, -2, +3 from r = 1, 4, 5: sum 2 of 10; squares 1 + 4 + 9 over 3.
+  // The differences from r = 1, 4, 5 are +1, -2, +3. Their sum is 2, and the sum of r is 10. Their
+  // mean square is (1 + 4 + 9) / 3.
   const ErrorMetrics metrics =
       compare_images(constant_picture(3, 3, 2, 2, 8), constant_picture(3, 3, 1, 4, 5));
   EXPECT_DOUBLE_EQ(metrics.mse, 14.0 / 3.0);
@@ -84,8 +85,8 @@ TEST(ErrorMetrics, BlackReference) {
 }
 
 TEST(ErrorMetrics, TrimmingLeavesOutTheWorstThousandth) {
-  // Of 2000 pixels the worst two are trimmed: a firefly and one half as bad. The rest is off by
-  // 1/8.
+  // The worst two of 2000 pixels are trimmed: a firefly, and a pixel that is half as bad. All
+  // others are off by 1/8.
   RgbImage image = constant_picture(50, 40, 1.125f, 1.125f, 1.125f);
   const RgbImage reference = constant_picture(50, 40, 1, 1, 1);
   for (size_t c = 0; c < 3; ++c) {
@@ -105,7 +106,7 @@ TEST(ErrorMetrics, NonFinitePixelsAreCountedAndLeftOut) {
   const auto spoil = [](RgbImage& target, size_t pixel, float value) {
     target.rgb[3 * pixel + pixel % 3] = value;
   };
-  // With the same pixels set to black in both, the metrics are those of the other pixels.
+  // If these pixels are black in both pictures, the metrics are those of the other pixels.
   RgbImage clean = image, clean_reference = reference;
   for (const size_t pixel : {size_t(0), size_t(615), size_t(1199)}) {
     for (size_t c = 0; c < 3; ++c)
@@ -123,7 +124,8 @@ TEST(ErrorMetrics, NonFinitePixelsAreCountedAndLeftOut) {
   const double weight = 1200.0 / 1197.0;
   EXPECT_NEAR(metrics.mse, expected.mse * weight, 1e-12);
   EXPECT_NEAR(metrics.signed_bias, expected.signed_bias, 1e-12);
-  // FLIP of an equal pixel is not 0 if its surroundings differ, but it is left out as well.
+  // FLIP is not 0 at an equal pixel whose surroundings differ, but a non-finite pixel is left out
+  // of it.
   EXPECT_NEAR(metrics.flip, expected.flip * weight, 3.0 / 1197.0);
   EXPECT_TRUE(std::isfinite(metrics.ssim));
   EXPECT_TRUE(std::isfinite(metrics.psnr));
@@ -212,16 +214,16 @@ TEST(Ssim, ConstantPlanes) {
 TEST(Ssim, OnePixelAndTwo) {
   EXPECT_NEAR(mean_ssim({0.2f}, {0.6f}, {0}, 1, 1),
               ssim_formula(double(0.2f), double(0.6f), 0, 0, 0), 1e-12);
-  // Two pixels have weights of 1/2 each. a = 0, 1: mean 1/2, variance 1/4; b = 1/2, 1: mean 3/4,
-  // variance 1/16; covariance 1/2 - 3/8 = 1/8.
+  // Two pixels have weights of 1/2 each. For a = 0, 1 the mean is 1/2 and the variance 1/4. For b =
+  // 1/2, 1 the mean is 3/4 and the variance 1/16. The covariance is 1/2 - 3/8 = 1/8.
   EXPECT_NEAR(mean_ssim({0.0f, 1.0f}, {0.5f, 1.0f}, {0, 0}, 2, 1),
               ssim_formula(0.5, 0.75, 0.25, 0.0625, 0.125), 1e-12);
 }
 
 TEST(Ssim, ThreeByThreeByHand) {
-  // Weights exp(-1 / 4.5) : 1 : exp(-1 / 4.5), so 0.307801 0.384398 0.307801. One bright pixel in
-  // the middle of a, and one in a corner of b: means w1^2 and w0^2, E[a^2] and E[b^2] the same,
-  // E[ab] = 0.
+  // The weights are in the ratio exp(-1 / 4.5) : 1 : exp(-1 / 4.5), so they are 0.307801, 0.384398
+  // and 0.307801. One pixel is bright in the middle of a, and one in a corner of b. The means are
+  // w1^2 and w0^2, E[a^2] and E[b^2] are the same, and E[ab] is 0.
   const double side = std::exp(-1.0 / 4.5);
   const double w1 = 1 / (1 + 2 * side), w0 = side * w1;
   const double p = w1 * w1, q = w0 * w0;
@@ -230,7 +232,7 @@ TEST(Ssim, ThreeByThreeByHand) {
               ssim_formula(p, q, p - p * p, q - q * q, -p * q), 1e-12);
 }
 
-// Every window separately, with the two-dimensional Gaussian.
+// Computes every window separately, with the two-dimensional Gaussian.
 double naive_ssim(const std::vector<float>& a, const std::vector<float>& b,
                   const std::vector<uint8_t>& masked, int width, int height) {
   double weights[11][11], total = 0;

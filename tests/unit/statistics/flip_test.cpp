@@ -1,6 +1,6 @@
-// LDR-FLIP compared with values computed by hand from the paper's formulas, and with a literal
-// implementation: two-dimensional kernels and printed colour matrices, sharing no code with the one
-// under test.
+// Compares LDR-FLIP with values computed by hand from the paper's formulas, and with a literal
+// implementation. The latter has two-dimensional kernels and printed colour matrices, and shares no
+// code with the implementation under test.
 #include "renderer/statistics/flip.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,8 @@ Colour multiply(const double (&m)[3][3], const Colour& v) {
   return out;
 }
 
-// sRGB and D65 from the chromaticities of BT.709, and the inverse, to ten digits.
+// The matrices from and to sRGB, and the white D65, computed from the chromaticities of BT.709 to
+// ten digits.
 constexpr double kToXyz[3][3] = {{0.4123907993, 0.3575843394, 0.1804807884},
                                  {0.2126390059, 0.7151686788, 0.0721923154},
                                  {0.0193308187, 0.1191947798, 0.9505321522}};
@@ -117,7 +118,7 @@ struct Literal {
     return hunt_lab(linear);
   }
 
-  // Magnitude of the edge (order 1) or point (order 2) response.
+  // The magnitude of the response to an edge (order 1) or a point (order 2).
   double feature(int x, int y, double ppd, int order) const {
     const double sigma = 0.5 * 0.082 * ppd;
     const int radius = int(std::ceil(3 * sigma));
@@ -173,12 +174,12 @@ TEST(Flip, EqualPicturesAreZero) {
 }
 
 TEST(Flip, BlackAgainstWhite) {
-  // Without features, and with filters that keep constants, lightness differs by 100 and chroma not
-  // at all, so the value is 100^0.7 = 25.1189, redistributed. The largest error is that between
-  // green, L*a*b* (87.7355, -86.1816, 83.1866), and blue, (32.3009, 79.1953, -107.8555); after Hunt
-  // (a and b times L / 100) they are 203.3050 apart, to the power 0.7 41.2766. 25.1189 lies beyond
-  // the knee at 0.4 of that, 16.5106: 0.95 + 0.05 (25.1189 - 16.5106) / (41.2766 - 16.5106) =
-  // 0.967379.
+  // There are no features, and the filters keep constants. Lightness differs by 100 and chroma does
+  // not differ, so the value is 100^0.7 = 25.1189, which is redistributed. The largest error is
+  // that between green, L*a*b* (87.7355, -86.1816, 83.1866), and blue, (32.3009, 79.1953,
+  // -107.8555). After Hunt (a and b times L / 100) these are 203.3050 apart, which to the power 0.7
+  // is 41.2766. The knee is at 0.4 of this, 16.5106, and 25.1189 lies beyond it. So the result is
+  // 0.95 + 0.05 (25.1189 - 16.5106) / (41.2766 - 16.5106) = 0.967379.
   const double expected = colour_error(100.0);
   EXPECT_NEAR(expected, 0.967379, 1e-6);
   const std::vector<float> map =
@@ -241,7 +242,8 @@ TEST(Flip, IsSymmetricAndInRange) {
 }
 
 TEST(Flip, EdgesCountMoreThanTheirColour) {
-  // The same step in grey, as a flat difference, and as an edge in only one picture.
+  // The step in grey is the same, once as a flat difference and once as an edge in only one
+  // picture.
   const RgbImage grey = constant_picture(40, 40, 0.5f, 0.5f, 0.5f);
   RgbImage flat = constant_picture(40, 40, 0.6f, 0.6f, 0.6f), edge = flat;
   for (int y = 0; y < 40; ++y) {

@@ -1,4 +1,4 @@
-// Heatmap quantities: from channels to a number per pixel.
+// Tests the quantities of heatmaps, which turn channels into a number per pixel.
 #include "renderer/statistics/heatmap_quantity.h"
 
 #include <gtest/gtest.h>
@@ -31,14 +31,15 @@ TEST(HeatmapQuantity, EachUsesChannelsOfItsAov) {
 
 TEST(HeatmapQuantity, ErrorIsDeviationTimesTheCurvesSlope) {
   const HeatmapQuantity& error = find_heatmap_quantity("error");
-  // Grey of .3, known to +- .01 in each channel; the slope there is a difference of that width.
+  // The pixel is a grey of .3, known to +- .01 in each channel. The slope is measured over the same
+  // width.
   const float grey[] = {64, .3f, .3f, .3f, 1e-4f, 1e-4f, 1e-4f};
   const double slope = double(display_value(0.31f) - display_value(0.29f)) / 0.02;
   EXPECT_NEAR(double(error.value(grey)), 0.01 * slope, 1e-5);
-  // One channel's error is pooled with the other two, which are zero.
+  // The error of one channel is pooled with those of the other two, which are zero.
   const float red[] = {64, .3f, .3f, .3f, 1e-4f, 0, 0};
   EXPECT_NEAR(double(error.value(red)), 0.01 * slope / std::sqrt(3.0), 1e-5);
-  // Noise of a lamp is hardly visible; the same noise in the dark is very visible.
+  // Noise on a lamp is hardly visible. The same noise in the dark is very visible.
   const float lamp[] = {64, 50, 50, 50, 1e-4f, 1e-4f, 1e-4f};
   const float dark[] = {64, .002f, .002f, .002f, 1e-4f, 1e-4f, 1e-4f};
   EXPECT_LT(error.value(lamp), 0.001f);
@@ -55,8 +56,8 @@ TEST(HeatmapQuantity, ErrorOfFewerThanTwoSamplesIsUnknown) {
   }
 }
 
-// The map's RMS equals the adaptive driver's estimate for the frame: in the middle of the curve, in
-// the dark, and in clipped white.
+// The RMS of the map equals the adaptive driver's estimate for the frame, in the middle of the
+// curve, in the dark, and in clipped white.
 TEST(HeatmapQuantity, RmsOfTheErrorIsTheFramesEstimate) {
   const HeatmapQuantity& error = find_heatmap_quantity("error");
   for (const double level : {0.3, 0.001, 5.0}) {

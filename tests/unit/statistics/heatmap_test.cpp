@@ -1,4 +1,4 @@
-// Heatmaps as pictures: the colour of each pixel, and the legend.
+// Tests heatmaps as pictures: the colour of each pixel, and the legend.
 #include "renderer/statistics/heatmap.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ HeatmapSettings titled(const char* title = "title") {
   return settings;
 }
 
-// The legend's texts, in order, as one line.
+// Returns the legend's texts, in order, as one line.
 std::string text_of(const LegendLayout& layout) {
   std::string all = " ";
   for (const auto* texts : {&layout.texts, &layout.tick_labels}) {
@@ -53,7 +53,7 @@ bool apart(const Rect& a, const Rect& b) {
   return both.width() <= 0 || both.height() <= 0;
 }
 
-// All parts are inside the legend and do not overlap; texts fit their boxes.
+// Expects that all parts are inside the legend and do not overlap, and that texts fit their boxes.
 void expect_tidy(const LegendLayout& layout) {
   EXPECT_EQ(layout.frame.x0, 0);
   EXPECT_EQ(layout.frame.y0, 0);
@@ -80,7 +80,7 @@ void expect_tidy(const LegendLayout& layout) {
   }
 }
 
-// Every pixel has the colour of its value, and nothing is drawn over it.
+// Expects every pixel to have the colour of its value, with nothing drawn over it.
 void expect_pixels(const Plane& plane, const HeatmapSettings& settings, const ValueRange& range) {
   const BytePicture picture = draw_heatmap(plane, settings);
   const ValueScale scale(range, settings.logarithmic);
@@ -132,7 +132,7 @@ TEST(Heatmap, LettersGrowWithTheFrame) {
   }
 }
 
-// Every quantity with all the texts that it can have, on a frame of any size.
+// Tests every quantity with all the texts that it can have, on frames of many sizes.
 TEST(Heatmap, LegendsOfAllQuantitiesAreTidy) {
   for (const auto& [width, height] :
        {std::pair(1, 1), std::pair(64, 36), std::pair(320, 180), std::pair(640, 360),
@@ -175,7 +175,7 @@ TEST(Heatmap, ALongTitleIsBrokenBetweenWords) {
   EXPECT_GT(layout.texts[2].box.y0, layout.texts[1].box.y0) << "on a new line";
 }
 
-// All that is drawn below the frame is inside the boxes of the layout.
+// Everything that is drawn below the frame is inside the boxes of the layout.
 TEST(Heatmap, TheLegendIsDrawnAsLaidOut) {
   const Plane plane = ramp(400, 225);
   const LegendLayout layout = heatmap_layout(plane, titled("samples per pixel"));
@@ -323,7 +323,7 @@ TEST(Heatmap, SecondsHaveAReadableUnit) {
   EXPECT_TRUE(says(heatmap_layout(plane, settings), "time per pixel (µs)"));
 }
 
-// Columns of the histogram above the bar: 300 pixels of 1, 100 of 3, none of 2.
+// The histogram above the bar has columns for 300 pixels of 1, none of 2 and 100 of 3.
 TEST(Heatmap, TheHistogramCountsPixels) {
   Plane plane = constant(400, 1, 1.0f);
   std::fill_n(plane.values.begin(), 100, 3.0f);
@@ -378,7 +378,8 @@ TEST(CategoryMap, SharesNeverRoundToNoneOrAll) {
   EXPECT_TRUE(says(category_layout(plane, categories, titled()), "one: 100 %"));
 }
 
-// Distinguishable by lightness alone (grey print), and by colour for any colour vision.
+// Reasons are distinguishable by lightness alone (in a grey print), and by colour for any colour
+// vision.
 TEST(CategoryMap, ReasonsAreDistinguishable) {
   const std::span<const Category> all = stop_categories();
   for (size_t i = 0; i < all.size(); ++i) {

@@ -1,4 +1,4 @@
-// Pages: text is escaped correctly, and the file is self-contained.
+// Tests pages: text is escaped correctly, and the file is self-contained.
 #include "renderer/statistics/html_page.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ std::span<const unsigned char> bytes_of(std::string_view text) {
   return {reinterpret_cast<const unsigned char*>(text.data()), text.size()};
 }
 
-// RFC 4648, section 10.
+// RFC 4648, section 10, has these vectors.
 TEST(Base64, StandardTestVectors) {
   EXPECT_EQ(base64(bytes_of("")), "");
   EXPECT_EQ(base64(bytes_of("f")), "Zg==");
@@ -23,7 +23,8 @@ TEST(Base64, StandardTestVectors) {
   EXPECT_EQ(base64(bytes_of("foobar")), "Zm9vYmFy");
 }
 
-// Every letter of the alphabet in order: 48 bytes whose 64 groups of six bits count up.
+// The 64 groups of six bits in these 48 bytes count up, which gives every letter of the alphabet in
+// order.
 TEST(Base64, EveryLetter) {
   std::string bytes;
   for (unsigned i = 0; i < 64; i += 4) {
@@ -83,7 +84,8 @@ TEST(HtmlPage, TextStaysTextEverywhere) {
   for (size_t at = read.text.find(odd); at != std::string::npos; at = read.text.find(odd, at + 1)) {
     ++found;
   }
-  // The title twice, the summary, six functions, caption, two heads, two cells, figure's caption.
+  // The text is in the title twice, and in the summary, six functions, a caption, two heads, two
+  // cells and the figure's caption.
   EXPECT_EQ(found, 15u);
   const auto image = std::ranges::find(read.elements, "img", &Element::name);
   ASSERT_NE(image, read.elements.end());
@@ -91,7 +93,7 @@ TEST(HtmlPage, TextStaysTextEverywhere) {
   EXPECT_EQ(image->attributes.at("src"), "data:image/png;base64,eA==");
 }
 
-// Nothing is fetched: only data URIs, no scripts, no external style sheets.
+// A page fetches nothing: it has only data URIs, no scripts and no external style sheets.
 TEST(HtmlPage, NeedsNoOtherFiles) {
   HtmlPage page("t");
   page.figures(

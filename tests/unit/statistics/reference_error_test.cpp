@@ -1,4 +1,4 @@
-// Errors against a noisy reference, and the Neyman limit, on pictures with a known truth.
+// Tests errors against a noisy reference, and the Neyman limit, on pictures with a known truth.
 #include "renderer/statistics/reference_error.h"
 
 #include <gtest/gtest.h>
@@ -14,12 +14,12 @@ namespace {
 
 constexpr int kWidth = 64, kHeight = 48;
 
-// Uniform in [-1, 1), variance 1/3, for one value of the picture with this seed.
+// Uniform noise in [-1, 1), with variance 1/3, for value `i` of the picture with this seed.
 double noise(uint32_t seed, size_t i) {
   return 2 * double(to_unit_float(hash_combine(hash32(seed), uint32_t(i)))) - 1;
 }
 
-// The truth: a ramp from dark to above white.
+// The true picture is a ramp from dark to above white.
 double truth(size_t i) { return 0.05 + 1.5 * double(i) / (3 * kWidth * kHeight); }
 
 RgbImage picture(uint32_t seed, double amplitude, double offset = 0) {
@@ -30,9 +30,10 @@ RgbImage picture(uint32_t seed, double amplitude, double offset = 0) {
   return image;
 }
 
-// The mean over N values of products (x - a)(x - b), with variances X of x and R of each half, has
-// the variance (X (X (k - 1) + 2 R) + R^2) / N, k = 9/5 the kurtosis of the uniform distribution.
-// 40 pictures of 9216 values; the tolerance is 5 standard deviations: false alarms 6e-7.
+// Let x have the variance X, and each half, a and b, the variance R. The mean over N values of
+// products (x - a)(x - b) has the variance (X (X (k - 1) + 2 R) + R^2) / N, where k = 9/5 is the
+// kurtosis of the uniform distribution. There are 40 pictures of 9216 values. The tolerance is 5
+// standard deviations, with a false-alarm rate of 6e-7.
 TEST(ReferenceError, ProductsOfTwoHalvesAreFreeOfTheReferencesNoise) {
   constexpr int kPictures = 40;
   const double x = 0.1 * 0.1 / 3;
@@ -50,21 +51,21 @@ TEST(ReferenceError, ProductsOfTwoHalvesAreFreeOfTheReferencesNoise) {
     const double n = kPictures * 3.0 * kWidth * kHeight;
     const double deviation = std::sqrt((x * (0.8 * x + 2 * r) + r * r) / n);
     EXPECT_NEAR(products, x, 5 * deviation) << "pictures 1 to " << 3 * kPictures << " of noise()";
-    // Squares of the difference to the mean contain half of r: the test is sensitive.
+    // Squares of the difference from the mean contain half of r, so the test is sensitive.
     EXPECT_NEAR(squares, x + r / 2, 5 * deviation);
     EXPECT_GT(r / 2, 10 * deviation);
     EXPECT_GT(relative, 0);
   }
 }
 
-// The truth has no error, however noisy the halves. Products of display values cancel, too, except
-// for the curvature of the display curve over their noise.
+// The truth has no error, however noisy the halves are. Products of display values also cancel,
+// except for the curvature of the display curve over the noise of the halves.
 TEST(ReferenceError, TheTruthHasHardlyAnyErrorOnTheDisplay) {
   const ReferencePicture halves(picture(1, 0.02), picture(2, 0.02));
   StudyReference reference;
   halves.set_noise(&reference);
   const StudyError error = halves.measure(picture(3, 0));
-  // The products' mean has a deviation of twice the noise over sqrt(9216).
+  // The mean of the products has a deviation of twice the noise over sqrt(9216).
   EXPECT_NEAR(error.display_mse, 0, 0.15 * reference.noise_display_mse);
   EXPECT_NEAR(error.mse, 0, 0.15 * reference.noise_mse);
   EXPECT_NEAR(error.rel_mse, 0, 0.5 * reference.noise_rel_mse);
@@ -74,8 +75,8 @@ TEST(ReferenceError, NoiseIsThatOfTheMean) {
   const ReferencePicture halves(picture(1, 0.3), picture(2, 0.3));
   StudyReference reference;
   halves.set_noise(&reference);
-  // A half's variance is 0.03, the mean's 0.015. The estimate from 9216 values has a relative
-  // deviation of about sqrt((k - 1) / n) < 2 %.
+  // The variance of a half is 0.03, and that of the mean is 0.015. The estimate from 9216 values
+  // has a relative deviation of about sqrt((k - 1) / n) < 2 %.
   EXPECT_NEAR(reference.noise_mse, 0.015, 5 * 0.02 * 0.015);
   EXPECT_GT(reference.noise_rel_mse, 0);
   EXPECT_GT(reference.noise_display_mse, 0);
@@ -106,7 +107,7 @@ TEST(ReferenceError, BiasPercentilesAndWorstPixels) {
   StudyError error = ReferencePicture(r).measure(x);
   EXPECT_NEAR(error.signed_bias, 0.01 / 0.8, 1e-5);
   EXPECT_NEAR(error.p95_absolute, 0.01, 1e-6);
-  // 4 % of the pixels, then 6 %, are far off: only the latter affects the percentile.
+  // First 4 % and then 6 % of the pixels are far off. Only the 6 % affect the percentile.
   for (const double share : {0.04, 0.06}) {
     x = r;
     for (size_t i = 0; i < size_t(3 * share * kWidth * kHeight); ++i) x.rgb[i] += 1;
@@ -122,7 +123,8 @@ TEST(ReferenceError, BiasPercentilesAndWorstPixels) {
   EXPECT_EQ(error.rel_mse_trimmed, 0);
 }
 
-// Scaling light by a factor scales errors by it or its square, and relative errors not at all.
+// If all light is scaled by a factor, errors scale by the factor or its square, and relative errors
+// stay the same.
 TEST(ReferenceError, AFactorOfAllLightIsOneOfTheErrors) {
   const auto scaled = [](RgbImage image, int exponent) {
     for (float& value : image.rgb) value = std::ldexp(value, exponent);
@@ -168,16 +170,16 @@ TEST(NeymanLimit, ClosedForms) {
   const std::vector<double> even(8, 2.0);
   EXPECT_DOUBLE_EQ(neyman_limit(even, even), 1);
   EXPECT_DOUBLE_EQ(neyman_limit(std::vector<double>(8, 0.0), even), 1);
-  // A quarter of the pixels has all of the variance: 4 times.
+  // A quarter of the pixels has all of the variance, so the limit is 4.
   const std::vector<double> quarter = {4, 0, 0, 0, 4, 0, 0, 0};
   EXPECT_NEAR(neyman_limit(quarter, even), 4, 1e-12);
-  // Unequal costs alone: mean(v) = 1, mean(c) = 2.5, mean(sqrt(v c)) = 1.5.
+  // Only the costs are unequal: mean(v) = 1, mean(c) = 2.5, mean(sqrt(v c)) = 1.5.
   EXPECT_NEAR(neyman_limit(std::vector<double>{1, 1}, std::vector<double>{1, 4}), 2.5 / 2.25,
               1e-12);
 }
 
-// The limit equals the best allocation, found by exhaustive search, for errors v / n^a and so also
-// for stratified samples.
+// An exhaustive search finds the best allocation for errors v / n^a. The limit equals the gain of
+// this allocation over equal samples, and so also holds for stratified samples.
 TEST(NeymanLimit, IsTheLeastErrorOfAnyAllocation) {
   const std::vector<double> v = {1, 9, 4}, c = {2, 1, 5};
   for (const double a : {1.0, 1.5, 2.0}) {
@@ -194,14 +196,15 @@ TEST(NeymanLimit, IsTheLeastErrorOfAnyAllocation) {
 }
 
 TEST(NeymanLimit, MetricsWeighTheVariance) {
-  // Two pixels of equal variance, one dark and one bright: only for mse are they equal.
+  // The two pixels have equal variance, one dark and one bright. Only for mse do they count the
+  // same.
   RgbImage mean{2, 1, {0.1f, 0.1f, 0.1f, 2.0f, 2.0f, 2.0f}};
   const std::vector<float> variance(6, 0.5f), seconds(2, 1e-6f);
   const NeymanLimits limits = neyman_limits(variance, seconds, mean, 0.01);
   EXPECT_NEAR(limits.mse, 1, 1e-9);
   const double w0 = 1 / 0.02, w1 = 1 / 4.01;
   EXPECT_NEAR(limits.rel_mse, 2 * (w0 + w1) / std::pow(std::sqrt(w0) + std::sqrt(w1), 2), 1e-4);
-  // Beyond white the curve is flat: .02, compared with its slope of 1.48 at 0.1.
+  // Beyond white the curve is flat. Its slope is .02, compared with 1.48 at 0.1.
   const double slope = 1.055 / 2.4 * std::pow(0.1, 1 / 2.4 - 1), flat = 0.02;
   EXPECT_NEAR(limits.display, 2 * (slope * slope + flat * flat) / std::pow(slope + flat, 2), 2e-3);
 }

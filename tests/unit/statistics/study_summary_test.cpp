@@ -1,4 +1,4 @@
-// Summaries of studies with known curves: exact power laws, and noise with a known spread.
+// Tests summaries of studies with known curves: exact power laws, and noise with a known spread.
 #include "renderer/statistics/study_summary.h"
 
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@
 namespace emberline {
 namespace {
 
-// A method whose every error is scale * samples^-order (for squared metrics; the square root for
-// the others), at `seconds` per sample.
+// A method whose squared metrics are scale * samples^-order. The other metrics are the square root
+// of this. A sample takes `seconds`.
 struct PowerLaw {
   double scale = 1, order = 1, seconds = 1e-3;
 };
@@ -56,7 +56,8 @@ StudyResults study_of(const std::vector<PowerLaw>& laws, uint32_t seeds,
 }
 
 TEST(StudentT, IsTheTables) {
-  // Published tables, to three decimals; Cauchy's quantile is tan(.475 pi).
+  // The quantiles are those of published tables, to three decimals. Cauchy's quantile is tan(.475
+  // pi).
   const std::pair<int, double> table[] = {{1, 12.706}, {2, 4.303},  {3, 3.182},  {4, 2.776},
                                           {9, 2.262},  {10, 2.228}, {30, 2.042}, {1000, 1.962}};
   for (const auto& [degrees, quantile] : table) {
@@ -69,7 +70,7 @@ TEST(StudyMean, HasStudentsInterval) {
   const Estimate e = *mean_estimate(values);
   EXPECT_DOUBLE_EQ(e.value, 2.5);
   EXPECT_EQ(e.runs, 4u);
-  // s^2 = 5/3, s / sqrt(4) = 0.6455, times 3.1824.
+  // s^2 is 5/3, so s / sqrt(4) = 0.6455, which is multiplied by 3.1824.
   EXPECT_NEAR(*e.high - e.value, 3.18245 * std::sqrt(5.0 / 3.0 / 4.0), 1e-4);
   EXPECT_NEAR(e.value - *e.low, *e.high - e.value, 1e-12);
 }
@@ -86,8 +87,8 @@ TEST(StudyMean, IsGeometricAndOneValueHasNoInterval) {
   EXPECT_FALSE(geometric_mean_estimate(std::vector<double>{0, -1}));
 }
 
-// 95 % of the intervals contain the true value: of 2000, 1900 +- 9.7 (standard deviation). The
-// tolerance is five of those, a false-alarm rate of 6e-7.
+// 95 % of the intervals contain the true value. With 2000 intervals, this is 1900 with a standard
+// deviation of 9.7. The tolerance is 5 deviations, with a false-alarm rate of 6e-7.
 TEST(StudyMean, IntervalsHoldTheTruthAsOftenAsTheySay) {
   int covered = 0;
   for (uint32_t trial = 0; trial < 2000; ++trial) {
@@ -114,7 +115,8 @@ TEST(StudySummary, SlopesAreTheOrders) {
 }
 
 TEST(StudySummary, SpeedupOfAKnownFactor) {
-  // b needs a third of the samples and twice the time per sample: 3 and 1.5 times as fast.
+  // Method b needs a third of the samples and twice the time per sample. It is 3 times as fast in
+  // samples, and 1.5 times in time.
   const StudyResults r = study_of({{3, 1, 1e-3}, {1, 1, 2e-3}}, 4);
   for (size_t budget = 0; budget < 4; ++budget) {
     const Speedup samples =
@@ -130,7 +132,7 @@ TEST(StudySummary, SpeedupOfAKnownFactor) {
         1 / 3.0, 1e-9);
     EXPECT_NEAR(equal_position_error_ratio(r, 1, StudyMetric::kMse, StudyAxis::kCpu, budget)->value,
                 2 / 3.0, 1e-9);
-    // 3, 6, 12, 24 samples of the baseline: the last two lie beyond its 8.
+    // The baseline needs 3, 6, 12 and 24 samples. The last two lie beyond its 8 samples.
     EXPECT_EQ(samples.extrapolated, budget >= 2 ? 4u : 0u);
     EXPECT_NEAR(equal_error_speedup(r, 0, StudyMetric::kMse, StudyAxis::kCpu, budget)->ratio.value,
                 1, 1e-9);
@@ -140,13 +142,14 @@ TEST(StudySummary, SpeedupOfAKnownFactor) {
 
 TEST(StudySummary, InterpolatesInLogarithms) {
   StudyResults r = study_of({{1, 2, 1e-3}, {1, 1, 1e-3}}, 1, {2, 8});
-  // The baseline has 1/4 at 2 and 1/64 at 8 samples, so 1/8 at 2 sqrt(2); b has 1/8 at 8.
+  // The baseline's error is 1/4 at 2 and 1/64 at 8 samples, so it is 1/8 at 2 sqrt(2). That of b is
+  // 1/8 at 8.
   EXPECT_NEAR(equal_error_speedup(r, 1, StudyMetric::kMse, StudyAxis::kSamples, 1)->ratio.value,
               2 * std::sqrt(2) / 8, 1e-12);
 }
 
-// The baseline falls by 4 from 1 to 2 samples, by 2 from 2 to 4 and by 8 from 4 to 8: each point is
-// interpolated in its own segment.
+// The baseline's error falls by 4 from 1 to 2 samples, by 2 from 2 to 4 and by 8 from 4 to 8. Each
+// point is interpolated in its own segment.
 TEST(StudySummary, ReadsABentCurvePieceByPiece) {
   StudyResults r = study_of({{1, 1, 1e-3}, {1, 1, 1e-3}}, 1);
   const double bent[] = {1, 1.0 / 4, 1.0 / 8, 1.0 / 64};
@@ -164,7 +167,7 @@ TEST(StudySummary, ReadsABentCurvePieceByPiece) {
   }
 }
 
-// Budgets so close that the same picture counts for both.
+// The two budgets are so close that the same picture counts for both.
 TEST(StudySummary, LastCheckpointAtAPositionWins) {
   StudyResults r = study_of({{3, 1, 1e-3}, {1, 1, 1e-3}}, 1);
   r.runs[0].checkpoints[1] = r.runs[0].checkpoints[0];
@@ -190,8 +193,8 @@ TEST(StudySummary, ABaselineThatDoesNotFallSaysNothing) {
   EXPECT_FALSE(equal_error_speedup(r, 1, StudyMetric::kMse, StudyAxis::kSamples, 3));
 }
 
-// Both methods share a factor per seed: the paired interval is a point, while that of the method's
-// own error is wide.
+// Both methods share a factor per seed. So the paired interval is a point, while the interval of
+// the method's own error is wide.
 TEST(StudySummary, PairsBySeed) {
   StudyResults r = study_of({{2, 1, 1e-3}, {1, 1, 1e-3}}, 4);
   for (StudyRun& run : r.runs) {

@@ -1,4 +1,4 @@
-// Charts: positions match the values, and invalid values do no harm.
+// Tests charts: positions match the values, and invalid values do no harm.
 #include "renderer/statistics/svg_chart.h"
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ std::vector<Place> polyline(const ParsedMarkup& read, size_t index = 0) {
   return places;
 }
 
-// On linear axes equal steps are equal distances, and larger values are higher.
+// On linear axes, equal steps are equal distances, and larger values are higher.
 TEST(LineChart, LinearPlaces) {
   const auto line = polyline(well_formed(line_chart(chart_of({{0, 0}, {1, 5}, {2, 10}}))));
   ASSERT_EQ(line.size(), 3u);
@@ -58,7 +58,7 @@ TEST(LineChart, LinearPlaces) {
   EXPECT_LT(line[1].second, line[0].second);
 }
 
-// On logarithmic axes equal factors are equal distances: 1/N is a straight line.
+// On logarithmic axes, equal factors are equal distances, so 1/N is a straight line.
 TEST(LineChart, LogarithmicPlaces) {
   std::vector<ChartPoint> points;
   for (int i = 0; i < 5; ++i) points.push_back({std::pow(4.0, i), 3 / std::pow(4.0, i)});
@@ -108,13 +108,13 @@ TEST(LineChart, IntervalsStayInThePlot) {
     const auto read = well_formed(line_chart(chart));
     const auto line = polyline(read);
     ASSERT_EQ(line.size(), 4u);
-    // 10 to 5 takes up a good part of the height.
+    // The range from 10 to 5 takes up a good part of the height.
     EXPECT_GT(line[3].second - line[0].second, 0.3 * chart.height);
     EXPECT_EQ(read.count("polygon"), spread == ChartSpread::kBand ? 1u : 0u);
   }
 }
 
-// A letter is about 7 units wide: no label along the axis leaves the picture.
+// A letter is about 7 units wide. No label along the axis may leave the picture.
 TEST(LineChart, LabelsStayInThePicture) {
   for (const double most : {4500.0, 9e5, 1e-3, 7e8}) {
     const LineChart chart = chart_of({{most / 100, 1}, {most, 2e5}});

@@ -1,4 +1,4 @@
-// Text in pictures: characters, sizes, and ink inside its box.
+// Tests text in pictures: its characters, its sizes, and ink inside its box.
 #include "renderer/statistics/text_font.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ BytePicture drawn(const std::string& text, int size) {
   return picture;
 }
 
-// The smallest rectangle around everything that is not paper.
+// Returns the smallest rectangle around everything that is not paper.
 Rect ink_of(const BytePicture& picture) {
   Rect ink{picture.width, picture.height, 0, 0};
   for (int y = 0; y < picture.height; ++y) {
@@ -78,7 +78,7 @@ TEST(TextFont, InkStaysInTheBox) {
     EXPECT_LE(ink.y1, 10 + font.height()) << size;
     EXPECT_GE(ink.x0, 10) << size;
     EXPECT_LE(ink.x1, 10 + font.width(text)) << size;
-    // Nor is the box much larger than the ink.
+    // The box is not much larger than the ink, either.
     EXPECT_GT(ink.width(), font.width(text) * 9 / 10) << size;
     EXPECT_GT(ink.height(), font.height() * 8 / 10) << size;
   }

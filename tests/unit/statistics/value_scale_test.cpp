@@ -1,4 +1,4 @@
-// Scales of heatmaps: automatic ranges, positions along the bar, round numbers.
+// Tests the scales of heatmaps: automatic ranges, positions along the bar, and round numbers.
 #include "renderer/statistics/value_scale.h"
 
 #include <gtest/gtest.h>
@@ -129,7 +129,8 @@ TEST(ValueScale, LogarithmicTicksAreDecadesWithStepsBetweenFewOfThem) {
   EXPECT_EQ(labels(ValueScale({6, 9}, true), 4), "6 7 8 9 ");
 }
 
-// For any range: inside it, ascending, no more than requested, and at least one.
+// For any range, the ticks are inside it and ascending. There is at least one, and no more than
+// requested.
 TEST(ValueScale, TicksOfAnyRange) {
   for (const bool logarithmic : {false, true}) {
     for (const double min : {1e-30, 1e-6, 0.37, 1.0, 123.4, 9.99e8}) {

@@ -1,4 +1,4 @@
-// The window's saved state, and unusable state files.
+// Tests the window's saved state, and unusable state files.
 #include "renderer/window/window_state.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ class WindowStateTest : public OutputFolder {
   }
 };
 
-// Users may link to settings stored elsewhere.
+// Users may link to settings that are stored elsewhere, so a link to a state file is followed.
 TEST_F(WindowStateTest, NothingOfOthersIsWrittenOver) {
   std::ofstream(path("notes")) << "mine";
   std::filesystem::create_symlink("notes", path("link.json"));

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""How the error falls with the sample count, for each driver and sampler.
+"""Measures how the error falls with the sample count, for each driver and sampler.
 
     error_against_samples.py scenes/cornell_box.glb --size 160 120 --spp 1 4 16 64
 
-The reference is independent of the measured pictures: it uses the independent sampler, a seed of its own, and 16 times
-the largest sample count. The last column is the slope in a log-log plot; independent samples have a slope of -1.
+The reference is independent of the measured pictures: it uses the independent sampler, another seed, and 16 times the
+largest sample count. The last column is the slope in a log-log plot; independent samples have a slope of -1.
 """
 import argparse
 

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""Layers for compositing: relighting, a mask of one object, a denoised picture, a sample heatmap.
+"""Makes layers for compositing: a relit picture, a mask of one object, a denoised picture and a heatmap of the samples.
 
     layers.py scenes/teapot.glb --lamp window --weight 0.3 --object teapot -o shot
 
-Renders the scene once with light groups, Cryptomatte and denoising. Writes shot.exr with all layers, as the command does;
-shot_relit.png with one lamp brighter or darker; shot_mask.png with the object's mask; and shot_samples.png, a heatmap.
+Renders the scene once, with light groups, Cryptomatte and denoising. Writes shot.exr with all layers, as the command
+does; shot_relit.png with one lamp brighter or darker; shot_mask.png with the object's mask; and shot_samples.png, a
+heatmap.
 """
 import argparse
 

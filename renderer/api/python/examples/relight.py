@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Relighting without new rays: light is additive, so pictures lit by one lamp each can be mixed.
+"""Relights a scene without new rays: light is additive, so pictures that are lit by one lamp each can be mixed.
 
     relight.py scenes/teapot.glb --lamps window fill --weights 0.3 2 -o relit.png
 
-Renders the scene once for each lamp, with the others switched off by an edit, and mixes the pictures with NumPy.
-For comparison, then renders the scene with the weights set by an edit.
+Renders the scene once for each lamp, with the other lamps switched off by an edit, and mixes the pictures with NumPy.
+Then, for comparison, renders the scene with an edit that sets the weights.
 """
 import argparse
 

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Checkpoints: stops and resumes a frame, extends it, and renders it in parts.
+"""Uses checkpoints: stops and resumes a frame, extends it, and renders it in parts.
 
     resume_and_merge.py scenes/cornell_box.glb --folder /tmp/frames
 
-Stops a frame half-way and resumes it, doubles its samples with extend(), and renders and merges two parts, as two machines
+Stops a frame half-way and resumes it. Doubles its samples with extend(). Renders and merges two parts, as two machines
 would. All results have the same bits as a frame rendered in one go.
 """
 import argparse

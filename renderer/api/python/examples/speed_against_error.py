@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A study: which driver reaches a small error first?
+"""Runs a study that shows which driver reaches a small error first.
 
     speed_against_error.py scenes/cornell_box.glb --folder /tmp/study
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Where did the samples go, and was the error estimate right?
+"""Shows where the samples went, and whether the error estimate was right.
 
     where_samples_went.py scenes/teapot.glb --size 320 180 --spp 32 -o samples.png
 
@@ -12,7 +12,7 @@ import numpy as np
 
 import emberline
 
-# Blue, cyan, green, yellow, red.
+# The colours are blue, cyan, green, yellow and red.
 COLOURS = np.array([[0.1, 0.1, 0.5], [0.0, 0.7, 0.9], [0.2, 0.7, 0.2], [1.0, 0.9, 0.1], [0.8, 0.0, 0.0]])
 
 

@@ -1,5 +1,5 @@
-// Allocations of a budget compared with the exact optimum, found by sorting, and the rounding of
-// shares to counts.
+// Compares the allocation of a budget with the exact optimum, which is found by sorting. Also tests
+// how shares are rounded to counts.
 #include "renderer/drivers/adaptive/allocation.h"
 
 #include <gtest/gtest.h>
@@ -46,8 +46,9 @@ double sum_at(const Problem& p, double k) {
   return sum;
 }
 
-// K of the exact optimum: the sum is linear in K between the values at which a pixel reaches one of
-// its bounds. Infinite if every pixel that can grow is at its maximum.
+// The factor K of the exact optimum. The sum of the counts is linear in K between the values at
+// which a pixel reaches one of its bounds. K is infinite if every pixel that can grow is at its
+// maximum.
 double exact_k(const Problem& p) {
   std::vector<double> ends = {0.0};
   for (size_t i = 0; i < p.rates.size(); ++i) {
@@ -65,8 +66,9 @@ double exact_k(const Problem& p) {
   return std::numeric_limits<double>::infinity();
 }
 
-// Rates over `decades` decades, one in eight of them zero; bounds of all kinds, some with equal
-// ends; a total between the sums of the bounds.
+// The rates span `decades` decades, and one in eight is zero. The bounds are of all kinds, and some
+// minima equal their maxima. The total lies between the sum of the minima and the sum of the
+// maxima.
 Problem random_problem(uint64_t seed, size_t pixels, double decades) {
   TestRandom random(seed, 0);
   Problem p;
@@ -79,7 +81,7 @@ Problem random_problem(uint64_t seed, size_t pixels, double decades) {
     b.maximum = random.next() < 0.2f ? b.minimum : b.minimum + std::floor(1000.0f * random.next());
     p.bounds.push_back(b);
     minimum += double(b.minimum);
-    // A pixel of rate zero stays at its minimum.
+    // A pixel with a rate of zero stays at its minimum.
     maximum += double(zero ? b.minimum : b.maximum);
   }
   p.total = minimum + (0.02 + 0.96 * random.next_double()) * (maximum - minimum);
@@ -97,14 +99,16 @@ TEST(ShareSamples, IsTheExactOptimum) {
     for (size_t i = 0; i < pixels; ++i) {
       const double exact = std::clamp(k * double(p.rates[i]), double(p.bounds[i].minimum),
                                       double(p.bounds[i].maximum));
-      // The bisection's own tolerance: a thousandth of the sum may lie in few pixels.
+      // The bisection stops within a thousandth of the sum, and a few pixels may cause all of this
+      // error.
       ASSERT_NEAR(double(counts[i]), exact, 2e-3 * exact + 1e-5) << "pixel " << i;
     }
   }
 }
 
-// Karush-Kuhn-Tucker: between its bounds every pixel has the same gain of one more sample, (rate /
-// n)^2; at its maximum the gain is no less, at its minimum no more.
+// The Karush-Kuhn-Tucker conditions: One more sample gains (rate / n)^2, and the test compares the
+// roots of these gains. The gain is the same for all pixels between their bounds. It is no less for
+// a pixel at its maximum, and no more for a pixel at its minimum.
 TEST(ShareSamples, NoSampleIsBetterElsewhere) {
   for (uint64_t seed = 1000; seed < 1050; ++seed) {
     const Problem p = random_problem(seed, 500, 4.0);
@@ -120,7 +124,7 @@ TEST(ShareSamples, NoSampleIsBetterElsewhere) {
   }
 }
 
-// Neyman's optimum itself: no shift of samples between pixels lowers the sum of variance / n.
+// At Neyman's optimum, no shift of samples between pixels lowers the sum of variance / n.
 TEST(ShareSamples, PerturbationsRaiseTheError) {
   for (uint64_t seed = 2000; seed < 2020; ++seed) {
     const Problem p = random_problem(seed, 300, 2.0);
@@ -138,15 +142,16 @@ TEST(ShareSamples, PerturbationsRaiseTheError) {
       const double before = error(i, double(counts[i])) + error(j, double(counts[j]));
       const double after =
           error(i, double(counts[i]) - moved) + error(j, double(counts[j]) + moved);
-      // To first order a shift between equals changes nothing; the tolerance is for float rounding
-      // and the bisection's thousandth.
+      // To first order, a shift between pixels with equal gains changes nothing. The tolerance
+      // allows for float rounding and for the bisection's thousandth.
       ASSERT_GE(after, before * (1 - 1e-6)) << "seed " << seed << ", from " << i << " to " << j;
     }
   }
 }
 
 TEST(ShareSamples, AgainstEverySplitOfASmallBudget) {
-  // Sum of rate^2 / n over all integer splits of 60 samples: 36, 18 and 6 are in the rates' ratio.
+  // Tries all integer splits of 60 samples and sums rate^2 / n. The best split is 36, 18 and 6,
+  // which is in the ratio of the rates.
   const Problem p = {{6, 3, 1}, {{0, 100}, {0, 100}, {0, 100}}, 60};
   double best = 1e30;
   std::array<int, 3> split{};
@@ -193,7 +198,7 @@ TEST(ShareSamples, ARateOfZeroStaysAtItsLeast) {
   EXPECT_TRUE(solve({}).empty());
 }
 
-// Rates as caused by a firefly next to a nearly black wall, and beyond.
+// The rates span 20 decades, as with a firefly next to a nearly black wall, and then 40 decades.
 TEST(ShareSamples, HugeRangesOfRates) {
   for (const double decades : {20.0, 40.0}) {
     for (uint64_t seed = 3000; seed < 3030; ++seed) {
@@ -210,7 +215,7 @@ TEST(ShareSamples, HugeRangesOfRates) {
   }
 }
 
-// Rates scale with a frame's light; the shares do not.
+// The rates scale with the light of the frame, but the shares do not.
 TEST(ShareSamples, AFactorOfAllRatesChangesNothing) {
   Problem p = random_problem(3100, 777, 6.0);
   for (const auto share : {&allocate_samples, &allocate_steps}) {
@@ -281,7 +286,7 @@ TEST(RoundCount, NoPixelLosesSamples) {
   }
 }
 
-// Rates over four decades, initial counts from 8 to 64.
+// The rates span four decades, and the initial counts are 8 to 64.
 Problem doublings(uint64_t seed, double samples) {
   Problem p;
   for (size_t i = 0; i < 5000; ++i) {
@@ -308,15 +313,18 @@ TEST(ShareSteps, CountsArePowersOfTwoAndHalfAgainWithinTheTotal) {
       ASSERT_GE(counts[i], p.bounds[i].minimum);
       ASSERT_LE(counts[i], p.bounds[i].maximum);
     }
-    // One more step of the largest pixel is 65536 of 200000 to 4000000.
+    // The totals are 200,000 to 4,000,000. One more step of the largest pixel takes up to 65536
+    // samples.
     EXPECT_LE(sum_of(counts), p.total);
     EXPECT_GE(sum_of(counts), 0.99 * p.total - 65536) << seed;
   }
 }
 
-// With variance rate^2 / n, growing from n to m samples reduces it by rate^2 / (n m) per sample. No
-// omitted step is worth more than a chosen one, except that powers of two are preferred: 1 to 1.5
-// if K rate is above 1.3, on to 2 above 1.62, hence 1.3^2 / 1.5 to 1.62^2 / 3.
+// The variance is rate^2 / n, so growing from n to m samples reduces it by rate^2 / (n m) per
+// sample. No omitted step may be worth more than a chosen step, except that powers of two are
+// preferred. A count grows from 1 to 1.5 if K rate is above 1.3, where the step is worth 1.3^2 /
+// 1.5. It grows on to 2 if K rate is above 1.62, where the step is worth 1.62^2 / 3. The ratio of
+// these two is the tolerance.
 TEST(ShareSteps, NoOtherStepsAreWorthMore) {
   for (uint64_t seed = 1; seed <= 20; ++seed) {
     const Problem p = doublings(seed, 40.0 * double(seed));
@@ -334,7 +342,8 @@ TEST(ShareSteps, NoOtherStepsAreWorthMore) {
   }
 }
 
-// Rates that a damaged state may contain: the search ends, and every pixel is within its bounds.
+// A damaged state may contain such rates. The search must end, and every pixel must be within its
+// bounds.
 TEST(ShareSteps, NonFiniteRates) {
   constexpr float kInf = std::numeric_limits<float>::infinity();
   for (const float rate : {kInf, std::numeric_limits<float>::max(), std::nanf("")}) {

@@ -1,4 +1,5 @@
-// --allocation denoised on synthetic frames: pixels that the filter can clean need no samples.
+// Tests --allocation denoised on synthetic frames. Pixels that the filter can clean need no
+// samples.
 #include "renderer/drivers/adaptive/denoised_error.h"
 #include "renderer/core/archive.h"
 
@@ -19,8 +20,8 @@ using namespace test;
 
 constexpr int kWidth = 64, kHeight = 48;
 
-// Uniform noise everywhere. The left half is flat; on the right each pixel has a random brightness
-// that neighbours and features cannot predict.
+// The noise is the same everywhere. The left half is flat. In the right half each pixel has a
+// random brightness, which its neighbours and features cannot predict.
 SyntheticFrame half_flat(uint64_t seed) {
   return {kWidth, kHeight, seed, [](int x, int y, TestRandom& random) {
             TestRandom of_pixel(77, uint64_t(y) * kWidth + uint64_t(x));
@@ -29,7 +30,7 @@ SyntheticFrame half_flat(uint64_t seed) {
           }};
 }
 
-// Samples of the right half relative to the left half.
+// The number of samples in the right half, divided by the number in the left half.
 double rough_half_samples(std::string_view estimator, ErrorMetric allocation) {
   SyntheticFrame frame = half_flat(5);
   AdaptiveSettings settings = budget_settings(256, allocation);
@@ -44,7 +45,7 @@ double rough_half_samples(std::string_view estimator, ErrorMetric allocation) {
   return right / left;
 }
 
-// By noise alone the two halves would get equal shares.
+// If noise alone counted, both halves would get equal shares.
 TEST(DenoisedError, SamplesGoWhereNoFilterHelps) {
   for (const char* estimator : {"two-stream", "nested"}) {
     SCOPED_TRACE(estimator);
@@ -89,8 +90,8 @@ TEST(DenoisedError, IsFilteredAtFourTimesTheSamplesAndFallsInBetween) {
   EXPECT_NE(at.map.deviation, deviation);
 }
 
-// A state saved between two passes of the filter resumes to the same bits; one of another size is
-// rejected.
+// A state that is saved between two passes of the filter resumes to the same bits. A state of
+// another size is rejected.
 TEST(DenoisedError, ComesBackFromAnArchive) {
   const size_t pixels = size_t(kWidth) * kHeight;
   FilteredFrame at, back;
@@ -124,7 +125,8 @@ TEST(DenoisedError, TheSameForAnyThreads) {
   }
 }
 
-// Light far brighter than white, half of it without noise: the budget holds and the error is known.
+// The light ranges from far darker to far brighter than white, and the left half has no noise. The
+// budget must hold, and the error must be known.
 TEST(DenoisedError, BudgetsHoldInAnyLight) {
   for (const char* estimator : {"two-stream", "nested"}) {
     for (int exponent = -20; exponent <= 20; exponent += 4) {

@@ -1,7 +1,7 @@
-// Calibration of the historical estimators on pixels with a known distribution, and the bias of
-// their stopping rules. Pixel i of a test uses TestRandom(seed, i), so that any pixel can be
-// replayed alone. Shares and means are checked to 5 standard deviations (a false alarm in 2e6 runs
-// with other seeds each), plus the stated allowances.
+// Tests the calibration of the historical estimators on pixels with a known distribution, and the
+// bias of their stopping rules. Pixel i of a test uses TestRandom(seed, i), so that any pixel can
+// be replayed alone. Shares and means are checked to 5 standard deviations plus the stated
+// allowances. With other seeds, each check would give one false alarm in 2e6 runs.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ using test::drawn_pixels;
 using test::SamplePixel;
 using test::TestRandom;
 
-// Five standard deviations of the share of `count` draws of probability `p`.
+// Five standard deviations of the share of hits in `count` draws that hit with probability `p`.
 double share_tolerance(double p, double count) { return 5 * std::sqrt(p * (1 - p) / count); }
 
 // ---- quantiles ---------------------------------------------------------------------------------
@@ -38,7 +38,7 @@ TEST(Quantiles, ChiSquareAgreesWithTables) {
   }
 }
 
-// The probability below the quantile, by the incomplete gamma function.
+// Computes the probability below the quantile with the incomplete gamma function.
 TEST(Quantiles, ChiSquareLeavesFivePercent) {
   for (const int degrees : {7, 15, 31, 63, 127, 1023, 65535}) {
     const double below = 1 - test::chi_square_p_value(chi_square_quantile_05(degrees), degrees);
@@ -58,22 +58,22 @@ TEST(Quantiles, StudentAgreesWithTables) {
 
 // ---- calibration -------------------------------------------------------------------------------
 
-// Upper 95 % confidence bound of the variance of the mean of `count` samples; `variance` is that of
-// one sample.
+// The upper 95 % confidence bound of the variance of the mean of `count` samples. `variance` is the
+// variance of one sample.
 float chi_square_bound(float variance, float count) {
   const double degrees = double(count) - 1.0;
   return variance / count * float(degrees / chi_square_quantile_05(degrees));
 }
 
-// Half the width of the 95 % confidence interval of that mean.
+// Half the width of the 95 % confidence interval of the mean of `count` samples.
 float confidence_half_width(float variance, float count) {
   return float(student_t_quantile_975(double(count) - 1.0)) * std::sqrt(variance / count);
 }
 
-constexpr int kSide = 200;  // of the windows: 40,000 pixels
+constexpr int kSide = 200;  // of a window, which has 40,000 pixels
 constexpr double kPixels = kSide * kSide;
 
-// Slope of the sRGB curve in its nonlinear part.
+// The slope of the sRGB curve in its nonlinear part.
 double display_slope(double x) { return 1.055 / 2.4 * std::pow(x, 1 / 2.4 - 1); }
 
 std::vector<float> errors_of(decltype(EstimatorEntry::estimate) estimate,
@@ -83,7 +83,7 @@ std::vector<float> errors_of(decltype(EstimatorEntry::estimate) estimate,
   return map.error;
 }
 
-// Normal samples around .5, where the display curve is straight over the noise of a mean.
+// The samples are normal around .5. There the display curve is straight over the noise of a mean.
 constexpr double kMean = 0.5, kDeviation = 0.05;
 PixelStatistics normal_pixels(uint32_t count, uint64_t seed) {
   return drawn_pixels(kSide, kSide, count, seed, [](TestRandom& random) {
@@ -94,21 +94,23 @@ double true_error(uint32_t count) {
   return display_slope(kMean) * kDeviation / std::sqrt(double(count));
 }
 
-// The share of pixels of the crop for which holds(i).
+// The share of the window's pixels for which holds(i) is true.
 double share(const std::function<bool(size_t)>& holds) {
   double count = 0;
   for (size_t i = 0; i < size_t(kPixels); ++i) count += holds(i) ? 1 : 0;
   return count / kPixels;
 }
 
-// The true variance is below the bound in 95 % of the pixels; .1 % for the quantile's own error.
+// The true variance is below the bound in 95 % of the pixels. The tolerance includes .1 % for the
+// error of the quantile.
 TEST(ChiSquareCalibration, TheBoundHoldsIn95Percent) {
   for (const uint32_t n : {8u, 16u, 64u}) {
     const PixelStatistics pixels = normal_pixels(n, 100 + n);
     const auto bound = [&](size_t i) { return chi_square_bound(pixels.variance[0][i], float(n)); };
     const double held = share([&](size_t i) { return kDeviation * kDeviation / n < bound(i); });
     EXPECT_NEAR(held, 0.95, share_tolerance(0.95, kPixels) + 1e-3) << n << ", seed " << 100 + n;
-    // In display units; using the slope at the pixel's mean instead of the true one may cost .2 %.
+    // Checks the same in display units. The estimator uses the slope at the pixel's mean instead of
+    // the true mean, which may change the share by .2 %.
     const std::vector<float> errors = errors_of(estimate_chi_square, pixels);
     const double shown = share([&](size_t i) { return true_error(n) < double(errors[i]); });
     EXPECT_NEAR(shown, 0.95, share_tolerance(0.95, kPixels) + 3e-3) << n << ", seed " << 100 + n;
@@ -133,8 +135,9 @@ TEST(PainterSloanCalibration, TheIntervalHoldsIn95Percent) {
   }
 }
 
-// The known flaw, with light that one sample in 50 hits: 85 % of the pixels have eight black
-// samples (.98^8) and intervals of zero width, and only the rest can contain the truth.
+// This is a known flaw with light that one sample in 50 hits. In 85 % (.98^8) of the pixels all
+// eight samples are black, and the interval has zero width. Only the other intervals can contain
+// the true mean.
 TEST(PainterSloanCalibration, RareLightHasNoInterval) {
   constexpr uint64_t kSeed = 7;
   const auto rare = [](TestRandom& random) { return random.next_double() < 0.02 ? 1.0 : 0.0; };
@@ -146,8 +149,8 @@ TEST(PainterSloanCalibration, RareLightHasNoInterval) {
       << "seed " << kSeed;
 }
 
-// One degree of freedom: right on average, below half the truth with probability erf(.5 / sqrt 2) =
-// 38 %, below a tenth with 8 %.
+// The estimate has one degree of freedom. It is right on average. With a probability of erf(.5 /
+// sqrt 2) = 38 % it is below half the true error, and with 8 % it is below a tenth.
 TEST(KajiyaCalibration, OneDegreeOfFreedom) {
   for (const uint32_t n : {16u, 24u, 64u}) {  // 24: two blocks of one stream, one of the other
     const PixelStatistics pixels = normal_pixels(n, 300 + n);
@@ -169,9 +172,10 @@ TEST(KajiyaCalibration, OneDegreeOfFreedom) {
   }
 }
 
-// Where the display curve is like the square root, a block of 16 pixels shows its standard error.
-// The error is far above 256 times the threshold, where blocks are not split, so all pixels are
-// pooled: known to 5 sqrt(pi / 2 - 1) / 200 = 2 %, and the two curves' slopes differ by .6 % at .2.
+// Where the display curve is like the square root, the estimate for a block of 16 pixels is its
+// standard error as displayed. The error is far above 256 times the threshold, so no block is split
+// and all pixels are pooled. The pooled error is known to 5 sqrt(pi / 2 - 1) / 200 = 2 %. The
+// slopes of the display curve and of the square root differ by .6 % at .2.
 TEST(DammertzCalibration, TheThresholdIsAStandardErrorOfTheDisplay) {
   constexpr uint64_t kSeed = 400;
   constexpr double kGrey = 0.2, kNoise = 0.02;
@@ -200,13 +204,14 @@ constexpr Light kLights[] = {
     {"exponential", 0.5, [](TestRandom& r) { return -0.5 * std::log1p(-r.next_double()); }},
 };
 
-// Takes `batch` samples at a time until the rule's variance of the mean is below .02^2. Radiance is
-// linear: this uses the estimators' rules without the display curve.
+// Takes `batch` samples at a time until the rule's estimate of the variance of the mean is below
+// .02^2. The rules are those of the estimators without the display curve, so that radiance is
+// linear.
 using VarianceRule = double (*)(const SamplePixel&);
 constexpr double kTarget = 0.02;
 
 SamplePixel sample_until(VarianceRule rule, uint32_t batch, const Light& light, TestRandom random) {
-  constexpr uint32_t kMost = 20000;  // eight times what any of them needs for its mean
+  constexpr uint32_t kMost = 20000;  // 4 times the samples that the hardest light needs
   SamplePixel pixel;
   do {
     for (uint32_t k = 0; k < batch; ++k) pixel.add(light.draw(random));
@@ -215,7 +220,7 @@ SamplePixel sample_until(VarianceRule rule, uint32_t batch, const Light& light, 
 }
 
 struct Loss {
-  double bias, tolerance;  // signed, of the mean; five standard errors
+  double bias, tolerance;  // relative and signed bias of the mean; five standard errors
 };
 
 Loss measure_loss(VarianceRule rule, uint32_t batch, const Light& light, uint64_t seed) {
@@ -230,7 +235,8 @@ Loss measure_loss(VarianceRule rule, uint32_t batch, const Light& light, uint64_
   return {mean, 5 * std::sqrt((squares / double(runs) - mean * mean) / double(runs))};
 }
 
-// Expected losses, measured by an independent program and generator to .6 %.
+// Checks the losses against `expected`, which an independent program with another generator has
+// measured to .6 %.
 void expect_losses(VarianceRule rule, uint32_t batch, uint64_t seed, const double (&expected)[4]) {
   constexpr double kKnown = 0.006;
   for (size_t i = 0; i < 4; ++i) {
@@ -245,11 +251,13 @@ TEST(SelfStopping, ChiSquareLosesRareLight) {
     return double(chi_square_bound(float(p.variance()), float(p.count())));
   };
   expect_losses(rule, kChiSquareBatch, 500, {-0.43, -0.80, -0.32, -0.002});
-  // Most of it is lost by the first test: eight samples without light, .9^8 of the pixels.
+  // Most of the light is lost at the first test: in .9^8 of the pixels, all eight samples are
+  // black.
   EXPECT_LT(measure_loss(rule, 8, kLights[0], 500).bias, -std::pow(0.9, 8) + 0.02);
 }
 
-// The interval of 1.96 standard errors: the rule's half width relative to that for many samples.
+// The rule divides the half width by 1.96, which is the half width in standard errors for many
+// samples, and squares the result.
 TEST(SelfStopping, PainterSloanLosesAsMuch) {
   const VarianceRule rule = [](const SamplePixel& p) {
     const double width = confidence_half_width(float(p.variance()), float(p.count())) / kNormal975;

@@ -1,5 +1,5 @@
-// Error estimators on synthetic pixels: their common contract, and each against values computed by
-// hand. error_estimator_statistics_test.cpp tests their calibration.
+// Tests the error estimators on synthetic pixels: their common contract, and each of them against
+// values computed by hand. error_estimator_statistics_test.cpp tests their calibration.
 #include "renderer/core/rect.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
 
@@ -57,7 +57,7 @@ class EveryEstimator : public ::testing::TestWithParam<EstimatorEntry> {
   }
 };
 
-// Planes of random elements of `values`, with random numbers per pixel.
+// Returns planes whose elements are chosen at random from `values`, independently for each pixel.
 PixelStatistics planes_of(int width, int height, uint64_t seed, const std::vector<float>& values) {
   PixelStatistics pixels = constant_pixels(width, height, 0.0f, 0.0f);
   for (size_t i = 0; i < pixels.size(); ++i) {
@@ -85,8 +85,8 @@ TEST_P(EveryEstimator, HostileStatisticsGiveFiniteErrors) {
   }
 }
 
-// Frames at any scale of light: errors are finite, nearly zero where a display shows black or
-// white, and samples go to the same pixels if the metric does not depend on the display.
+// A frame may have any scale of light. The errors and rates must be finite, and with the mse metric
+// the rates scale with the light, so that samples go to the same pixels.
 TEST_P(EveryEstimator, AFramesScaleMakesNoNumberANonNumber) {
   const auto scaled_frame = [](int exponent) {
     const double scale = std::ldexp(1.0, exponent);
@@ -146,8 +146,8 @@ TEST_P(EveryEstimator, ReplacesOldValuesOfTheMap) {
 
 INSTANTIATE_TEST_SUITE_P(Table, EveryEstimator, ::testing::ValuesIn(estimator_table()), test_name);
 
-// The historical estimators test one pixel or block against a threshold and request a batch if it
-// fails.
+// The historical estimators test one pixel or block against a threshold and request a batch if the
+// test fails.
 std::vector<EstimatorEntry> historical_estimators() {
   std::vector<EstimatorEntry> result;
   for (const EstimatorEntry& entry : estimator_table()) {
@@ -185,7 +185,7 @@ TEST_P(HistoricalEstimator, ConstantsAreFinished) {
   }
 }
 
-// A non-finite or huge value does not spread: two pixels away nothing changes.
+// A non-finite or huge value does not spread: pixels that are two away from it do not change.
 TEST_P(HistoricalEstimator, BadPixelDoesNotAffectOthers) {
   for (const float bad : {kNaN, kInfinity, -kInfinity}) {
     PixelStatistics pixels = constant_pixels(9, 9, 0.5f, 16.0f);
@@ -215,7 +215,7 @@ TEST(EstimatorTable, Names) {
     EXPECT_TRUE(names.insert(entry.name).second) << entry.name;
     EXPECT_EQ(&find_estimator(entry.name), &entry);
     EXPECT_GE(entry.first_samples, 2u);
-    // The first samples must suffice for an estimate: the second stream starts at 8.
+    // The first samples must suffice for an estimate, and the second stream starts at 8 samples.
     EXPECT_TRUE(entry.streams == StreamCount::kOne || entry.first_samples >= 16) << entry.name;
   }
   try {
@@ -230,12 +230,12 @@ TEST(EstimatorTable, Names) {
 
 // ---- values by hand ----------------------------------------------------------------------------
 
-// The display curve is straight here. An error's weight is the slope over .001 to each side; half
-// of the lower side is black.
+// The display curve is straight here. The weight of an error is the slope over .001 to each side,
+// and half of the lower side is black.
 constexpr float kDark = 5e-4f;
 constexpr double kCurveSlope = 12.92, kDarkSlope = 0.75 * kCurveSlope;
 
-// A dark pixel whose channels have sample variances v, 2 v and 6 v: 3 v on average.
+// A dark pixel whose channels have the sample variances v, 2 v and 6 v, or 3 v on average.
 PixelStatistics dark_pixel(float count, float variance) {
   PixelStatistics pixels = constant_pixels(1, 1, kDark, count);
   pixels.variance = {{{variance}, {2 * variance}, {6 * variance}}};
@@ -244,7 +244,7 @@ PixelStatistics dark_pixel(float count, float variance) {
 
 TEST(ChiSquareEstimator, ByHand) {
   const Estimator estimator = estimate_chi_square;
-  // Tabulated quantiles: chi-square at .05 is 2.16735 for 7 degrees, 7.26094 for 15.
+  // The tabulated 5 % quantiles of chi-square are 2.16735 for 7 degrees and 7.26094 for 15 degrees.
   const double v = 1e-8;
   EXPECT_NEAR(errors(estimator, dark_pixel(8, float(v)))[0],
               kDarkSlope * std::sqrt(3 * v / 8 * 7 / 2.16735), 4e-3 * kDarkSlope * 1e-4);
@@ -258,31 +258,34 @@ TEST(PainterSloanEstimator, ByHand) {
   const double v = 1e-8;
   EXPECT_NEAR(errors(estimator, dark_pixel(8, float(v)))[0],
               kDarkSlope * 2.364624 * std::sqrt(3 * v / 8), 1e-6);
-  EXPECT_NEAR(errors(estimator, dark_pixel(4, float(v)))[0],  // without a neighbourhood
+  EXPECT_NEAR(errors(estimator, dark_pixel(4, float(v)))[0],  // no neighbourhood here
               kDarkSlope * 3.182446 * std::sqrt(3 * v / 4), 1e-5);
 }
 
-// With few samples the estimate uses the neighbourhood: means of k/4096 around 1/4096.
+// With few samples the estimate uses the neighbourhood. The means are k/4096, with 1/4096 in the
+// centre.
 TEST(PainterSloanEstimator, NeighbourhoodOfFewSamples) {
   const Estimator estimator = estimate_painter_sloan;
   constexpr float kUnit = 0x1p-12f;
   PixelStatistics pixels = constant_pixels(3, 3, kUnit, 4.0f);
   pixels.mean[0] = {9, 2, 9, 4, 1, 6, 9, 7, 9};  // corners do not count
   for (float& mean : pixels.mean[0]) mean *= kUnit;
-  // Red 1, 2, 4, 6, 7: mean 4, squares 9 + 4 + 0 + 4 + 9 over 4; green and blue are constant.
+  // The red values 1, 2, 4, 6, 7 have the mean 4 and the variance (9 + 4 + 0 + 4 + 9) / 4. Green
+  // and blue are constant.
   EXPECT_NEAR(errors(estimator, pixels)[4], kCurveSlope * kUnit * std::sqrt(26.0 / 4 / 3), 1e-7);
-  // At the top edge there are three neighbours: 2 with 9, 9 and 1.
+  // A pixel at the top edge has three neighbours. Here it is 2 with the neighbours 9, 9 and 1.
   EXPECT_NEAR(
       errors(estimator, pixels)[1],
       kCurveSlope * kUnit * std::sqrt((3.25 * 3.25 + 2 * 3.75 * 3.75 + 4.25 * 4.25) / 3 / 3), 1e-7);
-  // The crop's sides have no neighbours beyond: 4 with 9, 9 and 1; 6 with the same.
+  // A pixel at a side of the crop has three neighbours, too. Here they are 9, 9 and 1 for the
+  // pixels 4 and 6.
   EXPECT_NEAR(
       errors(estimator, pixels)[3],
       kCurveSlope * kUnit * std::sqrt((1.75 * 1.75 + 2 * 3.25 * 3.25 + 4.75 * 4.75) / 3 / 3), 1e-7);
   EXPECT_NEAR(
       errors(estimator, pixels)[5],
       kCurveSlope * kUnit * std::sqrt((0.25 * 0.25 + 2 * 2.75 * 2.75 + 5.25 * 5.25) / 3 / 3), 1e-7);
-  pixels.count[1] = 0.0f;  // 1, 4, 6, 7
+  pixels.count[1] = 0.0f;  // leaves 1, 4, 6, 7
   EXPECT_NEAR(errors(estimator, pixels)[4], kCurveSlope * kUnit * std::sqrt(21.0 / 3 / 3), 1e-7);
   pixels.count[4] = 8.0f;  // enough on its own
   EXPECT_EQ(errors(estimator, pixels)[4], 0.0f);
@@ -292,7 +295,7 @@ TEST(KajiyaEstimator, ByHand) {
   PixelStatistics pixels = constant_pixels(1, 1, kDark, 32.0f);
   pixels.second_count = {8.0f};
   pixels.stream_difference = {{{1e-4f}, {-2e-4f}, {5e-4f}}};
-  // Variance of the mean of all: difference^2 times 24 * 8 / 32^2.
+  // The variance of the mean of all samples is difference^2 times 24 * 8 / 32^2.
   const double variance = (1 + 4 + 25) / 3.0 * 1e-8 * 24 * 8 / (32.0 * 32.0);
   EXPECT_NEAR(errors(estimate_kajiya, pixels)[0], kDarkSlope * std::sqrt(variance), 1e-6);
   EXPECT_FLOAT_EQ(half_difference_variance(3.0f, 50.0f, 50.0f), 2.25f);
@@ -300,7 +303,8 @@ TEST(KajiyaEstimator, ByHand) {
   EXPECT_GT(errors(estimate_kajiya, pixels)[0], kUnfinished);
 }
 
-// Noise about white: the display shows the part below 1, here from .9 on.
+// The noise is about a value above white, and the display shows only the part below 1, here from .9
+// on.
 TEST(KajiyaEstimator, NoiseThatLeavesWhiteIsSeen) {
   PixelStatistics pixels = constant_pixels(1, 1, 1.1f, 16.0f);
   for (auto& plane : pixels.stream_difference) plane = {0.4f};  // a standard error of .2
@@ -317,12 +321,12 @@ TEST(ContrastEstimator, ByHand) {
     const float expected = i % 6 <= 2 ? 0.02f * (0.2f / 0.8f) / 0.3f : 0.0f;
     EXPECT_NEAR(map[i], expected, 1e-7f) << i;
   }
-  // A darker pixel has contrast with both neighbours, too: .1 to .3.
+  // A darker pixel also has contrast with both neighbours, here .1 to .3.
   pixels.mean[1][7] = 0.1f;
   EXPECT_NEAR(errors(estimator, pixels)[6], 0.02f * 0.5f / 0.3f, 1e-7f);
   EXPECT_NEAR(errors(estimator, pixels)[8], 0.02f * 0.5f / 0.3f, 1e-7f);
   pixels.mean[1][7] = 0.5f;
-  // The same contrast has a lower weight in red and the lowest in blue.
+  // The same contrast has a lower weight in red, and the lowest weight in blue.
   std::swap(pixels.mean[0], pixels.mean[1]);
   EXPECT_NEAR(errors(estimator, pixels)[7], 0.02f * 0.25f / 0.4f, 1e-7f);
   std::swap(pixels.mean[0], pixels.mean[2]);
@@ -338,7 +342,7 @@ TEST(ContrastEstimator, UsesDisplayValues) {
   EXPECT_NEAR(errors(estimator, pixels)[1], 0.02f / 0.3f, 1e-7f);
   pixels.count[2] = 0.0f;  // no sample yet
   EXPECT_EQ(errors(estimator, pixels)[1], 0.0f);
-  // The paper's limit equals the threshold: .65 to .35 is a contrast of .3.
+  // The limit of the paper is the threshold: .65 and .35 have a contrast of .3.
   pixels = constant_pixels(2, 1, 0.35f, 8.0f);
   pixels.mean[1][1] = 0.65f;
   EXPECT_NEAR(errors(estimator, pixels)[0], kContrastThreshold, 1e-7f);
@@ -348,7 +352,7 @@ TEST(ContrastEstimator, UsesDisplayValues) {
 
 constexpr double kErrorPerDeviation = 2 * 1.7320508075688772 * 0.7978845608028654;
 
-// A grey pixel of value .25 with streams +-d apart: e_p = 3 (d / 2) / sqrt(.75).
+// The error e_p = 3 (d / 2) / sqrt(.75) of a grey pixel of value .25 whose streams differ by +-d.
 double grey_error(double d) { return 1.5 * d / std::sqrt(0.75); }
 
 PixelStatistics grey_pixels(int width, int height, float difference) {
@@ -364,13 +368,14 @@ TEST(DammertzEstimator, OneBlock) {
   for (const float error : map) {
     EXPECT_NEAR(error, grey_error(0.01) / kErrorPerDeviation, 1e-7);
   }
-  // Unequal streams: I - A is the share of B times the difference.
+  // The streams are unequal. I - A is the difference times the share of B.
   pixels.second_count.assign(16, 4.0f);
   EXPECT_NEAR(errors(estimate_dammertz, pixels, 0.5f)[0], grey_error(0.01) / 2 / kErrorPerDeviation,
               1e-7);
 }
 
-// The left 8 columns of 32 x 8 hold all the error, and blocks split at the median of their error.
+// The left 8 columns of 32 x 8 pixels hold all the error. Blocks are split at the median of their
+// error.
 TEST(DammertzEstimator, SplitsWhereTheErrorIs) {
   PixelStatistics pixels = grey_pixels(32, 8, 0.0f);
   for (size_t y = 0; y < 8; ++y) {
@@ -379,8 +384,9 @@ TEST(DammertzEstimator, SplitsWhereTheErrorIs) {
     }
   }
   const double e = grey_error(0.01) / kErrorPerDeviation;
-  // Whole: mean e / 4 times sqrt(256 / 16) = e. Left part, split at column 4: e sqrt(32 / 16).
-  // Right part: 28 columns, an e of 1/7 times sqrt(14).
+  // The whole block has the mean e / 4, so its error is e / 4 sqrt(256 / 16) = e. It is split at
+  // column 4. The left part has the error e sqrt(32 / 16). The right part has 28 columns, the mean
+  // e / 7 and the error e / 7 sqrt(14).
   const auto at_threshold = [&](double threshold) {
     return errors(estimate_dammertz, pixels, float(threshold));
   };
@@ -390,18 +396,18 @@ TEST(DammertzEstimator, SplitsWhereTheErrorIs) {
   map = at_threshold(0.99 * e / 256);  // too noisy to be split
   EXPECT_NEAR(map[0], e, 1e-5 * e);
   EXPECT_NEAR(map[31], e, 1e-5 * e);
-  map = at_threshold(0.9 * e);  // split once; the left part again, down to 4 x 4
+  map = at_threshold(0.9 * e);  // split once; the left part is split again, down to 4 x 4
   EXPECT_NEAR(map[0], e, 1e-5 * e);
   EXPECT_NEAR(map[4], std::sqrt(14.0) / 7 * e, 1e-5 * e);
   EXPECT_NEAR(map[31], std::sqrt(14.0) / 7 * e, 1e-5 * e);
-  map = at_threshold(0.0);  // no threshold: all splits, columns 4 and 5, then 6, then 7
+  map = at_threshold(0.0);  // no threshold: splits at columns 4 and 5, then 6, then 7
   EXPECT_NEAR(map[4], e, 1e-5 * e);
   EXPECT_NEAR(map[6], std::sqrt(0.5) * e, 1e-5 * e);
   EXPECT_NEAR(map[7], std::sqrt(0.5) * e, 1e-5 * e);
   EXPECT_EQ(map[8], 0.0f);
 }
 
-// The rule in plain loops.
+// The rule of the estimator, in plain loops.
 class NaiveBlocks {
  public:
   NaiveBlocks(std::vector<uint64_t> errors, int width, double threshold)
@@ -448,11 +454,11 @@ TEST(DammertzEstimator, AgreesWithTheRuleInPlainLoops) {
   std::vector<uint64_t> pixel_errors(pixels.size());
   for (size_t i = 0; i < pixels.size(); ++i) {
     TestRandom random(11, i);
-    // High noise on the left, low noise on the right.
+    // The noise is high on the left and low on the right.
     const double scale = i % kWidth < 20 ? 0.2 : 0.002;
     const auto difference = float(scale * random.next_double());
     for (auto& plane : pixels.stream_difference) plane[i] = difference;
-    // Rounded like in the estimator.
+    // Rounds as the estimator does.
     pixel_errors[i] = uint64_t(0.5f * (3 * difference) / std::sqrt(0.75f) * 0x1p24f);
   }
   for (const float threshold : {1e-5f, 1e-4f, 0.001f, 0.004f, 0.02f, 0.2f}) {
@@ -465,10 +471,10 @@ TEST(DammertzEstimator, AgreesWithTheRuleInPlainLoops) {
   }
 }
 
-// A pixel without an estimate, or with NaN, does not count for its block.
+// A pixel without an estimate or with NaN does not count for its block.
 TEST(DammertzEstimator, BlocksIgnoreUnknownPixels) {
   PixelStatistics pixels = grey_pixels(4, 4, 0.01f);
-  pixels.second_count[5] = 16.0f;  // none in the first pixel
+  pixels.second_count[5] = 16.0f;  // the first stream has none
   pixels.stream_difference[0][6] = kNaN;
   const std::vector<float> map = errors(estimate_dammertz, pixels, 0.5f);
   EXPECT_GT(map[5], kUnfinished);
@@ -476,8 +482,8 @@ TEST(DammertzEstimator, BlocksIgnoreUnknownPixels) {
   EXPECT_EQ(map[6], map[0]);
 }
 
-// A pixel's error is clamped to 256, so that sums cannot overflow, also where a filter's negative
-// lobes leave noise without light.
+// The error of a pixel is clamped to 256, so that sums cannot overflow. This also holds where the
+// negative lobes of a filter leave noise without light.
 TEST(DammertzEstimator, HugeErrorsAreCounted) {
   for (const bool dark : {false, true}) {
     PixelStatistics pixels = grey_pixels(4, 4, 0.0f);

@@ -1,4 +1,4 @@
-// The display curve and the weights of errors, compared with their formulas.
+// Compares the display curve and the weights of errors with their formulas.
 #include "renderer/drivers/adaptive/error_estimator.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace emberline {
 namespace {
 
-// Every 997th float from 1e-6 to 2.
+// Calls `body` for every 997th float from 1e-6 to 2.
 template <typename Body>
 void for_each_brightness(const Body& body) {
   const auto last = std::bit_cast<uint32_t>(2.0f);
@@ -51,19 +51,19 @@ TEST(DisplayValue, ClipsToTheDisplayRange) {
   EXPECT_GT(display_value(1e-30f), 0.0f);
 }
 
-// Squared slope of the curve over mean +- deviation, by the exact formula.
+// The weight is the squared slope of the curve over mean +- deviation, by the exact formula.
 TEST(ErrorWeight, DisplayIsTheSquaredSlope) {
   for (const double mean : {0.001, 0.01, 0.1, 0.3, 0.7, 0.95, 1.05}) {
     for (const double deviation : {0.01, 0.03, 0.1, 0.5}) {
       const double slope =
           (test::srgb(mean + deviation) - test::srgb(mean - deviation)) / (2 * deviation);
-      // Two values known to 1e-6 over the step.
+      // Both values of the curve are known to 1e-6, and their difference is divided by the step.
       EXPECT_NEAR(std::sqrt(display_error_weight(float(mean), float(deviation))),
                   std::max(slope, double(kMinDisplaySlope)), 1e-6 / deviation)
           << mean << " +- " << deviation;
     }
   }
-  // Deviations below .001 are raised to it; half of the interval below the mean is black.
+  // A deviation below .001 is raised to .001. Half of the interval below the mean is black.
   EXPECT_NEAR(display_error_weight(5e-4f, 1e-7f), 0.75 * 12.92 * 0.75 * 12.92, 1e-3);
 }
 
@@ -76,10 +76,10 @@ TEST(ErrorWeight, ClippedWhiteCountsLittleButCounts) {
   EXPECT_EQ(weight(INFINITY, 1.0f), floor);
   EXPECT_EQ(weight(-5.0f, 1.0f), floor);
   EXPECT_EQ(weight(NAN, 1.0f), floor);
-  EXPECT_GT(weight(5.0f, 4.9f), floor);  // noise that may fall below white
+  EXPECT_GT(weight(5.0f, 4.9f), floor);  // the noise may fall below white
 }
 
-// A value in [0, 1] varies by at most 1/4, however bright the samples.
+// A value in [0, 1] has a variance of at most 1/4, however bright the samples are.
 TEST(ErrorWeight, NoErrorIsLargerThanTheDisplayCanShow) {
   for (const float mean : {0.0f, 0.5f, 5.0f, 3000.0f}) {
     for (const float deviation : {0.01f, 1.0f, 30.0f, 1000.0f, 1e9f, 1e15f}) {

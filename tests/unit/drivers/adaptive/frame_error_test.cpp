@@ -1,4 +1,4 @@
-// The error of a whole frame, in cases where it is known.
+// Tests the error of a whole frame in cases where it is known.
 #include "renderer/drivers/adaptive/frame_error.h"
 
 #include <gtest/gtest.h>
@@ -14,9 +14,9 @@
 namespace emberline::test {
 namespace {
 
-// Normal noise of .05 per sample about .3, where the display curve is almost straight: slope times
-// .05 / sqrt(n). The mean of 9216 squares of one degree of freedom is known to 1.5 %, its root to
-// half of that.
+// The noise is normal with .05 per sample about .3, where the display curve is almost straight, so
+// the error is slope times .05 / sqrt(n). The mean of 9216 squares with one degree of freedom is
+// known to 1.5 %, and its root to half of that.
 TEST(FrameError, IsTheDeviationOfTheMeans) {
   const double slope = double(display_value(0.31f) - display_value(0.29f)) / 0.02;
   for (const uint32_t n : {16u, 64u}) {
@@ -27,7 +27,7 @@ TEST(FrameError, IsTheDeviationOfTheMeans) {
   }
 }
 
-// Only one stream so far: eight samples.
+// With eight samples there is only one stream so far.
 TEST(FrameError, WithoutASecondStreamAsIfIndependent) {
   const double slope = double(display_value(0.31f) - display_value(0.29f)) / 0.02;
   const PixelStatistics pixels = drawn_pixels(
@@ -36,18 +36,18 @@ TEST(FrameError, WithoutASecondStreamAsIfIndependent) {
   EXPECT_NEAR(frame_error(pixels), expected, 0.03 * expected);
 }
 
-// A pixel's noise is weighted at that pixel's own value: clipped noise is invisible, whatever its
-// neighbours show.
+// The noise of a pixel is weighted at the pixel's own value. Clipped noise is invisible, whatever
+// the neighbours show.
 TEST(FrameError, LampNoiseDoesNotSpreadToDarkNeighbours) {
   PixelStatistics pixels = constant_pixels(64, 64, 0.0f, 64.0f);
   for (size_t i = 0; i < pixels.size(); i += 2) {
     for (size_t c = 0; c < 3; ++c) {
       pixels.mean[c][i] = 20.0f;
-      pixels.stream_difference[c][i] = 2.0f;  // a quarter of its square for the mean of both
+      pixels.stream_difference[c][i] = 2.0f;  // the mean of both has a quarter of its square
     }
   }
   EXPECT_LT(frame_error(pixels), 0.02);
-  // The same noise at mid grey.
+  // The same noise at mid grey is visible.
   for (size_t i = 0; i < pixels.size(); i += 2) {
     for (size_t c = 0; c < 3; ++c) {
       pixels.mean[c][i] = 0.3f;
@@ -75,7 +75,7 @@ double with_missed(const PixelStatistics& pixels) {
   return frame_error(pixels, map.missed);
 }
 
-// A lamp that one sample in 1,000 hits and that makes the true picture white: almost all pixels
+// One sample in 1,000 hits a lamp, and the lamp makes the true picture white. Almost all pixels
 // look dark and certain, and are wrong.
 TEST(FrameError, TellsOfLampsThatFewPixelsHaveMet) {
   constexpr double kChance = 1e-3, kLamp = 1000.0, kDark = 0.02;
@@ -85,7 +85,7 @@ TEST(FrameError, TellsOfLampsThatFewPixelsHaveMet) {
     });
     const double truth = true_error(pixels, kDark + kChance * kLamp);
     EXPECT_LT(frame_error(pixels), 0.6 * truth) << n << " samples: the test says nothing";
-    // With 16 samples most neighbourhoods have not hit it either.
+    // With 16 samples, most neighbourhoods have not hit the lamp either.
     EXPECT_GT(with_missed(pixels), (n < 64 ? 0.4 : 0.6) * truth) << n << " samples";
     EXPECT_LT(with_missed(pixels), 1.25 * truth) << n << " samples";
     std::printf("  lamps, %u: %.2f of the truth, %.2f without\n", n, with_missed(pixels) / truth,
@@ -93,8 +93,8 @@ TEST(FrameError, TellsOfLampsThatFewPixelsHaveMet) {
   }
 }
 
-// Log-normal samples of mean .2: with sigma 2.5 the deviation is 23 times the mean, with .5 they
-// are almost normal.
+// The samples are log-normal with mean .2. With a sigma of 2.5 the deviation is 23 times the mean,
+// and with .5 the samples are almost normal.
 TEST(FrameError, LogNormalSamplesGiveTheTrueError) {
   for (const double sigma : {0.5, 1.5, 2.5}) {
     for (const uint32_t n : {16u, 64u, 256u}) {
@@ -109,14 +109,15 @@ TEST(FrameError, LogNormalSamplesGiveTheTrueError) {
   }
 }
 
-// Sharp edges of lamps that every other sample of a pixel hits: their neighbours miss nothing.
+// Every other sample of a pixel with a lamp hits the lamp, and the lamp's edge is sharp. Its
+// neighbours miss nothing.
 TEST(FrameError, AddsNothingNextToALampInFocus) {
   PixelStatistics pixels = constant_pixels(64, 64, 0.05f, 32.0f);
   for (size_t i = 0; i < pixels.size(); i += 9) {
     for (size_t c = 0; c < 3; ++c) {
       pixels.mean[c][i] = 50.0f;
       pixels.variance[c][i] = 2500.0f;
-      pixels.stream_difference[c][i] = 100.0f / std::sqrt(32.0f);  // of that variance
+      pixels.stream_difference[c][i] = 100.0f / std::sqrt(32.0f);  // follows from that variance
     }
   }
   ErrorMap map;

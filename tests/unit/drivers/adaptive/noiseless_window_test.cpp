@@ -1,5 +1,5 @@
-// Windows whose first samples show no noise, under a threshold: is there none, or were there too
-// few samples? On synthetic frames.
+// Tests windows under a threshold whose first samples show no noise. There may be none, or the
+// samples may be too few. The frames are synthetic.
 #include <gtest/gtest.h>
 
 #include "support/long_tests.h"
@@ -11,7 +11,7 @@ namespace {
 using namespace test;
 using Sample = SyntheticFrame::Sample;
 
-// Mean samples of a small crop in which every sample is `rest`, under a threshold.
+// The mean samples of a small crop under a threshold, in which every sample is `rest`.
 double samples_without_noise(const Sample& rest, int size, const AdaptiveSettings& settings) {
   SyntheticFrame frame(size, size, 10, [&](int, int, TestRandom&) { return rest; });
   RoundPlanner planner(settings, size, size, 5);
@@ -26,11 +26,11 @@ TEST(NoiselessWindow, ZeroNoiseNeedsEnoughSamples) {
     s.estimator = estimator;
     s.threshold = 0.02f;
     const Sample black = {0.0f, 2};
-    EXPECT_EQ(samples_without_noise(black, 16, s), 512.0);  // 2^17 samples of the crop
+    EXPECT_EQ(samples_without_noise(black, 16, s), 512.0);  // 2^17 samples in the crop
     EXPECT_EQ(samples_without_noise(black, 4, s), 1024.0);  // 64 times the pilot
     EXPECT_EQ(samples_without_noise(black, 128, s), 16.0);  // enough from the start
     EXPECT_EQ(samples_without_noise({0.4f, 3}, 16, s), 512.0);
-    // No light is missed behind a camera ray that hits nothing or a lamp.
+    // If a camera ray hits nothing or a lamp, no light can be missed.
     EXPECT_EQ(samples_without_noise({0.4f, 1}, 16, s), 16.0);
     s.max_samples = 100;
     EXPECT_EQ(samples_without_noise(black, 16, s), 100.0);
@@ -40,8 +40,8 @@ TEST(NoiselessWindow, ZeroNoiseNeedsEnoughSamples) {
   }
 }
 
-// One path in 4000 finds the light: a quarter of the 16 x 16 windows see none in the pilot. False
-// alarms: a crop misses it in 2^17 samples with probability e^-32.
+// One path in 4000 finds the light, so a quarter of the 16 x 16 windows see none in the pilot. A
+// crop misses the light in 2^17 samples with probability e^-32, which is the rate of false alarms.
 TEST(NoiselessWindow, RareLightIsIncluded) {
   AdaptiveSettings s;
   s.threshold = 0.05f;

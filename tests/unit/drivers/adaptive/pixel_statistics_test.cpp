@@ -1,4 +1,4 @@
-// The film's statistics for the estimators, compared with sums done by hand.
+// Compares the film's statistics for the estimators with sums done by hand.
 #include "renderer/drivers/adaptive/pixel_statistics.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
@@ -31,8 +31,8 @@ PixelStatistics gather(const FilmTile& film) {
 
 TEST(PixelStatistics, TwoStreams) {
   FilmTile film = film_of({10, 20, 13, 22});
-  // Stream A holds 1, 3 and 5, stream B 2 and 6: mean 17/5, A - B = 3 - 4, sum of squares 75,
-  // variance (75 - 17^2 / 5) / 4.
+  // Stream A holds 1, 3 and 5, and stream B holds 2 and 6. The mean is 17/5, A - B is 3 - 4, the
+  // sum of squares is 75, and the variance is (75 - 17^2 / 5) / 4.
   for (const float x : {1.0f, 3.0f, 5.0f}) add(&film, 11, 21, 0, {x, 10 * x, 0}, 6);
   for (const float x : {2.0f, 6.0f}) add(&film, 11, 21, 1, {x, 10 * x, 0}, 6);
   const PixelStatistics pixels = gather(film);
@@ -49,7 +49,7 @@ TEST(PixelStatistics, TwoStreams) {
   EXPECT_FLOAT_EQ(pixels.variance[0][i], 4.3f);
   EXPECT_FLOAT_EQ(pixels.variance[1][i], 430.0f);
   EXPECT_EQ(pixels.variance[2][i], 0.0f);
-  EXPECT_FLOAT_EQ(pixels.cost[i], 5.17f);  // 6 rays, of which the camera's costs .17
+  EXPECT_FLOAT_EQ(pixels.cost[i], 5.17f);  // 6 rays, of which the camera ray costs .17
 }
 
 TEST(PixelStatistics, FewSamplesAreNotDividedByZero) {
@@ -87,8 +87,8 @@ TEST(PixelStatistics, HugeRadianceStaysFinite) {
   EXPECT_EQ(pixels.variance[0][0], 1e30f);
 }
 
-// Equal samples whose square is not exact in float: rounding leaves a negligible variance, and
-// never a negative one.
+// The samples are equal, and their square is not exact in float. Rounding leaves a negligible
+// variance, which is never negative.
 TEST(PixelStatistics, EqualSamplesHaveNoVariance) {
   FilmTile film = film_of({0, 0, 64, 1});
   for (int x = 0; x < 64; ++x) {
@@ -102,13 +102,13 @@ TEST(PixelStatistics, EqualSamplesHaveNoVariance) {
   }
 }
 
-// Pixels are read in blocks; each keeps its own sums, whatever the film's size.
+// Pixels are read in blocks. Each pixel keeps its own sums, whatever the size of the film.
 TEST(PixelStatistics, EveryPixelOfAnySize) {
   for (const int width : {1, 63, 64, 65, 150}) {
     FilmTile film = film_of({5, 7, 5 + width, 10});
     for (int i = 0; i < 3 * width; ++i) {
       const int x = 5 + i % width, y = 7 + i / width;
-      // The streams' means are i + 1 and i + 3, their counts 1 and 2.
+      // The means of the streams are i + 1 and i + 3, and their counts are 1 and 2.
       add(&film, x, y, 0, Rgb(float(i + 1)), uint32_t(i + 1));
       for (const int value : {i + 2, i + 4})
         add(&film, x, y, 1, Rgb(float(value)), uint32_t(i + 1));
@@ -143,7 +143,7 @@ TEST(PixelStatistics, RelMseEpsilon) {
   EXPECT_FLOAT_EQ(rel_mse_epsilon(pixels), 1e-6f);
   pixels.resize(2, 1);
   EXPECT_FLOAT_EQ(rel_mse_epsilon(pixels), 1e-6f);
-  pixels.mean = {{{1, 2}, {3, 4}, {5, 9}}};  // mean 4
+  pixels.mean = {{{1, 2}, {3, 4}, {5, 9}}};  // the mean is 4
   EXPECT_FLOAT_EQ(rel_mse_epsilon(pixels), 0.16f);
 }
 

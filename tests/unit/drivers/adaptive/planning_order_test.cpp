@@ -1,4 +1,4 @@
-// The order of the planner's sums, and which pixels come first among equals.
+// Tests the order of the planner's sums, and which pixels come first among equal ones.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -43,8 +43,8 @@ TEST(OrderedSum, LanesAddUp) {
 
 constexpr int kSize = 32;
 
-// The pixels that a historical estimator chooses in each half of a constant picture, where all
-// errors are equal.
+// The pixels that a historical estimator chooses in a constant picture, where all errors are equal.
+// `upper` counts those in the upper half.
 struct Chosen {
   std::vector<bool> pixels;
   int upper = 0, all = 0;
@@ -77,7 +77,8 @@ TEST(RoundPlanner, EqualErrorsAreServedAllOverTheWindow) {
   const Chosen one = choose_for_constant(1), other = choose_for_constant(2);
   constexpr int kWindowPixels = kSize * kSize;
   EXPECT_EQ(one.all, kWindowPixels / 2);
-  // Half of the chosen in each half: a standard deviation of 8, five of them (6e-7).
+  // Half of the chosen pixels should be in each half. The standard deviation is 8, and the
+  // tolerance is 5 deviations, a false alarm for 6e-7 of all seeds.
   EXPECT_NEAR(one.upper, kWindowPixels / 4, 40);
   EXPECT_NEAR(other.upper, kWindowPixels / 4, 40);
   int both = 0;

@@ -1,5 +1,5 @@
-// The refinement tree puts samples where the picture needs them and so reduces the error. Seeds are
-// fixed, so failures are reproducible.
+// The refinement tree puts samples where the picture needs them and so reduces the error. The seeds
+// are fixed, so failures are reproducible.
 #include "renderer/drivers/adaptive/refinement_tree.h"
 
 #include <gtest/gtest.h>
@@ -11,10 +11,11 @@
 namespace emberline {
 namespace {
 
-// An isolated disc of 28 pixels in 256 x 256. If one of the first 2048 samples (of a 32nd of the
-// pixels) hits it, then at 4096 it and the pixels around it are sampled ten times as densely as the
-// frame; 16 times would be all of it. Equal leaves of 32 pixels hit it in 1 - (1 - 28/65536)^2048 =
-// 58 % of the seeds; a binomial of 32 is below 8 once in 33,000 sets of seeds.
+// An isolated disc has 28 pixels in a frame of 256 x 256. If one of the first 2048 samples (one per
+// 32 pixels) hits it, then after 4096 samples the disc and the pixels around it have ten times the
+// sample density of the frame. If every pixel were sampled, the density would be 16 times as high.
+// Equal leaves of 32 pixels hit the disc in 1 - (1 - 28/65536)^2048 = 58 % of the seeds. Fewer than
+// 8 hits in 32 seeds occur once in 33,000 sets of seeds.
 TEST(RefinementTree, ALoneDiscDrawsTheSamples) {
   const auto distance = [](int x, int y) { return std::hypot(x + 0.5 - 100.3, y + 0.5 - 77.8); };
   const Picture disc = [&](int x, int y) { return Rgb(distance(x, y) < 3 ? 1.0f : 0.0f); };
@@ -52,15 +53,15 @@ double rmse(const RefinementTree& tree, const Picture& picture) {
   return std::sqrt(sum / double(w.area()));
 }
 
-// Compared with leaves of equal size and one random sample in each, which is the same tree with so
-// large a kappa that only size counts. Without noise, and with +-50 % on every sample. The errors
-// are printed, and tests/bench/results lists them.
+// Compares the tree with leaves of equal size, each with one random sample. Such leaves come from
+// the same tree with a kappa so large that only size counts. The pictures are without noise, or
+// have +-50 % on every sample. The errors are printed, and tests/bench/results lists them.
 TEST(RefinementTree, TheErrorIsBelowThatOfEqualLeaves) {
   const Picture noisy = [](int x, int y) { return test_picture(x, y) * (0.5f + noise(x, y).x); };
   struct Case {
     const char* name;
     Picture picture;
-    double samples_per_pixel, most;  // ratio of errors
+    double samples_per_pixel, most;  // `most` is the largest ratio of the errors
   };
   for (const Case& c :
        {Case{"without noise", test_picture, 0.0625, 0.65},

@@ -1,5 +1,5 @@
-// The contrast measure of the refinement tree, compared with variances computed by hand, and with
-// any kind of radiance.
+// Compares the contrast measure of the refinement tree with variances computed by hand, for any
+// kind of radiance.
 #include "renderer/drivers/adaptive/refinement_tree.h"
 
 #include <gtest/gtest.h>
@@ -11,13 +11,13 @@
 namespace emberline {
 namespace {
 
-// The square root of x / (1 + x), the display value defined in the header.
+// The display value sqrt(x / (1 + x)), as the header defines it.
 double display(double radiance) {
   const double x = std::max(0.0, radiance);
   return std::sqrt(x / (1 + x));
 }
 
-// Variance of values 0 .. n-1, weighted over the channels as the header defines.
+// The variance of `values`, weighted over the channels as the header defines.
 double weighed_variance(const std::vector<Rgb>& values, double exposure = 1) {
   const auto variance = [&](const std::function<double(const Rgb&)>& of) {
     double mean = 0, sum = 0;
@@ -33,7 +33,7 @@ double weighed_variance(const std::vector<Rgb>& values, double exposure = 1) {
          (channels + variance([&](const Rgb& v) { return display(exposure * luminance(v)); }));
 }
 
-// Two leaves: both variances are those of two values.
+// With two leaves, v_int and v_ext are both the variance of two values.
 TEST(RefinementTree, VariancesOfTwoLeaves) {
   const std::vector<std::pair<Rgb, Rgb>> cases = {{Rgb(0.2f), Rgb(0.7f)},
                                                   {Rgb(0.0f), Rgb(0.0f, 0.0f, 1.0f)},
@@ -55,8 +55,9 @@ TEST(RefinementTree, VariancesOfTwoLeaves) {
   }
 }
 
-// v_ext compared with the leaves across the middle of each edge, looked up directly: inside, at
-// borders and corners, and one pixel away from them.
+// Compares v_ext with the variance of the leaves across the middle of each edge, which the test
+// looks up directly. The leaves are inside the crop, at its borders and corners, and one pixel away
+// from them.
 TEST(RefinementTree, ExternalVarianceComesFromTheNeighbours) {
   std::set<size_t> neighbours_seen;
   for (const Rect& crop : {Rect{10, 20, 110, 97}, Rect{0, 0, 7, 7}, Rect{0, 0, 3, 5},
@@ -115,7 +116,7 @@ TEST(RefinementTree, LightsOfAnyBrightnessKeepPrioritiesFinite) {
       insert_round(tree, bright);
       for (const RefinementNode& leaf : tree.most_urgent(97 * 89)) {
         ASSERT_GE(leaf.priority, 0);
-        // Variances of values in [0, 1] are at most 1/2 for two values, less for more.
+        // The variance of values in [0, 1] is at most 1/2 for two values, and less for more values.
         ASSERT_LE(leaf.priority, 1.01 * double(leaf.rect.area()) * (0.5 + 1e-3));
       }
       ASSERT_TRUE(is_finite(tree.describe(0, 0)[0].mean));

@@ -1,5 +1,5 @@
-// The refinement tree on synthetic pictures: which pixels it requests, and why. Seeds are fixed, so
-// failures are reproducible.
+// Tests which pixels the refinement tree requests for synthetic pictures, and why. The seeds are
+// fixed, so failures are reproducible.
 #include "renderer/drivers/adaptive/refinement_tree.h"
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@
 namespace emberline {
 namespace {
 
-// The pixels of each leaf form a rectangle that contains its sample, and their areas sum to the
-// crop's.
+// The pixels of each leaf form a rectangle that contains the leaf's sample. The areas of the leaves
+// add up to the area of the crop.
 void expect_leaves_tile(const RefinementTree& tree) {
   std::vector<int64_t> area(tree.sample_count(), 0);
   const Rect& w = tree.crop();
@@ -87,7 +87,7 @@ TEST(RefinementTree, FramesTooLargeAreRefused) {
   EXPECT_EQ(tree.sample_count(), 65536u);
 }
 
-// Ratio of the largest to the smallest leaf area.
+// The ratio of the largest leaf area to the smallest.
 double area_ratio(const RefinementTree& tree, int64_t* smallest = nullptr) {
   int64_t low = tree.crop().area(), high = 0;
   for (const Rect& rect : leaf_rects(tree)) {
@@ -98,9 +98,10 @@ double area_ratio(const RefinementTree& tree, int64_t* smallest = nullptr) {
   return double(high) / double(low);
 }
 
-// Without contrast the tree only covers the frame: after any number of samples, sizes are as equal
-// as halving allows. Halves of odd sides differ by a pixel, which adds up: less than three times
-// from 16 pixels per leaf on.
+// Without contrast the tree only covers the frame. After any number of samples, the leaves are as
+// equal in size as halving allows. The halves of an odd side differ by a pixel, and these
+// differences add up. While leaves have at least 16 pixels, the largest is less than three times
+// the smallest.
 TEST(RefinementTree, AConstantPictureIsCoveredEvenly) {
   for (const size_t limit : {size_t(37), size_t(500), ~size_t(0)}) {
     RefinementTree tree({0, 0, 128, 128}, {.seed = 3});
@@ -120,9 +121,10 @@ TEST(RefinementTree, AConstantPictureIsCoveredEvenly) {
   }
 }
 
-// Equal leaves are ordered by a hash, not by tree order or age: of 64 equal leaves 48 are taken,
-// half of them from the left half of the frame. Hypergeometric, deviation 1.75; 4 of those, false
-// alarm 6e-5 per seed.
+// Equal leaves are ordered by a hash, not by tree order or age. 48 of 64 equal leaves are taken,
+// and half of these should come from the left half of the frame. Their number is hypergeometric
+// with a standard deviation of 1.75. The tolerance is 4 deviations, a false alarm for 6e-5 of all
+// seeds.
 TEST(RefinementTree, EqualsAreTakenFromAllOverTheFrame) {
   for (const uint32_t seed : {0u, 1u, 2u}) {
     RefinementTree tree({0, 0, 256, 256}, {.seed = seed});
@@ -136,9 +138,10 @@ TEST(RefinementTree, EqualsAreTakenFromAllOverTheFrame) {
 }
 
 // A coverage round splits all leaves that are too large and no others, whatever their contrast. In
-// the second crop both kinds of leaves are next to each other.
+// the second crop, leaves of both kinds are next to each other.
 TEST(RefinementTree, CoversBeforeItLooksForFeatures) {
-  // 211 x 197 / 512 = 81.2: at that depth some leaves are too large, others not.
+  // At the depth of 211 x 197 / 512 = 81.2 pixels per leaf, some leaves are too large and others
+  // are not.
   for (const auto& [crop, limit] :
        {std::pair(Rect{0, 0, 256, 256}, 100), std::pair(Rect{0, 0, 211, 197}, 81)}) {
     RefinementTree tree(crop, {.seed = 4, .coverage_area = limit});
@@ -153,7 +156,7 @@ TEST(RefinementTree, CoversBeforeItLooksForFeatures) {
     }
     EXPECT_EQ(tree.phase(), RefinementPhase::kFeatures);
     if (crop.width() == 256) {
-      EXPECT_EQ(tree.sample_count(), 1024u);  // 64 pixels: the first power of two below 100
+      EXPECT_EQ(tree.sample_count(), 1024u);  // 64 pixels each: the first power of two below 100
     }
   }
 }
@@ -169,9 +172,9 @@ TEST(RefinementTree, PhasesFollowThePicture) {
   refine(half, step);
   EXPECT_EQ(half.phase(), RefinementPhase::kFinished);
   EXPECT_EQ(refinement_phase_name(half.phase()), "finished");
-  // Sixteen leaves, with a step of d between the two middle columns. Leaves beside it at the
-  // frame's border have the largest variance: one in four values differs, so d^2 / 4. tau is (2 /
-  // 255)^2.
+  // There are 16 leaves, with a step of d between the two middle columns. The leaves beside the
+  // step and at the border of the frame have the largest variance, d^2 / 4, because one of four
+  // values differs. tau is (2 / 255)^2.
   for (const auto& [steps, phase] : {std::pair(3.9f, RefinementPhase::kPixelLevel),
                                      std::pair(4.1f, RefinementPhase::kFeatures)}) {
     const Picture faint = [steps = steps](int x, int) {
@@ -190,7 +193,7 @@ TEST(RefinementTree, RoundsHaveTheirSizeAndTheirLimit) {
   tree.insert({});
   EXPECT_EQ(tree.rounds(), 0u);
   size_t expected = 1;
-  for (; expected < 512; expected *= 2) {  // coverage: all leaves are split
+  for (; expected < 512; expected *= 2) {  // in the coverage phase, all leaves are split
     EXPECT_EQ(insert_round(tree, test_picture).size(), std::max<size_t>(1, expected / 2));
     EXPECT_EQ(tree.sample_count(), expected);
   }
@@ -215,9 +218,9 @@ TEST(RefinementTree, RoundsHaveTheirSizeAndTheirLimit) {
   EXPECT_GT(by_priority, 5);
 }
 
-// Neighbours in the list are neighbours in the frame, so that rays and film accesses stay coherent:
-// the mean step is a few leaves wide, compared with .52 of the frame's side, 133, for a random
-// order.
+// Neighbours in the list are neighbours in the frame, so that rays and film accesses stay coherent.
+// The mean step is a few leaves wide. In a random order it would be .52 of the frame's side, or 133
+// pixels.
 TEST(RefinementTree, PixelsAreListedInTheOrderOfTheTree) {
   RefinementTree tree({0, 0, 256, 256}, {.seed = 7});
   refine(tree, test_picture, 4096);
@@ -243,8 +246,8 @@ TEST(RefinementTree, LimitSelectsTheBest) {
   }
 }
 
-// The pixel of a new cell is uniform over it: here the root's, 8 x 6 pixels, over 48,000 seeds.
-// Chi-square, false alarm 1e-6.
+// The pixel of a new cell is uniform over the cell. Here the cell is the root with 8 x 6 pixels,
+// for 48,000 seeds. The chi-square test has a false-alarm rate of 1e-6.
 TEST(RefinementTree, PixelsAreDrawnUniformly) {
   std::vector<uint32_t> counts(48, 0);
   for (uint32_t seed = 0; seed < 48000; ++seed) {
@@ -255,8 +258,8 @@ TEST(RefinementTree, PixelsAreDrawnUniformly) {
   EXPECT_LT(chi_square(counts), chi_square_limit(47)) << "seeds 0 to 47999 again";
 }
 
-// The path to a pixel from the crop down: each node is one of the halves of the one before, with
-// the mean of its samples, and rounds increase.
+// The path to a pixel leads down from the crop. Each node is a half of the node before it and has
+// the mean of its own samples, and the rounds increase.
 TEST(RefinementTree, DescribesThePathToAPixel) {
   const Rect crop = {3, 5, 104, 76};
   RefinementTree tree(crop, {.seed = 11});
@@ -357,7 +360,8 @@ TEST(RefinementTree, TheSeedChoosesThePixels) {
   EXPECT_EQ(sets.size(), 3u);
 }
 
-// 72 bytes for a splittable leaf and the split that created it; the root has none.
+// A leaf that can be split takes 72 bytes together with the split that created it. The root has no
+// such split.
 TEST(RefinementTree, ThirtySixBytesPerNode) {
   for (const Picture& picture : {Picture(test_picture), constant_picture(Rgb(0.5f))}) {
     RefinementTree tree({0, 0, 256, 256}, {.seed = 16});

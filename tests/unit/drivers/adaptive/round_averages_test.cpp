@@ -1,4 +1,4 @@
-// Averages over rounds and their variance, on synthetic samples.
+// Tests averages over rounds and their variance, on synthetic samples.
 #include "renderer/drivers/adaptive/round_averages.h"
 #include "renderer/film/channels.h"
 #include "renderer/film/film.h"
@@ -13,14 +13,14 @@ namespace {
 
 using namespace test;
 
-// One pixel, whose rounds have these counts and weights.
+// A round of a single pixel, with its number of samples and its weight.
 struct Round {
   int count;
   double weight;
 };
 
-// Averages numbers in [0, 1) that are independent, or one in each of `count` strata: a round's mean
-// has the variance 1 / (12 count) or 1 / (12 count^3).
+// Averages numbers in [0, 1) that are independent, or stratified with one number in each of `count`
+// strata. The mean of a round has the variance 1 / (12 count) or 1 / (12 count^3).
 RoundAverages average(std::span<const Round> rounds, bool stratified, int streams, uint64_t seed) {
   RoundAverages averages;
   TestRandom random(seed, 1);
@@ -53,7 +53,7 @@ Variances variances(std::span<const Round> rounds, bool stratified, int streams 
   return {means.variance(), estimates.mean()};
 }
 
-// 20000 averages give both to 1 %.
+// 20000 averages determine both variances to 1 %.
 void expect_right(std::span<const Round> rounds, bool stratified) {
   const Variances v = variances(rounds, stratified);
   double weights = 0, expected = 0;
@@ -70,7 +70,7 @@ TEST(RoundAverages, KnowTheirVarianceWhereTheLastRoundEndsEarly) {
   expect_right(std::vector<Round>{{8, 1}, {24, 1}, {2, 2}, {5, 1}}, false);
 }
 
-// A round of two samples is far less stratified than one of 24, but has the same weight.
+// A round of two samples is far less stratified than a round of 24, but has a larger weight.
 TEST(RoundAverages, VarianceIsRightForStratifiedRounds) {
   expect_right(std::vector<Round>{{8, 1}, {24, 1}, {2, 2}, {40, 4}}, true);
   expect_right(std::vector<Round>{{8, 1}, {24, 1}, {40, 2}, {2, 4}}, true);

@@ -1,4 +1,5 @@
-// The planner's allocation of samples on synthetic frames: every decision without a renderer.
+// Tests how the planner allocates samples on synthetic frames. Every decision is made without a
+// renderer.
 #include "renderer/drivers/adaptive/round_planner.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +31,7 @@ TEST(RoundPlanner, StartsWithThePilot) {
     EXPECT_TRUE(std::isnan(planner.error_estimate()));
     return planner.targets()[0];
   };
-  // An eighth of the budget, 4 to 16.
+  // The pilot is an eighth of the budget, limited to 8 to 16 samples and to the budget itself.
   EXPECT_EQ(pilot(budget_settings(1)), 1u);
   EXPECT_EQ(pilot(budget_settings(5)), 5u);
   EXPECT_EQ(pilot(budget_settings(16)), 8u);
@@ -52,7 +53,7 @@ TEST(RoundPlanner, StartsWithThePilot) {
   }
 }
 
-// All pixels are equal, so none gets more, except by rounding.
+// All pixels are equal, so none gets more samples than another, except by rounding.
 TEST(RoundPlanner, AConstantImageSpendsEvenly) {
   for (const float value : {0.0f, 0.5f, 1e4f}) {
     for (const NamedValue<ErrorMetric>& metric : error_metric_table()) {
@@ -62,7 +63,7 @@ TEST(RoundPlanner, AConstantImageSpendsEvenly) {
       frame.render(planner);
       const auto [least, most] = std::ranges::minmax_element(frame.counts());
       EXPECT_LE(*most - *least, 16u);
-      // Black pixels are no reason to stop: a lamp may be too small for the pilot.
+      // Black pixels are no reason to stop, because a lamp may be too small for the pilot.
       EXPECT_NEAR(frame.mean_count(), 32.0, 0.064);
       EXPECT_LT(planner.error_estimate(), 1e-6);
       for (size_t i = 0; i < 64 * 40; ++i) ASSERT_EQ(planner.stop_of(i), PixelStop::kBudget);
@@ -82,7 +83,7 @@ TEST(RoundPlanner, EvenNoiseSpendsAlmostEvenly) {
   EXPECT_LT(std::sqrt(squares / (64 * 64) - mean * mean), 0.2 * mean);
 }
 
-// The disc is .7 % of the frame: by Neyman it should get everything but the uniform share.
+// The disc is .8 % of the frame. By Neyman's rule it should get everything but the uniform share.
 TEST(RoundPlanner, ALoneNoisyDiscGetsTenTimesTheMeanDensity) {
   for (uint64_t seed = 1; seed <= 8; ++seed) {
     for (const uint32_t budget : {16u, 64u}) {
@@ -101,14 +102,16 @@ TEST(RoundPlanner, ALoneNoisyDiscGetsTenTimesTheMeanDensity) {
       }
       EXPECT_EQ(pixels, 32);
       EXPECT_GE(disc / pixels, 10.0 * frame.mean_count()) << "seed " << seed << ", " << budget;
-      // The disc's counts, 2000 or more of 64, are rounded at random to multiples of 256: 32 pixels
-      // with a deviation of at most 128, over 4096 pixels, give .7 at four deviations.
+      // With a budget of 64, the pixels of the disc get 2000 or more samples, which are rounded at
+      // random to multiples of 256. 32 pixels with a deviation of at most 128 each change the mean
+      // of 4096 pixels by .7 at four deviations.
       EXPECT_NEAR(frame.mean_count(), budget, budget == 64 ? 0.7 : 0.2);
     }
   }
 }
 
-// One sample in a thousand is bright: pixels that were hit must not drain the others' budget.
+// Up to a tenth of the samples are bright. Pixels that they hit must not drain the budget of the
+// others.
 TEST(RoundPlanner, BudgetsAreMet) {
   for (const uint32_t budget : {1u, 3u, 16u, 17u, 64u, 200u}) {
     for (const NamedValue<ErrorMetric>& metric : error_metric_table()) {
@@ -119,7 +122,8 @@ TEST(RoundPlanner, BudgetsAreMet) {
       RoundPlanner planner(budget_settings(budget, metric.value), 192, 108, 11);
       int rounds = 0;
       frame.render(planner, [&] { ++rounds; });
-      // Random rounding to multiples of 8 and 16, over 20736 pixels, gives .06 at four deviations.
+      // Counts are rounded at random to multiples of 8 and 16, which gives .06 at four deviations
+      // for 20736 pixels.
       EXPECT_NEAR(frame.mean_count(), budget, std::max(0.002 * budget, 0.1))
           << budget << ", " << metric.name;
       EXPECT_LT(rounds, 40);
@@ -128,7 +132,7 @@ TEST(RoundPlanner, BudgetsAreMet) {
   }
 }
 
-// Apart from the uniform share, a round adds at most four times a pixel's current samples.
+// Apart from the uniform share, a round raises a pixel to at most four times its current samples.
 TEST(RoundPlanner, GrowthIsBounded) {
   SyntheticFrame frame(48, 48, 3, [](int x, int, TestRandom& random) {
     return noisy(random, 1.0f, x == 24 ? 1.0f : 0.001f);
@@ -161,7 +165,7 @@ TEST(RoundPlanner, MostSamplesAreNeverExceeded) {
           ASSERT_LE(frame.counts()[i], most);
           ASSERT_EQ(planner.stop_of(i),
                     frame.counts()[i] == most ? PixelStop::kMaximum : PixelStop::kBudget);
-          // Without another limit every pixel gets it.
+          // Without a budget, every pixel gets the maximum.
           if (budget == 0) {
             ASSERT_EQ(frame.counts()[i], most);
           }
@@ -185,9 +189,9 @@ TEST(RoundPlanner, LeastAndMostAlikeIsUniform) {
   }
 }
 
-// A tenth of every round goes everywhere, so that overlooked light is found.
+// A tenth of every round goes to all pixels alike, so that overlooked light is found.
 TEST(RoundPlanner, PixelsThatSeemFinishedGetTheirShare) {
-  // 16 of the pilot and a tenth of the remaining 240.
+  // The pilot has 16 samples, and a tenth of the remaining 240 is shared.
   EXPECT_NEAR(noiseless_samples(budget_settings(256)), 16 + 24, 4);
 }
 
@@ -215,13 +219,14 @@ TEST(RoundPlanner, AThresholdEndsPixelsAndNoneAboveItEnds) {
       ASSERT_EQ(planner.stop_of(i), PixelStop::kThreshold);
     }
     if (entry.batch == 0) {
-      EXPECT_LE(planner.error_estimate(), 0.021);  // unpooled, so with noise of its own
+      EXPECT_LE(planner.error_estimate(), 0.021);  // not pooled, so it has noise of its own
       EXPECT_LT(frame.mean_count(), 100.0);
     }
   }
 }
 
-// A threshold costs only the samples that it needs: error ~ deviation / sqrt(n) just reaches it.
+// A threshold costs only the samples that it needs. With these the error, about deviation /
+// sqrt(n), just reaches the threshold.
 TEST(RoundPlanner, AThresholdIsMetAndNotMuchMore) {
   AdaptiveSettings s;
   s.threshold = 0.005f;
@@ -230,8 +235,8 @@ TEST(RoundPlanner, AThresholdIsMetAndNotMuchMore) {
   EXPECT_LT(spent, 1.5);
 }
 
-// Before the end the planner knows which pixels continue and which do not, apart from the uniform
-// share; at the end it knows for all of them.
+// While other pixels continue, the planner knows which pixels are finished, although these still
+// get the uniform share. At the end it knows the reason for every pixel.
 TEST(RoundPlanner, ReportsFinishedPixelsWhileOthersContinue) {
   SyntheticFrame frame(48, 32, 10, [](int x, int, TestRandom& random) {
     return noisy(random, 0.4f, 0.01f * float(x));
@@ -273,7 +278,7 @@ TEST(RoundPlanner, NoisyPixelsEndAtMaxSpp) {
   frame.render(planner);
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 32; ++x) {
-      if (x >= 14 && x < 18) continue;  // the kernel reaches across
+      if (x >= 14 && x < 18) continue;  // the kernel reaches across the edge
       const size_t i = size_t(y) * 32 + size_t(x);
       ASSERT_EQ(planner.stop_of(i), x < 16 ? PixelStop::kMaximum : PixelStop::kThreshold);
       if (x < 16) {
@@ -295,11 +300,12 @@ TEST(RoundPlanner, NoPixelIsFinishedBelowItsLeast) {
   for (const uint32_t n : frame.counts()) ASSERT_EQ(n, 48u);
 }
 
-// n ~ 1 / sqrt(cost). The camera ray costs .17 and every further ray 1 (pixel_statistics.cpp).
+// The number of samples is proportional to 1 / sqrt(cost). The camera ray costs .17, and every
+// further ray costs 1 (pixel_statistics.cpp).
 TEST(RoundPlanner, DearSamplesAreFewer) {
   const double ratio = sample_ratio_by_cost(budget_settings(400));
-  // The ratio is lower, since a pixel keeps the samples that it got when its deviation was
-  // overestimated. With samples proportional to 1 / cost it would be 7.
+  // The ratio is lower, because a pixel keeps the samples that it got when its deviation was
+  // overestimated. If samples were proportional to 1 / cost, the ratio would be 7.
   const double expected = std::sqrt(8.17 / 1.17);
   EXPECT_GT(ratio, 0.85 * expected);
   EXPECT_LT(ratio, 1.02 * expected);
@@ -307,11 +313,11 @@ TEST(RoundPlanner, DearSamplesAreFewer) {
 
 TEST(RoundPlanner, TheSamplesFollowTheDeviation) {
   const double ratio = sample_ratio_by_noise(budget_settings(400));
-  EXPECT_GT(ratio, 0.8 * 4);  // for the reason above
+  EXPECT_GT(ratio, 0.8 * 4);  // lower for the reason given above
   EXPECT_LT(ratio, 1.02 * 4);
 }
 
-// The gain is the reduction of a known variance: v / n before, v / m after.
+// The gain is the reduction of a known variance v, from v / n to v / m.
 TEST(RoundPlanner, GainsAreTheVarianceThatGoes) {
   SyntheticFrame frame = even_noise(48, 48, 3);
   RoundPlanner planner(budget_settings(400), 48, 48, 5);
@@ -325,7 +331,8 @@ TEST(RoundPlanner, GainsAreTheVarianceThatGoes) {
   EXPECT_EQ(gains[7], 0.0f);
   double mean = 0;
   for (const float gain : gains) mean += double(gain) / double(gains.size());
-  // Three channels with a deviation of 0.1, weighted by the metric; 2304 estimates of it.
+  // The three channels have a deviation of 0.1, weighted by the metric. The mean is over 2304
+  // estimates of it.
   const double variance = square(double(planner.errors().deviation[8]));
   EXPECT_NEAR(gains[8], variance / 100 - variance / 400, 1e-6 * variance);
   EXPECT_NEAR(mean, 0.01 * (1.0 / 100 - 1.0 / 400), 0.1 * 0.01 * (1.0 / 100 - 1.0 / 400));
@@ -345,7 +352,7 @@ TEST(RoundPlanner, UnbiasedSamplesEveryPixel) {
   });
 }
 
-// The result depends neither on threads nor on an earlier run in the process.
+// The result depends neither on the number of threads nor on an earlier run in the process.
 TEST(RoundPlanner, TheSameForAnyThreads) {
   for (const EstimatorEntry& entry : estimator_table()) {
     for (const float threshold : {0.0f, 0.01f}) {
@@ -379,8 +386,8 @@ TEST(RoundPlanner, TheSameForAnyThreads) {
   }
 }
 
-// Non-finite samples count as black, and samples whose squares overflow as large: the frame
-// continues, and the planner's estimates are finite.
+// Non-finite samples count as black, and samples whose squares overflow count as large. The frame
+// continues, and the estimate of its error is finite for estimators that have one.
 TEST(RoundPlanner, NonFiniteSamplesStopNothing) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinity = std::numeric_limits<float>::infinity();
@@ -396,7 +403,7 @@ TEST(RoundPlanner, NonFiniteSamplesStopNothing) {
         s.estimator = entry.name;
         RoundPlanner planner(s, 32, 32, 5);
         frame.render(planner);
-        EXPECT_LE(frame.mean_count(), 48.8);  // 1024 counts rounded to 16
+        EXPECT_LE(frame.mean_count(), 48.8);  // 1024 counts are rounded to 16
         EXPECT_GT(frame.mean_count(), 47.0);
         EXPECT_EQ(std::isfinite(planner.error_estimate()), entry.rms_error);
         for (const float error : planner.errors().error) ASSERT_TRUE(error >= 0.0f);
@@ -405,7 +412,7 @@ TEST(RoundPlanner, NonFiniteSamplesStopNothing) {
   }
 }
 
-// Historical estimators: the half with the larger errors gets a batch.
+// With a historical estimator, the half of the pixels with the larger errors gets a batch.
 TEST(RoundPlanner, BatchesGoToTheLargerErrors) {
   for (const EstimatorEntry& entry : estimator_table()) {
     if (entry.batch == 0) continue;

@@ -1,5 +1,5 @@
-// Estimating a pixel's variance from two successive means: the arithmetic on synthetic numbers, and
-// the identity behind `nested` on the sampler itself.
+// Tests how a pixel's variance is estimated from two successive means: the arithmetic on synthetic
+// numbers, and the identity behind `nested` on the sampler itself.
 #include "renderer/drivers/adaptive/sample_halves.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 using namespace test;
 
-// One pixel, whose next samples have the given mean.
+// One pixel. add() gives it `count` samples with the given mean.
 class Pixel {
  public:
   explicit Pixel(SampleParts parts) : halves_(parts), statistics_(constant_pixels(1, 1, 0, 0)) {}
@@ -30,7 +30,7 @@ class Pixel {
   }
   float difference() const { return statistics_.stream_difference[1][0]; }
   float second() const { return statistics_.second_count[0]; }
-  // The variance of a sample, computed as estimators do from two streams.
+  // The variance of a sample, computed from two streams as the estimators do.
   double variance() const {
     return square(double(difference())) * double(count_ - second()) * double(second()) /
            double(count_);
@@ -50,10 +50,10 @@ TEST(SampleHalves, TheSecondLooksSamplesAreTheSecondHalf) {
   EXPECT_EQ(pixel.difference(), 0.0f);
   pixel.add(8, 3);
   EXPECT_EQ(pixel.second(), 8.0f);
-  EXPECT_FLOAT_EQ(pixel.difference(), -2.0f);  // 1 and 3
+  EXPECT_FLOAT_EQ(pixel.difference(), -2.0f);  // the means are 1 and 3
   pixel.add(16, 7);
   EXPECT_EQ(pixel.second(), 16.0f);
-  EXPECT_FLOAT_EQ(pixel.difference(), -5.0f);  // 2 and 7
+  EXPECT_FLOAT_EQ(pixel.difference(), -5.0f);  // the means are 2 and 7
 }
 
 TEST(SampleHalves, KeepsTheLastDifferenceBetweenSteps) {
@@ -64,7 +64,8 @@ TEST(SampleHalves, KeepsTheLastDifferenceBetweenSteps) {
   EXPECT_NEAR(before, 4.0 * 8, 1e-5);
   pixel.add(8, 100);
   EXPECT_NEAR(pixel.variance(), before, 1e-4);
-  // 48 ends a part: 2 of 32 samples, and 62 of 16.
+  // A part ends at 48 samples: the first 32 samples have the mean 2, and the next 16 have the mean
+  // 62.
   pixel.add(8, 24);
   EXPECT_NEAR(pixel.variance(), 60.0 * 60 * 32 * 16 / 48, 1);
 }
@@ -75,8 +76,8 @@ TEST(SampleHalves, HasNoPartBelowAStratifiedBlock) {
   EXPECT_EQ(pixel.second(), 0.0f) << "8, and 4 more";
 }
 
-// Independent samples in steps of any size; 20000 pixels, four standard errors: false alarms in
-// 6e-5 of all seeds.
+// The samples are independent and come in steps of any size. With 20000 pixels and four standard
+// errors, false alarms occur for 6e-5 of all seeds.
 TEST(SampleHalves, TheirDifferenceIsTheVarianceOfASample) {
   const std::vector<std::vector<float>> looks = {{8, 8},     {8, 24},      {16, 8},
                                                  {16, 8, 8}, {32, 16, 16}, {32, 32, 8}};
@@ -98,9 +99,10 @@ TEST(SampleHalves, TheirDifferenceIsTheVarianceOfASample) {
   }
 }
 
-// E (M1 - M)^2 = V(n/2) - V(n), with M1 the mean of the first half of n samples of one stream,
-// holds if E (M1 - M) (M - mu) = 0. 20000 pixels, four standard errors; even and odd samples
-// instead of halves are off by hundreds of them in the pixel's own pair.
+// Let M be the mean of n samples of one stream, and M1 the mean of their first half. E (M1 - M)^2 =
+// V(n/2) - V(n) holds if E (M1 - M) (M - mu) = 0, which is tested with 20000 pixels and four
+// standard errors. With even and odd samples instead of halves, the pixel's own pair would be off
+// by hundreds of standard errors.
 TEST(SampleHalves, TheSamplersHalvesAreNested) {
   struct Integrand {
     const char* name;

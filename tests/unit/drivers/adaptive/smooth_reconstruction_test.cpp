@@ -1,4 +1,4 @@
-// The smooth picture of a refinement tree, compared with its definition.
+// Compares the smooth picture of a refinement tree with its definition.
 #include "renderer/drivers/adaptive/smooth_reconstruction.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-// Every pixel has the value of its leaf: Painter & Sloan's first reconstruction.
+// Gives every pixel the value of its leaf, which is Painter & Sloan's first reconstruction.
 std::vector<Rgb> constant(const RefinementTree& tree) {
   std::vector<Rgb> picture;
   for (const uint32_t leaf : tree.leaf_map()) picture.push_back(tree.value(leaf));
@@ -34,7 +34,7 @@ double rmse(const std::vector<Rgb>& picture, int width, const Picture& reference
   return std::sqrt(sum / double(picture.size()));
 }
 
-// Without noise, gently curved, no edges.
+// A gently curved picture without noise or edges.
 Rgb hills(int x, int y) {
   return Rgb(0.5f + 0.2f * std::sin(0.05f * float(x)) * std::cos(0.04f * float(y)));
 }
@@ -69,7 +69,8 @@ TEST(SmoothReconstruction, SmoothIsBlackBeforeTheFirstSample) {
   EXPECT_TRUE(smooth(empty).empty());
 }
 
-// Samples keep their values, and everything else lies between their minimum and maximum: no black.
+// Samples keep their values. All other pixels lie between the samples' minimum and maximum, so none
+// is black.
 TEST(SmoothReconstruction, SmoothKeepsSamplesAndStaysBetweenThem) {
   RefinementTree tree({0, 0, 101, 103}, {.seed = 4});
   while (!tree.finished()) {
@@ -89,8 +90,8 @@ TEST(SmoothReconstruction, SmoothKeepsSamplesAndStaysBetweenThem) {
   }
 }
 
-// Two samples among 4 x 1 pixels, one in each half: the hole next to the middle has three quarters
-// of its own half's value, the outer one all of it.
+// Two of the 4 x 1 pixels are samples, one in each half. The hole next to the middle has three
+// quarters of the value of its own half, and the outer hole has all of it.
 TEST(SmoothReconstruction, SmoothIsBilinear) {
   int inner_holes = 0;
   for (uint32_t seed = 0; seed < 16; ++seed) {
@@ -117,7 +118,8 @@ double largest_step(const std::vector<Rgb>& picture, int width) {
   return largest;
 }
 
-// On a picture without edges the error and the steps are clearly below those of constant leaves.
+// On a picture without edges, the error and the steps are clearly smaller than with constant
+// leaves.
 TEST(SmoothReconstruction, SmoothIsSmooth) {
   RefinementTree tree({0, 0, 256, 256}, {.seed = 5});
   for (const size_t samples : {256, 2048, 16384}) {
@@ -128,8 +130,9 @@ TEST(SmoothReconstruction, SmoothIsSmooth) {
   }
 }
 
-// The intended use: samples with noise of +-50 %, as from a path tracer, of a picture with edges.
-// Without noise the leaves reproduce edges better. tests/bench/results lists the errors.
+// This is the intended use: the picture has edges, and its samples have noise of +-50 %, as from a
+// path tracer. Without noise, the leaves reproduce edges better. tests/bench/results lists the
+// errors.
 TEST(SmoothReconstruction, SmoothAveragesNoise) {
   const Picture noisy = [](int x, int y) {
     const uint32_t h = hash_combine(hash32(uint32_t(x)), uint32_t(y));
@@ -138,7 +141,7 @@ TEST(SmoothReconstruction, SmoothAveragesNoise) {
   struct Case {
     const char* name;
     Picture picture;
-    double samples_per_pixel, most;  // ratio of errors
+    double samples_per_pixel, most;  // `most` is the largest ratio of the errors
   };
   for (const Case& c :
        {Case{"without noise", test_picture, 0.0625, 1.2},

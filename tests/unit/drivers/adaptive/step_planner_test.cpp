@@ -1,5 +1,5 @@
-// The planner's allocation when counts go by steps (powers of two, and half again) as for `nested`,
-// on synthetic frames.
+// Tests how the planner allocates samples on synthetic frames if counts go by steps, as for
+// `nested`. The steps are the powers of two and 1.5 times these.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,9 +41,10 @@ TEST(RoundPlannerOfSteps, ThePilotComesInTwoHalves) {
   EXPECT_EQ(pilots(s), std::pair(8u, 16u));
 }
 
-// If all pixels are alike, a power of two is allocated evenly, so that the frame is uniform except
-// for few pixels: error x samples, mean(1 / n) mean(n), stays within a hundredth of its minimum, or
-// three hundredths where the pixels' estimates are noisy.
+// If all pixels are alike, a budget that is a power of two is allocated evenly, so that the frame
+// is uniform except for few pixels. The product of error and samples, mean(1 / n) mean(n), stays
+// within a hundredth of its minimum, or within three hundredths where the pixels' estimates are
+// noisy.
 TEST(RoundPlannerOfSteps, WhereNothingIsToGainNothingIsLost) {
   for (const bool noise : {false, true}) {
     for (const uint32_t budget : {16u, 32u, 128u, 512u}) {
@@ -64,8 +65,8 @@ TEST(RoundPlannerOfSteps, WhereNothingIsToGainNothingIsLost) {
   }
 }
 
-// A round reads every pixel, so the planner does not start one for the small rest of the budget
-// that steps leave.
+// A round reads every pixel. So the planner starts none for the small rest of the budget that the
+// steps leave.
 TEST(RoundPlannerOfSteps, NoRoundIsForCrumbs) {
   for (const uint32_t budget : {32u, 128u, 512u}) {
     for (const uint64_t seed : {2, 3, 4}) {
@@ -90,12 +91,13 @@ TEST(RoundPlannerOfSteps, OtherBudgetsAreMixed) {
   }
 }
 
-// The same uniform share as the default estimator's.
+// The uniform share is the same as with the default estimator.
 TEST(RoundPlannerOfSteps, PixelsThatSeemFinishedGetTheirShare) {
   EXPECT_NEAR(noiseless_samples(nested_budget_settings(256)), 16 + 24, 6);
 }
 
-// Counts rounded to steps spread the ratio of two deviations, 4, over 3 to 5.3.
+// The deviations have a ratio of 4. The rounding of counts to steps spreads the ratio over 3 to
+// 5.3.
 TEST(RoundPlannerOfSteps, TheSamplesFollowTheDeviation) {
   const double ratio = sample_ratio_by_noise(nested_budget_settings(400));
   EXPECT_GT(ratio, 2.9);
@@ -109,8 +111,8 @@ TEST(RoundPlannerOfSteps, DearSamplesAreFewer) {
   EXPECT_LT(ratio, 1.1 * expected);
 }
 
-// Three channels with a deviation of .1. Overestimates are corrected by later samples and
-// underestimates are not, so the mean is somewhat low.
+// The three channels have a deviation of .1. Later samples correct overestimates but not
+// underestimates, so the mean is somewhat low.
 TEST(RoundPlannerOfSteps, TheVarianceIsSeen) {
   SyntheticFrame frame = even_noise(48, 48, 3);
   RoundPlanner planner(nested_budget_settings(400), 48, 48, 5);
@@ -121,7 +123,8 @@ TEST(RoundPlannerOfSteps, TheVarianceIsSeen) {
   EXPECT_LT(mean, 1.05 * 0.01);
 }
 
-// Under a threshold alone there are intermediate steps, and it costs no more than with the default.
+// With a threshold alone there are intermediate steps, and the threshold costs no more than with
+// the default estimator.
 TEST(RoundPlannerOfSteps, AThresholdIsMetAndNotMuchMore) {
   AdaptiveSettings s;
   s.estimator = "nested";

@@ -1,5 +1,5 @@
-// The default estimator's row buffers and vector loops, compared pixel by pixel with its
-// definition.
+// Compares the row buffers and vector loops of the default estimator with its definition, pixel by
+// pixel.
 #include "renderer/drivers/adaptive/two_stream_estimator.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ struct ErrorEstimate {
   double error = 0, deviation = 0;
 };
 
-// The header's definition in double: sums over the 5 x 5 pixels around (px, py).
+// The definition from the header, in double, with sums over the 5 x 5 pixels around (px, py).
 ErrorEstimate estimate_error(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
   constexpr double kSigma = 1.2, kPrior = 0.1;
   double weight = 0, freedom = 0, streams = 0, mean[3] = {}, spread[3] = {}, difference[3] = {},
@@ -61,7 +61,8 @@ ErrorEstimate estimate_error(const PixelStatistics& p, ErrorMetric allocation, i
     const double shown = streams > 0 ? seen[c] / streams : in(ErrorMetric::kDisplay)*own;
     sum.error += shown / n / 3;
     const double streamed = allocation == ErrorMetric::kDisplay ? shown : in(allocation)*honest;
-    // The pixel's own spread is weighted by its samples beyond 64, its neighbours' by 128.
+    // The weight of the pixel's own spread is its samples beyond 64, and the weight of its
+    // neighbours' spread is 128.
     const double degrees = std::max(0.0, double(p.count[i]) - 64);
     const double near = (128 * own + degrees * double(p.variance[c][i])) / (128 + degrees);
     const double wider = own > 0 ? near / own : 1.0;
@@ -70,7 +71,8 @@ ErrorEstimate estimate_error(const PixelStatistics& p, ErrorMetric allocation, i
   return {std::sqrt(sum.error), std::sqrt(sum.deviation)};
 }
 
-// Counts of 0 to 24 and 256 to 280, so that neighbours differ; some lack one or both streams.
+// The counts are 0 to 24 and 256 to 280, so that neighbours differ. Some pixels lack one or both
+// streams.
 PixelStatistics uneven_pixels(int width, int height) {
   PixelStatistics pixels = constant_pixels(width, height, 0.0f, 0.0f);
   for (size_t i = 0; i < pixels.size(); ++i) {
@@ -92,7 +94,7 @@ PixelStatistics uneven_pixels(int width, int height) {
 constexpr ErrorMetric kMetrics[] = {ErrorMetric::kDisplay, ErrorMetric::kMse, ErrorMetric::kRelMse};
 
 TEST(TwoStreamEstimator, IsItsDefinition) {
-  // Heights around those of the kernel and of one thread's rows.
+  // The heights are around those of the kernel and of the rows of one thread.
   for (const auto& [width, height] : {std::pair{1, 1}, {1, 9}, {9, 1}, {5, 3}, {37, 67}}) {
     const PixelStatistics pixels = uneven_pixels(width, height);
     for (const ErrorMetric metric : kMetrics) {
@@ -101,7 +103,7 @@ TEST(TwoStreamEstimator, IsItsDefinition) {
       for (size_t i = 0; i < pixels.size(); ++i) {
         const ErrorEstimate expected =
             estimate_error(pixels, metric, int(i) % width, int(i) / width);
-        // The kernel's constants have six digits; a slope is a difference over at least .002.
+        // The kernel's constants have six digits, and a slope is a difference over at least .002.
         ASSERT_NEAR(double(map.error[i]), expected.error, 3e-4 * expected.error) << i;
         ASSERT_NEAR(double(map.deviation[i]), expected.deviation, 3e-4 * expected.deviation) << i;
       }

@@ -1,4 +1,4 @@
-// PNG and JPEG files written by DisplayImageWriter and write_image, read back.
+// Tests the PNG and JPEG files of DisplayImageWriter and write_image by reading them back.
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ ReadBack read_back(const std::string& path) {
   return result;
 }
 
-// Premultiplied radiance of pixel (x, y) of the test pictures.
+// The premultiplied radiance of pixel (x, y) of the test pictures.
 std::array<float, 4> test_pixel(int x, int y) {
   const float alpha = float(y % 5) / 4.0f;
   return {float(x % 11) / 10.0f * alpha, 0.18f * alpha, float(y % 3) / 2.0f * alpha, alpha};

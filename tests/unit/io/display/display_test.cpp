@@ -1,4 +1,4 @@
-// The display transform compared with closed forms, and configs named by $OCIO.
+// Compares the display transform with closed forms, and tests configs named by $OCIO.
 #include "io/display/display.h"
 
 #include <gtest/gtest.h>
@@ -59,7 +59,7 @@ TEST_F(DisplayTest, SrgbIsTheStandardCurve) {
     // OpenColorIO derives the slope of the linear part from gamma and offset (12.9232).
     ASSERT_NEAR(result[i], test::srgb(double(values[i])), 2e-5) << values[i];
   }
-  EXPECT_EQ(std::lround(shown({}, 0.18f, 0.18f, 0.18f)[1] * 255), 118);  // 117.6
+  EXPECT_EQ(std::lround(shown({}, 0.18f, 0.18f, 0.18f)[1] * 255), 118);  // 117.6 before rounding
   EXPECT_NEAR(shown({}, 1.0f, 1.0f, 1.0f)[0], 1.0f, 1e-6);
   EXPECT_EQ(shown({}, 0.0f, 0.0f, 0.0f)[2], 0.0f);
 }
@@ -79,11 +79,11 @@ TEST_F(DisplayTest, RawIsTheIdentity) {
 }
 
 TEST_F(DisplayTest, AcesShowsMiddleGreyAtATenthOfPeak) {
-  // ACES 1.0: the rendering transform maps 0.18 to 4.8 of 48 cd/m2; the video output scales 0.02 to
-  // 48 onto 0 to 1 and compensates for the dim surround with an exponent of 0.9811.
+  // ACES 1.0: the rendering transform maps 0.18 to 4.8 of 48 cd/m2. The video output scales 0.02 to
+  // 48 cd/m2 onto 0 to 1, and compensates for the dim surround with an exponent of 0.9811.
   const auto grey = shown(with_view("ACES"), 0.18f, 0.18f, 0.18f);
   EXPECT_NEAR(grey[0], test::srgb(std::pow((4.8 - 0.02) / (48.0 - 0.02), 0.9811)), 1e-3);
-  // Neutral stays neutral: D65 is adapted to the ACES white and back.
+  // Neutral colours stay neutral, because D65 is adapted to the ACES white and back.
   EXPECT_NEAR(grey[0], grey[1], 2e-3);
   EXPECT_NEAR(grey[2], grey[1], 2e-3);
   // Highlights roll off: 1.0 is not yet white, but 16.3 (the end of the curve) is.
@@ -144,8 +144,9 @@ TEST_F(DisplayTest, DescribesItself) {
   EXPECT_EQ(DisplayTransform(with_view("aces")).describe(), "built-in: sRGB / ACES");
 }
 
-// A config with linear Rec. 709 as reference space under a usual name, and another scene_linear
-// (twice as bright): the source must be the former. The view halves blue; the look zeroes red.
+// In this config the reference space is linear Rec. 709 under a usual name, while scene_linear is
+// another space, which is twice as bright. The source must be the reference space. The view halves
+// blue, and the look zeroes red.
 constexpr const char* kNamedConfig = R"(ocio_profile_version: 2
 roles:
   scene_linear: other
@@ -201,8 +202,8 @@ colorspaces:
     name: data
     isdata: true
 )");
-  // Rec. 709 green in ACES2065-1, adapted from D65 by Bradford's matrix: the second column of the
-  // published matrix, 0.38298 0.81342 0.11154.
+  // The expected value is Rec. 709 green in ACES2065-1, adapted from D65 by Bradford's matrix. It
+  // is the second column of the published matrix, 0.38298 0.81342 0.11154.
   const auto green = shown({}, 0.0f, 1.0f, 0.0f);
   EXPECT_NEAR(green[0], 0.38298f, 1e-4f);
   EXPECT_NEAR(green[1], 0.81342f, 1e-4f);
@@ -227,7 +228,7 @@ colorspaces:
   expect_error<InputError>([] { DisplayTransform({}); }, "scene_linear");
 }
 
-// OpenColorIO would wait for the pipe, and read the device until memory is full.
+// OpenColorIO would wait for the pipe, and would read the device until memory is full.
 TEST_F(DisplayTest, OcioConfigsAreRegularFilesOfSomeSize) {
   ASSERT_EQ(mkfifo(path("pipe.ocio").c_str(), 0600), 0);
   std::ofstream(path("huge.ocio")) << "ocio_profile_version: 2\n";
@@ -297,7 +298,7 @@ colorspaces:
   EXPECT_EQ(ocio_table_files(), std::vector<std::string>{path("my.cube")});
 }
 
-// Words between stars are not aliases; an alias has an anchor of its name.
+// A word between stars is not an alias. An alias needs an anchor with its name.
 TEST_F(DisplayTest, StarredWordsAreNotAliases) {
   std::string comments, bullets, commented;
   for (int i = 0; i < 40; ++i) {
@@ -327,12 +328,12 @@ TEST_F(DisplayTest, StarredWordsAreNotAliases) {
     use_config(config("      text\n", transform));
     expect_error<InputError>([] { DisplayTransform({}); }, "16 YAML aliases");
   }
-  // Two different invalid bytes are the same name to a parser.
+  // To a parser, two names with different invalid bytes are the same name.
   std::string damaged = "&\xff !<MatrixTransform> {offset: [1, 0, 0, 0]}";
   for (int i = 0; i < 17; ++i) damaged += ", *\xfe";
   use_config(config("      text\n", damaged));
   expect_error<InputError>([] { DisplayTransform({}); }, "16 YAML aliases");
-  // UTF-16.
+  // The same config in UTF-16.
   std::string wide;
   for (const char c : config("      text\n", seventeen)) wide += std::string{c, '\0'};
   use_config("\xff\xfe" + wide);

@@ -1,4 +1,5 @@
-// ACEScg: the scene's colours do not depend on the primaries in which it is rendered.
+// Tests rendering in ACEScg. The colours of a scene do not depend on the primaries in which it is
+// rendered.
 #include "io/display/working_space.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +22,8 @@ TEST(WorkingSpace, MatricesAreTheAcademys) {
   const ToWorkingSpace there = to_working_space(kAcesCg), back = from_working_space(kAcesCg);
   ASSERT_TRUE(there && back);
   EXPECT_FALSE(to_working_space(WorkingSpace::kRec709));
-  // D65 adapted by Bradford's method, computed from the chromaticities in double.
+  // The expected values adapt D65 by Bradford's method and are computed from the chromaticities in
+  // double.
   const Rgb red = *there * Rgb(1, 0, 0), green = *there * Rgb(0, 1, 0);
   EXPECT_NEAR(red.x, 0.61310, 1e-4);
   EXPECT_NEAR(red.y, 0.07019, 1e-4);
@@ -74,7 +76,7 @@ Both rendered(SceneBuilderForTests b, const CameraDescription& view, int depth =
   return both;
 }
 
-// Expects each pixel of one picture to be the converted one of the other.
+// Expects each pixel of `acescg` to be the converted pixel of `plain`.
 void expect_converted(const Both& both, double tolerance, const std::string& what) {
   float brightest = 0;
   for (int y = 0; y < 8; ++y) {
@@ -120,8 +122,8 @@ SceneBuilderForTests square_of(const MaterialDescription& m) {
   return b;
 }
 
-// A single coloured interaction converts exactly: coloured light, or a coloured surface in white
-// light, wherever the colour comes from.
+// A single coloured interaction is converted exactly. It may be coloured light, or a coloured
+// surface in white light, and the colour may come from anywhere.
 TEST(WorkingSpace, OneColourIsItself) {
   expect_converted(rendered(square_of(emitter(kOrange)), kAbove), 1e-6, "emission");
   MaterialDescription m = emitter(kOrange);
@@ -165,7 +167,7 @@ TEST(WorkingSpace, LightsKeepTheirColours) {
   b = lit();
   b.add_point_light({0.3, 2, 0.1}, kOrange * 5.0f);
   expect_converted(rendered(b, kAbove), 2e-5, "point light");
-  // From orange to blue while the shutter is open.
+  // The light changes from its red part to its blue part while the shutter is open.
   TimeCurve<Rgb> share{{0, 1}, {Rgb(1, 0, 0), Rgb(0, 0, 1)}};
   b.description.lights[0].share = std::make_shared<const TimeCurve<Rgb>>(share);
   expect_converted(rendered(b, kAbove), 2e-5, "light that changes");
@@ -175,7 +177,7 @@ TEST(WorkingSpace, LightsKeepTheirColours) {
   expect_converted(rendered(b, kAbove, 1), 2e-5, "lamp");
 }
 
-// Grey light with many bounces in a grey room: the same up to rounding.
+// Grey light with many bounces in a grey room is the same up to rounding.
 TEST(WorkingSpace, GreyIsGrey) {
   SceneBuilderForTests b = square_of(metal(Rgb(0.7f), 0.4f));
   b.add_floor(1, 0.6f, b.add_material(lambert(Rgb(0.6f))), false);

@@ -1,4 +1,4 @@
-// Files written by ExrWriter, read back with OpenEXR's own reader; failures leave no file.
+// Reads files of ExrWriter back with OpenEXR's own reader. A failure must leave no file.
 #include "io/exr/writer.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -37,7 +37,7 @@ namespace fs = std::filesystem;
 
 using ExrWriterTest = OutputFolder;
 
-// A distinct value for each channel and pixel, exact in float and in uint.
+// A value that depends on the channel and the pixel and is exact in float and in uint.
 float expected_value(int x, int y, size_t channel) {
   return float((x * 7 + y * 13 + int(channel) * 101) % 1024);
 }
@@ -63,7 +63,8 @@ std::vector<float> tile_pixels(const ExrHeader& header, const Rect& rect) {
   return pixels;
 }
 
-// One channel of the data window as floats, by OpenEXR's general reader, which also converts.
+// Reads one channel of the data window as floats, with OpenEXR's general reader, which also
+// converts.
 std::vector<float> read_channel(const std::string& path, const std::string& name) {
   Imf::InputFile file(path.c_str(), 0);
   const Imath::Box2i crop = file.header().dataWindow();
@@ -112,7 +113,7 @@ TEST_F(ExrWriterTest, TilesInRandomOrderReadBack) {
   }
 }
 
-// Some tiles compress to exactly their own size, and readers take those for uncompressed data.
+// Some tiles compress to exactly their own size. Readers take such tiles for uncompressed data.
 TEST_F(ExrWriterTest, TilesThatHardlyCompressReadBack) {
   ExrHeader header;
   header.width = header.height = 512;
@@ -260,7 +261,7 @@ TEST_F(ExrWriterTest, IncompressibleAndLongNames) {
   std::vector<float> pixels(64 * 64);
   std::mt19937 random(5);
   for (float& value : pixels) {
-    // Bit patterns of any finite number: noise that ZIP can only store.
+    // The bits are those of random finite numbers, so this is noise that ZIP can only store.
     const uint32_t bits = uint32_t(random()) & 0xbfffffffu;
     std::memcpy(&value, &bits, 4);
   }
@@ -304,7 +305,7 @@ TEST_F(ExrWriterTest, UnusableTargets) {
   }
 }
 
-// Simulates a full disk by a limit on file size, which makes the same writes fail.
+// Simulates a full disk by a limit on the file size, which makes the same writes fail.
 class LimitedFileSize {
  public:
   explicit LimitedFileSize(rlim_t bytes) {
@@ -348,14 +349,14 @@ TEST_F(ExrWriterTest, AfterAFailureEveryCallFails) {
     expect_error<RenderError>([&] { writer.write_tile(tiles[0], tile_pixels(header, tiles[0])); },
                               "too large");
   }
-  // Space is available again, but the file has a hole and must not count as complete.
+  // Space is available again, but the file has a hole, so it must not count as complete.
   expect_error<RenderError>([&] { writer.write_tile(tiles[1], tile_pixels(header, tiles[1])); },
                             "too large");
   expect_error<RenderError>([&] { writer.finish(); }, "too large");
   EXPECT_FALSE(fs::exists(path("a.exr")));
 }
 
-// Memory does not grow with the frame: 2048 x 2048 pixels of 20 bytes are 84 MB.
+// Memory does not grow with the frame. The frame's 2048 x 2048 pixels of 20 bytes are 84 MB.
 TEST_F(ExrWriterTest, MemoryDoesNotGrowWithTheFrame) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers hold on to freed memory";
@@ -422,7 +423,7 @@ ExrHeader layered_header() {
   return header;
 }
 
-// Uses OpenEXR's multi-part reader; the sums of tile_pixels() are exact in half floats.
+// Reads with OpenEXR's multi-part reader. The values of tile_pixels() are exact in half floats.
 void expect_layers(const std::string& path, const ExrHeader& header, double lossy_error) {
   Imf::MultiPartInputFile file(path.c_str());
   std::map<std::string, std::string> part_of;
@@ -505,7 +506,8 @@ TEST_F(ExrWriterTest, PartsTypesAndCompressions) {
   }
 }
 
-// With lossy compression, parts with ids or vectors are lossless; so is a file of a single part.
+// With lossy compression, a part with ids or vectors is still lossless, and so is a file of a
+// single part.
 TEST_F(ExrWriterTest, NumbersAreNeverBlurred) {
   ExrHeader header = layered_header();
   header.compression = ExrCompression::kDwaa;

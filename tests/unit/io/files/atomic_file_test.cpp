@@ -1,4 +1,4 @@
-// Files that appear complete or not at all.
+// Tests files that appear complete or not at all.
 #include "io/files/atomic_file.h"
 
 #include <fcntl.h>
@@ -65,7 +65,8 @@ TEST_F(AtomicFileTest, ToleratesLeftoversAndLongNames) {
   EXPECT_EQ(read_text(path(name)), "y");
 }
 
-// Files left by a killed run are removed by the next write of their target; similar names stay.
+// The next write of a target removes the files that a killed run has left for it. Files with
+// similar names stay.
 TEST_F(AtomicFileTest, StaleFilesOfTheTargetAreRemoved) {
   const auto leave = [this](const std::string& name) { std::ofstream(path(name)) << "left"; };
   for (const char* name :
@@ -74,7 +75,7 @@ TEST_F(AtomicFileTest, StaleFilesOfTheTargetAreRemoved) {
   std::vector<std::string> others = {
       "b.emberline.part-1", "a.emberline.part-x", "a.emberline.part-007", "a.emberline.part-12-",
       "a.emberline.part-1a", "a.emberline.part-1.x", "xa.emberline.part-1", "a.emberline.part-",
-      // Files of other programs, such as split(1).
+      // Other programs, such as split(1), write these files.
       "a.part-1", "a.part-4711"};
   for (const std::string& name : others) leave(name);
   fs::create_directory(path("a.emberline.part-5"));
@@ -88,7 +89,8 @@ TEST_F(AtomicFileTest, StaleFilesOfTheTargetAreRemoved) {
   EXPECT_EQ(contents(), others);
 }
 
-// The target folder is resolved at the start, since a frame takes hours.
+// The target folder is resolved at the start, because a frame takes hours and a link may change
+// meanwhile.
 TEST_F(AtomicFileTest, ALinkToTheFolderMayChangeMeanwhile) {
   fs::create_directory(path("one"));
   fs::create_directory(path("two"));
@@ -116,7 +118,7 @@ TEST_F(AtomicFileTest, AFileInUseStays) {
   EXPECT_EQ(contents(), std::vector<std::string>{"a"});
 }
 
-// Each writer looks for stale files while others create, lock, rename and remove theirs.
+// Each writer looks for stale files while the others create, lock, rename and remove theirs.
 TEST_F(AtomicFileTest, WritersOfOneTargetDoNotTakeEachOthersFiles) {
   std::atomic<int> failed{0};
   {
@@ -167,7 +169,7 @@ TEST_F(AtomicFileTest, GrowingFilesWaitForNoReader) {
   log.append("one\n");
   char read[4];
   EXPECT_EQ(::read(reader, read, sizeof read), 4);
-  const std::string more(size_t(1) << 22, 'x');  // more than any pipe buffers
+  const std::string more(size_t(1) << 22, 'x');  // more than any pipe can buffer
   expect_error<RenderError>([&] { log.append(more); }, "reads the pipe is too slow");
   ::close(reader);
 }

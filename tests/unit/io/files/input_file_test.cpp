@@ -1,4 +1,4 @@
-// Opening input files: anything but a regular file is rejected at once.
+// Tests opening input files: anything but a regular file is rejected at once.
 #include "io/files/input_file.h"
 
 #include <fcntl.h>
@@ -38,7 +38,7 @@ TEST(InputFile, ReadsAllAndRanges) {
   EXPECT_EQ(file.try_read(99, 3, part), 0);
 }
 
-// A pipe would wait for a writer, and /dev/zero would never end.
+// Reading a pipe would wait for a writer, and reading /dev/zero would never end.
 TEST(InputFile, RefusesNonRegularFiles) {
   const TempFolder folder;
   ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);

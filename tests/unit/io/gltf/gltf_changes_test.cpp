@@ -1,4 +1,5 @@
-// Changes by pointers and visibility while the shutter is open: values equal those of a still.
+// Tests changes by pointers and visibility while the shutter is open. All values must equal those
+// of a still.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +24,7 @@ using test::load_open;
 
 constexpr const char* kLight = "/extensions/KHR_lights_punctual/lights/0";
 
-// A triangle in node 0; nodes 1 and 2 with a spot and a camera.
+// The file has a triangle in node 0, a spot light in node 1 and a camera in node 2.
 class GltfChangesTest : public testing::Test {
  protected:
   GltfChangesTest() {
@@ -59,8 +60,8 @@ class GltfChangesTest : public testing::Test {
     if (light.visibility && !light.visibility->at(share)) return Rgb(0.0f);
     return light.share ? light.intensity * light.share->at(share) : light.intensity;
   }
-  // Compares with stills at many times, slightly off the key frames; `tolerance` is relative to the
-  // largest value.
+  // Compares the scene with stills at many times, which are slightly off the key frames.
+  // `tolerance` is relative to the largest value.
   void expect_stills(double from, double to, float tolerance) const {
     const SceneDescription open = load_open(gltf_, from, to);
     const PunctualLightDescription& light = open.lights.at(0);
@@ -113,7 +114,8 @@ TEST_F(GltfChangesTest, StepsAreExact) {
   EXPECT_EQ(test::find_scene_violation(scene), "");
 }
 
-// With or without a shutter, a warning comes once per file, and only if the time has the value.
+// There is one warning per file, with or without a shutter, and only if the value occurs at the
+// loaded time.
 TEST_F(GltfChangesTest, ValuesBeyondTheirBoundsAreWarnedOf) {
   const std::string outer = std::string(kLight) + "/spot/outerConeAngle";
   AnimationBuilder(gltf_)
@@ -176,7 +178,7 @@ TEST_F(GltfChangesTest, ConstantValuesHaveNoCurve) {
   EXPECT_EQ(scene.materials[0].emission, Rgb(0.0f));
   EXPECT_EQ(scene.materials[0].emission_scale, nullptr);
   EXPECT_EQ(scene.instances[0].visibility, nullptr);
-  // A shutter of zero length is an instant, even at another time than requested.
+  // A shutter of zero length is an instant, even if it is at another time than requested.
   const test::TempFolder folder;
   GltfOptions options;
   options.time = 0;
@@ -217,7 +219,7 @@ TEST_F(GltfChangesTest, ChildrenAreSeenWhileTheirParentsAre) {
   EXPECT_EQ(scene.instances[0].visibility->toggle_times, (std::vector<float>{0.25f, 0.5f}));
   EXPECT_EQ(scene.lights.at(0).visibility->toggle_times, (std::vector<float>{0.5f, 0.75f}));
   expect_stills(0.51, 0.74, 1e-6f);
-  // Hidden during the whole shutter.
+  // The light is hidden during the whole shutter.
   EXPECT_EQ(load_open(gltf_, 0.3, 0.4).instances.at(0).visibility, nullptr);
   EXPECT_TRUE(load_open(gltf_, 0.3, 0.4).lights.empty());
 }
@@ -227,12 +229,12 @@ TEST_F(GltfChangesTest, AnimationMayHideEverything) {
   const SceneDescription empty = load_at(gltf_, 0.5);
   EXPECT_TRUE(empty.instances.empty());
   EXPECT_EQ(test::find_scene_violation(empty), "");
-  // Its bounds are those of the visible object.
+  // The empty scene has the bounds of the object while it is visible.
   ASSERT_TRUE(empty.rest_bounds);
   EXPECT_EQ(empty.rest_bounds->center(), load_at(gltf_, 1.5).rest_bounds->center());
   EXPECT_EQ(load_open(gltf_, 0.5, 1.5).instances.at(0).visibility->toggle_times,
             std::vector<float>{0.5f});
-  // A file in which it is always hidden shows the environment, too.
+  // If the object is always hidden, the file also loads, and shows only the environment.
   gltf_.root["animations"] = json::array();
   gltf_.root["nodes"][0]["extensions"]["KHR_node_visibility"]["visible"] = false;
   AnimationBuilder(gltf_).point(std::string(kLight) + "/intensity", {0, 1}, "SCALAR", {0, 5});
@@ -272,7 +274,7 @@ TEST_F(GltfChangesTest, AMillionKeyFramesWithinTheShutter) {
   EXPECT_EQ(scene.lights[0].intensity.x, 6);
   EXPECT_LE(scene.lights[0].share->times.size(), kKeys + 1);
   EXPECT_LE(scene.materials[0].emission_scale->times.size(), 2 * kKeys);
-  EXPECT_LT(taken, 60);  // quadratic work takes days
+  EXPECT_LT(taken, 60);  // quadratic work would take days
 }
 
 TEST_F(GltfChangesTest, VisibilityThatIsSwitchedAHundredThousandTimes) {
@@ -280,7 +282,7 @@ TEST_F(GltfChangesTest, VisibilityThatIsSwitchedAHundredThousandTimes) {
   std::vector<uint8_t> values;
   for (size_t i = 0; i < kKeys; ++i) values.push_back(uint8_t(i % 2));
   hide(0, many_times(kKeys), values);
-  // Under a chain of nodes with the same animation.
+  // The object is under a chain of nodes with the same animation.
   const json visibility = {{"KHR_node_visibility", {{"visible", true}}}};
   json& animation = gltf_.root["animations"][0];
   int child = 0;
@@ -297,7 +299,7 @@ TEST_F(GltfChangesTest, VisibilityThatIsSwitchedAHundredThousandTimes) {
 }
 
 TEST_F(GltfChangesTest, SharedKeyFramesAreLimitedByTheFileSize) {
-  // 2000 lights with 20,000 key frames each.
+  // There are 2000 lights with 20,000 key frames each.
   constexpr size_t kKeys = 20'000;
   std::vector<float> values;
   for (size_t i = 0; i < kKeys; ++i) values.push_back(float(i % 7));

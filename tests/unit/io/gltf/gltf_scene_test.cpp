@@ -1,4 +1,4 @@
-// The node hierarchy: transforms, instances, cameras, lights, scene selection.
+// Tests the node hierarchy: transforms, instances, cameras, lights and the selection of the scene.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -32,14 +32,14 @@ TEST(GltfScene, TranslationRotationScaleInThatOrder) {
   const double h = std::sqrt(0.5);
   gltf.root["nodes"][0].update(
       {{"translation", {10, 20, 30}}, {"rotation", {0, 0, h, h}}, {"scale", {2, 3, 4}}});
-  // (1, 1, 1) is scaled to (2, 3, 4), rotated by 90 degrees about z to (-3, 2, 4), then moved.
+  // (1, 1, 1) is scaled to (2, 3, 4), rotated by 90 degrees about Z to (-3, 2, 4), and then moved.
   expect_equal(transformed(load(gltf).instances[0].to_world, Vec3d(1.0)), Vec3d(7, 22, 34));
 }
 
 TEST(GltfScene, AMatrixIsColumnMajor) {
   GltfBuilder gltf;
   gltf.add_triangle();
-  // x -> y, y -> -x, then + (5, 6, 7).
+  // The matrix maps X to Y and Y to -X, and then adds (5, 6, 7).
   gltf.root["nodes"][0]["matrix"] = {0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1};
   expect_equal(transformed(load(gltf).instances[0].to_world, Vec3d(1, 2, 3)), Vec3d(3, 7, 10));
 }
@@ -53,7 +53,7 @@ TEST(GltfScene, ParentsApplyAfterChildrenInDoublePrecision) {
   gltf.root["scenes"][0]["nodes"] = {1};
   const Mat44d m = load(gltf).instances[0].to_world;
   EXPECT_EQ(m[3][0], 1e7 + 0.002);
-  EXPECT_LT(m.determinant(), 0.0);  // mirrors
+  EXPECT_LT(m.determinant(), 0.0);  // the transform mirrors
 }
 
 TEST(GltfScene, AMeshUsedTwiceIsStoredOnce) {
@@ -119,7 +119,8 @@ TEST(GltfScene, ObjectsScaledToALineOrAPointAreDroppedAndCounted) {
   EXPECT_EQ(scene.instances.size(), 2u);
 }
 
-// Cameras and lamps ignore scale: scaled to a line or a point, they keep position and rotation.
+// Cameras and lamps ignore scale. If they are scaled to a line or a point, they keep their position
+// and rotation.
 TEST(GltfScene, CamerasAndLampsKeepTheirDirectionsWithoutAScale) {
   for (const json& scale : {json{0, 0, 0}, json{1, 0, 0}, json{0, 2, 0}}) {
     GltfBuilder gltf;
@@ -130,7 +131,7 @@ TEST(GltfScene, CamerasAndLampsKeepTheirDirectionsWithoutAScale) {
     gltf.root["cameras"] = {
         {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", .1}}}}};
     const double half = std::sqrt(.5);
-    // The parent rotates by a quarter turn about Y, the node by one about X.
+    // The parent makes a quarter turn about Y, and the child makes one about X.
     const int child =
         gltf.push("nodes", {{"camera", 0},
                             {"rotation", {half, 0, 0, half}},
@@ -145,7 +146,7 @@ TEST(GltfScene, CamerasAndLampsKeepTheirDirectionsWithoutAScale) {
     ASSERT_EQ(scene.cameras.size(), 1u) << scale;
     ASSERT_EQ(scene.lights.size(), 1u) << scale;
     for (const Mat44d& m : {scene.cameras[0].to_world, scene.lights[0].to_world}) {
-      // -Z maps to +Y; +Y to +Z and on to +X; +X to -Z.
+      // The rotations map -Z to +Y, +Y to +Z and then to +X, and +X to -Z.
       EXPECT_NEAR(-m[2][1], 1, 1e-6) << scale;
       EXPECT_NEAR(m[1][0], 1, 1e-6) << scale;
       EXPECT_NEAR(m[3][2], -1, 1e-6) << scale;
@@ -154,7 +155,8 @@ TEST(GltfScene, CamerasAndLampsKeepTheirDirectionsWithoutAScale) {
   }
 }
 
-// A scale of 0 on one axis: flat to within a millionth, with the normals of the plane.
+// An object with a scale of 0 on one axis is flat to within a millionth and has the normals of the
+// plane.
 TEST(GltfScene, ObjectsScaledToAPlaneAreFlat) {
   GltfBuilder gltf;
   const int positions =
@@ -185,7 +187,7 @@ TEST(GltfScene, ObjectsScaledToAPlaneAreFlat) {
     EXPECT_GT(dot(bounds.max - bounds.min, planes[i]), 0) << i;
     EXPECT_NEAR(dot(bounds.center(), planes[i]), i == 3 ? 4 : 0, 4e-6) << i;
   }
-  // The unscaled mesh beside it, and several instances.
+  // Adds the unscaled mesh, with two instances.
   gltf.add_mesh_node(mesh);
   gltf.root["nodes"].back()["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
       {"SCALE", gltf.add_accessor<float>("VEC3", {1, 1, 1, 1, 0, 1, 0, 0, 1})}};
@@ -254,7 +256,7 @@ TEST(GltfScene, GpuInstances) {
   const Vec3d p = transformed(scene.instances[1].to_world, Vec3d(1, 0, 0));
   EXPECT_NEAR(p.x, 100, 1e-6);
   EXPECT_NEAR(p.y, 4, 1e-6);
-  // Normalised rotations.
+  // Rotations may also be normalised integers.
   auto& attributes = gltf.root["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
   attributes["ROTATION"] = gltf.add_accessor<int8_t>("VEC4", {0, 0, 0, 127, 0, 0, 90, 90}, true);
   EXPECT_NEAR(transformed(load(gltf).instances[1].to_world, Vec3d(1, 0, 0)).y, 4, 1e-6);

@@ -46,7 +46,7 @@ TEST_F(PictureMark, AnyFileIsReadOrRefused) {
       EXPECT_FALSE(is_unfinished_image(folder_ / "odd.png"));
     }
   }
-  // Truncated anywhere, the file never makes this throw.
+  // Wherever the file is truncated, the function does not throw.
   const std::vector<uint8_t> whole = InputFile(picture("a.png", false)).read_all();
   for (size_t size = 8; size < whole.size(); ++size) {
     write("cut.png", {reinterpret_cast<const char*>(whole.data()), size});

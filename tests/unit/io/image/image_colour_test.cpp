@@ -1,4 +1,5 @@
-// Selection of the colour channels of an EXR: environments, textures, pictures to compare.
+// Tests which channels of an EXR are its colours, for environments, textures and pictures to
+// compare.
 #include "io/image/colour.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +39,7 @@ struct PartOfFile {
   Names channels;
   std::vector<float> values;  // of each channel, in all pixels
   int width = 2, x = 0;
-  std::string environment = "";  // "CubeFace Environment"
+  std::string environment = "";  // may be "CubeFace Environment"
 };
 
 // Writes an EXR of one or several parts.
@@ -70,7 +71,7 @@ void write_parts(const std::string& path, const std::vector<PartOfFile>& parts,
 
 class ImageColour : public ::testing::Test {
  protected:
-  // The first pixel of the file as an environment, or the error.
+  // Returns the first pixel of the file, read as an environment.
   std::vector<float> sky(const std::vector<PartOfFile>& parts) const {
     write_parts(path_, parts);
     const auto image = read_environment(path_, nullptr);
@@ -93,7 +94,7 @@ TEST_F(ImageColour, TheOnlyLayerWithRgbIsUsed) {
   EXPECT_EQ(
       sky({{"", {"sky.R", "sky.G", "sky.B", "sky.A", "N.X", "N.Y", "N.Z"}, {1, 2, 3, 9, 8, 8, 8}}}),
       kSky);
-  // Blender's and Nuke's names.
+  // Blender and Nuke use these names.
   EXPECT_EQ(sky({{"",
                   {"View.Combined.R", "View.Combined.G", "View.Combined.B", "View.Depth.Z"},
                   {1, 2, 3, 50}}}),
@@ -139,7 +140,7 @@ TEST_F(ImageColour, GreyIsASingleY) {
 TEST_F(ImageColour, PartsAreSearchedToo) {
   EXPECT_EQ(sky({{"depth", {"Z"}, {50}}, {"sky", {"R", "G", "B"}, {1, 2, 3}}}), kSky);
   EXPECT_EQ(sky({{"depth", {"Z"}, {50}}, {"sky", {"sky.R", "sky.G", "sky.B"}, {1, 2, 3}}}), kSky);
-  // The first part does not hide a later one.
+  // The first part does not hide a later part.
   EXPECT_EQ(
       refused_sky({{"day", {"R", "G", "B"}, {1, 2, 3}}, {"night", {"R", "G", "B"}, {4, 5, 6}}}),
       path_ +
@@ -165,7 +166,7 @@ TEST_F(ImageColour, CubeMapsAreRefused) {
   EXPECT_EQ(sky({{"", {"R", "G", "B"}, {1, 2, 3}, 2, 0, "LatLong Environment"}}), kSky);
 }
 
-// Integer channels next to the colour do not matter.
+// Integer channels next to the colours do not matter.
 TEST_F(ImageColour, OtherLayersMayHaveAnyType) {
   ImageSpec spec(1, 1, 4, TypeDesc::HALF);
   spec.channelnames = {"R", "G", "B", "id"};
@@ -247,7 +248,8 @@ TEST_F(ImageColour, ComparedPicturesTakeTheSameChannels) {
   EXPECT_THROW(read({{"", {"Y"}, {1}}}), InputError);
 }
 
-// The output would lose the other part, or use its colour for this one.
+// A file of two parts is refused, because the output would lose one part, or use its colour for the
+// other.
 TEST_F(ImageColour, DenoiseReadsOnePicture) {
   const PartOfFile left = {"left", {"R", "G", "B"}, {1, 2, 3}},
                    right = {"right", {"R", "G", "B"}, {4, 5, 6}};

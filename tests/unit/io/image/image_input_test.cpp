@@ -1,4 +1,4 @@
-// Image decoding: depth, alpha, odd formats, bombs; environments; images for comparison.
+// Tests image decoding (depth, alpha, odd formats, bombs), environments, and images for comparison.
 #include "io/image/input.h"
 
 #include <Imath/half.h>
@@ -77,8 +77,8 @@ TEST(ImageInput, JpegInColourAndGrey) {
   EXPECT_EQ(grey->channels, 1);
 }
 
-// OpenImageIO's writer would premultiply, so these 38 bytes were made by libwebp: lossless, 4 x 4
-// pixels of (200, 100, 50) with alpha 128.
+// OpenImageIO's writer would premultiply, so libwebp made these 38 bytes. They are lossless and
+// hold 4 x 4 pixels of (200, 100, 50) with alpha 128.
 TEST(ImageInput, WebpWithAlphaIsNotPremultiplied) {
   const std::vector<uint8_t> webp = {0x52, 0x49, 0x46, 0x46, 0x1e, 0x00, 0x00, 0x00, 0x57, 0x45,
                                      0x42, 0x50, 0x56, 0x50, 0x38, 0x4c, 0x11, 0x00, 0x00, 0x00,
@@ -139,7 +139,7 @@ TEST(ImageInput, DecompressionBombsAreRefused) {
       png[16 + size_t(i)] = uint8_t(width >> (24 - 8 * i));
       png[20 + size_t(i)] = uint8_t(height >> (24 - 8 * i));
     }
-    // CRC-32 of the IHDR chunk (type and 13 bytes), which libpng checks.
+    // The CRC-32 of the IHDR chunk (type and 13 bytes), which libpng checks.
     uint32_t crc = 0xffffffffu;
     for (size_t i = 12; i < 29; ++i) {
       crc ^= png[i];
@@ -176,7 +176,7 @@ TEST(ReadEnvironment, HdrIsFloatExrKeepsHalf) {
   EXPECT_EQ(float(texels<Imath::half>(*image)[0]), 65504.0f);
 }
 
-// Reads several tiles at a time, so that a load can be cancelled in between.
+// The reader reads several tiles at a time, so that a load can be cancelled in between.
 TEST(ReadFloatImage, RowsOfManyTiles) {
   const TempFolder folder;
   ImageSpec spec(4000, 300, 3, TypeDesc::FLOAT);
@@ -224,8 +224,9 @@ TEST(ReadEnvironment, BadTexelsBecomeZeroAndAreCounted) {
   }
 }
 
-// Primaries: SMPTE ST 2065-1 (AP0, whose blue has a negative y), the Academy's S-2014-004 (AP1),
-// ITU-R BT.2020. Rec. 709 colours written in these are read back unchanged.
+// The primaries are those of SMPTE ST 2065-1 (AP0, whose blue has a negative y), the Academy's
+// S-2014-004 (AP1) and ITU-R BT.2020. Rec. 709 colours that are written in these primaries are read
+// back unchanged.
 TEST(ReadEnvironment, OtherPrimariesAreConverted) {
   const TempFolder folder;
   const Chromaticities ap0 = {0.7347f, 0.2653f, 0, 1, 0.0001f, -0.077f, 0.32168f, 0.33767f};
@@ -242,25 +243,25 @@ TEST(ReadEnvironment, OtherPrimariesAreConverted) {
   };
   uint64_t repaired = 0;
 
-  // White is white, whatever its temperature.
+  // White stays white, whatever the colour temperature of the primaries' white.
   for (const Chromaticities& primaries : {ap0, rec2020, chromaticities_of(WorkingSpace::kAcesCg)}) {
     for (const float value :
          read(primaries, {1, 1, 1, 5e4f, 5e4f, 5e4f}, TypeDesc::FLOAT, repaired)) {
       EXPECT_NEAR(value < 2.0f ? value : value / 5e4f, 1.0f, 1e-5f);
     }
   }
-  // OpenColorIO's matrix to AP1, and ours back.
+  // OpenColorIO's matrix converts to AP1, and ours converts back.
   const Rgb orange(0.8f, 0.3f, 0.05f), there = *to_working_space(WorkingSpace::kAcesCg) * orange;
   const auto back = read(chromaticities_of(WorkingSpace::kAcesCg), {there.x, there.y, there.z},
                          TypeDesc::FLOAT, repaired);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(back[size_t(c)], orange[c], 1e-4f);
-  // BT.2087-0, table 1: red of Rec. 709 in Rec. 2020.
+  // BT.2087-0, table 1, gives the red of Rec. 709 in Rec. 2020.
   const auto red = read(rec2020, {0.6274f, 0.0691f, 0.0164f}, TypeDesc::FLOAT, repaired);
   EXPECT_NEAR(red[0], 1.0f, 1e-3f);
   EXPECT_NEAR(red[1], 0.0f, 1e-3f);
   EXPECT_NEAR(red[2], 0.0f, 1e-3f);
   EXPECT_EQ(repaired, 0u);
-  // Greens outside Rec. 709 are counted; the largest half stays finite.
+  // Greens outside Rec. 709 are counted, and the largest half stays finite.
   const auto green = read(rec2020, {0, 65504.0f, 0}, TypeDesc::HALF, repaired);
   EXPECT_EQ(green, (std::vector<float>{0, 65504.0f, 0}));
   EXPECT_EQ(repaired, 2u);
@@ -319,7 +320,7 @@ TEST(ReadEnvironment, ReadsTheDisplayWindow) {
   ImageSpec spec(4, 2, 3, TypeDesc::FLOAT);
   std::vector<float> values(4 * 2 * 3);
   for (size_t i = 0; i < values.size(); ++i) values[i] = float(i / 3);
-  // Two more pixels than the frame on the left, and one more row above.
+  // The file has two more columns than the frame on the left, and one more row above.
   spec.x = -2;
   spec.y = -1;
   spec.full_width = 2;
@@ -340,13 +341,14 @@ TEST(ReadEnvironment, ReadsTheDisplayWindow) {
   }
 }
 
-// Rows with and without runs, as written by OpenImageIO; the values are exact in this format.
+// The rows have parts with and without runs, as OpenImageIO writes them. All values are exact in
+// this format.
 TEST(ReadFloatImage, HdrKeepsItsValues) {
   const TempFolder folder;
   for (const int width : {1, 7, 8, 127, 128, 129, 300, 1000}) {
     std::vector<float> values;
     for (int x = 0; x < 3 * width; ++x) {
-      // Long runs of equal pixels, and stretches without any.
+      // There are long runs of equal pixels, and stretches without any.
       const uint32_t bits = hash32(x / 3 % 400 < 200 ? uint32_t(x % 3) : uint32_t(x));
       const int exponent = int(hash32(x / 3 % 400 < 200 ? 7u : uint32_t(x / 3)) % 200) - 100;
       const int mantissa = x % 3 == 0 ? 128 + int(bits % 128) : int(bits % 256);
@@ -359,11 +361,12 @@ TEST(ReadFloatImage, HdrKeepsItsValues) {
   }
 }
 
-// Radiance files specify the direction of their rows and columns.
+// A Radiance file specifies the direction of its rows and columns.
 TEST(ReadEnvironment, HdrIsTurnedUpright) {
   const TempFolder folder;
   const auto write = [&](const std::string& resolution) {
-    // Without runs: fewer than eight columns are never run-length encoded. Value 2^(e - 136) * m.
+    // There are no runs, because fewer than eight columns are never run-length encoded. A value is
+    // 2^(e - 136) * m.
     std::string text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n" + resolution + "\n";
     for (int i = 0; i < 4; ++i) text += std::string(3, char(128)) + char(129 + i);
     test::write_text(folder / "a.hdr", text);
@@ -407,7 +410,7 @@ TEST(ReadFloatImage, NamesChannelsAndDecodesSrgb) {
   test::write_image<uint8_t>(folder / "a.png", rgba, {0, 188, 255, 128});
   const FloatImage png = read_float_image(folder / "a.png");
   EXPECT_EQ(png.values[0], 0.0f);
-  // IEC 61966-2-1: ((188/255 + 0.055) / 1.055)^2.4; alpha is linear already.
+  // IEC 61966-2-1 gives ((188/255 + 0.055) / 1.055)^2.4. Alpha is already linear.
   EXPECT_NEAR(png.values[size_t(png.find_channel("G"))], 0.5028865f, 1e-5f);
   EXPECT_NEAR(png.values[size_t(png.find_channel("B"))], 1.0f, 1e-6f);
   EXPECT_NEAR(png.values[size_t(png.find_channel("A"))], 128.0f / 255.0f, 1e-6f);

@@ -1,4 +1,5 @@
-// KTX 2 pictures have the reference decoder's bits, and unsupported ones are reported.
+// KTX 2 pictures equal those of the reference decoder bit for bit, and unsupported pictures are
+// reported.
 #include <gtest/gtest.h>
 
 #include "io/image/input.h"
@@ -25,7 +26,8 @@ std::string ktx2_message(const Ktx2Bytes& bytes) {
   return "no error";
 }
 
-// Channel `channel` of pixel `i` in the reference's layout: four channels, alpha 1 if missing.
+// Returns a channel of pixel `i` in the layout of the reference, which has four channels. A missing
+// alpha is 1.
 std::byte channel_at(const Image& image, size_t i, int channel) {
   if (channel >= image.channels) return std::byte(255);
   return image.texels[i * size_t(image.channels) + size_t(channel)];
@@ -49,7 +51,8 @@ TEST(Ktx2, PixelsMatchTheReferenceDecoder) {
   }
 }
 
-// Alpha if the descriptor has it; a single red channel is grey here, and a second component green.
+// The image has the channels of its descriptor: alpha if the descriptor has it, a single channel
+// for red alone, and green for a second component.
 TEST(Ktx2, ChannelsMatchTheDescriptor) {
   const Ktx2Bytes uastc = test::ktx2_file("uastc_gradient"), etc1s = test::ktx2_file("etc1s_alpha");
   const auto uastc_rgba = decode_ktx2(uastc), etc1s_rgba = decode_ktx2(etc1s);
@@ -80,11 +83,11 @@ TEST(Ktx2, ChannelsMatchTheDescriptor) {
 }
 
 // An encoder may share an end point between alpha and colour, so an alpha slice is not always grey.
-// Here it is replaced by the picture's own colours, for each kind with a second slice.
+// Here the picture's own colours replace it, for each kind of picture with a second slice.
 TEST(Ktx2, ASecondSliceCountsByItsGreen) {
   Ktx2Bytes shared = test::ktx2_file("etc1s_alpha");
-  // BasisLZ's global data: a header of 20 bytes; then, for the image of each level, its flags, and
-  // offset and size of its colour and of its alpha.
+  // BasisLZ's global data start with a header of 20 bytes. For the image of each level, its flags
+  // follow, and then the offset and size of its colour and of its alpha.
   const size_t image = test::word_at(shared, 64) + 20;
   for (const size_t word : {4u, 8u}) {
     test::set_word(shared, image + word + 8, test::word_at(shared, image + word));
@@ -146,7 +149,8 @@ TEST(Ktx2, UnsupportedFeaturesAreNamed) {
   EXPECT_NE(ktx2_message(video).find("video frames"), std::string::npos);
 }
 
-// "Mode Index": 19 is reserved; "ETC2M cannot be zero"; patterns beyond their table.
+// By the specification, "Mode Index" 19 is reserved, "ETC2M cannot be zero", and patterns must be
+// within their table.
 TEST(Ktx2, BlocksThatMeanNothingAreOfTheColourOfErrors) {
   const auto is_error = [](std::array<uint8_t, 16> block) {
     const ktx2::BlockPixels pixels = ktx2::decode_uastc(block);
@@ -156,14 +160,14 @@ TEST(Ktx2, BlocksThatMeanNothingAreOfTheColourOfErrors) {
   };
   EXPECT_TRUE(is_error({0x45}));
   EXPECT_TRUE(is_error({0x00}));               // mode 11, ETC2M of 0
-  EXPECT_FALSE(is_error({0x00, 0x80}));        // and of 1: bits 15 to 18
-  EXPECT_FALSE(is_error({0x03, 0, 0xa0}));     // mode 3: its pattern in bits 20 to 23, 10
-  EXPECT_TRUE(is_error({0x03, 0, 0xb0}));      // 11
-  EXPECT_FALSE(is_error({0x07, 0, 0x20, 1}));  // mode 7: bits 20 to 24, 18
-  EXPECT_TRUE(is_error({0x07, 0, 0x30, 1}));   // 19
+  EXPECT_FALSE(is_error({0x00, 0x80}));        // mode 11, ETC2M of 1 in bits 15 to 18
+  EXPECT_FALSE(is_error({0x03, 0, 0xa0}));     // mode 3, pattern 10 in bits 20 to 23
+  EXPECT_TRUE(is_error({0x03, 0, 0xb0}));      // mode 3, pattern 11
+  EXPECT_FALSE(is_error({0x07, 0, 0x20, 1}));  // mode 7, pattern 18 in bits 20 to 24
+  EXPECT_TRUE(is_error({0x07, 0, 0x30, 1}));   // mode 7, pattern 19
 }
 
-// RFC 1951, section 3.2.2: its example of lengths (3, 3, 3, 3, 3, 2, 4, 4) for A to H.
+// RFC 1951, section 3.2.2, has an example with the lengths (3, 3, 3, 3, 3, 2, 4, 4) for A to H.
 TEST(Ktx2, HuffmanCodesAreCanonical) {
   const std::array<uint8_t, 8> lengths = {3, 3, 3, 3, 3, 2, 4, 4};
   const std::array<std::string_view, 8> codes = {"010", "011", "100",  "101",

@@ -1,5 +1,5 @@
-// Every kind of PNG and JPEG, encoded by the libraries themselves, compared with the original
-// samples or, for JPEG, with OpenImageIO's decoder.
+// Tests every kind of PNG and JPEG, encoded by the libraries themselves. PNG is compared with the
+// original samples, and JPEG with OpenImageIO's decoder.
 #include <gtest/gtest.h>
 #include <jpeglib.h>
 #include <png.h>
@@ -49,7 +49,7 @@ uint8_t palette_value(size_t entry, size_t channel) {
   return uint8_t(37 * entry + 91 * channel + 5);
 }
 
-// `samples` are the stored values, one number each.
+// `samples` holds the stored values, one number each.
 std::vector<uint8_t> png_of(const PngKind& kind, const std::vector<uint16_t>& samples) {
   std::vector<uint8_t> out;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
@@ -65,7 +65,7 @@ std::vector<uint8_t> png_of(const PngKind& kind, const std::vector<uint16_t>& sa
                kind.interlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_color palette[256];
-  png_byte alpha[2] = {0, 100};  // of the first two entries
+  png_byte alpha[2] = {0, 100};  // of the first two palette entries
   if (kind.colour == PNG_COLOR_TYPE_PALETTE) {
     const size_t entries = size_t(1) << kind.depth;
     for (size_t i = 0; i < entries; ++i) {
@@ -96,7 +96,7 @@ std::vector<uint8_t> png_of(const PngKind& kind, const std::vector<uint16_t>& sa
   return out;
 }
 
-// The expected texture by the PNG specification (sections 4.3 and 13.12).
+// Returns the texture that the PNG specification (sections 4.3 and 13.12) defines.
 std::vector<uint16_t> expanded(const PngKind& kind, const std::vector<uint16_t>& samples) {
   const size_t stored = size_t(kind.stored());
   const int largest = (1 << kind.depth) - 1, opaque = kind.depth == 16 ? 65535 : 255;
@@ -142,7 +142,7 @@ TEST(PngJpeg, EveryKindOfPngIsExpanded) {
     }
     ASSERT_EQ(texels, expected);
 
-    // Linear values of the same, as for `compare`.
+    // Reads the same picture as linear values, as `compare` does.
     const test::TempFolder folder;
     test::write_bytes(folder / "it.png", png);
     const FloatImage read = read_float_image(folder / "it.png");
@@ -230,7 +230,7 @@ TEST(PngJpeg, JpegHasTheBitsOfOpenImageIo) {
   }
 }
 
-// Stored as in Adobe's programs: 255 is no ink.
+// The inks are stored as in Adobe's programs, where 255 is no ink.
 TEST(PngJpeg, CmykBecomesRgb) {
   const uint8_t inks[4] = {200, 90, 250, 180};
   std::vector<uint8_t> pixels;

@@ -19,7 +19,7 @@ class WholePicture : public ::testing::Test {
  protected:
   std::string path(const std::string& name) const { return folder_ / name; }
 
-  // A file truncated to any smaller length is recognised.
+  // Expects that a file truncated to any smaller length is recognised as incomplete.
   void expect_cuts_found(const std::string& name) const {
     SCOPED_TRACE(name);
     EXPECT_TRUE(is_complete_file(path(name)));
@@ -42,7 +42,7 @@ class WholePicture : public ::testing::Test {
   test::TempFolder folder_;
 };
 
-// As after a power loss, or with data appended.
+// The files are as after a power loss, or have data appended to them.
 TEST_F(WholePicture, AnExrWhoseEndIsZeroOrNotItsOwnIsFound) {
   for (const ExrCompression compression :
        {ExrCompression::kZip, ExrCompression::kPiz, ExrCompression::kDwaa}) {

@@ -1,4 +1,4 @@
-// Writing and reading edits, and the errors of invalid files.
+// Tests writing and reading edits, and the errors of invalid files.
 #include "io/json/edits_file.h"
 
 #include <gtest/gtest.h>
@@ -66,7 +66,7 @@ SceneEdits everything() {
   material.transmission = 0.9f;
   material.normal_scale = -2.5f;
   float number = 0.1f;
-  for (const MaterialParameter& p : material_parameters()) {  // parameters not set above
+  for (const MaterialParameter& p : material_parameters()) {  // parameters that are not set above
     if (p.color) {
       auto& color = material.*p.edited_color;
       if (!color) color = Rgb(number, 0.5f * number, 0.25f);
@@ -117,8 +117,8 @@ TEST_F(EditsFile, AMaterialsParametersAreHeldToTheirRanges) {
   }
 }
 
-// Floats are written with the fewest digits that restore them, for readability. std::mt19937 with
-// seed 1.
+// For readability, floats are written with the fewest digits that restore them. The numbers come
+// from std::mt19937 with seed 1.
 TEST_F(EditsFile, FloatsAreWrittenShortAndComeBackToTheBit) {
   std::mt19937 random(1);
   SceneEdits edits;
@@ -146,7 +146,7 @@ TEST_F(EditsFile, EnvironmentPathIsRelativeToTheFile) {
   EXPECT_EQ(edits.environment.image->width, 8);
   EXPECT_EQ(edits.environment.repaired_texels, 1u);
   EXPECT_EQ(edits.environment.file, path("sky.exr"));
-  // Paths are written relative to the file, and resolved from there.
+  // Paths are written relative to the file, and are resolved from its folder.
   std::filesystem::create_directories(folder_ / "sub");
   edits.environment.file = std::filesystem::relative(path("sky.exr")).string();
   write_edits(path("sub/shot.json"), edits);

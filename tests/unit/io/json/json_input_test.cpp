@@ -1,4 +1,5 @@
-// The single entry point for JSON files: accepted input, and the errors of the rest.
+// Tests the single entry point for JSON files: the accepted input, and the errors of all other
+// input.
 #include "io/json/input.h"
 
 #include <gtest/gtest.h>
@@ -76,7 +77,7 @@ TEST(JsonInput, DepthIsRefusedBeforeItCostsAnything) {
   }
 }
 
-// A duplicate member of the scene, as an appending writer may leave it.
+// A scene may have a duplicate member, as a program that appends to the file may leave it.
 TEST(JsonInput, LastOfDuplicateMembersWins) {
   const char* text = R"({"a": {"old": [1, 2]}, "b": 1, "a": {"new": 3}, "b": 2, "b": [3]})";
   EXPECT_EQ(parse_json(text, "twice.json", DuplicateMembers::kWarn), nlohmann::json::parse(text));
@@ -85,7 +86,8 @@ TEST(JsonInput, LastOfDuplicateMembersWins) {
             "2 more like it)");
 }
 
-// Takes seconds at most for several megabytes of members, the last of which is the duplicate.
+// The text has several megabytes of members, the last of which is a duplicate. It must take seconds
+// at most.
 TEST(JsonInput, ManyMembersAreFast) {
   std::string text = "{";
   for (int i = 0; i < 300000; ++i) text.append("\"").append(std::to_string(i)).append("\":0,");
@@ -109,7 +111,7 @@ TEST(JsonInput, ReadsRegularFilesOnly) {
   EXPECT_THROW(read_json(folder / "huge.json"), InputError);
 }
 
-// Texts that expand as much as possible: the reservation covers the memory that they may need.
+// These texts expand as much as possible. The reservation covers the memory that they may need.
 TEST(JsonInput, CountsTheDocumentsMemory) {
   for (const char* element : {"0,", "[],", "{},", "{\"\":0},", "\"0123456789abcdef\","}) {
     std::string text = "{\"extras\":[";

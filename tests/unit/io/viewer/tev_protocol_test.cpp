@@ -1,4 +1,4 @@
-// Packets byte by byte, by tev's published layout, and the supported addresses.
+// Compares packets byte by byte with tev's published layout, and tests the supported addresses.
 #include "io/viewer/tev_protocol.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ std::string text(const std::vector<std::byte>& bytes) {
 
 TEST(TevPackets, CreateImage) {
   const std::string expected =
-      "\x20\0\0\0"      // all of it: 4 + 1 + 1 + 6 + 4 + 4 + 4 + 8 bytes
+      "\x20\0\0\0"      // in total: 4 + 1 + 1 + 6 + 4 + 4 + 4 + 8 bytes
       "\x04"            // CreateImage
       "\x01"            // bring to the front
       "a.exr\0"         // name
@@ -31,7 +31,8 @@ TEST(TevPackets, CreateImage) {
 }
 
 TEST(TevPackets, UpdateImage) {
-  // Pixels (x, y) of a layout of 3 x 2 starting at (600, 7) have the values 10 x' + y' + c / 4.
+  // The layout has 3 x 2 pixels from (600, 7). Its pixel (x', y') has the values 10 x' + y' + c /
+  // 4.
   const Rect layout{600, 7, 603, 9};
   std::vector<float> rgba;
   for (int y = 0; y < 2; ++y) {
@@ -40,7 +41,7 @@ TEST(TevPackets, UpdateImage) {
     }
   }
   const std::string expected =
-      "\x84\0\0\0"              // 4 + 1 + 1 + 2 + 4 + 8 + 16 + 32 + 32 + 2 x 16 bytes
+      "\x84\0\0\0"              // in total: 4 + 1 + 1 + 2 + 4 + 8 + 16 + 32 + 32 + 2 x 16 bytes
       "\x06"                    // UpdateImage with strides
       "\0"                      // do not bring to the front
       "p\0"                     // name

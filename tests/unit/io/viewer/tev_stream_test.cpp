@@ -1,4 +1,4 @@
-// Data received by a viewer, and streams whose viewer is slow, silent or gone.
+// Tests the data that a viewer receives, and streams whose viewer is slow, silent or gone.
 #include "io/viewer/tev_stream.h"
 
 #include <gtest/gtest.h>
@@ -65,7 +65,7 @@ TEST(TevStream, TilesArriveAtTheirPlaces) {
     TevServer server({.ipv6 = ipv6});
     if (server.port() == 0) continue;  // IPv6 is unavailable
     TevStream stream(parse_tev_url(server.url()), {"name with spaces", 700, 300});
-    // Larger than a packet, a single pixel, and one at the edge.
+    // One tile is larger than a packet, one has a single pixel, and one is at the edge.
     const Rect tiles[] = {{100, 20, 500, 290}, {3, 4, 4, 5}, {690, 299, 700, 300}};
     for (const Rect& tile : tiles) stream.add(tile, pixels(tile, 1));
     stream.finish({});
@@ -95,8 +95,8 @@ TEST(TevStream, TheNewestPixelsWin) {
   expect_version(image, tile, 41);
   expect_version(image, {32, 16, 512, 80}, 40);
   expect_version(image, {160, 80, 512, 500}, 40);
-  // 64 tiles of 40 versions: a queue would send all 2560. Instead it sends 64, plus those that the
-  // system buffered before (4 MiB, which is at most 64 tiles).
+  // There are 64 tiles in 40 versions, and a queue would send all 2560. The stream sends only 64,
+  // and those that the system buffered before (4 MiB, which is at most 64 tiles).
   EXPECT_GE(image.updates.size(), 64u);
   EXPECT_LE(image.updates.size(), 64u + 64u + 1u);
   EXPECT_LE(stream.peak_bytes(), uint64_t(crop.area()) * 16);
@@ -149,7 +149,7 @@ TEST(TevStream, AbandonedItIsGoneAtOnceWithoutAWord) {
     ASSERT_TRUE(wait_for_connection(server));
     const Rect crop{0, 0, 2048, 2048};
     stream.add_picture(crop, 64, pixels(crop, 1));
-    ::usleep(200000);  // until it is in the middle of sending
+    ::usleep(200000);  // until the stream is in the middle of sending
   }
   EXPECT_FALSE(warned_of(server.url()));
 }

@@ -1,4 +1,4 @@
-// The anisotropic lobe against the isotropic one, closed forms and independent quadrature.
+// Compares the anisotropic lobe with the isotropic lobe, closed forms and independent quadrature.
 #include "renderer/shading/lobes/anisotropic_ggx.h"
 
 #include <gtest/gtest.h>
@@ -70,8 +70,8 @@ TEST(AnisotropicGgx, SamplesFollowTheDensity) {
   }
 }
 
-// Narrow in one direction: bins in the slopes of the half vector, in units of alpha (compare
-// sampling_routines_test.cpp).
+// The lobes are narrow in one direction, so the bins are in the slopes of the half vector, in units
+// of alpha (compare sampling_routines_test.cpp).
 TEST(AnisotropicGgx, NarrowLobesFollowTheDensityInSlopes) {
   struct Case {
     float ax, ay, mu, phi;

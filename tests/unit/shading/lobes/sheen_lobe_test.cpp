@@ -1,4 +1,5 @@
-// The sheen lobe against the published formula, its table against quadrature, and its sampling.
+// Compares the sheen lobe with the published formula and its table with quadrature, and tests its
+// sampling.
 #include "renderer/shading/lobes/sheen_lobe.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +16,7 @@ namespace {
 using test::direction;
 using test::TestRandom;
 
-// f of Estevez & Kulla 2017 as printed in KHR_materials_sheen, without limits.
+// The f of Estevez & Kulla 2017 as printed in KHR_materials_sheen, without limits.
 double published(double roughness, const Vec3d& wo, const Vec3d& wi) {
   const double alpha = roughness * roughness, t = (1 - alpha) * (1 - alpha);
   const auto mix = [t](double x, double y) { return x * (1 - t) + y * t; };
@@ -32,7 +33,8 @@ double published(double roughness, const Vec3d& wo, const Vec3d& wi) {
   return distribution / ((1 + lambda(wo.z) + lambda(wi.z)) * 4 * wo.z * wi.z);
 }
 
-// Integral over the hemisphere of value(wi), midpoint rule in t = cosine^(1/4) and the azimuth.
+// The integral of value(wi) over the hemisphere, by the midpoint rule in t = cosine^(1/4) and the
+// azimuth.
 template <typename Value>
 double integral(const Value& value, int n = 160) {
   double sum = 0;
@@ -53,7 +55,7 @@ double published_albedo(double roughness, double mu) {
   });
 }
 
-// max(1, R), smoothed as defined in the header.
+// max(1, R), smoothed as the header defines.
 double limited(double r, double roughness) {
   const double t = std::clamp((roughness - .15) / .135, 0.0, 1.0), round = .15 + (.045 - .15) * t;
   if (r < 1 - round) return 1;
@@ -126,7 +128,7 @@ TEST(SheenLobe, ReflectsAtMostTheIncomingLight) {
       const float albedo = SheenLobe(roughness, direction(mu, 1)).albedo(mu);
       ASSERT_TRUE(albedo >= 0 && albedo <= 1);
     }
-  // The lobe itself, also below the table's last column.
+  // Tests the integral of the lobe itself, also below the last column of the table.
   for (const float roughness : kRoughnesses)
     for (const float mu : {1e-2f, 1e-3f, 1e-4f, 1e-5f, 1e-7f}) {
       const SheenLobe lobe(roughness, direction(mu, 1));
@@ -150,7 +152,7 @@ TEST(SheenLobe, SamplesFollowTheDensity) {
   }
 }
 
-// The mean of the sample weights is the albedo; their second moment and maximum are bounded.
+// The mean of the sample weights is the albedo. Their second moment and their maximum are bounded.
 TEST(SheenLobe, WeightsAreBounded) {
   for (const float roughness : kRoughnesses)
     for (const float mu : {1.0f, .6f, .3f, .1f, .03f, .003f, 1e-5f}) {
@@ -168,7 +170,7 @@ TEST(SheenLobe, WeightsAreBounded) {
         squares += weight * weight / n;
         largest = std::max(largest, weight);
       }
-      // Six standard deviations.
+      // The tolerance includes six standard deviations.
       EXPECT_NEAR(sum, double(albedo), 6 * std::sqrt(squares / n) + 1e-3) << roughness << " " << mu;
       EXPECT_LT(largest, 3.2) << roughness << " " << mu;
       if (albedo < 1e-4f) continue;

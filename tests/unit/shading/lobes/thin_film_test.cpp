@@ -1,4 +1,4 @@
-// The thin film against sums over wavelengths, of its own model and of the exact one.
+// Compares the thin film with sums over wavelengths, both of its own model and of the exact model.
 #include "renderer/shading/lobes/thin_film.h"
 
 #include <gtest/gtest.h>
@@ -16,8 +16,8 @@ namespace {
 
 using test::TestRandom;
 
-// Reflectance of two interfaces of amplitudes a and b with all interreflections (Airy 1833); light
-// from the second is delayed by `phase`.
+// The reflectance of two interfaces of amplitudes a and b with all interreflections (Airy 1833).
+// Light from the second interface is delayed by `phase`.
 double airy(double a, double b, double phase) {
   const std::complex<double> late = std::polar(b, phase);
   return std::norm((a + late) / (1.0 + a * late));
@@ -68,7 +68,7 @@ double truth(const Film& film, const Index& base, double phase) {
   return 0.5 * (sum(top.s, s) + sum(top.p, p));
 }
 
-// The extension's model: two interfaces, both by Schlick.
+// The extension's model has two interfaces, which both follow Schlick.
 double extension(const Film& film, double f0, double phase) {
   const double r = std::sqrt(f0), base = (1 + r) / (1 - r);
   const double bottom = (base - film.ior) / (base + film.ior);
@@ -109,7 +109,7 @@ TEST(ThinFilm, WithoutAFilmIsTheBase) {
       };
       for (const float ior : {1.0f, 1.3f, 1.8f, 2.4f}) {
         expect_base(ior, 0, 1e-6);
-        expect_base(ior, 1e-3f, 2e-4);  // and continuously so
+        expect_base(ior, 1e-3f, 2e-4);  // the transition is continuous
         expect_base(ior, .1f, 5e-3);
       }
       for (const float thickness : {100.0f, 400.0f, 900.0f}) {
@@ -119,9 +119,9 @@ TEST(ThinFilm, WithoutAFilmIsTheBase) {
     }
 }
 
-// A film with the base's own index has only one face. The model's upper face is exact Fresnel and
-// the whole is Schlick, so the lower face reflects their difference, and the error is about as
-// large.
+// A film with the index of its base has only one face. In the model, the upper face has the exact
+// Fresnel reflectance, while the whole has Schlick's. So the lower face reflects the difference of
+// the two, and the error is about as large as this difference.
 TEST(ThinFilm, FilmWithTheBasesIndexIsNearlyTheBase) {
   for (const double ior : {1.33, 1.5, 1.8, 2.4}) {
     double steep = 0, grazing = 0;
@@ -163,8 +163,9 @@ TEST(ThinFilm, MeetsTheSumOverWavelengths) {
               largest);
 }
 
-// The error of scalar amplitudes compared with both polarisations, and of the extension's model,
-// for dielectric bases and metals (aluminium, gold, copper, chromium, iron near 600 nm).
+// Measures the error of scalar amplitudes compared with both polarisations, and the error of the
+// extension's model. The bases are dielectrics and metals (aluminium, gold, copper, chromium, iron
+// near 600 nm).
 TEST(ThinFilm, IsNearTheWholeTruth) {
   const Index metals[] = {{1.2, 7.0}, {.25, 3.0}, {.6, 3.1}, {3.1, 3.3}, {2.9, 2.9}};
   for (const bool dielectric : {true, false}) {
@@ -195,7 +196,7 @@ TEST(ThinFilm, IsNearTheWholeTruth) {
   }
 }
 
-// Thick films have no colour of their own: every channel gets the mean over phases.
+// Thick films have no colour of their own, so every channel gets the mean over phases.
 TEST(ThinFilm, ThickFilmsAreGrey) {
   for (const float thickness : {2e4f, 1e6f, 1e30f}) {
     const Rgb got = thin_film_reflectance(.8f, 1.4f, thickness, Rgb(.3f));

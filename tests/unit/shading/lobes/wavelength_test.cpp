@@ -1,4 +1,4 @@
-// One wavelength per path: its weights, and its index of refraction.
+// Tests the single wavelength of a path: its weights, and its index of refraction.
 #include "renderer/shading/lobes/wavelength.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace emberline {
 namespace {
 
-// The fit compared with the standard's table at 20 nm (CIE 15:2018, table 1).
+// Compares the fit with the standard's table at 20 nm (CIE 15:2018, table 1).
 TEST(Wavelength, MatchingFunctionsMatchTheStandard) {
   const double table[][4] = {
       {400, .01431, .000396, .06785}, {420, .13438, .0040, .6456},   {440, .34828, .0230, 1.74706},
@@ -87,7 +87,7 @@ TEST(Wavelength, IndicesMeetTheAbbeNumber) {
       const float f = ior_at(ior, dispersion, 486.13f), c = ior_at(ior, dispersion, 656.27f);
       EXPECT_NEAR(f - c, (ior - 1) * dispersion / 20, 1e-6f);
       EXPECT_NEAR(ior_at(ior, dispersion, 587.56f), ior, 2e-7f * ior);
-      // The extension's rounded form.
+      // The extension gives this form with rounded numbers.
       for (const float nanometres : {400.0f, 550.0f, 700.0f})
         EXPECT_NEAR(ior_at(ior, dispersion, nanometres),
                     ior + (ior - 1) * dispersion / 20 * (523655 / square(nanometres) - 1.5168f),

@@ -1,4 +1,4 @@
-// Files of a study: writing and reading them loses nothing.
+// Tests the files of a study: writing and reading them loses nothing.
 #include "renderer/statistics/study/files.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ StudyRun awkward_run() {
   return run;
 }
 
-// Returns nothing for invalid text; `*message` says why.
+// Returns nothing for invalid text, and tells the reason in `*message`.
 std::optional<StudyRun> read_back(const std::string& text, std::string_view key,
                                   std::string* message = nullptr) {
   const std::string file = "run.json";
@@ -126,7 +126,7 @@ TEST(StudyFiles, CsvHasARowForEachCheckpointAndFailure) {
   EXPECT_NE(csv.find("\"it said \"\"no\"\",\nand left\""), std::string::npos) << csv;
   EXPECT_EQ(csv.find("nan"), std::string::npos) << "what has no value is empty";
   const std::string failed = csv.substr(csv.find("\nc,") + 1);
-  // One comma and one newline are inside the quoted reason.
+  // The quoted reason contains one comma and one newline.
   EXPECT_EQ(size_t(std::count(failed.begin(), failed.end(), ',')), columns + 1);
 }
 

@@ -1,5 +1,5 @@
-// The study's page for made-up results: required contents, and robustness against missing seeds,
-// runs, pictures or baseline.
+// Tests the study's page for made-up results: its required contents, and its robustness against
+// missing seeds, runs, pictures or a missing baseline.
 #include "renderer/statistics/study/page.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,8 @@ StudyError error_of(double mse) {
   return error;
 }
 
-// "fast" has a quarter of the error of "slow" in the same time, within a few per cent by seed.
+// "fast" has a quarter of the error of "slow" in the same time. Both errors vary by a few per cent
+// between seeds.
 StudyResults study(uint32_t seeds) {
   StudyResults r;
   r.settings.scene = "scenes/made up.glb";
@@ -82,7 +83,7 @@ class StudyPage : public ::testing::Test {
   TempFolder folder_;
 };
 
-// Number of elements with this class.
+// Returns the number of elements with this class.
 size_t of_class(const ParsedMarkup& read, const std::string& word) {
   return size_t(std::ranges::count_if(read.elements, [&](const Element& element) {
     const auto found = element.attributes.find("class");
@@ -93,12 +94,12 @@ size_t of_class(const ParsedMarkup& read, const std::string& word) {
 
 TEST_F(StudyPage, CurvesSpeedupsCalibrationAndSettings) {
   const ParsedMarkup read = page(study(4));
-  // Five metrics against time and samples, and the calibration.
+  // There are charts of five metrics, against time and against samples, and one of the calibration.
   EXPECT_EQ(read.count("svg"), 11u);
-  // One line per method in each chart; in the calibration that of the method and the exact one.
+  // Each chart has one line per method. The calibration has the method's line and the exact line.
   EXPECT_EQ(read.count("polyline"), 22u);
   EXPECT_EQ(read.count("polygon"), 20u);  // bands over the seeds
-  // "slow" needs four times as long for the error of "fast" at 8, equally for every seed.
+  // "slow" needs four times as long for the error that "fast" has at 8, equally for every seed.
   expect_text(read, "4 [4,\u00a04]");
   EXPECT_GT(of_class(read, "good"), 0u);
   expect_text(read, study(4).settings.command_line);
@@ -175,7 +176,7 @@ TEST_F(StudyPage, ShowsExistingPicturesOnly) {
   write_picture(r.methods[0].pictures.png, 120);
   write_picture(r.methods[0].pictures.flip_png, 7);
   write_text(folder_ / "pictures/fast.png", "no picture");
-  // Reference, slow, three crops of each, one FLIP map.
+  // These are the reference, "slow", three crops of each, and one FLIP map.
   EXPECT_EQ(page(r).count("img"), 9u);
   write_picture(r.methods[1].pictures.png, 110);
   EXPECT_EQ(page(r).count("img"), 13u);
@@ -191,7 +192,7 @@ TEST_F(StudyPage, NamesAreText) {
   expect_text(read, odd);
 }
 
-// Exhaustive search: every position on the grid, with the sum over its pixels.
+// Searches exhaustively: every position on the grid, with the sum over the pixels of the square.
 TEST(MostDifferentSquares, AreTheWorstAndDoNotOverlap) {
   ByteImage a{.width = 40, .height = 24, .values = std::vector<uint8_t>(40 * 24 * 3, 50)};
   ByteImage b = a;

@@ -1,4 +1,4 @@
-// Converts the options of a study to its methods.
+// Tests how the options of a study are converted to its methods.
 #include "renderer/statistics/study/plan.h"
 
 #include <gtest/gtest.h>
@@ -88,7 +88,8 @@ TEST(StudyPlan, FramesThatCannotBeLookedAtOnTheirWayAreSeparate) {
   for (const PlannedMethod& m : plan_study(options).methods) EXPECT_TRUE(m.separate);
 }
 
-// Each method appears again with denoising, but the allocation for denoised pictures only once.
+// Each method appears again with denoising, but a method with the allocation for denoised pictures
+// appears only once.
 TEST(StudyPlan, DenoisedMethodsFollowTheRawOnes) {
   StudyOptions options;
   options.drivers = "bucket,adaptive";
@@ -138,8 +139,9 @@ TEST(StudyPlan, ReferenceUsesASamplerThatIsNotStudied) {
   EXPECT_EQ(plan_study(options).reference_sampler, "sobol");
 }
 
-// Each method is equally often at each position: of 6000 orders of 3, 2000 +- 37 times. The
-// tolerance is five of those, for 9 cells: false alarms 5e-6.
+// Each method must be equally often at each position. With 6000 orders of 3 methods, this is 2000
+// times with a standard deviation of 37. The tolerance is 5 deviations. For 9 cells, the
+// false-alarm rate is 5e-6.
 TEST(StudyPlan, OrdersArePermutationsWithoutFavourites) {
   int count[3][3] = {};
   for (uint32_t seed = 0; seed < 6000; ++seed) {

@@ -1,4 +1,4 @@
-// The table of shortcuts: the window's list agrees with its keys.
+// Tests the table of shortcuts: the list in the window agrees with the keys.
 #include "renderer/window/input/input.h"
 
 #include <gtest/gtest.h>

@@ -5,7 +5,8 @@
 namespace emberline {
 namespace {
 
-// Lights "Key", "", "Twin", "Twin"; materials "wood", the emissive "neon", "wood".
+// The lights are "Key", "", "Twin" and "Twin". The materials are "wood", the emissive "neon" and
+// "wood".
 SceneDescription scene() {
   SceneDescription description;
   for (const char* name : {"Key", "", "Twin", "Twin"}) {

@@ -1,4 +1,4 @@
-// Labels of command-line values, and the style of labels and tooltips.
+// Tests labels of command-line values, and the style of labels and tooltips.
 #include "renderer/window/panels/label.h"
 
 #include <gtest/gtest.h>

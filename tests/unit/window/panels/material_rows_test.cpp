@@ -1,4 +1,4 @@
-// The groups that the material panel offers, and their order.
+// Tests the groups that the material panel offers, and their order.
 #include "renderer/window/panels/material_rows.h"
 
 #include <gtest/gtest.h>

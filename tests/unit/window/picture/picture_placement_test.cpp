@@ -1,4 +1,4 @@
-// The picture's place in the window, compared with the definition of its coordinates.
+// Compares the picture's place in the window with the definition of its coordinates.
 #include "renderer/window/picture/placement.h"
 
 #include <gtest/gtest.h>

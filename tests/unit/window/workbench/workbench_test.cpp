@@ -1,4 +1,4 @@
-// The window's logic without a window: edits, wipes and files, with a small Cornell box.
+// Tests the window's logic without a window: edits, wipes and files, with a small Cornell box.
 #include "renderer/window/workbench/workbench.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,8 @@ class WorkbenchTest : public OutputFolder {
     return result;
   }
 
-  // Updates the workbench like the window's loop until `done`. Returns false after two minutes.
+  // Updates the workbench, as the window's loop does, until done() is true. Returns false after two
+  // minutes.
   static bool wait(Workbench& bench, const std::function<bool()>& done) {
     using Clock = std::chrono::steady_clock;
     const auto end = Clock::now() + std::chrono::seconds(int(120 * test::kSanitizerSlowdown));
@@ -138,7 +139,7 @@ TEST_F(WorkbenchTest, ReloadingKeepsTheEditsAndNotTheirHistory) {
   EXPECT_FALSE(bench.navigator.bookmarks()[2]);
 }
 
-// An edits file given on the command line belongs to the scene given there.
+// Edits from a file on the command line belong to the scene on the command line.
 TEST_F(WorkbenchTest, EditsOfAnotherSceneDoNotReplaceTheFileThatWasGiven) {
   ViewOptions given = options(path("missing.glb"));
   given.render.edits = path("given.edits.json");

@@ -1,5 +1,5 @@
-// Animations of a file: what they move, and where it is at a time. Expected values are computed
-// from the specification's formulas, with column vectors as there.
+// Tests what the animations of a file move, and where it is at a given time. The expected values
+// are computed from the specification's formulas, which use column vectors.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -22,7 +22,7 @@ using test::GltfBuilder;
 using test::load;
 using test::load_at;
 
-// Rows of a matrix for column vectors.
+// The rows of a matrix that multiplies column vectors.
 using Affine = std::array<std::array<double, 4>, 3>;
 
 Affine product(const Affine& a, const Affine& b) {
@@ -63,7 +63,7 @@ void expect_at(const Vec3d& found, const Vec3d& expected, double tolerance = 1e-
   }
 }
 
-// Log messages while `body` runs.
+// Returns the log messages while `body` runs.
 template <class Body>
 std::vector<std::string> warnings_of(const Body& body) {
   std::vector<std::string> lines;
@@ -81,7 +81,7 @@ size_t count_with(const std::vector<std::string>& lines, const std::string& part
 constexpr Vec3d kCorners[] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
 const float kHalf = float(std::sqrt(0.5));
 
-// A triangle in node 1, below node 0, which `swing` moves.
+// The file has a triangle in node 0, which is a child of node 1.
 class GltfAnimationTest : public testing::Test {
  protected:
   GltfAnimationTest() {
@@ -136,7 +136,7 @@ TEST_F(GltfAnimationTest, IsChosenByNameOrIndexOrAll) {
   expect_at(corner("up"), Vec3d(1, 1, 0));
   expect_at(corner("2"), Vec3d(1, 2, 0));
   expect_at(corner("big"), Vec3d(11, 7, 7));
-  expect_at(corner("all"), Vec3d(4, 2, 0));  // if two move the same property, the later one
+  expect_at(corner("all"), Vec3d(4, 2, 0));  // the later of two that move the same property
   EXPECT_EQ(count_with(warnings_of([&] { corner(""); }), "the first animation is used"), 1u);
   for (const char* wrong : {"down", "3", "-1", "All"}) {
     try {
@@ -190,7 +190,7 @@ TEST_F(GltfAnimationTest, MorphWeightsAreTheMeshsAtItsTime) {
   node(1).erase("translation");
   // A second node with the same mesh is unaffected.
   gltf_.add_mesh_node(mesh_);
-  // Two targets: in-tangents, values, out-tangents of a key.
+  // Each key has the in-tangents, the values and the out-tangents of two targets.
   AnimationBuilder(gltf_).move(0, "weights", {0, 2}, "SCALAR",
                                {0, 0, 0.5f, 1, 1, -1, 0.5f, 0, 2, 0, 0, 0}, "CUBICSPLINE");
   for (const double time : {0.0, 0.5, 1.5, 2.0}) {
@@ -208,7 +208,7 @@ TEST_F(GltfAnimationTest, MorphWeightsAreTheMeshsAtItsTime) {
   }
 }
 
-// Two joints, one below the other; both rotate.
+// There are two joints, one below the other, and both rotate.
 TEST_F(GltfAnimationTest, JointsCarryTheirVertices) {
   auto& attributes = gltf_.primitive(mesh_)["attributes"];
   attributes["NORMAL"] = gltf_.add_accessor<float>("VEC3", {0, 0, 1, 1, 0, 0, 0, 1, 0});
@@ -330,7 +330,8 @@ TEST_F(GltfAnimationTest, PointersReachNodes) {
   expect_at(vertex(load_at(gltf_, 0.5), 0, 0), Vec3d(1, 0.5, 6));
 }
 
-// The specification does not allow rotations on a node with a matrix; its translation is animated.
+// The specification does not allow rotations on a node with a matrix, so only its translation is
+// animated.
 TEST_F(GltfAnimationTest, TranslationOfAMatrixNodeMoves) {
   node(1).erase("translation");
   node(1)["matrix"] = {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 1, 1, 1, 1};

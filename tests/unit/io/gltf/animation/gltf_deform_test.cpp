@@ -1,4 +1,4 @@
-// Morph targets and skins at rest.
+// Tests morph targets and skins at rest.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,7 +34,7 @@ TEST(GltfDeform, MorphTargetsFollowTheWeightsOfTheMeshOrTheNode) {
       gltf.add_accessor<float>("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1});
   const int lean = gltf.add_accessor<float>("VEC3", {4, 0, 0, 0, 0, 0, 0, 0, 0});
   gltf.primitive(mesh)["targets"] = {{{"POSITION", lift}}, {{"POSITION", tilt}, {"NORMAL", lean}}};
-  // Without weights nothing moves at rest.
+  // Without weights, the targets move nothing at rest.
   SceneDescription scene = load(gltf);
   EXPECT_EQ(scene.meshes[0].positions[1], Vec3f(1, 0, 0));
   ASSERT_EQ(scene.coverage.approximated.size(), 1u);
@@ -48,7 +48,8 @@ TEST(GltfDeform, MorphTargetsFollowTheWeightsOfTheMeshOrTheNode) {
   EXPECT_NEAR(scene.meshes[0].normals[0].x, h, 1e-6f);
   EXPECT_NEAR(scene.meshes[0].normals[0].z, h, 1e-6f);
 
-  // A node's weights take precedence, and give it its own mesh.
+  // The weights of a node take precedence over those of the mesh, and give the node a mesh of its
+  // own.
   gltf.add_mesh_node(mesh);
   gltf.root["nodes"][1]["weights"] = {2, 0};
   scene = load(gltf);
@@ -70,15 +71,15 @@ TEST(GltfDeform, ATargetMustHaveItsMeshsVertices) {
       << message_of(gltf);
 }
 
-// Two joints; the second is rotated by 90 degrees about z at (1, 0, 0).
+// There are two joints. The second is at (1, 0, 0) and is rotated by 90 degrees about Z.
 class GltfSkin : public testing::Test {
  protected:
   GltfSkin() {
     const int mesh = gltf_.add_triangle();
     auto& attributes = gltf_.primitive(mesh)["attributes"];
     attributes["NORMAL"] = gltf_.add_accessor<float>("VEC3", {0, 0, 1, 1, 0, 0, 0, 1, 0});
-    // Vertex 0 follows joint 0, vertex 1 joint 1, vertex 2 both, four to one (its weights do not
-    // add up to 1, as after quantisation).
+    // Vertex 0 follows joint 0, vertex 1 follows joint 1, and vertex 2 follows both, four to one.
+    // The weights of vertex 2 do not add up to 1, as after quantisation.
     attributes["JOINTS_0"] =
         gltf_.add_accessor<uint8_t>("VEC4", {0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0});
     attributes["WEIGHTS_0"] =
@@ -94,7 +95,7 @@ class GltfSkin : public testing::Test {
           gltf_.add_accessor<float>("MAT4", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0,  0, 0, 1,  //
                                              1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 1})}});
     gltf_.root["nodes"][0]["skin"] = 0;
-    // No effect: the joints place a skinned mesh.
+    // This has no effect, because the joints place a skinned mesh.
     gltf_.root["nodes"][0]["translation"] = {1000, 0, 0};
   }
   GltfBuilder gltf_;
@@ -104,9 +105,10 @@ class GltfSkin : public testing::Test {
 TEST_F(GltfSkin, JointsPlaceTheVertices) {
   const SceneDescription scene = load(gltf_);
   expect_close(world_position(scene, 0, 0), Vec3d(0, 0, 5));
-  // (1, 0, 0) is joint 1's own origin.
+  // (1, 0, 0) is the origin of joint 1.
   expect_close(world_position(scene, 0, 1), Vec3d(1, 0, 5));
-  // (0, 1, 0): by joint 0 (0, 1, 5); by joint 1 (-1, 1, 0) rotated to (-1, -1, 0), so (0, -1, 5).
+  // Joint 0 moves (0, 1, 0) to (0, 1, 5). For joint 1 it is (-1, 1, 0), rotated to (-1, -1, 0), so
+  // joint 1 moves it to (0, -1, 5).
   expect_close(world_position(scene, 0, 2), Vec3d(0, 0.8 - 0.2, 5));
   const MeshDescription& mesh = scene.meshes[0];
   expect_close(Vec3d(mesh.normals[1]), Vec3d(0, 1, 0));  // +x rotated

@@ -1,4 +1,5 @@
-// Motion while the shutter is open: at any time everything is where a still of that time has it.
+// Tests motion while the shutter is open. At any time, everything must be where a still of that
+// time has it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +23,7 @@ using test::load_open;
 
 constexpr double kPi = 3.14159265358979;
 
-// As defined in scene_description.h.
+// A step of the motion and a share of it, as defined in scene_description.h.
 struct Segment {
   size_t step;
   double share;
@@ -54,7 +55,7 @@ Vec3d vertex_at(const SceneDescription& scene, size_t instance, size_t index, do
   return world;
 }
 
-// A triangle in node 1, a child of node 0.
+// The file has a triangle in node 0, which is a child of node 1.
 class GltfShutterTest : public testing::Test {
  protected:
   GltfShutterTest() {
@@ -89,7 +90,8 @@ class GltfShutterTest : public testing::Test {
     return open;
   }
 
-  // For an instant: the scene is as without velocities, and later vertices are those of a still.
+  // Loads the scene at an instant. The scene must be as without velocities, and its vertices in the
+  // next frame must be those of a still.
   SceneDescription expect_later(double time, double next_frame, double tolerance = 1e-5) const {
     const test::TempFolder folder;
     GltfOptions options;
@@ -128,7 +130,7 @@ class GltfShutterTest : public testing::Test {
   int mesh_ = 0;
 };
 
-// Key frames for `turns` turns about Z, three per turn.
+// Adds key frames for `turns` turns about Z, three for each turn.
 void spin(GltfBuilder& gltf, int node, double turns, double seconds) {
   std::vector<float> times, rotations;
   const int keys = std::max(1, int(std::lround(3 * turns)));
@@ -144,7 +146,7 @@ TEST_F(GltfShutterTest, ABladeThatTurnsThriceHasItsTurns) {
   spin(gltf_, 1, 3, 1);
   const SceneDescription scene = expect_stills(0, 1);
   EXPECT_TRUE(scene.meshes[0].motion.empty());
-  // At most a quarter turn per step, and no more steps than needed.
+  // A step covers at most a quarter turn, and there are no more steps than needed.
   EXPECT_GE(scene.instances[0].motion.size(), 12u);
   EXPECT_LE(scene.instances[0].motion.size(), 16u);
   expect_later(.1, 1 / 24.0);
@@ -163,7 +165,7 @@ TEST_F(GltfShutterTest, StaticObjectsHaveNoMotion) {
   const SceneDescription scene = load_open(gltf_, 0, 1);
   EXPECT_FALSE(scene.instances[0].motion.empty());
   EXPECT_TRUE(scene.instances[1].motion.empty());
-  // There is no motion after the last key, nor in an instant.
+  // There is no motion after the last key, and none in an instant.
   EXPECT_TRUE(load_open(gltf_, 1, 2).instances[0].motion.empty());
   EXPECT_TRUE(load_open(gltf_, 0.5, 0.5).instances[0].motion.empty());
   EXPECT_EQ(expect_later(0.5, 0.25).next_frame_instances.size(), 1u);
@@ -189,10 +191,10 @@ TEST_F(GltfShutterTest, SplinesAndScalesAreFollowed) {
       .move(1, "translation", {0, 1}, "VEC3",
             {0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 9, 0, 3, 3, 0, 0, 0, 0}, "CUBICSPLINE")
       .move(0, "scale", {0, 1}, "VEC3", {1, 1, 1, 3, 0.5f, 2});
-  expect_stills(0, 1, 6e-3);  // of a triangle that grows to 3
+  expect_stills(0, 1, 6e-3);  // the triangle grows to 3
 }
 
-// Accessors must declare bounds, but some files lack them.
+// Accessors must declare their bounds, but in some files they do not.
 TEST_F(GltfShutterTest, AMeshThatDoesNotSayItsSizeIsFollowed) {
   for (json& accessor : gltf_.root["accessors"]) accessor.erase("min");
   node(0)["translation"] = {3, 0, 0};
@@ -210,7 +212,8 @@ TEST_F(GltfShutterTest, ObjectsGrowFromNothing) {
   expect_later(0.25, 0.5);
 }
 
-// To a 64th of the shutter, in both directions.
+// The time is exact to a 64th of the shutter, both for objects that disappear and for those that
+// appear.
 TEST_F(GltfShutterTest, ObjectsScaledToNothingDisappearAtThatTime) {
   for (const bool comes : {false, true}) {
     GltfBuilder gltf = gltf_;
@@ -264,7 +267,7 @@ TEST_F(GltfShutterTest, MorphsAndSkinsHaveVerticesInMotion) {
   }
 }
 
-// Morphed positions move; other morphed attributes are held, and this is listed.
+// Morphed positions move. Other morphed attributes are held, and the coverage lists this.
 TEST_F(GltfShutterTest, MorphedColoursAreListedAsHeld) {
   gltf_.primitive(mesh_)["attributes"]["COLOR_0"] =
       gltf_.add_accessor<float>("VEC3", {0, 0, 0, 0, 0, 0, 0, 0, 0});
@@ -299,7 +302,8 @@ TEST_F(GltfShutterTest, CamerasAndLightsMoveWithTheirNodes) {
   EXPECT_EQ(instant.cameras[0].next_frame.value()[3][0], 1);
 }
 
-// Two nodes share a mesh, one with animated weights that at this time equal the mesh's own.
+// Two nodes share a mesh. One of them has animated weights, which at this time equal the weights of
+// the mesh.
 TEST_F(GltfShutterTest, WeightsThatAreAnimatedAreANodesOwn) {
   gltf_.primitive(mesh_)["targets"] = {
       {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1})}}};
@@ -311,7 +315,7 @@ TEST_F(GltfShutterTest, WeightsThatAreAnimatedAreANodesOwn) {
   EXPECT_TRUE(scene.meshes[1].next_frame.empty());
 }
 
-// A vertex that leaves float's range in the next frame: the triangle exists now and is kept.
+// A vertex leaves float's range in the next frame. Its triangle exists now and is kept.
 TEST_F(GltfShutterTest, TrianglesThatOverflowLaterAreKept) {
   gltf_.primitive(mesh_)["targets"] = {
       {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 0, 3e38f, 0, 0, 0, 0, 0, 0})}}};
@@ -332,7 +336,8 @@ TEST_F(GltfShutterTest, InstancesOfAMovingNodeMove) {
   EXPECT_EQ(expect_stills(0, 1).instances.size(), 2u);
 }
 
-// Flat faces with a normal map: every step has its own tangents, on the first step's vertices.
+// The faces are flat and need tangents. Every step has tangents of its own, for the vertices of the
+// first step.
 TEST_F(GltfShutterTest, TangentsMatchTheStep) {
   gltf_.primitive(mesh_)["targets"] = {
       {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 0, 0, -1, 1, 0, -1, -1, 0})}}};
@@ -348,7 +353,7 @@ TEST_F(GltfShutterTest, TangentsMatchTheStep) {
   const MeshDescription& mesh = scene.meshes[0];
   ASSERT_FALSE(mesh.motion.empty());
   ASSERT_EQ(mesh.motion.back().tangents.size(), mesh.tangents.size());
-  // From (0, 0) - (1, 0) to (0, 0) - (0, 1).
+  // The edge along u turns from (0, 0) - (1, 0) to (0, 0) - (0, 1).
   EXPECT_NEAR(mesh.tangents[0].x, 1, 1e-6);
   EXPECT_NEAR(mesh.motion.back().tangents[0].y, 1, 1e-6);
   EXPECT_EQ(mesh.motion.back().tangents[0].w, mesh.tangents[0].w);

@@ -1,4 +1,4 @@
-// Draco and meshopt streams, written with their own encoders.
+// Reads Draco and meshopt streams that their own encoders have written.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -77,7 +77,8 @@ TEST(GltfDraco, BrokenStreamsAreErrors) {
 // A face count of 2^32 - 1 in the header must be rejected before anything is allocated.
 TEST(GltfDraco, AbsurdCountsAreRefusedBeforeDecoding) {
   GltfBuilder gltf = draco_square(draco::MESH_SEQUENTIAL_ENCODING);
-  // After a header of 11 bytes the face count is a varint of one byte; this makes it five bytes.
+  // After a header of 11 bytes, the face count is a varint of one byte. The test replaces it with
+  // five bytes.
   ASSERT_EQ(gltf.bin[11], 2);
   gltf.bin.erase(gltf.bin.begin() + 11);
   const std::vector<uint8_t> huge = {0xff, 0xff, 0xff, 0xff, 0x0f};
@@ -97,14 +98,13 @@ TEST(GltfDraco, EveryByteChangedNeverCrashes) {
       for (const int value : {0, 1, 0x7f, 0x80, 0xff}) {
         GltfBuilder changed = good;
         changed.bin[i] = uint8_t(value);
-        message_of(changed);  // any InputError or none; anything else fails the test
+        message_of(changed);  // may throw an InputError; anything else fails the test
       }
     }
   }
 }
 
-// ---- meshopt
-// ---------------------------------------------------------------------------------------
+// ---- meshopt -------------------------------------------------------------------------------
 
 TEST(GltfMeshopt, AttributesAndBothIndexModes) {
   for (const bool sequence : {false, true}) {
@@ -119,13 +119,13 @@ TEST(GltfMeshopt, AttributesAndBothIndexModes) {
 
 TEST(GltfMeshopt, Filters) {
   GltfBuilder gltf = meshopt_triangle(false);
-  // Octahedral normals in 8 bits: +z, +x, and a slanted one.
+  // Octahedral normals with 8 bits: +Z, +X and a slanted one.
   const float normals[12] = {0, 0, 1, 0, 1, 0, 0, 0, 0.6f, 0, 0.8f, 0};
   std::vector<uint8_t> octahedral(3 * 4);
   meshopt_encodeFilterOct(octahedral.data(), 3, 4, 8, normals);
   const int n = add_meshopt_view(gltf, encode_vertices(octahedral, 4, "OCTAHEDRAL"));
   gltf.primitive()["attributes"]["NORMAL"] = add_meshopt_accessor(gltf, n, 5120, 3, "VEC3", true);
-  // Exponential UVs.
+  // UVs with the exponential filter.
   const float uvs[6] = {0.5f, 0.25f, 3.0f, -1.5f, 0.0f, 100.0f};
   std::vector<uint32_t> exponential(6);
 #if MESHOPTIMIZER_VERSION > 180  // Debian 12 has 0.18
@@ -135,7 +135,7 @@ TEST(GltfMeshopt, Filters) {
 #endif
   const int t = add_meshopt_view(gltf, encode_vertices(exponential, 8, "EXPONENTIAL"));
   gltf.primitive()["attributes"]["TEXCOORD_0"] = add_meshopt_accessor(gltf, t, 5126, 3, "VEC2");
-  // Quaternion rotations of instances: none, and 90 degrees about z.
+  // The instances have rotations as quaternions: none, and 90 degrees about Z.
   const float h = std::sqrt(0.5f);
   const float quaternions[8] = {0, 0, 0, 1, 0, 0, h, h};
   std::vector<uint16_t> packed(8);
@@ -164,8 +164,8 @@ Bytes from_base64(const char* text) {
   return decode_data_uri(std::string("data:;base64,") + text, "test");
 }
 
-// Elements of 12 bytes: the first four change byte by byte, the next as 16-bit integers, the last
-// as floats. Literal, zero and packed bytes.
+// The elements have 12 bytes. The first four are encoded as bytes, the next four as 16-bit integers
+// and the last four as floats. The stream has literal, zero and packed bytes.
 const char* const kForty =
     "oa2X6hUqquqqDeqq6qoNDeqqAAANAAIGCg4SFhoeIiYqLjI2Oj5CRkpOUlZaXmJmam5ydnp+"
     "goaKjpKWmgBYWFhYWFhYWFhYW"
@@ -250,7 +250,7 @@ TEST(MeshoptV1, ColorFilter) {
 
 TEST(MeshoptV1, IsReadInAFile) {
   GltfBuilder gltf = meshopt_triangle(false, "KHR_meshopt_compression");
-  // The triangle's positions, and its colours through the filter.
+  // The triangle has positions, and colours that pass through the filter.
   const int p =
       add_meshopt_view(gltf,
                        {{161, 250, 234, 170, 0, 0, 255, 0, 127, 126, 0, 0, 127, 0, 0, 0, 0, 0, 0,

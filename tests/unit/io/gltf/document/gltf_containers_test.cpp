@@ -1,4 +1,5 @@
-// Ways to store a glTF: .gltf and .glb, external, embedded and data-URI bytes, paths.
+// Tests the ways to store a glTF: .gltf and .glb files, external, embedded and data-URI bytes, and
+// paths.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -68,7 +69,7 @@ TEST(GltfContainers, RelativePathsAndPercentEncoding) {
                    gltf.document("../../data/with%20space%20&%20100%25.bin").dump());
   EXPECT_EQ(
       load_gltf(folder / "scenes/deep/a.gltf", {.resource_root = folder.path()}).meshes.size(), 1u);
-  // UTF-8 paths work escaped and unescaped.
+  // UTF-8 paths work with and without escapes.
   test::write_bytes(folder / "gr\xC3\xBCn.bin", gltf.bin);
   test::write_text(folder / "b.gltf", gltf.document("gr%C3%BCn.bin").dump());
   test::write_text(folder / "c.gltf", gltf.document("gr\xC3\xBCn.bin").dump());

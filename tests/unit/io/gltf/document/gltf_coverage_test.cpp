@@ -48,7 +48,7 @@ TEST(GltfCoverage, SplatsAreNamed) {
             std::vector<std::string>{"KHR_gaussian_splatting (splats are not drawn)"});
 }
 
-// A later minor version may have members that this one does not support.
+// A file of a later minor version may have members that this version does not support.
 TEST(GltfCoverage, MembersOfLaterVersionsAreNamed) {
   GltfBuilder gltf;
   gltf.add_triangle();
@@ -75,7 +75,7 @@ TEST(GltfCoverage, MembersOfLaterVersionsAreNamed) {
     std::ranges::sort(expected);
     EXPECT_EQ(found, expected) << version;
   }
-  // The list is limited.
+  // The list of ignored members is limited.
   for (int i = 0; i < 10000; ++i) gltf.root["nodes"][0]["new " + std::to_string(i)] = i;
   EXPECT_LE(load(gltf).coverage.ignored.size(), 101u);
 }

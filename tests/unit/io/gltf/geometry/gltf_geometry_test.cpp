@@ -1,4 +1,5 @@
-// Accessors and primitives: component types, normalisation, strides, sparse data, modes, repairs.
+// Tests accessors and primitives: component types, normalisation, strides, sparse data, modes and
+// repairs.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -17,7 +18,7 @@ using test::load;
 using test::message_of;
 using Triangle = std::array<uint32_t, 3>;
 
-// A triangle with integer positions, which are coordinates unless normalised.
+// Expects that integer positions which are not normalised are used as coordinates.
 template <class T>
 void expect_integer_positions() {
   GltfBuilder gltf;
@@ -38,7 +39,8 @@ TEST(GltfGeometry, IntegerPositionsKeepTheirValues) {
   expect_integer_positions<uint32_t>();
 }
 
-// Specification section 3.11: f = c / 255, c / 65535, max(c / 127, -1), max(c / 32767, -1).
+// Section 3.11 of the specification: f = c / 255, c / 65535, max(c / 127, -1) or max(c / 32767,
+// -1).
 TEST(GltfGeometry, NormalisedIntegersSpanTheUnitRange) {
   const auto uv_of = [](auto values) {
     GltfBuilder gltf;
@@ -124,7 +126,7 @@ TEST(GltfGeometry, VertexColoursOfThreeAndFourComponents) {
   EXPECT_EQ(load(gltf).meshes.at(0).colors[0], Vec4f(1, 0, 0, 0.2f));
 }
 
-// Each vertex counts once, and only if a triangle uses it.
+// Each vertex is counted once, and only if a triangle uses it.
 TEST(GltfGeometry, NonFiniteAttributesAreCounted) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
@@ -161,7 +163,7 @@ TEST(GltfGeometry, NonFiniteAttributesAreCounted) {
   }
 }
 
-// Specification 3.7.2.1 and 3.7.2.2, for colours of any type, morphed or not.
+// Sections 3.7.2.1 and 3.7.2.2 of the specification clamp colours of any type, morphed or not.
 TEST(GltfGeometry, VertexColoursAreClamped) {
   GltfBuilder gltf;
   const int mesh = gltf.add_triangle();
@@ -218,8 +220,8 @@ TEST(GltfGeometry, SparseAccessorsMayStartFromZeros) {
             (std::vector<Vec3f>{Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(0, 1, 0)}));
 }
 
-// Section 3.7.2.1: strips p_i = {v_i, v_(i + (1 + i % 2)), v_(i + (2 - i % 2))}, fans
-// p_i = {v_(i+1), v_(i+2), v_0}.
+// Section 3.7.2.1 defines the triangles of strips as p_i = {v_i, v_(i + (1 + i % 2)), v_(i + (2 - i
+// % 2))}, and those of fans as p_i = {v_(i+1), v_(i+2), v_0}.
 TEST(GltfGeometry, StripsAndFansUnroll) {
   GltfBuilder gltf;
   const int p = gltf.add_accessor<float>("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 2, 0});
@@ -276,7 +278,7 @@ TEST(GltfGeometry, BadTrianglesAreDroppedAndCounted) {
   EXPECT_EQ(scene.repairs.degenerate_triangles, 2u);
   EXPECT_EQ(scene.repairs.non_finite_triangles, 2u);
   const MeshDescription& mesh = scene.meshes.at(0);
-  // Non-finite vertices are removed, even unused ones.
+  // Non-finite vertices are removed, even if no triangle uses them.
   EXPECT_EQ(mesh.positions,
             (std::vector<Vec3f>{Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(0, 1, 0), Vec3f(1, 1, 0)}));
   EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {1, 3, 2}}));
@@ -285,7 +287,7 @@ TEST(GltfGeometry, BadTrianglesAreDroppedAndCounted) {
 TEST(GltfGeometry, TinyAndHugeTrianglesAreNotDegenerate) {
   for (const float scale : {1e-15f, 1e-6f, 1.0f, 1e6f, 1e15f}) {
     GltfBuilder gltf;
-    // A sliver: a thousand times as long as wide.
+    // The triangle is a sliver, a thousand times as long as wide.
     const int p =
         gltf.add_accessor<float>("VEC3", {0, 0, 0, scale, scale, 0, scale, scale * 1.001f, 0});
     gltf.add_mesh_node(gltf.add_mesh({{"attributes", {{"POSITION", p}}}}));

@@ -1,4 +1,4 @@
-// Tangents by the MikkTSpace convention, compared with geometry whose frame is known.
+// Compares tangents by the MikkTSpace convention with geometry whose frame is known.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ void expect_near(const Vec4f& tangent, const Vec4f& expected) {
   for (int c = 0; c < 4; ++c) EXPECT_NEAR(tangent[c], expected[c], 1e-6f) << tangent;
 }
 
-// A unit square in the xy plane, normal +z, as two triangles.
+// A unit square in the XY plane with normal +Z, as two triangles.
 MeshDescription square(const std::vector<Vec2f>& uv) {
   MeshDescription mesh;
   mesh.positions = {Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(1, 1, 0), Vec3f(0, 1, 0)};
@@ -67,7 +67,7 @@ TEST(GltfTangents, TheTextureTransformTurnsTheFrame) {
   for (const Vec4f& t : mesh.tangents) expect_near(t, Vec4f(-1, 0, 0, -1));
 }
 
-// Two squares that share an edge; the right one is mirrored, as on the seam of a symmetric model.
+// Two squares share an edge. The right square is mirrored, as on the seam of a symmetric model.
 TEST(GltfTangents, HandednessSplitsSharedVertices) {
   MeshDescription mesh;
   mesh.positions = {Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(2, 0, 0),
@@ -89,14 +89,15 @@ TEST(GltfTangents, HandednessSplitsSharedVertices) {
   }
 }
 
-// Corners in different vertices that agree in position, normal and UV share one tangent, weighted
-// by their angles: 90 degrees of direction a and 45 of direction b.
+// Corners of different vertices share one tangent if they agree in position, normal and UV. It is
+// weighted by their angles, here 90 degrees for the first triangle and 45 for the second.
 TEST(GltfTangents, CornersShareByValueAndWeighByAngle) {
   MeshDescription mesh;
   const Vec3f o(0.0f);
   mesh.positions = {o, Vec3f(1, 0, 0), Vec3f(0, 1, 0), o, Vec3f(0, 1, 0), Vec3f(-1, 1, 0)};
   mesh.normals.assign(6, Vec3f(0, 0, 1));
-  // First: u along +x. Second: u along +y, with the same UV at corner o.
+  // In the first triangle u grows along +X, and in the second along +Y. At corner o both have the
+  // same UV.
   mesh.uv_sets = {{Vec2f(0, 0), Vec2f(1, 0), Vec2f(0, -1), Vec2f(0, 0), Vec2f(1, 0), Vec2f(1, -1)}};
   mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
   generate_tangents(mesh, texture());
@@ -136,7 +137,7 @@ TEST(GltfTangents, AlwaysUnitAndPerpendicularOnASphere) {
       EXPECT_NEAR(dot(tangent, tangent), 1.0f, 1e-5f);
       EXPECT_NEAR(dot(tangent, mesh.normals[v]), 0.0f, 1e-5f);
       EXPECT_EQ(t.w, 1.0f);
-      // u grows eastwards: around +y, counter-clockwise seen from above.
+      // u grows eastwards, which is around +Y and counter-clockwise as seen from above.
       const Vec3f east = cross(Vec3f(0, 1, 0), mesh.positions[v]);
       if (dot(east, east) > 0.04f) {
         EXPECT_GT(dot(tangent, normalize(east)), 0.97f);
@@ -152,7 +153,7 @@ TEST(GltfTangents, ZeroUvAreaStillGivesAFrame) {
     EXPECT_NEAR(Vec3f(t.x, t.y, t.z).length(), 1.0f, 1e-6f);
     EXPECT_NEAR(t.z, 0.0f, 1e-6f);
   }
-  // A face without UV area takes its neighbours' frame instead of breaking it.
+  // A face without UV area takes the frame of its neighbours and does not break it.
   MeshDescription mixed = square({Vec2f(0, 1), Vec2f(1, 1), Vec2f(1, 0), Vec2f(0, 1)});
   generate_tangents(mixed, texture());
   EXPECT_EQ(mixed.positions.size(), 4u);
@@ -191,7 +192,7 @@ TEST(GltfTangents, SuppliedOnesAreKeptUnlessNormalsAreMissing) {
   SceneDescription scene = load_gltf(gltf.write_glb(folder / "a.glb"), {});
   ASSERT_EQ(scene.meshes[0].tangents.size(), 3u);
   expect_near(scene.meshes[0].tangents[0], Vec4f(0, 1, 0, -1));
-  // A zero tangent is replaced by some direction in the plane.
+  // A zero tangent is replaced by some tangent in the plane.
   EXPECT_NEAR(scene.meshes[0].tangents[2].z, 0.0f, 1e-6f);
 
   attributes.erase("NORMAL");
@@ -201,7 +202,8 @@ TEST(GltfTangents, SuppliedOnesAreKeptUnlessNormalsAreMissing) {
   expect_near(scene.meshes[0].tangents[0], Vec4f(1, 0, 0, 1));
 }
 
-// The triangle above without its normal map, with a rotated second UV set: u grows upwards.
+// The triangle above without its normal map. In its second UV set, which is rotated, u grows
+// upwards.
 GltfBuilder layered_triangle(const nlohmann::json& extensions) {
   GltfBuilder gltf = normal_mapped_triangle();
   gltf.primitive()["attributes"]["TEXCOORD_1"] =
@@ -222,7 +224,7 @@ TEST(GltfTangents, AClearCoatsNormalMapNeedsThemInItsLayout) {
   std::vector<Vec4f> tangents = tangents_of(gltf);
   ASSERT_EQ(tangents.size(), 3u);
   EXPECT_NEAR(tangents[0].y, 1.0f, 1e-6f);
-  // The base's normal map takes precedence.
+  // The normal map of the base takes precedence.
   gltf.root["materials"][0]["normalTexture"] = {{"index", 0}};
   tangents = tangents_of(gltf);
   expect_near(tangents.at(0), Vec4f(1, 0, 0, 1));
@@ -235,7 +237,7 @@ TEST(GltfTangents, AnisotropyNeedsThem) {
   const auto with = [](const nlohmann::json& anisotropy) {
     return layered_triangle({{"KHR_materials_anisotropy", anisotropy}});
   };
-  // Without a texture it uses those of the first UV set, or the file's own.
+  // Without a texture, anisotropy uses the tangents of the first UV set, or those in the file.
   GltfBuilder plain = with({{"anisotropyStrength", 0.5}});
   expect_near(tangents_of(plain).at(0), Vec4f(1, 0, 0, 1));
   plain.primitive()["attributes"]["TANGENT"] =
@@ -246,7 +248,7 @@ TEST(GltfTangents, AnisotropyNeedsThem) {
       tangents_of(with({{"anisotropyStrength", 0.5}, {"anisotropyTexture", slot}}));
   ASSERT_EQ(tangents.size(), 3u);
   EXPECT_NEAR(tangents[0].y, 1.0f, 1e-6f);
-  // With zero strength it needs none, unless the caller requests tangents for edits.
+  // With zero strength, anisotropy needs no tangents, unless the caller requests them for edits.
   EXPECT_TRUE(tangents_of(with({{"anisotropyRotation", 0.5}})).empty());
   expect_near(tangents_of(with({{"anisotropyRotation", 0.5}}), {.tangents = true}).at(0),
               Vec4f(1, 0, 0, 1));

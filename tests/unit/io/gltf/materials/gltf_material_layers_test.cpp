@@ -1,4 +1,5 @@
-// Material extensions as the renderer gets them: every member, its default, and invalid values.
+// Tests material extensions as the renderer gets them: every member, its default, and invalid
+// values.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -82,14 +83,14 @@ size_t lines(const std::string& text) { return size_t(std::ranges::count(text, '
 
 class GltfMaterialLayers : public test::GltfMaterialTest {
  protected:
-  // Loads and captures the messages on stderr.
+  // Loads the material and captures the messages on stderr.
   SceneDescription load_loudly(const json& value, bool lenient = true) {
     testing::internal::CaptureStderr();
     SceneDescription scene = load(value, lenient);
     said_ = testing::internal::GetCapturedStderr();
     return scene;
   }
-  // The error message when the file requires the extension.
+  // Returns the error message for a file that requires the extension.
   std::string message_if_required(const char* extension, const json& value) {
     gltf_.root["extensionsRequired"] = {extension};
     const std::string message = message_of(value);
@@ -284,7 +285,7 @@ TEST_F(GltfMaterialLayers, ADistanceThatCannotBeIsAnErrorOrInfinite) {
   EXPECT_TRUE(load_loudly(thin).materials[0].thin_walled);
 }
 
-// Direction slots default to straight up, or along the tangent; the others to white.
+// A broken texture is white, but a texture of directions points straight up, or along the tangent.
 TEST_F(GltfMaterialLayers, BrokenAnisotropyTextureHasNoDirection) {
   test::add_texture(gltf_, {'n', 'o', 't', ' ', 'a', 'n', ' ', 'i', 'm', 'a', 'g', 'e'});
   const SceneDescription scene =
@@ -335,8 +336,8 @@ TEST_F(GltfMaterialLayers, SpecularGlossinessIsADielectricThatReflectsItsColour)
   EXPECT_EQ(textured.glossiness_texture.uv_set, 1);
 }
 
-// "any client implementation that supports the extension should always render the asset using the
-// specular-glossiness material properties".
+// The extension says: "any client implementation that supports the extension should always render
+// the asset using the specular-glossiness material properties".
 TEST_F(GltfMaterialLayers, SpecularGlossinessReplacesMetallicRoughness) {
   test::add_texture(gltf_, test::small_png());
   json value = with("KHR_materials_pbrSpecularGlossiness",
@@ -351,8 +352,8 @@ TEST_F(GltfMaterialLayers, SpecularGlossinessReplacesMetallicRoughness) {
   EXPECT_EQ(m.roughness, 0.5f);
   EXPECT_EQ(m.base_color_texture.image, -1);
   EXPECT_EQ(m.metallic_roughness_texture.image, -1);
-  // Specular-glossiness takes precedence over ior and specular, which must not be combined with it;
-  // a clear coat is kept.
+  // Specular-glossiness takes precedence over ior and specular, which must not be combined with it.
+  // A clear coat is kept.
   value["extensions"]["KHR_materials_ior"] = {{"ior", 1.4}};
   value["extensions"]["KHR_materials_specular"] = {{"specularFactor", 0.5}};
   value["extensions"]["KHR_materials_clearcoat"] = {{"clearcoatFactor", 0.5}};

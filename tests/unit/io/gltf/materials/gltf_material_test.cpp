@@ -1,4 +1,4 @@
-// Materials, texture slots, samplers and images as the renderer gets them.
+// Tests materials, texture slots, samplers and images as the renderer gets them.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -69,7 +69,7 @@ TEST_F(GltfMaterial, FactorsOutOfRangeAreClamped) {
   EXPECT_EQ(m.emission, Rgb(0, 3, 0));
 }
 
-// One warning of each kind names the members, eight at most.
+// There is one warning of each kind, which names at most eight members.
 TEST_F(GltfMaterial, ClampedFactorsAreNamed) {
   const auto warnings_of = [&](const json& value) {
     testing::internal::CaptureStderr();
@@ -108,7 +108,7 @@ TEST_F(GltfMaterial, SamplersAndUvSets) {
   EXPECT_EQ(ref.wrap_s, WrapMode::kClampToEdge);
   EXPECT_EQ(ref.wrap_t, WrapMode::kMirroredRepeat);
   EXPECT_TRUE(ref.nearest);
-  // Set 0 is always read, set 2 because it is used, set 1 is not.
+  // Set 0 is always read. Set 2 is read because it is used, and set 1 is not read.
   ASSERT_EQ(scene.meshes[0].uv_sets.size(), 3u);
   EXPECT_EQ(scene.meshes[0].uv_sets[0].size(), 3u);
   EXPECT_EQ(scene.meshes[0].uv_sets[1].size(), 0u);
@@ -126,8 +126,8 @@ TEST_F(GltfMaterial, AMissingUvSetIsFilledAndReported) {
   EXPECT_NE(scene.coverage.ignored[0].find("TEXCOORD_3"), std::string::npos);
 }
 
-// The extension's README: uv' = translation * rotation * scale * uv, with rotation = mat3(cos, sin,
-// 0, -sin, cos, 0, 0, 0, 1) given in transposed (row) form.
+// The extension's README defines uv' = translation * rotation * scale * uv. It gives the rotation
+// mat3(cos, sin, 0, -sin, cos, 0, 0, 0, 1) in transposed (row) form.
 TEST_F(GltfMaterial, TextureTransform) {
   test::add_texture(gltf_, test::small_png());
   const double angle = 0.5;
@@ -169,7 +169,7 @@ TEST_F(GltfMaterial, ImagesKeepTheirDepthAndAreSharedBetweenSlots) {
   EXPECT_EQ(texel[3], 32768);
 }
 
-// The slot's image index and UV set are read like any other's.
+// The image index and the UV set of this slot are read as for any other slot.
 TEST_F(GltfMaterial, TransmissionTextures) {
   test::add_texture(gltf_, {1, 2, 3});
   test::add_texture(gltf_, test::small_png());
@@ -225,7 +225,8 @@ TEST_F(GltfMaterial, BasisuTextures) {
   EXPECT_EQ(load(base_color_slot({{"index", 0}})).images.at(0)->width, 65);
 }
 
-// Falls back to the texture's other image, if it has one and the extension is optional.
+// The loader falls back to the texture's other image, if there is one and the extension is
+// optional.
 TEST_F(GltfMaterial, ABasisuTextureThatDoesNotDecodeFallsBack) {
   std::vector<uint8_t> damaged = test::ktx2_file("etc1s_odd");
   damaged.resize(damaged.size() - 1);
@@ -326,7 +327,7 @@ TEST_F(GltfMaterial, TransmissionWithoutThicknessIsAThinWall) {
 }
 
 TEST_F(GltfMaterial, GlassThatCannotBeIsAnError) {
-  // In an optional extension these would be ignored.
+  // If the extensions were optional, these values would be ignored.
   gltf_.root["extensionsRequired"] = {"KHR_materials_ior", "KHR_materials_transmission",
                                       "KHR_materials_volume"};
   EXPECT_NE(message_of(with("KHR_materials_ior", {{"ior", 0.5}})).find("KHR_materials_ior/ior"),

@@ -1,4 +1,5 @@
-// KHR_materials_variants: the materials of meshes in each variant, and the data read for them.
+// Tests KHR_materials_variants: the materials of meshes in each variant, and the data read for
+// them.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -13,8 +14,8 @@ namespace {
 
 using json = nlohmann::json;
 
-// A triangle of material 0 that has material 1 in "red" and "late", and one that is the same in all
-// variants; material 2 is unused.
+// The first triangle has material 0, but material 1 in "red" and "late". The second triangle is the
+// same in all variants. Material 2 is unused.
 GltfBuilder varied() {
   GltfBuilder gltf;
   gltf.add_triangle();
@@ -73,7 +74,7 @@ TEST(GltfVariants, OnlyNamesAreReadIfNoneIsChosen) {
   EXPECT_NE(rejection_message(gltf).find("/images/0"), std::string::npos);
 }
 
-// Images, texture coordinates and tangents of every material that the mesh may have.
+// Loads the images, texture coordinates and tangents of every material that the mesh may have.
 TEST(GltfVariants, LoadsDataThatAnyVariantNeeds) {
   GltfBuilder gltf = varied();
   const int uv = gltf.add_accessor<float>("VEC2", {0, 0, 1, 0, 0, 1});
@@ -96,7 +97,7 @@ TEST(GltfVariants, LoadsDataThatAnyVariantNeeds) {
   EXPECT_TRUE(load_varied(gltf, false).meshes[0].tangents.empty());
 }
 
-// A mesh has only one set of tangents.
+// A mesh has only one set of tangents, so a normal map with other coordinates is approximated.
 TEST(GltfVariants, NormalMapsWithOtherCoordinatesAreNamed) {
   GltfBuilder gltf = varied();
   gltf.primitive()["attributes"]["TEXCOORD_0"] =
@@ -110,7 +111,7 @@ TEST(GltfVariants, NormalMapsWithOtherCoordinatesAreNamed) {
   EXPECT_NE(named[0].find("normal maps of variants on mesh 0/0"), std::string::npos) << named[0];
 }
 
-// With a required extension these are errors; with an optional one, warnings
+// If the extension is required, these faults are errors. If it is optional, they are warnings
 // (failure/needless_faults_test).
 TEST(GltfVariants, FaultsAreNamedWithTheirPlace) {
   const auto expect = [](GltfBuilder gltf, const std::string& place, const std::string& words) {
