@@ -13,7 +13,8 @@ if [ "${1:-}" = --root ]; then
   folder=$2
   shift 2
 fi
-grep -q '^VERSION_ID="12"' /etc/os-release || fail "needs Debian 12, because the program is linked against its libraries"
+grep -q '^VERSION_ID="12"' /etc/os-release ||
+  fail "this script needs Debian 12, because it links the program with Debian 12's libraries"
 ci/setup.sh mmdebstrap g++-aarch64-linux-gnu qemu-user
 mkdir -p "$folder"
 folder=$(realpath "$folder")
@@ -63,4 +64,4 @@ print(f"{sys.argv[1]}: relMSE {error['relmse_trimmed']:.1e} without the worst 0.
 sys.exit(error["relmse_trimmed"] > 1e-4)
 PYTHON
 done
-echo "ci/cross.sh: compiled for arm64; the renders match this machine's"
+echo "ci/cross.sh: compiled for arm64; the pictures match those rendered by this machine"

@@ -17,7 +17,8 @@ make_root() {
   # shellcheck disable=SC2016
   mirror=${EMBERLINE_DEBIAN_MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' \
     "Created-By: Packages" "Origin: Debian" "Label: Debian" | head -n 1)}
-  [ -n "$mirror" ] || fail "apt's sources name no Debian mirror (apt-get update?); set EMBERLINE_DEBIAN_MIRROR"
+  [ -n "$mirror" ] ||
+    fail "found no Debian mirror in apt's sources (run apt-get update, or set EMBERLINE_DEBIAN_MIRROR)"
   if [ ! -e "$root/etc/debian_version" ]; then
     echo "ci/$(basename "$0"): making a $suite root in $root"
     rm -rf "$root.part"

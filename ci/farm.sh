@@ -89,7 +89,7 @@ CONF
 wait_for() {
   local end=$((SECONDS + $1))
   until eval "$3" 2>/dev/null; do
-    [ $SECONDS -lt $end ] || fail "no $2 after $1 s"
+    [ $SECONDS -lt $end ] || fail "waited $1 s in vain for $2"
     sleep 0.3
   done
 }
@@ -111,7 +111,7 @@ say "16 parts"
 wait_for 60 "two finished parts" '[ "$(count done)" -ge 2 ]'
 mv scene.glb whole.glb && head -c 1000 whole.glb >scene.glb
 say "the scene is truncated"
-wait_for 60 "failed part" '[ "$(count failed)" -ge 1 ]'
+wait_for 60 "a failed part" '[ "$(count failed)" -ge 1 ]'
 mv whole.glb scene.glb
 say "the scene is restored; $(count failed) parts have failed"
 "$program" farm status $frame
@@ -128,28 +128,28 @@ hold_n1_with_buckets() {
   kill -CONT $held
   return 1
 }
-wait_for 60 "part with buckets on n1" hold_n1_with_buckets
+wait_for 60 "a part with buckets on n1" hold_n1_with_buckets
 kill -9 $(processes_of n1)
 say "killed n1: its daemon and its steps"
-wait_for 60 "node that is down" 'sinfo -h -n n1 -o %T | grep -q down'
+wait_for 60 "a node that is down" 'sinfo -h -n n1 -o %T | grep -q down'
 slurmd -N n1
 say "n1 is back"
-wait_for 120 "end of the array" '[ -z "$(squeue -h -r -o %T | grep -v PENDING)" ] && ! squeue -h -r -o %r | grep -qE "Resources|Priority|BeginTime|None"'
+wait_for 120 "the end of the array" '[ -z "$(squeue -h -r -o %T | grep -v PENDING)" ] && ! squeue -h -r -o %r | grep -qE "Resources|Priority|BeginTime|None"'
 "$program" farm status $frame
 [ "$(count failed)" -ge 1 ] || fail "no part has failed"
-[ ! -e $frame ] || fail "merged although parts are missing"
+[ ! -e $frame ] || fail "the parts were merged although some are missing"
 grep -l "NODE_FAIL\|NODE FAILURE\|resumed from" $frame.farm/logs/*.log | sed 's/^/        resumed after the kill: /' || fail "no part was running on n1"
 
 say "farm retry"
 "$program" farm retry $frame
-wait_for 120 "picture" '[ -e $frame.farm/merge.json ] && [ -z "$(squeue -h)" ]'
+wait_for 120 "the picture" '[ -e $frame.farm/merge.json ] && [ -z "$(squeue -h)" ]'
 "$program" farm status $frame
 grep -h "SLURM_\|the job" $frame.farm/logs/part-1.log | sed 's/^/        /'
 
 say "a frame whose scene is copied to the nodes first"
 mkdir "$work/scratch"
 TMPDIR=$work/scratch "$program" farm scene.glb -o staged.exr --parts 4 --cpus 1 --stage "${settings[@]}" --spp 16
-wait_for 60 "staged picture" '[ -e staged.exr.farm/merge.json ] && [ -z "$(squeue -h)" ]'
+wait_for 60 "the staged picture" '[ -e staged.exr.farm/merge.json ] && [ -z "$(squeue -h)" ]'
 [ "$(ls "$work/scratch" | wc -l)" = 1 ] || fail "unexpected files in the scratch folder: $(ls "$work/scratch")"
 
 say "the same frames, each in a single run"

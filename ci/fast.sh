@@ -26,12 +26,12 @@ while read -r file; do
     tests/view/*) scripts+=('window$') ;;
     tests/*/*) file=${file#tests/}; checks+=("${file%%/*}") ;;
     scenes/*) scripts+=(scenes.) ;;
-    *) echo "ci/fast.sh: $file belongs to no folder with its own tests; run ci/test.sh" ;;
+    *) echo "ci/fast.sh: the folder of $file has no tests of its own; run ci/test.sh" ;;
   esac
 done <<<"$changed"
 mapfile -t checks < <(printf '%s\n' "${checks[@]}" | sort -u)
 mapfile -t scripts < <(printf '%s\n' "${scripts[@]}" | sort -u)
-[ -n "${checks[*]}${scripts[*]}" ] || { echo "ci/fast.sh: no file that differs from $base has tests"; exit 0; }
+[ -n "${checks[*]}${scripts[*]}" ] || { echo "ci/fast.sh: none of the files that differ from $base has tests"; exit 0; }
 
 [ -f build/fast/build.ninja ] || cmake --preset fast
 targets=()

@@ -39,9 +39,9 @@ void check_count(const SamplerEntry& entry, uint32_t samples) {
   if (entry.counts != SampleCounts::kPowerOfTwo || std::has_single_bit(samples)) return;
   const uint32_t below = std::bit_floor(samples);
   throw UsageError(
-      "`spp`: " + std::to_string(samples) + " is not a power of two, which `sampler` " +
+      "`spp`: " + std::to_string(samples) + " is not a power of two. `sampler` " +
       std::string(entry.name) +
-      " requires because its pixels share one sequence; the nearest valid values are " +
+      " requires one, because its pixels share one sequence; the nearest valid values are " +
       std::to_string(below) + " and " + std::to_string(uint64_t(below) * 2));
 }
 

@@ -154,7 +154,7 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=HERE / "gallery")
     parser.add_argument("--size", default="800x450", help="size of each half of figure 1")
     parser.add_argument("--threads", default="2")
-    parser.add_argument("--only", default="", help="make only these pictures, named without suffix [all]")
+    parser.add_argument("--only", default="", help="make only these pictures; names have no suffix (default: all)")
     options = parser.parse_args()
     threads = ["--threads", options.threads]
     shared = [*OPTIONS, "--size", options.size, *threads]

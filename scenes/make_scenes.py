@@ -64,7 +64,7 @@ def main():
             (options.out / file).write_bytes(data)
             print(f"{options.out / file}: {len(data)} bytes", flush=True)
     if different:
-        print(f"{different} of {len(selected)} differ from what make_scenes.py writes", file=sys.stderr)
+        print(f"{different} of {len(selected)} files differ from what make_scenes.py writes", file=sys.stderr)
     return 1 if different else 0
 
 

@@ -149,8 +149,8 @@ InputSpace find_input_space(const ocio::ConstConfigRcPtr& config, const std::str
                      "scene_linear; unset OCIO to use the built-in config");
   }
   log_warning(place +
-              ": the OpenColorIO config has no linear Rec. 709 space and no role aces_interchange; "
-              "assuming that pixels are in " +
+              ": the OpenColorIO config has no linear Rec. 709 space and no role aces_interchange, "
+              "so pixels are assumed to be in " +
               space->getName());
   return {space->getName(), false};
 }

@@ -43,7 +43,7 @@ constexpr exr_compression_t kExrCompressions[] = {EXR_COMPRESSION_NONE, EXR_COMP
                                                   EXR_COMPRESSION_DWAA, EXR_COMPRESSION_DWAB};
 
 constexpr NamedValue<ExrParts> kParts[] = {
-    {"one", "one part with all channels; every program can read it", ExrParts::kOne},
+    {"one", "a single part with all channels, which every program can read", ExrParts::kOne},
     {"layers", "one part per layer; a single layer is faster to read", ExrParts::kLayers},
 };
 

@@ -139,7 +139,7 @@ SceneDescription GltfFile::State::read(std::span<const uint64_t> held) {
   if (animation.at_rest && !animations.empty()) {
     scene.coverage.not_played =
         animations.size() == 1
-            ? "1 animation; it plays with `time` or `frame`"
+            ? "1 animation; set `time` or `frame` to play it"
             : readable_count(animations.size()) + " animations; choose one with `animation`";
     log_warning(document.file + ": not played: " + scene.coverage.not_played);
   }

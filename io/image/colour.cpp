@@ -123,8 +123,9 @@ ColourChannels channels_of(const Layer& layer, const std::string& place) {
   }
   if (green != red + 1 || blue != red + 2) {
     if (const std::string twice = case_duplicates(layer); !twice.empty()) {
-      throw InputError(place, "it has {} in both upper and lower case; keep only one of them",
-                       twice);
+      throw InputError(
+          place, "it has channels whose names differ only in case ({}); keep only one of each",
+          twice);
     }
     throw InputError(place, "the channels R, G and B are not adjacent");
   }

@@ -238,7 +238,8 @@ ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) 
   HeaderReader reader(source, kMaxHdrHeaderBytes, "HDR", place);
   for (std::string line = reader.until('\n'); !line.empty(); line = reader.until('\n')) {
     if (line.starts_with("FORMAT=") && line.find("rgbe") == std::string::npos) {
-      throw InputError(place, "cannot decode the image: the HDR's pixels are not RGBE");
+      throw InputError(
+          place, "cannot decode the image: the pixels of the HDR file are not stored as RGBE");
     }
   }
   const std::string line = reader.until('\n');

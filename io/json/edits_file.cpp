@@ -158,7 +158,8 @@ CameraEdit read_camera(const JsonReader& entry) {
   CameraEdit edit = read_members<CameraEdit>(entry);
   edit.place = entry.place();
   if (entry.has("look_from") != entry.has("look_at")) {
-    throw InputError(entry.place(), "\"look_from\" and \"look_at\" go together; one is missing");
+    throw InputError(entry.place(),
+                     "\"look_from\" and \"look_at\" must both be given; one is missing");
   }
   if (entry.has("up") && !edit.look_from) {
     throw InputError(entry.place(), "\"up\" requires \"look_from\" and \"look_at\"");
@@ -170,7 +171,7 @@ CameraEdit read_camera(const JsonReader& entry) {
   for (const char* const other : {"fov_y", "f_stop"}) {
     if (!entry.has("orthographic_height") || !entry.has(other)) continue;
     throw InputError(entry[other].place(),
-                     "it does not apply to an orthographic view (\"orthographic_height\")");
+                     "this member is not valid for an orthographic view (\"orthographic_height\")");
   }
   return edit;
 }
@@ -180,7 +181,7 @@ AnimationEdit read_animation(const JsonReader& entry) {
   edit.place = entry.place();
   if (entry.has("shutter_open") != entry.has("shutter_close")) {
     throw InputError(entry.place(),
-                     "\"shutter_open\" and \"shutter_close\" go together; one is missing");
+                     "\"shutter_open\" and \"shutter_close\" must both be given; one is missing");
   }
   if (edit.shutter_open && !(*edit.shutter_open <= *edit.shutter_close)) {
     throw InputError(entry["shutter_close"].place(), "the shutter closes before it opens");
@@ -228,7 +229,8 @@ MaterialEdit read_material(const JsonReader& entry) {
 
 void check_version(const JsonReader& root) {
   if (!root.has("emberline_edits")) {
-    throw InputError(root.place(), "\"emberline_edits\": {} is missing; this is not an edits file",
+    throw InputError(root.place(),
+                     "the member \"emberline_edits\": {} is missing, so this is not an edits file",
                      kEditsVersion);
   }
   const JsonReader version = root["emberline_edits"];

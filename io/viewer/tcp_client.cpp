@@ -115,8 +115,8 @@ short TcpClient::wait_for(short events, double deadline) const {
 void TcpClient::send(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const short ready = wait_for(POLLOUT | POLLRDHUP, std::numeric_limits<double>::infinity());
-    if (ready == 0) throw RenderError("it stopped reading the picture");
-    if (ready & POLLRDHUP) throw RenderError("it closed the connection");
+    if (ready == 0) throw RenderError("the viewer stopped reading the picture");
+    if (ready & POLLRDHUP) throw RenderError("the viewer closed the connection");
     const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (sent > 0) bytes = bytes.subspan(size_t(sent));
     if (sent < 0 && errno != EAGAIN && errno != EINTR) throw RenderError(error_text(errno));

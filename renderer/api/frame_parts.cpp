@@ -17,7 +17,11 @@ namespace {
 void check_matches_scene(const FrameSettings& settings, const Access::SceneState& scene) {
   const SceneBuildOptions& built = scene.build;
   const auto check_same = [](bool same, const char* name) {
-    if (!same) throw emberline::UsageError("`{}`: the scene was loaded with another value", name);
+    if (same) return;
+    throw emberline::UsageError(
+        "`{}`: the scene was loaded with another value of this setting; load the scene again with "
+        "this value",
+        name);
   };
   check_same(settings.catchers == scene.settings.catchers, "catcher");
   check_same(settings.holdouts == scene.settings.holdouts, "holdout");
@@ -26,23 +30,23 @@ void check_matches_scene(const FrameSettings& settings, const Access::SceneState
   check_same(settings.working_space == scene.settings.working_space, "working-space");
   if (!settings.cryptomattes.empty() && !load_options(scene.settings).nodes) {
     throw emberline::UsageError(
-        "`cryptomatte`: the scene was loaded without the names of its nodes; load it with this "
-        "setting");
+        "`cryptomatte`: this setting needs the names of the nodes, which were not loaded; load "
+        "the scene with this setting");
   }
   const FrameSettings posed = scene.open->posed(settings);
   const bool animated = !scene.open->editable().original().animations.empty();
   if (animated && pose_time(posed) && load_options(posed).next_frame &&
       !load_options(scene.open->settings()).next_frame) {
     throw emberline::UsageError(
-        "`aov` velocity: the scene was loaded without its positions one frame later; load it with "
-        "this setting");
+        "`aov` velocity: the channel needs the positions of the next frame, which were not loaded; "
+        "load the scene with this setting");
   }
   const bool shows_uv =
       find_integrator(settings.integrator).shows_uv || aovs_of(settings).contains(Aov::kUv);
   if (shows_uv && !built.unread_uv) {
     throw emberline::UsageError(
-        "`integrator`, `aov`: the scene was loaded without the texture coordinates that they show; "
-        "load it with these settings");
+        "`integrator`, `aov`: these settings show texture coordinates, which were not loaded; load "
+        "the scene with these settings");
   }
 }
 

@@ -228,7 +228,7 @@ RenderedPicture render(const RenderFiles& files, const Scene& scene, const Setti
   return translate_errors([&] {
     check_resources(resources);
     if (!(files.interval_s > 0)) {
-      throw emberline::UsageError("`checkpoint-interval`: {} is not a number of seconds",
+      throw emberline::UsageError("`checkpoint-interval`: {} is not a positive number of seconds",
                                   files.interval_s);
     }
     const Access::SceneState& state = Access::impl(scene);

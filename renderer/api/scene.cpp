@@ -38,8 +38,9 @@ std::shared_ptr<const Image> image_of(const Scene::Environment& environment) {
     const float value = environment.rgb[i];
     if (std::isfinite(value) && value >= 0.0f) continue;
     const size_t texel = i / 3;
-    throw emberline::UsageError("environment: {} at column {} of row {}", value,
-                                texel % size_t(width), texel / size_t(width));
+    throw emberline::UsageError(
+        "environment: the value {} at column {} of row {} is negative or not finite", value,
+        texel % size_t(width), texel / size_t(width));
   }
   const auto bytes = std::as_bytes(std::span(environment.rgb, count));
   image->texels.assign(bytes.begin(), bytes.end());
@@ -140,7 +141,7 @@ void Scene::pose(const Settings& settings, const std::stop_token& stop) {
   translate_errors([&] {
     if (!state_->open->can_pose()) {
       throw emberline::UsageError(
-          "pose: the scene has no animations, or was not loaded as animated");
+          "pose: the scene has no animations, or it was not loaded as an animated scene");
     }
     state_->pose(Access::impl(settings), stop);
   });

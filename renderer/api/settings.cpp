@@ -24,11 +24,12 @@ int arena_threads(const Resources& resources) {
 
 void check_resources(const Resources& resources) {
   if (resources.threads < 0 || resources.threads > kMaxThreads) {
-    throw emberline::UsageError("threads: {} is neither 0 (all processors) nor from 1 to {}",
-                                resources.threads, kMaxThreads);
+    throw emberline::UsageError(
+        "threads: {} is out of range; give 0 (one thread per processor) or 1 to {}",
+        resources.threads, kMaxThreads);
   }
   if (resources.memory_bytes == 0)
-    throw emberline::UsageError("`memory-limit`: 0 is not a valid size");
+    throw emberline::UsageError("`memory-limit`: the limit must be above 0");
   const double seconds = resources.load_timeout_s.value_or(1.0);
   if (!(seconds >= kMinLoadTimeout && seconds <= kMaxLoadTimeout)) {
     throw emberline::UsageError("`load-timeout`: {} is not a number from {} to {}", seconds,

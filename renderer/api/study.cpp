@@ -145,7 +145,7 @@ StudyTable study(const std::string& scene, const Settings& settings, const Study
           "the study was stopped before its reference was finished; the same call continues it");
     }
     if (!outcome.attempts.failed().empty()) {
-      throw emberline::RenderError("{}: it could not be written",
+      throw emberline::RenderError("{}: the file could not be written",
                                    outcome.attempts.failed().front());
     }
     return table_of(*outcome.results);

@@ -77,12 +77,13 @@ void add_checkpoint(CLI::App* app, RenderOptions& o) {
                     "can continue it. The file is removed when the frame is done. A file that is "
                     "not a checkpoint is never replaced.",
             .example = "--checkpoint frame.checkpoint --resume"});
-  add_flag(app, "--resumable", o.resumable,
-           {.section = H::kOutput,
-            .brief = "keep a checkpoint, for --resume and `emberline extend`",
-            .full = "Save a checkpoint beside the first output (FILE.checkpoint), or where "
-                    "`checkpoint` says. It stays when the frame is done, so that `emberline "
-                    "extend` can add samples."});
+  add_flag(
+      app, "--resumable", o.resumable,
+      {.section = H::kOutput,
+       .brief = "keep a checkpoint, for --resume and `emberline extend`",
+       .full = "Save a checkpoint beside the first output (FILE.checkpoint) or in the file of "
+               "`checkpoint`. The checkpoint is kept after the frame is done, so that `emberline "
+               "extend` can add samples."});
   add_flag(app, "--resume", o.resume,
            {.section = H::kOutput,
             .brief = "continue an interrupted frame from its checkpoint",
@@ -147,8 +148,8 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
   add_checkpoint(app, o);
   add_text(app, "--save-settings", o.save_settings, "FILE",
            {.section = H::kGeneral,
-            .full = "Write the settings that differ from the defaults to this .json file, for "
-                    "`settings`."});
+            .full = "Write the settings that differ from the defaults to this .json file, which "
+                    "`settings` can read."});
   add_text(app, "--replay", o.replay, "X,Y,SAMPLE",
            {.section = H::kInspection,
             .full = "Compute only this sample of a pixel, and print it.",
@@ -219,7 +220,7 @@ void add_window_options(CLI::App* app, ViewOptions& o) {
   add_number(app, "--ui-scale", o.interface_scale, 0.5f, 4.0f,
              {.section = H::kWindow,
               .brief = "scale of text and panels",
-              .full = "Scale text and panels by this.",
+              .full = "Scale text and panels by this factor.",
               .fallback = "the screen's"});
   CLI::Option* screenshot =
       add_text(app, "--screenshot", o.screenshot, "FILE",

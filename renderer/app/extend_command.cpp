@@ -48,7 +48,8 @@ int run_extend(const ExtendOptions& options) {
   if (render.outputs.empty()) {
     if (!checkpoint.ends_with(kCheckpointSuffix)) {
       throw UsageError(
-          "extend needs an output: it does not follow from the name of {}; use -o FILE",
+          "extend needs an output, because the name of {} does not say where the picture is; use "
+          "-o FILE",
           checkpoint);
     }
     render.outputs = {checkpoint.substr(0, checkpoint.size() - kCheckpointSuffix.size())};

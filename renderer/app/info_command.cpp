@@ -302,7 +302,7 @@ int run_info(const InfoOptions& options) {
     print_result(channel_list(options.json));
     return kExitDone;
   }
-  if (options.scene.empty()) throw UsageError("scene is required");
+  if (options.scene.empty()) throw UsageError("info needs a scene or a frame: emberline info FILE");
   const WorkerThreads workers(0);
   LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
   if (is_exr_file(options.scene)) {

@@ -132,11 +132,13 @@ void add_study_methods(CLI::App* app, StudyOptions& o) {
                    "Measure at these samples per pixel (on average), a comma-separated list in "
                    "ascending order.",
                    "1,2,4,8,16,32,64", "--spp 4,16,64"));
-  add_text(app, "--seconds", o.seconds, "LIST",
-           study_option("rendering times to measure at, not sample counts",
-                        "Measure after these numbers of seconds instead of at sample counts: a "
-                        "comma-separated list in ascending order.",
-                        "", "--seconds 1,2,4,8"));
+  add_text(
+      app, "--seconds", o.seconds, "LIST",
+      study_option(
+          "rendering times to measure at, not sample counts",
+          "Measure after these rendering times, in seconds, instead of at sample counts. LIST is a "
+          "comma-separated list in ascending order.",
+          "", "--seconds 1,2,4,8"));
   add_number(app, "--seeds", o.seeds, 1u, kMaxStudySeeds,
              study_option("runs of each method, with different seeds",
                           "Run each method this many times, with consecutive seeds that start at "

@@ -111,8 +111,9 @@ void EditApplication::check_targets() {
   const auto found = [](const EditTarget& target, const char* what, const auto& list, auto& taken) {
     const size_t index = find_target(target, what, list);
     if (!taken.insert(index).second) {
-      throw_edit_error(target.place, fmt::format("{} {} '{}' already has an entry", what, index,
-                                                 shortened(list[index].name)));
+      throw_edit_error(target.place,
+                       fmt::format("{} {} '{}' has more than one entry; keep only one of them",
+                                   what, index, shortened(list[index].name)));
     }
     return index;
   };
@@ -144,8 +145,10 @@ void EditApplication::check_targets() {
       lights_.push_back(found(edit.target, "material", scene_.materials, edited_emission));
     } else {
       if (!has_environment) throw_edit_error(edit.target.place, kNoEnvironment);
-      if (environment_edited)
-        throw_edit_error(edit.target.place, "the environment already has an entry");
+      if (environment_edited) {
+        throw_edit_error(edit.target.place,
+                         "the environment has more than one entry; keep only one of them");
+      }
       environment_edited = true;
       lights_.push_back(0);
     }

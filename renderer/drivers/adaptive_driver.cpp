@@ -395,10 +395,13 @@ class AdaptiveDriver final : public FrameDriver {
       return fmt::format("unfinished: every pixel gets {} samples", target);
     const PixelStop stop = planner_.current_stop(i, sample_counts_[i]);
     if (stop != PixelStop::kUnfinished) {
-      return fmt::format("ended by {} for now; extra samples for the whole frame may follow",
-                         pixel_stop_name(stop));
+      return fmt::format(
+          "finished for now (ended by {}); it may still get extra samples that the whole frame "
+          "gets",
+          pixel_stop_name(stop));
     }
-    return fmt::format("unfinished: {} samples by the end of round {}", target, planner_.round());
+    return fmt::format("unfinished: it will have {} samples at the end of round {}", target,
+                       planner_.round());
   }
 
   // Fills in the pixels without samples. Their values come from those pixels in `rgba` that the

@@ -13,7 +13,7 @@ namespace {
 constexpr NamedValue<Reconstruction> kReconstructions[] = {
     {"duplicate", "copy the nearest pixel that has samples, as in the paper",
      Reconstruction::kDuplicate},
-    {"linear", "blend the pixels around it that have samples", Reconstruction::kLinear},
+    {"linear", "blend the nearest pixels that have samples", Reconstruction::kLinear},
 };
 
 constexpr size_t kChannels = 4;  // R G B A

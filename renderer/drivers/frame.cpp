@@ -36,8 +36,8 @@ void warn_about_optics(const OpticsCounters& c) {
   }
   if (c.dropped_solids > 0) {
     log_warning(fmt::format(
-        "{} times a path was inside more than {} solids at once and ignored the outermost "
-        "one, so refraction is wrong there",
+        "{} times, a path was inside more than {} solids at once and ignored one of them, so "
+        "refraction is wrong there",
         c.dropped_solids, Interior::kLimit));
   }
   constexpr double kMinReportedFraction = 1e-3;

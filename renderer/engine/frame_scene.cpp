@@ -29,9 +29,9 @@ void check_cameras(const SceneDescription& scene, const CameraDescription* chose
   const auto first = std::ranges::find_if(scene.cameras, broken);
   if (first == scene.cameras.end()) return;
   const auto more = std::count_if(first + 1, scene.cameras.end(), broken);
-  log_warning(fmt::format("{}; camera '{}' cannot be used{}", first->fault->what(),
+  log_warning(fmt::format("{}; camera '{}'{} cannot be used", first->fault->what(),
                           shortened(first->name),
-                          more > 0 ? fmt::format(" (nor can {} more)", more) : ""));
+                          more > 0 ? fmt::format(" and {} more", more) : ""));
 }
 
 // Returns the index of the first camera that matches. Warns if several match.

@@ -164,9 +164,9 @@ Setting shutter() {
       fmt::format("OPEN,CLOSE with -{0} <= OPEN <= CLOSE <= {0}", kMaxShutterFrames),
       {.section = H::kScene,
        .brief = "motion blur; 0,0.5 is a shutter of 180 degrees",
-       .full = "Open and close the shutter at these times, in frames after the frame's time. "
-               "Objects that move in between are blurred. 0,0.5 is a shutter of 180 degrees, and "
-               "-0.25,0.25 is the same, centred on the frame's time.",
+       .full = "Open and close the shutter at these times, measured in frames relative to the "
+               "frame's time. Objects that move in between are blurred. 0,0.5 is a shutter of 180 "
+               "degrees, and -0.25,0.25 is the same, centred on the frame's time.",
        .example = "--time 1 --shutter 0,0.5"},
       [](const std::array<double, 2>& v) -> std::optional<Shutter> {
         if (!(v[0] <= v[1]) || !(v[0] >= -kMaxShutterFrames) || !(v[1] <= kMaxShutterFrames))
@@ -249,7 +249,7 @@ std::vector<Setting> channel_settings() {
           "cryptomatte-levels", kChannels, 1, kMaxCryptomatteLevels,
           {.section = H::kOutput,
            .full = "Store this many ids per pixel in each Cryptomatte layer. The channel "
-                   "dropped.NAME counts what does not fit.",
+                   "dropped.NAME has the coverage of the ids that do not fit.",
            .fallback = "6",
            .example = "--cryptomatte object --cryptomatte-levels 8"})),
       word<&S::catchers>(
@@ -258,8 +258,8 @@ std::vector<Setting> channel_settings() {
            .full = "Make these nodes, and all nodes below them, shadow catchers: they stand in for "
                    "surfaces of a plate. With `transparent`, they are invisible and alpha has the "
                    "shadows on them, so that the picture can be laid over the plate. The layer "
-                   "`shadow` has the shadows as factors of the plate. Write a comma in a name as "
-                   "\\,. `emberline info` lists the nodes.",
+                   "`shadow` contains the factors by which the shadows darken the plate. Write a "
+                   "comma in a name as \\,. `emberline info` lists the nodes.",
            .example = "--catcher floor --transparent"}),
       word<&S::holdouts>("holdout", kChannels, "NAME|INDEX,...",
                          {.section = H::kOutput,
@@ -404,7 +404,7 @@ std::vector<Setting> sample_settings() {
       number<&S::clamp_indirect>(
           "clamp-indirect", kSample, kMinClamp, kMaxClamp,
           {.section = H::kSamples,
-           .brief = "scale brighter indirect light down to this; fewer fireflies",
+           .brief = "limit indirect light to this brightness, for fewer fireflies",
            .full = "Scale down indirect light that would add more than this to a sample. This "
                    "removes fireflies and some of the light; `aov` clamped records the loss.",
            .fallback = "no clamping",
@@ -498,7 +498,7 @@ std::vector<Setting> light_settings() {
       sun(),
       number<&S::environment_strength>("env-strength", kLight, 0.0f, 1e9f,
                                        {.section = H::kLight,
-                                        .full = "Multiply the environment's light by this.",
+                                        .full = "Multiply the environment's light by this factor.",
                                         .example = "--env sky.hdr --env-strength 2"}),
       number<&S::environment_rotation>(
           "env-rotation", kLight, -36000.0f, 36000.0f,

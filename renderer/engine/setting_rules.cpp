@@ -172,7 +172,7 @@ std::vector<SettingRule> view_rules() {
       {.about = {{"sun"}}, .excludes = {{"env"}}, .reason = "both set the environment"},
       {.about = {{"env-strength"}, {"env-rotation"}},
        .needs = {{"env"}, {"sun"}},
-       .reason = "there is no environment to adjust"},
+       .reason = "it adjusts only an environment that one of these sets"},
   };
 }
 
@@ -196,13 +196,14 @@ std::vector<SettingRule> channel_rules() {
        .reason = "it shows the shadows on catchers"},
       {.about = {{"cryptomatte-levels"}},
        .needs = {{"cryptomatte"}},
-       .reason = "it sets the number of ids in its layers"},
+       .reason = "without `cryptomatte` there are no layers that store ids"},
       {.about = values_of("exr-compression", exr_compression_table(),
                           [](const auto& entry) { return is_lossy(entry.value); }),
        .excludes =
            joined({{{"cryptomatte"}}, denoising(), values_of("aov", channel_table(), would_blur)}),
        .unless = {{"exr-parts", "layers"}},
-       .reason = "lossy compression would blur them; `exr-parts` layers stores such parts as zip",
+       .reason = "lossy compression would blur these layers; with `exr-parts` layers, they are "
+                 "stored in parts with zip compression",
        .in_help = false},
   };
   for (const ChannelRow& row : channel_table()) {
@@ -250,7 +251,7 @@ std::vector<SettingRule> error_rules() {
       {.about = {{"allocation", "denoised"}},
        .needs = find_drivers(
            [](const DriverEntry& d) { return d.distribution == SampleDistribution::kByError; }),
-       .reason = "it needs a driver that knows the neighbouring pixels"},
+       .reason = "it distributes samples over the whole frame, by the error after denoising"},
       {.about = {{"min-spp"},
                  {"max-spp"},
                  {"estimator"},
@@ -264,7 +265,7 @@ std::vector<SettingRule> error_rules() {
                  "alone; limit the frame with `spp`"},
       {.about = {{"allocation", "denoised"}},
        .excludes = {{"unbiased"}},
-       .reason = "it measures the plain mean of all samples, but `unbiased` shows a weighted one"},
+       .reason = "it measures the plain mean of all samples, but `unbiased` shows a weighted mean"},
       {.about = {{"allocation"}},
        .excludes = historical,
        .reason = "with this estimator, all unfinished pixels get equally many samples; valid are " +
@@ -281,7 +282,7 @@ std::vector<SettingRule> error_rules() {
       {.about = {{"min-spp"}}, .violation = min_samples_violation},
       {.about = joined({denoising(), two_streams}),
        .excludes = {{"streams", "1"}},
-       .reason = "it compares two sample streams; set `streams` to 2 or leave it out"},
+       .reason = "it works by comparing two sample streams; set `streams` to 2, or omit `streams`"},
   };
 }
 

@@ -64,9 +64,8 @@ int choose_count(int requested) {
   const int startable = 1 + count_startable(count - 1 + kOtherThreads) - kOtherThreads;
   if (startable >= count) return count;
   if (startable < 1) {
-    throw RenderError(
-        "the system does not allow the few threads that are needed {}; raise the limit",
-        kThreadLimitHint);
+    throw RenderError("the system allows too few threads to run at all {}; raise the limit",
+                      kThreadLimitHint);
   }
   if (requested > 0) {
     throw RenderError("`threads` {}: the system allows at most {} {}; lower `threads`", requested,

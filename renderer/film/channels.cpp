@@ -120,8 +120,8 @@ constexpr ChannelRow kRows[] = {
      .denoised = true,
      .put = [](const FilmTile& film, size_t i, float* v) { film.put_rgba(i, v); }},
     one_value<[](const FilmTile& film, size_t i) { return float(film.sums(i).samples()); }>(
-        "samples", Kind::kCount, Feed::kRadiance, Use::kWhole, "samples taken of the pixel", "",
-        ""),
+        "samples", Kind::kCount, Feed::kRadiance, Use::kWhole,
+        "number of samples taken in the pixel", "", ""),
     {.name = "variance",
      .components = kRgb,
      .kind = Kind::kDerived,
@@ -131,7 +131,8 @@ constexpr ChannelRow kRows[] = {
      .summary =
          "variance of the pixel's mean. The adaptive driver estimates it from the last doubling of "
          "the samples; two-stream and `streams` 2 estimate it from the two streams; otherwise it "
-         "is estimated as for independent samples, which is too high for stratified ones",
+         "is estimated as if the samples were independent, which gives too high a value for "
+         "stratified samples",
      .put = put_variance},
     // The albedo is a mean over all samples, as denoisers expect: a half-covered pixel has half the
     // albedo.
@@ -218,7 +219,7 @@ constexpr ChannelRow kRows[] = {
         "samples that were NaN or infinite, counted as black"),
     one_value<[](const FilmTile& film, size_t) { return float(film.part()); }>(
         "part", Kind::kAssigned, Feed::kMerge, Use::kWhole,
-        "which part of a merged frame the pixel comes from; 1 is the first one given"),
+        "which part of a merged frame the pixel comes from; 1 is the part that was named first"),
     {.name = "rays",
      .components = kRayKinds,
      .kind = Kind::kCount,

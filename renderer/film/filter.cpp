@@ -37,7 +37,10 @@ double mitchell(double x) {
 // The radii follow production renderers: Blackman-Harris spans three pixels as in Cycles, which
 // doubles its setting of 1.5 px; the Gaussian and Mitchell have pbrt-v4's radii.
 constexpr FilterEntry kFilters[] = {
-    {"box", "the pixel's square: sharpest without ringing, but most aliasing", 0.5f, box},
+    {"box",
+     "the square of the pixel: the sharpest filter without ringing, but also the one with the most "
+     "aliasing",
+     0.5f, box},
     {"gaussian", "soft; sigma is a third of the radius", 1.5f, gaussian},
     {"blackman-harris", "close to the Gaussian, a little sharper for its radius", 1.5f,
      blackman_harris},

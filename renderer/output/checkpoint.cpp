@@ -27,10 +27,10 @@ void check_frame(const RecordFile& file, const Json& now,
                  std::initializer_list<std::string_view> ignored = {}) {
   const Json then = parse_json(file.head(), file.path());
   if (const std::vector<std::string> list = differences(now, then, ignored); !list.empty()) {
-    throw InputError(
-        file.path(),
-        "this checkpoint belongs to another frame: {}; use the same settings, or remove it",
-        fmt::join(list, "; "));
+    throw InputError(file.path(),
+                     "this checkpoint belongs to another frame: {}; use the same settings, or "
+                     "remove the checkpoint",
+                     fmt::join(list, "; "));
   }
   for (const std::string& difference : machine_differences(now, then)) {
     log_warning(fmt::format("{}: it was made with {}; the result may differ in the last bits",
@@ -146,8 +146,10 @@ void check_overwrite(const std::string& path, const Json& head) {
     why = fmt::format("this checkpoint belongs to another frame: {}", fmt::join(list, "; "));
   } catch (const InputError&) {
   }
-  throw UsageError("`checkpoint` {}: {}; it would be replaced, so name another file or remove it",
-                   path, why);
+  throw UsageError(
+      "`checkpoint` {}: {}; this run would replace it; name another file, or remove the old "
+      "checkpoint",
+      path, why);
 }
 
 std::optional<std::vector<std::byte>> read_film_state(const RecordFile& file, uint64_t max_bytes) {

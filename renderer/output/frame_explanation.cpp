@@ -196,8 +196,9 @@ std::string describe_error(const FrameReader& frame, const FrameSummary& s) {
   }
   if (!frame.settings.threshold) return text;
   return text + fmt::format(
-                    "`noise-threshold` {} is compared with another error: {}. Estimated from their "
-                    "own samples alone, {} of {} pixels are above it.\n",
+                    "The driver compares `noise-threshold` {} with a different error: {}. By the "
+                    "estimates from their own samples alone, {} of {} pixels are above the "
+                    "threshold.\n",
                     number(double(*frame.settings.threshold)), threshold_error(frame.settings),
                     number(s.above), number(s.errors));
 }

@@ -20,8 +20,8 @@ namespace {
 // frame earlier than the present limit.
 void raise_limits(const FrameSettings& more, const std::string& path, FrameSettings& settings) {
   const auto reject_lower_limit = [&](const char* option, const auto& current) {
-    throw UsageError("`{}`: {} already has {}; a frame can only be extended", option, path,
-                     current);
+    throw UsageError("`{}`: {} already has {}; extend needs a value that continues the render",
+                     option, path, current);
   };
   if (!more.spp && !more.noise_threshold && !more.max_spp) {
     throw UsageError("extend needs a new limit: `spp`, `noise-threshold` or `max-spp`");
@@ -29,7 +29,8 @@ void raise_limits(const FrameSettings& more, const std::string& path, FrameSetti
   const auto raise = [&](const char* option, std::optional<uint32_t> to, uint32_t current) {
     if (!to) return;
     if (current == 0) {
-      throw UsageError("`{}`: {} has no such limit; a frame can only be extended", option, path);
+      throw UsageError("`{}`: {} was rendered without this limit, and extend cannot add one",
+                       option, path);
     }
     if (*to < current) reject_lower_limit(option, current);
   };

@@ -41,8 +41,8 @@ void check_heatmap_style(const HeatmapStyle& style,
     if (quantity->is_categorical) continue;
     if (style.range && amounts && amounts != quantity) {
       throw UsageError(
-          "`range`: one range does not fit both {} and {}; make one of the pictures from the .exr "
-          "with emberline heatmap",
+          "`range`: the same range cannot suit both {} and {}; after the render, make one of the "
+          "heatmaps from the .exr with emberline heatmap",
           amounts->name, quantity->name);
     }
     amounts = quantity;
@@ -76,8 +76,8 @@ void check_heatmap_channels(const std::string& place, const HeatmapQuantity& qua
 std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {
   if (options.heatmap_of.size() > options.heatmaps.size()) {
     throw UsageError(
-        "`heatmap-of` {}: there is no `heatmap` for it; give the two options equally often, in the "
-        "same order",
+        "`heatmap-of` {}: no `heatmap` belongs to it; give both options the same number of times, "
+        "in the same order",
         options.heatmap_of[options.heatmaps.size()]);
   }
   std::vector<HeatmapRequest> requests;

@@ -67,7 +67,7 @@ std::vector<SettingRule> make_rules() {
        .reason = "it adds layers to an EXR"},
       {.about = {{"part"}, {"sample-range"}},
        .excludes = {{"snapshots"}, {"report", "FILE.html"}},
-       .reason = "a part of a frame has no picture; use it when you merge"},
+       .reason = "a part of a frame has no picture; only the merged frame has one"},
       {.about = {{"working-space"}},
        .excludes = {{"display", "tev"}, {"snapshots"}},
        .reason = "both support only `working-space` rec709"},
@@ -77,7 +77,7 @@ std::vector<SettingRule> make_rules() {
       {.about = {{"stop-on-error"}, {"range-report"}},
        .needs = {{"frames"}, {"turntable", "N"}},
        .unless = {{"replay"}},
-       .reason = "it applies to several frames"},
+       .reason = "it has a meaning only for several frames"},
       {.about = {{"frames"}, {"turntable", "N"}},
        .excludes = {{"time"}},
        .reason = "`fps` sets the time of each frame"},
@@ -86,7 +86,7 @@ std::vector<SettingRule> make_rules() {
        .reason = "those select a single frame"},
       {.about = {{"frames", "A-B"}, {"turntable", "2 or more"}},
        .excludes = {{"replay"}, {"explain"}},
-       .reason = "both apply to a single frame; use `frames` N"},
+       .reason = "`replay` and `explain` apply to a single frame; choose one with `frames` N"},
   };
 }
 

@@ -378,7 +378,7 @@ void add_warnings(HtmlPage& page, const RenderOptions& o, const RenderReport& r)
       r.repairs.replaced_images);
   add("Samples that were NaN or infinite and count as black", r.counters.non_finite_samples);
   add("Rays stopped after too many panes in a row", r.counters.optics.rays_ended_at_panes);
-  add("Paths that ignored a solid, because they were inside too many",
+  add("Paths that ignored a solid, because they were inside too many solids at once",
       r.counters.optics.dropped_solids);
   if (const OpticsCounters& optics = r.counters.optics; optics.blocked_by_glass > 0) {
     rows.push_back({"Light samples of lamps and suns blocked by smooth solid glass",

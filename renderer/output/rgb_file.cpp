@@ -141,7 +141,8 @@ RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect
     return std::move(reference.pixels);
   }
   throw InputError(reference.path,
-                   "it has {}, but {} has {}; a reference must cover the whole picture",
+                   "it has {}, but {} has {}; the reference must cover the whole picture that is "
+                   "compared with it",
                    describe(reference.crop, reference.frame_width, reference.frame_height), what,
                    describe(crop, frame_width, frame_height));
 }

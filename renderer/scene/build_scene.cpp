@@ -235,7 +235,9 @@ void SceneBuilder::choose_space() {
   const WorldBounds bounds = world_bounds(description_);
   const double radius = bounds.radius();
   if (!std::isfinite(radius)) {
-    throw InputError(description_.file, "the scene's extent is not finite");
+    throw InputError(
+        description_.file,
+        "the scene's bounds are not finite; check the transforms and the vertex positions");
   }
   Space space = space_of(bounds);
   // A pose uses the rest pose's space while that space is precise enough, so that all poses share
@@ -321,7 +323,8 @@ void SceneBuilder::limit_origins(const Mat44d& m, const std::string& mesh) {
   if (scene_->max_origin_ > 4.0 * double(scene_->radius_) && volume > 1e-36 && volume < 1e36)
     return;
   throw InputError(description_.file,
-                   "an instance of mesh '" + mesh + "' is scaled too much to trace rays in it");
+                   "an instance of mesh '" + mesh +
+                       "' has a scale that is too large or too small to trace rays in it");
 }
 
 void SceneBuilder::place(const InstanceDescription& placed, Instance& instance) {

@@ -88,8 +88,8 @@ std::shared_ptr<const CameraSolids> CameraSolids::find(const Scene& scene, const
     inside[instance] = 1;
     if (solids->closed(instance)) continue;
     log_warning(
-        fmt::format("the camera seems to be inside '{}', whose mesh is not closed: its inside is "
-                    "unknown and does not tint the picture",
+        fmt::format("the camera seems to be inside '{}', whose mesh is not closed; the picture "
+                    "is not tinted by the inside of this mesh",
                     solids->open_name(instance)));
   }
   enter_closed(scene, inside, &found->common_interior_);

@@ -170,7 +170,9 @@ std::vector<EmissiveTriangle> SceneUpdater::collect_emitters() {
   }
   // The light BVH numbers its nodes with 30 bits.
   if (total >= size_t(1) << 30) {
-    throw InputError(description_.file, "more than 2^30 emissive triangles");
+    throw InputError(
+        description_.file,
+        "the scene has 2^30 or more emissive triangles; make fewer surfaces emit light");
   }
   reserve_lights(total);
   std::vector<EmissiveTriangle> triangles;
@@ -337,15 +339,15 @@ void SceneUpdater::list_motion() {
        "motion ({} instances)");
   list(lights([](const PointLight& light) { return !light.motion.empty(); }),
        "motion ({} point lights)");
-  list(scene_.next_frame_.size(), "velocity ({} instances)");
+  list(scene_.next_frame_.size(), "motion vectors ({} instances move until the next frame)");
   list(std::ranges::count_if(scene_.visibility_,
                              [](const auto& visibility) { return visibility != nullptr; }),
        "visibility ({} instances appear or disappear)");
   list(instances([](const Mesh& m, const Instance&) { return m.material->is_emission_animated(); }),
-       "changing emission ({} instances)");
+       "animated emission ({} instances)");
   list(lights(
            [](const PointLight& l) { return l.share || l.cones || l.range_scale || l.visibility; }),
-       "changing light ({} point lights)");
+       "animated light ({} point lights)");
 }
 
 void SceneUpdater::list_features(bool culls, bool masks, bool blends) {

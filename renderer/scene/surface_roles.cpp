@@ -89,7 +89,7 @@ void assign_role(const char* option, SurfaceRole role, std::string_view list, co
     for (const size_t node : found) {
       if (roles[node].value_or(role) != role) {
         throw UsageError(
-            "`{}`: the node '{}' is already a catcher; name it in one of the two options only",
+            "`{}`: the node '{}' is already a catcher; name it in only one of the two options",
             option, shortened(name));
       }
       roles[node] = role;

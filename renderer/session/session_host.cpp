@@ -126,10 +126,11 @@ class SessionHost {
       }
       if (quit_) return;
       if (lines_.ended()) {
-        throw InputError("standard input",
-                         lines_.has_partial_line()
-                             ? "it ends in the middle of a line"
-                             : "it ends without \"quit\"; the host has exited or closed it");
+        throw InputError(
+            "standard input",
+            lines_.has_partial_line()
+                ? "it ended in the middle of a line"
+                : "it ended without \"quit\"; the host has exited or has closed the input");
       }
       send_events();
       lines_.wait(pending_saves_.empty() ? std::nullopt : std::optional(kSavePollInterval_ms));

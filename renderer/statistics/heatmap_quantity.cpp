@@ -50,9 +50,9 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
        .aov = Aov::kVariance,
        .channels = {"samples", "R", "G", "B", "variance.R", "variance.G", "variance.B"},
        .value = display_error,
-       .note =
-           "from each pixel's own samples only; `noise-threshold` is compared with another error, "
-           "so the maximum can exceed it",
+       .note = "estimated from each pixel's own samples only; the driver compares "
+               "`noise-threshold` with a different error, so the maximum here can exceed the "
+               "threshold",
        .rms = true},
       {.name = "denoised_error",
        .summary = "estimated error of the denoised picture; needs a finished .exr",

@@ -6,8 +6,8 @@ namespace emberline {
 
 int run_view(const ViewOptions& /*options*/) {
   throw RenderError(
-      "this emberline was built without a window, because GLFW or Dear ImGui was missing; install "
-      "libglfw3-dev and libimgui-dev and build again, or use `emberline render`");
+      "this build of emberline has no window, because it was made without GLFW and Dear ImGui; "
+      "install libglfw3-dev and libimgui-dev and build again, or use `emberline render`");
 }
 
 }  // namespace emberline

@@ -46,8 +46,9 @@ TEST_F(Explain, AFinishedFrameTellsWhatItsChannelsHave) {
              {"pixel 7,5: " + std::to_string(samples) + " samples; the frame has ",
               "It stopped because its error met --noise-threshold 0.02.\n",
               "Its error, estimated from its own samples alone, is ",
-              "is compared with another error: ", "of 960 pixels are above it", "It took ",
-              " rays.\n", "render it with --explain 7,5"});
+              "The driver compares --noise-threshold 0.02 with a different error: ",
+              "of 960 pixels are above the threshold", "It took ", " rays.\n",
+              "render it with --explain 7,5"});
 }
 
 TEST_F(Explain, TheWorstPixelHasTheMaximumOfTheErrorHeatmap) {

@@ -237,7 +237,7 @@ TEST_F(Heatmap, WrongStylesAndCounts) {
     expect_failure(render_words({option}), 2, {option, "requires --heatmap"});
   }
   expect_failure(render_words(d + Words{"--heatmap-of", "samples", "--heatmap-of", "error"}), 2,
-                 {"--heatmap-of error", "there is no --heatmap for it"});
+                 {"--heatmap-of error", "no --heatmap belongs to it"});
   expect_failure(render_words(d + Words{"--log", "--range", "0,5"}), 2, {"--range", "--log"});
   expect_failure(render_words(d + Words{"--heatmap-of", "stop", "--range", "0,5"}), 2,
                  {"--range", "stop", "reasons"});

@@ -392,7 +392,8 @@ TEST(HostileImages, HdrRowsHaveTheImagesWidth) {
   EXPECT_SAYS(message({2, 2, 0, 8, 136, 1, 136, 2, 136, 3, 8, 128}), "is truncated");
   EXPECT_SAYS(message({3, 2, 0, 8, 136, 1, 136, 2, 136, 3, 136, 128}), "is truncated");  // flat
   test::write_text(folder / "xyz.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n1234");
-  EXPECT_SAYS(message_of([&] { read_float_image(folder / "xyz.hdr"); }), "pixels are not RGBE");
+  EXPECT_SAYS(message_of([&] { read_float_image(folder / "xyz.hdr"); }),
+              "pixels of the HDR file are not stored as RGBE");
 }
 
 // Tests the limits on structures whose repetition multiplies the processing time.

@@ -238,9 +238,9 @@ TEST_F(Malformed, FewerInverseBindMatricesThanJoints) {
   for (const json& joints : {json{0}, json{0, 1}, json{0, 1, 2}}) {
     gltf_.push("skins", {{"inverseBindMatrices", accessor}, {"joints", joints}});
   }
-  expect_warning(gltf_, {"#/skins/2/inverseBindMatrices: 2 matrices for 3 joints"});
+  expect_warning(gltf_, {"#/skins/2/inverseBindMatrices: found 2 matrices for 3 joints"});
   gltf_.root["nodes"][0]["skin"] = 2;
-  expect_error({"#/skins/2/inverseBindMatrices: 2 matrices for 3 joints"});
+  expect_error({"#/skins/2/inverseBindMatrices: found 2 matrices for 3 joints"});
 }
 
 TEST_F(Malformed, AMalformedDataUri) {

@@ -133,7 +133,7 @@ def refused(farm):
         ("nothing", ["out.exr"], EXIT_USAGE, ["--spp"]),
         ("threshold", ["out.exr", "--spp", "8", "--noise-threshold", "0.1"], EXIT_USAGE, ["--noise-threshold"]),
         ("less than its limit", ["threshold.exr", "--max-spp", "16"], EXIT_USAGE, ["--max-spp", "already has 4096"]),
-        ("another limit", ["threshold.exr", "--spp", "2"], EXIT_USAGE, ["--spp", "no such limit"]),
+        ("another limit", ["threshold.exr", "--spp", "2"], EXIT_USAGE, ["--spp", "rendered without this limit"]),
         ("no picture", ["named", "--spp", "8"], EXIT_USAGE, ["-o"]),
         ("jitter", ["jitter.exr", "--spp", "8"], EXIT_INPUT, ["stratified"]),
         ("hierarchical", ["weights.exr", "--spp", "8"], EXIT_INPUT, ["hierarchical"]),

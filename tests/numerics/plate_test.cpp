@@ -378,7 +378,7 @@ TEST(SurfaceRoles, AreOfNodesAndWhatIsBelowThem) {
             "catcher: no node 'flor'; the nearest names are 'floor', 'leaf', 'set', 'a\\, b \\\\'");
   EXPECT_EQ(
       message_of(scene, "floor", "floor"),
-      "holdout: the node 'floor' is already a catcher; name it in one of the two options only");
+      "holdout: the node 'floor' is already a catcher; name it in only one of the two options");
   EXPECT_EQ(message_of(scene, "", "lamp").substr(0, 73),
             "holdout: neither the node 'lamp' nor any node below it has a mesh; the ne");
   EXPECT_EQ(message_of({}, "x", ""),

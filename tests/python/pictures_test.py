@@ -39,7 +39,7 @@ class Pictures(Test):
         self.assertGreater(picture.rays, picture.samples)
         self.assertIn("N", picture)
         self.assertNotIn("albedo", picture)
-        with self.assertRaisesRegex(KeyError, "the picture has RGB, A"):
+        with self.assertRaisesRegex(KeyError, "the picture has no such channel or layer; it has RGB, A"):
             picture["albedo"]
         with self.assertRaisesRegex(KeyError, "aov"):
             emberline.render(self.box)["error"]

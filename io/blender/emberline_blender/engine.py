@@ -95,7 +95,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             self._fail(str(fault))
         except Exception as fault:  # a bug in the add-on, or a missing EXR layer: say why the frame is empty
             traceback.print_exc()
-            self._fail(f"Emberline: the add-on failed: {type(fault).__name__}: {fault}")
+            self._fail(f"Emberline: internal error in the add-on: {type(fault).__name__}: {fault}")
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 

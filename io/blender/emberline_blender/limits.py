@@ -111,7 +111,7 @@ def of_object(scene, obj):
         warnings.append("Shadow Catcher is ignored")
     linking = getattr(obj, "light_linking", None)
     if linking and (linking.receiver_collection or linking.blocker_collection):
-        warnings.append("light linking is ignored; it lights all objects, and all objects cast shadows")
+        warnings.append("light linking is ignored; its light reaches all objects, and all objects block it")
     if obj.type == "LIGHT":
         warnings += of_light(obj.data)
         if not obj.visible_camera and lights.in_view(scene, scene.camera, obj.data, obj.matrix_world):
@@ -161,7 +161,7 @@ def _of_motion(scene):
         yield scene.name, "the shutter curve is ignored"
     for obj in scene.objects:
         if not getattr(getattr(obj, "cycles", None), "use_motion_blur", True):
-            yield obj.name, "it has motion blur, although this is turned off"
+            yield obj.name, "it has motion blur, although motion blur is turned off for it"
 
 
 def store_report_warnings(scene, path):

@@ -292,7 +292,7 @@ class Viewport:
     def _fail(self, fault):
         """Reports a bug in the add-on once and closes the session."""
         traceback.print_exc()
-        self._status = f"Emberline: the add-on failed: {type(fault).__name__}: {fault}"
+        self._status = f"Emberline: internal error in the add-on: {type(fault).__name__}: {fault}"
         self._picture = None
         if self._session:
             self._session.close()

@@ -161,7 +161,7 @@ void AnimationReader::check_rotations(const std::vector<float>& values, bool spl
 void AnimationReader::warn_about_repairs() const {
   if (non_unit_rotations_ == 0) return;
   log_warning(fmt::format(
-      "{}: {} rotations (this is the first) do not have unit length; they are normalised",
+      "{}: {} rotations, of which this is the first, do not have unit length; they are normalised",
       first_non_unit_place_, non_unit_rotations_));
 }
 

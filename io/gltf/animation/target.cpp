@@ -63,11 +63,11 @@ GltfTarget TargetFinder::find(const json& target) const {
   const std::string path = target.at("path").get<std::string>();
   if (path == "pointer") {
     const json* extension = find_extension(target, "KHR_animation_pointer");
-    if (!extension) throw_no_target("", "it has no pointer");
+    if (!extension) throw_no_target("", "the target has no pointer");
     return pointer_target(extension->at("pointer").get<std::string>());
   }
   const json* node = find_member(target, "node");
-  if (!node) throw_no_target("", "it does not name a node");
+  if (!node) throw_no_target("", "the target does not name a node");
   return node_target(node->get<size_t>(), path, false);
 }
 

@@ -266,8 +266,8 @@ void check_gltf_skins(GltfDocument& document) {
       throw InputError(place + "/inverseBindMatrices", "expected an accessor of MAT4 floats");
     }
     if (accessor.count < joints) {
-      throw InputError(place + "/inverseBindMatrices", "{} matrices for {} joints", accessor.count,
-                       joints);
+      throw InputError(place + "/inverseBindMatrices", "found {} matrices for {} joints",
+                       accessor.count, joints);
     }
   };
   document.check_each("/skins", check);

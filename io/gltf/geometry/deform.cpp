@@ -49,8 +49,8 @@ void apply_morph_targets(const PrimitiveReader& reader, const GltfDocument& docu
   const size_t target_count = targets ? targets->size() : 0;
   if (target_count == 0) return;
   if (weights.size() > target_count) {
-    throw InputError(document.place(pointer + "/targets"), "{} weights for {} morph targets",
-                     weights.size(), target_count);
+    throw InputError(document.place(pointer + "/targets"),
+                     "found {} weights, but only {} morph targets", weights.size(), target_count);
   }
   for (size_t t = 0; t < weights.size(); ++t) {
     const float weight = float(weights[t]);

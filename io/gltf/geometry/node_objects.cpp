@@ -59,7 +59,7 @@ Vec2f cone_angles(double inner, double outer, const GltfDocument& document,
   if (!(inner >= 0.0 && inner <= outer * (1.0 + 1e-6))) {
     note_defaulted_light(
         document, spot + "innerConeAngle",
-        fmt::format("the number {} is not between 0 and outerConeAngle, {}", inner, outer));
+        fmt::format("the number {} is not between 0 and the outerConeAngle of {}", inner, outer));
     inner = inner > outer ? outer : 0.0;
   }
   const auto widest = float(std::min(outer, kPiD / 2.0));

@@ -237,8 +237,7 @@ size_t SceneGraphReader::find_or_add_use(size_t node, bool flat) {
   document_.faults->require("/meshes/" + std::to_string(source.mesh));
   const auto report_rest = [&](bool is_there, const std::string& what) {
     if (!is_there || !at_rest_) return;
-    report_approximated(document_.file, what + " (evaluated at the file's rest pose)",
-                        scene_.coverage);
+    report_approximated(document_.file, what + " (shown in the file's rest pose)", scene_.coverage);
   };
   report_rest(poses_.morphs(size_t(source.mesh)), "morph targets");
   report_rest(source.skin >= 0, "skin");
@@ -449,9 +448,10 @@ void SceneGraphReader::check_empty(const std::string& dropped) const {
     why += (why.empty() ? "" : ", ") + std::to_string(collapsed_instances_) +
            " objects scaled to zero";
   }
-  log_warning(document_.file +
-              (visible_later ? ": the animation hides everything" : ": nothing is visible") +
-              (why.empty() ? "" : " (" + why + ")") + "; the picture shows only the environment");
+  log_warning(
+      document_.file +
+      (visible_later ? ": the animation hides all objects at this time" : ": nothing is visible") +
+      (why.empty() ? "" : " (" + why + ")") + "; the picture shows only the environment");
 }
 
 void SceneGraphReader::report() {

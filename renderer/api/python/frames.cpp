@@ -164,35 +164,36 @@ void add_frames(py::module_& module) {
   module.def("render", &render, "scene"_a, "settings"_a = nullptr, py::kw_only(), "threads"_a = 0,
              "progress"_a = py::none(), "checkpoint"_a = py::none(), "resume"_a = false,
              "checkpoint_interval"_a = 300.0, "keep_checkpoint"_a = false,
-             "Renders with these settings, or else the scene's; options override them: "
-             "render(scene, spp=64, driver=\"adaptive\"). progress(Progress) is called regularly "
-             "on this thread; if it returns False, the render stops and returns the unfinished "
-             "picture. Other Python threads keep running; Ctrl-C stops the render. The file "
-             "`checkpoint` is saved every checkpoint_interval seconds, and when the render is "
-             "stopped or fails; resume=True, or the command, continues from it and gives the same "
-             "bits. It is removed when the frame is finished, except with keep_checkpoint (for "
-             "extend()), or with part or sample_range (for merge()).");
+             "Renders with `settings`, or with the scene's settings if `settings` is None; options "
+             "override both: render(scene, spp=64, driver=\"adaptive\"). progress(Progress) is "
+             "called regularly on this thread; if it returns False, the render stops and returns "
+             "the unfinished picture. Other Python threads keep running; Ctrl-C stops the render. "
+             "The file `checkpoint` is saved every checkpoint_interval seconds, and when the "
+             "render is stopped or fails; resume=True, or the command, continues from it and gives "
+             "the same bits. It is removed when the frame is finished, except with keep_checkpoint "
+             "(for extend()), or with part or sample_range (for merge()).");
   module.def(
       "extend", &extend, "checkpoint"_a, "scene"_a = nullptr, py::kw_only(), "threads"_a = 0,
       "progress"_a = py::none(),
       "Adds samples to a finished frame whose checkpoint was kept: extend(\"shot.checkpoint\", "
-      "spp=256). Accepts spp, noise_threshold, max_spp and time_limit, and none of them may ask "
-      "for less than before. A uniform frame gets the same bits as if it had been rendered at "
-      "once; an adaptive frame continues from its current state. Afterwards the checkpoint holds "
-      "the extended frame. If no scene is given, it is loaded from its previous path.");
+      "spp=256). Accepts spp, noise_threshold, max_spp and time_limit. The first three must not "
+      "ask for less than the frame already has. A uniform frame gets the same bits as if it had "
+      "been rendered at once; an adaptive frame continues from its current state. Afterwards the "
+      "checkpoint holds the extended frame. If no scene is given, it is loaded from its previous "
+      "path.");
   module.def(
       "merge", &merge, "checkpoints"_a, py::kw_only(), "allow_holes"_a = false, "strict"_a = false,
       "parts"_a = false, "threads"_a = 0, "memory_limit"_a = py::none(),
       "Merges the checkpoints of a frame's parts (part, sample_range, or different seeds) into the "
-      "frame, as if it had been rendered at once. allow_holes: parts may be missing and are black; "
-      "strict: all parts must come from one kind of machine; parts: a channel \"part\" tells which "
-      "part each pixel comes from, starting at 1. Ctrl-C stops it.");
+      "frame, as if it had been rendered at once. allow_holes: parts may be missing, and their "
+      "pixels are black; strict: all parts must come from one kind of machine; parts: a channel "
+      "\"part\" tells which part each pixel comes from, starting at 1. Ctrl-C stops the merge.");
   module.def("matte_names", &matte_names, "scene"_a, "settings"_a = nullptr,
              "Names and ids in cryptomatte's channels: {\"CryptoObject\": {name: id}}. An id is a "
              "32-bit whole number, and the channels store it as the bits of a float32: "
              "picture[\"CryptoObject00\"].view(\"uint32\")[..., 0] is the id with the largest "
              "share of each pixel, and picture[\"CryptoObject00\"][..., 1] is that share. Uses "
-             "these settings, or else the scene's; options override them.");
+             "`settings`, or the scene's settings if `settings` is None; options override both.");
 }
 
 }  // namespace emberline::python

@@ -47,8 +47,9 @@ void add_heatmaps(py::module_& module) {
                                   values.data());
       },
       "picture"_a, "of"_a = "samples",
-      "The values that heatmap() draws: float32 (height, width), NaN where a pixel has none. "
-      "\"error\" is the expected RMS error as displayed, 0 to 1; \"time\" is in seconds.");
+      "The values that heatmap() draws: a float32 array of shape (height, width), with NaN where a "
+      "pixel has no value. \"error\" is the expected RMS error as displayed, 0 to 1; \"time\" is "
+      "in seconds.");
   module.def(
       "heatmap_kinds",
       [] {

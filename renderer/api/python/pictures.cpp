@@ -93,8 +93,9 @@ void add_pictures(py::module_& module) {
   using Pictures = std::shared_ptr<api::RenderedPicture>;
   py::class_<api::RenderedPicture, Pictures>(
       module, "Picture",
-      "A linear frame in the working space. picture[\"RGB\"] is a float32 array (height, width, "
-      "3), and picture[\"samples\"] one of (height, width). Both are views and stay valid.")
+      "A linear frame in the working space. picture[\"RGB\"] is a float32 array of shape (height, "
+      "width, 3), and picture[\"samples\"] is one of shape (height, width). Both arrays are views "
+      "that stay valid.")
       .def_readonly("width", &api::Picture::width)
       .def_readonly("height", &api::Picture::height)
       .def_readonly("x", &api::Picture::x,
@@ -109,21 +110,23 @@ void add_pictures(py::module_& module) {
       .def_readonly(
           "error_estimate", &api::Picture::error_estimate,
           "Expected RMS error of the whole frame as displayed, 0 to 1; None unless the driver is "
-          "\"adaptive\". picture[\"error\"] has each pixel's error in linear radiance instead; "
-          "heatmap_values(picture, \"error\") has it as displayed, and its RMS is close to this.")
+          "\"adaptive\". picture[\"error\"] holds each pixel's error in linear radiance; "
+          "heatmap_values(picture, \"error\") holds each pixel's error as displayed, and the RMS "
+          "of those values is close to error_estimate.")
       .def_readonly("complete", &api::Picture::complete,
                     "False if the render was stopped; with driver \"bucket\", also by time_limit.")
       .def_property_readonly("channels",
                              [](const api::RenderedPicture& p) { return texts(p.channels); })
       .def_property_readonly("layers", &layers)
       .def_property_readonly("pixels", &pixels, "All channels, (height, width, channels).")
-      .def("__getitem__", &layer, "name"_a,
-           "A channel, (height, width), or a layer, (height, width, channels): \"RGB\", \"RGBA\", "
-           "\"alpha\", \"samples\", \"error\", and those added by aov, light_groups "
-           "(\"light.key\"), cryptomatte (\"CryptoObject00\") and denoise (\"denoised\", "
-           "\"denoised.error\"). \"error\" is the standard deviation of each pixel's R, G and B "
-           "in linear radiance: the square root of the layer \"variance\", which aov must request. "
-           "Unlike error_estimate, it is per pixel and before the display transform.")
+      .def(
+          "__getitem__", &layer, "name"_a,
+          "A channel, (height, width), or a layer, (height, width, channels): \"RGB\", \"RGBA\", "
+          "\"alpha\", \"samples\", \"error\", and the layers that the settings aov, light_groups "
+          "(\"light.key\"), cryptomatte (\"CryptoObject00\") and denoise (\"denoised\", "
+          "\"denoised.error\") add. \"error\" is the standard deviation of each pixel's R, G and B "
+          "in linear radiance: the square root of the layer \"variance\", which aov must request. "
+          "Unlike error_estimate, it is per pixel and before the display transform.")
       .def("__contains__", &has_layer, "name"_a)
       .def("__repr__", [](const api::RenderedPicture& picture) { return describe(picture); });
   module.def("read", &read, "path"_a, py::kw_only(), "memory_limit"_a = py::none(),

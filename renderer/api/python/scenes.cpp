@@ -102,7 +102,7 @@ py::list texts(const std::vector<std::string>& names) {
 void add_scene(py::module_& module) {
   py::class_<Scene, std::shared_ptr<Scene>>(
       module, "Scene",
-      "A loaded glTF scene. Settings about its files (env, backfaces, time ...) take effect here; "
+      "A loaded glTF scene. Settings about its files (env, backfaces, time ...) take effect here. "
       "By default, render() uses all settings of the scene.")
       .def(py::init(&load), "path"_a, "settings"_a = nullptr, py::kw_only(), "threads"_a = 0,
            "memory_limit"_a = py::none(), "load_timeout"_a = py::none(), "animated"_a = false)

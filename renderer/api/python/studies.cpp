@@ -79,10 +79,10 @@ void add_studies(py::module_& module) {
       "Measures speed against error: renders a scene's file with every method, seed and budget, "
       "and compares the pictures with a reference. drivers, estimators and samplers are lists; "
       "budgets are spp (samples per pixel) or seconds; seeds is the number of runs; denoise=True "
-      "also measures each method with denoising; reference is a picture; without one, a picture "
-      "with reference_spp is rendered and kept in cache. Writes study.csv, study.json and "
-      "study.html into the folder. The same call continues a stopped study; restart=True starts "
-      "over. Settings and other options apply to all frames.");
+      "also measures each method with denoising; reference is the file of a picture; without it, "
+      "study() renders a reference with reference_spp samples per pixel and keeps it in `cache`. "
+      "Writes study.csv, study.json and study.html into the folder. The same call continues a "
+      "stopped study; restart=True starts over. Settings and other options apply to all frames.");
 }
 
 }  // namespace emberline::python

@@ -198,7 +198,7 @@ py::array layer(const std::shared_ptr<api::RenderedPicture>& picture, const std:
   }
   const std::vector<size_t> indices = channels_of(*picture, name);
   if (!indices.empty()) return planes(picture, indices);
-  throw py::key_error(name + ": the picture has " +
+  throw py::key_error(name + ": the picture has no such channel or layer; it has " +
                       std::string(py::str(", ").attr("join")(layers(*picture)).cast<py::str>()));
 }
 

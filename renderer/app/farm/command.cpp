@@ -45,7 +45,9 @@ void check_request(const FarmOptions& o) {
         "--time-limit: a part that stops early leaves a hole; use --minutes to limit the jobs");
   }
   if (o.frame.turntable && !o.frame.turntable->frame) {
-    throw UsageError("--turntable: farm renders one frame; in a settings file, use K/N");
+    throw UsageError(
+        "--turntable: farm renders only one frame; write turntable K/N in a settings file to "
+        "choose it");
   }
   if (is_part(o.frame)) throw UsageError("--part, --sample-range: farm chooses them for each job");
   if (!is_partition(o.request.partition)) {
@@ -257,7 +259,7 @@ void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint
     throw;
   }
   if (parts.empty()) return log_info(fmt::format("submitted the merge as job {}", *record.merge));
-  log_info(fmt::format("submitted {} parts as job {}, the merge as job {}", parts.size(),
+  log_info(fmt::format("submitted {} parts as job {}, and the merge as job {}", parts.size(),
                        record.arrays.back(), *record.merge));
 }
 

@@ -123,7 +123,8 @@ void apply_queue_state(const Queue& queue, const std::string& id, PartStatus& st
 void set_message(const std::string& log, PartStatus& status) {
   if (status.state == kRunning) return;
   status.left_s.reset();
-  if (status.state == kStopped) status.message = "saved; farm retry continues it";
+  if (status.state == kStopped)
+    status.message = "the part is saved; emberline farm retry continues it";
   if (status.state != kFailed) return;
   const std::string line = last_line(log);
   if (line.empty()) return;

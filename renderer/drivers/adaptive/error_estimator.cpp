@@ -22,9 +22,9 @@ constexpr NamedValue<ErrorMetric> kMetrics[] = {
 // The first row is the default.
 constexpr EstimatorEntry kEstimators[] = {
     {.name = "nested",
-     .summary =
-         "variance from the change when the samples last doubled, pooled over neighbours; sample "
-         "counts are powers of two, or 1.5 times that, which stratify well",
+     .summary = "variance estimated from how the pixel changed when its samples last doubled, "
+                "pooled over neighbours; sample counts are powers of two or 1.5 times a power of "
+                "two, which stratify well",
      .estimate = estimate_two_stream,
      .first_samples = 16,
      .rms_error = true,

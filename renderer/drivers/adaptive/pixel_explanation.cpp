@@ -108,13 +108,17 @@ std::string tree_table(std::span<const RefinementNode> path) {
                    step.leaf ? ", leaf" : "");
   }
   return text +
-         "  rectangle  corner and size in pixels; the next row is one half of it\n"
-         "  v_int      variance, as displayed, of the two samples that the last cut separated\n"
-         "  v_ext      variance, as displayed, of the rectangle and its neighbours\n"
-         "  priority   area x (the higher variance + 0.001); the highest are cut first\n"
+         "  rectangle  corner and size in pixels; the next row shows the half that contains the "
+         "pixel\n"
+         "  v_int      variance of the displayed values of the two samples that the last cut "
+         "separated\n"
+         "  v_ext      variance of the displayed values of the rectangle and its neighbours\n"
+         "  priority   area x (the higher variance + 0.001); rectangles with the highest priority "
+         "are cut first\n"
          "  round      how many times the tree had been refined before the cut\n"
-         "  phase      which rectangles were cut: coverage: large ones; features: those with\n"
-         "             variance; pixel level: all others; finished: a single pixel\n";
+         "  phase      the kind of rectangles that were being cut: large ones (coverage), those\n"
+         "             with variance (features) or all others (pixel level); finished means a\n"
+         "             single pixel\n";
 }
 
 }  // namespace emberline

@@ -78,8 +78,8 @@ RefinementTree::RefinementTree(const Rect& crop, const RefinementSettings& setti
   if (crop.width() > kMaxSide || crop.height() > kMaxSide || crop.area() > kMaxPixels) {
     throw UsageError("a frame of " + std::to_string(crop.width()) + "x" +
                      std::to_string(crop.height()) +
-                     " pixels is too large for adaptive refinement; the limit is 65536 pixels a "
-                     "side and 2147483647 in all");
+                     " pixels is too large for adaptive refinement; the limits are 65536 pixels "
+                     "per side and 2147483647 pixels in total");
   }
   if (crop.empty()) phase_ = RefinementPhase::kFinished;
   const auto pixels = size_t(crop.area());

@@ -186,8 +186,8 @@ void add_speedups(HtmlPage& page, const StudyResults& results) {
   }
   page.paragraph(fmt::format(
       "The time that {} needs to reach a method's error, divided by that method's "
-      "time: above 1 the method is faster. The tables show {}. Seeds are paired, and "
-      "values are coloured where the interval excludes 1. A * means that for some seeds "
+      "time. If the value is above 1, the method is faster. The tables show {}. Runs are compared "
+      "seed by seed. A value is coloured if its interval excludes 1. A * means that for some seeds "
       "the error is beyond the baseline's checkpoints, so the baseline's curve was "
       "extrapolated.",
       results.methods[*baseline].name, seeds_text(results.settings)));
@@ -251,10 +251,11 @@ void add_errors(HtmlPage& page, const StudyResults& results) {
                           }));
 
   page.heading("Signed bias");
-  page.paragraph(fmt::format(
-      "Light gained (+) or lost (-) against the reference, whose own sum has a standard error of "
-      "{:.3f} %. Coloured where the interval, widened by two standard errors, excludes 0.",
-      100 * results.reference.noise_bias));
+  page.paragraph(
+      fmt::format("The light that each method gains (+) or loses (-) compared with the reference. "
+                  "The sum of the reference has a standard error of {:.3f} %. A value is coloured "
+                  "if its interval, widened by two of these standard errors, excludes 0.",
+                  100 * results.reference.noise_bias));
   page.table(method_table(results, "", budget_names(results.settings),
                           [&](size_t m, size_t b) { return bias_cell(results, m, b); }));
 }

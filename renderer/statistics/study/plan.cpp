@@ -218,7 +218,9 @@ StudyPlan plan_study(const StudyOptions& options) {
   for (const std::string& text : estimator_texts) estimators.push_back(parse_estimator(text));
   reject_repeated(estimator_texts, "`estimators`");
   if (options.spp && options.seconds) {
-    throw UsageError("`seconds`: budgets are either samples or seconds; use `spp` or `seconds`");
+    throw UsageError(
+        "`seconds`: budgets are either sample counts or seconds; give only one of `spp` and "
+        "`seconds`");
   }
   plan.by_time = options.seconds.has_value();
   plan.budgets = parse_budgets(

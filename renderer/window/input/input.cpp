@@ -53,7 +53,7 @@ constexpr std::array kShortcuts = {
 
     Shortcut{Action::kZoomFit, GLFW_KEY_0, 0, "Picture", "0", "Fit the picture to the window"},
     Shortcut{Action::kZoomOne, GLFW_KEY_Z, 0, "Picture", "Z",
-             "Show the picture at actual size, or fit it"},
+             "Switch between actual size and fitting the picture to the window"},
     Shortcut{Action::kZoomIn, GLFW_KEY_EQUAL, 0, "Picture", "+", "Zoom in"},
     Shortcut{Action::kZoomIn, GLFW_KEY_KP_ADD, 0, "Picture", "+", "", 1, false},
     Shortcut{Action::kZoomIn, GLFW_KEY_EQUAL, kShift, "Picture", "+", "", 1, false},
@@ -68,7 +68,7 @@ constexpr std::array kShortcuts = {
     Shortcut{Action::kInspector, GLFW_KEY_I, 0, "Picture", "I",
              "Show pixel values beside the cursor"},
     Shortcut{Action::kExplain, GLFW_KEY_F3, 0, "Picture", "F3",
-             "Explain why a pixel got its samples"},
+             "Explain why a pixel got its number of samples"},
     Shortcut{Action::kCopyPixel, GLFW_KEY_C, kControl, "Picture", "Ctrl+C",
              "Copy the values of the pixel"},
     Shortcut{Action::kStoreSnapshot, GLFW_KEY_B, 0, "Picture", "B",

@@ -140,9 +140,9 @@ void choose_light_groups(Workbench& bench) {
   ViewSettings settings = bench.session.settings();
   ImGui::BeginDisabled(!can_relight(settings.render));
   if (widgets::check({"Instant Relighting",
-                      "Render each light separately. Then changing its intensity or colour, "
-                      "switching it or soloing it needs no new samples. The noise differs from a "
-                      "final frame's. Not available with the Bucket driver."},
+                      "Render each light separately, so that changes of its intensity or colour, "
+                      "switching and solo need no new samples. The noise differs from that of a "
+                      "final frame. Not available with the Bucket driver."},
                      settings.light_groups)) {
     bench.settings.change(settings);
   }

@@ -72,7 +72,7 @@ bool has_direction(const Material& original, const Edit& edit) {
 constexpr MaterialRow kAnisotropy[] = {
     {.parameter = "anisotropy",
      .label = "Strength",
-     .help = "How much highlights stretch. Multiplies the texture.",
+     .help = "How much the highlights are stretched. Multiplies the texture.",
      .applies = has_direction},
     {.parameter = "anisotropy_rotation",
      .label = "Rotation",

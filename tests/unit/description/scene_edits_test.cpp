@@ -218,7 +218,7 @@ TEST(SceneEdits, UnknownNamesListTheValidOnes) {
   twice.materials.push_back(material_edit(-1));
   twice.materials.back().target = {"glass", -1, "shot.json#/materials/1"};
   expect_words(rejection_message(twice),
-               {"shot.json#/materials/1: ", "already has an entry", "2 'glass'"});
+               {"shot.json#/materials/1: ", "has more than one entry", "2 'glass'"});
 
   LightEdit light = light_edit(EditedLight::kPunctual, 2);
   expect_words(rejection_message(edits_of(light)), {"no light 2", "1 'spot'"});
@@ -227,7 +227,7 @@ TEST(SceneEdits, UnknownNamesListTheValidOnes) {
   expect_words(rejection_message(edits_of(light), lampless), {"no light 2", "has no lights"});
   SceneEdits sky = edits_of(light_edit(EditedLight::kEnvironment, -1));
   sky.lights.push_back(sky.lights[0]);
-  expect_words(rejection_message(sky), {"already has an entry", "environment"});
+  expect_words(rejection_message(sky), {"has more than one entry", "environment"});
 
   SceneDescription skyless = edited_scene();
   skyless.environment.reset();

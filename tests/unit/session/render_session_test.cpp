@@ -392,7 +392,7 @@ TEST_F(RenderSessionTest, ExplainsAnUnfinishedPixel) {
   };
   session.pick(Vec2i(60, 40));
   ASSERT_TRUE(says("unfinished: ")) << session.picked()->explanation;
-  ASSERT_TRUE(says("by the end of round ")) << session.picked()->explanation;
+  ASSERT_TRUE(says("at the end of round ")) << session.picked()->explanation;
   EXPECT_EQ(session.picked()->explanation.find("ended by"), std::string::npos);
   session.pick(Vec2i(10, 70));
   ASSERT_TRUE(says("rounds (recorded from round ")) << session.picked()->explanation;

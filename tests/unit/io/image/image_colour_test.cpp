@@ -206,7 +206,8 @@ TEST(FindColour, ChannelsInBothCasesAreNamed) {
     find_colour({"R", "r", "G", "g", "B", "b"}, {}, "a.exr");
     FAIL() << "taken";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("in both upper and lower case"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("channels whose names differ only in case"),
+              std::string::npos);
   }
 }
 

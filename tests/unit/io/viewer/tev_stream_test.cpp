@@ -130,7 +130,7 @@ TEST(TevStream, SlowViewerBlocksNothing) {
   EXPECT_LE(stream.peak_bytes(), uint64_t(crop.area()) * 16);
   stream.finish({.stalled_s = 0.2, .total_s = 1000});
   EXPECT_FALSE(stream.open());
-  EXPECT_TRUE(warned_of(server.url() + ": it stopped reading"));
+  EXPECT_TRUE(warned_of(server.url() + ": the viewer stopped reading"));
 }
 
 TEST(TevStream, PatienceEndsWithASlowReaderToo) {

@@ -118,7 +118,7 @@ TEST_F(GltfAnimationTest, WithoutATimeTheSceneIsAtRest) {
   const SceneDescription scene = load(gltf_);
   EXPECT_EQ(scene.instances[0].to_world, before.instances[0].to_world);
   EXPECT_TRUE(scene.coverage.ignored.empty());
-  EXPECT_EQ(scene.coverage.not_played, "1 animation; it plays with `time` or `frame`");
+  EXPECT_EQ(scene.coverage.not_played, "1 animation; set `time` or `frame` to play it");
   // An animation without a time is evaluated at its start.
   const test::TempFolder folder;
   const std::string path = gltf_.write_glb(folder / "a.glb");

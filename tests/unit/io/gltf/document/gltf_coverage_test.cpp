@@ -154,7 +154,7 @@ TEST(GltfCoverage, OcclusionIsIgnoredAndAnimationsAreNotPlayed) {
   gltf.push("materials", {{"occlusionTexture", {{"index", 0}}}});
   gltf.primitive()["material"] = 0;
   const CoverageReport coverage = load(gltf).coverage;
-  EXPECT_EQ(coverage.not_played, "1 animation; it plays with `time` or `frame`");
+  EXPECT_EQ(coverage.not_played, "1 animation; set `time` or `frame` to play it");
   EXPECT_TRUE(
       contains(coverage.ignored, "occlusionTexture (occlusion is computed by ray tracing)"));
 }
