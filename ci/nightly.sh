@@ -16,7 +16,7 @@ program=build/release/bin/emberline
 long() { EMBERLINE_LONG_TESTS=1 ctest --preset release -j "$(nproc)"; }
 bench() { cmake --build --preset release --target check_bench; }
 # Kills each of the three drivers 100 times. ctest kills each driver only 8 times.
-kills() { tests/farm/kills.py $program scenes --kills 300; }
+kills() { EMBERLINE_LONG_TESTS=1 tests/farm/kills.py $program scenes --kills 300; }
 checkpoints() {
   export EMBERLINE_LONG_TESTS=1  # makes disk.py and stops.py run every case
   tests/farm/damage.py $program scenes --flips 1000 --stride 1 &&

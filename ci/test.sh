@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
-# Installs what a build needs, builds Emberline and runs its tests. `ci/test.sh asan` and `ci/test.sh tsan` do the same
-# with sanitizers.
+# Sets up, builds and tests. `ci/test.sh asan` and `ci/test.sh tsan` do the same with sanitizers.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -8,21 +7,31 @@ preset=${1:-release}
 ci/setup.sh
 cmake --preset "$preset" >build-configure.log 2>&1 || { cat build-configure.log >&2; exit 1; }
 rm -f build-configure.log
-cmake --build --preset "$preset"
 
-# ci/farm.sh needs root, because only root can start Slurm's daemons.
+# ci/farm.sh needs root, because only root can start Slurm's daemons. It mostly waits for Slurm, so it runs while the
+# tests are compiled.
+farm=
+farm_log=$(mktemp) rows=$(mktemp)
+trap '[ -z "$farm" ] || kill "$farm" 2>/dev/null || true; rm -f "$farm_log" "$rows"' EXIT
 if [ "$preset" = release ]; then
   if [ "$(id -u)" -eq 0 ]; then
-    ci/farm.sh build/release/bin/emberline
+    cmake --build --preset "$preset" --target emberline
+    ci/farm.sh build/release/bin/emberline >"$farm_log" 2>&1 &
+    farm=$!
   else
     echo "ci/test.sh: skipped ci/farm.sh, which needs root"
   fi
 fi
+built=0
+cmake --build --preset "$preset" || built=$?
+if [ -n "$farm" ]; then
+  wait "$farm" || { cat "$farm_log" >&2; echo "ci/test.sh: ci/farm.sh failed" >&2; exit 1; }
+  farm=
+  tail -n 1 "$farm_log"
+fi
+[ "$built" -eq 0 ] || exit "$built"
 
-# The numerics tests append one row per comparison to the file $rows. tests/numerics/table.csv must have the same
-# comparisons (ci/numerics.sh).
-rows=$(mktemp)
-trap 'rm -f "$rows"' EXIT
-# ctest runs one more test at a time than there are cores, because nine out of ten tests leave a core idle at times.
+# The numerics tests append one row per comparison. tests/numerics/table.csv must have the same comparisons
+# (ci/numerics.sh). Runs one job more than there are cores, because nine in ten tests leave a core idle at times.
 EMBERLINE_NUMERICS_TABLE=$rows ctest --preset "$preset" --no-tests=error -j "$(($(nproc) + 1))"
 python3 tests/numerics/table.py "$rows" tests/numerics/table.csv >/dev/null

@@ -1,6 +1,5 @@
-// Encodes DWAA and DWAB tiles. OpenEXR's C interface (3.1) cannot do this, and its C++ interface
-// only writes whole files. Therefore each tile is written to memory as a separate file, and its
-// chunk is extracted. This file belongs to the image library (image/library.h).
+// OpenEXR's C++ interface only writes whole files. Therefore each tile is written to memory as a
+// separate file, and its chunk is extracted.
 #include "io/exr/dwa.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -40,9 +39,9 @@ void encode_dwa_tile(int width, int height, std::span<const EncodedPlane> planes
   header.setTileDescription(Imf::TileDescription(unsigned(width), unsigned(height)));
   Imf::FrameBuffer buffer;
   for (const EncodedPlane& plane : planes) {
-    const Imf::PixelType type = plane.type == SampleType::kHalf     ? Imf::HALF
-                                : plane.type == SampleType::kUint32 ? Imf::UINT
-                                                                    : Imf::FLOAT;
+    const Imf::PixelType type = plane.type == ChannelType::kHalf   ? Imf::HALF
+                                : plane.type == ChannelType::kUint ? Imf::UINT
+                                                                   : Imf::FLOAT;
     const size_t bytes = type == Imf::HALF ? 2 : 4;
     header.channels().insert(plane.channel, Imf::Channel(type));
     // OpenEXR only reads from this memory.

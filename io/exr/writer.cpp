@@ -13,10 +13,11 @@
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <new>
 #include <system_error>
 
+#include "io/exr/dwa.h"
 #include "io/files/atomic_file.h"
-#include "io/image/library.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/rect_values.h"
 
@@ -344,14 +345,17 @@ std::vector<uint8_t> ExrWriter::Impl::encode(int part, int tile_x, int tile_y, c
 
   std::vector<EncodedPlane> encoded;
   for (size_t i = 0; i < planes.size(); ++i) {
-    constexpr SampleType kTypes[] = {SampleType::kFloat, SampleType::kUint32, SampleType::kHalf};
-    encoded.push_back(
-        {layout.channels[i]->name, kTypes[size_t(layout.channels[i]->type)], planes[i]});
+    encoded.push_back({layout.channels[i]->name, layout.channels[i]->type, planes[i]});
   }
   std::vector<uint8_t> chunk;
-  const std::string error = image_library().encode_dwa(
-      rect.width(), rect.height(), encoded, layout.compression == ExrCompression::kDwab, chunk);
-  if (!error.empty()) fail(error);
+  try {
+    encode_dwa_tile(rect.width(), rect.height(), encoded,
+                    layout.compression == ExrCompression::kDwab, chunk);
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    fail(error.what());
+  }
   return chunk;
 }
 

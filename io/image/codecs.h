@@ -1,6 +1,5 @@
-// Codecs for PNG (through libpng), JPEG (through libjpeg) and Radiance HDR. These formats cover
-// nearly all textures, pictures and environment maps, so most runs do not have to load
-// image_library().
+// Codecs for PNG (through libpng), JPEG (through libjpeg) and Radiance HDR. With these and
+// io/exr/decoder.h, most runs do not have to load image_library().
 #pragma once
 
 #include <cstdint>

@@ -226,6 +226,7 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
       part.tile_bytes = 2 * pixels * uint64_t(channels) * sizeof(float);
       if (header.width == 0) header = part;
       header.tile_bytes = std::max(header.tile_bytes, part.tile_bytes);
+      header.rows_per_block = std::max(header.rows_per_block, int(rows_per_block(compression)));
     }
     if (!(flags & kMultiPart)) break;
   }

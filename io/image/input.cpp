@@ -1,5 +1,7 @@
 #include "io/image/input.h"
 
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -8,6 +10,7 @@
 #include <cstring>
 #include <new>
 
+#include "io/exr/decoder.h"
 #include "io/files/input_file.h"
 #include "io/image/codecs.h"
 #include "io/image/colour.h"
@@ -40,10 +43,7 @@ using Formats = std::span<const ImageFormat>;
 
 std::unique_ptr<ImageDecoder> open_with_library(ImageFormat format, const ByteSource& source,
                                                 std::string& error) {
-  const char* const reader = format == ImageFormat::kWebp  ? "webp"
-                             : format == ImageFormat::kExr ? "openexr"
-                                                           : "tiff";
-  return image_library().open(reader, source, error);
+  return image_library().open(format == ImageFormat::kWebp ? "webp" : "tiff", source, error);
 }
 
 ImageFormat detect_format(Bytes bytes, Formats allowed, const std::string& place) {
@@ -156,7 +156,8 @@ class OpenImage {
     progress_.budget()->reserve(MemoryPart::kTextures, size_t(s.height) * row, place_);
     values.reserve(size_t(s.height) * row / sizeof(Value));
     const auto parts = [&](size_t bytes) { return std::max(size_t(1), kPartBytes / bytes); };
-    size_t across = size_t(s.width), down = parts(row);
+    const auto block = size_t(s.rows_per_block);
+    size_t across = size_t(s.width), down = std::max<size_t>(1, parts(row) / block) * block;
     if (s.tile_width > 0) {
       down = size_t(s.tile_height);
       across = parts(size_t(s.tile_width) * down * pixel) * size_t(s.tile_width);
@@ -227,13 +228,14 @@ class OpenImage {
     if (format != ImageFormat::kTiff) check_size(header_.width, header_.height, place_);
     decoder_memory_.add(uint64_t(header_.width) * uint64_t(header_.height) *
                                 uint64_t(header_.decoder_bytes_per_pixel) +
-                            header_.tile_bytes,
+                            uint64_t(decoder_threads()) * header_.tile_bytes,
                         place_);
     std::string error;
     decoder_ = format == ImageFormat::kPng    ? open_png(bytes_, error)
                : format == ImageFormat::kJpeg ? open_jpeg(bytes_, error)
                : format == ImageFormat::kKtx2 ? open_ktx2(bytes_, place_)
                : format == ImageFormat::kHdr  ? open_hdr(source_, header_)
+               : format == ImageFormat::kExr  ? open_exr(source_, header_, decoder_threads(), error)
                                               : open_with_library(format, source_, error);
     if (!decoder_) throw InputError(place_, kDecodeError + error);
     layout_ = decoder_->layout();
@@ -256,6 +258,14 @@ class OpenImage {
           uint64_t(s.tile_width) * uint64_t(s.tile_height) * uint64_t(s.channels()) * sizeof(float);
       decoder_memory_.add(std::max(s.bytes, tile), place_);
     }
+  }
+
+  // The number of threads that decode an EXR. Each keeps a tile, so large tiles have few threads.
+  int decoder_threads() const {
+    constexpr uint64_t kMaxBytes = uint64_t(32) << 20;
+    const auto most = uint64_t(tbb::this_task_arena::max_concurrency());
+    return int(
+        std::clamp<uint64_t>(kMaxBytes / std::max<uint64_t>(header_.tile_bytes, 1), 1, most));
   }
 
   // Flips and mirrors the stored rows as header_.orientation says.
@@ -408,19 +418,15 @@ FloatImage image_description(OpenImage& input) {
   return image;
 }
 
-// Restores the values of UINT channels. Converts other integer channels, except alpha, to linear.
+// Converts integer channels, except alpha, to linear. The integers of an EXR are counters, which
+// stay as they are.
 void convert_stored(const ImageLayout& layout, std::vector<float>& values) {
+  if (!layout.parts.empty()) return;
   const size_t channels = size_t(layout.channels());
   for (size_t c = 0; c < channels; ++c) {
     const SampleType type = layout.channel_types[c];
-    // A UINT channel of an EXR arrives scaled to [0, 1]. This undoes the scaling, exactly for
-    // values up to 2^24.
-    const bool is_counter = type == SampleType::kUint32;
-    if (is_float(type) || (int(c) == layout.alpha_channel && !is_counter)) continue;
-    for (size_t i = c; i < values.size(); i += channels) {
-      values[i] =
-          is_counter ? float(std::round(double(values[i]) * 0x1p32)) : srgb_to_linear(values[i]);
-    }
+    if (is_float(type) || int(c) == layout.alpha_channel) continue;
+    for (size_t i = c; i < values.size(); i += channels) values[i] = srgb_to_linear(values[i]);
   }
 }
 

@@ -1,4 +1,4 @@
-// Interface to OpenImageIO, for the formats that io/image/codecs.h does not handle.
+// Interface to OpenImageIO, for WebP and TIFF, and for writing GIF.
 //
 // OpenImageIO pulls in about 240 libraries, which take half a second of CPU time to load. Therefore
 // it is linked into a separate library (image/openimageio.cpp). That library is loaded when an
@@ -30,6 +30,7 @@ struct ImageLayout {
   int x = 0, y = 0, width = 0, height = 0, depth = 0;  // the data window
   int full_x = 0, full_y = 0, full_width = 0, full_height = 0;
   int tile_width = 0, tile_height = 0;  // 0: stored in rows
+  int rows_per_block = 1;               // rows that are decoded together, if there are no tiles
   bool deep = false;
   std::vector<std::string> channel_names;
   std::vector<SampleType> channel_types = {};
@@ -46,13 +47,6 @@ struct ImageLayout {
   std::optional<Chromaticities> chromaticities = {};  // EXR: as stated in the header
 
   int channels() const { return int(channel_names.size()); }
-};
-
-// One channel of a tile, row after row. Its type is kFloat, kHalf or kUint32.
-struct EncodedPlane {
-  std::string channel;
-  SampleType type = SampleType::kFloat;
-  const uint8_t* values = nullptr;
 };
 
 class ImageDecoder {
@@ -97,14 +91,10 @@ std::unique_ptr<ImageDecoder> open_decoder(std::string& error, Arguments&&... ar
 class ImageLibrary {
  public:
   virtual ~ImageLibrary() = default;
-  // `format` is "webp", "openexr" or "tiff". EXR parts with the same pixels are joined into one
-  // image. Alpha is unassociated if the reader supports that. On failure, returns null and sets
-  // `error`. `source` must outlive the decoder.
+  // `format` is "webp" or "tiff". Alpha is unassociated if the reader supports that. On failure,
+  // returns null and sets `error`. `source` must outlive the decoder.
   virtual std::unique_ptr<ImageDecoder> open(const std::string& format, const ByteSource& source,
                                              std::string& error) const = 0;
-  // Encodes a tile as DWAA, or as DWAB if `wide`. Returns an empty string or the error.
-  virtual std::string encode_dwa(int width, int height, std::span<const EncodedPlane> planes,
-                                 bool wide, std::vector<uint8_t>& code) const = 0;
   // Encodes three-channel pictures of the same size as an animation. Returns an empty string or the
   // error.
   virtual std::string encode_gif(std::span<const ByteImage> pictures, double frame_s,

@@ -11,7 +11,6 @@
 #include <string_view>
 #include <utility>
 
-#include "io/exr/dwa.h"
 #include "io/image/library.h"
 
 namespace emberline {
@@ -122,33 +121,18 @@ class Decoder final : public ImageDecoder {
                .premultiplied = s.get_int_attribute("oiio:UnassociatedAlpha") == 0,
                .orientation = s.get_int_attribute("Orientation", 1),
                .bytes = uint64_t(s.image_bytes(true))};
-    for (const oiio::ParamValue& attribute : s.extra_attribs) {
-      const std::string name(attribute.name());
-      const bool ours = name.starts_with("emberline") || name.starts_with("cryptomatte/");
-      if (attribute.type() != oiio::TypeDesc::STRING || !ours) continue;
-      // get_string() truncates long text.
-      layout_.text_attributes.emplace_back(name,
-                                           *static_cast<const char* const*>(attribute.data()));
-    }
-    layout_.view = view_of(s);
-    constexpr oiio::TypeDesc kChromaticities(oiio::TypeDesc::FLOAT, 8);
-    if (const auto* primaries = s.find_attribute("chromaticities", kChromaticities)) {
-      std::memcpy(layout_.chromaticities.emplace().data(), primaries->data(),
-                  sizeof(Chromaticities));
-    }
     layout_.channel_names.resize(size_t(std::max(0, s.nchannels)));
     for (int c = 0; c < s.nchannels; ++c) {
       layout_.channel_types.push_back(sample_type(s.channelformat(c)));
     }
-    parts_ = {{s, 0, 0}};
-    return format == "openexr" ? catch_errors([&] { return join_parts(); }) : "";
+    return "";
   }
   ~Decoder() override {
     if (input_) input_->close();
   }
 
   std::string attribute(const char* name) const override {
-    return std::string(parts_.front().spec.get_string_attribute(name));
+    return std::string(input_->spec().get_string_attribute(name));
   }
   std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
                    size_t row) override {
@@ -156,98 +140,22 @@ class Decoder final : public ImageDecoder {
   }
 
  private:
-  // A part of an EXR, or the whole image.
-  struct Part {
-    oiio::ImageSpec spec;
-    int subimage = 0;
-    int first = 0;  // index of the part's first channel among the image's channels
-  };
-
-  static ImagePart image_part(const oiio::ImageSpec& s, int first) {
-    return {std::string(s.get_string_attribute("oiio:subimagename")),
-            {s.channelnames.begin(), s.channelnames.end()},
-            first,
-            s.get_string_attribute("textureformat") == "CubeFace Environment"};
-  }
-
-  // Joins a later part with the first part if it has the same windows and tiles and none of its
-  // channel names occurs twice.
-  std::string join_parts() {
-    constexpr int kMaxParts = 4096;
-    const oiio::ImageSpec first = parts_.front().spec;  // a copy, since `parts_` may reallocate
-    layout_.parts = {image_part(first, 0)};
-    for (int i = 1; i < kMaxParts && input_->seek_subimage(i, 0); ++i) {
-      const oiio::ImageSpec s = input_->spec();
-      const auto place = [](const oiio::ImageSpec& spec) {
-        return std::array{spec.x,          spec.y,           spec.width,      spec.height,
-                          spec.full_x,     spec.full_y,      spec.full_width, spec.full_height,
-                          spec.tile_width, spec.tile_height, spec.depth,      int(spec.deep)};
-      };
-      const bool matches_first =
-          place(s) == place(first) && s.nchannels > 0 &&
-          std::ranges::none_of(s.channelnames, [&](const std::string& name) {
-            return std::ranges::find(layout_.channel_names, name) != layout_.channel_names.end();
-          });
-      const bool is_read = matches_first && parts_.back().first + s.nchannels <= kMaxChannels;
-      layout_.parts.push_back(image_part(s, is_read ? layout_.channels() : -1));
-      if (!is_read) continue;
-      parts_.push_back({s, i, layout_.channels()});
-      layout_.bytes += uint64_t(s.image_bytes(true));
-      for (int c = 0; c < s.nchannels; ++c) {
-        layout_.channel_names.push_back(s.channelnames[size_t(c)]);
-        layout_.channel_types.push_back(sample_type(s.channelformat(c)));
-      }
-    }
-    input_->geterror();  // discards the error of seeking past the last part
-    return input_->seek_subimage(0, 0) ? "" : library_message(input_->geterror());
-  }
-
-  static ExrView view_of(const oiio::ImageSpec& s) {
-    ExrView view;
-    const auto* to_camera = s.find_attribute("worldToCamera", oiio::TypeMatrix);
-    const auto* to_ndc = s.find_attribute("worldToNDC", oiio::TypeMatrix);
-    if (to_camera && to_ndc) {
-      ExrView::Matrices& camera = view.camera.emplace();
-      std::memcpy(camera.world_to_camera.data(), to_camera->data(), sizeof camera.world_to_camera);
-      std::memcpy(camera.world_to_ndc.data(), to_ndc->data(), sizeof camera.world_to_ndc);
-    }
-    if (const auto* rate = s.find_attribute("framesPerSecond", oiio::TypeRational)) {
-      const auto* const parts = static_cast<const int*>(rate->data());
-      view.frames_per_second = {parts[0], uint32_t(parts[1])};
-    }
-    if (const auto* code = s.find_attribute("smpte:TimeCode", oiio::TypeTimeCode)) {
-      view.time_code = *static_cast<const uint32_t*>(code->data());
-    }
-    return view;
-  }
-
   std::string read_pixels(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
                           size_t row) const {
+    const oiio::ImageSpec& s = input_->spec();
     const oiio::TypeDesc target_type = oiio_type(type);
     const auto stride = oiio::stride_t(row),
                pixel = oiio::stride_t(size_t(last - first) * target_type.size());
-    for (const Part& part : parts_) {
-      const oiio::ImageSpec& s = part.spec;
-      const int begin = std::max(first, part.first);
-      const int end = std::min(last, part.first + s.nchannels);
-      if (begin >= end) continue;
-      std::byte* const to = out + size_t(begin - first) * target_type.size();
-      const int y0 = s.y + pixels.y0, y1 = s.y + pixels.y1;
-      const bool done =
-          layout_.tile_width > 0
-              ? input_->read_tiles(part.subimage, 0, s.x + pixels.x0, s.x + pixels.x1, y0, y1, s.z,
-                                   s.z + 1, begin - part.first, end - part.first, target_type, to,
-                                   pixel, stride)
-              : input_->read_scanlines(part.subimage, 0, y0, y1, s.z, begin - part.first,
-                                       end - part.first, target_type, to, pixel, stride);
-      if (!done) return library_message(input_->geterror());
-    }
-    return "";
+    const int y0 = s.y + pixels.y0, y1 = s.y + pixels.y1;
+    const bool done =
+        layout_.tile_width > 0
+            ? input_->read_tiles(0, 0, s.x + pixels.x0, s.x + pixels.x1, y0, y1, s.z, s.z + 1,
+                                 first, last, target_type, out, pixel, stride)
+            : input_->read_scanlines(0, 0, y0, y1, s.z, first, last, target_type, out, pixel,
+                                     stride);
+    return done ? "" : library_message(input_->geterror());
   }
 
-  static constexpr int kMaxChannels = 4096;  // the limit in image/input.cpp
-
-  std::vector<Part> parts_;
   std::unique_ptr<SourceProxy> proxy_;
   std::unique_ptr<oiio::ImageInput> input_;  // after the proxy, so that it is destroyed first
 };
@@ -257,14 +165,6 @@ class OpenImageIo final : public ImageLibrary {
   std::unique_ptr<ImageDecoder> open(const std::string& format, const ByteSource& source,
                                      std::string& error) const override {
     return open_decoder<Decoder>(error, format, source);
-  }
-
-  std::string encode_dwa(int width, int height, std::span<const EncodedPlane> planes, bool wide,
-                         std::vector<uint8_t>& code) const override {
-    return catch_errors([&] {
-      encode_dwa_tile(width, height, planes, wide, code);
-      return "";
-    });
   }
 
   std::string encode_gif(std::span<const ByteImage> pictures, double frame_s,

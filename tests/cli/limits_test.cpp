@@ -40,10 +40,10 @@ class Limits : public CommandTest {
     return gltf.write_glb(path("grid.glb"));
   }
 
-  // Writes an environment map that OpenImageIO reads. Returns its path.
-  std::string sky() {
-    write_floats(path("sky.exr"), 8, 4, 3, std::vector<float>(size_t(8) * 4 * 3, 1.0f));
-    return path("sky.exr");
+  // Writes a picture that OpenImageIO reads. Returns its path.
+  std::string tiff() {
+    write_floats(path("grey.tif"), 8, 4, 3, std::vector<float>(size_t(8) * 4 * 3, 1.0f));
+    return path("grey.tif");
   }
 
   struct Figures {
@@ -70,9 +70,8 @@ TEST_F(Limits, ReportsTooLittleMemoryForEmbree) {
 // With this limit, the dependencies of the image library would abort or hang if they were loaded.
 TEST_F(Limits, ReportsTooLittleMemoryForTheImageLibrary) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer needs more itself";
-  const Words words = {"render", scene(),  "-o",  path("a.exr"), "--env",
-                       sky(),    "--size", "8x8", "--spp",       "1"};
-  expect_failure(words, 1, {"ulimit"}, {.data_limit = uint64_t(600) << 20});
+  expect_failure({"compare", tiff(), path("grey.tif")}, 1, {"ulimit"},
+                 {.data_limit = uint64_t(600) << 20});
 }
 
 // The test damages the library of a copy of the program, which is in a separate folder.
@@ -85,11 +84,10 @@ TEST_F(Limits, ReportsADamagedImageLibrary) {
   fs::create_directories(folder / "lib");
   fs::copy_file(program, folder / "bin/emberline");
   fs::copy_file(program.parent_path().parent_path() / name, library);
-  const auto words = [&](const std::string& file, const std::string& more) {
-    return "'" + (folder / "bin/emberline").string() + "' render '" + file + "' -o '" +
-           path("a.exr") + "' --size 8x8 --spp 1 --quiet " + more + " 2>'" + path("said") + "'";
+  const auto command = [&](const std::string& words) {
+    return "'" + (folder / "bin/emberline").string() + "' " + words + " 2>'" + path("said") + "'";
   };
-  const std::string needs_it = words(scene(), "--env '" + sky() + "'");
+  const std::string needs_it = command("compare '" + tiff() + "' '" + path("grey.tif") + "'");
   EXPECT_EQ(std::system(needs_it.c_str()), 0);
   const auto expect_damaged = [&](const std::string& part) {
     const int status = std::system(needs_it.c_str());
@@ -107,16 +105,20 @@ TEST_F(Limits, ReportsADamagedImageLibrary) {
   fs::remove(library);
   ASSERT_EQ(::mkfifo(library.c_str(), 0600), 0);
   expect_damaged("not a regular file");
-  // PNG and JPEG must work without the library, as textures and as pictures.
+  // PNG, JPEG and EXR must work without the library, as textures or environments and as pictures.
   GltfBuilder gltf = lamp_scene();
   auto& colour = gltf.root["materials"][0]["pbrMetallicRoughness"];
   colour["baseColorTexture"]["index"] = add_texture(gltf, small_png());
   const ByteImage flat{2, 2, 3, std::vector<uint8_t>(12, 200)};
   gltf.root["materials"][0]["emissiveTexture"]["index"] =
       add_texture(gltf, emberline::encode_image(flat, "jpeg", "flat.jpg"), "image/jpeg");
-  const std::string pictures =
-      "-o '" + path("a.png") + "' -o '" + path("a.jpg") + "' --report '" + path("a.html") + "'";
-  EXPECT_EQ(std::system(words(gltf.write_glb(path("textured.glb")), pictures).c_str()), 0);
+  write_floats(path("sky.exr"), 8, 4, 3, std::vector<float>(size_t(8) * 4 * 3, 1.0f));
+  const std::string render = "render '" + gltf.write_glb(path("textured.glb")) + "' --env '" +
+                             path("sky.exr") + "' --size 8x8 --spp 1 --quiet";
+  std::string pictures;
+  for (const std::string name : {"a.png", "a.jpg", "a.exr"}) pictures += " -o '" + path(name) + "'";
+  pictures += " --exr-compression dwaa --report '" + path("a.html") + "'";
+  EXPECT_EQ(std::system(command(render + pictures).c_str()), 0);
 }
 
 TEST_F(Limits, ReservedMemoryMatchesUsedMemory) {

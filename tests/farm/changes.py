@@ -15,7 +15,7 @@ import struct
 import subprocess
 import zlib
 
-from farm import CHANNELS, EXIT_DONE, EXIT_INPUT, EXIT_STOPPED, Farm, contents, pixels
+from farm import CHANNELS, EXIT_DONE, EXIT_INPUT, EXIT_STOPPED, LONG, Farm, contents, pixels
 from records import parsed_file
 
 SIZE = ["--size", "48x36"]
@@ -277,7 +277,7 @@ def own_checkpoints(farm):
             expected = pixels(folder / "out.exr")
             shutil.rmtree(folder)
             folder.mkdir()
-            for i in range(12):
+            for i in range(12 if LONG else 8):
                 run = farm.run(folder, [*chosen, *RESUME, "--time-limit", f"{0.01 + 0.004 * (i % 5):.3f}"])
                 left = (folder / "c").exists()
                 if not farm.check(run.code == (EXIT_STOPPED if left else EXIT_DONE), case, f"run {i}: {run}") or not left:

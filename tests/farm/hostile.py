@@ -15,8 +15,8 @@ import random
 import struct
 
 import records
-from farm import CHANNELS, DRIVERS, EXIT_DONE, EXIT_INPUT, EXIT_RENDER_FAILED, SANITIZED, Farm, contents, \
-    largest_child, pixels
+from farm import CHANNELS, DRIVERS, EXIT_DONE, EXIT_INPUT, EXIT_RENDER_FAILED, LONG, SANITIZED, Farm, \
+    contents, largest_child, pixels
 from records import BLOCK, END, TILE, Record, file_start, packed_file
 
 FRAME = ["--size", "16x12", "--bucket-size", "8", "--spp", "4", "--threads", "1", "--quiet", *CHANNELS]
@@ -247,7 +247,7 @@ def main():
         for other in chosen.values():
             if other is not hostile:
                 hostile.resume_from(f"state of {other.name}", packed_file(hostile.head, other.records))
-        if name != "bisection":  # headers do not depend on the driver, so two are enough
+        if name == "bucket" or LONG:  # headers are read before the driver matters
             for text, head in heads(hostile.head):
                 hostile.resume_from(f"head, {text}", packed_file(head, again), right=True)
             for text, data in starts(hostile.head, b"".join(record.to_bytes() for record in again)):

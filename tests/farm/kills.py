@@ -16,9 +16,10 @@ import random
 import shutil
 import time
 
-from farm import CHANNELS, DRIVERS, EXIT_DONE, Farm, earlier_samples, pixels, signal
+from farm import CHANNELS, DRIVERS, EXIT_DONE, LONG, Farm, earlier_samples, pixels, signal
 
-FRAME = ["--size", "192x144", *CHANNELS]  # takes long enough that most kills come after the first save of a checkpoint
+# These sizes take long enough that most kills come after the first save of a checkpoint.
+FRAME = ["--size", "192x144" if LONG else "144x108", *CHANNELS]
 SETTINGS = {
     "bucket": ("--spp 64", "--noise-threshold 0.04 --max-spp 256", "--spp 48 --streams 2", "--spp 48 --light-groups",
                "--spp 64 --sampler stratified --crop 7,5,122,90"),

@@ -194,7 +194,7 @@ class WrongInput(Test):
             emberline.render(self.box, threads=-1)
         with self.assert_error(emberline.UsageError, "working_space: it takes effect when the scene is loaded"):
             emberline.render(self.box, working_space="acescg")
-        with self.assert_error(emberline.UsageError, "cryptomatte: the scene was loaded without"):
+        with self.assert_error(emberline.UsageError, "cryptomatte: this setting needs the names of the nodes"):
             emberline.render(self.box, cryptomatte="object")
         with self.assert_error(emberline.UsageError, "light_groups requires integrator path or direct: normal does not compute lighting"):
             emberline.render(self.box, light_groups=True, integrator="normal")

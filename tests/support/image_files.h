@@ -1,6 +1,6 @@
-// Writes and reads image files with OpenImageIO. Each test is a process, in which loading
-// OpenImageIO and its 240 dependencies takes 0.4 s of processor time. Most tests never call these
-// functions, so OpenImageIO is loaded only when they are first used (image_files.cpp).
+// Writes and reads image files: EXR with OpenEXR, PNG with libpng, others with OpenImageIO. Each
+// test is a process, in which loading OpenImageIO and its 240 dependencies takes 0.4 s of processor
+// time, so it is loaded only when it is first used (image_files.cpp).
 #pragma once
 
 #include <cstdint>

@@ -270,7 +270,8 @@ class WindowTest(unittest.TestCase):
         self.assertNotEqual(side(clean, *second), side(noisy, *second))
 
     def test_live_driver_goes_on_with_adaptive_sampling(self):
-        window = self.window(*small(driver="live", spp=None))
+        # Bisection takes longer for this large picture than the window takes to draw it once.
+        window = self.window(scene(), "--size", "960x600", "--driver", "live")
         window.wait_for("picture", lambda e: e["driver"] == "bisection")
         window.wait_for("picture", lambda e: e["driver"] == "adaptive" and e["complete"])
         window.focus()
