@@ -51,8 +51,8 @@ struct ExrHeader {
   int tile_size = 64;         // tiles start at the data window's corner
   std::vector<PictureChannel> channels;
   ExrView view = {};
-  // A part uses lossy compression only if every channel that OpenEXR would blur is a colour. A part
-  // with other data in R, G or B uses kZip.
+  // Used for all parts. But if it is lossy, a part uses kZip instead if OpenEXR would treat one of
+  // its channels as colour or luminance by name although is_colour() is false for that channel.
   ExrCompression compression = ExrCompression::kZip;
   ExrParts parts = ExrParts::kOne;
   // String attributes, such as the settings, the versions, the seed and the command line.

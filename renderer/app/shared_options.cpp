@@ -212,7 +212,8 @@ void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* required
                  table_lines(colour_map_table())),
         add_parsed(
             app, "--range", "MIN,MAX", range,
-            "MIN,MAX from -1e18 to 1e18, with MAX above MIN by at least a millionth of the larger",
+            "MIN,MAX from -1e18 to 1e18; MAX - MIN must be at least a millionth of the larger "
+            "magnitude",
             read_range),
         add_flag(app, "--log", style.logarithmic,
                  {.section = H::kOutput,

@@ -100,7 +100,9 @@ struct GreyRange {
   float black = 0.0f, white = 1.0f;
 };
 
-// Returns the layer's least and greatest values, or 0 and 1 if all values are between 0 and 1.
+// Returns the layer's least and greatest values, or 0 and 1 if all values are between 0 and 1. If
+// all values are equal and not between 0 and 1, returns 0 and that value, the smaller as black.
+// Ignores values that are not finite, and magnitudes of 1e10 or more (the background's depth).
 GreyRange grey_range(const ShowOptions& options, const LoadProgress& progress,
                      const ImageLayer& layer) {
   constexpr float kBackground = 1e10f;  // depth that Emberline and Blender write for the background

@@ -24,7 +24,7 @@ constexpr StageInfo kStages[] = {
     {"environment", false, 0.7}, {"BVH", false, 0.9},    {"lights", false, 1.0},
 };
 
-// Smaller changes of the fraction are not reported.
+// Smaller changes of the fraction are reported only when a stage begins or the load is complete.
 constexpr double kMinStep = 1.0 / 256.0;
 
 const StageInfo& info(LoadStage stage) { return kStages[size_t(stage)]; }

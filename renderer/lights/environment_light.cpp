@@ -24,7 +24,7 @@ namespace emberline {
 namespace {
 
 // Lower limit of sin theta, which keeps the density finite at the poles, where a row of the map
-// shrinks to a point. No float direction has a smaller angle to the pole.
+// shrinks to a point.
 constexpr float kMinSine = 1e-7f;
 
 // Angles are computed in groups of this size, because a loop of fixed length vectorises.
@@ -60,9 +60,9 @@ float sample_tent(float r) {
   return r < 0.5f ? std::sqrt(2.0f * r) - 1.0f : 1.0f - std::sqrt(2.0f * (1.0f - r));
 }
 
-// Samples a position around the centre of a row in proportion to the row's bilinear weight. Rows
-// are clamped, so the weight of the first and last row is 1 from the map's edge to the row's
-// centre. This part is half of the row's mass; the other half is half a tent.
+// Samples a position relative to the row's centre, in rows, in proportion to the row's bilinear
+// weight. The weight is a tent, but in the first and last row it is 1 between the map's edge and
+// the row's centre. Each side of the centre is chosen with probability 1/2.
 float sample_row_shape(int row, int height, float r) {
   const bool first = row == 0, last = row == height - 1;
   if ((first && r < 0.5f) || (last && r >= 0.5f)) return r - 0.5f;

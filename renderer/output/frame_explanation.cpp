@@ -76,7 +76,8 @@ class FrameReader {
         samples("samples", image().channel_names),
         error("error", image().channel_names) {
     if (!samples.is_known()) {
-      throw InputError(name, "it has no channel samples; use an .exr that emberline render wrote");
+      throw InputError(
+          name, "it has no channel named \"samples\"; use an .exr that `emberline render` wrote");
     }
   }
 
@@ -238,8 +239,8 @@ void check_pixel(const std::optional<Vec2i>& pixel, const FrameReader& frame) {
   if (!pixel) {
     if (frame.error.is_known()) return;
     throw InputError(frame.path,
-                     "it has no channel variance, which is needed to find the worst pixel; render "
-                     "it with `aov` variance");
+                     "it has no layer named \"variance\", which is needed to find the worst pixel; "
+                     "render it with `aov` variance");
   }
   const std::string error = outside_message(*pixel, frame.image().data_window);
   if (!error.empty()) throw UsageError(error);

@@ -68,9 +68,9 @@ void check_heatmap_channels(const std::string& place, const HeatmapQuantity& qua
       quantity.needs_denoised
           ? std::string("render it with `denoise`, or run emberline denoise on it")
       : quantity.aov ? fmt::format("render it with `aov` {}", name_of(aov_table(), *quantity.aov))
-                     : std::string("use an .exr that emberline render wrote");
-  throw InputError(place, "it has no channel {}, which a heatmap of {} needs; {}", missing,
-                   quantity.name, remedy);
+                     : std::string("use an .exr that `emberline render` wrote");
+  throw InputError(place, "it has no channel named \"{}\", which a heatmap of {} needs; {}",
+                   missing, quantity.name, remedy);
 }
 
 std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {

@@ -23,7 +23,8 @@ class RecordedSettings {
   // Returns the text of the attribute with this name, such as "spp" or "complete"; "" if there is
   // no such attribute.
   std::string text(const std::string& name) const;
-  // The recorded settings. Input files have their defaults, as have settings that cannot be read.
+  // The recorded settings. A setting keeps its default if its value is a path, or if its value is
+  // not recorded or cannot be read.
   const FrameSettings& settings() const { return settings_; }
   // Returns the names and texts of the settings that differ from the defaults, including input
   // files, in the order of setting_table(). Leaves out the instruction set, which every frame

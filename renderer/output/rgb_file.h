@@ -58,10 +58,11 @@ struct LayerChoice {
 RgbFile read_rgb(const std::string& path, const LoadProgress& progress,
                  const LayerChoice& choice = {});
 
-// Returns the reference pixels with which `crop` is compared. If the reference's frame has the same
-// size, these are the pixels at the same position. If the frames differ in size, the reference must
-// have the size of `crop`, and the reference or `crop` must be a whole frame; then these are all
-// pixels of the reference. Otherwise throws an InputError that calls the compared picture `what`.
+// Returns the pixels of the reference with which `crop` is compared. If both frames have the same
+// size, returns the pixels at the same position; the reference must contain all of them. If the
+// frames differ in size, returns the whole reference. It must then have the size of `crop`, and the
+// reference or `crop` must be a whole frame. Otherwise throws an InputError, which calls the
+// compared picture `what`.
 RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect& crop,
                           int frame_width, int frame_height);
 

@@ -14,10 +14,12 @@ struct LoadedScene {
   std::shared_ptr<const ListedScene> open;
   SceneEdits edits;             // from the edits file; includes the options' variant, lens and time
   SceneDescription edit_lists;  // only the lists that edits refer to: cheap to copy
-  std::unique_ptr<OpenScene> scene;  // only the rendering thread uses this and the members below
-  RenderOptions options;             // without animation, time and variant, which are in `edits`
-  AnimationEdit current_animation;   // the current pose
-  CameraDescription view;            // the camera without edits, in the current pose
+  // After loading, only the rendering thread uses `scene` and the members below. Exception: any
+  // thread may call memory.budget().
+  std::unique_ptr<OpenScene> scene;
+  RenderOptions options;            // without animation, time and variant, which are in `edits`
+  AnimationEdit current_animation;  // the current pose
+  CameraDescription view;           // the camera without edits, in the current pose
   std::shared_ptr<MemoryBudget> budget;
   MemoryReservation memory = {};  // the part of the session's budget that this scene uses
 

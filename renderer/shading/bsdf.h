@@ -126,7 +126,8 @@ class SurfaceBsdf {
 
   // ---- the list of lobes (bsdf_lobes.cpp); out of line, at no cost to plain materials
   enum Lobe : uint8_t { kBase, kClear, kDiffuseTransmission, kSheen, kCoat, kLobes };
-  // The additional data of a base that is in a list of lobes.
+  // Data that the base lobe needs only if the material has a list of lobes: thin film, anisotropy
+  // and diffuse transmission.
   struct SpecialBase {
     Color4 bare_f0 = splat4(0.0f);  // without film
     float bare_f90 = 0.0f;

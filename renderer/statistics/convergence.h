@@ -12,10 +12,12 @@
 
 namespace emberline {
 
-// An integrand, and the convergence order of jittered samples of it. If the integrand is an edge,
-// the edge cuts about sqrt(N) of N cells, so the variance falls as N^-1.5. If the integrand is
+// An integrand, and the convergence order of jittered samples of it. If a 2D integrand is an edge,
+// the edge cuts about sqrt(N) of N cells, so the variance falls as N^-1.5. If a 2D integrand is
 // smooth, it varies within a cell in proportion to the cell's side, so the variance falls as N^-2
-// (Mitchell 1996, "Consequences of Stratified Sampling in Graphics").
+// (Mitchell 1996, "Consequences of Stratified Sampling in Graphics"). "4D coupled" is smooth too,
+// but its variance falls only as N^-1: its two pairs of random numbers are jittered separately, so
+// the part of the integrand that depends on both pairs is not stratified.
 struct ConvergenceIntegrand {
   Integrand integrand;
   double stratified_order;

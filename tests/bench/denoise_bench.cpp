@@ -1,6 +1,7 @@
-// Denoises a finished frame and compares the result with a reference. The reference is a frame of
-// many samples with another seed, whose halves give two pictures. This is not a test.
-// denoise_scenes.py renders the frames and runs this, and tests/bench/results has the figures.
+// Denoises a finished frame and compares the result with a reference, which is a frame with many
+// samples and another seed. The two halves of the reference serve as two independent pictures, so
+// that its own noise does not bias the squared errors. This is not a test. denoise_scenes.py
+// renders the frames and runs this program; the figures are in tests/bench/results.
 //
 //   denoise_bench FRAME.exr REFERENCE.exr [--clean FILE] [--repetitions N]
 //

@@ -798,7 +798,7 @@ def missing_library():
     bpy.ops.wm.open_mainfile(filepath=file("scene.blend"))
     picture = render()
     check(picture[..., :3].mean() > 0.05, "the rest is not rendered")
-    check(any("missing" in line for _, line in limits.of_scene(bpy.context.scene)), "the panel does not say it")
+    check(any("missing" in line for _, line in limits.of_scene(bpy.context.scene)), "the missing file is not listed")
 
 
 def no_pixels():

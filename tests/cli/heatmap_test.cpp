@@ -272,17 +272,17 @@ TEST_F(Heatmap, OutputPathIsCheckedBeforeTheRender) {
 TEST_F(Heatmap, FileWithoutTheNeededChannels) {
   render(render_words());
   const Words input = {"heatmap", path("out.exr")};
-  const std::pair<const char*, Words> missing[] = {{"error", {"variance.R", "--aov variance"}},
-                                                   {"stop", {"stop", "--aov stop"}},
-                                                   {"time", {"time", "--aov time"}},
+  const std::pair<const char*, Words> missing[] = {{"error", {"\"variance.R\"", "--aov variance"}},
+                                                   {"stop", {"\"stop\"", "--aov stop"}},
+                                                   {"time", {"\"time\"", "--aov time"}},
                                                    {"non_finite", {"--aov non_finite"}}};
   for (const auto& [quantity, message_parts] : missing) {
     expect_failure(input + Words{"-o", path("d.png"), "--of", quantity}, 3,
-                   Words{"out.exr", "no channel"} + message_parts);
+                   Words{"out.exr", "no channel named"} + message_parts);
   }
   render(render_words({"-o", path("out.png")}));
   expect_failure({"heatmap", path("out.png"), "-o", path("d.png")}, 3,
-                 {"out.png", "no channel samples", "emberline render"});
+                 {"out.png", "no channel named \"samples\"", "`emberline render`"});
   expect_failure({"heatmap", path("none.exr"), "-o", path("d.png")}, 3, {"none.exr"});
   expect_failure({"heatmap", scene(), "-o", path("d.png")}, 3, {"scene.glb"});
   expect_failure(input + Words{"-o", path("out.exr")}, 2, {"-o", "out.exr", "itself"});

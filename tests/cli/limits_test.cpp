@@ -116,7 +116,7 @@ TEST_F(Limits, ReportsADamagedImageLibrary) {
   const std::string render = "render '" + gltf.write_glb(path("textured.glb")) + "' --env '" +
                              path("sky.exr") + "' --size 8x8 --spp 1 --quiet";
   std::string pictures;
-  for (const std::string name : {"a.png", "a.jpg", "a.exr"}) pictures += " -o '" + path(name) + "'";
+  for (const char* file : {"a.png", "a.jpg", "a.exr"}) pictures += " -o '" + path(file) + "'";
   pictures += " --exr-compression dwaa --report '" + path("a.html") + "'";
   EXPECT_EQ(std::system(command(render + pictures).c_str()), 0);
 }

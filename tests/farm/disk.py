@@ -6,7 +6,7 @@ The checkpoint is in a separate folder, which fails in several ways. It is on a 
 mounting is allowed). Or calls fail, because broken_disk.c is loaded before the C library (if there is a compiler). Or
 the folder is removed, moved or write-protected. To run one case, give its name or a part of its name:
 
-  disk.py build/release/bin/emberline scenes --only 'full bisection'
+  disk.py build/release/bin/emberline scenes --only 'full disk of bisection'
 """
 
 import errno
@@ -69,7 +69,7 @@ def failing_calls(farm, drivers):
             few = calls in ("fsync", "fdatasync", "rename")
             failures = ((errno.EIO, 2 if few else 4), (errno.ENOSPC, 3 if few else 7))
             for error, after in failures if LONG or calls == kinds[0] else failures[:1]:
-                case = f"{calls} fails of {driver}, {errno.errorcode[error]} after {after}"
+                case = f"{driver}: {calls} fails with {errno.errorcode[error]} after {after} calls"
                 if not farm.is_selected(case):
                     continue
                 expected, _ = farm.reference(settings_of(farm, driver))

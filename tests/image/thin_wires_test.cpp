@@ -129,8 +129,9 @@ INSTANTIATE_TEST_SUITE_P(
                      testing::Values(16u, 64u),
                      testing::Values(ErrorMetric::kDisplay, ErrorMetric::kMse)));
 
-// A threshold ends a pixel by the samples of the pixel and its neighbours, after at least 16
-// samples. The bias is -3.6 %, or -1.1 % with `nested`, at 32 to 35 samples a pixel.
+// With a threshold, a pixel is finished once its estimated error is low enough, but not before it
+// has 16 samples. The estimate uses the samples of the pixel and its neighbours. With 32 to 35
+// samples a pixel, the bias is -3.6 %, or -1.1 % for `nested`.
 class Estimators : public testing::TestWithParam<std::string> {};
 
 TEST_P(Estimators, ThresholdBiasIsBounded) {

@@ -1,5 +1,5 @@
-// An edited scene renders the same bits as a scene that was built with the same edits. Editing
-// rebuilds no BVH.
+// An edited scene renders the same bits as a scene that was built with the same edits. Editing does
+// not rebuild the geometry's BVH.
 #include <gtest/gtest.h>
 
 #include <algorithm>

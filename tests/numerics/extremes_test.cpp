@@ -226,8 +226,8 @@ TEST(Extremes, AThousandLayers) {
     b.set_environment(Rgb(1.0f));
     RenderSettings s = extreme_settings();
     s.spp = long_or_short(256u, 64u);
-    // The tolerance is 1e-4. It covers a float alpha of .001 and the 24 bits of to_unit_float, 1000
-    // times.
+    // The tolerance of 1e-4 covers two errors that add up over the 1000 layers: .001 is rounded to
+    // a float, and the random numbers that decide coverage have only 24 bits (CoverageNumbers).
     expect_exact(render(*b.build(), orthographic({0, 5, 0}, {.1, 0, .1}, 1), s),
                  std::pow(.999, 1000), 1e-4, s,
                  {"E33", stacked ? "1000 layers of alpha .001, stacked"

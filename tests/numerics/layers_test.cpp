@@ -37,8 +37,8 @@ struct Prism {
     const double b = (kIor - 1) * kDispersion / 20 / (1 / square(486.13) - 1 / square(656.27));
     return kIor + b * (1 / square(nanometres) - 1 / square(587.56));
   }
-  // Returns the distance on the screen from the point opposite to the ray's exit point to the point
-  // that the ray hits.
+  // Returns how far the refraction moves the ray's hit point on the screen. Without refraction at
+  // the second face, the ray would hit the screen straight below its exit point.
   static double deflection(double nanometres) {
     return kScreen * std::tan(std::asin(ior(nanometres) * std::sin(kAngle)) - kAngle);
   }

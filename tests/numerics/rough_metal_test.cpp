@@ -300,7 +300,11 @@ class Shape {
 // shape "split" is (1 + gain) times single scattering, plus Kulla & Conty's lobe for the rest. The
 // rest is negative at grazing angles, but the sum is not. The gains are fitted to a finer grid of
 // directions.
-struct ExpectedShape {  // upper bounds of the rms, exact extremes, and the split's gain
+//
+// `ours`, `scaled` and `split` are upper bounds of each shape's rms error. `scaled_min` and
+// `scaled_max` are the extremes of the ratio between "scaled" and the walk, to two decimals. `gain`
+// is the gain of "split".
+struct ExpectedShape {
   double alpha, ours, scaled, scaled_min, scaled_max, gain, split;
 };
 

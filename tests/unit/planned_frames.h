@@ -19,7 +19,8 @@ inline SyntheticFrame even_noise(int width, int height, uint64_t seed) {
           [](int, int, TestRandom& random) { return noisy(random, 0.4f, 0.1f); }};
 }
 
-// Settings with two streams, with which counts need no steps. step_planner_test.cpp tests `nested`.
+// Settings for the estimator `two-stream`, which allows any sample count. The estimator `nested`
+// allows only powers of two and 1.5 times these; step_planner_test.cpp tests it.
 inline AdaptiveSettings budget_settings(uint32_t budget,
                                         ErrorMetric allocation = ErrorMetric::kMse) {
   AdaptiveSettings s;

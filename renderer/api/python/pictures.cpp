@@ -137,9 +137,10 @@ void add_pictures(py::module_& module) {
       "write", &write, "path"_a, "picture"_a, py::kw_only(), "exposure"_a = 0.0,
       "channels"_a = py::none(),
       "Writes a Picture or linear float32 array as .exr, or as displayed in .png or .jpg; writes a "
-      "uint8 array as .png or .jpg unchanged. A rendered Picture gives the same file as the "
-      "command: half, exr_compression, exr_parts and working_space apply, the header has the "
-      "camera, the settings and the matte names, and a .png shows the denoised picture.");
+      "uint8 array as .png or .jpg unchanged. A rendered Picture is written as `emberline render` "
+      "would write it. In an .exr, the settings half, exr_compression, exr_parts and working_space "
+      "apply, and the header records the camera, the settings and the matte names. A .png or .jpg "
+      "shows the denoised picture, if there is one.");
 }
 
 }  // namespace emberline::python

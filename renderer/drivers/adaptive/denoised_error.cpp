@@ -20,7 +20,8 @@ namespace {
 constexpr double kMinSamples = 16.0;
 constexpr size_t kGrain = 8192;
 
-// The channels of one half in the order of put_halves(), with the shared values already summed.
+// Indices of the channels of half1 (or half2) as ShareResolver returns them. The order is that of
+// put_halves(), but the shares for 3 x 3 pixels are replaced by R, G and B of the summed shares.
 enum Channel : size_t { kRed, kAlbedo = 3, kFeatures = 6, kSamples = 11, kShared };
 constexpr size_t kChannels = kShared + 3;
 constexpr int kRowsAtOnce = 64;

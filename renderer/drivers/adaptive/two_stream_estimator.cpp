@@ -15,8 +15,9 @@ constexpr int kRadius = 2;
 // exp(-d^2 / (2 sigma^2)) for sigma = 1.2 pixels and d = 0, 1, 2 pixels.
 constexpr float kKernel[kRadius + 1] = {1.0f, 0.706648f, 0.249352f};
 
-// The samples' spread weighs as much as this many degrees of freedom of the streams. Without this
-// weight, a pixel whose streams agree by chance would count as finished.
+// The weight of the samples' pooled spread in the squared deviation. The pooled difference of the
+// streams has weight 1. Without the spread, a pixel whose streams agree by chance would be
+// allocated almost no samples.
 constexpr float kSpreadWeight = 0.1f;
 
 // A pixel's own spread is ignored up to this many samples, since otherwise unlucky pixels would

@@ -62,8 +62,9 @@ TEST(HalfChannels, AreMeansOfEachHalf) {
   }
 }
 
-// A pixel may show another value than its mean, such as an average over rounds. The weighted mean
-// of the halves follows this value, and their difference stays that of the samples.
+// A pixel's mean may be replaced, for example by an average over rounds. Then both halves are
+// shifted by the same amount, so that their weighted mean is the new value. The difference between
+// the halves does not change.
 TEST(HalfChannels, FollowThePixel) {
   FilmTile film = film_of(1);
   const DenoiserFeatures seen;

@@ -174,11 +174,14 @@ TEST(Flip, EqualPicturesAreZero) {
 }
 
 TEST(Flip, BlackAgainstWhite) {
-  // There are no features, and the filters keep constants. Lightness differs by 100 and chroma does
-  // not differ, so the value is 100^0.7 = 25.1189, which is redistributed. The largest error is
-  // that between green, L*a*b* (87.7355, -86.1816, 83.1866), and blue, (32.3009, 79.1953,
-  // -107.8555). After Hunt (a and b times L / 100) these are 203.3050 apart, which to the power 0.7
-  // is 41.2766. The knee is at 0.4 of this, 16.5106, and 25.1189 lies beyond it. So the result is
+  // Constant pictures have no edges or points, and the filters do not change them. The lightness
+  // differs by 100 and the chroma by 0, so the colour error is 100^0.7 = 25.1189.
+  //
+  // FLIP maps this error to [0, 1] relative to the largest possible error, which is that between
+  // green and blue. Their L*a*b* values are (87.7355, -86.1816, 83.1866) and (32.3009, 79.1953,
+  // -107.8555). After Hunt's adjustment (a and b times L / 100) their distance (the difference in L
+  // plus the distance in a and b) is 203.3050, so the largest error is 203.3050^0.7 = 41.2766. The
+  // mapping has a knee at 0.4 of this, 16.5106. Our error is above the knee, so the result is
   // 0.95 + 0.05 (25.1189 - 16.5106) / (41.2766 - 16.5106) = 0.967379.
   const double expected = colour_error(100.0);
   EXPECT_NEAR(expected, 0.967379, 1e-6);

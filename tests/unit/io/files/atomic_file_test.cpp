@@ -1,4 +1,5 @@
-// Tests files that appear complete or not at all.
+// Tests AtomicFile: the target is replaced only by a complete file, and otherwise not touched. Also
+// tests GrowingFile.
 #include "io/files/atomic_file.h"
 
 #include <fcntl.h>
