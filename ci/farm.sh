@@ -39,13 +39,14 @@ processes_of() {
 finish() {
   status=$?
   trap - EXIT
+  trap '' INT TERM HUP  # nothing may interrupt the cleanup
   for node in n1 n2; do kill -9 $(processes_of $node) 2>/dev/null || true; done
   for name in controller munge; do kill -9 "$(cat "$work/$name.pid" 2>/dev/null)" 2>/dev/null || true; done
   rm -rf "$work"
   exit $status
 }
 trap finish EXIT
-trap 'exit 130' INT TERM
+trap 'exit 130' INT TERM HUP
 
 start_slurm() {
   mkdir "$work/state"

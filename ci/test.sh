@@ -12,9 +12,19 @@ rm -f build-configure.log
 # tests are compiled.
 farm=
 farm_log=$(mktemp) rows=$(mktemp)
-trap '[ -z "$farm" ] || kill "$farm" 2>/dev/null || true; rm -f "$farm_log" "$rows"' EXIT
+finish() {
+  trap '' INT TERM HUP
+  if [ -n "$farm" ]; then
+    kill "$farm" 2>/dev/null || true
+    wait "$farm" || true
+  fi
+  rm -f "$farm_log" "$rows"
+}
+trap finish EXIT
+trap 'exit 130' INT TERM HUP
 if [ "$preset" = release ]; then
   if [ "$(id -u)" -eq 0 ]; then
+    ci/setup.sh slurm-wlm munge
     cmake --build --preset "$preset" --target emberline
     ci/farm.sh build/release/bin/emberline >"$farm_log" 2>&1 &
     farm=$!
@@ -22,14 +32,14 @@ if [ "$preset" = release ]; then
     echo "ci/test.sh: skipped ci/farm.sh, which needs root"
   fi
 fi
-built=0
-cmake --build --preset "$preset" || built=$?
+cmake --build --preset "$preset"
 if [ -n "$farm" ]; then
-  wait "$farm" || { cat "$farm_log" >&2; echo "ci/test.sh: ci/farm.sh failed" >&2; exit 1; }
+  status=0
+  wait "$farm" || status=$?
   farm=
+  [ "$status" -eq 0 ] || { cat "$farm_log" >&2; echo "ci/test.sh: ci/farm.sh failed" >&2; exit 1; }
   tail -n 1 "$farm_log"
 fi
-[ "$built" -eq 0 ] || exit "$built"
 
 # The numerics tests append one row per comparison. tests/numerics/table.csv must have the same comparisons
 # (ci/numerics.sh). Runs one job more than there are cores, because nine in ten tests leave a core idle at times.

@@ -2,7 +2,6 @@
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfChromaticitiesAttribute.h>
-#include <OpenEXR/ImfCompressionAttribute.h>
 #include <OpenEXR/ImfEnvmapAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
@@ -18,7 +17,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
+#include <cstdint>
 #include <exception>
 #include <map>
 #include <mutex>
@@ -29,16 +28,18 @@
 #include <tuple>
 #include <utility>
 
+#include "io/image/input.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/parallel.h"
 
 namespace emberline {
 namespace {
 
-// Returns OpenEXR's message as one line. It begins with the name of the stream, which is dropped.
-std::string library_message(std::string_view text) {
-  constexpr std::string_view kStream = "Cannot read image file \"image\". ";
-  if (text.starts_with(kStream)) text.remove_prefix(kStream.size());
+// Returns OpenEXR's message as one line. The stream's name and what precedes it are dropped.
+std::string exr_message(std::string_view text) {
+  constexpr std::string_view kStream = "\"image\". ";
+  if (const size_t stream = text.find(kStream); stream != std::string_view::npos)
+    text.remove_prefix(stream + kStream.size());
   std::string line(text.substr(0, 200));
   std::ranges::replace_if(
       line, [](char c) { return uint8_t(c) < 0x20; }, ' ');
@@ -46,16 +47,21 @@ std::string library_message(std::string_view text) {
   return line.empty() ? "unknown reason" : line;
 }
 
-// Runs `work` and turns exceptions, except bad_alloc, into an error string.
+// Runs `work` and turns exceptions, except bad_alloc, into an error string. OpenEXR wraps some
+// bad_allocs in exceptions of its own.
 template <typename Work>
-std::string catch_errors(const Work& work) {
+std::string catch_exr_errors(const Work& work) {
   try {
     work();
     return "";
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {
-    return library_message(error.what());
+    const std::string_view text = error.what();
+    for (const char* part : {"bad_alloc", "Failed to allocate memory"}) {
+      if (text.find(part) != std::string_view::npos) throw std::bad_alloc();
+    }
+    return exr_message(text);
   }
 }
 
@@ -85,11 +91,6 @@ SampleType sample_type(Imf::PixelType type) {
 std::pair<std::string, std::string> split_name(const std::string& name) {
   const size_t leaf = name.rfind('.') + 1;  // 0 if there is no layer
   return {name.substr(0, leaf), name.substr(leaf)};
-}
-
-bool is_alpha(const std::string& channel) {
-  const std::string leaf = lower_case(split_name(channel).second);
-  return leaf == "a" || leaf == "alpha";
 }
 
 // Returns the names sorted by layer. Within a layer, colours come first in the order red, green,
@@ -184,13 +185,13 @@ struct OpenFile {
   std::map<int, Imf::TiledInputPart> tiles;
 };
 
-class Decoder final : public ImageDecoder {
+class ExrDecoder final : public ImageDecoder {
  public:
   // Returns an empty string or the error.
   std::string open(const ByteSource& source, int rows_per_block, int threads) {
     source_ = &source;
     threads_ = threads;
-    return catch_errors([&] { read_headers(rows_per_block); });
+    return catch_exr_errors([&] { read_headers(rows_per_block); });
   }
   std::string attribute(const char* name) const override {
     const auto found = std::ranges::find(layout_.text_attributes, name,
@@ -205,33 +206,45 @@ class Decoder final : public ImageDecoder {
   struct Part {
     int number = 0;
     int first = 0, end = 0;  // its channels among the image's channels
+    Imf::ChannelList channels;
   };
-  // Where read() puts the values.
-  struct Target {
+  // The first block of a part that cannot be read.
+  struct Failure {
+    size_t part = SIZE_MAX, block = 0;
+    std::string error;
+    auto operator<=>(const Failure&) const = default;
+  };
+  // A call of read().
+  struct Request {
+    Rect pixels;
     int first, last;  // channels of the image
     Imf::PixelType type;
     std::byte* out;  // the value of the image's channel `first` at `pixels`' corner
     size_t row;
-    Rect pixels;
   };
 
   void read_headers(int rows_per_block);
   void add_part(int number, const Imf::Header& header);
-  void read_block(OpenFile& file, const Rect& block, const Target& target) const;
-  Imf::FrameBuffer frame_buffer(const Part& part, const Target& target) const;
+  Failure read_blocks(OpenFile& file, size_t begin, size_t end, const Request& request) const;
+  void read_block(OpenFile& file, int part, const Rect& block) const;
+  Imf::FrameBuffer frame_buffer(const Part& part, const Request& request) const;
+  int block_width() const { return layout_.tile_width > 0 ? layout_.tile_width : layout_.width; }
+  int block_height() const {
+    return layout_.tile_height > 0 ? layout_.tile_height : layout_.rows_per_block;
+  }
   std::unique_ptr<OpenFile> take_file();
 
-  static constexpr int kMaxChannels = 4096;  // the limit in image/input.cpp
   static constexpr int kMaxParts = 4096;
 
   const ByteSource* source_ = nullptr;
   int threads_ = 1;
   std::vector<Part> parts_;
+  std::set<std::string> names_;  // the channels of parts_
   std::mutex mutex_;
   std::vector<std::unique_ptr<OpenFile>> idle_;  // guarded by mutex_
 };
 
-void Decoder::read_headers(int rows_per_block) {
+void ExrDecoder::read_headers(int rows_per_block) {
   idle_.push_back(std::make_unique<OpenFile>(*source_));
   const Imf::MultiPartInputFile& file = idle_.front()->file;
   const Imf::Header& header = file.header(0);
@@ -242,7 +255,7 @@ void Decoder::read_headers(int rows_per_block) {
     const std::string name = a.name();
     const auto* const text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute());
     if (text && (name.starts_with("emberline") || name.starts_with("cryptomatte/")))
-      layout_.text_attributes.emplace_back(name, text->value());
+      layout_.text_attributes.emplace_back(name, text->value().c_str());
   }
   layout_.view = view_of(header);
   if (const auto* const c = find_value<Imf::ChromaticitiesAttribute>(header, "chromaticities")) {
@@ -263,23 +276,22 @@ void Decoder::read_headers(int rows_per_block) {
 
 // Adds the part's channels to the image if its pixels are the first part's pixels and none of its
 // channel names occurs twice.
-void Decoder::add_part(int number, const Imf::Header& header) {
+void ExrDecoder::add_part(int number, const Imf::Header& header) {
   const Imf::ChannelList& channels = header.channels();
   const std::vector<std::string> names = sorted_names(channels);
   const int first = layout_.channels(), end = first + int(names.size());
-  const bool is_new = std::ranges::none_of(names, [&](const std::string& name) {
-    return std::ranges::find(layout_.channel_names, name) != layout_.channel_names.end();
-  });
-  const bool is_read = number == 0 || (is_new && !names.empty() && end <= kMaxChannels &&
-                                       subsampled_channel(channels).empty() &&
-                                       is_same_placement(placement_of(header), layout_));
+  const bool is_read =
+      number == 0 ||
+      (!names.empty() && end <= kMaxChannels && Imf::isSupportedType(header.type()) &&
+       is_same_placement(placement_of(header), layout_) && subsampled_channel(channels).empty() &&
+       std::ranges::none_of(names, [&](const auto& name) { return names_.contains(name); }));
   const auto* const envmap = find_value<Imf::EnvmapAttribute>(header, "envmap");
   layout_.parts.push_back({header.hasName() ? header.name() : "", names, is_read ? first : -1,
                            envmap && *envmap == Imf::ENVMAP_CUBE});
   if (!is_read) return;
-  parts_.push_back({number, first, end});
+  parts_.push_back({number, first, end, channels});
+  names_.insert(names.begin(), names.end());
   for (const std::string& name : names) {
-    if (layout_.alpha_channel < 0 && is_alpha(name)) layout_.alpha_channel = layout_.channels();
     layout_.channel_names.push_back(name);
     layout_.channel_types.push_back(sample_type(channels[name].type));
   }
@@ -287,34 +299,36 @@ void Decoder::add_part(int number, const Imf::Header& header) {
 
 // Reads the blocks of rows, or the tiles, in parallel. OpenEXR would do that with threads of its
 // own, which our limit on threads does not cover.
-std::string Decoder::read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
-                          size_t row) {
-  const Target target = {first, last, type == SampleType::kHalf ? Imf::HALF : Imf::FLOAT,
-                         out,   row,  pixels};
-  const int width = layout_.tile_width > 0 ? layout_.tile_width : layout_.width;
-  const int height = layout_.tile_height > 0 ? layout_.tile_height : layout_.rows_per_block;
-  const int x0 = pixels.x0 / width, x1 = (pixels.x1 + width - 1) / width;
-  const int y0 = pixels.y0 / height, y1 = (pixels.y1 + height - 1) / height;
-  const size_t across = size_t(x1 - x0), blocks = across * size_t(y1 - y0);
-  const size_t tasks = std::min(blocks, size_t(threads_));
-  std::vector<std::string> errors(tasks);
+std::string ExrDecoder::read(const Rect& pixels, int first, int last, SampleType type,
+                             std::byte* out, size_t row) {
+  const Request request = {pixels, first, last, type == SampleType::kHalf ? Imf::HALF : Imf::FLOAT,
+                           out,    row};
+  const int width = block_width(), height = block_height();
+  // OpenEXR writes whole tiles and rows.
+  const auto is_cut = [](int at, int step, int end) { return at % step != 0 && at != end; };
+  if (pixels.x0 % width != 0 || is_cut(pixels.x1, width, layout_.width) ||
+      (layout_.tile_height > 0 &&
+       (pixels.y0 % height != 0 || is_cut(pixels.y1, height, layout_.height)))) {
+    return "only whole tiles can be read";
+  }
+  const auto across = size_t((pixels.x1 + width - 1) / width - pixels.x0 / width);
+  const auto down = size_t((pixels.y1 + height - 1) / height - pixels.y0 / height);
+  const size_t blocks = across * down, tasks = std::min(blocks, size_t(threads_));
+  std::vector<Failure> failures(tasks);
   parallel_tasks(tasks, [&](size_t task) {
-    errors[task] = catch_errors([&] {
+    const size_t begin = blocks * task / tasks, end = blocks * (task + 1) / tasks;
+    std::string error = catch_exr_errors([&] {
       std::unique_ptr<OpenFile> file = take_file();
-      for (size_t i = blocks * task / tasks; i < blocks * (task + 1) / tasks; ++i) {
-        const int x = (x0 + int(i % across)) * width, y = (y0 + int(i / across)) * height;
-        read_block(*file, Rect{x, y, x + width, y + height}.intersect(pixels), target);
-      }
+      failures[task] = read_blocks(*file, begin, end, request);
       const std::lock_guard lock(mutex_);
       idle_.push_back(std::move(file));
     });
+    if (!error.empty()) failures[task] = {0, begin, std::move(error)};
   });
-  const auto failed =
-      std::ranges::find_if(errors, [](const auto& error) { return !error.empty(); });
-  return failed == errors.end() ? "" : *failed;
+  return std::ranges::min(failures).error;
 }
 
-std::unique_ptr<OpenFile> Decoder::take_file() {
+std::unique_ptr<OpenFile> ExrDecoder::take_file() {
   {
     const std::lock_guard lock(mutex_);
     if (!idle_.empty()) {
@@ -323,41 +337,69 @@ std::unique_ptr<OpenFile> Decoder::take_file() {
       return file;
     }
   }
-  return std::make_unique<OpenFile>(*source_);
+  auto file = std::make_unique<OpenFile>(*source_);
+  // The file may have changed since its header was checked.
+  for (const Part& part : parts_) {
+    if (part.number >= file->file.parts() ||
+        !is_same_placement(placement_of(file->file.header(part.number)), layout_) ||
+        !(file->file.header(part.number).channels() == part.channels)) {
+      throw std::runtime_error("the file changed while it was being read");
+    }
+  }
+  return file;
 }
 
-// Reads a tile, or rows of at most one block.
-void Decoder::read_block(OpenFile& file, const Rect& block, const Target& target) const {
-  for (const Part& part : parts_) {
-    if (part.first >= target.last || part.end <= target.first) continue;
-    const Imf::FrameBuffer buffer = frame_buffer(part, target);
-    if (layout_.tile_width > 0) {
-      Imf::TiledInputPart& tiles =
-          file.tiles.try_emplace(part.number, file.file, part.number).first->second;
-      tiles.setFrameBuffer(buffer);
-      tiles.readTile(block.x0 / layout_.tile_width, block.y0 / layout_.tile_height);
-    } else {
-      Imf::InputPart& rows =
-          file.rows.try_emplace(part.number, file.file, part.number).first->second;
-      rows.setFrameBuffer(buffer);
-      rows.readPixels(layout_.y + block.y0, layout_.y + block.y1 - 1);
-    }
+// Reads blocks [begin, end) of each part. Stops at the first failure, and returns it.
+ExrDecoder::Failure ExrDecoder::read_blocks(OpenFile& file, size_t begin, size_t end,
+                                            const Request& request) const {
+  const int width = block_width(), height = block_height();
+  const int x0 = request.pixels.x0 / width, y0 = request.pixels.y0 / height;
+  const auto across = size_t((request.pixels.x1 + width - 1) / width - x0);
+  for (size_t p = 0; p < parts_.size(); ++p) {
+    const Part& part = parts_[p];
+    if (part.first >= request.last || part.end <= request.first) continue;
+    size_t i = begin;
+    std::string error = catch_exr_errors([&] {
+      const Imf::FrameBuffer buffer = frame_buffer(part, request);
+      if (layout_.tile_width > 0) {
+        file.tiles.try_emplace(part.number, file.file, part.number)
+            .first->second.setFrameBuffer(buffer);
+      } else {
+        file.rows.try_emplace(part.number, file.file, part.number)
+            .first->second.setFrameBuffer(buffer);
+      }
+      for (; i < end; ++i) {
+        const int x = (x0 + int(i % across)) * width, y = (y0 + int(i / across)) * height;
+        read_block(file, part.number, Rect{x, y, x + width, y + height}.intersect(request.pixels));
+      }
+    });
+    if (!error.empty()) return {p, i, std::move(error)};
+  }
+  return {};
+}
+
+// Reads a tile, or rows of at most one block, into the frame buffer that was set.
+void ExrDecoder::read_block(OpenFile& file, int part, const Rect& block) const {
+  if (layout_.tile_width > 0) {
+    file.tiles.at(part).readTile(block.x0 / layout_.tile_width, block.y0 / layout_.tile_height);
+  } else {
+    file.rows.at(part).readPixels(layout_.y + block.y0, layout_.y + block.y1 - 1);
   }
 }
 
 // OpenEXR addresses pixels by their coordinates in the file, so the buffer's origin is usually
 // outside the allocated memory.
-Imf::FrameBuffer Decoder::frame_buffer(const Part& part, const Target& target) const {
-  const size_t value = target.type == Imf::HALF ? 2 : 4;
-  const size_t pixel = size_t(target.last - target.first) * value;
-  const auto corner = reinterpret_cast<uintptr_t>(target.out) -
-                      uintptr_t(int64_t(layout_.x) + target.pixels.x0) * pixel -
-                      uintptr_t(int64_t(layout_.y) + target.pixels.y0) * target.row;
+Imf::FrameBuffer ExrDecoder::frame_buffer(const Part& part, const Request& request) const {
+  const size_t value = request.type == Imf::HALF ? 2 : 4;
+  const size_t pixel = size_t(request.last - request.first) * value;
+  const auto corner = reinterpret_cast<uintptr_t>(request.out) -
+                      uintptr_t(int64_t(layout_.x) + request.pixels.x0) * pixel -
+                      uintptr_t(int64_t(layout_.y) + request.pixels.y0) * request.row;
   Imf::FrameBuffer buffer;
-  for (int c = std::max(part.first, target.first); c < std::min(part.end, target.last); ++c) {
-    auto* const base = reinterpret_cast<char*>(corner + size_t(c - target.first) * value);
+  for (int c = std::max(part.first, request.first); c < std::min(part.end, request.last); ++c) {
+    auto* const base = reinterpret_cast<char*>(corner + size_t(c - request.first) * value);
     buffer.insert(layout_.channel_names[size_t(c)],
-                  Imf::Slice(target.type, base, pixel, target.row));
+                  Imf::Slice(request.type, base, pixel, request.row));
   }
   return buffer;
 }
@@ -366,7 +408,7 @@ Imf::FrameBuffer Decoder::frame_buffer(const Part& part, const Target& target) c
 
 std::unique_ptr<ImageDecoder> open_exr(const ByteSource& source, const ImageHeader& header,
                                        int threads, std::string& error) {
-  return open_decoder<Decoder>(error, source, header.rows_per_block, threads);
+  return open_decoder<ExrDecoder>(error, source, header.rows_per_block, threads);
 }
 
 }  // namespace emberline

@@ -15,7 +15,7 @@
 
 namespace emberline {
 
-// The bytes of a file or of memory. Not thread-safe.
+// The bytes of a file or of memory. Several threads may call `read` at once.
 struct ByteSource {
   uint64_t size = 0;
   // Reads up to `count` bytes and returns how many.

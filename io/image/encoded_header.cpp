@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "io/image/encoded_image.h"
+#include "io/image/input.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
@@ -12,7 +13,9 @@ namespace {
 constexpr size_t kMaxExrHeaderBytes = size_t(16) << 20, kMaxHdrHeaderBytes = size_t(64) << 10;
 // The limit is our choice. It is needed because decoders search attributes linearly. The largest
 // real headers have a few hundred attributes.
-constexpr int kMaxExrAttributes = 4000;
+constexpr int kMaxExrAttributes = 4000, kMaxAttributesOfAllParts = 50000;
+// Memory of OpenEXR for each attribute or channel, and for the offset of each block (measured).
+constexpr uint64_t kExrEntryBytes = 1024, kExrOffsetBytes = 16;
 constexpr int64_t kMaxTileSide = 4096;
 
 // Reads a header whose length is not known in advance.
@@ -115,7 +118,10 @@ void check_exr_attribute(HeaderReader& reader, std::string_view type, uint32_t l
   if (type == "chlist") {
     while (!reader.until('\0').empty()) {
       reader.skip(16);
-      ++*channels;
+      if (++*channels > kMaxChannels) {
+        throw InputError(place, "the image is not a flat picture with 1 to {} channels",
+                         kMaxChannels);
+      }
     }
     is_valid = reader.offset() == end;
   } else if (type == "stringvector") {
@@ -173,20 +179,23 @@ void check_tile(const ImageHeader& header, int64_t width, int64_t height,
 // (name, type, size, value) up to an empty name. A multi-part file has one header per part and ends
 // the list of headers with an empty one.
 ImageHeader read_exr_header(const ByteSource& source, const std::string& place) {
-  constexpr uint32_t kDeep = 0x800, kMultiPart = 0x1000;
+  constexpr uint32_t kTiled = 0x200, kDeep = 0x800, kMultiPart = 0x1000;
   HeaderReader reader(source, kMaxExrHeaderBytes, "EXR", place);
   reader.skip(4);
   const uint32_t flags = reader.word();
   if (flags & kDeep) throw InputError(place, "deep EXR is not supported; flatten it");
   ImageHeader header;
+  int all_attributes = 0;
   while (true) {
     int64_t width = 0, height = 0, tile_width = 0, tile_height = 0, channels = 0;
-    uint8_t compression = 0;
+    uint8_t compression = 0, levels = 0;
+    std::string part_type;
     int attributes = 0;
     for (std::string name = reader.until('\0'); !name.empty(); name = reader.until('\0')) {
-      if (++attributes > kMaxExrAttributes) {
-        throw InputError(place, "cannot decode the image: the EXR header has more than " +
-                                    std::to_string(kMaxExrAttributes) + " attributes");
+      if (++attributes > kMaxExrAttributes || ++all_attributes > kMaxAttributesOfAllParts) {
+        throw InputError(
+            place, "cannot decode the image: the EXR header has more than {} attributes",
+            attributes > kMaxExrAttributes ? kMaxExrAttributes : kMaxAttributesOfAllParts);
       }
       const std::string type = reader.until('\0');
       const uint32_t length = reader.word();
@@ -204,32 +213,44 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
       } else if (name == "tiles" && length == 9) {
         tile_width = reader.word();
         tile_height = reader.word();
+        levels = reader.byte() & 0xf;
+      } else if (name == "type" && type == "string") {
+        for (uint32_t i = 0; i < length; ++i) part_type += char(reader.byte());
       }
       reader.seek(next);
     }
     if (attributes == 0 && (flags & kMultiPart)) break;
+    // A part in rows may state tiles, which readers ignore.
+    const bool is_tiled = flags & kMultiPart ? part_type == "tiledimage" : (flags & kTiled) != 0;
+    if (!is_tiled) tile_width = tile_height = 0;
+    if (width < 1 || height < 1)
+      throw InputError(place, "the image is empty ({} x {})", width, height);
     // Each tile has eight bytes in the offset table and at least eight bytes elsewhere. In an image
     // without tiles, the same holds for each block of at most 256 rows.
     const int64_t across = tile_width > 0 ? (width + tile_width - 1) / tile_width : 1;
     const int64_t down = (height + (tile_height > 0 ? tile_height : 256) - 1) /
                          (tile_height > 0 ? tile_height : 256);
-    if (width > 0 && height > 0) {
-      ImageHeader part;
-      part.width = width;
-      part.height = height;
-      check_pixels_fit(part, 16.0 * double(across) * double(down), source.size, place);
-      check_tile(part, tile_width, tile_height, place);
-      // The factor 2 counts both decoded and encoded pixels. Decoders read all channels, even
-      // unwanted ones.
-      const uint64_t pixels = tile_width > 0 ? uint64_t(tile_width) * uint64_t(tile_height)
-                                             : uint64_t(width) * rows_per_block(compression);
-      part.tile_bytes = 2 * pixels * uint64_t(channels) * sizeof(float);
-      if (header.width == 0) header = part;
-      header.tile_bytes = std::max(header.tile_bytes, part.tile_bytes);
-      header.rows_per_block = std::max(header.rows_per_block, int(rows_per_block(compression)));
-    }
+    ImageHeader part;
+    part.width = width;
+    part.height = height;
+    check_pixels_fit(part, 16.0 * double(across) * double(down), source.size, place);
+    check_tile(part, tile_width, tile_height, place);
+    if (header.width == 0) header = part;
+    // The factor 2 counts both decoded and encoded pixels. Decoders read all channels, even
+    // unwanted ones.
+    const uint64_t rows = rows_per_block(compression);
+    const uint64_t pixels =
+        is_tiled ? uint64_t(tile_width) * uint64_t(tile_height) : uint64_t(width) * rows;
+    const uint64_t all_levels = levels == 0 ? 1 : levels == 1 ? 2 : 4;  // mipmaps add a third
+    const uint64_t blocks =
+        is_tiled ? uint64_t(across) * uint64_t(down) * all_levels : uint64_t(height) / rows + 1;
+    header.tile_bytes += 2 * pixels * uint64_t(channels) * sizeof(float) +
+                         kExrEntryBytes * (uint64_t(attributes) + uint64_t(channels)) +
+                         kExrOffsetBytes * blocks;
+    header.rows_per_block = std::max(header.rows_per_block, int(rows));
     if (!(flags & kMultiPart)) break;
   }
+  header.tile_bytes += reader.offset();
   return header;
 }
 

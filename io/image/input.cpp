@@ -68,6 +68,13 @@ TexelType texel_type(SampleType type) {
   return found == kSampleTypes.end() ? TexelType::kFloat : TexelType(found - kSampleTypes.begin());
 }
 
+// Returns the type of these channels, or kFloat if their types differ.
+SampleType common_type(const ImageLayout& layout, int first, int end) {
+  const auto types = std::span(layout.channel_types).subspan(size_t(first), size_t(end - first));
+  const bool is_one = std::ranges::all_of(types, [&](SampleType t) { return t == types[0]; });
+  return is_one ? types[0] : SampleType::kFloat;
+}
+
 bool is_float(SampleType type) { return type == SampleType::kHalf || type == SampleType::kFloat; }
 
 size_t bytes_of(SampleType type) {
@@ -228,14 +235,14 @@ class OpenImage {
     if (format != ImageFormat::kTiff) check_size(header_.width, header_.height, place_);
     decoder_memory_.add(uint64_t(header_.width) * uint64_t(header_.height) *
                                 uint64_t(header_.decoder_bytes_per_pixel) +
-                            uint64_t(decoder_threads()) * header_.tile_bytes,
+                            header_.tile_bytes,
                         place_);
     std::string error;
     decoder_ = format == ImageFormat::kPng    ? open_png(bytes_, error)
                : format == ImageFormat::kJpeg ? open_jpeg(bytes_, error)
                : format == ImageFormat::kKtx2 ? open_ktx2(bytes_, place_)
                : format == ImageFormat::kHdr  ? open_hdr(source_, header_)
-               : format == ImageFormat::kExr  ? open_exr(source_, header_, decoder_threads(), error)
+               : format == ImageFormat::kExr  ? open_exr(source_, header_, reserve_threads(), error)
                                               : open_with_library(format, source_, error);
     if (!decoder_) throw InputError(place_, kDecodeError + error);
     layout_ = decoder_->layout();
@@ -260,12 +267,20 @@ class OpenImage {
     }
   }
 
-  // The number of threads that decode an EXR. Each keeps a tile, so large tiles have few threads.
-  int decoder_threads() const {
+  // Returns the number of threads that decode an EXR, and reserves their memory beyond the first
+  // thread's. Images with large tiles, or loads with little memory left, have fewer threads.
+  int reserve_threads() {
     constexpr uint64_t kMaxBytes = uint64_t(32) << 20;
     const auto most = uint64_t(tbb::this_task_arena::max_concurrency());
-    return int(
-        std::clamp<uint64_t>(kMaxBytes / std::max<uint64_t>(header_.tile_bytes, 1), 1, most));
+    auto threads = std::clamp<uint64_t>(kMaxBytes / header_.tile_bytes, 1, most);
+    for (; threads > 1; threads /= 2) {
+      try {
+        decoder_memory_.add((threads - 1) * header_.tile_bytes, place_);
+        break;
+      } catch (const LimitError&) {
+      }
+    }
+    return int(threads);
   }
 
   // Flips and mirrors the stored rows as header_.orientation says.
@@ -335,12 +350,12 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
   std::string transfer = input.attribute(kTransferAttribute);
   auto image = std::make_shared<Image>();
   image->name = place;
-  image->type = texel_type(layout.type);
   // Formats other than EXR define their channels by position only.
   const ColourChannels colour = layout.parts.empty()
                                     ? ColourChannels{0, std::min(layout.channels(), 4)}
                                     : find_colour(layout.channel_names, layout.parts, place);
   image->channels = colour.end() - colour.first;
+  image->type = texel_type(common_type(layout, colour.first, colour.end()));
   read_frame(input, colour.first, *image);
   // The WebP reader (OpenImageIO 2.4) premultiplies in spite of the hint. EXR files are
   // premultiplied by convention.
@@ -361,7 +376,8 @@ std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t*
   if (is_cube_map(layout.parts, colour.first)) {
     throw InputError(path, "expected a latitude-longitude environment, found a cube map");
   }
-  const bool is_half = layout.type == SampleType::kHalf;
+  const bool is_half =
+      common_type(layout, colour.first, colour.first + colour.count) == SampleType::kHalf;
   const auto types = std::span(layout.channel_types);
   if (!is_float(layout.type) &&
       !std::ranges::all_of(types.subspan(size_t(colour.first), size_t(colour.count)), is_float)) {

@@ -20,7 +20,7 @@
 
 namespace emberline {
 
-// Limit for every image that the image library reads or writes.
+// Limit on the channels of an image.
 inline constexpr int kMaxChannels = 4096;
 
 struct DecodedImage {

@@ -101,7 +101,7 @@ struct CompareOptions {
   LimitOptions limits;
 };
 
-// Reads both pictures, in any format that OpenImageIO supports. 8-bit pictures count as sRGB.
+// Reads both pictures: EXR, HDR, PNG, JPEG, WebP or TIFF. 8-bit pictures count as sRGB.
 // Compares R, G and B or, if `layer` is set, the channels of this layer (see read_rgb()). Prints
 // the metrics of renderer/statistics/error_metrics.h to stdout, and writes the difference picture.
 //

@@ -28,8 +28,8 @@ void reserve_memory(uint64_t bytes, MemoryReservation& memory, const Subject& su
   }
 }
 
-// OpenEXR's encoder for DWAA and DWAB needs 1 to 7 MB for its tables and buffers (measured with up
-// to four threads).
+// OpenEXR's encoder for DWAA and DWAB needs 1 to 7 MB for its tables (measured). Its buffers are
+// covered by write_bytes_per_pixel().
 uint64_t lossy_encoder_bytes(const RenderOptions& options) {
   const bool used =
       is_lossy(options.exr_compression) && std::ranges::any_of(options.outputs, is_exr);

@@ -246,8 +246,8 @@ TEST(HostileImages, ExrValuesHaveTheSizeOfTheirType) {
   EXPECT_EQ(decode_message(with(right)), "no error");
 }
 
-// OpenImageIO's IOMemReader reads just before the buffer if a row's offset is -1. OpenEXR 3.4
-// rebuilds a table that holds -1, and finds the row.
+// An offset of -1 must not make the decoder read just before the buffer. OpenEXR 3.4 rebuilds a
+// table that holds -1, and finds the row.
 TEST(HostileImages, ExrOffsetsStayInsideTheFile) {
   const TempFolder folder;
   ImageSpec spec(4, 1, 3, TypeDesc::FLOAT);

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/image/library.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
 #include "renderer/film/film.h"
@@ -213,7 +212,6 @@ TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
   frame_settings.filter = "box";
   const RenderPlan plan(frame_settings);
   const Frame frame = plan.frame(*scene, camera);
-  image_library();  // loads the library, which is not part of a film
   const double before = ProcessMemory::now().resident;
   OutputSettings settings;
   settings.width = kWidth;

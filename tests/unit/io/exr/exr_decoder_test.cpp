@@ -4,7 +4,10 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfMultiPartOutputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfOutputPart.h>
+#include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfTiledOutputFile.h>
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
@@ -144,6 +147,64 @@ TEST_F(ExrDecoderTest, ColoursComeFirstInEachLayer) {
     }
     EXPECT_EQ(read_float_image(file()).channel_names, expected);
   }
+}
+
+// A later part with the same pixels is joined, whatever its order of lines; one with other channels
+// of the same names is not.
+TEST_F(ExrDecoderTest, PartsAreReadByAnyThread) {
+  constexpr int kSide = 100;
+  std::vector<Imf::Header> headers;
+  for (const char* name : {"colour", "depth", "again"}) {
+    Imf::Header header(kSide, kSide);
+    header.setName(name);
+    header.setType(Imf::SCANLINEIMAGE);
+    header.lineOrder() = name[0] == 'd' ? Imf::DECREASING_Y : Imf::INCREASING_Y;
+    header.compression() = Imf::ZIPS_COMPRESSION;
+    header.channels().insert(name[0] == 'd' ? "Z" : "R", Imf::Channel(Imf::FLOAT));
+    headers.push_back(header);
+  }
+  std::vector<float> values(size_t(kSide) * kSide);
+  for (size_t i = 0; i < values.size(); ++i) values[i] = float(i);
+  {
+    Imf::MultiPartOutputFile out(file().c_str(), headers.data(), int(headers.size()));
+    for (int p = 0; p < int(headers.size()); ++p) {
+      Imf::FrameBuffer buffer;
+      buffer.insert(
+          p == 1 ? "Z" : "R",
+          Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(values.data()), 4, 4 * size_t(kSide)));
+      Imf::OutputPart part(out, p);
+      part.setFrameBuffer(buffer);
+      part.writePixels(kSide);
+    }
+  }
+  for (const int threads : {1, 3}) {
+    FloatImage image;
+    tbb::task_arena(threads).execute([&] { image = read_float_image(file()); });
+    EXPECT_EQ(image.channel_names, (Names{"R", "Z"}));
+    ASSERT_EQ(image.parts.size(), 3u);
+    EXPECT_EQ(image.parts[2].first, -1);
+    for (size_t i = 0; i < values.size(); ++i) {
+      ASSERT_EQ(image.values[2 * i], values[i]);
+      ASSERT_EQ(image.values[2 * i + 1], values[i]);
+    }
+  }
+}
+
+// A picture in rows may have the attribute `tiles`, which counts for nothing.
+TEST_F(ExrDecoderTest, RowsMayStateTiles) {
+  Imf::Header header(40, 40);
+  header.setType(Imf::SCANLINEIMAGE);
+  header.channels().insert("Y", Imf::Channel(Imf::FLOAT));
+  header.setTileDescription({8, 8, Imf::ONE_LEVEL});
+  std::vector<float> values(1600, 0.5f);
+  Imf::FrameBuffer buffer;
+  buffer.insert("Y", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(values.data()), 4, 160));
+  {
+    Imf::OutputFile out(file().c_str(), header);
+    out.setFrameBuffer(buffer);
+    out.writePixels(40);
+  }
+  EXPECT_EQ(read_float_image(file()).values, values);
 }
 
 // Whatever the number of threads, the message is about the first damaged block.
