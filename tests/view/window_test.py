@@ -271,7 +271,7 @@ class WindowTest(unittest.TestCase):
 
     def test_live_driver_goes_on_with_adaptive_sampling(self):
         # Bisection takes longer for this large picture than the window takes to draw it once.
-        window = self.window(scene(), "--size", "960x600", "--driver", "live")
+        window = self.window(scene(), "--size", "480x300", "--driver", "live")
         window.wait_for("picture", lambda e: e["driver"] == "bisection")
         window.wait_for("picture", lambda e: e["driver"] == "adaptive" and e["complete"])
         window.focus()

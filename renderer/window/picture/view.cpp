@@ -141,7 +141,7 @@ void draw_wipe(const Workbench& bench, ImDrawList& list, int width, int height) 
   draw_label(list, {a.x + 1.3f * gap, top},
              !stored                          ? "Raw"
              : bench.comparison.graded_as_a() ? "B: kept"
-                                              : "B: kept, with its own display settings");
+                                              : "B: kept, own display settings");
 }
 
 // Fills the area around the picture, whose corners are `a` and `b`. Leaves out the pixels under the
