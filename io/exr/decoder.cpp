@@ -320,6 +320,7 @@ std::string ExrDecoder::read(const Rect& pixels, int first, int last, SampleType
     std::string error = catch_exr_errors([&] {
       std::unique_ptr<OpenFile> file = take_file();
       failures[task] = read_blocks(*file, begin, end, request);
+      if (!failures[task].error.empty()) return;  // the file's position is unknown now
       const std::lock_guard lock(mutex_);
       idle_.push_back(std::move(file));
     });

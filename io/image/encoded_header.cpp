@@ -244,9 +244,12 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
     const uint64_t all_levels = levels == 0 ? 1 : levels == 1 ? 2 : 4;  // mipmaps add a third
     const uint64_t blocks =
         is_tiled ? uint64_t(across) * uint64_t(down) * all_levels : uint64_t(height) / rows + 1;
-    header.tile_bytes += 2 * pixels * uint64_t(channels) * sizeof(float) +
-                         kExrEntryBytes * (uint64_t(attributes) + uint64_t(channels)) +
-                         kExrOffsetBytes * blocks;
+    // Parts of other sizes are not decoded. Their sizes are not limited, so the product could
+    // overflow.
+    if (width == header.width && height == header.height)
+      header.tile_bytes += 2 * pixels * uint64_t(channels) * sizeof(float);
+    header.tile_bytes +=
+        kExrEntryBytes * (uint64_t(attributes) + uint64_t(channels)) + kExrOffsetBytes * blocks;
     header.rows_per_block = std::max(header.rows_per_block, int(rows));
     if (!(flags & kMultiPart)) break;
   }

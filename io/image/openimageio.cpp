@@ -4,8 +4,6 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 #include <exception>
 #include <new>
 #include <string_view>

@@ -190,6 +190,35 @@ TEST_F(ExrDecoderTest, PartsAreReadByAnyThread) {
   }
 }
 
+// Another part may have any size, since it is not decoded: no memory is reserved for its tile.
+TEST_F(ExrDecoderTest, PartsOfOtherSizesCostNothing) {
+  std::vector<Imf::Header> headers(2, Imf::Header(1, 1));
+  headers[0].setName("picture");
+  headers[0].setType(Imf::SCANLINEIMAGE);
+  headers[0].channels().insert("Y", Imf::Channel(Imf::FLOAT));
+  constexpr int kHuge = 1 << 29;
+  headers[1] = Imf::Header(kHuge, kHuge);
+  headers[1].setName("huge");
+  headers[1].setType(Imf::TILEDIMAGE);
+  headers[1].setTileDescription({unsigned(kHuge), unsigned(kHuge), Imf::ONE_LEVEL});
+  headers[1].channels().insert("Z", Imf::Channel(Imf::FLOAT));
+  float value = 0.5f;
+  {
+    Imf::MultiPartOutputFile out(file().c_str(), headers.data(), 2, true);
+    Imf::FrameBuffer buffer;
+    buffer.insert("Y", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(&value), 4, 4));
+    Imf::OutputPart part(out, 0);
+    part.setFrameBuffer(buffer);
+    part.writePixels(1);
+  }
+  LoadLimits limits;
+  limits.memory = std::make_shared<MemoryBudget>(uint64_t(1) << 20);
+  const FloatImage image = read_float_image(file(), LoadProgress({}, {}, limits));
+  EXPECT_EQ(image.values, std::vector<float>{value});
+  ASSERT_EQ(image.parts.size(), 2u);
+  EXPECT_EQ(image.parts[1].first, -1);
+}
+
 // A picture in rows may have the attribute `tiles`, which counts for nothing.
 TEST_F(ExrDecoderTest, RowsMayStateTiles) {
   Imf::Header header(40, 40);
